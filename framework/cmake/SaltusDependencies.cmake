@@ -1,0 +1,18 @@
+# Every third-party package the project uses, found once and given one target name each.
+
+find_package(PkgConfig REQUIRED)
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(SUNDIALS REQUIRED CONFIG)
+pkg_check_modules(IPOPT REQUIRED IMPORTED_TARGET ipopt)
+find_package(urdfdom REQUIRED)
+find_package(yaml-cpp REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+if(SALTUS_BUILD_TESTS OR NOT DEFINED SALTUS_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+endif()
+if(SALTUS_BUILD_BENCHMARKS OR NOT DEFINED SALTUS_BUILD_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+endif()

@@ -1,0 +1,50 @@
+# One way to declare a target: warnings, language level and the flags that must be the same in
+# every object file of the project.
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, Debug, RelWithDebInfo" FORCE)
+endif()
+
+set(SALTUS_MARCH "" CACHE STRING "Value of -march for the numerical code; empty is portable")
+option(SALTUS_WERROR "Treat warnings as errors" ON)
+option(SALTUS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+
+add_library(saltus_flags INTERFACE)
+target_include_directories(saltus_flags INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(saltus_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+                                              $<$<BOOL:${SALTUS_WERROR}>:-Werror>)
+# Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
+# types layout-compatible whatever -march is chosen.
+target_compile_definitions(saltus_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
+if(SALTUS_MARCH)
+  target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
+endif()
+if(SALTUS_SANITIZE)
+  target_compile_options(saltus_flags INTERFACE -fsanitize=address,undefined
+                                                -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(saltus_flags INTERFACE -fsanitize=address,undefined)
+endif()
+
+# saltus_layer(NAME SOURCES a.cpp ... DEPENDS saltus::core ... [PRIVATE_DEPENDS ...])
+# declares the library saltus_NAME with the alias saltus::NAME.
+function(saltus_layer name)
+  cmake_parse_arguments(LAYER "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  add_library(saltus_${name} STATIC ${LAYER_SOURCES})
+  add_library(saltus::${name} ALIAS saltus_${name})
+  target_link_libraries(saltus_${name} PUBLIC saltus_flags ${LAYER_DEPENDS}
+                                       PRIVATE ${LAYER_PRIVATE_DEPENDS})
+endfunction()
+
+# saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest.
+function(saltus_test name)
+  cmake_parse_arguments(T "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(test_${name} ${T_SOURCES})
+  target_link_libraries(test_${name} PRIVATE saltus_flags ${T_DEPENDS} GTest::gtest_main)
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
+                                    PROPERTIES TIMEOUT 300)
+endfunction()

@@ -1,0 +1,17 @@
+// Words for messages: the nearest known name, lists of names.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace saltus {
+
+/// The known name closest to `given` by edit distance (ties: the first), or an empty string when
+/// none is near enough to be what was meant (more than half of the letters differ).
+std::string nearest_name(std::string_view given, const std::vector<std::string>& known);
+
+/// "a, b and c".
+std::string join_names(const std::vector<std::string>& names);
+
+}  // namespace saltus

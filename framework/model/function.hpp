@@ -1,0 +1,82 @@
+// A user's formula once its type is erased: value, Jacobian and weighted Hessian with fixed
+// sparsity. Everything behind the template edge works with this type only.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "framework/core/sparsity.hpp"
+#include "framework/core/types.hpp"
+
+namespace saltus {
+
+/// Which second derivatives a Hessian carries. Gauss-Newton keeps J' W J of least-squares terms
+/// and the full Hessian of general costs, and drops the curvature of constraints and dynamics.
+enum class Curvature { exact, gauss_newton };
+
+/// What stands behind a Function: y = f(z), z of `inputs` entries, y of `outputs` entries.
+/// Bodies are immutable as seen from outside, but may own scratch memory: one Function must not be
+/// evaluated from two threads at once. Evaluation neither allocates nor throws.
+class FunctionBody {
+ public:
+  FunctionBody(int inputs, int outputs) : inputs_(inputs), outputs_(outputs) {}
+  virtual ~FunctionBody() = default;
+  FunctionBody(const FunctionBody&) = delete;
+  FunctionBody& operator=(const FunctionBody&) = delete;
+
+  int inputs() const { return inputs_; }
+  int outputs() const { return outputs_; }
+  /// outputs x inputs: which entries of the Jacobian can be non-zero.
+  const SparsityPattern& jacobian_pattern() const { return jacobian_pattern_; }
+  /// inputs x inputs, lower triangle: which second derivatives can be non-zero.
+  const SparsityPattern& hessian_pattern() const { return hessian_pattern_; }
+
+  virtual void value(const double* z, double* y) const = 0;
+  /// Fills y and the entries of the Jacobian in the order of jacobian_pattern().
+  virtual void jacobian(const double* z, double* y, double* entries) const = 0;
+  /// Fills the entries of sum_i weights[i] d2 y_i / dz2 in the order of hessian_pattern().
+  virtual void hessian(const double* z, const double* weights, double* entries,
+                       Curvature curvature) const = 0;
+
+ protected:
+  SparsityPattern jacobian_pattern_;
+  SparsityPattern hessian_pattern_;
+
+ private:
+  int inputs_;
+  int outputs_;
+};
+
+/// A handle with value semantics on an immutable body. Empty until assigned.
+class Function {
+ public:
+  Function() = default;
+  explicit Function(std::shared_ptr<const FunctionBody> body) : body_(std::move(body)) {}
+
+  explicit operator bool() const { return body_ != nullptr; }
+  int inputs() const { return body_->inputs(); }
+  int outputs() const { return body_->outputs(); }
+  const SparsityPattern& jacobian_pattern() const { return body_->jacobian_pattern(); }
+  const SparsityPattern& hessian_pattern() const { return body_->hessian_pattern(); }
+
+  void value(const double* z, double* y) const { body_->value(z, y); }
+  void jacobian(const double* z, double* y, double* entries) const {
+    body_->jacobian(z, y, entries);
+  }
+  void hessian(const double* z, const double* weights, double* entries,
+               Curvature curvature = Curvature::exact) const {
+    body_->hessian(z, weights, entries, curvature);
+  }
+
+  // Convenience for tests and set-up code; these allocate.
+  VectorXd operator()(const VectorRef& z) const;
+  MatrixXd dense_jacobian(const VectorRef& z) const;
+  /// Symmetric, both triangles.
+  MatrixXd dense_hessian(const VectorRef& z, const VectorRef& weights,
+                         Curvature curvature = Curvature::exact) const;
+
+ private:
+  std::shared_ptr<const FunctionBody> body_;
+};
+
+}  // namespace saltus

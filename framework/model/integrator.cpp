@@ -1,0 +1,33 @@
+#include "framework/model/integrator.hpp"
+
+#include <utility>
+
+namespace saltus {
+
+Integrator::Integrator(IntervalProblem problem)
+    : problem_(std::move(problem)),
+      interval_arguments_{problem_.arguments.nx, problem_.coefficients(), problem_.arguments.np} {
+  problem_.differentiate_parameter.resize(problem_.arguments.np, false);
+}
+
+IntegrationStatus Integrator::hessian(const double*, const double*, MatrixXd&, Curvature) {
+  return IntegrationStatus::library_failure;  // callers ask has_hessian() first
+}
+
+const char* describe(IntegrationStatus status) {
+  switch (status) {
+    case IntegrationStatus::success:
+      return "the integration reached the end of the interval";
+    case IntegrationStatus::not_finite:
+      return "the right-hand side or the state became infinite or NaN";
+    case IntegrationStatus::too_many_steps:
+      return "the step limit was reached before the end of the interval";
+    case IntegrationStatus::step_too_small:
+      return "the error control could not go on with any step size";
+    case IntegrationStatus::library_failure:
+      return "the integration library reported a failure";
+  }
+  return "unknown integration status";
+}
+
+}  // namespace saltus

@@ -1,0 +1,108 @@
+// The interface of all integrators: one shooting interval, its end state and running costs, and
+// their derivatives with respect to everything that enters the interval.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "framework/model/arguments.hpp"
+#include "framework/model/function.hpp"
+
+namespace saltus {
+
+/// Course of the input over one interval of length h, s = (t - t0) / h in [0, 1].
+enum class InputShape {
+  constant,  ///< u(s) = c0; nu coefficients
+  linear     ///< u(s) = c0 + s (c1 - c0); 2 nu coefficients (c0 | c1)
+};
+
+/// What is integrated over an interval: x' = f(t, x, u(t), p) and q' = L(t, x, u(t), p), q(0) = 0.
+struct IntervalProblem {
+  Arguments arguments;    ///< sizes; both functions take z = (t | x | u | p)
+  Function dynamics;      ///< nx outputs
+  Function running_cost;  ///< nq outputs; empty when nothing is accumulated
+  InputShape shape = InputShape::constant;
+  /// Which parameters are differentiated (size np; empty means none).
+  std::vector<bool> differentiate_parameter;
+  /// Whether derivatives with respect to start time and length are wanted.
+  bool differentiate_time = false;
+
+  int nq() const { return running_cost ? running_cost.outputs() : 0; }
+  int coefficients() const {
+    return shape == InputShape::constant ? arguments.nu : 2 * arguments.nu;
+  }
+};
+
+/// Order of the interval's own argument: w = (x0 | c | p | t0 | h).
+struct IntervalArguments {
+  int nx = 0;
+  int nc = 0;  ///< number of input coefficients
+  int np = 0;
+
+  constexpr int x(int i = 0) const { return i; }
+  constexpr int c(int i = 0) const { return nx + i; }
+  constexpr int p(int i = 0) const { return nx + nc + i; }
+  constexpr int t0() const { return nx + nc + np; }
+  constexpr int h() const { return nx + nc + np + 1; }
+  constexpr int size() const { return nx + nc + np + 2; }
+};
+
+/// Outcome of one integration. Failures are results, not exceptions: a solver may try elsewhere.
+enum class IntegrationStatus {
+  success,
+  not_finite,       ///< the right-hand side or the state became NaN or infinite
+  too_many_steps,   ///< the step limit was reached before the end of the interval
+  step_too_small,   ///< error control or the nonlinear solver failed repeatedly
+  library_failure,  ///< any other code of the underlying library
+};
+const char* describe(IntegrationStatus status);
+
+/// Integrates one interval. Objects own their work space: no allocation after construction for the
+/// fixed-step schemes, not re-entrant. Length h = 0 is allowed and is the identity with q = 0 (its
+/// derivative with respect to h is f and L at the start).
+class Integrator {
+ public:
+  explicit Integrator(IntervalProblem problem);
+  virtual ~Integrator() = default;
+  Integrator(const Integrator&) = delete;
+  Integrator& operator=(const Integrator&) = delete;
+
+  const IntervalProblem& problem() const { return problem_; }
+  IntervalArguments arguments() const { return interval_arguments_; }
+  int outputs() const { return problem_.arguments.nx + problem_.nq(); }
+
+  /// end = (x(t0 + h) | q(t0 + h)), nx + nq entries.
+  virtual IntegrationStatus value(const double* w, double* end) = 0;
+
+  /// Also fills d end / d w, (nx + nq) x arguments().size(), already sized by the caller. Columns
+  /// of parameters or times that are not differentiated are zero.
+  virtual IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) = 0;
+
+  /// Whether hessian() is available for this problem (sensitivities of second order).
+  virtual bool has_hessian() const { return false; }
+
+  /// Fills the symmetric matrix sum_i weights[i] d2 end_i / dw2 (both triangles). With
+  /// Curvature::gauss_newton the curvature of the dynamics is dropped and the running costs
+  /// contribute their own Gauss-Newton matrix along first-order sensitivities.
+  virtual IntegrationStatus hessian(const double* w, const double* weights, MatrixXd& hessian,
+                                    Curvature curvature);
+
+ private:
+  IntervalProblem problem_;
+  IntervalArguments interval_arguments_;
+};
+
+/// A choice of method and tolerances: makes one Integrator per phase. Value semantics.
+class IntegratorScheme {
+ public:
+  virtual ~IntegratorScheme() = default;
+  /// Throws DefinitionError when the method does not fit the problem (for example the exact
+  /// zero-order hold and nonlinear dynamics), naming the reason.
+  virtual std::unique_ptr<Integrator> make(const IntervalProblem& problem) const = 0;
+  /// For results and messages, e.g. "CVODES BDF, tolerance 1e-09".
+  virtual std::string name() const = 0;
+};
+using IntegratorChoice = std::shared_ptr<const IntegratorScheme>;
+
+}  // namespace saltus
