@@ -1,0 +1,193 @@
+// The phase as the user writes it: dynamics, terms, bounds and guesses, with sizes in the type.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "framework/model/make_function.hpp"
+#include "framework/ocp/phase_definition.hpp"
+
+namespace saltus {
+
+/// One continuous mode with nx states, nu inputs and np parameters. Formulas are callables of
+/// (t, x), (t, x, u) or (t, x, u, p), templates over the scalar; they are erased on the spot.
+/// Every method returns the phase, so that a definition reads as one sentence per line.
+template <int nx, int nu, int np = 0>
+class Phase {
+ public:
+  /// `dynamics` returns dx/dt (nx entries). `duration` in s; exactly(T) fixes it.
+  template <class Dynamics>
+  Phase(std::string name, Dynamics dynamics, Bounds duration) {
+    d_.name = std::move(name);
+    d_.sizes = {nx, nu, np};
+    d_.dynamics = make_function<nx, nu, np>(std::move(dynamics));
+    d_.duration = duration;
+    d_.duration_guess = duration.is_equality() ? duration.lower
+                                               : 0.5 * (duration.lower + duration.upper);
+    d_.nominal_state = Vec<double, nx>::Ones();
+    d_.nominal_input = Vec<double, nu>::Ones();
+  }
+
+  // --- constraints -------------------------------------------------------------------------
+  Phase& bound_input(int i, Bounds bounds, Window window = {}) {
+    d_.input_bounds.push_back({i, bounds, std::move(window)});
+    return *this;
+  }
+  Phase& bound_state(int i, Bounds bounds, Window window = {}) {
+    d_.state_bounds.push_back({i, bounds, std::move(window)});
+    return *this;
+  }
+  /// The formula stays within bounds during the window; one Bounds serves all its rows.
+  template <class F>
+  Phase& keep(std::string name, F formula, Bounds bounds, Window window = {}) {
+    return constrain(std::move(name), TermPlace::running, std::move(formula), {bounds},
+                     std::move(window), std::nullopt);
+  }
+  template <class F>
+  Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window = {}) {
+    return constrain(std::move(name), TermPlace::running, std::move(formula), std::move(bounds),
+                     std::move(window), std::nullopt);
+  }
+  /// The same, but a violation is possible at a price; the solution says how much was needed.
+  template <class F>
+  Phase& keep(std::string name, F formula, Bounds bounds, Window window, Softness softness) {
+    return constrain(std::move(name), TermPlace::running, std::move(formula), {bounds},
+                     std::move(window), std::move(softness));
+  }
+  /// Holds once, where the phase ends (before the jump).
+  template <class F>
+  Phase& reach(std::string name, F formula, Bounds bounds) {
+    return constrain(std::move(name), TermPlace::phase_end, std::move(formula), {bounds}, {},
+                     std::nullopt);
+  }
+  template <class F>
+  Phase& reach(std::string name, F formula, std::vector<Bounds> bounds) {
+    return constrain(std::move(name), TermPlace::phase_end, std::move(formula), std::move(bounds),
+                     {}, std::nullopt);
+  }
+  /// Holds once, where the phase begins (after the jump).
+  template <class F>
+  Phase& begin_with(std::string name, F formula, Bounds bounds) {
+    return constrain(std::move(name), TermPlace::phase_start, std::move(formula), {bounds}, {},
+                     std::nullopt);
+  }
+
+  // --- costs -------------------------------------------------------------------------------
+  /// Integral of the scalar formula over the window.
+  template <class F>
+  Phase& minimise(std::string name, F formula, Window window = {}) {
+    return cost(std::move(name), TermPlace::running, std::move(formula), std::move(window));
+  }
+  /// The scalar formula once, where the phase ends.
+  template <class F>
+  Phase& minimise_at_end(std::string name, F formula) {
+    return cost(std::move(name), TermPlace::phase_end, std::move(formula), {});
+  }
+  /// Integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
+  template <class F>
+  Phase& track(std::string name, F residual, const VectorRef& weights, Window window = {},
+               Reference reference = {}) {
+    return least_squares(std::move(name), TermPlace::running, std::move(residual),
+                         weights.asDiagonal(), std::move(window), std::move(reference));
+  }
+  /// 1/2 |residual - reference|^2_W once, where the phase ends.
+  template <class F>
+  Phase& track_at_end(std::string name, F residual, const VectorRef& weights,
+                      Reference reference = {}) {
+    return least_squares(std::move(name), TermPlace::phase_end, std::move(residual),
+                         weights.asDiagonal(), {}, std::move(reference));
+  }
+  /// 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals, the first against the input applied
+  /// before the horizon; weighted by the nominal over the mean length of the two intervals. An
+  /// input that is forced to a value does not exist there and is not charged.
+  Phase& penalise_change(const VectorRef& weights) {
+    d_.input_change_weight = weights;
+    return *this;
+  }
+
+  // --- inputs, parameters, scaling, guesses --------------------------------------------------
+  Phase& inputs(InputCourse course) {
+    d_.input_course = course;
+    return *this;
+  }
+  /// Parameters in the order of declaration make up p. Data: given per solve.
+  Phase& data(std::string name, const VectorRef& value) {
+    d_.parameters.push_back({std::move(name), value, false, {}, VectorXd::Ones(value.size())});
+    return *this;
+  }
+  /// An unknown of the problem; the same name in several phases is the same unknown.
+  Phase& unknown(std::string name, const VectorRef& guess, Bounds bounds) {
+    d_.parameters.push_back({std::move(name), guess, true,
+                             std::vector<Bounds>(guess.size(), bounds),
+                             VectorXd::Ones(guess.size())});
+    return *this;
+  }
+  /// Magnitudes by which variables and defects are scaled (positive).
+  Phase& nominal(const VectorRef& state, const VectorRef& input) {
+    d_.nominal_state = state;
+    d_.nominal_input = input;
+    return *this;
+  }
+  Phase& guess_state(Guess guess) {
+    d_.state_guess = std::move(guess);
+    return *this;
+  }
+  Phase& guess_input(Guess guess) {
+    d_.input_guess = std::move(guess);
+    return *this;
+  }
+  Phase& guess_duration(double seconds) {
+    d_.duration_guess = seconds;
+    return *this;
+  }
+
+  const PhaseDefinition& definition() const { return d_; }
+
+ private:
+  template <class F>
+  Phase& constrain(std::string name, TermPlace place, F formula, std::vector<Bounds> bounds,
+                   Window window, std::optional<Softness> softness) {
+    Function function = make_function<nx, nu, np>(std::move(formula));
+    if (bounds.size() == 1) bounds.resize(function.outputs(), bounds.front());
+    d_.terms.push_back({.name = std::move(name),
+                        .kind = TermKind::constraint,
+                        .place = place,
+                        .function = std::move(function),
+                        .bounds = std::move(bounds),
+                        .soft = std::move(softness),
+                        .weight = {},
+                        .reference = {},
+                        .window = std::move(window)});
+    return *this;
+  }
+  template <class F>
+  Phase& cost(std::string name, TermPlace place, F formula, Window window) {
+    d_.terms.push_back({.name = std::move(name),
+                        .kind = TermKind::cost,
+                        .place = place,
+                        .function = make_function<nx, nu, np>(std::move(formula)),
+                        .bounds = {},
+                        .weight = {},
+                        .reference = {},
+                        .window = std::move(window)});
+    return *this;
+  }
+  template <class F>
+  Phase& least_squares(std::string name, TermPlace place, F residual, MatrixXd weight,
+                       Window window, Reference reference) {
+    d_.terms.push_back({.name = std::move(name),
+                        .kind = TermKind::least_squares,
+                        .place = place,
+                        .function = make_function<nx, nu, np>(std::move(residual)),
+                        .bounds = {},
+                        .weight = std::move(weight),
+                        .reference = std::move(reference),
+                        .window = std::move(window)});
+    return *this;
+  }
+
+  PhaseDefinition d_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,150 @@
+#include "framework/ocp/phase_definition.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+
+#include "framework/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+[[noreturn]] void fail(const PhaseDefinition& phase, const std::string& what) {
+  throw DefinitionError(fmt::format("phase '{}': {}", phase.name, what));
+}
+
+[[noreturn]] void fail(const PhaseDefinition& phase, const Term& term, const std::string& what) {
+  throw DefinitionError(fmt::format("phase '{}', term '{}': {}", phase.name, term.name, what));
+}
+
+void check_bounds(const PhaseDefinition& phase, const std::string& what, const Bounds& b) {
+  if (b.is_empty())
+    fail(phase, fmt::format("{}: the bounds [{}, {}] are empty", what, b.lower, b.upper));
+}
+
+void check_components(const PhaseDefinition& phase, const char* what, int size,
+                      const std::vector<ComponentBounds>& bounds) {
+  for (const ComponentBounds& b : bounds) {
+    if (b.component < 0 || b.component >= size)
+      fail(phase, fmt::format("there is no {} {}; it has {} of them, counted from 0", what,
+                              b.component, size));
+    check_bounds(phase, fmt::format("{} {}", what, b.component), b.bounds);
+  }
+}
+
+void check_positive(const PhaseDefinition& phase, const char* what, const VectorXd& values,
+                    int size) {
+  if (values.size() != size)
+    fail(phase, fmt::format("{} has {} entries, expected {}", what, values.size(), size));
+  for (int i = 0; i < size; ++i)
+    if (!(values[i] > 0.0) || std::isinf(values[i]))
+      fail(phase, fmt::format("{} {} is {}, expected a positive number", what, i, values[i]));
+}
+
+bool depends_on(const Function& f, int first, int count) {
+  bool found = false;
+  f.jacobian_pattern().for_each(
+      [&](int, int col, int) { found = found || (col >= first && col < first + count); });
+  return found;
+}
+
+void check_weight(const PhaseDefinition& phase, const Term& term) {
+  const int m = term.function.outputs();
+  if (term.weight.rows() != m || term.weight.cols() != m)
+    fail(phase, term,
+         fmt::format("the residual has {} entries, but the weight is {} x {}", m,
+                     term.weight.rows(), term.weight.cols()));
+  if (!term.weight.allFinite()) fail(phase, term, "the weight is not finite");
+  for (int i = 0; i < m; ++i)
+    if (term.weight(i, i) < 0.0)
+      fail(phase, term, fmt::format("weight {} is {}, but weights must not be negative", i,
+                                    term.weight(i, i)));
+  if (!term.reference.is_zero() && term.reference.size() != m)
+    fail(phase, term, fmt::format("the residual has {} entries, but the reference has {}", m,
+                                  term.reference.size()));
+}
+
+void check_term(const PhaseDefinition& phase, const Term& term) {
+  if (term.name.empty()) fail(phase, "a term has no name");
+  const int m = term.function.outputs();
+  if (term.function.inputs() != phase.sizes.size())
+    fail(phase, term, fmt::format("the formula takes {} arguments, the phase has {}",
+                                  term.function.inputs(), phase.sizes.size()));
+  if (term.place != TermPlace::running &&
+      depends_on(term.function, phase.sizes.u(), phase.sizes.nu))
+    fail(phase, term,
+         "it acts at one end of the phase and uses an input, but inputs belong to intervals; "
+         "use keep(), minimise() or track() instead");
+  if (term.kind == TermKind::constraint) {
+    if (static_cast<int>(term.bounds.size()) != m)
+      fail(phase, term,
+           fmt::format("the formula has {} rows, but {} bounds were given", m, term.bounds.size()));
+    for (int i = 0; i < m; ++i)
+      if (term.bounds[i].is_empty())
+        fail(phase, term, fmt::format("the bounds [{}, {}] of row {} are empty",
+                                      term.bounds[i].lower, term.bounds[i].upper, i));
+    if (term.soft && !(term.soft->weight > 0.0 && std::isfinite(term.soft->weight)))
+      fail(phase, term, fmt::format("the softness weight '{}' is {}, expected a positive number",
+                                    term.soft->name, term.soft->weight));
+  } else if (term.kind == TermKind::cost && m != 1) {
+    fail(phase, term, fmt::format("a cost must be one number, but the formula has {} rows", m));
+  } else if (term.kind == TermKind::least_squares) {
+    check_weight(phase, term);
+  }
+}
+
+}  // namespace
+
+void PhaseDefinition::check() const {
+  if (name.empty()) throw DefinitionError("a phase has no name");
+  if (dynamics.outputs() != sizes.nx)
+    fail(*this, fmt::format("the dynamics return {} entries, but the phase has {} states",
+                            dynamics.outputs(), sizes.nx));
+  if (duration.is_empty() || duration.lower < 0.0)
+    fail(*this, fmt::format("the duration [{}, {}] s is empty or negative", duration.lower,
+                            duration.upper));
+  if (std::isinf(duration.lower)) fail(*this, "the shortest duration must be finite");
+  if (has_free_duration() && !(duration_guess > 0.0 && std::isfinite(duration_guess)))
+    fail(*this, fmt::format("the free duration needs a positive guess, but it is {} s; use "
+                            "guess_duration()",
+                            duration_guess));
+  check_components(*this, "input", sizes.nu, input_bounds);
+  check_components(*this, "state", sizes.nx, state_bounds);
+  check_positive(*this, "the nominal state", nominal_state, sizes.nx);
+  check_positive(*this, "the nominal input", nominal_input, sizes.nu);
+
+  int np = 0;
+  std::set<std::string> block_names;
+  for (const ParameterBlock& block : parameters) {
+    np += static_cast<int>(block.value.size());
+    if (!block_names.insert(block.name).second)
+      fail(*this, fmt::format("parameter '{}' is declared twice", block.name));
+    if (!block.value.allFinite())
+      fail(*this, fmt::format("parameter '{}' is not finite", block.name));
+    for (const Bounds& b : block.bounds) check_bounds(*this, "parameter '" + block.name + "'", b);
+    check_positive(*this, "the nominal parameter", block.nominal,
+                   static_cast<int>(block.value.size()));
+  }
+  if (np != sizes.np)
+    fail(*this, fmt::format("it has {} parameters, but data() and unknown() declare {}", sizes.np,
+                            np));
+
+  std::set<std::string> term_names;
+  for (const Term& term : terms) {
+    check_term(*this, term);
+    if (!term_names.insert(term.name).second)
+      fail(*this, fmt::format("two terms are called '{}'", term.name));
+  }
+  if (input_change_weight.size() != 0) {
+    if (input_change_weight.size() != sizes.nu)
+      fail(*this, fmt::format("penalise_change has {} weights, but there are {} inputs",
+                              input_change_weight.size(), sizes.nu));
+    if (!(input_change_weight.array() >= 0.0).all())
+      fail(*this, "penalise_change has a weight that is negative or NaN");
+    if (input_course != InputCourse::piecewise_constant)
+      fail(*this, "penalise_change is for piecewise constant inputs");
+  }
+}
+
+}  // namespace saltus

@@ -1,0 +1,70 @@
+// A phase once its sizes and formulas are erased: what the transcription reads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "framework/core/bounds.hpp"
+#include "framework/model/arguments.hpp"
+#include "framework/model/function.hpp"
+#include "framework/model/integrator.hpp"
+#include "framework/ocp/guess.hpp"
+#include "framework/ocp/term.hpp"
+#include "framework/ocp/window.hpp"
+
+namespace saltus {
+
+/// A named block of a phase's parameters. Blocks of the same name in several phases are one.
+struct ParameterBlock {
+  std::string name;
+  VectorXd value;              ///< data, or the guess of an unknown
+  bool unknown = false;        ///< decided by the solver
+  std::vector<Bounds> bounds;  ///< unknowns only
+  VectorXd nominal;            ///< magnitude, for scaling
+};
+
+/// Bounds on one component of the input or state during a window.
+struct ComponentBounds {
+  int component = 0;
+  Bounds bounds;
+  Window window = {};
+};
+
+/// Course of a phase's inputs.
+enum class InputCourse {
+  piecewise_constant,
+  piecewise_linear,             ///< may jump at every node
+  piecewise_linear_continuous,  ///< jumps at events only
+};
+
+struct PhaseDefinition {
+  std::string name;
+  Arguments sizes;
+  Function dynamics;  ///< z = (t | x | u | p) -> dx/dt
+  Bounds duration;    ///< s; equal sides: fixed
+
+  InputCourse input_course = InputCourse::piecewise_constant;
+  std::vector<ComponentBounds> input_bounds;
+  std::vector<ComponentBounds> state_bounds;
+  std::vector<Term> terms;
+  std::vector<ParameterBlock> parameters;  ///< concatenated they are p
+  /// Weights of 1/2 |u_k - u_(k-1)|^2 for piecewise constant inputs; empty: no such cost.
+  VectorXd input_change_weight;
+
+  VectorXd nominal_state;  ///< magnitudes, all positive
+  VectorXd nominal_input;
+  double nominal_duration = 1.0;  ///< s
+  Guess state_guess;
+  Guess input_guess;
+  double duration_guess = 0.0;  ///< s; for a free duration
+
+  bool has_free_duration() const { return !duration.is_equality(); }
+  InputShape input_shape() const {
+    return input_course == InputCourse::piecewise_constant ? InputShape::constant
+                                                           : InputShape::linear;
+  }
+  /// Throws DefinitionError with the phase, the term, the expected size and the given one.
+  void check() const;
+};
+
+}  // namespace saltus

@@ -1,0 +1,152 @@
+#include "framework/ocp/problem.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "framework/core/error.hpp"
+
+namespace saltus {
+
+OptimalControlProblem& OptimalControlProblem::start_at(VectorXd state) {
+  start_bounds_.clear();
+  for (const double v : state) start_bounds_.push_back(exactly(v));
+  start_guess_ = std::move(state);
+  return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::start_at(std::initializer_list<double> state) {
+  VectorXd x(state.size());
+  int i = 0;
+  for (const double v : state) x[i++] = v;
+  return start_at(std::move(x));
+}
+
+OptimalControlProblem& OptimalControlProblem::start_within(std::vector<Bounds> bounds,
+                                                           VectorXd guess) {
+  start_bounds_ = std::move(bounds);
+  start_guess_ = std::move(guess);
+  return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::start_time(double t) {
+  start_time_ = t;
+  return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::schedule(Schedule schedule) {
+  schedule_ = std::move(schedule);
+  return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::costs(CostRule rule) {
+  cost_rule_ = rule;
+  return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::total_time(Bounds bounds) {
+  total_time_ = bounds;
+  return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::append(Jump jump, PhaseDefinition phase) {
+  jumps_.push_back(std::move(jump));
+  phases_.push_back(std::move(phase));
+  return *this;
+}
+
+namespace {
+
+void check_jump(const PhaseDefinition& from, const Jump& jump, const PhaseDefinition& to) {
+  const std::string where = fmt::format("jump '{}' from phase '{}' to phase '{}'", jump.name,
+                                        from.name, to.name);
+  if (!jump.map) {
+    if (from.sizes.nx != to.sizes.nx)
+      throw DefinitionError(fmt::format(
+          "{}: {} states become {}, so a jump map is needed", where, from.sizes.nx, to.sizes.nx));
+    return;
+  }
+  const int with_parameters = 1 + from.sizes.nx + from.sizes.np;
+  if (jump.map.inputs() != with_parameters && jump.map.inputs() != 1 + from.sizes.nx)
+    throw DefinitionError(fmt::format("{}: it takes {} arguments, but the phase has {} (time, {} "
+                                      "states, {} parameters)",
+                                      where, jump.map.inputs(), with_parameters, from.sizes.nx,
+                                      from.sizes.np));
+  if (jump.map.outputs() != to.sizes.nx)
+    throw DefinitionError(fmt::format("{}: it returns {} states, but the phase it enters has {}",
+                                      where, jump.map.outputs(), to.sizes.nx));
+}
+
+void check_instant(const PhaseDefinition& phase, const std::optional<Instant>& instant,
+                   const Schedule& schedule, const std::string& what) {
+  if (!instant) return;
+  try {
+    if (instant->is_event())
+      schedule.index_of(instant->event());
+    else if (std::isnan(instant->seconds()))
+      throw DefinitionError("the window has a limit that is NaN");
+  } catch (const DefinitionError& e) {
+    throw DefinitionError(fmt::format("phase '{}', {}: {}", phase.name, what, e.what()));
+  }
+}
+
+void check_window(const PhaseDefinition& phase, const Window& window, const Schedule& schedule,
+                  const std::string& what) {
+  check_instant(phase, window.from, schedule, what);
+  check_instant(phase, window.to, schedule, what);
+}
+
+}  // namespace
+
+void OptimalControlProblem::check() const {
+  if (phases_.empty())
+    throw DefinitionError(fmt::format("problem '{}' has no phase; add one with then()", name_));
+  for (const PhaseDefinition& phase : phases_) {
+    phase.check();
+    for (const Term& term : phase.terms)
+      check_window(phase, term.window, schedule_, "term '" + term.name + "'");
+    for (const ComponentBounds& b : phase.input_bounds)
+      check_window(phase, b.window, schedule_, fmt::format("input {}", b.component));
+    for (const ComponentBounds& b : phase.state_bounds)
+      check_window(phase, b.window, schedule_, fmt::format("state {}", b.component));
+  }
+  for (std::size_t j = 1; j < phases_.size(); ++j)
+    check_jump(phases_[j - 1], jumps_[j], phases_[j]);
+
+  const PhaseDefinition& first = phases_.front();
+  if (static_cast<int>(start_bounds_.size()) != first.sizes.nx ||
+      start_guess_.size() != first.sizes.nx)
+    throw DefinitionError(
+        fmt::format("problem '{}': the start has {} entries, but phase '{}' has {} states; use "
+                    "start_at() or start_within()",
+                    name_, start_bounds_.size(), first.name, first.sizes.nx));
+  for (int i = 0; i < first.sizes.nx; ++i)
+    if (start_bounds_[i].is_empty())
+      throw DefinitionError(fmt::format("problem '{}': start state {} has the empty bounds [{}, {}]",
+                                        name_, i, start_bounds_[i].lower, start_bounds_[i].upper));
+
+  std::map<std::string, const ParameterBlock*> blocks;
+  for (const PhaseDefinition& phase : phases_)
+    for (const ParameterBlock& block : phase.parameters) {
+      const auto [it, is_new] = blocks.emplace(block.name, &block);
+      if (!is_new && (it->second->value.size() != block.value.size() ||
+                      it->second->unknown != block.unknown))
+        throw DefinitionError(fmt::format("phase '{}': parameter '{}' is declared differently in "
+                                          "an earlier phase",
+                                          phase.name, block.name));
+    }
+
+  double shortest = 0.0, longest = 0.0;
+  for (const PhaseDefinition& phase : phases_) {
+    shortest += phase.duration.lower;
+    longest += phase.duration.upper;
+  }
+  if (total_time_.is_empty() || total_time_.upper < shortest || total_time_.lower > longest)
+    throw DefinitionError(fmt::format(
+        "problem '{}': the total time [{}, {}] s cannot be met by phases that last {} to {} s",
+        name_, total_time_.lower, total_time_.upper, shortest, longest));
+}
+
+}  // namespace saltus

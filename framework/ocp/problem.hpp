@@ -1,0 +1,78 @@
+// The optimal control problem: a start, phases in order, the jumps between them, a schedule.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <vector>
+
+#include "framework/ocp/jump.hpp"
+#include "framework/ocp/phase.hpp"
+#include "framework/ocp/phase_definition.hpp"
+#include "framework/ocp/schedule.hpp"
+
+namespace saltus {
+
+/// How running costs are summed over an interval.
+enum class CostRule {
+  nodes,      ///< length of the interval times the cost at its start, as MPC papers do
+  integrated  ///< the integral, by the integrator, together with the dynamics
+};
+
+/// One or more phases in order. Copies are independent; formulas are shared, being immutable.
+class OptimalControlProblem {
+ public:
+  explicit OptimalControlProblem(std::string name = "problem") : name_(std::move(name)) {}
+
+  /// The state at the start is given (it can be replaced between solves).
+  OptimalControlProblem& start_at(VectorXd state);
+  OptimalControlProblem& start_at(std::initializer_list<double> state);
+  /// The state at the start is free within bounds; `guess` starts the search.
+  OptimalControlProblem& start_within(std::vector<Bounds> bounds, VectorXd guess);
+  /// Absolute time of the start, s.
+  OptimalControlProblem& start_time(double t);
+
+  template <int nx, int nu, int np>
+  OptimalControlProblem& then(const Phase<nx, nu, np>& phase) {
+    return append(Jump{}, phase.definition());
+  }
+  /// Enters the phase through the jump.
+  template <int nx, int nu, int np>
+  OptimalControlProblem& then(const Phase<nx, nu, np>& phase, Jump jump) {
+    return append(std::move(jump), phase.definition());
+  }
+
+  /// Events to which windows refer by name.
+  OptimalControlProblem& schedule(Schedule schedule);
+  OptimalControlProblem& costs(CostRule rule);
+  /// Bounds on the sum of all durations, s.
+  OptimalControlProblem& total_time(Bounds bounds);
+
+  const std::string& name() const { return name_; }
+  const std::vector<PhaseDefinition>& phases() const { return phases_; }
+  /// jumps()[j] leads into phase j; the first is never used.
+  const std::vector<Jump>& jumps() const { return jumps_; }
+  const std::vector<Bounds>& start_bounds() const { return start_bounds_; }
+  const VectorXd& start_guess() const { return start_guess_; }
+  double start_time() const { return start_time_; }
+  const Schedule& schedule() const { return schedule_; }
+  CostRule cost_rule() const { return cost_rule_; }
+  Bounds total_time() const { return total_time_; }
+
+  /// Checks every size once. Throws DefinitionError naming phase and term.
+  void check() const;
+
+ private:
+  OptimalControlProblem& append(Jump jump, PhaseDefinition phase);
+
+  std::string name_;
+  std::vector<PhaseDefinition> phases_;
+  std::vector<Jump> jumps_;
+  std::vector<Bounds> start_bounds_;
+  VectorXd start_guess_;
+  double start_time_ = 0.0;
+  Schedule schedule_;
+  CostRule cost_rule_ = CostRule::nodes;
+  Bounds total_time_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,44 @@
+#include "framework/ocp/reference.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "framework/core/error.hpp"
+
+namespace saltus {
+
+Reference::Reference(VectorXd value) : times_{0.0}, values_(std::move(value)) {}
+
+Reference::Reference(std::vector<double> times, MatrixXd values)
+    : times_(std::move(times)), values_(std::move(values)) {
+  if (static_cast<long>(times_.size()) != values_.cols() || times_.empty())
+    throw DefinitionError(fmt::format("reference: {} times but {} columns of values", times_.size(),
+                                      values_.cols()));
+  for (std::size_t i = 1; i < times_.size(); ++i)
+    if (!(times_[i] > times_[i - 1]))
+      throw DefinitionError(fmt::format("reference: time {} ({} s) is not after time {} ({} s)", i,
+                                        times_[i], i - 1, times_[i - 1]));
+}
+
+int Reference::segment(double t) const {
+  if (times_.size() < 2 || t < times_.front() || t >= times_.back()) return -1;
+  const auto it = std::upper_bound(times_.begin(), times_.end(), t);
+  return static_cast<int>(it - times_.begin()) - 1;
+}
+
+double Reference::at(double t, int i) const {
+  if (is_zero()) return 0.0;
+  const int s = segment(t);
+  if (s < 0) return values_(i, t < times_.front() ? 0 : values_.cols() - 1);
+  return values_(i, s) + rate(t, i) * (t - times_[s]);
+}
+
+double Reference::rate(double t, int i) const {
+  const int s = segment(t);
+  if (s < 0) return 0.0;
+  return (values_(i, s + 1) - values_(i, s)) / (times_[s + 1] - times_[s]);
+}
+
+}  // namespace saltus

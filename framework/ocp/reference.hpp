@@ -1,0 +1,35 @@
+// What a least-squares term tracks: nothing, a constant, or a course in time.
+#pragma once
+
+#include <vector>
+
+#include "framework/core/types.hpp"
+
+namespace saltus {
+
+/// A reference signal of m entries. Between samples it is linear, outside it keeps the end values.
+class Reference {
+ public:
+  /// Zero, of any size.
+  Reference() = default;
+  /// Constant.
+  Reference(VectorXd value);  // NOLINT(google-explicit-constructor)
+  /// Samples at increasing absolute times (s); one column of `values` per time. Throws
+  /// DefinitionError when sizes differ or times do not increase.
+  Reference(std::vector<double> times, MatrixXd values);
+
+  bool is_zero() const { return values_.size() == 0; }
+  bool varies() const { return times_.size() > 1; }
+  int size() const { return static_cast<int>(values_.rows()); }
+  /// Entry i at time t.
+  double at(double t, int i) const;
+  /// Its time derivative (right-sided at a sample).
+  double rate(double t, int i) const;
+
+ private:
+  int segment(double t) const;
+  std::vector<double> times_;
+  MatrixXd values_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,49 @@
+// When does a term act? Instants, and the window between two of them.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+
+namespace saltus {
+
+/// A point in time: seconds, or a named event of the problem's Schedule.
+class Instant {
+ public:
+  Instant(double seconds) : seconds_(seconds) {}  // NOLINT(google-explicit-constructor)
+  static Instant of_event(std::string name) { return Instant(std::move(name)); }
+
+  bool is_event() const { return !event_.empty(); }
+  const std::string& event() const { return event_; }
+  double seconds() const { return seconds_; }
+  friend bool operator==(const Instant&, const Instant&) = default;
+
+ private:
+  explicit Instant(std::string name) : event_(std::move(name)) {}
+  double seconds_ = 0.0;
+  std::string event_;
+};
+
+/// The instant at which the named event of the schedule happens; moves when the event is retimed.
+inline Instant event(std::string name) { return Instant::of_event(std::move(name)); }
+
+/// What the seconds of an Instant count from. Events are always absolute.
+enum class Clock { phase, absolute };
+
+/// The half-open interval [from, to). Conventions, see framework/design/conventions.md:
+/// inputs and running costs act in [from, to); a window without `to` includes the end of the
+/// phase; a constraint on states alone also holds at the left limit of `to`. Without `from` the
+/// window opens with the phase.
+struct Window {
+  std::optional<Instant> from = std::nullopt;
+  std::optional<Instant> to = std::nullopt;
+  Clock clock = Clock::phase;
+
+  bool is_whole() const { return !from && !to; }
+};
+
+/// Instants of time closer than this (s) are one instant: an event this close to a node is that
+/// node. Far below any sampling time in use, far above the rounding of times in double precision.
+inline constexpr double same_instant = 1e-6;
+
+}  // namespace saltus
