@@ -1,0 +1,101 @@
+// Where must the robot step to come to rest, and can it?
+//
+// Linear inverted pendulum of constant height z: x'' = omega^2 (x - p), omega = sqrt(g / z), with p
+// the centre of pressure. The instantaneous capture point xi = x + v / omega obeys
+// xi' = omega (xi - p): it runs away from p (Pratt et al. 2006; Koolen et al. 2012). Templates over
+// the scalar, for use inside formulas; positions in m, speeds in m/s, times in s.
+#pragma once
+
+#include <cmath>
+
+#include "framework/core/types.hpp"
+
+namespace saltus {
+
+/// m/s^2: the value of the published cases and of the simulators' defaults (not 9.80665).
+inline constexpr double standard_gravity = 9.81;
+
+/// omega in 1/s, from the height of the CoM above the ground (m).
+template <class S>
+S pendulum_frequency(const S& height, double gravity = standard_gravity) {
+  using std::sqrt;
+  return sqrt(S(gravity) / height);
+}
+
+/// Instantaneous capture point x + v / omega, for one axis or on the ground: `position` and
+/// `velocity` are numbers or vectors of the same size.
+template <class S>
+S capture_point(const S& position, const S& velocity, const S& omega) {
+  return position + velocity / omega;
+}
+template <class S, int n>
+Vec<S, n> capture_point(const Vec<S, n>& position, const Vec<S, n>& velocity, const S& omega) {
+  return position + velocity / omega;
+}
+
+/// xi after the time t with the centre of pressure constant: p + (xi - p) e^(omega t).
+template <class S>
+S propagate_capture_point(const S& xi, const S& centre_of_pressure, const S& omega, const S& t) {
+  using std::exp;
+  return centre_of_pressure + (xi - centre_of_pressure) * exp(omega * t);
+}
+template <class S, int n>
+Vec<S, n> propagate_capture_point(const Vec<S, n>& xi, const Vec<S, n>& centre_of_pressure,
+                                  const S& omega, const S& t) {
+  using std::exp;
+  return centre_of_pressure + (xi - centre_of_pressure) * exp(omega * t);
+}
+
+/// Position and speed of the pendulum along one axis.
+template <class S>
+struct PendulumState {
+  S position;  // m
+  S velocity;  // m/s
+};
+
+/// The pendulum after the time t with the centre of pressure constant.
+template <class S>
+PendulumState<S> propagate_pendulum(const PendulumState<S>& start, const S& centre_of_pressure,
+                                    const S& omega, const S& t) {
+  using std::exp;
+  const S grow = exp(omega * t);
+  const S c = 0.5 * (grow + 1.0 / grow);
+  const S s = 0.5 * (grow - 1.0 / grow);
+  const S x = start.position - centre_of_pressure;
+  return {centre_of_pressure + x * c + start.velocity / omega * s,
+          x * omega * s + start.velocity * c};
+}
+
+/// Orbital energy per mass (m^2/s^2), conserved while p is constant. With the CoM moving towards p:
+/// negative, it turns back before p; positive, it passes p; zero, it comes to rest above p.
+template <class S>
+S orbital_energy(const PendulumState<S>& state, const S& centre_of_pressure, const S& omega) {
+  const S x = state.position - centre_of_pressure;
+  return 0.5 * state.velocity * state.velocity - 0.5 * omega * omega * x * x;
+}
+
+/// What a walker may do at best (Koolen et al. 2012).
+struct StepLimits {
+  double longest_step = 0.4;   // l, m, from ankle to ankle
+  double shortest_time = 0.3;  // t_s, s, per step
+  double foot_radius = 0.0;    // r, m: how far the centre of pressure may move from the ankle
+};
+
+/// N-step capturability margin d_N (m): from |xi - p0| <= d_N the walker can stop within N steps.
+/// d_0 = r, d_N = (l - r + d_(N-1)) e^(-omega t_s) + r.
+inline double capturability_margin(int steps, const StepLimits& limits, double omega) {
+  const double shrink = std::exp(-omega * limits.shortest_time);
+  double margin = limits.foot_radius;
+  for (int i = 0; i < steps; ++i)
+    margin = (limits.longest_step - limits.foot_radius + margin) * shrink + limits.foot_radius;
+  return margin;
+}
+
+/// The limit of d_N for many steps: ((l - r) e^(-omega t_s) + r) / (1 - e^(-omega t_s)).
+inline double capturability_limit(const StepLimits& limits, double omega) {
+  const double shrink = std::exp(-omega * limits.shortest_time);
+  return ((limits.longest_step - limits.foot_radius) * shrink + limits.foot_radius) /
+         (1.0 - shrink);
+}
+
+}  // namespace saltus

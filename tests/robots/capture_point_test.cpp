@@ -1,0 +1,68 @@
+// The closed forms of the linear inverted pendulum, against numbers computed independently.
+#include "robots/capture_point.hpp"
+
+#include <gtest/gtest.h>
+
+namespace saltus {
+namespace {
+
+constexpr double exact = 1e-12;  // the reference numbers have 15 digits
+
+TEST(CapturePoint, OfThePendulumAtRestHeight) {
+  const double omega = pendulum_frequency(0.53);
+  EXPECT_NEAR(omega, 4.30225916958337, exact);
+  const PendulumState<double> start{-0.05, 0.4};
+  EXPECT_NEAR(orbital_energy(start, 0.0, omega), 0.0568632075471698, exact);
+  EXPECT_NEAR(capture_point(start.position, start.velocity, omega), 0.0429744081500177, exact);
+}
+
+TEST(CapturePoint, PropagatesWithThePendulum) {
+  const double omega = pendulum_frequency(0.53);
+  const PendulumState<double> end = propagate_pendulum({-0.05, 0.4}, 0.0, omega, 0.6);
+  EXPECT_NEAR(end.position, 0.278544706479575, exact);
+  EXPECT_NEAR(end.velocity, 1.24491795282536, exact);
+  const double xi = propagate_capture_point(0.0429744081500177, 0.0, omega, 0.6);
+  EXPECT_NEAR(xi, 0.567908481127747, exact);
+  EXPECT_NEAR(capture_point(end.position, end.velocity, omega), 0.567908481127747, exact);
+  EXPECT_NEAR(orbital_energy(end, 0.0, omega), 0.0568632075471698, exact);
+}
+
+TEST(CapturePoint, IsTakenAboutTheCentreOfPressure) {
+  const double omega = pendulum_frequency(0.6);
+  const double p = 0.13;
+  const PendulumState<double> end = propagate_pendulum({0.1, -0.2}, p, omega, 0.4);
+  const PendulumState<double> shifted = propagate_pendulum({0.1 - p, -0.2}, 0.0, omega, 0.4);
+  EXPECT_NEAR(end.position, shifted.position + p, exact);
+  EXPECT_NEAR(end.velocity, shifted.velocity, exact);
+  EXPECT_NEAR(orbital_energy(end, p, omega), orbital_energy({0.1, -0.2}, p, omega), exact);
+  const Vec<double, 2> xi =
+      capture_point(Vec<double, 2>(0.1, 0.3), Vec<double, 2>(-0.2, 0.0), omega);
+  EXPECT_NEAR(xi[0], 0.1 - 0.2 / omega, exact);
+  EXPECT_EQ(xi[1], 0.3);
+  EXPECT_NEAR(propagate_capture_point(xi, Vec<double, 2>(p, 0.3), omega, 0.4)[0],
+              capture_point(end.position, end.velocity, omega), exact);
+}
+
+TEST(CapturePoint, MarginsOfNSteps) {
+  const double omega = pendulum_frequency(0.53);
+  const StepLimits point_foot{.longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.0};
+  const double point[] = {0.0,
+                          0.110033712513468,
+                          0.140302257237209,
+                          0.148628658108042,
+                          0.150919120107274,
+                          0.151549190200141};
+  for (int n = 0; n < 6; ++n)
+    EXPECT_NEAR(capturability_margin(n, point_foot, omega), point[n], exact) << n << " steps";
+  EXPECT_NEAR(capturability_limit(point_foot, omega), 0.151788283344598, exact);
+  EXPECT_NEAR(capturability_margin(200, point_foot, omega), 0.151788283344598, exact);
+
+  const StepLimits foot{.longest_step = 0.4, .shortest_time = 0.3, .foot_radius = 0.05};
+  const double flat[] = {0.05, 0.160033712513468, 0.190302257237209, 0.198628658108042};
+  for (int n = 0; n < 4; ++n)
+    EXPECT_NEAR(capturability_margin(n, foot, omega), flat[n], exact) << n << " steps";
+  EXPECT_NEAR(capturability_limit(foot, omega), 0.201788283344598, exact);
+}
+
+}  // namespace
+}  // namespace saltus
