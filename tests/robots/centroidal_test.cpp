@@ -1,0 +1,167 @@
+#include "robots/centroidal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace saltus {
+namespace {
+
+using Vec3 = Vec<double, 3>;
+using Mat3 = Mat<double, 3, 3>;
+
+Mat3 hat(const Vec3& a) {
+  Mat3 m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+struct Sample {
+  SoleFrame left = flat_sole({0.0, 0.07, 0.0}, 0.2);
+  SoleFrame right = flat_sole({0.05, -0.15, 0.0}, -0.4);
+  Vec<double, 9> gamma;
+  Vec<double, 6> f_l, f_r;
+
+  explicit Sample(unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> u(-1.0, 1.0);
+    for (double& e : gamma) e = u(random);
+    gamma[2] += 0.53;
+    for (double& e : f_l) e = 50 * u(random);
+    for (double& e : f_r) e = 50 * u(random);
+  }
+  std::array<Contact<double>, 2> contacts() const {
+    return {contact(left, f_l), contact(right, f_r)};
+  }
+};
+
+TEST(Centroidal, StandingStillIsAnEquilibrium) {
+  const double mass = 33.0;
+  Vec<double, 6> f = Vec<double, 6>::Zero();
+  f[2] = mass * standard_gravity / 2;
+  Vec<double, 9> gamma = Vec<double, 9>::Zero();
+  gamma[2] = 0.53;
+  const std::array feet{contact(flat_sole({0, 0.07, 0}), f), contact(flat_sole({0, -0.07, 0}), f)};
+  EXPECT_LT(centroidal_dynamics(mass, gamma, feet).norm(), 1e-13);
+  const Vec<double, 9> pushed = centroidal_dynamics(mass, gamma, feet, Vec3(0, -66, 0));
+  EXPECT_NEAR(pushed[4], -2.0, 1e-13);
+  EXPECT_NEAR(pushed.norm(), 2.0, 1e-13);  // nothing else moves
+}
+
+TEST(Centroidal, ForceThroughTheSoleTurnsAboutTheCom) {
+  // 100 N along x at a point 0.5 m below the CoM: H' = (0, 0, -0.5) ^ (100, 0, 0) = (0, -50, 0).
+  Vec<double, 6> f = Vec<double, 6>::Zero();
+  f[0] = 100.0;
+  const std::array foot{contact(SoleFrame{}, f)};
+  EXPECT_EQ(angular_momentum_rate(Vec3(0, 0, 0.5), foot), Vec3(0, -50, 0));
+  // The foot turned by 90 degrees pushes along world y: (0, 0, -0.5) ^ (0, 100, 0) = (50, 0, 0).
+  const std::array turned{contact(flat_sole({0, 0, 0}, 0.5 * 3.14159265358979323846), f)};
+  EXPECT_LT((angular_momentum_rate(Vec3(0, 0, 0.5), turned) - Vec3(50, 0, 0)).norm(), 1e-12);
+}
+
+TEST(Centroidal, LinearisedFormIsThePaperMatrixForm) {
+  const double mass = 33.0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Sample s(seed);
+    s.left = flat_sole(s.left.position);
+    s.right = flat_sole(s.right.position);
+    const Vec3 x0(0.015, 0.07, 0.53), fl0(3, -4, 300), fr0(-2, 1, 20);
+    Mat<double, 9, 9> A = Mat<double, 9, 9>::Zero();
+    A.block<3, 3>(0, 3).setIdentity();
+    A.block<3, 3>(6, 0) = hat(fl0 + fr0);
+    Mat<double, 9, 12> B = Mat<double, 9, 12>::Zero();
+    B.block<3, 3>(3, 0) = Mat3::Identity() / mass;
+    B.block<3, 3>(3, 6) = Mat3::Identity() / mass;
+    B.block<3, 3>(6, 0) = hat(s.left.position - x0);
+    B.block<3, 3>(6, 3).setIdentity();
+    B.block<3, 3>(6, 6) = hat(s.right.position - x0);
+    B.block<3, 3>(6, 9).setIdentity();
+    Vec<double, 9> c = Vec<double, 9>::Zero();
+    c[5] = -standard_gravity;
+    c.tail<3>() = -hat(fl0 + fr0) * x0;
+    Vec<double, 12> f;
+    f << s.f_l, s.f_r;
+    const Vec<double, 9> ours = linearised_centroidal_dynamics(
+        mass, s.gamma, s.contacts(), ExpansionPoint<double>{x0, fl0 + fr0});
+    EXPECT_LT((ours - (A * s.gamma + B * f + c)).cwiseAbs().maxCoeff(), 1e-12) << "seed " << seed;
+  }
+}
+
+TEST(Centroidal, LinearisationErrorIsTheProductOfTheDeviations) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Sample s(seed);
+    const auto contacts = s.contacts();
+    const Vec3 x = s.gamma.head<3>();
+    const Vec3 total = contacts[0].force + contacts[1].force;
+    const ExpansionPoint<double> about{Vec3(0.01, 0.02, 0.5), Vec3(1, 2, 300)};
+    const Vec3 difference =
+        angular_momentum_rate(x, contacts) - angular_momentum_rate(x, contacts, about);
+    const Vec3 expected = -wedge<double>(x - about.com, total - about.force);
+    EXPECT_LT((difference - expected).norm(), 1e-11) << "seed " << seed;
+    // With either deviation zero the two forms agree.
+    EXPECT_LT((angular_momentum_rate(x, contacts) -
+               angular_momentum_rate(x, contacts, ExpansionPoint<double>{x, about.force}))
+                  .norm(),
+              1e-11);
+  }
+}
+
+TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
+  // d/dt (H + x ^ m v) = sum tau_i + x_i ^ f_i + x ^ m g, whatever the CoM does.
+  const double mass = 33.0;
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Sample s(seed);
+    const CentroidalState<double> state(s.gamma);
+    const CentroidalState<double> rate(centroidal_dynamics(mass, s.gamma, s.contacts()));
+    const Vec3 about_origin =
+        rate.angular_momentum + wedge<double>(state.com, mass * rate.velocity);
+    Vec3 moments = wedge<double>(state.com, mass * Vec3(0, 0, -standard_gravity));
+    for (const auto& c : s.contacts()) moments += c.torque + wedge<double>(c.position, c.force);
+    EXPECT_LT((about_origin - moments).norm(), 1e-11) << "seed " << seed;
+    EXPECT_EQ(rate.com, state.velocity);
+  }
+}
+
+// A scalar that only remembers which inputs it was made of: what a sparsity tracer sees.
+struct Tracer {
+  unsigned uses = 0;
+  Tracer() = default;
+  explicit Tracer(double) {}
+  static Tracer input(int i) {
+    Tracer t;
+    t.uses = 1u << i;
+    return t;
+  }
+  friend Tracer operator+(Tracer a, Tracer b) { return a |= b; }
+  friend Tracer operator-(Tracer a, Tracer b) { return a |= b; }
+  friend Tracer operator*(Tracer a, Tracer b) { return a |= b; }
+  friend Tracer operator*(double, Tracer a) { return a; }
+  friend Tracer operator*(Tracer a, double) { return a; }
+  friend Tracer operator-(Tracer a, double) { return a; }
+  Tracer& operator+=(Tracer b) { return *this |= b; }
+  Tracer& operator|=(Tracer b) {
+    uses |= b.uses;
+    return *this;
+  }
+};
+
+TEST(Centroidal, AFlatFootKeepsTheSparsityOfThePaper) {
+  Vec<Tracer, 9> gamma;
+  Vec<Tracer, 6> wrench;
+  for (int i = 0; i < 9; ++i) gamma[i] = Tracer::input(i);
+  for (int i = 0; i < 6; ++i) wrench[i] = Tracer::input(9 + i);
+  const std::array foot{contact(flat_sole({0, 0.07, 0}), wrench)};
+  const auto entries = [](std::initializer_list<int> list) {
+    unsigned bits = 0;
+    for (int i : list) bits |= 1u << i;
+    return bits;
+  };
+  const Vec<Tracer, 9> rate = centroidal_dynamics(33.0, gamma, foot);
+  EXPECT_EQ(rate[0].uses, entries({3}));
+  EXPECT_EQ(rate[4].uses, entries({10}));
+  EXPECT_EQ(rate[6].uses, entries({1, 2, 10, 11, 12}));  // y, z; fy, fz; tx
+  EXPECT_EQ(rate[8].uses, entries({0, 1, 9, 10, 14}));   // x, y; fx, fy; tz
+}
+
+}  // namespace
+}  // namespace saltus
