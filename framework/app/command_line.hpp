@@ -1,0 +1,30 @@
+// What the user asked for on the command line of a program.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "framework/app/assignment.hpp"
+
+namespace saltus {
+
+/// `saltus run PROBLEM [--config FILE] [--set KEY=VALUE]... [--out DIR] [--KEY VALUE]...`, taken
+/// apart. A flag that is not one of these four names a setting: `--KEY VALUE`, `--KEY=VALUE` and
+/// `--set KEY=VALUE` mean the same, and `--KEY` alone switches a yes-or-no setting on. Whether the
+/// problem has such a setting is for its `Settings` to say.
+struct RunRequest {
+  std::string problem;
+  std::optional<std::filesystem::path> config_file;
+  std::vector<Assignment> assignments;  ///< of --set and other flags, in their order
+  std::filesystem::path out;            ///< results/PROBLEM unless --out says otherwise
+  bool help = false;                    ///< describe the settings instead of running
+};
+
+/// Parses what follows the word `run`. Throws InputError if the problem is missing (unless help is
+/// asked for), a second one is named, --config or --out occur twice, or a value is missing.
+RunRequest parse_run_request(std::span<const std::string> arguments);
+
+}  // namespace saltus

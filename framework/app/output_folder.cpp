@@ -1,0 +1,77 @@
+#include "framework/app/output_folder.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "framework/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Unique to this process, so that two runs into one folder do not share a temporary file.
+fs::path temporary_beside(const fs::path& file) {
+  return file.parent_path() / fmt::format(".{}.{}.part", file.filename().string(), ::getpid());
+}
+
+// The folder itself, or the nearest of its parents that exists.
+fs::path nearest_existing(fs::path folder) {
+  std::error_code error;
+  while (!fs::exists(fs::symlink_status(folder, error)) && folder.has_relative_path()) {
+    folder = folder.parent_path();
+  }
+  return folder;
+}
+
+}  // namespace
+
+OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("output folder '{}' {}", path_.string(), why));
+  };
+  if (path_.empty()) throw InputError("the name of the output folder is empty");
+
+  std::error_code error;
+  const fs::path existing = nearest_existing(fs::absolute(path_, error));
+  if (!fs::is_directory(existing, error)) {
+    refuse(fmt::format("cannot be used: '{}' is not a folder", existing.string()));
+  }
+  // Permissions alone do not tell (read-only file systems, root): try, and take it back.
+  const fs::path probe = temporary_beside(existing / "saltus_probe");
+  const bool writable = std::ofstream(probe).put('\n').flush().good();
+  fs::remove(probe, error);
+  if (!writable) refuse("is not writable");
+}
+
+void OutputFolder::write(std::string_view name, std::string_view content) const {
+  const fs::path file = path_ / name;
+  const fs::path temporary = temporary_beside(file);
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);
+  std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
+  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
+  stream.close();
+  if (stream.good()) {
+    fs::rename(temporary, file, error);
+    if (!error) return;
+  }
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  throw InputError(fmt::format("cannot write '{}'{}", file.string(),
+                               error ? ": " + error.message() : std::string()));
+}
+
+void OutputFolder::write(std::string_view name, const nlohmann::ordered_json& value) const {
+  using Handler = nlohmann::ordered_json::error_handler_t;
+  write(name, std::string_view(value.dump(2, ' ', false, Handler::replace) + "\n"));
+}
+
+void OutputFolder::write(std::string_view name, const CsvTable& table) const {
+  write(name, std::string_view(table.text()));
+}
+
+}  // namespace saltus

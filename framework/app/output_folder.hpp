@@ -1,0 +1,32 @@
+// Where a run leaves its results, such that nothing is ever half-written.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+#include "framework/app/csv_table.hpp"
+
+namespace saltus {
+
+/// A folder that is proved writable before any work begins, and comes into being with the first
+/// file. Every file is written beside its final name and then renamed: a reader, or an interrupted
+/// run, sees the old file or the new one. Everything that fails throws InputError.
+class OutputFolder {
+ public:
+  /// Throws InputError naming the folder if files cannot be created in it.
+  explicit OutputFolder(std::filesystem::path path);
+
+  const std::filesystem::path& path() const { return path_; }
+
+  void write(std::string_view name, std::string_view content) const;
+  /// Indented JSON; numbers that are not finite become null, as JSON has no word for them.
+  void write(std::string_view name, const nlohmann::ordered_json& value) const;
+  void write(std::string_view name, const CsvTable& table) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,59 @@
+// How a problem presents itself to the program that runs it by name.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "framework/app/command_line.hpp"
+#include "framework/app/exit_status.hpp"
+#include "framework/app/output_folder.hpp"
+#include "framework/app/settings.hpp"
+
+namespace saltus {
+
+/// A problem by name. `run` does everything from reading the settings to writing the results;
+/// `problem_entry` makes it from the two functions that differ between problems.
+struct ProblemEntry {
+  std::string name;
+  std::string summary;  ///< one line for `saltus list`
+  std::function<ExitStatus(const RunRequest&)> run;
+};
+
+/// What a problem is given besides its configuration.
+struct RunContext {
+  const RunRequest& request;
+  OutputFolder& output;                 ///< known to be writable
+  const std::string& effective_config;  ///< all settings as YAML, to be kept beside the results
+};
+
+/// The usual entry. `declare` binds the keys to the fields of a Config, whose values are the
+/// defaults; `run` is called with what file and command line made of it, after everything has been
+/// checked. With --help the settings are printed instead.
+///
+///     problem_entry<PushConfig>("push_recovery", "iCub caught by a step", declare_settings, run)
+template <class Config>
+ProblemEntry problem_entry(std::string name, std::string summary,
+                           void (*declare)(Settings&, Config&),
+                           std::function<ExitStatus(const Config&, const RunContext&)> run) {
+  auto entry = [declare, run = std::move(run), name, summary](const RunRequest& request) {
+    Config config{};
+    Settings settings;
+    declare(settings, config);
+    if (request.help) {
+      fmt::print("{}: {}\n\nSettings (--set KEY=VALUE, --KEY VALUE, or a YAML file):\n{}", name,
+                 summary, settings.describe());
+      return ExitStatus::ok;
+    }
+    settings.apply(request.config_file, request.assignments);
+    OutputFolder output(request.out);
+    const std::string effective_config = settings.to_yaml();
+    return run(config, RunContext{request, output, effective_config});
+  };
+  return {std::move(name), std::move(summary), std::move(entry)};
+}
+
+}  // namespace saltus

@@ -1,0 +1,254 @@
+#include "framework/app/settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "framework/app/overloaded.hpp"
+#include "framework/core/error.hpp"
+#include "framework/core/text.hpp"
+
+namespace saltus {
+// ---- declaring ----------------------------------------------------------------------------------
+
+void Settings::number(std::string key, double& field, std::string unit, std::string doc,
+                      Range range) {
+  declare({std::move(key), &field, std::move(unit), std::move(doc), range, {}, ""});
+}
+
+void Settings::number(std::string key, std::optional<double>& field, std::string unit,
+                      std::string doc, Range range) {
+  declare({std::move(key), &field, std::move(unit), std::move(doc), range, {}, ""});
+}
+
+void Settings::integer(std::string key, int& field, std::string unit, std::string doc,
+                       Range range) {
+  declare({std::move(key), &field, std::move(unit), std::move(doc), range, {}, ""});
+}
+
+void Settings::flag(std::string key, bool& field, std::string doc) {
+  declare({std::move(key), &field, "", std::move(doc), {}, {}, ""});
+}
+
+void Settings::text(std::string key, std::string& field, std::string doc) {
+  declare({std::move(key), &field, "", std::move(doc), {}, {}, ""});
+}
+
+void Settings::vector(std::string key, VectorOut field, std::string unit, std::string doc,
+                      Range range) {
+  const std::span<double> numbers(field.data(), static_cast<std::size_t>(field.size()));
+  declare({std::move(key), numbers, std::move(unit), std::move(doc), range, {}, ""});
+}
+
+void Settings::choice(std::string key, std::string& field, std::vector<std::string> names,
+                      std::string doc) {
+  ChoiceField choice_field;
+  choice_field.index = [&field, names]() -> std::optional<std::size_t> {
+    const auto it = std::find(names.begin(), names.end(), field);
+    if (it == names.end()) return std::nullopt;
+    return static_cast<std::size_t>(it - names.begin());
+  };
+  choice_field.assign = [&field, names](std::size_t index) { field = names[index]; };
+  declare({std::move(key), std::move(choice_field), "", std::move(doc), {}, std::move(names), ""});
+}
+
+void Settings::declare(Setting setting) {
+  const auto complain = [&](std::string_view what) {
+    throw DefinitionError(fmt::format("setting '{}': {}", setting.key, what));
+  };
+  for (const Setting& other : settings_) {
+    if (other.key == setting.key) complain("declared twice");
+    if (other.key.starts_with(setting.key + ".") || setting.key.starts_with(other.key + ".")) {
+      complain(fmt::format("a key cannot be both a value and a section (see '{}')", other.key));
+    }
+  }
+  const auto in_range = [&](double value) { return setting.range.contains(value); };
+  const bool default_is_allowed = std::visit(
+      Overloaded{[&](const double* field) { return std::isfinite(*field) && in_range(*field); },
+                 [&](const std::optional<double>* field) { return !*field || in_range(**field); },
+                 [&](const int* field) { return in_range(*field); },
+                 [&](const std::span<double>& field) {
+                   return std::all_of(field.begin(), field.end(), in_range);
+                 },
+                 [&](const ChoiceField& field) { return field.index().has_value(); },
+                 [](const auto*) { return true; }},
+      setting.field);
+  if (!default_is_allowed) complain("its default is not among the allowed values");
+  setting.default_text = yaml_text(setting, current_value(setting));
+  settings_.push_back(std::move(setting));
+}
+
+void Settings::alias(std::string flag, const std::string& key) {
+  if (find(key, Assignment::Origin::set) == nullptr) {
+    throw DefinitionError(fmt::format("alias '{}': there is no setting '{}'", flag, key));
+  }
+  if (find(flag, Assignment::Origin::flag) != nullptr) {
+    throw DefinitionError(fmt::format("alias '{}': the name is taken", flag));
+  }
+  aliases_.emplace_back(std::move(flag), key);
+}
+
+void Settings::rule(std::vector<std::string> keys, std::function<std::string()> complaint) {
+  for (const std::string& key : keys) {
+    if (find(key, Assignment::Origin::set) == nullptr) {
+      throw DefinitionError(fmt::format("rule: there is no setting '{}'", key));
+    }
+  }
+  rules_.push_back({std::move(keys), std::move(complaint)});
+}
+
+// ---- applying -----------------------------------------------------------------------------------
+
+void Settings::apply(const std::optional<std::filesystem::path>& file,
+                     const std::vector<Assignment>& assignments) {
+  std::vector<Change> changes;
+  if (file) stage(read_yaml_file(*file), changes);
+  stage(assignments, changes);
+
+  std::vector<std::pair<const Setting*, Value>> before;
+  for (const Change& change : changes) {
+    before.emplace_back(change.setting, current_value(*change.setting));
+  }
+  for (const Change& change : changes) assign(*change.setting, change.value);
+  try {
+    check_rules(changes);
+  } catch (...) {
+    for (const auto& [setting, value] : before) assign(*setting, value);
+    throw;
+  }
+}
+
+// Parses everything; assigns nothing.
+void Settings::stage(const std::vector<Assignment>& assignments,
+                     std::vector<Change>& changes) const {
+  std::vector<std::pair<const Setting*, std::string>> seen;
+  for (const Assignment& assignment : assignments) {
+    const Setting* setting = find(assignment.key, assignment.origin);
+    if (setting == nullptr) reject_unknown(assignment);
+    for (const auto& [other, place] : seen) {
+      if (other == setting) {
+        throw InputError(
+            fmt::format("{}: '{}' was already given by {}", assignment.place, setting->key, place));
+      }
+    }
+    seen.emplace_back(setting, assignment.place);
+    changes.push_back({setting, parse(*setting, assignment), assignment.place});
+  }
+}
+
+void Settings::check_rules(const std::vector<Change>& changes) const {
+  for (const Rule& rule : rules_) {
+    const std::string complaint = rule.complaint();
+    if (complaint.empty()) continue;
+    const auto concerned = [&](const Change& change) {
+      return std::find(rule.keys.begin(), rule.keys.end(), change.setting->key) != rule.keys.end();
+    };
+    const auto last = std::find_if(changes.rbegin(), changes.rend(), concerned);
+    if (last == changes.rend()) throw InputError(complaint);
+    throw InputError(fmt::format("{}: {}", last->place, complaint));
+  }
+}
+
+const Settings::Setting* Settings::find(std::string_view name, Assignment::Origin origin) const {
+  std::string_view key = name;
+  if (origin == Assignment::Origin::flag) {
+    for (const auto& [flag, meaning] : aliases_) {
+      if (flag == name) key = meaning;
+    }
+  }
+  const auto it = std::find_if(settings_.begin(), settings_.end(),
+                               [&](const Setting& setting) { return setting.key == key; });
+  return it == settings_.end() ? nullptr : &*it;
+}
+
+void Settings::reject_unknown(const Assignment& given) const {
+  const bool is_flag = given.origin == Assignment::Origin::flag;
+  std::vector<std::string> known = keys();
+  std::vector<std::string> inside;  // keys of the section that was meant, or ending in the name
+  for (const std::string& key : known) {
+    if (key.starts_with(given.key + ".")) inside.push_back(key);
+  }
+  if (!inside.empty() && !is_flag) {
+    throw InputError(fmt::format("{}: '{}' is a section, not a value; it holds {}", given.place,
+                                 given.key, join_names(inside)));
+  }
+  if (is_flag) {
+    for (const auto& [flag, key] : aliases_) known.push_back(flag);
+    known.insert(known.end(), {"config", "set", "out", "help"});
+  }
+  std::string meant;
+  for (const std::string& key : known) {
+    if (meant.empty() && key.ends_with("." + given.key)) meant = key;
+  }
+  if (meant.empty()) meant = nearest_name(given.key, known);
+
+  const std::string dashes = is_flag ? "--" : "";
+  std::string message = is_flag ? fmt::format("unknown flag '--{}'", given.key)
+                                : fmt::format("{}: unknown key '{}'", given.place, given.key);
+  if (!meant.empty()) {
+    message += fmt::format("; did you mean '{}{}'?", dashes, meant);
+  } else {
+    message += "; --help lists all of them";
+  }
+  throw InputError(message);
+}
+
+// ---- text ---------------------------------------------------------------------------------------
+
+std::string Settings::describe() const {
+  std::vector<std::string> heads;
+  std::size_t width = 0;
+  for (const Setting& setting : settings_) {
+    heads.push_back(fmt::format("{}={}{}{}", setting.key, setting.default_text,
+                                setting.unit.empty() ? "" : " ", setting.unit));
+    width = std::max(width, heads.back().size());
+  }
+  width = std::min<std::size_t>(width, 40);  // longer heads push their own text only
+  std::string text;
+  for (std::size_t i = 0; i < settings_.size(); ++i) {
+    const std::string allowed = allowed_text(settings_[i]);
+    text += fmt::format("  {:<{}}  {}{}", heads[i], width, settings_[i].doc,
+                        allowed.empty() ? "" : fmt::format(" ({})", allowed));
+    for (const auto& [flag, key] : aliases_) {
+      if (key == settings_[i].key) text += fmt::format(" [--{}]", flag);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string Settings::to_yaml() const {
+  std::string text;
+  std::set<std::string> written;
+  // Sections in the order of their first key, each written once with all its keys.
+  const std::function<void(const std::string&)> write_section = [&](const std::string& section) {
+    const std::size_t depth =
+        static_cast<std::size_t>(std::count(section.begin(), section.end(), '.'));
+    for (const Setting& setting : settings_) {
+      if (!setting.key.starts_with(section) || written.contains(setting.key)) continue;
+      const std::string rest = setting.key.substr(section.size());
+      const std::size_t dot = rest.find('.');
+      text.append(2 * depth, ' ');
+      if (dot == std::string::npos) {
+        written.insert(setting.key);
+        const std::string unit = setting.unit.empty() ? "" : fmt::format("  # {}", setting.unit);
+        text += fmt::format("{}: {}{}\n", rest, yaml_text(setting, current_value(setting)), unit);
+      } else {
+        text += rest.substr(0, dot) + ":\n";
+        write_section(section + rest.substr(0, dot + 1));
+      }
+    }
+  };
+  write_section("");
+  return text;
+}
+
+std::vector<std::string> Settings::keys() const {
+  std::vector<std::string> keys;
+  for (const Setting& setting : settings_) keys.push_back(setting.key);
+  return keys;
+}
+
+}  // namespace saltus
