@@ -1,0 +1,171 @@
+// Dual numbers: how a formula, written once, also yields its derivatives.
+//
+// A lesson in five lines. Let e be a symbol with e e = 0. A number a + a' e computes like any
+// other:
+//   (a + a' e) + (b + b' e) = (a + b) + (a' + b') e
+//   (a + a' e) (b + b' e)   =  a b    + (a' b + a b') e          the product rule
+//   f(a + a' e)             =  f(a)   +  f'(a) a' e              the chain rule, by Taylor
+// So the factor of e is a derivative, exact to rounding: seed x with 1 e, compute, read it off.
+//
+// Here one number carries N directions at once (e_1 .. e_N): the value is computed once and the N
+// factors, the tangent, are updated by vector instructions. A dual whose value and factors are
+// themselves duals carries second derivatives: in Dual<Dual<double, W>, 1>, seed the outer
+// direction with e_j and the inner ones with e_1 .. e_W; the tangent of the tangent of y is then
+// (d2y/dx_j dx_1, ..., d2y/dx_j dx_W).
+//
+// Duals cannot be compared (scalar.hpp) and do not turn into doubles by themselves: either would
+// lose derivatives without a word. Constants become duals by themselves, with a zero tangent.
+#pragma once
+
+#include "framework/autodiff/eigen_scalar.hpp"
+#include "framework/autodiff/pack.hpp"
+#include "framework/autodiff/scalar.hpp"
+
+namespace saltus {
+
+/// The factors of e_1 .. e_n when they are duals themselves; Chunk (pack.hpp) when they are double.
+template <class T, int n>
+struct TangentOf {
+  T factors[n];
+
+  static TangentOf zero() {
+    TangentOf c;
+    for (T& factor : c.factors) factor = T(0.0);
+    return c;
+  }
+  const T& operator[](int i) const { return factors[i]; }
+  void set(int i, const T& value) { factors[i] = value; }
+
+  TangentOf& operator+=(const TangentOf& b) { return *this = *this + b; }
+  TangentOf& operator-=(const TangentOf& b) { return *this = *this - b; }
+  friend TangentOf operator+(const TangentOf& a, const TangentOf& b) {
+    TangentOf c;
+    for (int i = 0; i < n; ++i) c.factors[i] = a.factors[i] + b.factors[i];
+    return c;
+  }
+  friend TangentOf operator-(const TangentOf& a, const TangentOf& b) {
+    TangentOf c;
+    for (int i = 0; i < n; ++i) c.factors[i] = a.factors[i] - b.factors[i];
+    return c;
+  }
+  friend TangentOf operator-(const TangentOf& a) {
+    TangentOf c;
+    for (int i = 0; i < n; ++i) c.factors[i] = -a.factors[i];
+    return c;
+  }
+  template <class Factor>  // double or T
+  friend TangentOf operator*(const Factor& s, const TangentOf& a) {
+    TangentOf c;
+    for (int i = 0; i < n; ++i) c.factors[i] = s * a.factors[i];
+    return c;
+  }
+  friend TangentOf combine(const T& s, const TangentOf& a, const T& r, const TangentOf& b) {
+    TangentOf c;
+    for (int i = 0; i < n; ++i) c.factors[i] = s * a.factors[i] + r * b.factors[i];
+    return c;
+  }
+};
+
+namespace detail {
+template <class T, int n>
+struct TangentType {
+  using Type = TangentOf<T, n>;
+};
+template <int n>
+struct TangentType<double, n> {
+  using Type = Chunk<n>;
+};
+}  // namespace detail
+
+/// value + sum_i tangent[i] e_i. T is double or again a Dual. Like a double, it is not initialised
+/// by its default constructor.
+template <class T, int N>
+struct Dual {
+  using Tangent = typename detail::TangentType<T, N>::Type;
+
+  T value;
+  [[no_unique_address]] Tangent tangent;
+
+  Dual() = default;
+  Dual(double constant) : value(constant), tangent(Tangent::zero()) {}  // NOLINT: implicit
+  Dual(const T& v, const Tangent& d) : value(v), tangent(d) {}
+
+  Dual& operator+=(const Dual& b) {
+    value += b.value;
+    tangent += b.tangent;
+    return *this;
+  }
+  Dual& operator-=(const Dual& b) {
+    value -= b.value;
+    tangent -= b.tangent;
+    return *this;
+  }
+  Dual& operator*=(const Dual& b) { return *this = *this * b; }
+  Dual& operator/=(const Dual& b) { return *this = *this / b; }
+  Dual& operator+=(double b) {
+    value += b;
+    return *this;
+  }
+  Dual& operator-=(double b) {
+    value -= b;
+    return *this;
+  }
+  Dual& operator*=(double b) { return *this = *this * b; }
+  Dual& operator/=(double b) { return *this = *this / b; }
+
+  friend Dual operator+(const Dual& a) { return a; }
+  friend Dual operator-(const Dual& a) { return {-a.value, -a.tangent}; }
+
+  friend Dual operator+(const Dual& a, const Dual& b) {
+    return {a.value + b.value, a.tangent + b.tangent};
+  }
+  friend Dual operator+(const Dual& a, double b) { return {a.value + b, a.tangent}; }
+  friend Dual operator+(double a, const Dual& b) { return {a + b.value, b.tangent}; }
+
+  friend Dual operator-(const Dual& a, const Dual& b) {
+    return {a.value - b.value, a.tangent - b.tangent};
+  }
+  friend Dual operator-(const Dual& a, double b) { return {a.value - b, a.tangent}; }
+  friend Dual operator-(double a, const Dual& b) { return {a - b.value, -b.tangent}; }
+
+  friend Dual operator*(const Dual& a, const Dual& b) {
+    return {a.value * b.value, combine(b.value, a.tangent, a.value, b.tangent)};
+  }
+  friend Dual operator*(const Dual& a, double b) { return {a.value * b, b * a.tangent}; }
+  friend Dual operator*(double a, const Dual& b) { return {a * b.value, a * b.tangent}; }
+
+  friend Dual operator/(const Dual& a, const Dual& b) {
+    const T quotient = a.value / b.value;
+    const T inverse = 1.0 / b.value;
+    return {quotient, combine(inverse, a.tangent, -(quotient * inverse), b.tangent)};
+  }
+  friend Dual operator/(const Dual& a, double b) { return {a.value / b, (1.0 / b) * a.tangent}; }
+  friend Dual operator/(double a, const Dual& b) {
+    const T quotient = a / b.value;
+    return {quotient, -(quotient / b.value) * b.tangent};
+  }
+};
+
+template <class T, int N>
+inline constexpr bool is_active_scalar<Dual<T, N>> = true;
+
+/// The number behind all layers of derivatives.
+inline double primal(double x) { return x; }
+template <class T, int N>
+double primal(const Dual<T, N>& x) {
+  return primal(x.value);
+}
+
+/// f(x) with f and df/dx given: the chain rule.
+template <class T, int N>
+Dual<T, N> chain(const Dual<T, N>& x, const T& f, const T& df) {
+  return {f, df * x.tangent};
+}
+/// f(a, b) with its two partial derivatives given.
+template <class T, int N>
+Dual<T, N> chain(const Dual<T, N>& a, const Dual<T, N>& b, const T& f, const T& df_da,
+                 const T& df_db) {
+  return {f, combine(df_da, a.tangent, df_db, b.tangent)};
+}
+
+}  // namespace saltus

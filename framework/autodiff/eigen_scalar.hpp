@@ -1,0 +1,37 @@
+// Lets Eigen's vectors and matrices hold active scalars, and mix with matrices of doubles.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>  // cross products in formulas
+
+#include "framework/autodiff/scalar.hpp"
+
+namespace Eigen {
+
+template <saltus::ActiveScalar S>
+struct NumTraits<S> : NumTraits<double> {
+  using Real = S;
+  using NonInteger = S;
+  using Nested = S;
+  using Literal = double;  // lets `2.0 * v` multiply by a double instead of by a lifted constant
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = !std::is_trivially_default_constructible_v<S>,
+    ReadCost = 4,
+    AddCost = 8,
+    MulCost = 16
+  };
+};
+
+template <saltus::ActiveScalar S, class Operation>
+struct ScalarBinaryOpTraits<S, double, Operation> {
+  using ReturnType = S;
+};
+template <saltus::ActiveScalar S, class Operation>
+struct ScalarBinaryOpTraits<double, S, Operation> {
+  using ReturnType = S;
+};
+
+}  // namespace Eigen

@@ -1,0 +1,211 @@
+// Elementary functions for double and dual numbers. Those of the tracer are in tracer.hpp.
+//
+// Inside a formula call them unqualified (sin(x[0])) or as saltus::sin. Where a derivative does not
+// exist or is infinite, the ones below are finite, because one NaN or infinity at a start, a rest
+// or a contact point loses the whole solve:
+//   abs at 0           derivative 0
+//   min, max of equals the mean of both derivatives, so that max(x, -x) agrees with abs(x)
+//   sqrt, norm, hypot at 0; asin, acos at +-1; x^c at 0 with c < 1
+//                      derivative 0 in place of infinity, so that norm() of a body at rest is flat
+//   atan2(0, 0)        value 0, derivatives 0
+//   x^y with x <= 0    the derivative with respect to y is 0 (it is undefined for x < 0)
+// Outside a function's domain the value is NaN as in <cmath>.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <concepts>
+
+#include "framework/autodiff/dual.hpp"
+
+namespace saltus {
+
+using std::acos;
+using std::asin;
+using std::atan;
+using std::atan2;
+using std::cos;
+using std::cosh;
+using std::exp;
+using std::hypot;
+using std::log;
+using std::pow;
+using std::sin;
+using std::sinh;
+using std::sqrt;
+using std::tan;
+using std::tanh;
+
+inline double abs(double x) { return std::abs(x); }  // never the integer one of <cstdlib>
+inline double min(double a, double b) { return b < a ? b : a; }
+inline double max(double a, double b) { return a < b ? b : a; }
+
+namespace detail {
+/// numerator / x, and 0 where x is 0: the derivatives that would be infinite.
+template <class T>
+T divide_or_zero(const T& numerator, const T& x) {
+  return primal(x) == 0.0 ? T(0.0) : T(numerator / x);
+}
+}  // namespace detail
+
+template <class T, int N>
+Dual<T, N> sin(const Dual<T, N>& x) {
+  return chain(x, T(sin(x.value)), T(cos(x.value)));
+}
+template <class T, int N>
+Dual<T, N> cos(const Dual<T, N>& x) {
+  return chain(x, T(cos(x.value)), T(-sin(x.value)));
+}
+template <class T, int N>
+Dual<T, N> tan(const Dual<T, N>& x) {
+  const T f = tan(x.value);
+  return chain(x, f, T(1.0 + f * f));
+}
+template <class T, int N>
+Dual<T, N> asin(const Dual<T, N>& x) {
+  const T root = sqrt(T(1.0 - x.value * x.value));
+  return chain(x, T(asin(x.value)), detail::divide_or_zero(T(1.0), root));
+}
+template <class T, int N>
+Dual<T, N> acos(const Dual<T, N>& x) {
+  const T root = sqrt(T(1.0 - x.value * x.value));
+  return chain(x, T(acos(x.value)), detail::divide_or_zero(T(-1.0), root));
+}
+template <class T, int N>
+Dual<T, N> atan(const Dual<T, N>& x) {
+  return chain(x, T(atan(x.value)), T(1.0 / (1.0 + x.value * x.value)));
+}
+template <class T, int N>
+Dual<T, N> sinh(const Dual<T, N>& x) {
+  return chain(x, T(sinh(x.value)), T(cosh(x.value)));
+}
+template <class T, int N>
+Dual<T, N> cosh(const Dual<T, N>& x) {
+  return chain(x, T(cosh(x.value)), T(sinh(x.value)));
+}
+template <class T, int N>
+Dual<T, N> tanh(const Dual<T, N>& x) {
+  const T f = tanh(x.value);
+  return chain(x, f, T(1.0 - f * f));
+}
+template <class T, int N>
+Dual<T, N> exp(const Dual<T, N>& x) {
+  const T f = exp(x.value);
+  return chain(x, f, f);
+}
+template <class T, int N>
+Dual<T, N> log(const Dual<T, N>& x) {
+  return chain(x, T(log(x.value)), T(1.0 / x.value));
+}
+template <class T, int N>
+Dual<T, N> sqrt(const Dual<T, N>& x) {
+  const T f = sqrt(x.value);
+  return chain(x, f, detail::divide_or_zero(T(0.5), f));
+}
+template <class T, int N>
+Dual<T, N> abs(const Dual<T, N>& x) {
+  const double sign = primal(x) > 0.0 ? 1.0 : (primal(x) < 0.0 ? -1.0 : 0.0);
+  return {abs(x.value), sign * x.tangent};
+}
+
+template <class T, int N>
+Dual<T, N> min(const Dual<T, N>& a, const Dual<T, N>& b) {
+  if (primal(a) < primal(b)) return a;
+  if (primal(b) < primal(a)) return b;
+  return 0.5 * (a + b);
+}
+template <class T, int N>
+Dual<T, N> max(const Dual<T, N>& a, const Dual<T, N>& b) {
+  if (primal(a) > primal(b)) return a;
+  if (primal(b) > primal(a)) return b;
+  return 0.5 * (a + b);
+}
+template <class T, int N>
+Dual<T, N> atan2(const Dual<T, N>& y, const Dual<T, N>& x) {
+  const T square = x.value * x.value + y.value * y.value;
+  return chain(y, x, T(atan2(y.value, x.value)), detail::divide_or_zero(x.value, square),
+               detail::divide_or_zero(T(-y.value), square));
+}
+template <class T, int N>
+Dual<T, N> hypot(const Dual<T, N>& a, const Dual<T, N>& b) {
+  const T f = hypot(a.value, b.value);
+  return chain(a, b, f, detail::divide_or_zero(a.value, f), detail::divide_or_zero(b.value, f));
+}
+
+template <class T, int N>
+Dual<T, N> pow(const Dual<T, N>& x, double exponent) {
+  const T f = pow(x.value, exponent);
+  if (exponent == 0.0 || (primal(x) == 0.0 && exponent < 1.0)) return chain(x, f, T(0.0));
+  return chain(x, f, T(exponent * pow(x.value, exponent - 1.0)));
+}
+template <class T, int N>
+Dual<T, N> pow(const Dual<T, N>& x, const Dual<T, N>& exponent) {
+  const T f = pow(x.value, exponent.value);
+  const bool positive = primal(x) > 0.0;
+  const bool infinite = primal(x) == 0.0 && primal(exponent) < 1.0;
+  const T df_dx = infinite ? T(0.0) : T(exponent.value * pow(x.value, T(exponent.value - 1.0)));
+  const T df_dy = positive ? T(f * log(x.value)) : T(0.0);
+  return chain(x, exponent, f, df_dx, df_dy);
+}
+
+// One of two arguments a constant. ActiveScalar covers the tracer as well.
+template <ActiveScalar S>
+S min(const S& a, double b) {
+  return min(a, S(b));
+}
+template <ActiveScalar S>
+S min(double a, const S& b) {
+  return min(S(a), b);
+}
+template <ActiveScalar S>
+S max(const S& a, double b) {
+  return max(a, S(b));
+}
+template <ActiveScalar S>
+S max(double a, const S& b) {
+  return max(S(a), b);
+}
+template <ActiveScalar S>
+S atan2(const S& y, double x) {
+  return atan2(y, S(x));
+}
+template <ActiveScalar S>
+S atan2(double y, const S& x) {
+  return atan2(S(y), x);
+}
+template <ActiveScalar S>
+S hypot(const S& a, double b) {
+  return hypot(a, S(b));
+}
+template <ActiveScalar S>
+S hypot(double a, const S& b) {
+  return hypot(S(a), b);
+}
+template <ActiveScalar S>
+S pow(double base, const S& exponent) {
+  return pow(S(base), exponent);
+}
+template <ActiveScalar S, std::integral Integer>
+S pow(const S& x, Integer exponent) {
+  return pow(x, static_cast<double>(exponent));
+}
+
+template <Scalar S>
+S square(const S& x) {
+  return x * x;
+}
+template <Scalar S>
+S cube(const S& x) {
+  return x * x * x;
+}
+
+/// Euclidean length of a vector; at zero its derivative is zero. So is that of Eigen's v.norm(),
+/// but v.normalized() branches on the length and does not compile.
+template <class Derived>
+typename Derived::Scalar norm(const Eigen::MatrixBase<Derived>& v) {
+  using S = typename Derived::Scalar;
+  const S sum_of_squares = v.squaredNorm();
+  return sqrt(sum_of_squares);
+}
+
+}  // namespace saltus

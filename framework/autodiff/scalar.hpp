@@ -1,0 +1,73 @@
+// What the number types that stand in for double have in common: which types they are, and that no
+// program may branch on one.
+#pragma once
+
+#include <concepts>
+#include <type_traits>
+
+namespace saltus {
+
+/// Specialised to true by every number type that carries derivatives or dependencies.
+template <class S>
+inline constexpr bool is_active_scalar = false;
+
+/// A number that stands in for double in a user's formula: a dual number or a tracer.
+template <class S>
+concept ActiveScalar = is_active_scalar<S>;
+
+/// Anything a formula computes with.
+template <class S>
+concept Scalar = ActiveScalar<S> || std::is_arithmetic_v<S>;
+
+/// Scalars of which at least one is active: the cases in which our operators and functions apply.
+template <class A, class B>
+concept ActivePair = (ActiveScalar<A> && (std::same_as<A, B> || std::is_arithmetic_v<B>)) ||
+                     (ActiveScalar<B> && std::is_arithmetic_v<A>);
+
+namespace detail {
+template <class... Ts>
+struct CommonScalar {
+  using Type = double;
+};
+template <class T, class... Ts>
+struct CommonScalar<T, Ts...> {
+  using Rest = typename CommonScalar<Ts...>::Type;
+  using Type = std::conditional_t<ActiveScalar<T>, T, Rest>;
+};
+
+template <class A>
+bool branching_on_a_state() {
+  static_assert(!ActiveScalar<A>,
+                "a formula cannot branch on a state, input or parameter, because its derivatives "
+                "and sparsity must hold on both sides: use saltus::select(condition, a, b), min, "
+                "max, abs or smooth_step instead");
+  return false;
+}
+}  // namespace detail
+
+/// The active type among Ts, or double when there is none.
+template <class... Ts>
+using CommonScalar = typename detail::CommonScalar<Ts...>::Type;
+
+// Comparisons are declared, so that the compiler reports the advice above and not a missing
+// operator.
+template <class A, class B>
+requires ActivePair<A, B>
+bool operator<(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+template <class A, class B>
+requires ActivePair<A, B>
+bool operator>(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+template <class A, class B>
+requires ActivePair<A, B>
+bool operator<=(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+template <class A, class B>
+requires ActivePair<A, B>
+bool operator>=(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+template <class A, class B>
+requires ActivePair<A, B>
+bool operator==(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+template <class A, class B>
+requires ActivePair<A, B>
+bool operator!=(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+
+}  // namespace saltus

@@ -1,0 +1,212 @@
+// Turns a user's formula, a template over the scalar, into a Function: value, exact derivatives and
+// exact sparsity. The only place where the formula's type is known.
+//
+// A formula is a functor with a const operator() or a generic lambda, called as f(t, x), f(t, x, u)
+// or f(t, x, u, p): t a scalar S, x, u, p of type Vec<S, nx>, Vec<S, nu>, Vec<S, np>. It returns a
+// scalar (one output) or a Vec<S, m>. It is copied and must not change afterwards.
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <memory>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "framework/autodiff/dual.hpp"
+#include "framework/autodiff/smooth.hpp"
+#include "framework/autodiff/tracer.hpp"
+#include "framework/model/arguments.hpp"
+#include "framework/model/function.hpp"
+#include "framework/model/seeding.hpp"
+#include "framework/model/structure.hpp"
+
+namespace saltus {
+
+/// The argument z = (t | x | u | p) in the types that the formula takes.
+template <class S, int nx, int nu, int np>
+struct FormulaArguments {
+  S t;
+  Vec<S, nx> x;
+  Vec<S, nu> u;
+  Vec<S, np> p;
+
+  S& operator[](int i) {
+    if (i == 0) return t;
+    if (i <= nx) return x.data()[i - 1];
+    if (i <= nx + nu) return u.data()[i - 1 - nx];
+    return p.data()[i - 1 - nx - nu];
+  }
+};
+
+template <class F, class S, int nx>
+concept FormulaOfState = std::invocable < const F&,
+        const S&, const Vec<S, nx>
+& > ;
+template <class F, class S, int nx, int nu>
+concept FormulaOfInput = std::invocable < const F&,
+        const S&, const Vec<S, nx>
+&, const Vec<S, nu>& > ;
+template <class F, class S, int nx, int nu, int np>
+concept FormulaOfParameters = std::invocable < const F&,
+        const S&, const Vec<S, nx>
+&, const Vec<S, nu>&, const Vec<S, np>& > ;
+template <class F, class S, int nx, int nu, int np>
+concept Formula = FormulaOfState<F, S, nx> || FormulaOfInput<F, S, nx, nu> ||
+    FormulaOfParameters<F, S, nx, nu, np>;
+
+namespace detail {
+
+template <class F, class S, int nx, int nu, int np>
+decltype(auto) call(const F& formula, const FormulaArguments<S, nx, nu, np>& z) {
+  static_assert(Formula<F, S, nx, nu, np>,
+                "a formula must be callable through a const operator() as f(t, x), f(t, x, u) or "
+                "f(t, x, u, p), with t a scalar S and x, u, p of type Vec<S, nx>, Vec<S, nu>, "
+                "Vec<S, np> of the declared sizes, for every scalar S");
+  if constexpr (FormulaOfParameters<F, S, nx, nu, np>) {
+    return formula(z.t, z.x, z.u, z.p);
+  } else if constexpr (FormulaOfInput<F, S, nx, nu>) {
+    return formula(z.t, z.x, z.u);
+  } else if constexpr (FormulaOfState<F, S, nx>) {
+    return formula(z.t, z.x);
+  }
+}
+
+template <class R>
+concept EigenResult = std::derived_from<R, Eigen::EigenBase<R>>;
+
+// Whether the result owns its numbers: a matrix does, and so does Vec<S, 3>::Zero().
+template <class R>
+struct OwnsItsNumbers : std::is_base_of<Eigen::PlainObjectBase<R>, R> {};
+template <class Op, class Plain>
+struct OwnsItsNumbers<Eigen::CwiseNullaryOp<Op, Plain>> : std::true_type {};
+
+template <class R>
+constexpr int rows_of_result() {
+  if constexpr (EigenResult<R>) {
+    static_assert(
+        R::ColsAtCompileTime == 1 && R::RowsAtCompileTime != Eigen::Dynamic,
+        "a formula must return a scalar or a column vector whose size is known at compile "
+        "time, Vec<S, m>");
+    return R::RowsAtCompileTime;
+  } else {
+    return 1;
+  }
+}
+
+template <class F, class S, int nx, int nu, int np>
+using ResultOf = std::remove_cvref_t<decltype(call(
+    std::declval<const F&>(), std::declval<const FormulaArguments<S, nx, nu, np>&>()))>;
+
+}  // namespace detail
+
+/// The number of outputs of a formula.
+template <int nx, int nu, int np, class F>
+inline constexpr int outputs_of =
+    detail::rows_of_result<detail::ResultOf<F, Dual<double, 0>, nx, nu, np>>();
+
+namespace detail {
+
+/// y = formula(z) for any scalar.
+template <class F, class S, int nx, int nu, int np>
+void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) {
+  using Result = ResultOf<F, S, nx, nu, np>;
+  if constexpr (EigenResult<Result>) {
+    static_assert(OwnsItsNumbers<Result>::value,
+                  "a formula must not return an unevaluated Eigen expression, which refers to "
+                  "variables that no longer exist: state the return type Vec<S, m> or end the "
+                  "expression with .eval()");
+    constexpr int m = rows_of_result<Result>();
+    Eigen::Map<Vec<S, m>>(y, m) = call(formula, z).template cast<S>();
+  } else {
+    static_assert(std::convertible_to<Result, S>,
+                  "a formula must return a scalar or a vector of the scalar type S it is called "
+                  "with");
+    *y = S(call(formula, z));
+  }
+}
+
+template <int nx, int nu, int np, class F>
+class FormulaBody final : public FunctionBody {
+  static constexpr int inputs_count = Arguments{nx, nu, np}.size();
+  static constexpr int outputs_count = outputs_of<nx, nu, np, F>;
+  static constexpr int lanes =
+      std::min((inputs_count + native_lanes - 1) / native_lanes * native_lanes, 24);
+  using First = Dual<double, lanes>;
+  using Second = Dual<First, 1>;
+  template <class S>
+  using Argument = FormulaArguments<S, nx, nu, np>;
+
+ public:
+  explicit FormulaBody(F formula)
+      : FunctionBody(inputs_count, outputs_count), formula_(std::move(formula)) {
+    Argument<Tracer> z;
+    for (int i = 0; i < inputs_count; ++i) z[i] = Tracer::input(i);
+    std::vector<Tracer> y(outputs_count);
+    evaluate(formula_, z, y.data());
+    const FormulaStructure structure = structure_of(inputs_count, y);
+    jacobian_pattern_ = structure.jacobian;
+    hessian_pattern_ = structure.hessian;
+    jacobian_passes_ = jacobian_passes(jacobian_pattern_, lanes);
+    hessian_passes_ = hessian_passes(hessian_pattern_, lanes);
+  }
+
+  void value(const double* z, double* y) const override {
+    // A Dual without directions and not a double: the formula's abs, min and select are then found
+    // by their argument, and never the integer abs of the C library.
+    using S = Dual<double, 0>;
+    Argument<S> argument;
+    for (int i = 0; i < inputs_count; ++i) argument[i] = z[i];
+    S result[outputs_count];
+    evaluate(formula_, argument, result);
+    for (int r = 0; r < outputs_count; ++r) y[r] = result[r].value;
+  }
+
+  void jacobian(const double* z, double* y, double* entries) const override {
+    if (jacobian_passes_.empty()) return value(z, y);  // constant
+    Argument<First> argument;
+    for (int i = 0; i < inputs_count; ++i) argument[i] = z[i];
+    First result[outputs_count];
+    for (const JacobianPass& pass : jacobian_passes_) {
+      for (const Seed& seed : pass.seeds) argument[seed.input].tangent.set(seed.lane, 1.0);
+      evaluate(formula_, argument, result);
+      for (const Reading& r : pass.readings) entries[r.entry] = result[r.row].tangent[r.lane];
+      for (const Seed& seed : pass.seeds) argument[seed.input].tangent.set(seed.lane, 0.0);
+    }
+    for (int r = 0; r < outputs_count; ++r) y[r] = result[r].value;
+  }
+
+  void hessian(const double* z, const double* weights, double* entries, Curvature) const override {
+    if (hessian_passes_.empty()) return;  // affine
+    Argument<Second> argument;
+    for (int i = 0; i < inputs_count; ++i) argument[i] = z[i];
+    Second result[outputs_count];
+    for (const HessianPass& pass : hessian_passes_) {
+      for (int j : pass.outer) argument[j].tangent.factors[0].value = 1.0;
+      for (const Seed& seed : pass.seeds) argument[seed.input].value.tangent.set(seed.lane, 1.0);
+      evaluate(formula_, argument, result);
+      auto sum = weights[0] * result[0].tangent[0].tangent;
+      for (int r = 1; r < outputs_count; ++r) sum += weights[r] * result[r].tangent[0].tangent;
+      for (const Reading& r : pass.readings) entries[r.entry] = sum[r.lane];
+      for (int j : pass.outer) argument[j].tangent.factors[0].value = 0.0;
+      for (const Seed& seed : pass.seeds) argument[seed.input].value.tangent.set(seed.lane, 0.0);
+    }
+  }
+
+ private:
+  F formula_;
+  std::vector<JacobianPass> jacobian_passes_;
+  std::vector<HessianPass> hessian_passes_;
+};
+
+}  // namespace detail
+
+/// Erases a formula of nx states, nu inputs and np parameters (each may be 0). Evaluation does not
+/// allocate. Both kinds of Curvature give the full Hessian: dropping terms is for compositions.
+template <int nx, int nu, int np, class F>
+Function make_function(F formula) {
+  static_assert(nx >= 0 && nu >= 0 && np >= 0, "sizes cannot be negative");
+  return Function(std::make_shared<detail::FormulaBody<nx, nu, np, F>>(std::move(formula)));
+}
+
+}  // namespace saltus

@@ -1,0 +1,113 @@
+#include "framework/model/seeding.hpp"
+
+#include <algorithm>
+
+namespace saltus {
+namespace {
+
+using Lists = std::vector<std::vector<int>>;
+
+// Greedy colouring: each list (a column's rows, an input's partners) gets the first colour in which
+// it meets no list that holds one of its members; an empty list gets -1.
+std::vector<int> colour_disjoint(const Lists& lists, int members) {
+  std::vector<int> colour(lists.size(), -1);
+  std::vector<std::vector<bool>> taken;  // per colour: members in use
+  for (std::size_t k = 0; k < lists.size(); ++k) {
+    if (lists[k].empty()) continue;
+    const auto free_in = [&](const std::vector<bool>& used) {
+      return std::none_of(lists[k].begin(), lists[k].end(), [&](int m) { return used[m]; });
+    };
+    const auto place = std::find_if(taken.begin(), taken.end(), free_in);
+    colour[k] = static_cast<int>(place - taken.begin());
+    if (place == taken.end()) taken.emplace_back(members, false);
+    for (int m : lists[k]) taken[colour[k]][m] = true;
+  }
+  return colour;
+}
+
+// Inputs that together touch every pair, the one with most untouched pairs first.
+std::vector<int> cover_pairs(const Lists& partners) {
+  const int n = static_cast<int>(partners.size());
+  std::vector<int> cover;
+  std::vector<bool> covered(n, false);
+  for (;;) {
+    int best = -1;
+    std::ptrdiff_t most = 0;
+    for (int i = 0; i < n; ++i) {
+      if (covered[i]) continue;
+      const auto open =
+          std::count_if(partners[i].begin(), partners[i].end(), [&](int j) { return !covered[j]; });
+      if (open > most) {
+        most = open;
+        best = i;
+      }
+    }
+    if (best < 0) return cover;
+    covered[best] = true;
+    cover.push_back(best);
+  }
+}
+
+}  // namespace
+
+std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int lanes) {
+  Lists rows_of(jacobian.cols());
+  jacobian.for_each([&](int r, int c, int) { rows_of[c].push_back(r); });
+  const std::vector<int> colour = colour_disjoint(rows_of, jacobian.rows());
+  std::vector<JacobianPass> passes;
+  const auto pass_of = [&](int c) -> JacobianPass& {
+    const std::size_t pass = colour[c] / lanes;
+    if (pass >= passes.size()) passes.resize(pass + 1);
+    return passes[pass];
+  };
+  for (int c = 0; c < jacobian.cols(); ++c)
+    if (colour[c] >= 0) pass_of(c).seeds.push_back({c, colour[c] % lanes});
+  jacobian.for_each([&](int r, int c, int entry) {
+    pass_of(c).readings.push_back({r, colour[c] % lanes, entry});
+  });
+  return passes;
+}
+
+std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lanes) {
+  const int n = hessian.cols();
+  Lists partners(n);
+  hessian.for_each([&](int i, int j, int) {
+    partners[i].push_back(j);
+    if (i != j) partners[j].push_back(i);
+  });
+  const std::vector<int> cover = cover_pairs(partners);
+
+  // Outer inputs without a common partner share a direction: whatever the lane, at most one of them
+  // answers.
+  Lists partners_of_outer;
+  for (int j : cover) partners_of_outer.push_back(partners[j]);
+  const std::vector<int> colour = colour_disjoint(partners_of_outer, n);
+  const int directions = cover.empty() ? 0 : 1 + *std::max_element(colour.begin(), colour.end());
+
+  std::vector<HessianPass> passes;
+  std::vector<bool> known(hessian.entries(), false);
+  for (int d = 0; d < directions; ++d) {
+    HessianPass pass;
+    for (std::size_t k = 0; k < cover.size(); ++k)
+      if (colour[k] == d) pass.outer.push_back(cover[k]);
+    const HessianPass blank = pass;
+    for (int j : blank.outer) {
+      for (int i : partners[j]) {
+        const int entry = hessian.find(std::max(i, j), std::min(i, j));
+        if (known[entry]) continue;
+        known[entry] = true;
+        if (static_cast<int>(pass.seeds.size()) == lanes) {
+          passes.push_back(pass);
+          pass = blank;
+        }
+        const int lane = static_cast<int>(pass.seeds.size());
+        pass.seeds.push_back({i, lane});
+        pass.readings.push_back({0, lane, entry});
+      }
+    }
+    if (!pass.seeds.empty()) passes.push_back(pass);
+  }
+  return passes;
+}
+
+}  // namespace saltus
