@@ -27,6 +27,8 @@ struct IntervalProblem {
   std::vector<bool> differentiate_parameter;
   /// Whether derivatives with respect to start time and length are wanted.
   bool differentiate_time = false;
+  /// Typical magnitudes of the states (nx; empty means ones): they scale absolute tolerances.
+  VectorXd nominal_state = {};
 
   int nq() const { return running_cost ? running_cost.outputs() : 0; }
   int coefficients() const {

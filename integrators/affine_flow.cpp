@@ -1,0 +1,150 @@
+#include "integrators/affine_flow.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace saltus {
+namespace {
+
+constexpr int binomial[3][3] = {{1, 0, 0}, {1, 1, 0}, {1, 2, 1}};
+constexpr double series_norm = 0.5;        // bound of |tau M| at which the series is summed
+constexpr double negligible_term = 1e-20;  // relative: small entries keep their digits too
+constexpr int longest_series = 40;         // 0.5^40 / 40! is far below negligible_term
+// exp(M) of this norm overflows: more doublings cannot help.
+constexpr double largest_norm = 1e6;
+
+// c += scale a b; rows of zeros in `a` cost nothing, and most entries are zero.
+void add_product(double scale, const RowMajorMatrix& a, const RowMajorMatrix& b,
+                 RowMajorMatrix& c) {
+  const Eigen::Index n = a.rows();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    double* out = c.data() + i * n;
+    for (Eigen::Index k = 0; k < n; ++k) {
+      const double factor = scale * a(i, k);
+      if (factor == 0.0) continue;
+      const double* row = b.data() + k * n;
+      for (Eigen::Index j = 0; j < n; ++j) out[j] += factor * row[j];
+    }
+  }
+}
+
+// c += scale a' b.
+void add_transposed_product(double scale, const RowMajorMatrix& a, const RowMajorMatrix& b,
+                            RowMajorMatrix& c) {
+  const Eigen::Index n = a.rows();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double* row = b.data() + k * n;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double factor = scale * a(k, i);
+      if (factor == 0.0) continue;
+      double* out = c.data() + i * n;
+      for (Eigen::Index j = 0; j < n; ++j) out[j] += factor * row[j];
+    }
+  }
+}
+
+// The rule of Leibniz for all derivatives up to `order`.
+template <class Product>
+void add_product(int order, double scale, const MatrixJet& a, const MatrixJet& b, MatrixJet& c,
+                 Product&& product) {
+  for (int k = 0; k <= order; ++k)
+    for (int i = 0; i <= k; ++i) product(scale * binomial[k][i], a[i], b[k - i], c[k]);
+}
+
+const auto plain = [](double s, const RowMajorMatrix& a, const RowMajorMatrix& b,
+                      RowMajorMatrix& c) { add_product(s, a, b, c); };
+const auto transposed = [](double s, const RowMajorMatrix& a, const RowMajorMatrix& b,
+                           RowMajorMatrix& c) { add_transposed_product(s, a, b, c); };
+
+void add(int order, const MatrixJet& a, MatrixJet& sum) {
+  for (int k = 0; k <= order; ++k) sum[k] += a[k];
+}
+
+void copy(int order, const MatrixJet& from, MatrixJet& to) {
+  for (int k = 0; k <= order; ++k) to[k] = from[k];
+}
+
+// term = scale (term M + its transpose), for symmetric results.
+void symmetrise(int order, double scale, const MatrixJet& half, MatrixJet& term) {
+  const Eigen::Index n = half[0].rows();
+  for (int k = 0; k <= order; ++k)
+    for (Eigen::Index i = 0; i < n; ++i)
+      for (Eigen::Index j = 0; j < n; ++j) term[k](i, j) = scale * (half[k](i, j) + half[k](j, i));
+}
+
+bool is_negligible(int order, const MatrixJet& term, const MatrixJet& sum) {
+  for (int k = 0; k <= order; ++k)
+    if (term[k].cwiseAbs().maxCoeff() > negligible_term * sum[k].cwiseAbs().maxCoeff())
+      return false;
+  return true;
+}
+
+}  // namespace
+
+void MatrixJet::resize(int size) {
+  for (RowMajorMatrix& m : derivative) m.setZero(size, size);
+}
+
+void MatrixJet::set_zero(int order) {
+  for (int k = 0; k <= order; ++k) derivative[k].setZero();
+}
+
+AffineFlow::AffineFlow(int size, int count) : forms(count), integrals(count), form_terms_(count) {
+  for (MatrixJet* jet : {&generator, &flow, &term_, &next_}) jet->resize(size);
+  for (auto* jets : {&forms, &integrals, &form_terms_})
+    for (MatrixJet& jet : *jets) jet.resize(size);
+}
+
+bool AffineFlow::compute(int order) {
+  double norm = generator[0].cwiseAbs().rowwise().sum().maxCoeff();
+  double finite = norm;
+  for (int k = 0; k <= order; ++k) {
+    finite += generator[k].cwiseAbs().sum();
+    for (const MatrixJet& form : forms) finite += form[k].cwiseAbs().sum();
+  }
+  if (!std::isfinite(finite) || norm > largest_norm) return false;
+  int doublings = 0;
+  for (; norm > series_norm; norm *= 0.5) ++doublings;
+  const double tau = std::ldexp(1.0, -doublings);
+
+  // F = sum_k (tau M)^k / k!
+  flow.set_zero(order);
+  term_.set_zero(order);
+  flow[0].diagonal().setOnes();
+  term_[0].diagonal().setOnes();
+  for (int k = 1; k <= longest_series; ++k) {
+    next_.set_zero(order);
+    add_product(order, tau / k, generator, term_, next_, plain);
+    std::swap(term_, next_);
+    add(order, term_, flow);
+    if (is_negligible(order, term_, flow)) break;
+  }
+
+  // G = sum_k E_k,  E_0 = tau Q,  E_k = tau (E_{k-1} M + M' E_{k-1}) / (k + 1)
+  for (std::size_t i = 0; i < forms.size(); ++i) {
+    MatrixJet& term = form_terms_[i];
+    for (int k = 0; k <= order; ++k) term[k] = tau * forms[i][k];
+    copy(order, term, integrals[i]);
+    for (int k = 1; k <= longest_series; ++k) {
+      next_.set_zero(order);
+      add_product(order, 1.0, term, generator, next_, plain);
+      symmetrise(order, tau / (k + 1), next_, term);
+      add(order, term, integrals[i]);
+      if (is_negligible(order, term, integrals[i])) break;
+    }
+  }
+
+  for (int d = 0; d < doublings; ++d) {
+    for (MatrixJet& integral : integrals) {
+      next_.set_zero(order);
+      add_product(order, 1.0, integral, flow, next_, plain);
+      add_product(order, 1.0, flow, next_, integral, transposed);
+    }
+    next_.set_zero(order);
+    add_product(order, 1.0, flow, flow, next_, plain);
+    std::swap(flow, next_);
+  }
+  return true;
+}
+
+}  // namespace saltus

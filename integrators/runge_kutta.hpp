@@ -1,0 +1,41 @@
+// Explicit Runge-Kutta with a fixed number of equal steps, with exact derivatives of first and
+// second order of the discrete map. The scheme for the control loop.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "framework/model/integrator.hpp"
+
+namespace saltus {
+
+/// An explicit Butcher tableau: X_i = x + step sum_j a_ij K_j, x+ = x + step sum_i b_i K_i.
+struct ButcherTableau {
+  std::string name;
+  int order = 0;
+  MatrixXd a;  ///< stages x stages, strictly lower triangular
+  VectorXd b;
+  VectorXd c;  ///< row sums of a
+
+  int stages() const { return static_cast<int>(b.size()); }
+};
+
+/// Kutta 1901, the classical method: 4 stages, order 4.
+ButcherTableau classical_runge_kutta();
+/// Cooper and Verner 1972, closed form in sqrt(21): 11 stages, order 8.
+ButcherTableau cooper_verner();
+
+struct RungeKuttaOptions {
+  int steps = 1;  ///< equal steps per interval
+};
+
+/// Derivatives of first and second order are those of the discrete map, exact up to rounding,
+/// including those with respect to start time and length; running costs use the same stages.
+/// Nothing allocates after construction. Throws DefinitionError if steps < 1.
+IntegratorChoice runge_kutta4(RungeKuttaOptions options = {});
+/// For smooth offline problems at tight tolerance; not for formulas with kinks.
+IntegratorChoice runge_kutta8(RungeKuttaOptions options = {});
+/// With a tableau of your own. Throws DefinitionError when it is not explicit and consistent.
+IntegratorChoice runge_kutta(ButcherTableau tableau, RungeKuttaOptions options = {});
+
+}  // namespace saltus

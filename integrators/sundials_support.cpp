@@ -1,0 +1,84 @@
+#include "integrators/sundials_support.hpp"
+
+#include <sundials/sundials_context.h>
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "framework/core/error.hpp"
+
+namespace saltus::sundials {
+
+void require(int code, const char* call) {
+  if (code < 0)
+    throw std::runtime_error(std::string(call) + " failed with code " + std::to_string(code) + ".");
+}
+
+void require(const void* object, const char* call) {
+  if (object == nullptr) throw std::runtime_error(std::string(call) + " returned no object.");
+}
+
+#if SUNDIALS_VERSION_MAJOR >= 7
+namespace {
+void ignore_error(int, const char*, const char*, const char*, SUNErrCode, void*, SUNContext) {}
+}  // namespace
+#endif
+
+Context::Context() {
+#if SUNDIALS_VERSION_MAJOR >= 7
+  require(SUNContext_Create(SUN_COMM_NULL, &context_), "SUNContext_Create");
+  SUNContext_ClearErrHandlers(context_);
+  SUNContext_PushErrHandler(context_, ignore_error, nullptr);
+#else
+  require(SUNContext_Create(nullptr, &context_), "SUNContext_Create");
+#endif
+}
+
+Context::~Context() { SUNContext_Free(&context_); }
+
+Vector::Vector(int size, const Context& context) : vector_(N_VNew_Serial(size, context)) {
+  require(vector_, "N_VNew_Serial");
+  require(N_VEnableFusedOps_Serial(vector_, SUNTRUE), "N_VEnableFusedOps_Serial");
+  N_VConst(0.0, vector_);
+}
+
+Vector::~Vector() { N_VDestroy(vector_); }
+
+VectorArray::VectorArray(int count, const Vector& like)
+    : count_(count), vectors_(N_VCloneVectorArray(count, like)) {
+  require(vectors_, "N_VCloneVectorArray");
+  for (int i = 0; i < count; ++i) N_VConst(0.0, vectors_[i]);
+}
+
+VectorArray::~VectorArray() { N_VDestroyVectorArray(vectors_, count_); }
+
+std::vector<double> absolute_tolerances(const IntervalProblem& problem,
+                                        double relative_to_nominal) {
+  const int nx = problem.arguments.nx;
+  const VectorXd& nominal = problem.nominal_state;
+  if (nominal.size() != 0 && nominal.size() != nx)
+    throw DefinitionError("nominal_state has " + std::to_string(nominal.size()) + " entries for " +
+                          std::to_string(nx) + " states.");
+  std::vector<double> tolerances(nx + problem.nq(), relative_to_nominal);
+  for (int i = 0; i < nominal.size(); ++i) {
+    if (!(nominal[i] > 0.0) || !std::isfinite(nominal[i]))
+      throw DefinitionError("nominal_state must be positive and finite, but entry " +
+                            std::to_string(i) + " is " + std::to_string(nominal[i]) + ".");
+    tolerances[i] *= nominal[i];
+  }
+  return tolerances;
+}
+
+double direction_scale(const IntervalProblem& problem, const double* w, int column) {
+  const IntervalArguments place{problem.arguments.nx, problem.coefficients(), problem.arguments.np};
+  double scale = 1.0;
+  if (column < place.c()) {
+    if (problem.nominal_state.size() > 0) scale = problem.nominal_state[column];
+  } else if ((column >= place.p() && column < place.t0()) || column == place.h()) {
+    scale = std::abs(w[column]);
+  }
+  return scale > 0.0 && std::isfinite(scale) ? scale : 1.0;
+}
+
+}  // namespace saltus::sundials

@@ -1,0 +1,95 @@
+// Ownership of SUNDIALS objects, its return codes, and the differences between versions 6 and 7.
+//
+// A code below zero at set-up throws std::runtime_error with the name of the call (it means a bug
+// or no memory); while an interval is integrated codes become an IntegrationStatus. The library's
+// own messages are switched off: nothing here prints.
+#pragma once
+
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_linearsolver.h>
+#include <sundials/sundials_matrix.h>
+#include <sundials/sundials_nonlinearsolver.h>
+#include <sundials/sundials_types.h>
+#include <sundials/sundials_version.h>
+
+#include <memory>
+#include <vector>
+
+#include "framework/model/integrator.hpp"
+
+namespace saltus::sundials {
+
+/// Throws std::runtime_error when a set-up call failed.
+void require(int code, const char* call);
+void require(const void* object, const char* call);
+
+/// The context that all objects of one integrator share. One per integrator: no shared state.
+class Context {
+ public:
+  Context();
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+  operator SUNContext() const { return context_; }
+
+ private:
+  SUNContext context_ = nullptr;
+};
+
+/// A serial vector of fixed length, with fused operations.
+class Vector {
+ public:
+  Vector(int size, const Context& context);
+  ~Vector();
+  Vector(const Vector&) = delete;
+  Vector& operator=(const Vector&) = delete;
+  operator N_Vector() const { return vector_; }
+  double* data() const { return N_VGetArrayPointer(vector_); }
+
+ private:
+  N_Vector vector_ = nullptr;
+};
+
+/// Several vectors like a given one, contiguous as SUNDIALS wants its sensitivities.
+class VectorArray {
+ public:
+  VectorArray(int count, const Vector& like);
+  ~VectorArray();
+  VectorArray(const VectorArray&) = delete;
+  VectorArray& operator=(const VectorArray&) = delete;
+  operator N_Vector*() const { return vectors_; }
+  double* data(int i) const { return N_VGetArrayPointer(vectors_[i]); }
+
+ private:
+  int count_ = 0;
+  N_Vector* vectors_ = nullptr;
+};
+
+struct DestroyMatrix {
+  void operator()(SUNMatrix matrix) const { SUNMatDestroy(matrix); }
+};
+struct FreeLinearSolver {
+  void operator()(SUNLinearSolver solver) const { SUNLinSolFree(solver); }
+};
+struct FreeNonlinearSolver {
+  void operator()(SUNNonlinearSolver solver) const { SUNNonlinSolFree(solver); }
+};
+using Matrix = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, DestroyMatrix>;
+using LinearSolver = std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, FreeLinearSolver>;
+using NonlinearSolver =
+    std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, FreeNonlinearSolver>;
+
+/// Return values of right-hand sides: SUNDIALS tries a smaller step after a recoverable failure.
+inline constexpr int callback_success = 0;
+inline constexpr int callback_recoverable = 1;
+
+/// Absolute tolerances of (x | q): `relative_to_nominal` times nominal_state, q with nominal 1.
+/// Throws DefinitionError when a nominal value is not positive or their number is wrong.
+std::vector<double> absolute_tolerances(const IntervalProblem& problem, double relative_to_nominal);
+
+/// Magnitude of an entry of w, by which the absolute tolerance of its sensitivity is divided:
+/// |p| for parameters, |h| for the length, nominal_state for start states, 1 for all others
+/// and instead of zero.
+double direction_scale(const IntervalProblem& problem, const double* w, int column);
+
+}  // namespace saltus::sundials
