@@ -201,8 +201,9 @@ std::string Settings::describe() const {
   std::vector<std::string> heads;
   std::size_t width = 0;
   for (const Setting& setting : settings_) {
-    heads.push_back(fmt::format("{}={}{}{}", setting.key, setting.default_text,
-                                setting.unit.empty() ? "" : " ", setting.unit));
+    const bool has_unit = !setting.unit.empty() && setting.default_text != "none";
+    heads.push_back(fmt::format("{}={}{}{}", setting.key, setting.default_text, has_unit ? " " : "",
+                                has_unit ? setting.unit : ""));
     width = std::max(width, heads.back().size());
   }
   width = std::min<std::size_t>(width, 40);  // longer heads push their own text only

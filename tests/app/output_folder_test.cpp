@@ -1,0 +1,118 @@
+// Results on disk: refused early, complete or absent, exact.
+#include "framework/app/output_folder.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "framework/core/bounds.hpp"
+#include "framework/core/error.hpp"
+#include "tests/app/support.hpp"
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string complaint_about(const fs::path& path) {
+  try {
+    OutputFolder{path};
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+TEST(OutputFolder, comes_into_being_with_the_first_file) {
+  const TemporaryFolder folder;
+  const OutputFolder output(folder / "a/b/");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  output.write("x.txt", std::string_view("one"));
+  output.write("x.txt", std::string_view("two"));
+  output.write("sub/y.txt", std::string_view("three"));
+  EXPECT_EQ(file_content(folder / "a/b/x.txt"), "two");
+  EXPECT_EQ(file_content(folder / "a/b/sub/y.txt"), "three");
+  const auto files = fs::recursive_directory_iterator(folder / "a/b");
+  EXPECT_EQ(std::distance(begin(files), end(files)), 3) << "temporary files are left behind";
+}
+
+TEST(OutputFolder, unusable_folders_are_refused) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.file("file", "content");
+  EXPECT_TRUE(contains(complaint_about(file), "is not a folder"));
+  EXPECT_TRUE(contains(complaint_about(file / "below"), "is not a folder"));
+  EXPECT_TRUE(contains(complaint_about(""), "is empty"));
+  EXPECT_TRUE(contains(complaint_about("/proc/saltus"), "output folder '/proc/saltus' is not"));
+  EXPECT_EQ(file_content(file), "content");
+  if (::geteuid() != 0) {  // root may write everywhere
+    fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
+    EXPECT_TRUE(contains(complaint_about(folder / "new"), "is not writable"));
+    fs::permissions(folder.path(), fs::perms::owner_all);
+  }
+}
+
+TEST(OutputFolder, a_file_that_cannot_be_replaced_is_named_and_kept) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "taken/by_a_folder");
+  const OutputFolder output(folder.path());
+  try {
+    output.write("taken", std::string_view("text"));
+    FAIL() << "a folder was overwritten";
+  } catch (const InputError& error) {
+    EXPECT_TRUE(contains(error.what(), (folder / "taken").string()));
+  }
+  EXPECT_TRUE(fs::exists(folder / "taken/by_a_folder"));
+  const auto files = fs::directory_iterator(folder.path());
+  EXPECT_EQ(std::distance(begin(files), end(files)), 1);
+}
+
+TEST(OutputFolder, json_has_no_word_for_infinity) {
+  const TemporaryFolder folder;
+  const OutputFolder output(folder.path());
+  nlohmann::ordered_json summary;
+  summary["recovered"] = true;
+  summary["error_m"] = std::nan("");
+  summary["bound"] = infinity;
+  summary["name"] = "not \xff UTF-8";
+  summary["third"] = 1.0 / 3.0;
+  output.write("summary.json", summary);
+  const auto read = nlohmann::ordered_json::parse(file_content(folder / "summary.json"));
+  EXPECT_TRUE(read["error_m"].is_null());
+  EXPECT_TRUE(read["bound"].is_null());
+  EXPECT_EQ(read["third"].get<double>(), 1.0 / 3.0);
+  EXPECT_EQ(read.begin().key(), "recovered") << "the order of the keys is kept";
+}
+
+TEST(CsvTable, numbers_read_back_exactly) {
+  CsvTable table({"t", "x"});
+  const std::array<double, 4> numbers{0.1, 1.0 / 3.0, 5e-324, std::numeric_limits<double>::max()};
+  for (const double number : numbers) table.add_row(std::array{1.0, number});
+  EXPECT_EQ(table.rows(), 4u);
+  EXPECT_EQ(table.columns(), 2u);
+  std::istringstream lines(table.text());
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "t,x");
+  for (const double number : numbers) {
+    std::getline(lines, line);
+    double read = 0.0;
+    const std::size_t comma = line.find(',');
+    std::from_chars(line.data() + comma + 1, line.data() + line.size(), read);
+    EXPECT_EQ(read, number);
+  }
+}
+
+TEST(CsvTable, wrong_definitions) {
+  EXPECT_THROW(CsvTable({}), DefinitionError);
+  EXPECT_THROW(CsvTable({"a", ""}), DefinitionError);
+  EXPECT_THROW(CsvTable({"a,b"}), DefinitionError);
+  CsvTable table({"a", "b"});
+  EXPECT_THROW(table.add_row(std::array{1.0}), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
