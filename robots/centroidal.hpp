@@ -66,7 +66,9 @@ Contact<S> contact(const SoleFrameOf<P>& sole, const Vec<S, 6>& wrench) {
   return {sole.position.template cast<S>(), sole.to_world(force), sole.to_world(torque)};
 }
 
-/// Where the angular momentum is linearised: the last measurement, in the world's axes.
+/// Where the angular momentum is linearised: the last measurement, in the world's axes. Give it as
+/// parameters (S the formula's scalar) when it changes between solves: as constants, the zeros of
+/// the first measurement would enter the sparsity.
 template <class S>
 struct ExpansionPoint {
   Vec<S, 3> com;    // x0, m

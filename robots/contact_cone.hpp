@@ -20,7 +20,6 @@
 #include "framework/core/bounds.hpp"
 #include "framework/core/error.hpp"
 #include "framework/core/types.hpp"
-#include "robots/constant_matrix.hpp"
 #include "robots/foot.hpp"
 
 namespace saltus {
@@ -77,7 +76,7 @@ ContactCone contact_cone(const ContactConeOptions& options = {});
 /// Number of rows that `contact_cone(options)` has: edges + 6 + finite sides of the normal force.
 int contact_cone_rows(const ContactConeOptions& options);
 
-// Inside a term, with w of any scalar: `multiply(rows, w)` with `rows = cone.fixed<14>()` (see
-// constant_matrix.hpp), bounded by at_most(0) for the rows whose b is zero.
+// Inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`, at
+// most fixed_bounds<14>(); the exact zeros of the rows stay out of the sparsity.
 
 }  // namespace saltus

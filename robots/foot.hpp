@@ -8,7 +8,6 @@
 
 #include "framework/core/bounds.hpp"
 #include "framework/core/types.hpp"
-#include "robots/constant_matrix.hpp"
 
 namespace saltus {
 
@@ -32,7 +31,7 @@ struct SoleFrameOf {
   /// A vector given in the sole's axes (force, torque, direction), in the world's axes.
   template <class T>
   Vec<T, 3> to_world(const Vec<T, 3>& in_sole) const {
-    return multiply(rotation, in_sole);
+    return rotation * in_sole;
   }
 };
 using SoleFrame = SoleFrameOf<double>;

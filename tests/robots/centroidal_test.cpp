@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <vector>
+
+#include "framework/autodiff/eigen_scalar.hpp"
+#include "framework/autodiff/tracer.hpp"
 
 namespace saltus {
 namespace {
@@ -122,45 +126,45 @@ TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
   }
 }
 
-// A scalar that only remembers which inputs it was made of: what a sparsity tracer sees.
-struct Tracer {
-  unsigned uses = 0;
-  Tracer() = default;
-  explicit Tracer(double) {}
-  static Tracer input(int i) {
-    Tracer t;
-    t.uses = 1u << i;
-    return t;
-  }
-  friend Tracer operator+(Tracer a, Tracer b) { return a |= b; }
-  friend Tracer operator-(Tracer a, Tracer b) { return a |= b; }
-  friend Tracer operator*(Tracer a, Tracer b) { return a |= b; }
-  friend Tracer operator*(double, Tracer a) { return a; }
-  friend Tracer operator*(Tracer a, double) { return a; }
-  friend Tracer operator-(Tracer a, double) { return a; }
-  Tracer& operator+=(Tracer b) { return *this |= b; }
-  Tracer& operator|=(Tracer b) {
-    uses |= b.uses;
-    return *this;
-  }
-};
-
 TEST(Centroidal, AFlatFootKeepsTheSparsityOfThePaper) {
   Vec<Tracer, 9> gamma;
   Vec<Tracer, 6> wrench;
+  Vec<Tracer, 3> com_0, force_0;
   for (int i = 0; i < 9; ++i) gamma[i] = Tracer::input(i);
   for (int i = 0; i < 6; ++i) wrench[i] = Tracer::input(9 + i);
-  const std::array foot{contact(flat_sole({0, 0.07, 0}), wrench)};
-  const auto entries = [](std::initializer_list<int> list) {
-    unsigned bits = 0;
-    for (int i : list) bits |= 1u << i;
-    return bits;
+  for (int i = 0; i < 3; ++i) {
+    com_0[i] = Tracer::input(15 + i);
+    force_0[i] = Tracer::input(18 + i);
+  }
+  const std::array foot{contact(flat_sole({0.1, 0.07, 0}), wrench)};
+  const auto inputs_of = [](const Tracer& result) {
+    std::vector<int> list;
+    result.inputs().for_each([&](int i) { list.push_back(i); });
+    return list;
   };
-  const Vec<Tracer, 9> rate = centroidal_dynamics(33.0, gamma, foot);
-  EXPECT_EQ(rate[0].uses, entries({3}));
-  EXPECT_EQ(rate[4].uses, entries({10}));
-  EXPECT_EQ(rate[6].uses, entries({1, 2, 10, 11, 12}));  // y, z; fy, fz; tx
-  EXPECT_EQ(rate[8].uses, entries({0, 1, 9, 10, 14}));   // x, y; fx, fy; tz
+  using List = std::vector<int>;
+  const Vec<Tracer, 9> exact = centroidal_dynamics(33.0, gamma, foot);
+  EXPECT_EQ(inputs_of(exact[0]), List({3}));
+  EXPECT_EQ(inputs_of(exact[4]), List({10}));
+  EXPECT_EQ(inputs_of(exact[6]), List({1, 2, 10, 11, 12}));  // y, z; fy, fz; tx
+  EXPECT_EQ(inputs_of(exact[8]), List({0, 1, 9, 10, 14}));   // x, y; fx, fy; tz
+
+  const Vec<Tracer, 9> affine =
+      linearised_centroidal_dynamics(33.0, gamma, foot, ExpansionPoint<Tracer>{com_0, force_0});
+  EXPECT_EQ(inputs_of(affine[6]), List({1, 2, 10, 11, 12, 16, 17, 19, 20}));
+  // Affine in state and wrench: they multiply parameters only.
+  for (int row = 0; row < 9; ++row)
+    affine[row].for_each_pair(
+        [](int i, int j) { EXPECT_TRUE(i >= 15 && j < i) << i << ", " << j; });
+}
+
+TEST(Centroidal, AYawedFootCouplesTheHorizontalForces) {
+  Vec<Tracer, 6> wrench;
+  for (int i = 0; i < 6; ++i) wrench[i] = Tracer::input(i);
+  const Contact<Tracer> yawed = contact(flat_sole({0, 0, 0}, 0.3), wrench);
+  EXPECT_TRUE(yawed.force[0].inputs().contains(1));
+  EXPECT_FALSE(yawed.force[0].inputs().contains(2));
+  EXPECT_FALSE(yawed.force[2].inputs().contains(0));
 }
 
 }  // namespace

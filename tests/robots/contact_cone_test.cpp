@@ -7,6 +7,9 @@
 #include <numbers>
 #include <random>
 
+#include "framework/autodiff/eigen_scalar.hpp"
+#include "framework/autodiff/tracer.hpp"
+
 namespace saltus {
 namespace {
 
@@ -114,9 +117,19 @@ TEST(ContactCone, GivesItsMatrixWithAFixedSize) {
   const ContactCone cone = contact_cone();
   const Vec<double, 6> w = wrench(3, -2, 150, 1, 2, 0.5);
   const Mat<double, 14, 6> rows = cone.fixed<14>();
-  EXPECT_LT((multiply(rows, w) - cone.A * w).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_LT((rows * w - cone.A * w).cwiseAbs().maxCoeff(), 1e-13);
   EXPECT_EQ(cone.fixed_bounds<14>(), cone.b);
   EXPECT_THROW(cone.fixed<12>(), DefinitionError);
+}
+
+TEST(ContactCone, IsSparseInATerm) {
+  const Mat<double, 14, 6> rows = contact_cone().fixed<14>();
+  Vec<Tracer, 6> w;
+  for (int i = 0; i < 6; ++i) w[i] = Tracer::input(i);
+  const Vec<Tracer, 14> values(rows * w);
+  for (int r = 0; r < 14; ++r)
+    for (int c = 0; c < 6; ++c)
+      EXPECT_EQ(values[r].inputs().contains(c), rows(r, c) != 0.0) << "row " << r << ", " << c;
 }
 
 TEST(ContactCone, RefusesWhatIsNotACone) {
