@@ -1,0 +1,166 @@
+// Fixed-step Runge-Kutta: measured orders, exact discrete derivatives, limits of the definition.
+#include "integrators/runge_kutta.hpp"
+
+#include "framework/core/error.hpp"
+#include "tests/integrators/support.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace test;
+
+// Differences of functions of order one with the step of differences(): measured 1e-12 to 1e-11.
+constexpr double difference_error = 1e-10;
+
+class RungeKuttaBothShapes : public testing::TestWithParam<InputShape> {};
+INSTANTIATE_TEST_SUITE_P(Shapes, RungeKuttaBothShapes,
+                         testing::Values(InputShape::constant, InputShape::linear),
+                         [](const auto& param) {
+                           return param.param == InputShape::constant ? "constant" : "linear";
+                         });
+
+// log2 of the error ratio when the number of steps doubles.
+double measured_order(InputShape shape, bool eighth_order, int steps, bool of_sensitivity) {
+  const VectorXd w = coupled_point(shape);
+  const auto solve = [&](int n) -> MatrixXd {
+    const auto scheme = eighth_order ? runge_kutta8({.steps = n}) : runge_kutta4({.steps = n});
+    const auto integrator = scheme->make(coupled_problem(shape));
+    if (of_sensitivity) return jacobian_of(*integrator, w);
+    return end_of(*integrator, w);
+  };
+  const auto reference = runge_kutta8({.steps = 60})->make(coupled_problem(shape));
+  const MatrixXd exact =
+      of_sensitivity ? jacobian_of(*reference, w) : MatrixXd(end_of(*reference, w));
+  const double coarse = (solve(steps) - exact).norm(), fine = (solve(2 * steps) - exact).norm();
+  return std::log2(coarse / fine);
+}
+
+TEST_P(RungeKuttaBothShapes, FourthOrderInStateAndSensitivity) {
+  const double state = measured_order(GetParam(), false, 8, false);
+  const double sensitivity = measured_order(GetParam(), false, 8, true);
+  RecordProperty("order", std::to_string(state) + " " + std::to_string(sensitivity));
+  EXPECT_NEAR(state, 4.0, 0.25);
+  EXPECT_NEAR(sensitivity, 4.0, 0.25);
+}
+
+TEST_P(RungeKuttaBothShapes, EighthOrderInStateAndSensitivity) {
+  VectorXd w = coupled_point(GetParam());
+  const double state = measured_order(GetParam(), true, 2, false);
+  const double sensitivity = measured_order(GetParam(), true, 2, true);
+  RecordProperty("order", std::to_string(state) + " " + std::to_string(sensitivity));
+  EXPECT_NEAR(state, 8.0, 0.6);
+  EXPECT_NEAR(sensitivity, 8.0, 0.6);
+}
+
+TEST_P(RungeKuttaBothShapes, DerivativesOfFirstAndSecondOrderAreExact) {
+  const VectorXd w = coupled_point(GetParam());
+  const VectorXd weights = (VectorXd(5) << 0.7, -1.3, 0.4, 0.9, -0.6).finished();
+  for (const auto& scheme : {runge_kutta4(), runge_kutta4({.steps = 3}), runge_kutta8()}) {
+    SCOPED_TRACE(scheme->name());
+    const auto integrator = scheme->make(coupled_problem(GetParam()));
+    expect_jacobian_matches(*integrator, w, difference_error);
+    expect_hessian_matches(*integrator, w, weights, difference_error);
+  }
+}
+
+TEST_P(RungeKuttaBothShapes, DerivativesWithoutTimeAndParameters) {
+  IntervalProblem problem = coupled_problem(GetParam());
+  problem.differentiate_parameter.clear();
+  problem.differentiate_time = false;
+  const auto integrator = runge_kutta4({.steps = 2})->make(problem);
+  const VectorXd w = coupled_point(GetParam());
+  expect_jacobian_matches(*integrator, w, difference_error);
+  expect_hessian_matches(*integrator, w, VectorXd::Ones(5), difference_error);
+}
+
+TEST_P(RungeKuttaBothShapes, ValueAndJacobianGiveTheSameEnd) {
+  const auto integrator = runge_kutta4({.steps = 3})->make(coupled_problem(GetParam()));
+  const VectorXd w = coupled_point(GetParam());
+  VectorXd end(5);
+  MatrixXd derivative(5, w.size());
+  ASSERT_EQ(integrator->jacobian(w.data(), end.data(), derivative), IntegrationStatus::success);
+  EXPECT_EQ(end, end_of(*integrator, w));
+}
+
+TEST_P(RungeKuttaBothShapes, GoesThereAndBackAgain) {
+  const auto integrator = runge_kutta8({.steps = 40})->make(coupled_problem(GetParam()));
+  VectorXd w = coupled_point(GetParam());
+  const IntervalArguments place = integrator->arguments();
+  const VectorXd end = end_of(*integrator, w);
+  VectorXd back = w;
+  back.head(3) = end.head(3);
+  back[place.t0()] += w[place.h()];
+  back[place.h()] = -w[place.h()];
+  if (GetParam() == InputShape::linear) {
+    back.segment(place.c(), 2) = w.segment(place.c(2), 2);
+    back.segment(place.c(2), 2) = w.segment(place.c(), 2);
+  }
+  const VectorXd start = end_of(*integrator, back);
+  EXPECT_LE((start.head(3) - w.head(3)).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_LE((start.tail(2) + end.tail(2)).cwiseAbs().maxCoeff(), 1e-13);
+}
+
+// A cost of squares: its Gauss-Newton matrix is that of the residuals along the sensitivities.
+TEST(RungeKutta, GaussNewtonDropsTheCurvatureOfTheDynamics) {
+  const InputShape shape = InputShape::constant;
+  IntervalProblem problem = coupled_problem(shape);
+  problem.differentiate_time = false;
+  problem.running_cost = {};
+  const auto integrator = runge_kutta4()->make(problem);
+  const MatrixXd none = hessian_of(*integrator, coupled_point(shape), VectorXd::Ones(3),
+                                   Curvature::gauss_newton);
+  EXPECT_EQ(none.cwiseAbs().maxCoeff(), 0.0);
+}
+
+TEST(RungeKutta, LengthZeroIsTheIdentity) {
+  for (const auto shape : {InputShape::constant, InputShape::linear}) {
+    const auto integrator = runge_kutta4()->make(coupled_problem(shape));
+    VectorXd w = coupled_point(shape);
+    const IntervalArguments place = integrator->arguments();
+    w[place.h()] = 0.0;
+    const VectorXd end = end_of(*integrator, w);
+    EXPECT_EQ(end.head(3), w.head(3));
+    EXPECT_EQ(end.tail(2).norm(), 0.0);
+    const MatrixXd derivative = jacobian_of(*integrator, w);
+    VectorXd z(9);
+    z << w[place.t0()], w.head(5), w.segment(place.p(), 3);
+    if (shape == InputShape::constant) {
+      VectorXd rate(5);
+      rate << integrator->problem().dynamics(z), integrator->problem().running_cost(z);
+      EXPECT_LE((derivative.col(place.h()) - rate).norm(), 1e-15);
+    }
+    EXPECT_EQ(derivative.topLeftCorner(3, 3), MatrixXd::Identity(3, 3));
+  }
+}
+
+TEST(RungeKutta, NonFiniteRatesAreAStatus) {
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 0};
+  problem.dynamics = make_function<1, 0, 0>(
+      [](const auto&, const auto& x) { return log(x[0]) * 1.0; });
+  for (const auto& scheme : {runge_kutta4(), runge_kutta8()}) {
+    const auto integrator = scheme->make(problem);
+    const VectorXd w = (VectorXd(3) << -1.0, 0.0, 1.0).finished();
+    VectorXd end(1);
+    MatrixXd derivative(1, 3), hessian(3, 3);
+    const double weight = 1.0;
+    EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::not_finite);
+    EXPECT_EQ(integrator->jacobian(w.data(), end.data(), derivative),
+              IntegrationStatus::not_finite);
+    EXPECT_EQ(integrator->hessian(w.data(), &weight, hessian, Curvature::exact),
+              IntegrationStatus::not_finite);
+  }
+}
+
+TEST(RungeKutta, DefinitionsAreChecked) {
+  EXPECT_THROW(runge_kutta4({.steps = 0}), DefinitionError);
+  ButcherTableau implicit = classical_runge_kutta();
+  implicit.a(0, 0) = 0.1;
+  EXPECT_THROW(runge_kutta(implicit), DefinitionError);
+  IntervalProblem problem = coupled_problem(InputShape::constant);
+  problem.arguments.nx = 2;
+  EXPECT_THROW(runge_kutta4()->make(problem), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
