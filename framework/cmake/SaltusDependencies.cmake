@@ -1,14 +1,42 @@
 # Every third-party package the project uses, found once and given one target name each.
+#
+#   Eigen3::Eigen  fmt::fmt  yaml-cpp  nlohmann_json::nlohmann_json  urdfdom::urdfdom_model
+#   SUNDIALS::cvodes_shared ...  PkgConfig::IPOPT  saltus::suitesparse
+#   GTest::gtest_main (tests)  benchmark::benchmark (benchmarks)
+#
+# The releases in view: Debian 12, Ubuntu 24.04, Debian 13. ./saltus installs the packages.
 
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
-find_package(SUNDIALS REQUIRED CONFIG)
-pkg_check_modules(IPOPT REQUIRED IMPORTED_TARGET ipopt)
-find_package(urdfdom REQUIRED)
 find_package(yaml-cpp REQUIRED)
 find_package(nlohmann_json REQUIRED)
-find_package(CLI11 REQUIRED)
+
+# Version 7 looks for MPI, in C as well as C++. Its version file refuses ranges across 6 and 7.
+find_package(SUNDIALS REQUIRED CONFIG)
+if(SUNDIALS_VERSION VERSION_LESS 6.4 OR SUNDIALS_VERSION VERSION_GREATER_EQUAL 8)
+  message(FATAL_ERROR "SUNDIALS 6.4 to 7 is needed; ${SUNDIALS_VERSION} was found")
+endif()
+
+# Headers lie in coin/ (3.11) or coin-or/ (3.14), and the flags say so: #include <IpTNLP.hpp>.
+pkg_check_modules(IPOPT REQUIRED IMPORTED_TARGET ipopt)
+
+# Its config file brings urdfdom_headers and console_bridge along.
+find_package(urdfdom REQUIRED)
+
+# SuiteSparse describes itself to CMake from version 7 on only; the libraries are the same few.
+# KLU and CHOLMOD's simplicial part suit a BSD library; UMFPACK and SPQR (GPL) are left out.
+find_path(SALTUS_SUITESPARSE_INCLUDE_DIR klu.h PATH_SUFFIXES suitesparse REQUIRED)
+mark_as_advanced(SALTUS_SUITESPARSE_INCLUDE_DIR)
+add_library(saltus_suitesparse INTERFACE)
+add_library(saltus::suitesparse ALIAS saltus_suitesparse)
+target_include_directories(saltus_suitesparse SYSTEM INTERFACE ${SALTUS_SUITESPARSE_INCLUDE_DIR})
+foreach(part klu btf cholmod amd colamd camd ccolamd suitesparseconfig)
+  find_library(SALTUS_${part}_LIBRARY ${part} REQUIRED)
+  mark_as_advanced(SALTUS_${part}_LIBRARY)
+  target_link_libraries(saltus_suitesparse INTERFACE ${SALTUS_${part}_LIBRARY})
+endforeach()
+
 if(SALTUS_BUILD_TESTS OR NOT DEFINED SALTUS_BUILD_TESTS)
   find_package(GTest REQUIRED)
   include(GoogleTest)
