@@ -143,6 +143,7 @@ Settings::Value Settings::parse(const Setting& setting, const Assignment& given)
       reject(given, key, fmt::format("a list of {} numbers", size));
     }
     std::vector<double> values;
+    values.reserve(size);
     for (const std::string& item : items) values.push_back(number(item));
     return values;
   };
@@ -156,7 +157,7 @@ Settings::Value Settings::parse(const Setting& setting, const Assignment& given)
   };
   const auto parse_text = [&]() -> std::string {
     if (given.form != Form::scalar) reject(given, key, "a text");
-    return scalar;
+    return std::string(scalar);
   };
   const auto parse_optional = [&]() -> std::optional<double> {
     if (scalar == "none") return std::nullopt;

@@ -108,6 +108,7 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
   stage(assignments, changes);
 
   std::vector<std::pair<const Setting*, Value>> before;
+  before.reserve(changes.size());
   for (const Change& change : changes) {
     before.emplace_back(change.setting, current_value(*change.setting));
   }
