@@ -57,6 +57,17 @@ OptimalControlProblem& OptimalControlProblem::append(Jump jump, PhaseDefinition 
   return *this;
 }
 
+bool OptimalControlProblem::set_softness(const std::string& weight_name, double weight) {
+  bool found = false;
+  for (PhaseDefinition& phase : phases_)
+    for (Term& term : phase.terms)
+      if (term.soft && term.soft->name == weight_name) {
+        term.soft->weight = weight;
+        found = true;
+      }
+  return found;
+}
+
 namespace {
 
 void check_jump(const PhaseDefinition& from, const Jump& jump, const PhaseDefinition& to) {

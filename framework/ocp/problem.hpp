@@ -47,6 +47,9 @@ class OptimalControlProblem {
   /// Bounds on the sum of all durations, s.
   OptimalControlProblem& total_time(Bounds bounds);
 
+  /// Sets every softness weight of this name; false if there is none.
+  bool set_softness(const std::string& weight_name, double weight);
+
   const std::string& name() const { return name_; }
   const std::vector<PhaseDefinition>& phases() const { return phases_; }
   /// jumps()[j] leads into phase j; the first is never used.

@@ -1,0 +1,294 @@
+#include "framework/ocp/cost_functions.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace saltus {
+namespace {
+
+using Pairs = std::vector<std::pair<int, int>>;
+
+void append(Pairs& pairs, const SparsityPattern& pattern) {
+  pattern.for_each([&](int r, int c, int) { pairs.emplace_back(r, c); });
+}
+
+// Position in `whole` of every entry of `part` (a sub-pattern with the same coordinates).
+std::vector<int> positions(const SparsityPattern& part, const SparsityPattern& whole) {
+  std::vector<int> result(part.entries());
+  part.for_each([&](int r, int c, int e) { result[e] = whole.find(r, c); });
+  return result;
+}
+
+class LeastSquares final : public FunctionBody {
+ public:
+  LeastSquares(const Function& residual, const MatrixXd& weight, const Reference& reference)
+      : FunctionBody(residual.inputs(), 1),
+        residual_(residual),
+        weight_(weight),
+        reference_(reference),
+        r_(residual.outputs()),
+        weighted_(residual.outputs()),
+        residual_entries_(residual.jacobian_pattern().entries()),
+        curvature_entries_(residual.hessian_pattern().entries()) {
+    Pairs rows;
+    append(rows, residual.jacobian_pattern());
+    if (reference.varies())
+      for (int i = 0; i < residual.outputs(); ++i) rows.emplace_back(i, 0);
+    shifted_ = SparsityPattern::from_pairs(residual.outputs(), inputs(), rows);
+    shifted_entries_.resize(shifted_.entries());
+    to_shifted_ = positions(residual.jacobian_pattern(), shifted_);
+
+    Pairs gradient, hessian;
+    append(hessian, residual.hessian_pattern());
+    for_each_product([&](int i, int j, int ei, int ej) {
+      (void)i, (void)j;
+      gradient.emplace_back(0, shifted_.col(ei));
+      gradient.emplace_back(0, shifted_.col(ej));
+      hessian.emplace_back(shifted_.col(ei), shifted_.col(ej));
+    });
+    jacobian_pattern_ = SparsityPattern::from_pairs(1, inputs(), gradient);
+    hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), hessian);
+    to_hessian_ = positions(residual.hessian_pattern(), hessian_pattern_);
+    for_each_product([&](int i, int j, int ei, int ej) {
+      products_.push_back(
+          {ei, ej, hessian_pattern_.find(shifted_.col(ei), shifted_.col(ej)), weight_(i, j)});
+    });
+  }
+
+  void value(const double* z, double* y) const override {
+    residual_.value(z, r_.data());
+    shift(z);
+    weighted_.noalias() = weight_ * r_;
+    y[0] = 0.5 * r_.dot(weighted_);
+  }
+
+  void jacobian(const double* z, double* y, double* entries) const override {
+    evaluate_residual(z);
+    y[0] = 0.5 * r_.dot(weighted_);
+    std::fill_n(entries, jacobian_pattern_.entries(), 0.0);
+    shifted_.for_each([&](int i, int col, int e) {
+      const int position = jacobian_pattern_.find(0, col);
+      if (position >= 0) entries[position] += weighted_[i] * shifted_entries_[e];
+    });
+  }
+
+  void hessian(const double* z, const double* weights, double* entries,
+               Curvature curvature) const override {
+    evaluate_residual(z);
+    std::fill_n(entries, hessian_pattern_.entries(), 0.0);
+    for (const Product& p : products_)
+      entries[p.position] += weights[0] * p.weight * shifted_entries_[p.ei] * shifted_entries_[p.ej];
+    if (curvature == Curvature::gauss_newton || curvature_entries_.empty()) return;
+    weighted_ *= weights[0];
+    residual_.hessian(z, weighted_.data(), curvature_entries_.data(), curvature);
+    for (std::size_t e = 0; e < curvature_entries_.size(); ++e)
+      entries[to_hessian_[e]] += curvature_entries_[e];
+  }
+
+ private:
+  // One summand W(i, j) r_i' r_j' of the lower triangle: entries of the shifted residual's rows.
+  struct Product {
+    int ei, ej, position;
+    double weight;
+  };
+
+  template <class Visit>
+  void for_each_product(Visit&& visit) const {
+    for (int i = 0; i < shifted_.rows(); ++i)
+      for (int j = 0; j < shifted_.rows(); ++j) {
+        if (weight_(i, j) == 0.0) continue;
+        for (int ei = shifted_.row_begin(i); ei < shifted_.row_end(i); ++ei)
+          for (int ej = shifted_.row_begin(j); ej < shifted_.row_end(j); ++ej)
+            if (shifted_.col(ei) >= shifted_.col(ej)) visit(i, j, ei, ej);
+      }
+  }
+
+  void shift(const double* z) const {
+    if (reference_.is_zero()) return;
+    for (int i = 0; i < r_.size(); ++i) r_[i] -= reference_.at(z[0], i);
+  }
+
+  void evaluate_residual(const double* z) const {
+    residual_.jacobian(z, r_.data(), residual_entries_.data());
+    shift(z);
+    weighted_.noalias() = weight_ * r_;
+    std::fill(shifted_entries_.begin(), shifted_entries_.end(), 0.0);
+    for (std::size_t e = 0; e < residual_entries_.size(); ++e)
+      shifted_entries_[to_shifted_[e]] = residual_entries_[e];
+    if (reference_.varies())
+      for (int i = 0; i < r_.size(); ++i)
+        shifted_entries_[shifted_.find(i, 0)] -= reference_.rate(z[0], i);
+  }
+
+  Function residual_;
+  MatrixXd weight_;
+  Reference reference_;
+  SparsityPattern shifted_;  // Jacobian of r - ref(t)
+  std::vector<int> to_shifted_, to_hessian_;
+  std::vector<Product> products_;
+  mutable VectorXd r_, weighted_;
+  mutable std::vector<double> residual_entries_, shifted_entries_, curvature_entries_;
+};
+
+class Stack final : public FunctionBody {
+ public:
+  explicit Stack(const std::vector<Function>& functions)
+      : FunctionBody(functions.front().inputs(), count_outputs(functions)), functions_(functions) {
+    Pairs rows, hessian;
+    int first_row = 0, most = 0;
+    for (const Function& f : functions_) {
+      f.jacobian_pattern().for_each([&](int r, int c, int) { rows.emplace_back(first_row + r, c); });
+      append(hessian, f.hessian_pattern());
+      first_row += f.outputs();
+      most = std::max(most, f.hessian_pattern().entries());
+    }
+    jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), inputs(), rows);
+    hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), hessian);
+    for (const Function& f : functions_)
+      to_hessian_.push_back(positions(f.hessian_pattern(), hessian_pattern_));
+    scratch_.resize(most);
+  }
+
+  void value(const double* z, double* y) const override {
+    for (const Function& f : functions_) {
+      f.value(z, y);
+      y += f.outputs();
+    }
+  }
+
+  // Rows follow one another, so the entries of the parts do too.
+  void jacobian(const double* z, double* y, double* entries) const override {
+    for (const Function& f : functions_) {
+      f.jacobian(z, y, entries);
+      y += f.outputs();
+      entries += f.jacobian_pattern().entries();
+    }
+  }
+
+  void hessian(const double* z, const double* weights, double* entries,
+               Curvature curvature) const override {
+    std::fill_n(entries, hessian_pattern_.entries(), 0.0);
+    for (std::size_t i = 0; i < functions_.size(); ++i) {
+      functions_[i].hessian(z, weights, scratch_.data(), curvature);
+      for (std::size_t e = 0; e < to_hessian_[i].size(); ++e)
+        entries[to_hessian_[i][e]] += scratch_[e];
+      weights += functions_[i].outputs();
+    }
+  }
+
+ private:
+  static int count_outputs(const std::vector<Function>& functions) {
+    int n = 0;
+    for (const Function& f : functions) n += f.outputs();
+    return n;
+  }
+
+  std::vector<Function> functions_;
+  std::vector<std::vector<int>> to_hessian_;
+  mutable std::vector<double> scratch_;
+};
+
+class TimesLength final : public FunctionBody {
+ public:
+  explicit TimesLength(const Function& cost) : FunctionBody(cost.inputs() + 1, 1), cost_(cost) {
+    const int h = cost.inputs();
+    Pairs gradient, hessian;
+    append(gradient, cost.jacobian_pattern());
+    append(hessian, cost.hessian_pattern());
+    for (int e = 0; e < cost.jacobian_pattern().entries(); ++e)
+      hessian.emplace_back(h, cost.jacobian_pattern().col(e));
+    gradient.emplace_back(0, h);
+    jacobian_pattern_ = SparsityPattern::from_pairs(1, inputs(), gradient);
+    hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), hessian);
+    gradient_.resize(cost.jacobian_pattern().entries());
+  }
+
+  void value(const double* z, double* y) const override {
+    cost_.value(z, y);
+    y[0] *= z[cost_.inputs()];
+  }
+
+  void jacobian(const double* z, double* y, double* entries) const override {
+    const double h = z[cost_.inputs()];
+    cost_.jacobian(z, y, entries);
+    const int n = cost_.jacobian_pattern().entries();
+    for (int e = 0; e < n; ++e) entries[e] *= h;
+    entries[n] = y[0];  // h is the last argument
+    y[0] *= h;
+  }
+
+  void hessian(const double* z, const double* weights, double* entries,
+               Curvature curvature) const override {
+    const double weight = weights[0] * z[cost_.inputs()];
+    cost_.hessian(z, &weight, entries, curvature);  // the row of h comes last
+    double y;
+    cost_.jacobian(z, &y, gradient_.data());
+    double* row = entries + cost_.hessian_pattern().entries();
+    for (std::size_t e = 0; e < gradient_.size(); ++e) row[e] = weights[0] * gradient_[e];
+  }
+
+ private:
+  Function cost_;
+  mutable std::vector<double> gradient_;
+};
+
+class ChangeCosts final : public FunctionBody {
+ public:
+  explicit ChangeCosts(VectorXd weights)
+      : FunctionBody(2 * static_cast<int>(weights.size()), static_cast<int>(weights.size())),
+        weights_(std::move(weights)) {
+    const int n = outputs();
+    Pairs gradient, hessian;
+    for (int i = 0; i < n; ++i) {
+      if (weights_[i] == 0.0) continue;
+      gradient.insert(gradient.end(), {{i, i}, {i, n + i}});
+      hessian.insert(hessian.end(), {{i, i}, {n + i, i}, {n + i, n + i}});
+    }
+    jacobian_pattern_ = SparsityPattern::from_pairs(n, inputs(), gradient);
+    hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), hessian);
+  }
+
+  void value(const double* z, double* y) const override {
+    for (int i = 0; i < outputs(); ++i) y[i] = 0.5 * weights_[i] * change(z, i) * change(z, i);
+  }
+
+  void jacobian(const double* z, double* y, double* entries) const override {
+    value(z, y);
+    jacobian_pattern_.for_each([&](int i, int col, int e) {
+      entries[e] = (col < outputs() ? -1.0 : 1.0) * weights_[i] * change(z, i);
+    });
+  }
+
+  void hessian(const double*, const double* weights, double* entries, Curvature) const override {
+    hessian_pattern_.for_each([&](int row, int col, int e) {
+      const int i = row % outputs();
+      entries[e] = (row == col ? 1.0 : -1.0) * weights[i] * weights_[i];
+    });
+  }
+
+ private:
+  double change(const double* z, int i) const { return z[outputs() + i] - z[i]; }
+  VectorXd weights_;
+};
+
+}  // namespace
+
+Function least_squares_cost(const Function& residual, const MatrixXd& weight,
+                            const Reference& reference) {
+  return Function(std::make_shared<LeastSquares>(residual, weight, reference));
+}
+
+Function stack(const std::vector<Function>& functions) {
+  return Function(std::make_shared<Stack>(functions));
+}
+
+Function times_length(const Function& cost) {
+  return Function(std::make_shared<TimesLength>(cost));
+}
+
+Function change_costs(const VectorXd& weights) {
+  return Function(std::make_shared<ChangeCosts>(weights));
+}
+
+}  // namespace saltus

@@ -1,0 +1,25 @@
+// Costs as functions: what the transcription sums once terms are composed from formulas.
+#pragma once
+
+#include <vector>
+
+#include "framework/model/function.hpp"
+#include "framework/ocp/reference.hpp"
+
+namespace saltus {
+
+/// y = 1/2 (r(z) - ref(t))' W (r(z) - ref(t)) with t = z[0]; one output. Its Gauss-Newton Hessian
+/// is r_z' W r_z, the exact one adds the curvature of r.
+Function least_squares_cost(const Function& residual, const MatrixXd& weight,
+                            const Reference& reference);
+
+/// All outputs of functions of the same argument, one after the other.
+Function stack(const std::vector<Function>& functions);
+
+/// y = h L(z) as a function of (z | h): a node cost whose interval has an unknown length.
+Function times_length(const Function& cost);
+
+/// y_i = 1/2 weights[i] (b_i - a_i)^2 as a function of (a | b); one output per component.
+Function change_costs(const VectorXd& weights);
+
+}  // namespace saltus

@@ -1,0 +1,228 @@
+#include "framework/solver/ipopt.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+// The folder (coin/ before Ipopt 3.14, coin-or/ since) comes from the package's own flags.
+#include <IpIpoptApplication.hpp>
+#include <IpTNLP.hpp>
+
+// Inside saltus the plain name is our option struct.
+namespace coin = ::Ipopt;
+
+namespace saltus {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using coin::Index;
+using coin::Number;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Ipopt's view of a NonlinearProgram. Ipopt's bound multipliers z_L, z_U >= 0 become z = z_U - z_L.
+class Adapter final : public coin::TNLP {
+ public:
+  Adapter(NonlinearProgram& program, const NlpPoint& start, Curvature curvature, double time_limit)
+      : program_(program), start_(start), curvature_(curvature), time_limit_(time_limit) {}
+
+  NlpResult result;
+  bool timed_out = false;
+
+  bool get_nlp_info(Index& n, Index& m, Index& jacobian_entries, Index& hessian_entries,
+                    IndexStyleEnum& style) override {
+    n = program_.variables();
+    m = program_.rows();
+    jacobian_entries = program_.jacobian_pattern().entries();
+    hessian_entries = program_.hessian_pattern().entries();
+    style = TNLP::C_STYLE;
+    return true;
+  }
+
+  bool get_bounds_info(Index n, Number* lower, Number* upper, Index m, Number* row_lower,
+                       Number* row_upper) override {
+    std::copy_n(program_.lower().data(), n, lower);
+    std::copy_n(program_.upper().data(), n, upper);
+    std::copy_n(program_.row_lower().data(), m, row_lower);
+    std::copy_n(program_.row_upper().data(), m, row_upper);
+    return true;
+  }
+
+  bool get_starting_point(Index n, bool init_w, Number* w, bool init_z, Number* z_lower,
+                          Number* z_upper, Index m, bool init_lambda, Number* lambda) override {
+    if (init_w) std::copy_n(start_.w.data(), n, w);
+    if (init_z)
+      for (int i = 0; i < n; ++i) {
+        const double z = start_.z.size() == n ? start_.z[i] : 0.0;
+        z_upper[i] = std::max(z, 0.0);
+        z_lower[i] = std::max(-z, 0.0);
+      }
+    if (init_lambda) {
+      if (start_.lambda.size() == m)
+        std::copy_n(start_.lambda.data(), m, lambda);
+      else
+        std::fill_n(lambda, m, 0.0);
+    }
+    return true;
+  }
+
+  bool eval_f(Index, const Number* w, bool, Number& f) override {
+    return program_.objective(w, f) && std::isfinite(f);
+  }
+  bool eval_grad_f(Index, const Number* w, bool, Number* gradient) override {
+    return program_.gradient(w, gradient);
+  }
+  bool eval_g(Index, const Number* w, bool, Index, Number* g) override {
+    return program_.constraints(w, g);
+  }
+  bool eval_jac_g(Index, const Number* w, bool, Index, Index, Index* rows, Index* cols,
+                  Number* entries) override {
+    if (entries != nullptr) return program_.jacobian(w, entries);
+    fill_structure(program_.jacobian_pattern(), rows, cols);
+    return true;
+  }
+  bool eval_h(Index, const Number* w, bool, Number sigma, Index, const Number* lambda, bool, Index,
+              Index* rows, Index* cols, Number* entries) override {
+    if (entries != nullptr) return program_.hessian(w, sigma, lambda, entries, curvature_);
+    fill_structure(program_.hessian_pattern(), rows, cols);
+    return true;
+  }
+
+  bool intermediate_callback(coin::AlgorithmMode, Index iteration, Number, Number, Number, Number,
+                             Number, Number, Number, Number, Index, const coin::IpoptData*,
+                             coin::IpoptCalculatedQuantities*) override {
+    result.iterations = iteration;
+    timed_out = time_limit_ > 0.0 && seconds_since(begin_) > time_limit_;
+    return !timed_out;
+  }
+
+  void finalize_solution(coin::SolverReturn, Index n, const Number* w, const Number* z_lower,
+                         const Number* z_upper, Index m, const Number*, const Number* lambda,
+                         Number f, const coin::IpoptData*,
+                         coin::IpoptCalculatedQuantities*) override {
+    using ConstMap = Eigen::Map<const VectorXd>;
+    result.point = {ConstMap(w, n), ConstMap(lambda, m), ConstMap(z_upper, n) - ConstMap(z_lower, n)};
+    result.objective = f;
+  }
+
+ private:
+  static void fill_structure(const SparsityPattern& pattern, Index* rows, Index* cols) {
+    pattern.for_each([&](int r, int c, int e) {
+      rows[e] = r;
+      cols[e] = c;
+    });
+  }
+
+  NonlinearProgram& program_;
+  const NlpPoint& start_;
+  Curvature curvature_;
+  double time_limit_;
+  Clock::time_point begin_ = Clock::now();
+};
+
+SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {
+  switch (status) {
+    case coin::Solve_Succeeded:
+    case coin::Feasible_Point_Found:
+      return SolveStatus::optimal;
+    case coin::Solved_To_Acceptable_Level:
+      return SolveStatus::acceptable;
+    case coin::Infeasible_Problem_Detected:
+      return SolveStatus::infeasible;
+    case coin::Diverging_Iterates:
+      return SolveStatus::unbounded;
+    case coin::Maximum_Iterations_Exceeded:
+      return SolveStatus::iteration_limit;
+    case coin::Maximum_CpuTime_Exceeded:
+      return SolveStatus::time_limit;
+    case coin::User_Requested_Stop:
+      return timed_out ? SolveStatus::time_limit : SolveStatus::numerical_failure;
+    case coin::Invalid_Number_Detected:
+      return SolveStatus::evaluation_failed;
+    case coin::Not_Enough_Degrees_Of_Freedom:
+    case coin::Invalid_Problem_Definition:
+    case coin::Invalid_Option:
+      return SolveStatus::invalid_problem;
+    default:
+      return SolveStatus::numerical_failure;
+  }
+}
+
+class IpoptSolver final : public Solver {
+ public:
+  explicit IpoptSolver(const saltus::Ipopt& options) : options_(options) {}
+
+  std::string name() const override { return "Ipopt"; }
+
+  NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
+    const Clock::time_point begin = Clock::now();
+    const bool limited_memory = !program.supports(options_.curvature);
+    coin::SmartPtr<coin::IpoptApplication> application = configured(warm, limited_memory);
+    coin::SmartPtr<Adapter> adapter =
+        new Adapter(program, start, options_.curvature, options_.time_limit);
+    SolveStatus status = SolveStatus::invalid_problem;
+    if (IsValid(application))
+      status = translate(application->OptimizeTNLP(adapter), adapter->timed_out);
+
+    NlpResult result = std::move(adapter->result);
+    result.status = status;
+    result.hessian = limited_memory                                   ? "limited-memory BFGS"
+                     : options_.curvature == Curvature::gauss_newton ? "Gauss-Newton"
+                                                                      : "exact";
+    if (result.point.w.size() != program.variables()) {  // Ipopt refused before the first iterate
+      result.point = {start.w, VectorXd::Zero(program.rows()), VectorXd::Zero(program.variables())};
+      if (!program.objective(start.w.data(), result.objective))
+        result.status = SolveStatus::evaluation_failed;
+    }
+    result.kkt = kkt_residual(program, result.point);
+    result.seconds = seconds_since(begin);
+    return result;
+  }
+
+ private:
+  coin::SmartPtr<coin::IpoptApplication> configured(bool warm, bool limited_memory) const {
+    // No console: a library does not print. A print level above 0 is the caller's explicit wish.
+    coin::SmartPtr<coin::IpoptApplication> app =
+        new coin::IpoptApplication(options_.print_level > 0);
+    coin::SmartPtr<coin::OptionsList> o = app->Options();
+    bool ok = o->SetIntegerValue("print_level", options_.print_level);
+    ok = o->SetStringValue("sb", "yes") && ok;
+    ok = o->SetNumericValue("tol", options_.tolerance) && ok;
+    // The scaled error alone may hide a large unscaled one; hold both.
+    ok = o->SetNumericValue("dual_inf_tol", 1e3 * options_.tolerance) && ok;
+    ok = o->SetNumericValue("constr_viol_tol", std::min(1e-4, options_.tolerance)) && ok;
+    ok = o->SetNumericValue("compl_inf_tol", 1e3 * options_.tolerance) && ok;
+    ok = o->SetIntegerValue("max_iter", options_.max_iterations) && ok;
+    ok = o->SetNumericValue("bound_relax_factor", options_.bound_relaxation) && ok;
+    ok = o->SetStringValue("mu_strategy", options_.adaptive_barrier ? "adaptive" : "monotone") && ok;
+    ok = o->SetStringValue("hessian_approximation", limited_memory ? "limited-memory" : "exact") &&
+         ok;
+    // Inputs that are forced to a value are taken out of the problem.
+    ok = o->SetStringValue("fixed_variable_treatment", "make_parameter") && ok;
+    if (warm) {
+      ok = o->SetStringValue("warm_start_init_point", "yes") && ok;
+      ok = o->SetNumericValue("mu_init", options_.warm_start_barrier) && ok;
+      // How far the start is pushed inside its bounds: as far as the barrier would anyway.
+      for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac",
+                               "warm_start_slack_bound_push", "warm_start_slack_bound_frac",
+                               "warm_start_mult_bound_push"})
+        ok = o->SetNumericValue(push, options_.warm_start_barrier) && ok;
+    }
+    if (!ok || app->Initialize("") != coin::Solve_Succeeded) return nullptr;
+    return app;
+  }
+
+  saltus::Ipopt options_;
+};
+
+}  // namespace
+
+std::unique_ptr<Solver> make_solver(const saltus::Ipopt& options) {
+  return std::make_unique<IpoptSolver>(options);
+}
+
+}  // namespace saltus

@@ -1,0 +1,27 @@
+// Ipopt behind the Solver interface.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "framework/solver/solver.hpp"
+
+namespace saltus {
+
+struct Ipopt {
+  double tolerance = 1e-8;  ///< scaled KKT error
+  int max_iterations = 500;
+  double time_limit = 0.0;  ///< s of wall clock, 0: none; works with Ipopt 3.11 too
+  /// Hessian of the Lagrangian; exact where the problem offers it.
+  Curvature curvature = Curvature::exact;
+  /// Relaxation of bounds before the solve; 0 solves the problem as stated.
+  double bound_relaxation = 0.0;
+  bool adaptive_barrier = false;     ///< "adaptive" in place of "monotone" barrier updates
+  double warm_start_barrier = 1e-6;  ///< initial barrier parameter of warm starts
+  int print_level = 0;               ///< Ipopt's own, 0: silent
+};
+
+/// Works with Ipopt 3.11 to 3.14.
+std::unique_ptr<Solver> make_solver(const Ipopt& options = {});
+
+}  // namespace saltus

@@ -1,0 +1,26 @@
+// Our own check of an optimum: the KKT residual, computed from the problem and nothing else.
+#pragma once
+
+#include "framework/solver/nonlinear_program.hpp"
+
+namespace saltus {
+
+/// First-order optimality, in the variables of the program. Zero at a KKT point.
+struct KktResidual {
+  double stationarity = 0.0;     ///< |grad f + J' lambda + z|, largest entry
+  double feasibility = 0.0;      ///< largest violation of a row or bound
+  double complementarity = 0.0;  ///< largest |multiplier| x distance to its side, or wrong sign
+  /// Size of the multipliers by which stationarity and complementarity are divided in scaled():
+  /// max(100, mean |multiplier|) / 100, the scaling customary for interior-point methods.
+  double multiplier_scale = 1.0;
+  int worst_row = -1;       ///< row of the largest violation, or -1 if a bound is worse
+  int worst_variable = -1;  ///< variable whose bound is violated most
+
+  double scaled() const;
+};
+
+/// Evaluates at the point. Bound multipliers of variables with equal bounds are free and ignored.
+/// Allocates; meant for checking, not for control loops.
+KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point);
+
+}  // namespace saltus

@@ -1,0 +1,51 @@
+// The sparse nonlinear program as every solver sees it.
+#pragma once
+
+#include <string>
+
+#include "framework/core/sparsity.hpp"
+#include "framework/core/types.hpp"
+#include "framework/model/function.hpp"
+
+namespace saltus {
+
+/// min f(w) subject to lower <= w <= upper and row_lower <= g(w) <= row_upper, with patterns that
+/// never change. Lagrangian: L = sigma f + lambda' g; a multiplier is positive where the upper
+/// side of its row holds the cost up. Evaluations return false where the point cannot be evaluated.
+class NonlinearProgram {
+ public:
+  virtual ~NonlinearProgram() = default;
+
+  virtual int variables() const = 0;
+  virtual int rows() const = 0;
+  virtual const VectorXd& lower() const = 0;
+  virtual const VectorXd& upper() const = 0;
+  virtual const VectorXd& row_lower() const = 0;
+  virtual const VectorXd& row_upper() const = 0;
+  /// rows x variables.
+  virtual const SparsityPattern& jacobian_pattern() const = 0;
+  /// variables x variables, lower triangle.
+  virtual const SparsityPattern& hessian_pattern() const = 0;
+  /// Whether hessian() can deliver this kind of curvature.
+  virtual bool supports(Curvature curvature) const = 0;
+
+  virtual bool objective(const double* w, double& f) = 0;
+  virtual bool gradient(const double* w, double* gradient) = 0;
+  virtual bool constraints(const double* w, double* g) = 0;
+  virtual bool jacobian(const double* w, double* entries) = 0;
+  virtual bool hessian(const double* w, double sigma, const double* lambda, double* entries,
+                       Curvature curvature) = 0;
+
+  /// "phase 'flight', state 1 at node 3 (t = 0.2 s)": for messages.
+  virtual std::string describe_variable(int i) const = 0;
+  virtual std::string describe_row(int i) const = 0;
+};
+
+/// A primal-dual point of a program: also what warm starts hand on.
+struct NlpPoint {
+  VectorXd w;       ///< variables
+  VectorXd lambda;  ///< row multipliers
+  VectorXd z;       ///< bound multipliers, positive at the upper bound, negative at the lower
+};
+
+}  // namespace saltus

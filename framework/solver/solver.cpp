@@ -1,0 +1,29 @@
+#include "framework/solver/solver.hpp"
+
+namespace saltus {
+
+const char* describe(SolveStatus status) {
+  switch (status) {
+    case SolveStatus::optimal:
+      return "an optimum was found to the requested tolerance";
+    case SolveStatus::acceptable:
+      return "progress stopped at a point that meets the looser, acceptable tolerance";
+    case SolveStatus::infeasible:
+      return "the constraints cannot all be met, not even near the point reached";
+    case SolveStatus::unbounded:
+      return "the cost decreases without limit within the constraints";
+    case SolveStatus::iteration_limit:
+      return "the iteration limit was reached first";
+    case SolveStatus::time_limit:
+      return "the wall-clock limit was reached first";
+    case SolveStatus::evaluation_failed:
+      return "the problem's functions could not be evaluated";
+    case SolveStatus::numerical_failure:
+      return "the linear algebra or the line search could not make progress";
+    case SolveStatus::invalid_problem:
+      return "the problem or the options cannot be accepted by the solver";
+  }
+  return "unknown status";
+}
+
+}  // namespace saltus

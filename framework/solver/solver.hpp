@@ -1,0 +1,50 @@
+// The seam between problems and solvers: options in, a status and a point out.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "framework/solver/kkt.hpp"
+#include "framework/solver/nonlinear_program.hpp"
+
+namespace saltus {
+
+/// Why a solve ended. A solve that does not converge is a result, never an exception.
+enum class SolveStatus {
+  optimal,
+  acceptable,         ///< a looser tolerance was met and progress had stopped
+  infeasible,         ///< converged to a point where the constraints cannot be met
+  unbounded,          ///< the cost falls without limit
+  iteration_limit,
+  time_limit,         ///< wall clock
+  evaluation_failed,  ///< the functions could not be evaluated at the start or along the way
+  numerical_failure,  ///< linear algebra or line search gave up
+  invalid_problem,    ///< too few degrees of freedom, inconsistent bounds, bad options
+};
+/// One sentence.
+const char* describe(SolveStatus status);
+inline bool is_success(SolveStatus s) {
+  return s == SolveStatus::optimal || s == SolveStatus::acceptable;
+}
+
+struct NlpResult {
+  SolveStatus status = SolveStatus::invalid_problem;
+  NlpPoint point;  ///< the last iterate, also when the solve failed
+  double objective = 0.0;
+  int iterations = 0;
+  double seconds = 0.0;  ///< wall clock
+  KktResidual kkt;       ///< recomputed from the program
+  std::string hessian;   ///< "exact", "Gauss-Newton" or "limited-memory BFGS"
+};
+
+/// A solver of sparse nonlinear programs. It may keep work space between solves of programs with
+/// the same patterns. Never prints unless its options ask for it.
+class Solver {
+ public:
+  virtual ~Solver() = default;
+  /// `start` needs w; multipliers may be empty. With `warm`, they are used.
+  virtual NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) = 0;
+  virtual std::string name() const = 0;
+};
+
+}  // namespace saltus

@@ -1,0 +1,221 @@
+#include "framework/transcription/block_program.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace saltus {
+namespace {
+
+void grow(VectorXd& v, int count, double value) {
+  const auto old = v.size();
+  v.conservativeResize(old + count);
+  v.tail(count).setConstant(value);
+}
+
+// Calls visit(a, b, factor) for every pair of variables a >= b to which a local second derivative
+// (l1, l2), l1 >= l2, contributes: the congruence C' H C with H given by its lower triangle.
+template <class Visit>
+void for_each_pair(const Block& block, int l1, int l2, Visit&& visit) {
+  for (const VariableShare& s1 : block.shares[l1])
+    for (const VariableShare& s2 : block.shares[l2]) {
+      const int a = std::max(s1.variable, s2.variable), b = std::min(s1.variable, s2.variable);
+      const double factor = s1.factor * s2.factor;
+      if (l1 == l2) {
+        if (s1.variable >= s2.variable) visit(a, b, factor);  // the ordered pair once
+      } else {
+        visit(a, b, a == b ? 2.0 * factor : factor);  // H(l1, l2) and H(l2, l1)
+      }
+    }
+}
+
+}  // namespace
+
+int BlockProgram::add_variables(int count) {
+  const int first = variables();
+  grow(lower_, count, -infinity);
+  grow(upper_, count, infinity);
+  return first;
+}
+
+int BlockProgram::add_rows(int count) {
+  const int first = rows();
+  grow(row_lower_, count, -infinity);
+  grow(row_upper_, count, infinity);
+  return first;
+}
+
+int BlockProgram::add_block(Block block) {
+  blocks_.push_back(std::move(block));
+  return static_cast<int>(blocks_.size()) - 1;
+}
+
+void BlockProgram::add_linear(int row, int variable, double coefficient) {
+  linear_.push_back({row, variable, -1, coefficient});
+}
+
+void BlockProgram::finish() {
+  std::vector<std::pair<int, int>> jacobian, hessian;
+  for (const Linear& l : linear_) jacobian.emplace_back(l.row, l.variable);
+  for (const int v : quadratic_variables_) hessian.emplace_back(v, v);
+  for (const Block& block : blocks_) {
+    block.function.jacobian_pattern().for_each([&](int out, int in, int) {
+      if (block.outputs[out].row != BlockOutput::objective)
+        for (const VariableShare& s : block.shares[in])
+          jacobian.emplace_back(block.outputs[out].row, s.variable);
+    });
+    block.function.hessian_pattern().for_each([&](int l1, int l2, int) {
+      for_each_pair(block, l1, l2, [&](int a, int b, double) { hessian.emplace_back(a, b); });
+    });
+  }
+  jacobian_pattern_ = SparsityPattern::from_pairs(rows(), variables(), std::move(jacobian));
+  hessian_pattern_ = SparsityPattern::from_pairs(variables(), variables(), std::move(hessian));
+  for (Linear& l : linear_) l.position = jacobian_pattern_.find(l.row, l.variable);
+
+  compiled_.resize(blocks_.size());
+  for (std::size_t i = 0; i < blocks_.size(); ++i) compile_block(blocks_[i], compiled_[i]);
+  linear_cost_ = VectorXd::Zero(variables());
+  quadratic_cost_ = VectorXd::Zero(variables());
+  quadratic_position_.assign(variables(), -1);
+  for (const int v : quadratic_variables_) quadratic_position_[v] = hessian_pattern_.find(v, v);
+  last_w_ = VectorXd::Zero(variables());
+  invalidate();
+}
+
+void BlockProgram::compile_block(const Block& block, Compiled& c) const {
+  const Function& f = block.function;
+  c.argument = VectorXd::Zero(f.inputs());
+  c.value = VectorXd::Zero(f.outputs());
+  c.weights = VectorXd::Zero(f.outputs());
+  c.entries.assign(f.jacobian_pattern().entries(), 0.0);
+  c.hessian_entries.assign(f.hessian_pattern().entries(), 0.0);
+  f.jacobian_pattern().for_each([&](int out, int in, int e) {
+    const BlockOutput& output = block.outputs[out];
+    for (const VariableShare& s : block.shares[in])
+      if (output.row == BlockOutput::objective)
+        c.gradient.push_back({e, s.variable, out, s.factor});
+      else
+        c.jacobian.push_back({e, jacobian_pattern_.find(output.row, s.variable), out,
+                              s.factor * output.factor});
+  });
+  f.hessian_pattern().for_each([&](int l1, int l2, int e) {
+    for_each_pair(block, l1, l2, [&](int a, int b, double factor) {
+      c.hessian.push_back({e, hessian_pattern_.find(a, b), 0, factor});
+    });
+  });
+}
+
+void BlockProgram::set_variable_cost(int variable, double linear, double quadratic) {
+  linear_cost_[variable] = linear;
+  quadratic_cost_[variable] = quadratic;
+}
+
+void BlockProgram::gather(const Block& block, const double* w, VectorXd& argument) const {
+  argument = block.constants;
+  for (std::size_t i = 0; i < block.shares.size(); ++i)
+    for (const VariableShare& s : block.shares[i]) argument[i] += s.factor * w[s.variable];
+}
+
+bool BlockProgram::evaluate(const double* w, Level level) {
+  const bool same = level_ != Level::none && std::equal(w, w + variables(), last_w_.data());
+  if (same && level_ >= level) return finite_;
+  std::copy_n(w, variables(), last_w_.data());
+  finite_ = true;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const Block& block = blocks_[i];
+    Compiled& c = compiled_[i];
+    gather(block, w, c.argument);
+    if (level == Level::values)
+      block.function.value(c.argument.data(), c.value.data());
+    else
+      block.function.jacobian(c.argument.data(), c.value.data(), c.entries.data());
+    // Blocks without weight and rows are off: what they say there does not count.
+    for (int o = 0; o < c.value.size(); ++o)
+      if (block.outputs[o].factor != 0.0 && !std::isfinite(c.value[o])) finite_ = false;
+  }
+  level_ = level;
+  return finite_;
+}
+
+bool BlockProgram::objective(const double* w, double& f) {
+  if (!evaluate(w, Level::values)) return false;
+  f = 0.0;
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (int o = 0; o < compiled_[i].value.size(); ++o)
+      if (blocks_[i].outputs[o].row == BlockOutput::objective && blocks_[i].outputs[o].factor != 0.0)
+        f += blocks_[i].outputs[o].factor * compiled_[i].value[o];
+  for (int i = 0; i < variables(); ++i)
+    f += (linear_cost_[i] + 0.5 * quadratic_cost_[i] * w[i]) * w[i];
+  return std::isfinite(f);
+}
+
+bool BlockProgram::gradient(const double* w, double* gradient) {
+  if (!evaluate(w, Level::derivatives)) return false;
+  for (int i = 0; i < variables(); ++i) gradient[i] = linear_cost_[i] + quadratic_cost_[i] * w[i];
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (const Scatter& s : compiled_[i].gradient) {
+      const double weight = blocks_[i].outputs[s.output].factor;
+      if (weight != 0.0) gradient[s.to] += weight * s.factor * compiled_[i].entries[s.from];
+    }
+  return true;
+}
+
+bool BlockProgram::constraints(const double* w, double* g) {
+  if (!evaluate(w, Level::values)) return false;
+  std::fill_n(g, rows(), 0.0);
+  for (const Linear& l : linear_) g[l.row] += l.coefficient * w[l.variable];
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (int o = 0; o < compiled_[i].value.size(); ++o) {
+      const BlockOutput& output = blocks_[i].outputs[o];
+      if (output.row != BlockOutput::objective)
+        g[output.row] += output.factor * compiled_[i].value[o];
+    }
+  return true;
+}
+
+bool BlockProgram::jacobian(const double* w, double* entries) {
+  if (!evaluate(w, Level::derivatives)) return false;
+  std::fill_n(entries, jacobian_pattern_.entries(), 0.0);
+  for (const Linear& l : linear_) entries[l.position] += l.coefficient;
+  for (const Compiled& c : compiled_)
+    for (const Scatter& s : c.jacobian) entries[s.to] += s.factor * c.entries[s.from];
+  return true;
+}
+
+bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, double* entries,
+                           Curvature curvature) {
+  std::fill_n(entries, hessian_pattern_.entries(), 0.0);
+  for (const int v : quadratic_variables_)
+    entries[quadratic_position_[v]] += sigma * quadratic_cost_[v];
+  bool finite = true;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const Block& block = blocks_[i];
+    Compiled& c = compiled_[i];
+    if (c.hessian.empty()) continue;
+    bool any = false;
+    for (int o = 0; o < c.weights.size(); ++o) {
+      const BlockOutput& output = block.outputs[o];
+      const bool cost = output.row == BlockOutput::objective;
+      c.weights[o] = cost ? sigma * output.factor : output.factor * lambda[output.row];
+      // Gauss-Newton: constraints do not curve. Interval functions keep the costs they carry.
+      if (curvature == Curvature::gauss_newton && !cost) c.weights[o] = 0.0;
+      any = any || c.weights[o] != 0.0;
+    }
+    if (!any) continue;
+    gather(block, w, c.argument);
+    block.function.hessian(c.argument.data(), c.weights.data(), c.hessian_entries.data(),
+                           curvature);
+    for (const Scatter& s : c.hessian) {
+      entries[s.to] += s.factor * c.hessian_entries[s.from];
+      finite = finite && std::isfinite(c.hessian_entries[s.from]);
+    }
+  }
+  return finite;
+}
+
+void BlockProgram::evaluate_block(int block, const double* w, double* outputs) {
+  Compiled& c = compiled_[block];
+  gather(blocks_[block], w, c.argument);
+  blocks_[block].function.value(c.argument.data(), outputs);
+}
+
+}  // namespace saltus

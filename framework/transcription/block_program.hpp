@@ -1,0 +1,130 @@
+// A sparse program assembled from small functions: knows blocks and patterns, but no phases.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "framework/core/bounds.hpp"
+#include "framework/solver/nonlinear_program.hpp"
+
+namespace saltus {
+
+/// Part of an argument that comes from a variable: argument += factor * w[variable].
+struct VariableShare {
+  int variable = 0;
+  double factor = 1.0;
+};
+
+/// Where an output of a block goes.
+struct BlockOutput {
+  static constexpr int objective = -1;
+  int row = objective;
+  double factor = 1.0;  ///< rows: fixed; objective: a weight that may change between solves
+};
+
+/// One small function of a few variables and constants.
+struct Block {
+  Function function;
+  std::vector<std::vector<VariableShare>> shares;  ///< per argument
+  VectorXd constants;                              ///< per argument; may change between solves
+  std::vector<BlockOutput> outputs;                ///< per output
+};
+
+/// Set-up: add variables, rows, linear entries and blocks in any order, then finish(). After that
+/// sizes and patterns are fixed; constants, bounds and objective weights may change, followed by
+/// invalidate(). Evaluations do not allocate.
+class BlockProgram : public NonlinearProgram {
+ public:
+  BlockProgram() = default;
+  BlockProgram(const BlockProgram&) = delete;
+  BlockProgram& operator=(const BlockProgram&) = delete;
+
+  int add_variables(int count);  ///< returns the first; free until bounded
+  int add_rows(int count);       ///< returns the first; free until bounded
+  int add_block(Block block);    ///< returns its index
+  void add_linear(int row, int variable, double coefficient);
+  void finish();
+
+  void bound_variable(int i, double lower, double upper) {
+    lower_[i] = lower;
+    upper_[i] = upper;
+  }
+  void bound_row(int i, double lower, double upper) {
+    row_lower_[i] = lower;
+    row_upper_[i] = upper;
+  }
+  double& constant(int block, int argument) { return blocks_[block].constants[argument]; }
+  double& weight(int block, int output) { return blocks_[block].outputs[output].factor; }
+  /// Cost a w + b/2 w^2 of a single variable; b needs to have been declared before finish().
+  void set_variable_cost(int variable, double linear, double quadratic);
+  void declare_quadratic(int variable) { quadratic_variables_.push_back(variable); }
+  void invalidate() { level_ = Level::none; }
+  /// Solvers drop to limited memory for kinds of curvature that some block cannot deliver.
+  void set_support(bool exact, bool gauss_newton) {
+    exact_ = exact;
+    gauss_newton_ = gauss_newton;
+  }
+
+  double variable_cost(int variable, double w) const {
+    return (linear_cost_[variable] + 0.5 * quadratic_cost_[variable] * w) * w;
+  }
+  int block_outputs(int block) const { return blocks_[block].function.outputs(); }
+  /// Outputs of a block at w (for reports).
+  void evaluate_block(int block, const double* w, double* outputs);
+
+  int variables() const override { return static_cast<int>(lower_.size()); }
+  int rows() const override { return static_cast<int>(row_lower_.size()); }
+  const VectorXd& lower() const override { return lower_; }
+  const VectorXd& upper() const override { return upper_; }
+  const VectorXd& row_lower() const override { return row_lower_; }
+  const VectorXd& row_upper() const override { return row_upper_; }
+  const SparsityPattern& jacobian_pattern() const override { return jacobian_pattern_; }
+  const SparsityPattern& hessian_pattern() const override { return hessian_pattern_; }
+  bool supports(Curvature c) const override { return c == Curvature::exact ? exact_ : gauss_newton_; }
+
+  bool objective(const double* w, double& f) override;
+  bool gradient(const double* w, double* gradient) override;
+  bool constraints(const double* w, double* g) override;
+  bool jacobian(const double* w, double* entries) override;
+  bool hessian(const double* w, double sigma, const double* lambda, double* entries,
+               Curvature curvature) override;
+
+ private:
+  enum class Level { none, values, derivatives };
+
+  // local entry -> target position, with the product of its fixed factors
+  struct Scatter {
+    int from, to, output;
+    double factor;
+  };
+  struct Compiled {
+    std::vector<Scatter> jacobian, gradient, hessian;
+    VectorXd argument, value, weights;
+    std::vector<double> entries, hessian_entries;
+  };
+
+  void gather(const Block& block, const double* w, VectorXd& argument) const;
+  bool evaluate(const double* w, Level level);
+  void compile_block(const Block& block, Compiled& compiled) const;
+
+  VectorXd lower_, upper_, row_lower_, row_upper_;
+  std::vector<Block> blocks_;
+  std::vector<Compiled> compiled_;
+  struct Linear {
+    int row, variable, position;
+    double coefficient;
+  };
+  std::vector<Linear> linear_;
+  std::vector<int> quadratic_variables_;
+  std::vector<int> quadratic_position_;  // per variable, or -1
+  VectorXd linear_cost_, quadratic_cost_;
+  SparsityPattern jacobian_pattern_, hessian_pattern_;
+  bool exact_ = true, gauss_newton_ = true;
+
+  VectorXd last_w_;
+  Level level_ = Level::none;
+  bool finite_ = false;
+};
+
+}  // namespace saltus

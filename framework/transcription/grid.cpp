@@ -1,0 +1,214 @@
+#include "framework/transcription/grid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+template <class Visit>
+void for_each_window(const PhaseDefinition& phase, Visit&& visit) {
+  for (const Term& t : phase.terms) visit(t.window, "term '" + t.name + "'");
+  for (const ComponentBounds& b : phase.input_bounds)
+    visit(b.window, fmt::format("input {}", b.component));
+  for (const ComponentBounds& b : phase.state_bounds)
+    visit(b.window, fmt::format("state {}", b.component));
+}
+
+}  // namespace
+
+Grid::Grid(const OptimalControlProblem& problem, const std::vector<int>& base_intervals)
+    : schedule_(problem.schedule()) {
+  bool known_start = true;
+  for (std::size_t j = 0; j < problem.phases().size(); ++j) {
+    const PhaseDefinition& phase = problem.phases()[j];
+    PhaseGrid& grid = phases_.emplace_back();
+    grid.base_intervals = base_intervals[j];
+    if (grid.base_intervals < 1)
+      throw DefinitionError(fmt::format("phase '{}': it has {} intervals, expected at least 1",
+                                        phase.name, grid.base_intervals));
+    grid.is_free = phase.has_free_duration();
+    grid.has_known_start = known_start;
+    grid.duration = grid.is_free ? phase.duration_guess : phase.duration.lower;
+    collect_instants(phase, grid);
+    if (grid.is_free) place_free(grid, phase);
+    known_start = known_start && !grid.is_free;
+    const int slots = grid.is_free ? 0 : static_cast<int>(grid.slots.size());
+    if (!grid.is_free) {
+      grid.intervals.resize(grid.base_intervals + slots);
+      grid.offsets.resize(grid.intervals.size() + 1);
+      grid.event_node.resize(grid.intervals.size() + 1);
+    }
+  }
+  place(problem.schedule(), problem.start_time());
+}
+
+void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const {
+  const double T = grid.duration;
+  const auto add = [&](const std::optional<Instant>& instant, Clock clock, const std::string& who) {
+    if (!instant) return;
+    const bool absolute = instant->is_event() || clock == Clock::absolute;
+    const std::string where = fmt::format("phase '{}', {}", phase.name, who);
+    if (absolute) {
+      if (!grid.has_known_start || grid.is_free)
+        throw DefinitionError(where + ": its window refers to absolute time, but the start or the "
+                                      "duration of the phase is free; use phase time");
+    } else {
+      const double s = instant->seconds();
+      if (grid.is_free && s > same_instant && std::isfinite(s) && s >= phase.duration.lower)
+        throw DefinitionError(fmt::format("{}: its window has a limit at {} s, but the phase may "
+                                          "last only {} s",
+                                          where, s, phase.duration.lower));
+      if (!(s > same_instant) || s >= T - same_instant) return;  // the ends are nodes anyway
+      const double position = s * grid.base_intervals / T;
+      const double nearest = std::round(position);
+      if (!grid.is_free && std::abs(position - nearest) * T / grid.base_intervals <= same_instant) {
+        grid.marks.push_back(nearest * T / grid.base_intervals);
+        return;
+      }
+    }
+    for (std::size_t i = 0; i < grid.slots.size(); ++i)
+      if (grid.slots[i] == *instant && (instant->is_event() || grid.clocks[i] == clock)) return;
+    grid.slots.push_back(*instant);
+    grid.clocks.push_back(clock);
+  };
+  for_each_window(phase, [&](const Window& window, const std::string& who) {
+    add(window.from, window.clock, who);
+    add(window.to, window.clock, who);
+  });
+}
+
+double Grid::nominal_length(int phase) const {
+  return phases_[phase].duration / phases_[phase].base_intervals;
+}
+
+double Grid::instant_offset(const PhaseGrid& grid, const Instant& instant, Clock clock) const {
+  if (instant.is_event()) return schedule_.time_of(instant.event()) - grid.start;
+  return clock == Clock::absolute ? instant.seconds() - grid.start : instant.seconds();
+}
+
+// An instant within same_instant of a base node, or of the ends, is that node.
+double Grid::snap(const PhaseGrid& grid, double offset) {
+  if (!std::isfinite(offset)) return offset;
+  const double h = grid.duration / grid.base_intervals;
+  if (h > 0.0 && !grid.is_free) {
+    const double nearest = std::round(offset / h);
+    const double node = nearest * grid.duration / grid.base_intervals;
+    if (std::abs(offset - node) <= same_instant) return node;
+  }
+  return offset;
+}
+
+void Grid::place(const Schedule& schedule, double start_time) {
+  schedule_ = schedule;
+  double start = start_time;
+  for (PhaseGrid& grid : phases_) {
+    grid.start = start;
+    if (!grid.is_free) place_fixed(grid);
+    start += grid.duration;
+  }
+}
+
+void Grid::place_fixed(PhaseGrid& grid) {
+  const double T = grid.duration;
+  const int n = grid.base_intervals;
+  // Base nodes first, then the events; std::stable_sort would allocate, insertion does not.
+  std::size_t count = 0;
+  for (int i = 0; i <= n; ++i) {
+    grid.offsets[count] = T * i / n;
+    grid.event_node[count++] = 0;
+  }
+  for (std::size_t s = 0; s < grid.slots.size(); ++s) {
+    double at = snap(grid, instant_offset(grid, grid.slots[s], grid.clocks[s]));
+    const bool inside = at >= 0.0 && at <= T;
+    at = std::clamp(at, 0.0, T);
+    // Two events closer than an instant are one.
+    for (std::size_t i = 0; i < count; ++i)
+      if (std::abs(grid.offsets[i] - at) <= same_instant) at = grid.offsets[i];
+    std::size_t i = count++;
+    for (; i > 0 && grid.offsets[i - 1] > at; --i) {
+      grid.offsets[i] = grid.offsets[i - 1];
+      grid.event_node[i] = grid.event_node[i - 1];
+    }
+    grid.offsets[i] = at;
+    grid.event_node[i] = inside ? 1 : 0;
+  }
+  for (const double mark : grid.marks)
+    for (std::size_t i = 0; i < count; ++i)
+      if (std::abs(grid.offsets[i] - mark) <= same_instant) grid.event_node[i] = 1;
+  // All nodes of one instant are breaks if one of them is.
+  for (std::size_t i = 1; i < count; ++i)
+    if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i]) grid.event_node[i - 1] = 1;
+  for (std::size_t i = count - 1; i > 0; --i)
+    if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i - 1]) grid.event_node[i] = 1;
+  for (std::size_t k = 0; k + 1 < count; ++k)
+    grid.intervals[k] = {grid.offsets[k], 0.0, grid.offsets[k + 1] - grid.offsets[k], 0.0};
+}
+
+// Free duration: the segments between window limits are uniform, the last one stretches with T.
+void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
+  std::vector<double> limits{0.0};
+  for (std::size_t s = 0; s < grid.slots.size(); ++s)
+    if (std::isfinite(grid.slots[s].seconds())) limits.push_back(grid.slots[s].seconds());
+  std::sort(limits.begin(), limits.end());
+  if (grid.base_intervals < static_cast<int>(limits.size()))
+    throw DefinitionError(fmt::format("phase '{}': {} window limits need at least {} intervals, "
+                                      "but it has {}",
+                                      phase.name, limits.size() - 1, limits.size(),
+                                      grid.base_intervals));
+  int left = grid.base_intervals;
+  for (std::size_t s = 0; s < limits.size(); ++s) {
+    const bool last = s + 1 == limits.size();
+    const double begin = limits[s];
+    const double share = ((last ? grid.duration : limits[s + 1]) - begin) / grid.duration;
+    const int others = static_cast<int>(limits.size() - s) - 1;
+    const int n = last ? left
+                       : std::clamp(static_cast<int>(std::lround(share * grid.base_intervals)), 1,
+                                    left - others);
+    left -= n;
+    for (int i = 0; i < n; ++i) {
+      const double fraction = static_cast<double>(i) / n;
+      if (last)  // from begin to T
+        grid.intervals.push_back({begin * (1.0 - fraction), fraction, -begin / n, 1.0 / n});
+      else
+        grid.intervals.push_back(
+            {begin + (limits[s + 1] - begin) * fraction, 0.0, (limits[s + 1] - begin) / n, 0.0});
+      grid.offsets.push_back(grid.intervals.back().offset(grid.duration));
+      grid.event_node.push_back(i == 0 && s > 0 ? 1 : 0);
+    }
+  }
+  grid.offsets.push_back(grid.duration);
+  grid.event_node.push_back(0);
+}
+
+PhaseWindow Grid::resolve(int phase, const Window& window) const {
+  const PhaseGrid& grid = phases_[phase];
+  PhaseWindow result{-infinity, infinity};
+  if (window.from) result.from = snap(grid, instant_offset(grid, *window.from, window.clock));
+  if (window.to) result.to = snap(grid, instant_offset(grid, *window.to, window.clock));
+  return result;
+}
+
+double Grid::node_offset(int phase, int node) const { return phases_[phase].offsets[node]; }
+
+bool Grid::interval_in(int phase, int k, const PhaseWindow& window) const {
+  const PhaseGrid& grid = phases_[phase];
+  if (grid.intervals[k].is_empty()) return false;
+  constexpr double slack = 0.999 * same_instant;  // distinct nodes are farther apart
+  return grid.offsets[k] >= window.from - slack && grid.offsets[k + 1] <= window.to + slack;
+}
+
+bool Grid::node_in(int phase, int node, const PhaseWindow& window) const {
+  const PhaseGrid& grid = phases_[phase];
+  const bool superseded =
+      node + 1 < static_cast<int>(grid.offsets.size()) && grid.intervals[node].is_empty();
+  if (superseded || !(window.from < window.to)) return false;
+  constexpr double slack = 0.999 * same_instant;
+  return grid.offsets[node] >= window.from - slack && grid.offsets[node] <= window.to + slack;
+}
+
+}  // namespace saltus

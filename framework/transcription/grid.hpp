@@ -1,0 +1,86 @@
+// Where the nodes stand: a uniform grid per phase plus a node exactly at every event, in storage
+// of constant size.
+#pragma once
+
+#include <vector>
+
+#include "framework/ocp/problem.hpp"
+
+namespace saltus {
+
+/// One shooting interval. Times count from the start of its phase and are affine in the phase's
+/// duration T (s): offset = offset0 + offset1 T, length = length0 + length1 T. In phases of fixed
+/// duration the slopes are zero.
+struct GridInterval {
+  double offset0 = 0.0, offset1 = 0.0;
+  double length0 = 0.0, length1 = 0.0;
+
+  double offset(double T) const { return offset0 + offset1 * T; }
+  double length(double T) const { return length0 + length1 * T; }
+  /// A slot kept for an event that coincides with a node or lies outside the phase: no time passes.
+  bool is_empty() const { return length0 == 0.0 && length1 == 0.0; }
+};
+
+/// A window in phase time after rounding to nodes; empty when to <= from.
+struct PhaseWindow {
+  double from = 0.0;
+  double to = infinity;
+};
+
+/// Intervals of all phases. The number per phase is fixed at construction: the base intervals and
+/// one slot for every instant a window names. place() moves the events, never the sizes.
+class Grid {
+ public:
+  /// `base_intervals[j]` >= 1. Throws DefinitionError when a window of a phase with unknown start
+  /// or duration refers to absolute time or may lie beyond the phase.
+  Grid(const OptimalControlProblem& problem, const std::vector<int>& base_intervals);
+
+  int phases() const { return static_cast<int>(phases_.size()); }
+  int intervals(int phase) const { return static_cast<int>(phases_[phase].intervals.size()); }
+  int base_intervals(int phase) const { return phases_[phase].base_intervals; }
+  const GridInterval& interval(int phase, int k) const { return phases_[phase].intervals[k]; }
+  /// Length of an interval before events cut it: duration over base intervals (s).
+  double nominal_length(int phase) const;
+  /// Fixed duration, or the guess of a free one (s).
+  double reference_duration(int phase) const { return phases_[phase].duration; }
+  /// Whether a control break is due at node k because an event or window limit stands there.
+  bool is_event(int phase, int node) const { return phases_[phase].event_node[node]; }
+
+  /// Recomputes the nodes of fixed phases for new event times or a new start time. No allocation.
+  void place(const Schedule& schedule, double start_time);
+
+  PhaseWindow resolve(int phase, const Window& window) const;
+  /// Running costs and inputs: the interval lies in [from, to). Empty intervals are in no window.
+  bool interval_in(int phase, int k, const PhaseWindow& window) const;
+  /// Constraints on states: from <= node <= to, the right end as a left limit. Of nodes at the
+  /// same instant only the last counts, at the end of the phase too.
+  bool node_in(int phase, int node, const PhaseWindow& window) const;
+  /// Offset of a node at the reference duration (s).
+  double node_offset(int phase, int node) const;
+
+ private:
+  struct PhaseGrid {
+    int base_intervals = 1;
+    bool is_free = false;
+    bool has_known_start = true;
+    double duration = 0.0;
+    double start = 0.0;           // absolute, if known
+    std::vector<Instant> slots;   // instants with a slot of their own
+    std::vector<Clock> clocks;    // of each slot
+    std::vector<double> marks;    // fixed instants that coincide with base nodes
+    std::vector<double> offsets;  // of the nodes, at the reference duration
+    std::vector<char> event_node;
+    std::vector<GridInterval> intervals;
+  };
+
+  void collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const;
+  void place_fixed(PhaseGrid& grid);
+  void place_free(PhaseGrid& grid, const PhaseDefinition& phase);
+  double instant_offset(const PhaseGrid& grid, const Instant& instant, Clock clock) const;
+  static double snap(const PhaseGrid& grid, double offset);
+
+  Schedule schedule_;
+  std::vector<PhaseGrid> phases_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,138 @@
+#include "framework/transcription/interval_function.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+namespace saltus {
+namespace {
+
+using Flags = std::vector<char>;  // per argument of the interval
+
+void unite(Flags& into, const Flags& from) {
+  for (std::size_t i = 0; i < into.size(); ++i) into[i] = into[i] || from[i];
+}
+
+// Which arguments of the interval a model argument (t, x, u, p) can depend on along the interval.
+class Reach {
+ public:
+  explicit Reach(const IntervalProblem& problem, const IntervalArguments& w)
+      : arguments_(problem.arguments), reach_(arguments_.size(), Flags(w.size(), 0)) {
+    const Arguments& a = arguments_;
+    for (int i = 0; i < a.nx; ++i) reach_[a.x(i)][w.x(i)] = 1;
+    for (int i = 0; i < a.nu; ++i) {
+      reach_[a.u(i)][w.c(i)] = 1;
+      if (problem.shape == InputShape::linear) reach_[a.u(i)][w.c(a.nu + i)] = 1;
+    }
+    for (int i = 0; i < a.np; ++i)
+      if (problem.differentiate_parameter[i]) reach_[a.p(i)][w.p(i)] = 1;
+    if (problem.differentiate_time) reach_[a.t()][w.t0()] = reach_[a.t()][w.h()] = 1;
+
+    bool grew = true;
+    while (grew) {
+      grew = false;
+      for (int i = 0; i < a.nx; ++i) {
+        Flags& state = reach_[a.x(i)];
+        const Flags before = state;
+        unite(state, of_output(problem.dynamics, i));
+        if (problem.differentiate_time) state[w.h()] = 1;
+        grew = grew || state != before;
+      }
+    }
+  }
+
+  const Flags& of_argument(int a) const { return reach_[a]; }
+  Flags of_output(const Function& f, int output) const {
+    Flags flags(reach_.front().size(), 0);
+    const SparsityPattern& pattern = f.jacobian_pattern();
+    for (int e = pattern.row_begin(output); e < pattern.row_end(output); ++e)
+      unite(flags, reach_[pattern.col(e)]);
+    return flags;
+  }
+
+ private:
+  Arguments arguments_;
+  std::vector<Flags> reach_;
+};
+
+class IntervalFunction final : public FunctionBody {
+ public:
+  explicit IntervalFunction(std::shared_ptr<Integrator> integrator)
+      : FunctionBody(integrator->arguments().size(), integrator->outputs()),
+        integrator_(std::move(integrator)),
+        derivative_(outputs(), inputs()),
+        second_(inputs(), inputs()) {
+    const IntervalProblem& problem = integrator_->problem();
+    const IntervalArguments w = integrator_->arguments();
+    const Reach reach(problem, w);
+    std::vector<std::pair<int, int>> first, second;
+
+    for (int i = 0; i < outputs(); ++i) {
+      const bool is_state = i < problem.arguments.nx;
+      Flags row = is_state ? reach.of_argument(problem.arguments.x(i))
+                           : reach.of_output(problem.running_cost, i - problem.arguments.nx);
+      if (problem.differentiate_time) row[w.h()] = 1;
+      for (int j = 0; j < inputs(); ++j)
+        if (row[j]) first.emplace_back(i, j);
+    }
+    const auto add_pairs = [&](const Flags& a, const Flags& b) {
+      for (int i = 0; i < inputs(); ++i)
+        for (int j = 0; j < inputs(); ++j)
+          if (a[i] && b[j]) second.emplace_back(std::max(i, j), std::min(i, j));
+    };
+    const auto add_function = [&](const Function& f) {
+      if (!f) return;
+      f.hessian_pattern().for_each(
+          [&](int a, int b, int) { add_pairs(reach.of_argument(a), reach.of_argument(b)); });
+      if (!problem.differentiate_time) return;
+      Flags length(inputs(), 0);  // h multiplies the right-hand side
+      length[w.h()] = 1;
+      for (int i = 0; i < f.outputs(); ++i) add_pairs(length, reach.of_output(f, i));
+    };
+    if (integrator_->has_hessian()) {
+      add_function(problem.dynamics);
+      add_function(problem.running_cost);
+    }
+    jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), inputs(), std::move(first));
+    hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), std::move(second));
+  }
+
+  void value(const double* w, double* end) const override {
+    if (integrator_->value(w, end) != IntegrationStatus::success) spoil(end, outputs());
+  }
+
+  void jacobian(const double* w, double* end, double* entries) const override {
+    if (integrator_->jacobian(w, end, derivative_) != IntegrationStatus::success) {
+      spoil(end, outputs());
+      spoil(entries, jacobian_pattern_.entries());
+      return;
+    }
+    jacobian_pattern_.for_each([&](int r, int c, int e) { entries[e] = derivative_(r, c); });
+  }
+
+  void hessian(const double* w, const double* weights, double* entries,
+               Curvature curvature) const override {
+    if (integrator_->hessian(w, weights, second_, curvature) != IntegrationStatus::success) {
+      spoil(entries, hessian_pattern_.entries());
+      return;
+    }
+    hessian_pattern_.for_each([&](int r, int c, int e) { entries[e] = second_(r, c); });
+  }
+
+ private:
+  static void spoil(double* values, int count) {
+    std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN());
+  }
+
+  std::shared_ptr<Integrator> integrator_;
+  mutable MatrixXd derivative_, second_;
+};
+
+}  // namespace
+
+Function interval_function(std::shared_ptr<Integrator> integrator) {
+  return Function(std::make_shared<IntervalFunction>(std::move(integrator)));
+}
+
+}  // namespace saltus

@@ -1,0 +1,45 @@
+// The only place that knows where a quantity stands among the variables of the program.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "framework/ocp/problem.hpp"
+#include "framework/transcription/grid.hpp"
+
+namespace saltus {
+
+class BlockProgram;
+
+/// Variables of the program are physical values divided by their nominal magnitudes. Order: phase
+/// by phase (x_0, c_0, x_1, c_1, ..., x_N), then unknown parameters, free durations, slacks.
+class Layout {
+ public:
+  Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProgram& program);
+
+  /// First state of a node; node = intervals is the end of the phase (before the jump).
+  int state(int phase, int node) const { return phases_[phase].states[node]; }
+  /// First coefficient of the input of an interval.
+  int input(int phase, int interval) const { return phases_[phase].inputs[interval]; }
+  /// Duration of the phase, or -1 if it is fixed.
+  int duration(int phase) const { return phases_[phase].duration; }
+  /// Entry i of the phase's parameters, or -1 if it is data.
+  int parameter(int phase, int i) const { return phases_[phase].parameters[i]; }
+  /// Variables from here on are slacks of soft constraints.
+  void set_first_slack(int first) { first_slack_ = first; }
+
+  /// "phase 'flight', state 1 at node 3".
+  std::string describe(int variable) const;
+
+ private:
+  struct PhaseLayout {
+    std::vector<int> states, inputs, parameters;
+    int duration = -1;
+  };
+  std::vector<PhaseLayout> phases_;
+  std::vector<std::string> names_;  // of variables, per block start
+  std::vector<int> starts_;
+  int first_slack_ = 0;
+};
+
+}  // namespace saltus

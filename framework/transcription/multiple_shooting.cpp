@@ -1,0 +1,379 @@
+#include "framework/transcription/multiple_shooting.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "framework/core/error.hpp"
+#include "framework/core/text.hpp"
+#include "framework/transcription/shooting_program.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace shooting;
+
+std::vector<int> base_intervals(const OptimalControlProblem& problem,
+                                const ShootingOptions& options) {
+  problem.check();
+  if (!options.integrator)
+    throw DefinitionError(fmt::format("problem '{}': the shooting options name no integrator",
+                                      problem.name()));
+  if (options.intervals.empty())
+    return std::vector<int>(problem.phases().size(), options.intervals_per_phase);
+  if (options.intervals.size() != problem.phases().size())
+    throw DefinitionError(
+        fmt::format("problem '{}': intervals are given for {} phases, but it has {}",
+                    problem.name(), options.intervals.size(), problem.phases().size()));
+  return options.intervals;
+}
+
+void require_finite(const VectorRef& v, const std::string& what) {
+  for (int i = 0; i < v.size(); ++i)
+    if (!std::isfinite(v[i]))
+      throw DefinitionError(fmt::format("{}: entry {} is {}", what, i, v[i]));
+}
+
+}  // namespace
+
+MultipleShooting::MultipleShooting(OptimalControlProblem problem, ShootingOptions options) {
+  const std::vector<int> intervals = base_intervals(problem, options);
+  program_ = std::make_unique<ShootingProgram>(std::move(problem), intervals, options.integrator);
+  integrator_name_ = options.integrator->name();
+}
+
+MultipleShooting::~MultipleShooting() = default;
+MultipleShooting::MultipleShooting(MultipleShooting&&) noexcept = default;
+MultipleShooting& MultipleShooting::operator=(MultipleShooting&&) noexcept = default;
+
+NonlinearProgram& MultipleShooting::nlp() { return *program_; }
+const OptimalControlProblem& MultipleShooting::problem() const { return program_->problem(); }
+const Grid& MultipleShooting::grid() const { return program_->grid(); }
+const Layout& MultipleShooting::layout() const { return program_->layout(); }
+
+// --- data of the next solve ---------------------------------------------------------------------
+
+void MultipleShooting::start_at(double t, const VectorRef& state) {
+  const int nx = problem().phases().front().sizes.nx;
+  if (state.size() != nx)
+    throw DefinitionError(
+        fmt::format("start of problem '{}': it has {} entries, expected {} states",
+                    problem().name(), state.size(), nx));
+  require_finite(state, "start of problem '" + problem().name() + "'");
+  if (!std::isfinite(t)) throw DefinitionError("the start time is not finite");
+  program_->start_time = t;
+  for (int i = 0; i < nx; ++i) program_->start_bounds[i] = exactly(state[i]);
+  program_->problem().start_at(state);
+  program_->grid().place(problem().schedule(), t);
+  program_->refresh();
+}
+
+void MultipleShooting::set_data(const std::string& parameter, const VectorRef& value) {
+  std::vector<std::string> names;
+  bool found = false;
+  for (std::size_t j = 0; j < problem().phases().size(); ++j) {
+    int first = 0;
+    for (const ParameterBlock& block : problem().phases()[j].parameters) {
+      const int size = static_cast<int>(block.value.size());
+      if (block.name == parameter) {
+        if (block.unknown)
+          throw DefinitionError(
+              fmt::format("parameter '{}' is unknown: the solver decides it", parameter));
+        if (value.size() != size)
+          throw DefinitionError(fmt::format("parameter '{}' has {} entries, but {} were given",
+                                            parameter, size, value.size()));
+        require_finite(value, "parameter '" + parameter + "'");
+        program_->data[j].segment(first, size) = value;
+        found = true;
+      } else if (!block.unknown) {
+        names.push_back(block.name);
+      }
+      first += size;
+    }
+  }
+  if (!found) {
+    const std::string near = nearest_name(parameter, names);
+    throw DefinitionError(fmt::format("problem '{}' has no data parameter '{}'{}",
+                                      problem().name(), parameter,
+                                      near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+  program_->refresh();
+}
+
+void MultipleShooting::retime(const std::string& event, double time) {
+  Schedule schedule = problem().schedule();
+  schedule.retime(event, time);
+  set_schedule(schedule);
+}
+
+void MultipleShooting::set_schedule(const Schedule& schedule) {
+  for (const Event& e : problem().schedule().events()) schedule.index_of(e.name);
+  program_->problem().schedule(schedule);
+  program_->grid().place(schedule, program_->start_time);
+  program_->refresh();
+}
+
+void MultipleShooting::set_previous_input(const VectorRef& input) {
+  const int nu = problem().phases().front().sizes.nu;
+  if (input.size() != nu)
+    throw DefinitionError(fmt::format("the previous input has {} entries, but phase '{}' has {}",
+                                      input.size(), problem().phases().front().name, nu));
+  require_finite(input, "previous input");
+  program_->previous_input = input;
+  program_->refresh();
+}
+
+void MultipleShooting::set_softness(const std::string& weight_name, double weight) {
+  if (!(weight > 0.0 && std::isfinite(weight)))
+    throw DefinitionError(fmt::format("softness weight '{}' is {}, expected a positive number",
+                                      weight_name, weight));
+  if (!program_->problem().set_softness(weight_name, weight))
+    throw DefinitionError(fmt::format("problem '{}' has no softness weight '{}'",
+                                      problem().name(), weight_name));
+  program_->refresh();
+}
+
+// --- guesses ------------------------------------------------------------------------------------
+
+NlpPoint MultipleShooting::initial_guess() const {
+  NlpPoint point{VectorXd::Zero(program_->variables()), {}, {}};
+  VectorXd& w = point.w;
+  VectorXd start = problem().start_guess();
+  for (int j = 0; j < grid().phases(); ++j) {
+    const PhaseDefinition& phase = problem().phases()[j];
+    const int nx = phase.sizes.nx, nu = phase.sizes.nu;
+    const double T = grid().reference_duration(j);
+    const VectorXd p = program_->parameters_of(j, nullptr);
+    for (int i = 0; i < p.size(); ++i)
+      if (layout().parameter(j, i) >= 0) w[layout().parameter(j, i)] = p[i];
+    if (layout().duration(j) >= 0) w[layout().duration(j)] = T / phase.nominal_duration;
+
+    const auto fraction = [&](int node) { return T > 0.0 ? grid().node_offset(j, node) / T : 0.0; };
+    const auto input = [&](int k, double at) {
+      VectorXd u = phase.input_guess.is_given() ? phase.input_guess.at(at) : VectorXd::Zero(nu);
+      for (int i = 0; i < nu; ++i) {
+        const Bounds b = program_->input_bounds(j, k, i);
+        u[i] = std::clamp(u[i], b.lower, b.upper);
+      }
+      return u;
+    };
+    const auto set_state = [&](int node, const VectorXd& x) {
+      w.segment(layout().state(j, node), nx) = x.cwiseQuotient(phase.nominal_state);
+    };
+
+    VectorXd x = phase.state_guess.is_given() ? phase.state_guess.at(0.0) : start;
+    Integrator& integrator = *program_->integrators()[j];
+    const IntervalArguments a = integrator.arguments();
+    VectorXd argument(a.size()), end(integrator.outputs());
+    set_state(0, x);
+    for (int k = 0; k < grid().intervals(j); ++k) {
+      VectorXd c(a.nc);
+      c.head(nu) = input(k, fraction(k));
+      if (phase.input_shape() == InputShape::linear) c.tail(nu) = input(k, fraction(k + 1));
+      for (int i = 0; i < a.nc; ++i)
+        w[layout().input(j, k) + i] = c[i] / phase.nominal_input[i % nu];
+      if (phase.state_guess.is_simulated()) {
+        argument << x, c, p, program_->start_of(j, nullptr) + grid().node_offset(j, k),
+            grid().node_offset(j, k + 1) - grid().node_offset(j, k);
+        if (integrator.value(argument.data(), end.data()) == IntegrationStatus::success)
+          x = end.head(nx);
+      } else if (phase.state_guess.is_given()) {
+        x = phase.state_guess.at(fraction(k + 1));
+      }
+      set_state(k + 1, x);
+    }
+    if (j + 1 == grid().phases()) break;
+    const Jump& jump = problem().jumps()[j + 1];
+    if (!jump.map) {
+      start = x;
+    } else {
+      VectorXd z(jump.map.inputs());
+      z[0] = program_->start_of(j + 1, nullptr);
+      z.segment(1, nx) = x;
+      z.tail(z.size() - 1 - nx) = p.head(z.size() - 1 - nx);
+      start = jump.map(z);
+    }
+  }
+  return point;
+}
+
+NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
+  NlpPoint point = initial_guess();
+  if (trajectory.empty()) return point;
+  for (int j = 0; j < grid().phases(); ++j) {
+    const PhaseDefinition& phase = problem().phases()[j];
+    const int nx = phase.sizes.nx, nu = phase.sizes.nu;
+    const double start = program_->start_of(j, nullptr);
+    for (int k = 0; k <= grid().intervals(j); ++k) {
+      const double t = start + grid().node_offset(j, k);
+      const VectorXd x = trajectory.state(t);
+      if (x.size() != nx) continue;  // another phase is in force there
+      point.w.segment(layout().state(j, k), nx) = x.cwiseQuotient(phase.nominal_state);
+      if (k == grid().intervals(j) || grid().interval(j, k).is_empty()) continue;
+      // From the middle of the interval: the ends may belong to neighbours.
+      const double next = start + grid().node_offset(j, k + 1);
+      const auto set_input = [&](int first, double at) {
+        const VectorXd u = trajectory.input(at);
+        if (u.size() != nu) return;
+        for (int i = 0; i < nu; ++i) {
+          const Bounds b = program_->input_bounds(j, k, i);
+          point.w[layout().input(j, k) + first + i] =
+              std::clamp(u[i], b.lower, b.upper) / phase.nominal_input[i];
+        }
+      };
+      const bool linear = phase.input_shape() == InputShape::linear;
+      constexpr double just_inside = 1e-9;  // of the interval
+      set_input(0, linear ? t + just_inside * (next - t) : 0.5 * (t + next));
+      if (linear) set_input(nu, next - just_inside * (next - t));
+    }
+  }
+  point.w.segment(layout().state(0, 0), problem().phases().front().sizes.nx) =
+      problem().start_guess().cwiseQuotient(problem().phases().front().nominal_state);
+  return point;
+}
+
+// --- solutions ----------------------------------------------------------------------------------
+
+Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
+  std::vector<Trajectory::PhaseInfo> phases;
+  std::vector<TrajectoryPiece> pieces;
+  for (int j = 0; j < grid().phases(); ++j) {
+    const PhaseDefinition& phase = problem().phases()[j];
+    phases.push_back({phase.name, program_->parameters_of(j, &w), program_->integrators()[j]});
+    const double T = program_->duration_of(j, &w);
+    const double start = program_->start_of(j, &w);
+    const auto state = [&](int node) -> VectorXd {
+      return w.segment(layout().state(j, node), phase.sizes.nx).cwiseProduct(phase.nominal_state);
+    };
+    for (int k = 0; k < grid().intervals(j); ++k) {
+      const GridInterval& interval = grid().interval(j, k);
+      if (interval.is_empty()) continue;
+      TrajectoryPiece piece{j, start + interval.offset(T), interval.length(T), state(k), {},
+                            state(k + 1)};
+      piece.coefficients.resize(program_->integrators()[j]->arguments().nc);
+      for (int i = 0; i < piece.coefficients.size(); ++i)
+        piece.coefficients[i] =
+            w[layout().input(j, k) + i] * phase.nominal_input[i % phase.sizes.nu];
+      pieces.push_back(std::move(piece));
+    }
+  }
+  return {std::move(phases), std::move(pieces)};
+}
+
+namespace {
+
+std::string explain(SolveStatus status, const NlpResult& result, const NonlinearProgram& nlp) {
+  std::string text = describe(status);
+  const KktResidual& kkt = result.kkt;
+  constexpr double worth_naming = 1e-6;  // scaled violation
+  if (is_success(status) || !(kkt.feasibility > worth_naming)) return text;
+  if (kkt.worst_row >= 0)
+    text += fmt::format("; {} misses its bounds by {:.3g}", nlp.describe_row(kkt.worst_row),
+                        kkt.feasibility);
+  else if (kkt.worst_variable >= 0)
+    text += fmt::format("; {} misses its bounds by {:.3g}",
+                        nlp.describe_variable(kkt.worst_variable), kkt.feasibility);
+  return text;
+}
+
+// Sums the outputs of cost blocks per term, in the order of phases and terms.
+std::vector<CostShare> cost_shares(ShootingProgram& program, const VectorXd& w) {
+  std::vector<CostShare> shares;
+  std::vector<std::vector<int>> index;
+  for (const PhaseDefinition& phase : program.problem().phases()) {
+    auto& of_phase = index.emplace_back(phase.terms.size() + 1, -1);
+    for (std::size_t t = 0; t < phase.terms.size(); ++t) {
+      const Term& term = phase.terms[t];
+      if (term.kind == TermKind::constraint && !term.soft) continue;
+      of_phase[t] = static_cast<int>(shares.size());
+      shares.push_back({phase.name, term.name, 0.0});
+    }
+    if (phase.input_change_weight.size() == 0) continue;
+    of_phase.back() = static_cast<int>(shares.size());
+    shares.push_back({phase.name, "change of inputs", 0.0});
+  }
+  VectorXd outputs;
+  const auto add = [&](int block, int output, double& total) {
+    outputs.resize(program.block_outputs(block));
+    program.evaluate_block(block, w.data(), outputs.data());
+    const double weight = program.weight(block, output);
+    if (weight != 0.0) total += weight * outputs[output];
+  };
+  for (const CostSite& site : program.cost_sites())
+    add(site.block, site.output, shares[index[site.phase][site.term]].value);
+  for (const ChangeSite& site : program.change_sites())
+    for (int i = 0; i < program.problem().phases()[site.phase].sizes.nu; ++i)
+      add(site.block, i, shares[index[site.phase].back()].value);
+  for (const RowSite& site : program.row_sites()) {
+    if (!program.problem().phases()[site.phase].terms[site.term].soft) continue;
+    for (const auto* slacks : {&site.slack_below, &site.slack_above})
+      for (const int s : *slacks)
+        if (s >= 0) shares[index[site.phase][site.term]].value += program.variable_cost(s, w[s]);
+  }
+  return shares;
+}
+
+std::vector<SoftnessUse> softness_use(const ShootingProgram& program, const VectorXd& w) {
+  std::vector<SoftnessUse> uses;
+  for (const RowSite& site : program.row_sites()) {
+    const PhaseDefinition& phase = program.problem().phases()[site.phase];
+    const Term& term = phase.terms[site.term];
+    if (!term.soft) continue;
+    auto use = std::find_if(uses.begin(), uses.end(), [&](const SoftnessUse& u) {
+      return u.phase == phase.name && u.term == term.name;
+    });
+    if (use == uses.end()) use = uses.insert(use, SoftnessUse{phase.name, term.name, 0.0, 0.0});
+    for (const auto* slacks : {&site.slack_below, &site.slack_above})
+      for (const int s : *slacks)
+        if (s >= 0 && w[s] > use->largest) {
+          use->largest = w[s];
+          use->time = program.time_of(site.block.place, &w);
+        }
+  }
+  return uses;
+}
+
+}  // namespace
+
+Solution MultipleShooting::interpret(NlpResult result) {
+  Solution solution;
+  solution.status = result.status;
+  solution.message = explain(result.status, result, *program_);
+  solution.cost = result.objective;
+  solution.kkt = result.kkt;
+  solution.iterations = result.iterations;
+  solution.seconds = result.seconds;
+  solution.method = fmt::format(
+      "{}, {}, {} Hessian", integrator_name_,
+      problem().cost_rule() == CostRule::nodes ? "costs summed at the nodes" : "costs integrated",
+      result.hessian);
+  const VectorXd& w = result.point.w;
+  if (w.size() == program_->variables()) {
+    solution.trajectory = trajectory(w);
+    solution.costs = cost_shares(*program_, w);
+    solution.softness = softness_use(*program_, w);
+    for (int j = 0; j < grid().phases(); ++j)
+      solution.durations.push_back(program_->duration_of(j, &w));
+  }
+  const PhaseDefinition& first = problem().phases().front();
+  if (result.point.lambda.size() == program_->rows())
+    // L = f + lambda (x_0 - start) / nominal, so d cost / d start = -lambda / nominal.
+    solution.start_multipliers =
+        -result.point.lambda.segment(program_->start_row(), first.sizes.nx)
+             .cwiseQuotient(first.nominal_state);
+  solution.point = std::move(result.point);
+  return solution;
+}
+
+Solution solve(MultipleShooting& shooting, Solver& solver) {
+  return solve(shooting, solver, shooting.initial_guess());
+}
+
+Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
+  const bool warm = start.lambda.size() == shooting.nlp().rows();
+  return shooting.interpret(solver.solve(shooting.nlp(), start, warm));
+}
+
+}  // namespace saltus

@@ -1,0 +1,68 @@
+// From a problem, a grid and an integrator to a sparse nonlinear program, and back to a solution.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "framework/ocp/problem.hpp"
+#include "framework/solver/solver.hpp"
+#include "framework/transcription/grid.hpp"
+#include "framework/transcription/layout.hpp"
+#include "framework/transcription/solution.hpp"
+
+namespace saltus {
+
+class ShootingProgram;
+
+struct ShootingOptions {
+  int intervals_per_phase = 30;
+  std::vector<int> intervals = {};  ///< per phase, in place of the number above
+  IntegratorChoice integrator;      ///< required; see integrators/
+};
+
+/// Direct multiple shooting. Patterns and sizes are fixed by the constructor; start, data, event
+/// times and softness weights may change between solves.
+class MultipleShooting {
+ public:
+  /// Throws DefinitionError when the problem or the options are wrong.
+  MultipleShooting(OptimalControlProblem problem, ShootingOptions options);
+  ~MultipleShooting();
+  MultipleShooting(MultipleShooting&&) noexcept;
+  MultipleShooting& operator=(MultipleShooting&&) noexcept;
+
+  NonlinearProgram& nlp();
+  const OptimalControlProblem& problem() const;
+  const Grid& grid() const;
+  const Layout& layout() const;
+
+  // --- data of the next solve; names and sizes are checked before anything changes --------------
+  void start_at(double t, const VectorRef& state);
+  void set_data(const std::string& parameter, const VectorRef& value);
+  void retime(const std::string& event, double time);
+  void set_schedule(const Schedule& schedule);
+  /// The input applied before the horizon, for penalise_change(); until given, the first interval
+  /// is not charged.
+  void set_previous_input(const VectorRef& input);
+  void set_softness(const std::string& weight_name, double weight);
+
+  /// The guesses of the problem as a point of the program.
+  NlpPoint initial_guess() const;
+  /// A guess sampled from another solution of the same problem at the same absolute times; beyond
+  /// its end the last state and input go on.
+  NlpPoint guess_from(const Trajectory& trajectory) const;
+
+  Trajectory trajectory(const VectorXd& w) const;
+  /// Interprets a result of a solver of nlp().
+  Solution interpret(NlpResult result);
+
+ private:
+  std::unique_ptr<ShootingProgram> program_;
+  std::string integrator_name_;
+};
+
+/// Solves from the problem's own guess, or from `start` (warm if it has multipliers).
+Solution solve(MultipleShooting& shooting, Solver& solver);
+Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start);
+
+}  // namespace saltus

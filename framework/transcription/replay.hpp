@@ -1,0 +1,22 @@
+// Is the plan true? The inputs of a solution integrated again with another, tighter integrator.
+#pragma once
+
+#include "framework/model/integrator.hpp"
+#include "framework/ocp/problem.hpp"
+#include "framework/transcription/trajectory.hpp"
+
+namespace saltus {
+
+/// Differences between plan and replay, |difference| / max(nominal, |state|), largest entry.
+struct ReplayReport {
+  bool completed = false;    ///< no integration failed
+  double from_nodes = 0.0;   ///< every interval from its own planned start
+  double from_start = 0.0;   ///< the whole plan from the start, jumps included
+  double flow_growth = 1.0;  ///< largest singular value of d state / d start along the plan
+};
+
+/// Integrates the inputs of the trajectory with `integrator`, per interval and from the start.
+ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& trajectory,
+                    const IntegratorChoice& integrator);
+
+}  // namespace saltus

@@ -1,0 +1,339 @@
+// Set-up of ShootingProgram: variables, rows and blocks for every place where a term could act.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "framework/core/error.hpp"
+#include "framework/ocp/cost_functions.hpp"
+#include "framework/transcription/interval_function.hpp"
+#include "framework/transcription/shooting_program.hpp"
+
+namespace saltus {
+
+using namespace shooting;
+
+namespace {
+
+bool uses_inputs(const PhaseDefinition& phase, const Function& f) {
+  bool uses = false;
+  f.jacobian_pattern().for_each([&](int, int col, int) {
+    uses = uses || (col >= phase.sizes.u() && col < phase.sizes.u(phase.sizes.nu));
+  });
+  return uses;
+}
+
+Function cost_function(const Term& term) {
+  return term.kind == TermKind::least_squares
+             ? least_squares_cost(term.function, term.weight, term.reference)
+             : term.function;
+}
+
+// Terms that are summed or integrated along the phase, in order.
+std::vector<int> running_costs(const PhaseDefinition& phase) {
+  std::vector<int> result;
+  for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t)
+    if (phase.terms[t].kind != TermKind::constraint && phase.terms[t].place == TermPlace::running)
+      result.push_back(t);
+  return result;
+}
+
+std::vector<std::vector<VariableShare>> no_shares(int arguments) {
+  return std::vector<std::vector<VariableShare>>(arguments);
+}
+
+}  // namespace
+
+ShootingProgram::ShootingProgram(OptimalControlProblem problem,
+                                 const std::vector<int>& base_intervals,
+                                 const IntegratorChoice& integrator)
+    : start_time(problem.start_time()),
+      start_bounds(problem.start_bounds()),
+      problem_(std::move(problem)),
+      grid_(problem_, base_intervals),
+      layout_(problem_, grid_, *this) {
+  for (const PhaseDefinition& phase : problem_.phases()) {
+    VectorXd& p = data.emplace_back(phase.sizes.np);
+    int i = 0;
+    for (const ParameterBlock& block : phase.parameters)
+      for (const double v : block.value) p[i++] = v;
+  }
+  build_start();
+  for (int j = 0; j < grid_.phases(); ++j) {
+    if (j > 0) build_jump(j);
+    build_phase(j, integrator);
+  }
+  build_total_time();
+  build_slacks();
+  finish();
+  refresh();
+}
+
+int ShootingProgram::new_rows(int count, const std::string& what) {
+  const int first = add_rows(count);
+  if (count > 0) row_groups_.push_back({first, what, {}, false});
+  return first;
+}
+
+void ShootingProgram::build_start() {
+  const PhaseDefinition& first = problem_.phases().front();
+  start_row_ = new_rows(first.sizes.nx, "start of the problem, state");
+  for (int i = 0; i < first.sizes.nx; ++i)
+    add_linear(start_row_ + i, layout_.state(0, 0) + i, 1.0);
+}
+
+void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  const bool integrated = problem_.cost_rule() == CostRule::integrated;
+  std::vector<Function> running;
+  for (const int t : running_costs(phase)) running.push_back(cost_function(phase.terms[t]));
+
+  IntervalProblem interval;
+  interval.arguments = phase.sizes;
+  interval.dynamics = phase.dynamics;
+  if (integrated && !running.empty()) interval.running_cost = stack(running);
+  interval.shape = phase.input_shape();
+  interval.differentiate_parameter.assign(phase.sizes.np, false);
+  for (int i = 0; i < phase.sizes.np; ++i)
+    interval.differentiate_parameter[i] = layout_.parameter(j, i) >= 0;
+  for (int i = 0; i <= j; ++i)
+    interval.differentiate_time = interval.differentiate_time || layout_.duration(i) >= 0;
+  try {
+    integrators_.push_back(choice->make(interval));
+  } catch (const DefinitionError& e) {
+    throw DefinitionError(fmt::format("phase '{}': {}", phase.name, e.what()));
+  }
+  if (!integrators_.back()->has_hessian()) {
+    const bool costs_ride_along = interval.nq() > 0;
+    set_support(false, supports(Curvature::gauss_newton) && !costs_ride_along);
+  }
+
+  build_intervals(j, interval_function(integrators_.back()), interval.nq());
+  for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t) {
+    const Term& term = phase.terms[t];
+    if (term.place == TermPlace::running) {
+      build_running(j, t, integrated);
+      continue;
+    }
+    const Place place{.phase = j,
+                      .node = term.place == TermPlace::phase_start ? 0 : grid_.intervals(j)};
+    if (term.kind == TermKind::constraint) {
+      add_row_site(j, t, place, true);
+    } else {
+      const PlacedBlock b = add_term_block(cost_function(term), place, {BlockOutput{}}, false);
+      costs_.push_back({j, t, -1, b.block, 0, false});
+    }
+  }
+  if (phase.input_change_weight.size() > 0) build_changes(j);
+}
+
+void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  const Arguments& sizes = phase.sizes;
+  const IntervalArguments a = integrators_[j]->arguments();
+  const std::vector<int> running = running_costs(phase);
+
+  for (int k = 0; k < grid_.intervals(j); ++k) {
+    const Place place{j, k, k, false};
+    IntervalSite site{j, k, new_rows(sizes.nx, fmt::format("phase '{}', end of interval {}, state",
+                                                           phase.name, k)),
+                      -1};
+    Block block{flow, no_shares(a.size()), VectorXd::Zero(a.size()), {}};
+    for (int i = 0; i < sizes.nx; ++i)
+      block.shares[a.x(i)] = {{layout_.state(j, k) + i, phase.nominal_state[i]}};
+    for (int i = 0; i < a.nc; ++i)
+      block.shares[a.c(i)] = {{layout_.input(j, k) + i, phase.nominal_input[i % sizes.nu]}};
+    for (int i = 0; i < sizes.np; ++i)
+      if (layout_.parameter(j, i) >= 0) block.shares[a.p(i)] = {{layout_.parameter(j, i), 1.0}};
+    block.shares[a.t0()] = time_shares(place);
+    block.shares[a.h()] = offset_shares(j, grid_.interval(j, k).length1);
+    // Defect: x_(k+1) - x(t_k + h), divided by the nominal state.
+    for (int i = 0; i < sizes.nx; ++i) {
+      block.outputs.push_back({site.first_row + i, -1.0 / phase.nominal_state[i]});
+      add_linear(site.first_row + i, layout_.state(j, k + 1) + i, 1.0);
+    }
+    for (int q = 0; q < nq; ++q) block.outputs.push_back({});
+    const int index = add_block(std::move(block));
+    placed_.push_back({index, place, a.t0(), a.h(), a.p()});
+    for (int q = 0; q < nq; ++q) costs_.push_back({j, running[q], k, index, sizes.nx + q, true});
+
+    // Continuous inputs: the end of one ramp is the start of the next.
+    if (phase.input_course == InputCourse::piecewise_linear_continuous &&
+        k + 1 < grid_.intervals(j)) {
+      site.continuity_row = new_rows(
+          sizes.nu, fmt::format("phase '{}', continuity at node {}, input", phase.name, k + 1));
+      for (int i = 0; i < sizes.nu; ++i) {
+        add_linear(site.continuity_row + i, layout_.input(j, k) + sizes.nu + i, 1.0);
+        add_linear(site.continuity_row + i, layout_.input(j, k + 1) + i, -1.0);
+      }
+    }
+    intervals_.push_back(site);
+  }
+}
+
+PlacedBlock ShootingProgram::add_term_block(const Function& f, const Place& place,
+                                            std::vector<BlockOutput> outputs, bool with_length) {
+  const PhaseDefinition& phase = problem_.phases()[place.phase];
+  const Arguments& a = phase.sizes;
+  const Function function = with_length ? times_length(f) : f;
+  Block block{function, no_shares(function.inputs()), VectorXd::Zero(function.inputs()),
+              std::move(outputs)};
+  block.shares[a.t()] = time_shares(place);
+  for (int i = 0; i < a.nx; ++i)
+    block.shares[a.x(i)] = {{layout_.state(place.phase, place.node) + i, phase.nominal_state[i]}};
+  if (place.interval >= 0)
+    for (int i = 0; i < a.nu; ++i)
+      block.shares[a.u(i)] = {
+          {layout_.input(place.phase, place.interval) + (place.at_end ? a.nu : 0) + i,
+           phase.nominal_input[i]}};
+  for (int i = 0; i < a.np; ++i)
+    if (layout_.parameter(place.phase, i) >= 0)
+      block.shares[a.p(i)] = {{layout_.parameter(place.phase, i), 1.0}};
+  PlacedBlock result{-1, place, a.t(), -1, a.p()};
+  if (with_length) {
+    result.length_argument = a.size();
+    block.shares[a.size()] =
+        offset_shares(place.phase, grid_.interval(place.phase, place.interval).length1);
+  }
+  result.block = add_block(std::move(block));
+  placed_.push_back(result);
+  return result;
+}
+
+void ShootingProgram::add_row_site(int j, int t, const Place& place, bool state_only) {
+  const Term& term = problem_.phases()[j].terms[t];
+  RowSite site;
+  site.phase = j;
+  site.term = t;
+  site.state_only = state_only;
+  site.first_row = new_rows(
+      term.function.outputs(),
+      fmt::format("phase '{}', term '{}', row", problem_.phases()[j].name, term.name));
+  row_groups_.back().place = place;
+  row_groups_.back().has_place = true;
+  std::vector<BlockOutput> outputs;
+  for (int i = 0; i < term.function.outputs(); ++i)
+    outputs.push_back({site.first_row + i, 1.0});
+  site.block = add_term_block(term.function, place, std::move(outputs), false);
+  rows_.push_back(std::move(site));
+}
+
+void ShootingProgram::build_running(int j, int t, bool integrated) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  const Term& term = phase.terms[t];
+  const int n = grid_.intervals(j);
+  if (term.kind != TermKind::constraint) {
+    if (integrated) return;  // rides along with the dynamics
+    const Function f = cost_function(term);
+    const bool is_free = layout_.duration(j) >= 0;
+    for (int k = 0; k < n; ++k) {
+      const PlacedBlock b = add_term_block(f, {j, k, k, false}, {BlockOutput{}}, is_free);
+      costs_.push_back({j, t, k, b.block, 0, is_free});
+    }
+    return;
+  }
+  if (!uses_inputs(phase, term.function)) {
+    for (int i = 0; i <= n; ++i) add_row_site(j, t, {.phase = j, .node = i}, true);
+    return;
+  }
+  for (int k = 0; k < n; ++k) {
+    add_row_site(j, t, {j, k, k, false}, false);
+    if (phase.input_shape() == InputShape::linear) add_row_site(j, t, {j, k + 1, k, true}, false);
+  }
+}
+
+void ShootingProgram::build_changes(int j) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  const int nu = phase.sizes.nu;
+  const Function f = change_costs(phase.input_change_weight);
+  const int slots = grid_.intervals(j) - grid_.base_intervals(j);
+  // Neighbours, and neighbours across empty slots, wherever the slots may come to lie.
+  const int before_first = j == 0 ? -1 : 0;
+  for (int from = before_first; from < grid_.intervals(j); ++from)
+    for (int to = from + 1; to <= std::min(from + 1 + slots, grid_.intervals(j) - 1); ++to) {
+      Block block{f, no_shares(2 * nu), VectorXd::Zero(2 * nu), std::vector<BlockOutput>(nu)};
+      for (int i = 0; i < nu; ++i) {
+        if (from >= 0) block.shares[i] = {{layout_.input(j, from) + i, phase.nominal_input[i]}};
+        block.shares[nu + i] = {{layout_.input(j, to) + i, phase.nominal_input[i]}};
+      }
+      changes_.push_back({j, from, to, add_block(std::move(block))});
+    }
+}
+
+void ShootingProgram::build_jump(int j) {
+  const PhaseDefinition& from = problem_.phases()[j - 1];
+  const PhaseDefinition& to = problem_.phases()[j];
+  const Jump& jump = problem_.jumps()[j];
+  const int end = grid_.intervals(j - 1);
+  const int first_row =
+      new_rows(to.sizes.nx, fmt::format("jump '{}' from phase '{}' to phase '{}', state",
+                                        jump.name, from.name, to.name));
+  for (int i = 0; i < to.sizes.nx; ++i)
+    add_linear(first_row + i, layout_.state(j, 0) + i, 1.0);
+  if (!jump.map) {
+    for (int i = 0; i < to.sizes.nx; ++i)
+      add_linear(first_row + i, layout_.state(j - 1, end) + i,
+                          -from.nominal_state[i] / to.nominal_state[i]);
+    return;
+  }
+  const int n = jump.map.inputs();
+  const int first_parameter = 1 + from.sizes.nx;
+  const Place place{.phase = j - 1, .node = end};
+  Block block{jump.map, no_shares(n), VectorXd::Zero(n), {}};
+  block.shares[0] = time_shares(place);
+  for (int i = 0; i < from.sizes.nx; ++i)
+    block.shares[1 + i] = {{layout_.state(j - 1, end) + i, from.nominal_state[i]}};
+  for (int i = 0; first_parameter + i < n; ++i)
+    if (layout_.parameter(j - 1, i) >= 0)
+      block.shares[first_parameter + i] = {{layout_.parameter(j - 1, i), 1.0}};
+  for (int i = 0; i < to.sizes.nx; ++i)
+    block.outputs.push_back({first_row + i, -1.0 / to.nominal_state[i]});
+  PlacedBlock placed{add_block(std::move(block)), place, 0, -1, first_parameter};
+  if (n == first_parameter) placed.parameter_argument = -1;
+  placed_.push_back(placed);
+}
+
+void ShootingProgram::build_total_time() {
+  const std::vector<VariableShare> shares = start_shares(grid_.phases());
+  if (shares.empty() || problem_.total_time().is_free()) return;
+  const int row = new_rows(1, "total time, row");
+  for (const VariableShare& s : shares) add_linear(row, s.variable, s.factor);
+  const double known = known_start(grid_.phases()) - start_time;
+  bound_row(row, problem_.total_time().lower - known,
+                     problem_.total_time().upper - known);
+}
+
+// Slacks come last, so that everything before them keeps its place whatever is soft:
+// lower <= g + s_below - s_above <= upper with s >= 0.
+void ShootingProgram::build_slacks() {
+  layout_.set_first_slack(variables());
+  for (RowSite& site : rows_) {
+    const Term& term = problem_.phases()[site.phase].terms[site.term];
+    site.slack_below.assign(term.function.outputs(), -1);
+    site.slack_above.assign(term.function.outputs(), -1);
+    if (!term.soft) continue;
+    const auto add = [&](int row, double sign) {
+      const int slack = add_variables(1);
+      add_linear(row, slack, sign);
+      if (term.soft->penalty == Penalty::L2) declare_quadratic(slack);
+      return slack;
+    };
+    for (int i = 0; i < term.function.outputs(); ++i) {
+      if (std::isfinite(term.bounds[i].lower)) site.slack_below[i] = add(site.first_row + i, 1.0);
+      if (std::isfinite(term.bounds[i].upper)) site.slack_above[i] = add(site.first_row + i, -1.0);
+    }
+  }
+}
+
+std::string ShootingProgram::describe_row(int row) const {
+  const auto after =
+      std::upper_bound(row_groups_.begin(), row_groups_.end(), row,
+                       [](int r, const RowGroup& group) { return r < group.first; });
+  const RowGroup& group = *(after - 1);
+  std::string text = fmt::format("{} {}", group.name, row - group.first);
+  if (group.has_place) text += fmt::format(" at t = {:.6g} s", time_of(group.place, nullptr));
+  return text;
+}
+
+}  // namespace saltus

@@ -1,0 +1,110 @@
+// The program behind MultipleShooting: which block, row and slack stands for which term where, and
+// how data, bounds and weights follow the grid.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "framework/model/integrator.hpp"
+#include "framework/ocp/problem.hpp"
+#include "framework/transcription/block_program.hpp"
+#include "framework/transcription/grid.hpp"
+#include "framework/transcription/layout.hpp"
+#include "framework/transcription/shooting_sites.hpp"
+
+namespace saltus {
+
+/// Built once (shooting_build.cpp): variables, rows and blocks for every place where a term could
+/// ever act. refresh() (shooting_refresh.cpp) then sets constants, bounds and weights for the
+/// present grid and data; it changes neither sizes nor patterns and does not allocate.
+class ShootingProgram final : public BlockProgram {
+ public:
+  ShootingProgram(OptimalControlProblem problem, const std::vector<int>& base_intervals,
+                  const IntegratorChoice& integrator);
+  void refresh();
+
+  // Data of the next solve, followed by refresh().
+  double start_time = 0.0;           ///< absolute, s
+  std::vector<Bounds> start_bounds;  ///< of the first state
+  std::vector<VectorXd> data;        ///< p of each phase: data, and guesses of unknowns
+  VectorXd previous_input;           ///< empty until given
+
+  OptimalControlProblem& problem() { return problem_; }
+  const OptimalControlProblem& problem() const { return problem_; }
+  Grid& grid() { return grid_; }
+  const Grid& grid() const { return grid_; }
+  const Layout& layout() const { return layout_; }
+
+  const std::vector<std::shared_ptr<Integrator>>& integrators() const { return integrators_; }
+  const std::vector<shooting::RowSite>& row_sites() const { return rows_; }
+  const std::vector<shooting::CostSite>& cost_sites() const { return costs_; }
+  const std::vector<shooting::ChangeSite>& change_sites() const { return changes_; }
+  int start_row() const { return start_row_; }
+
+  /// Absolute time of a place for durations as in w (null: the reference durations), s.
+  double time_of(const shooting::Place& place, const VectorXd* w) const;
+  double start_of(int phase, const VectorXd* w) const;
+  double duration_of(int phase, const VectorXd* w) const;
+  VectorXd parameters_of(int phase, const VectorXd* w) const;
+  bool is_given_start(int phase, int node) const;
+  Bounds input_bounds(int phase, int interval, int component) const;
+
+  std::string describe_row(int row) const override;
+  std::string describe_variable(int variable) const override { return layout_.describe(variable); }
+
+ private:
+  // Times: a part that is known and shares of free durations.
+  double known_start(int phase) const;
+  double known_time(const shooting::Place& place) const;
+  std::vector<VariableShare> start_shares(int phase) const;
+  std::vector<VariableShare> time_shares(const shooting::Place& place) const;
+  std::vector<VariableShare> offset_shares(int phase, double slope) const;
+  double interval_length(int phase, int k) const;
+
+  void build_start();
+  void build_phase(int j, const IntegratorChoice& choice);
+  void build_intervals(int j, const Function& flow, int nq);
+  void build_running(int j, int t, bool integrated);
+  void build_changes(int j);
+  void build_jump(int j);
+  void build_total_time();
+  void build_slacks();
+  void add_row_site(int j, int t, const shooting::Place& place, bool state_only);
+  shooting::PlacedBlock add_term_block(const Function& f, const shooting::Place& place,
+                                       std::vector<BlockOutput> outputs, bool with_length);
+  int new_rows(int count, const std::string& what);
+
+  void refresh_constants();
+  void refresh_input_bounds(int j);
+  void refresh_state_bounds(int j);
+  void refresh_start_and_unknowns();
+  void refresh_continuity();
+  void refresh_rows();
+  void refresh_costs();
+  void refresh_changes();
+  double penalty_length(const shooting::RowSite& site, const PhaseWindow& window) const;
+  bool is_pinned(int phase, int interval, int component) const;
+
+  OptimalControlProblem problem_;
+  Grid grid_;
+  Layout layout_;
+
+  int start_row_ = 0;
+  std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
+  std::vector<shooting::IntervalSite> intervals_;
+  std::vector<shooting::RowSite> rows_;
+  std::vector<shooting::CostSite> costs_;
+  std::vector<shooting::ChangeSite> changes_;
+  std::vector<shooting::PlacedBlock> placed_;  // every block with data arguments
+  // For messages: the name of every group of rows, by its first row, and its place if it has one.
+  struct RowGroup {
+    int first = 0;
+    std::string name;
+    shooting::Place place;
+    bool has_place = false;
+  };
+  std::vector<RowGroup> row_groups_;
+};
+
+}  // namespace saltus

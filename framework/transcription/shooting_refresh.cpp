@@ -1,0 +1,284 @@
+// Data, bounds and weights of ShootingProgram for the present grid. Conventions at events:
+// framework/design/conventions.md.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "framework/transcription/shooting_program.hpp"
+
+namespace saltus {
+
+using namespace shooting;
+
+// --- times --------------------------------------------------------------------------------------
+
+double ShootingProgram::known_start(int phase) const {
+  double t = start_time;
+  for (int i = 0; i < phase; ++i)
+    if (layout_.duration(i) < 0) t += problem_.phases()[i].duration.lower;
+  return t;
+}
+
+std::vector<VariableShare> ShootingProgram::start_shares(int phase) const {
+  std::vector<VariableShare> shares;
+  for (int i = 0; i < phase; ++i)
+    if (layout_.duration(i) >= 0)
+      shares.push_back({layout_.duration(i), problem_.phases()[i].nominal_duration});
+  return shares;
+}
+
+std::vector<VariableShare> ShootingProgram::offset_shares(int phase, double slope) const {
+  if (layout_.duration(phase) < 0 || slope == 0.0) return {};
+  return {{layout_.duration(phase), slope * problem_.phases()[phase].nominal_duration}};
+}
+
+double ShootingProgram::known_time(const Place& place) const {
+  const double start = known_start(place.phase);
+  if (place.node < grid_.intervals(place.phase))
+    return start + grid_.interval(place.phase, place.node).offset0;
+  const bool is_free = layout_.duration(place.phase) >= 0;
+  return start + (is_free ? 0.0 : problem_.phases()[place.phase].duration.lower);
+}
+
+std::vector<VariableShare> ShootingProgram::time_shares(const Place& place) const {
+  std::vector<VariableShare> shares = start_shares(place.phase);
+  const double slope = place.node < grid_.intervals(place.phase)
+                           ? grid_.interval(place.phase, place.node).offset1
+                           : 1.0;
+  for (const VariableShare& s : offset_shares(place.phase, slope)) shares.push_back(s);
+  return shares;
+}
+
+double ShootingProgram::interval_length(int phase, int k) const {
+  return grid_.interval(phase, k).length(grid_.reference_duration(phase));
+}
+
+double ShootingProgram::duration_of(int phase, const VectorXd* w) const {
+  if (layout_.duration(phase) < 0 || w == nullptr) return grid_.reference_duration(phase);
+  return (*w)[layout_.duration(phase)] * problem_.phases()[phase].nominal_duration;
+}
+
+double ShootingProgram::start_of(int phase, const VectorXd* w) const {
+  double t = start_time;
+  for (int i = 0; i < phase; ++i) t += duration_of(i, w);
+  return t;
+}
+
+double ShootingProgram::time_of(const Place& place, const VectorXd* w) const {
+  const double T = duration_of(place.phase, w);
+  const double start = start_of(place.phase, w);
+  if (place.node == grid_.intervals(place.phase)) return start + T;
+  return start + grid_.interval(place.phase, place.node).offset(T);
+}
+
+VectorXd ShootingProgram::parameters_of(int phase, const VectorXd* w) const {
+  VectorXd p = data[phase];
+  if (w != nullptr)
+    for (int i = 0; i < p.size(); ++i)
+      if (layout_.parameter(phase, i) >= 0) p[i] = (*w)[layout_.parameter(phase, i)];
+  return p;
+}
+
+// --- what follows the grid ----------------------------------------------------------------------
+
+void ShootingProgram::refresh() {
+  refresh_constants();
+  refresh_start_and_unknowns();
+  for (int j = 0; j < grid_.phases(); ++j) {
+    refresh_input_bounds(j);
+    refresh_state_bounds(j);
+  }
+  refresh_continuity();
+  refresh_rows();
+  refresh_costs();
+  refresh_changes();
+  invalidate();
+}
+
+void ShootingProgram::refresh_constants() {
+  for (const PlacedBlock& b : placed_) {
+    const int j = b.place.phase;
+    constant(b.block, b.time_argument) = known_time(b.place);
+    if (b.length_argument >= 0)
+      constant(b.block, b.length_argument) = grid_.interval(j, b.place.interval).length0;
+    if (b.parameter_argument < 0) continue;
+    for (int i = 0; i < data[j].size(); ++i)
+      if (layout_.parameter(j, i) < 0)
+        constant(b.block, b.parameter_argument + i) = data[j][i];
+  }
+}
+
+void ShootingProgram::refresh_start_and_unknowns() {
+  const PhaseDefinition& first = problem_.phases().front();
+  for (int i = 0; i < first.sizes.nx; ++i)
+    bound_row(start_row_ + i, start_bounds[i].lower / first.nominal_state[i],
+                       start_bounds[i].upper / first.nominal_state[i]);
+  for (int j = 0; j < grid_.phases(); ++j) {
+    const PhaseDefinition& phase = problem_.phases()[j];
+    int p = 0;
+    for (const ParameterBlock& block : phase.parameters)
+      for (int i = 0; i < block.value.size(); ++i, ++p)
+        if (block.unknown)
+          bound_variable(layout_.parameter(j, p), block.bounds[i].lower,
+                                  block.bounds[i].upper);
+    if (layout_.duration(j) >= 0)
+      bound_variable(layout_.duration(j), phase.duration.lower / phase.nominal_duration,
+                              phase.duration.upper / phase.nominal_duration);
+  }
+}
+
+bool ShootingProgram::is_given_start(int phase, int node) const {
+  return phase == 0 && grid_.node_offset(0, node) == 0.0 &&
+         std::all_of(start_bounds.begin(), start_bounds.end(),
+                     [](const Bounds& b) { return b.is_equality(); });
+}
+
+Bounds ShootingProgram::input_bounds(int phase, int interval, int component) const {
+  Bounds result;
+  for (const ComponentBounds& b : problem_.phases()[phase].input_bounds) {
+    if (b.component != component ||
+        !grid_.interval_in(phase, interval, grid_.resolve(phase, b.window)))
+      continue;
+    result.lower = std::max(result.lower, b.bounds.lower);
+    result.upper = std::min(result.upper, b.bounds.upper);
+  }
+  return result;
+}
+
+bool ShootingProgram::is_pinned(int phase, int interval, int component) const {
+  return input_bounds(phase, interval, component).is_equality();
+}
+
+void ShootingProgram::refresh_input_bounds(int j) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  for (int k = 0; k < grid_.intervals(j); ++k)
+    for (int i = 0; i < phase.sizes.nu; ++i) {
+      // In an empty slot no time passes, so any value serves: take zero.
+      const Bounds b = grid_.interval(j, k).is_empty() ? exactly(0.0) : input_bounds(j, k, i);
+      if (b.is_empty())
+        throw DefinitionError(fmt::format(
+            "phase '{}', input {}: bounds that act at the same time exclude one another: [{}, {}]",
+            phase.name, i, b.lower, b.upper));
+      const double lower = b.lower / phase.nominal_input[i];
+      const double upper = b.upper / phase.nominal_input[i];
+      const int v = layout_.input(j, k) + i;
+      bound_variable(v, lower, upper);
+      if (phase.input_shape() == InputShape::linear)
+        bound_variable(v + phase.sizes.nu, lower, upper);
+    }
+}
+
+void ShootingProgram::refresh_state_bounds(int j) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  for (int node = 0; node <= grid_.intervals(j); ++node) {
+    const bool given = is_given_start(j, node);
+    for (int i = 0; i < phase.sizes.nx; ++i)
+      bound_variable(layout_.state(j, node) + i, -infinity, infinity);
+    for (const ComponentBounds& s : phase.state_bounds) {
+      if (given || !grid_.node_in(j, node, grid_.resolve(j, s.window))) continue;
+      const int v = layout_.state(j, node) + s.component;
+      const double nominal = phase.nominal_state[s.component];
+      bound_variable(v, std::max(lower()[v], s.bounds.lower / nominal),
+                              std::min(upper()[v], s.bounds.upper / nominal));
+    }
+  }
+}
+
+void ShootingProgram::refresh_continuity() {
+  for (const IntervalSite& site : intervals_) {
+    if (site.continuity_row < 0) continue;
+    const bool joined = !grid_.is_event(site.phase, site.interval + 1) &&
+                        !grid_.interval(site.phase, site.interval).is_empty() &&
+                        !grid_.interval(site.phase, site.interval + 1).is_empty();
+    const double gap = joined ? 0.0 : infinity;
+    for (int i = 0; i < problem_.phases()[site.phase].sizes.nu; ++i)
+      bound_row(site.continuity_row + i, -gap, gap);
+  }
+}
+
+// Running penalties are per unit of time: the length of the interval that starts at the place if
+// the window reaches into it, else of the one that ends there.
+double ShootingProgram::penalty_length(const RowSite& site, const PhaseWindow& window) const {
+  const int j = site.phase;
+  const Place& place = site.block.place;
+  if (!site.state_only) {
+    const bool both_ends = problem_.phases()[j].input_shape() == InputShape::linear;
+    return (both_ends ? 0.5 : 1.0) * interval_length(j, place.interval);
+  }
+  if (place.node < grid_.intervals(j) && grid_.interval_in(j, place.node, window))
+    return interval_length(j, place.node);
+  int k = place.node - 1;
+  while (k >= 0 && grid_.interval(j, k).is_empty()) --k;
+  return k >= 0 && grid_.interval_in(j, k, window) ? interval_length(j, k) : 0.0;
+}
+
+void ShootingProgram::refresh_rows() {
+  for (const RowSite& site : rows_) {
+    const Term& term = problem_.phases()[site.phase].terms[site.term];
+    const Place& place = site.block.place;
+    bool active = true;
+    double penalty = 1.0;
+    if (term.place == TermPlace::running) {
+      const PhaseWindow window = grid_.resolve(site.phase, term.window);
+      active = site.state_only ? grid_.node_in(site.phase, place.node, window) &&
+                                     !is_given_start(site.phase, place.node)
+                               : grid_.interval_in(site.phase, place.interval, window);
+      if (term.soft) {
+        penalty = penalty_length(site, window);
+        active = active && penalty > 0.0;
+      }
+    }
+    for (int i = 0; i < term.function.outputs(); ++i) {
+      const Bounds b = active ? term.bounds[i] : unbounded();
+      bound_row(site.first_row + i, b.lower, b.upper);
+      for (const int slack : {site.slack_below[i], site.slack_above[i]}) {
+        if (slack < 0) continue;
+        bound_variable(slack, 0.0, active ? infinity : 0.0);
+        const double price = active ? term.soft->weight * penalty : 0.0;
+        const bool l1 = term.soft->penalty == Penalty::L1;
+        set_variable_cost(slack, l1 ? price : 0.0, l1 ? 0.0 : price);
+      }
+    }
+  }
+}
+
+void ShootingProgram::refresh_costs() {
+  for (const CostSite& site : costs_) {
+    double factor = 1.0;
+    if (site.interval >= 0) {
+      const Term& term = problem_.phases()[site.phase].terms[site.term];
+      const bool active =
+          grid_.interval_in(site.phase, site.interval, grid_.resolve(site.phase, term.window));
+      const double length =
+          site.length_inside ? 1.0 : grid_.interval(site.phase, site.interval).length0;
+      factor = active ? length : 0.0;
+    }
+    weight(site.block, site.output) = factor;
+  }
+}
+
+// An input that is forced to a value does not exist there, so nothing is charged into or out of
+// such an interval; empty slots are skipped over.
+void ShootingProgram::refresh_changes() {
+  for (const ChangeSite& site : changes_) {
+    const int j = site.phase;
+    const auto empty = [&](int k) { return grid_.interval(j, k).is_empty(); };
+    bool neighbours = !empty(site.to) && (site.from < 0 || !empty(site.from));
+    for (int k = site.from + 1; k < site.to; ++k) neighbours = neighbours && empty(k);
+    if (site.from < 0) neighbours = neighbours && previous_input.size() > 0;
+    const double nominal = grid_.nominal_length(j);
+    const double before = site.from < 0 ? nominal : interval_length(j, site.from);
+    const double mean = 0.5 * (before + interval_length(j, site.to));
+    for (int i = 0; i < problem_.phases()[j].sizes.nu; ++i) {
+      const bool exists = neighbours && !is_pinned(j, site.to, i) &&
+                          (site.from < 0 || !is_pinned(j, site.from, i));
+      weight(site.block, i) = exists ? nominal / mean : 0.0;
+      if (site.from < 0 && previous_input.size() > 0)
+        constant(site.block, i) = previous_input[i];
+    }
+  }
+}
+
+}  // namespace saltus

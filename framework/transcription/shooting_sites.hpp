@@ -1,0 +1,55 @@
+// Bookkeeping of ShootingProgram: which block, row and slack stands for which term where.
+#pragma once
+
+#include <vector>
+
+namespace saltus::shooting {
+
+/// A point of the grid at which a function of (t, x, u, p) is evaluated.
+struct Place {
+  int phase = 0;
+  int node = 0;         ///< whose state is used
+  int interval = -1;    ///< whose input is used; -1: none
+  bool at_end = false;  ///< the input at the end of the interval rather than at its start
+};
+
+/// A block together with where its data arguments come from.
+struct PlacedBlock {
+  int block = -1;
+  Place place;
+  int time_argument = -1;       ///< index of t (or t0)
+  int length_argument = -1;     ///< index of h, -1: none
+  int parameter_argument = -1;  ///< index of the first parameter, -1: none
+};
+
+/// A constraint term at one place.
+struct RowSite {
+  int phase = 0, term = 0;
+  PlacedBlock block;
+  bool state_only = true;
+  int first_row = 0;
+  std::vector<int> slack_below, slack_above;  ///< variables per component, -1: none
+};
+
+/// A cost term at one place: an output of a block.
+struct CostSite {
+  int phase = 0, term = 0;
+  int interval = -1;  ///< -1: at one end of the phase
+  int block = -1, output = 0;
+  bool length_inside = false;  ///< the block multiplies by the length itself
+};
+
+/// Input-change cost of interval `to` against interval `from` (-1: the input applied before).
+struct ChangeSite {
+  int phase = 0, from = -1, to = 0;
+  int block = -1;
+};
+
+/// The rows that join an interval to what follows it.
+struct IntervalSite {
+  int phase = 0, interval = 0;
+  int first_row = 0;        ///< of the defect
+  int continuity_row = -1;  ///< of continuous inputs, -1: none
+};
+
+}  // namespace saltus::shooting

@@ -1,0 +1,80 @@
+#include "framework/transcription/trajectory.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ostream.h>
+
+#include <algorithm>
+#include <limits>
+#include <ostream>
+
+namespace saltus {
+
+const TrajectoryPiece& Trajectory::piece_at(double t) const {
+  const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), t,
+                                      [](double time, const auto& p) { return time < p.start; });
+  return after == pieces_.begin() ? pieces_.front() : *(after - 1);
+}
+
+VectorXd Trajectory::input_in(const TrajectoryPiece& piece, double t) const {
+  const IntervalProblem& problem = phases_[piece.phase].integrator->problem();
+  const int nu = problem.arguments.nu;
+  if (problem.shape == InputShape::constant) return piece.coefficients;
+  const double s = std::clamp((t - piece.start) / piece.length, 0.0, 1.0);
+  return (1.0 - s) * piece.coefficients.head(nu) + s * piece.coefficients.tail(nu);
+}
+
+VectorXd Trajectory::state_in(const TrajectoryPiece& piece, double t) const {
+  if (t <= piece.start) return piece.state;
+  if (t >= piece.end()) return piece.end_state;
+  Integrator& integrator = *phases_[piece.phase].integrator;
+  const IntervalArguments a = integrator.arguments();
+  const int nu = integrator.problem().arguments.nu;
+  VectorXd w(a.size());
+  w.segment(a.x(), a.nx) = piece.state;
+  w.segment(a.c(), a.nc) = piece.coefficients;
+  if (integrator.problem().shape == InputShape::linear)
+    w.segment(a.c(nu), nu) = input_in(piece, t);  // the ramp up to t only
+  w.segment(a.p(), a.np) = phases_[piece.phase].parameters;
+  w[a.t0()] = piece.start;
+  w[a.h()] = t - piece.start;
+  VectorXd end(integrator.outputs());
+  if (integrator.value(w.data(), end.data()) != IntegrationStatus::success)
+    return VectorXd::Constant(a.nx, std::numeric_limits<double>::quiet_NaN());
+  return end.head(a.nx);
+}
+
+VectorXd Trajectory::state(double t) const { return state_in(piece_at(t), t); }
+VectorXd Trajectory::input(double t) const { return input_in(piece_at(t), t); }
+
+void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {
+  int nx = 0, nu = 0;
+  for (const PhaseInfo& phase : phases_) {
+    nx = std::max(nx, phase.integrator->problem().arguments.nx);
+    nu = std::max(nu, phase.integrator->problem().arguments.nu);
+  }
+  fmt::print(out, "t,phase");
+  for (int i = 0; i < nx; ++i) fmt::print(out, ",x{}", i);
+  for (int i = 0; i < nu; ++i) fmt::print(out, ",u{}", i);
+  fmt::print(out, "\n");
+  const auto print = [&](const VectorXd& v, int columns) {
+    for (int i = 0; i < columns; ++i)
+      if (i < v.size())
+        fmt::print(out, ",{:.17g}", v[i]);
+      else
+        fmt::print(out, ",");
+  };
+  const int samples = std::max(1, samples_per_interval);
+  for (std::size_t k = 0; k < pieces_.size(); ++k) {
+    const TrajectoryPiece& piece = pieces_[k];
+    const bool closes = k + 1 == pieces_.size() || pieces_[k + 1].phase != piece.phase;
+    for (int s = 0; s < samples + (closes ? 1 : 0); ++s) {
+      const double t = s == samples ? piece.end() : piece.start + piece.length * s / samples;
+      fmt::print(out, "{:.17g},{}", t, phases_[piece.phase].name);
+      print(state_in(piece, t), nx);
+      print(input_in(piece, t), nu);
+      fmt::print(out, "\n");
+    }
+  }
+}
+
+}  // namespace saltus

@@ -1,0 +1,65 @@
+// The course of a solution: states and inputs at any time, exact as the integrator, and as CSV.
+#pragma once
+
+#include <iosfwd>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "framework/model/integrator.hpp"
+
+namespace saltus {
+
+/// One shooting interval of a solution.
+struct TrajectoryPiece {
+  int phase = 0;
+  double start = 0.0;      ///< absolute time, s
+  double length = 0.0;     ///< s, positive
+  VectorXd state;          ///< at the start of the interval
+  VectorXd coefficients;   ///< of the input, see InputShape
+  VectorXd end_state;      ///< of the node at its end, before any jump
+
+  double end() const { return start + length; }
+};
+
+/// Pieces in order of time. Right-continuous: at an event the new phase counts, x+ after the jump.
+/// Shares the integrators of the transcription; evaluation is not re-entrant.
+class Trajectory {
+ public:
+  struct PhaseInfo {
+    std::string name;
+    VectorXd parameters;  ///< data and unknowns, p of the phase
+    std::shared_ptr<Integrator> integrator;
+  };
+
+  Trajectory() = default;
+  Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces)
+      : phases_(std::move(phases)), pieces_(std::move(pieces)) {}
+
+  bool empty() const { return pieces_.empty(); }
+  const std::vector<PhaseInfo>& phases() const { return phases_; }
+  const std::vector<TrajectoryPiece>& pieces() const { return pieces_; }
+  double start_time() const { return pieces_.front().start; }
+  double end_time() const { return pieces_.back().end(); }
+  /// State at the end of the last phase.
+  const VectorXd& final_state() const { return pieces_.back().end_state; }
+
+  /// The piece in force at time t; times outside are clipped to the ends.
+  const TrajectoryPiece& piece_at(double t) const;
+  /// Dense output: integrated from the node before t.
+  VectorXd state(double t) const;
+  VectorXd input(double t) const;
+
+  /// A header and one line per sample: t, phase, x0..., u0...; columns that a phase does not have
+  /// are empty. Every event appears twice, with the values before and after it.
+  void write_csv(std::ostream& out, int samples_per_interval = 1) const;
+
+ private:
+  VectorXd input_in(const TrajectoryPiece& piece, double t) const;
+  VectorXd state_in(const TrajectoryPiece& piece, double t) const;
+
+  std::vector<PhaseInfo> phases_;
+  std::vector<TrajectoryPiece> pieces_;
+};
+
+}  // namespace saltus
