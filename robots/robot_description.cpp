@@ -1,0 +1,208 @@
+#include "robots/robot_description.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+
+#include "framework/core/text.hpp"
+
+namespace saltus {
+namespace {
+
+// A mapping of the file with the way to it, for messages: "file: postures.left_stance.com".
+class Section {
+ public:
+  Section(const YAML::Node& node, std::string source, std::string path)
+      : node_(node), source_(std::move(source)), path_(std::move(path)) {
+    if (!node_.IsMap()) fail("", "must be a set of keys with values");
+    for (const auto& entry : node_) {
+      const std::string key = entry.first.as<std::string>();
+      if (std::find(keys_.begin(), keys_.end(), key) != keys_.end())
+        fail(key, "stands twice; keep one");
+      keys_.push_back(key);
+    }
+  }
+
+  const std::vector<std::string>& keys() const { return keys_; }
+
+  void allow_only(const std::vector<std::string>& known) const {
+    for (const std::string& key : keys_) {
+      if (std::find(known.begin(), known.end(), key) != known.end()) continue;
+      const std::string nearest = nearest_name(key, known);
+      fail(key, nearest.empty() ? "is not a known key; known are " + join_names(known)
+                                : fmt::format("is not a known key; did you mean \"{}\"?", nearest));
+    }
+  }
+
+  Section section(const std::string& key) const { return {require(key), source_, way_to(key)}; }
+
+  std::string text(const std::string& key) const {
+    const YAML::Node node = require(key);
+    if (!node.IsScalar() || node.Scalar().empty()) fail(key, "must be a text");
+    return node.Scalar();
+  }
+
+  double number(const std::string& key) const { return number(require(key), key); }
+
+  template <int n>
+  Vec<double, n> numbers(const std::string& key) const {
+    const YAML::Node node = require(key);
+    if (!node.IsSequence() || node.size() != n)
+      fail(key, fmt::format("must be a list of {} numbers", n));
+    Vec<double, n> values;
+    for (int i = 0; i < n; ++i) values[i] = number(node[i], key);
+    return values;
+  }
+
+  Bounds range(const std::string& key) const {
+    const Vec<double, 2> ends = numbers<2>(key);
+    if (!(ends[0] < ends[1]))
+      fail(key, fmt::format("is empty, from {} to {}; give the smaller first", ends[0], ends[1]));
+    return between(ends[0], ends[1]);
+  }
+
+  [[noreturn]] void fail(const std::string& key, const std::string& what) const {
+    const std::string way = key.empty() ? path_ : way_to(key);
+    throw InputError(fmt::format("{}: {} {}", source_, way.empty() ? "the file" : way, what));
+  }
+
+ private:
+  std::string way_to(const std::string& key) const {
+    return path_.empty() ? key : path_ + "." + key;
+  }
+  YAML::Node require(const std::string& key) const {
+    if (std::find(keys_.begin(), keys_.end(), key) == keys_.end()) fail(key, "is missing; add it");
+    return node_[key];
+  }
+  double number(const YAML::Node& node, const std::string& key) const {
+    double value = 0.0;
+    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value))
+      fail(key, fmt::format("must be a number{}",
+                            node.IsScalar() ? ", not \"" + node.Scalar() + "\"" : ""));
+    if (!std::isfinite(value)) fail(key, fmt::format("must be finite, not {}", value));
+    return value;
+  }
+
+  YAML::Node node_;
+  std::string source_, path_;
+  std::vector<std::string> keys_;
+};
+
+FootRectangle read_foot(const Section& section) {
+  section.allow_only({"x", "y"});
+  return {section.range("x"), section.range("y")};
+}
+
+StandingPosture read_posture(const Section& section, const std::string& name) {
+  section.allow_only({"stance", "com", "right_foot", "joints"});
+  StandingPosture posture;
+  posture.name = name;
+  const std::string stance = section.text("stance");
+  if (stance != "left" && stance != "both")
+    section.fail("stance", fmt::format("must be left or both, not \"{}\"", stance));
+  posture.stance = stance == "left" ? Stance::left : Stance::both;
+  posture.com = section.numbers<3>("com");
+  if (!(posture.com.z() > 0.0)) section.fail("com", "must lie above the ground");
+  posture.right_foot = section.numbers<3>("right_foot");
+  const Section joints = section.section("joints");
+  for (const std::string& joint : joints.keys()) posture.joints[joint] = joints.number(joint);
+  return posture;
+}
+
+RobotDescription read(const Section& file) {
+  file.allow_only({"name", "source", "mass", "soles", "contact_plane_offset", "left_foot",
+                   "right_foot", "postures"});
+  RobotDescription robot;
+  robot.name = file.text("name");
+  robot.mass = file.number("mass");
+  if (!(robot.mass > 0.0))
+    file.fail("mass", fmt::format("must be positive, not {} kg", robot.mass));
+  const Section soles = file.section("soles");
+  soles.allow_only({"left", "right"});
+  robot.left_sole = soles.text("left");
+  robot.right_sole = soles.text("right");
+  robot.contact_plane_offset = file.number("contact_plane_offset");
+  robot.left_foot = read_foot(file.section("left_foot"));
+  robot.right_foot = read_foot(file.section("right_foot"));
+  const Section postures = file.section("postures");
+  for (const std::string& name : postures.keys())
+    robot.postures.push_back(read_posture(postures.section(name), name));
+  if (robot.postures.empty()) file.fail("postures", "has no posture; add one");
+  return robot;
+}
+
+}  // namespace
+
+const StandingPosture& RobotDescription::posture(const std::string& posture_name) const {
+  std::vector<std::string> known;
+  for (const StandingPosture& p : postures) {
+    if (p.name == posture_name) return p;
+    known.push_back(p.name);
+  }
+  const std::string nearest = nearest_name(posture_name, known);
+  throw InputError(fmt::format("{} has no posture \"{}\"; {}", name, posture_name,
+                               nearest.empty() ? "known are " + join_names(known)
+                                               : fmt::format("did you mean \"{}\"?", nearest)));
+}
+
+RobotDescription parse_robot_description(const std::string& text, const std::string& source) {
+  try {
+    const YAML::Node node = YAML::Load(text);
+    if (!node.IsDefined() || node.IsNull())
+      throw InputError(fmt::format("{}: the file is empty; give a robot's parameter file", source));
+    const Section file(node, source, "");
+    RobotDescription robot = read(file);
+    robot.source = fmt::format("{} ({})", source, file.text("source"));
+    return robot;
+  } catch (const YAML::Exception& error) {
+    throw InputError(fmt::format("{}: this is not well-formed YAML, line {}: {}", source,
+                                 error.mark.line + 1, error.msg));
+  }
+}
+
+RobotDescription read_robot_description(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw InputError(
+        fmt::format("{}: there is no such file; give the path of a robot's parameter "
+                    "file",
+                    file.string()));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw InputError(
+        fmt::format("{}: the file cannot be read; check its permissions", file.string()));
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  return parse_robot_description(text, file.string());
+}
+
+RobotDescription describe(const UrdfModel& model, const RobotDescription& named) {
+  RobotDescription robot = named;
+  robot.source = fmt::format("{} (URDF; postures of {})", model.source(), named.name);
+  robot.mass = model.total_mass();
+  const FootGeometry left = model.foot(named.left_sole);
+  const FootGeometry right = model.foot(named.right_sole);
+  constexpr double same = 1e-6;  // m
+  if (std::abs(left.contact_plane_offset - right.contact_plane_offset) > same)
+    throw InputError(fmt::format(
+        "{}: the contact plane lies at {:.6f} m of \"{}\" but at {:.6f} m of \"{}\"; make the "
+        "collision boxes of the feet alike",
+        model.source(), left.contact_plane_offset, named.left_sole, right.contact_plane_offset,
+        named.right_sole));
+  robot.contact_plane_offset = left.contact_plane_offset;
+  robot.left_foot = left.rectangle;
+  robot.right_foot = right.rectangle;
+  const Vec<double, 3> to_contact(0.0, 0.0, robot.contact_plane_offset);
+  for (StandingPosture& posture : robot.postures) {
+    posture.com = model.centre_of_mass(named.left_sole, posture.joints) - to_contact;
+    posture.right_foot =
+        model.link_pose(named.right_sole, named.left_sole, posture.joints) * to_contact -
+        to_contact;
+  }
+  return robot;
+}
+
+}  // namespace saltus

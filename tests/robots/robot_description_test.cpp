@@ -1,0 +1,174 @@
+#include "robots/robot_description.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+
+#include "robots/capture_point.hpp"
+#include "robots/icub/icub.hpp"
+
+namespace saltus {
+namespace {
+
+const std::string sample = R"(
+name: Robo
+source: made up
+mass: 30
+soles: {left: ls, right: rs}
+contact_plane_offset: -0.01
+left_foot: {x: [-0.05, 0.1], y: [-0.03, 0.04]}
+right_foot: {x: [-0.05, 0.1], y: [-0.04, 0.03]}
+postures:
+  stand:
+    stance: both
+    com: [0, -0.07, 0.5]
+    right_foot: [0, -0.14, 0]
+    joints: {knee: -0.5}
+  crouch:
+    stance: left
+    com: [0, 0, 0.4]
+    right_foot: [0, -0.14, 0.01]
+    joints: {}
+)";
+
+std::string changed(const std::string& from, const std::string& to) {
+  std::string text = sample;
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string complaint(const std::string& text) {
+  try {
+    parse_robot_description(text, "robot.yaml");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void expect_has(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "\"" << part << "\" is not in: " << text;
+}
+
+TEST(RobotDescription, ReadsEveryKey) {
+  const RobotDescription robot = parse_robot_description(sample, "robot.yaml");
+  EXPECT_EQ(robot.name, "Robo");
+  EXPECT_EQ(robot.source, "robot.yaml (made up)");
+  EXPECT_EQ(robot.mass, 30.0);
+  EXPECT_EQ(robot.left_sole, "ls");
+  EXPECT_EQ(robot.contact_plane_offset, -0.01);
+  EXPECT_EQ(robot.right_foot, robot.left_foot.mirrored());
+  EXPECT_EQ(robot.default_posture().name, "stand");
+  EXPECT_EQ(robot.posture("stand").joints.at("knee"), -0.5);
+  EXPECT_EQ(robot.posture("crouch").stance, Stance::left);
+  EXPECT_EQ(robot.posture("crouch").com.z(), 0.4);
+  try {
+    robot.posture("stnad");
+    FAIL();
+  } catch (const InputError& error) {
+    expect_has(error.what(), "did you mean \"stand\"?");
+  }
+}
+
+TEST(RobotDescription, RefusesBadFiles) {
+  expect_has(complaint(""), "robot.yaml: the file is empty");
+  expect_has(complaint("name: [1, 2"), "not well-formed YAML");
+  expect_has(complaint("- 1\n- 2\n"), "must be a set of keys");
+  expect_has(complaint(changed("mass:", "mas:")), "mas is not a known key; did you mean \"mass\"?");
+  expect_has(complaint(changed("stance: both", "stanec: both")),
+             "postures.stand.stanec is not a known key; did you mean \"stance\"?");
+  expect_has(complaint(changed("mass: 30\n", "")), "mass is missing");
+  expect_has(complaint(changed("mass: 30", "mass: heavy")), "mass must be a number, not \"heavy\"");
+  expect_has(complaint(changed("mass: 30", "mass: [30]")), "mass must be a number");
+  expect_has(complaint(changed("mass: 30", "mass: .nan")), "mass must be finite, not nan");
+  expect_has(complaint(changed("mass: 30", "mass: 0")), "mass must be positive, not 0 kg");
+  expect_has(complaint(changed("mass: 30", "mass: 30\nmass: 31")), "mass stands twice");
+  expect_has(complaint(changed("x: [-0.05, 0.1]", "x: [0.1, -0.05]")), "left_foot.x is empty");
+  expect_has(complaint(changed("x: [-0.05, 0.1]", "x: [0.1]")), "must be a list of 2 numbers");
+  expect_has(complaint(changed("stance: both", "stance: right")), "stance must be left or both");
+  expect_has(complaint(changed("0.5]", "-0.5]")), "postures.stand.com must lie above the ground");
+  expect_has(complaint(changed("{knee: -0.5}", "{knee: bent}")), "postures.stand.joints.knee must");
+  expect_has(complaint(changed("soles: {left: ls, right: rs}", "soles: ls")),
+             "soles must be a set");
+  EXPECT_THROW(read_robot_description("/nowhere/robot.yaml"), InputError);
+}
+
+TEST(RobotDescription, ReadsFiles) {
+  const std::filesystem::path file =
+      std::filesystem::path(::testing::TempDir()) / "saltus_rob.yaml";
+  std::ofstream(file) << sample;
+  EXPECT_EQ(read_robot_description(file).source, file.string() + " (made up)");
+  std::filesystem::remove(file);
+}
+
+TEST(Icub, HasTheOfficialFigures) {
+  const RobotDescription robot = icub();
+  EXPECT_NEAR(robot.mass, 33.0617, 1e-4);
+  EXPECT_EQ(robot.left_foot, (FootRectangle{between(-0.0535, 0.1065), between(-0.031, 0.041)}));
+  EXPECT_EQ(robot.right_foot, robot.left_foot.mirrored());
+  EXPECT_EQ(robot.contact_plane_offset, -0.0105);
+  expect_has(robot.source, "robots/icub/icub.yaml");
+  EXPECT_EQ(robot.default_posture().name, "left_stance");
+  EXPECT_NEAR(robot.posture("zero").com.z(), 0.553, 5e-4);
+  EXPECT_NEAR(robot.posture("two_feet").com.z(), 0.534, 5e-4);
+  EXPECT_NEAR(pendulum_frequency(robot.posture("two_feet").com.z()), 4.287, 3e-3);
+  EXPECT_NEAR(robot.posture("two_feet").right_foot.y(), -0.14, 5e-4);
+  // Balancing on the left foot: the CoM within 3 mm of the sole's origin.
+  EXPECT_LT(robot.posture("left_stance").com.head<2>().norm(), 0.003);
+}
+
+TEST(Icub, ParameterFileAgreesWithTheUrdf) {
+  const char* urdf = std::getenv("SALTUS_ICUB_URDF");
+  if (!urdf || !*urdf)
+    GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF of iCubGazeboV2_5, which is not part "
+                    "of this repository";
+  const RobotDescription file = icub();
+  const RobotDescription computed = icub(std::filesystem::path(urdf));
+  expect_has(computed.source, urdf);
+  // The file has ten decimals; the URDF's masses add up with rounding.
+  constexpr double printed = 1e-9;
+  EXPECT_NEAR(file.mass, computed.mass, printed);
+  EXPECT_NEAR(file.contact_plane_offset, computed.contact_plane_offset, printed);
+  const auto same = [&](const FootRectangle& a, const FootRectangle& b) {
+    EXPECT_NEAR(a.x.lower, b.x.lower, printed);
+    EXPECT_NEAR(a.x.upper, b.x.upper, printed);
+    EXPECT_NEAR(a.y.lower, b.y.lower, printed);
+    EXPECT_NEAR(a.y.upper, b.y.upper, printed);
+  };
+  same(file.left_foot, computed.left_foot);
+  same(file.right_foot, computed.right_foot);
+  ASSERT_EQ(file.postures.size(), computed.postures.size());
+  for (std::size_t i = 0; i < file.postures.size(); ++i) {
+    EXPECT_LT((file.postures[i].com - computed.postures[i].com).norm(), printed)
+        << file.postures[i].name;
+    EXPECT_LT((file.postures[i].right_foot - computed.postures[i].right_foot).norm(), printed)
+        << file.postures[i].name;
+  }
+  // The model's 213 links, 174 of them frames without mass.
+  const UrdfModel model = UrdfModel::read(urdf);
+  EXPECT_EQ(model.links().size(), 213u);
+  EXPECT_EQ(std::count_if(model.links().begin(), model.links().end(),
+                          [](const UrdfLink& link) { return link.mass == 0.0; }),
+            174);
+  EXPECT_EQ(model.moving_joint_names().size(), 32u);
+}
+
+TEST(Icub, SaysWhatTheUrdfLacks) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "saltus_no.urdf";
+  std::ofstream(file) << R"(<robot name="other"><link name="left_sole"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>)";
+  try {
+    icub(file);
+    FAIL() << "a robot without the sole links was accepted";
+  } catch (const InputError& error) {
+    expect_has(error.what(), file.string() + ": there is no link \"l_sole\"");
+  }
+  std::filesystem::remove(file);
+  EXPECT_THROW(icub(file), InputError);
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,221 @@
+#include "robots/urdf_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+namespace saltus {
+namespace {
+
+using Vec3 = Vec<double, 3>;
+
+constexpr const char* good_inertia =
+    R"(<inertia ixx="0.02" iyy="0.02" izz="0.01" ixy="0" ixz="0" iyz="0"/>)";
+
+// <link> with a mass at `com`; `more` is added inside.
+std::string link(const std::string& name, const std::string& mass, const std::string& com,
+                 const std::string& inertia = good_inertia, const std::string& more = "") {
+  return "<link name=\"" + name + "\"><inertial><origin xyz=\"" + com + "\"/><mass value=\"" +
+         mass + "\"/>" + inertia + "</inertial>" + more + "</link>\n";
+}
+
+std::string joint(const std::string& name, const std::string& type, const std::string& parent,
+                  const std::string& child, const std::string& xyz,
+                  const std::string& rpy = "0 0 0") {
+  return "<joint name=\"" + name + "\" type=\"" + type + "\"><origin xyz=\"" + xyz + "\" rpy=\"" +
+         rpy + "\"/><parent link=\"" + parent + "\"/><child link=\"" + child +
+         "\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1\" upper=\"2\" effort=\"30\" velocity=\"1\"/>"
+         "</joint>\n";
+}
+
+constexpr const char* foot_box =
+    R"(<collision><origin xyz="0.03 -0.005 0.014"/><geometry><box size="0.16 0.07 0.002"/>)"
+    R"(</geometry></collision>)";
+
+// A body of 3 kg on one leg of 1 kg, whose knee turns about y; the foot link points down and the
+// sole frame, a massless link, is turned back up.
+std::string one_leg(const std::string& inside_foot = foot_box,
+                    const std::string& leg_inertia = good_inertia, const std::string& mass = "3") {
+  return "<?xml version=\"1.0\"?>\n<robot name=\"one leg\">\n" + link("body", mass, "0 0 0.2") +
+         link("leg", "1", "0 0 -0.25", leg_inertia) + "<link name=\"foot\">" + inside_foot +
+         "</link>\n<link name=\"sole\"/>\n" + joint("knee", "revolute", "body", "leg", "0 0 0") +
+         joint("ankle", "fixed", "leg", "foot", "0 0 -0.5", "3.141592653589793 0 0") +
+         joint("sole_joint", "fixed", "foot", "sole", "0 0 0.004", "-3.141592653589793 0 0") +
+         "</robot>\n";
+}
+
+std::string complaint(const std::string& text) {
+  try {
+    UrdfModel::parse(text, "robot.urdf");
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+template <class Act>
+std::string input_error(Act act) {
+  try {
+    act();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void expect_has(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "\"" << part << "\" is not in: " << text;
+}
+
+TEST(UrdfModel, AddsUpTheMass) {
+  const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
+  EXPECT_EQ(model.name(), "one leg");
+  EXPECT_EQ(model.total_mass(), 4.0);
+  ASSERT_EQ(model.links().size(), 4u);
+  EXPECT_EQ(model.links()[0].name, "body");
+  EXPECT_EQ(model.links()[model.link_index("foot")].mass, 0.0);  // a massless frame
+  EXPECT_EQ(model.moving_joint_names(), std::vector<std::string>{"knee"});
+  const UrdfJoint& knee = model.links()[model.link_index("leg")].joint;
+  EXPECT_EQ(knee.position, between(-1.0, 2.0));
+  EXPECT_EQ(knee.effort, 30.0);
+}
+
+TEST(UrdfModel, FollowsTheJointsToTheCentreOfMass) {
+  const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
+  // Straight: body at 0.2, leg at -0.25 of the hip; the sole 0.504 below it.
+  EXPECT_LT((model.centre_of_mass("body", {}) - Vec3(0, 0, (3 * 0.2 - 0.25) / 4)).norm(), 1e-15);
+  EXPECT_LT((model.centre_of_mass("sole", {}) - Vec3(0, 0, 0.0875 + 0.504)).norm(), 1e-15);
+  // Knee at 90 degrees about y: the leg points along -x of the body.
+  const Posture bent{{"knee", std::numbers::pi / 2}};
+  EXPECT_LT((model.centre_of_mass("body", bent) - Vec3(-0.25 / 4, 0, 0.15)).norm(), 1e-15);
+  const Eigen::Isometry3d sole = model.link_pose("sole", "body", bent);
+  EXPECT_LT((sole.translation() - Vec3(-0.504, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((sole.linear().col(2) - Vec3(1, 0, 0)).norm(), 1e-15);
+  // Seen from the sole, which stays on the ground, the body lies down.
+  EXPECT_LT((model.centre_of_mass("sole", bent) - Vec3(-0.15, 0, 0.504 - 0.0625)).norm(), 1e-15);
+}
+
+TEST(UrdfModel, TurnsTheInertiaToLinkAxes) {
+  std::string text = one_leg();
+  const std::string before = "<origin xyz=\"0 0 0.2\"/>";
+  text.replace(text.find(before), before.size(),
+               "<origin xyz=\"0 0 0.2\" rpy=\"0 1.5707963267948966 0\"/>");
+  const UrdfModel model = UrdfModel::parse(text, "robot.urdf");
+  EXPECT_LT((model.links()[0].inertia.diagonal() - Vec3(0.01, 0.02, 0.02)).norm(), 1e-15);
+}
+
+TEST(UrdfModel, TakesTheFootFromTheCollisionBox) {
+  const FootGeometry foot = UrdfModel::parse(one_leg(), "robot.urdf").foot("sole");
+  // The box is given in the foot link, which points down: y changes sign in the sole.
+  EXPECT_NEAR(foot.rectangle.x.lower, -0.05, 1e-15);
+  EXPECT_NEAR(foot.rectangle.x.upper, 0.11, 1e-15);
+  EXPECT_NEAR(foot.rectangle.y.lower, -0.03, 1e-15);
+  EXPECT_NEAR(foot.rectangle.y.upper, 0.04, 1e-15);
+  EXPECT_NEAR(foot.contact_plane_offset, -0.011, 1e-15);
+}
+
+TEST(UrdfModel, JoinsHeelAndToeAndLeavesOutHigherBoxes) {
+  const auto box = [](const char* xyz, const char* size) {
+    return std::string("<collision><origin xyz=\"") + xyz + "\"/><geometry><box size=\"" + size +
+           "\"/></geometry></collision>";
+  };
+  const FootGeometry foot =
+      UrdfModel::parse(one_leg(box("0.1 0 0.01", "0.04 0.08 0.02") +
+                               box("-0.03 0 0.01", "0.04 0.06 0.02") + box("0 0 0", "1 1 0.01")),
+                       "robot.urdf")
+          .foot("sole");
+  EXPECT_NEAR(foot.rectangle.x.lower, -0.05, 1e-15);
+  EXPECT_NEAR(foot.rectangle.x.upper, 0.12, 1e-15);
+  EXPECT_NEAR(foot.rectangle.y.upper, 0.04, 1e-15);
+  EXPECT_NEAR(foot.contact_plane_offset, -0.016, 1e-15);
+}
+
+TEST(UrdfModel, RefusesAFootWithoutRectangle) {
+  const auto foot_complaint = [](const std::string& inside) {
+    return input_error([&] { UrdfModel::parse(one_leg(inside), "robot.urdf").foot("sole"); });
+  };
+  expect_has(foot_complaint(""), "has no collision box");
+  expect_has(foot_complaint("<collision><geometry><sphere radius=\"0.1\"/></geometry></collision>"),
+             "has no collision box");
+  std::string turned = foot_box;
+  turned.replace(turned.find("0.014\""), 6, "0.014\" rpy=\"0 0 0.2\"");
+  expect_has(foot_complaint(turned), "turned against the frame of \"sole\"");
+  std::string flat = foot_box;
+  flat.replace(flat.find("0.16 0.07"), 9, "0.16 0");
+  expect_has(foot_complaint(flat), "has no area");
+}
+
+TEST(UrdfModel, SuggestsTheNearestName) {
+  const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
+  expect_has(input_error([&] { model.foot("soel"); }),
+             "robot.urdf: there is no link \"soel\"; did you mean \"sole\"?");
+  expect_has(input_error([&] { model.foot("l_gripper_camera"); }), "there is no link");
+  expect_has(input_error([&] {
+               model.centre_of_mass("sole", {{"kne", 0.1}});
+             }),
+             "there is no joint \"kne\" that can move; did you mean \"knee\"?");
+  expect_has(input_error([&] { model.centre_of_mass("sole", {{"ankle", 0.1}}); }), "can move");
+  expect_has(input_error([&] {
+               model.centre_of_mass("sole", {{"knee", std::nan("")}});
+             }),
+             "position of joint \"knee\" is nan");
+}
+
+TEST(UrdfModel, RefusesBodiesThatCannotBe) {
+  const auto inertia = [](const char* xx, const char* yy, const char* zz) {
+    return std::string("<inertia ixx=\"") + xx + "\" iyy=\"" + yy + "\" izz=\"" + zz +
+           "\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>";
+  };
+  expect_has(complaint(one_leg(foot_box, inertia("0.1", "0.1", "0.3"))),
+             "link \"leg\" has an inertia that no body can have");
+  expect_has(complaint(one_leg(foot_box, inertia("0.1", "0.1", "-0.1"))), "link \"leg\" has an");
+  expect_has(complaint(one_leg(foot_box, inertia("0", "0", "0"))), "is not positive");
+  EXPECT_EQ(complaint(one_leg(foot_box, inertia("0.1", "0.2", "0.3"))), "");  // flat, still a body
+  expect_has(complaint(one_leg(foot_box, good_inertia, "-3")), "\"body\" has the negative mass -3");
+  // urdfdom does not read numbers that are not finite, and would go on without them.
+  expect_has(complaint(one_leg(foot_box, inertia("nan", "0.1", "0.1"))), "element for Link [leg]");
+  expect_has(complaint(one_leg(foot_box, good_inertia, "nan")), "mass [nan] is not a float");
+  expect_has(complaint(one_leg(foot_box, good_inertia, "inf")), "element for Link [body]");
+  expect_has(complaint(one_leg("<inertial><mass value=\"1\"/></inertial>")), "for Link [foot]");
+  expect_has(complaint(one_leg("<collision><geometry><box/></geometry></collision>")),
+             "collision element for Link [foot]");
+  EXPECT_EQ(complaint(one_leg("<visual><geometry><mesh/></geometry></visual>")), "");
+  expect_has(complaint("<robot name=\"ghost\"><link name=\"a\"/></robot>"), "has no mass");
+}
+
+TEST(UrdfModel, RefusesWhatIsNotAUrdfWithoutPrinting) {
+  ::testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  expect_has(complaint(""), "robot.urdf: the file is empty");
+  expect_has(complaint("  \n"), "the file is empty");
+  expect_has(complaint("mass: 3\n"), "has no <robot> element");
+  expect_has(complaint("<sdf version=\"1.6\"><model name=\"a\"/></sdf>"), "has no <robot>");
+  expect_has(complaint("<robot"), "robot.urdf: ");
+  expect_has(complaint("<robot name=\"empty\"/>"), "robot.urdf: ");
+  expect_has(complaint("<robot name=\"two\"><link name=\"a\"/><link name=\"b\"/></robot>"), "root");
+  const std::string whole = one_leg();
+  const std::size_t end = whole.rfind("</robot>") + std::string("</robot>").size();
+  for (std::size_t length = 0; length < end; length += 7)
+    expect_has(complaint(whole.substr(0, length)), "robot.urdf: ");
+  EXPECT_EQ(complaint(whole), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(UrdfModel, ReadsFilesAndNamesThemInComplaints) {
+  const std::filesystem::path folder = ::testing::TempDir();
+  const std::filesystem::path file = folder / "saltus_one_leg.urdf";
+  std::ofstream(file) << one_leg();
+  EXPECT_EQ(UrdfModel::read(file).total_mass(), 4.0);
+  EXPECT_EQ(UrdfModel::read(file).source(), file.string());
+  std::ofstream(file, std::ios::trunc).close();
+  expect_has(input_error([&] { UrdfModel::read(file); }), file.string() + ": the file is empty");
+  std::filesystem::remove(file);
+  expect_has(input_error([&] { UrdfModel::read(file); }), "there is no such file");
+  expect_has(input_error([&] { UrdfModel::read(folder); }), "this is not a file");
+}
+
+}  // namespace
+}  // namespace saltus
