@@ -10,6 +10,7 @@ constexpr int binomial[3][3] = {{1, 0, 0}, {1, 1, 0}, {1, 2, 1}};
 constexpr double series_norm = 0.5;        // bound of |tau M| at which the series is summed
 constexpr double negligible_term = 1e-20;  // relative: small entries keep their digits too
 constexpr int longest_series = 40;         // 0.5^40 / 40! is far below negligible_term
+constexpr double until_zero = 0.0;         // series that end by themselves
 // exp(M) of this norm overflows: more doublings cannot help.
 constexpr double largest_norm = 1e6;
 
@@ -72,10 +73,9 @@ void symmetrise(int order, double scale, const MatrixJet& half, MatrixJet& term)
       for (Eigen::Index j = 0; j < n; ++j) term[k](i, j) = scale * (half[k](i, j) + half[k](j, i));
 }
 
-bool is_negligible(int order, const MatrixJet& term, const MatrixJet& sum) {
+bool is_negligible(int order, double relative, const MatrixJet& term, const MatrixJet& sum) {
   for (int k = 0; k <= order; ++k)
-    if (term[k].cwiseAbs().maxCoeff() > negligible_term * sum[k].cwiseAbs().maxCoeff())
-      return false;
+    if (term[k].cwiseAbs().maxCoeff() > relative * sum[k].cwiseAbs().maxCoeff()) return false;
   return true;
 }
 
@@ -91,8 +91,30 @@ void MatrixJet::set_zero(int order) {
 
 AffineFlow::AffineFlow(int size, int count) : forms(count), integrals(count), form_terms_(count) {
   for (MatrixJet* jet : {&generator, &flow, &term_, &next_}) jet->resize(size);
+  settled_.resize(size);
   for (auto* jets : {&forms, &integrals, &form_terms_})
     for (MatrixJet& jet : *jets) jet.resize(size);
+}
+
+// Settles every state whose rate depends on settled ones only; with all settled M is nilpotent.
+bool AffineFlow::has_no_cycle(int order) {
+  const int n = static_cast<int>(settled_.size());
+  std::fill(settled_.begin(), settled_.end(), char{0});
+  int left = n;
+  for (bool progress = true; progress && left > 0;) {
+    progress = false;
+    for (int r = 0; r < n; ++r) {
+      if (settled_[r]) continue;
+      bool free = true;
+      for (int c = 0; c < n && free; ++c)
+        for (int k = 0; k <= order && free; ++k) free = settled_[c] || generator[k](r, c) == 0.0;
+      if (!free) continue;
+      settled_[r] = 1;
+      --left;
+      progress = true;
+    }
+  }
+  return left == 0;
 }
 
 bool AffineFlow::compute(int order) {
@@ -103,8 +125,12 @@ bool AffineFlow::compute(int order) {
     for (const MatrixJet& form : forms) finite += form[k].cwiseAbs().sum();
   }
   if (!std::isfinite(finite) || norm > largest_norm) return false;
+  // A chain over n states ends after n terms, the integral of a form after twice as many.
+  const bool ends = has_no_cycle(order);
+  const int longest = ends ? 2 * static_cast<int>(settled_.size()) : longest_series;
+  const double negligible = ends ? until_zero : negligible_term;
   int doublings = 0;
-  for (; norm > series_norm; norm *= 0.5) ++doublings;
+  for (; !ends && norm > series_norm; norm *= 0.5) ++doublings;
   const double tau = std::ldexp(1.0, -doublings);
 
   // F = sum_k (tau M)^k / k!
@@ -112,12 +138,12 @@ bool AffineFlow::compute(int order) {
   term_.set_zero(order);
   flow[0].diagonal().setOnes();
   term_[0].diagonal().setOnes();
-  for (int k = 1; k <= longest_series; ++k) {
+  for (int k = 1; k <= longest; ++k) {
     next_.set_zero(order);
     add_product(order, tau / k, generator, term_, next_, plain);
     std::swap(term_, next_);
     add(order, term_, flow);
-    if (is_negligible(order, term_, flow)) break;
+    if (is_negligible(order, negligible, term_, flow)) break;
   }
 
   // G = sum_k E_k,  E_0 = tau Q,  E_k = tau (E_{k-1} M + M' E_{k-1}) / (k + 1)
@@ -125,12 +151,12 @@ bool AffineFlow::compute(int order) {
     MatrixJet& term = form_terms_[i];
     for (int k = 0; k <= order; ++k) term[k] = tau * forms[i][k];
     copy(order, term, integrals[i]);
-    for (int k = 1; k <= longest_series; ++k) {
+    for (int k = 1; k <= longest; ++k) {
       next_.set_zero(order);
       add_product(order, 1.0, term, generator, next_, plain);
       symmetrise(order, tau / (k + 1), next_, term);
       add(order, term, integrals[i]);
-      if (is_negligible(order, term, integrals[i])) break;
+      if (is_negligible(order, negligible, term, integrals[i])) break;
     }
   }
 
@@ -143,6 +169,11 @@ bool AffineFlow::compute(int order) {
     next_.set_zero(order);
     add_product(order, 1.0, flow, flow, next_, plain);
     std::swap(flow, next_);
+  }
+  // Rounding leaves the two triangles a digit apart.
+  for (MatrixJet& integral : integrals) {
+    copy(order, integral, next_);
+    symmetrise(order, 0.5, next_, integral);
   }
   return true;
 }

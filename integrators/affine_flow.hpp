@@ -7,8 +7,8 @@
 // Both are summed as Taylor series over tau = 2^-k, chosen so that |tau M| <= 1/2, and doubled k
 // times: F(2 tau) = F(tau)^2, G(2 tau) = G(tau) + F(tau)' G(tau) F(tau). This is the Gram matrix of
 // C. Van Loan, Computing integrals involving the matrix exponential, IEEE TAC 23 (1978) 395-404,
-// without the growing block exp(-M'). A nilpotent M ends the series: the result is then exact up
-// to the rounding of a few products.
+// without the growing block exp(-M'). When M is a chain of integrators (its graph has no cycle) the
+// series ends by itself and is summed with tau = 1: exact up to the rounding of a few products.
 #pragma once
 
 #include <array>
@@ -44,7 +44,10 @@ class AffineFlow {
   std::vector<MatrixJet> integrals;
 
  private:
+  bool has_no_cycle(int order);
+
   MatrixJet term_, next_;
+  std::vector<char> settled_;
   std::vector<MatrixJet> form_terms_;
 };
 

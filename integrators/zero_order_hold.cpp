@@ -236,6 +236,9 @@ class ZeroOrderHold final : public Integrator {
         place_entry(row, [&](int target, double sign) { hessian(target, column) += sign * g; });
       });
     }
+    // The two triangles were added in different order: make them equal to the last digit.
+    for (int row = 0; row < hessian.rows(); ++row)
+      for (int column = 0; column < row; ++column) hessian(column, row) = hessian(row, column);
     if (time() == 0 || curvature == Curvature::gauss_newton) return IntegrationStatus::success;
 
     const int h = place_.h();

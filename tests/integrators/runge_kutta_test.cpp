@@ -107,8 +107,8 @@ TEST(RungeKutta, GaussNewtonDropsTheCurvatureOfTheDynamics) {
   problem.differentiate_time = false;
   problem.running_cost = {};
   const auto integrator = runge_kutta4()->make(problem);
-  const MatrixXd none = hessian_of(*integrator, coupled_point(shape), VectorXd::Ones(3),
-                                   Curvature::gauss_newton);
+  const MatrixXd none =
+      hessian_of(*integrator, coupled_point(shape), VectorXd::Ones(3), Curvature::gauss_newton);
   EXPECT_EQ(none.cwiseAbs().maxCoeff(), 0.0);
 }
 
@@ -136,8 +136,8 @@ TEST(RungeKutta, LengthZeroIsTheIdentity) {
 TEST(RungeKutta, NonFiniteRatesAreAStatus) {
   IntervalProblem problem;
   problem.arguments = {1, 0, 0};
-  problem.dynamics = make_function<1, 0, 0>(
-      [](const auto&, const auto& x) { return log(x[0]) * 1.0; });
+  problem.dynamics =
+      make_function<1, 0, 0>([](const auto&, const auto& x) { return log(x[0]) * 1.0; });
   for (const auto& scheme : {runge_kutta4(), runge_kutta8()}) {
     const auto integrator = scheme->make(problem);
     const VectorXd w = (VectorXd(3) << -1.0, 0.0, 1.0).finished();

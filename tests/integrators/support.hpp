@@ -123,8 +123,9 @@ inline void expect_jacobian_matches(Integrator& integrator, const VectorXd& w, d
   const MatrixXd expected = only_differentiated(
       integrator, differences([&](const VectorXd& at) { return end_of(integrator, at); }, w));
   const MatrixXd given = jacobian_of(integrator, w);
-  EXPECT_LE((given - expected).cwiseAbs().maxCoeff(), tolerance)
-      << "given\n" << given << "\ndifferences\n" << expected;
+  EXPECT_LE((given - expected).cwiseAbs().maxCoeff(), tolerance) << "given\n"
+                                                                 << given << "\ndifferences\n"
+                                                                 << expected;
 }
 
 /// Second derivatives against differences of the weighted jacobian().
@@ -138,8 +139,9 @@ inline void expect_hessian_matches(Integrator& integrator, const VectorXd& w,
                       },
                       w));
   const MatrixXd given = hessian_of(integrator, w, weights);
-  EXPECT_LE((given - expected).cwiseAbs().maxCoeff(), tolerance)
-      << "given\n" << given << "\ndifferences\n" << expected;
+  EXPECT_LE((given - expected).cwiseAbs().maxCoeff(), tolerance) << "given\n"
+                                                                 << given << "\ndifferences\n"
+                                                                 << expected;
   EXPECT_EQ((given - given.transpose()).cwiseAbs().maxCoeff(), 0.0);
 }
 

@@ -1,0 +1,347 @@
+// Equations in scaled time (interval_field.hpp): y' = F(s, y) alone, or with the columns
+// S_j' = F_y S_j + F_theta_j behind it in one vector (y | S_1 | ... | S_m).
+// The Newton matrix of the augmented system is block lower triangular with equal blocks
+// I - gamma F_y on the diagonal. The blocks below it (second derivatives times S_j) are left out:
+// all columns are solved with one factorisation of size ny, and Newton's iteration converges
+// linearly instead, to the same solution.
+// ARKODE: D. Reynolds and others, User Documentation for ARKODE, LLNL.
+#include "integrators/arkode.hpp"
+
+#include <arkode/arkode_arkstep.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "framework/core/error.hpp"
+#include "integrators/interval_field.hpp"
+#include "integrators/sundials_support.hpp"
+
+namespace saltus {
+namespace {
+
+using sundials::callback_recoverable;
+using sundials::callback_success;
+using sundials::require;
+
+// Since 7.1 one set of calls serves all steppers, and the old names are deprecated.
+namespace calls {
+#if SUNDIALS_VERSION_MAJOR > 7 || (SUNDIALS_VERSION_MAJOR == 7 && SUNDIALS_VERSION_MINOR >= 1)
+constexpr auto evolve = ARKodeEvolve;
+constexpr auto free = ARKodeFree;
+constexpr auto set_fixed_step = ARKodeSetFixedStep;
+constexpr auto set_jacobian = ARKodeSetJacFn;
+constexpr auto set_linear_solver = ARKodeSetLinearSolver;
+constexpr auto set_max_steps = ARKodeSetMaxNumSteps;
+constexpr auto set_max_tiny_step_warnings = ARKodeSetMaxHnilWarns;
+constexpr auto set_newton_iterations = ARKodeSetMaxNonlinIters;
+constexpr auto set_newton_safety = ARKodeSetNonlinConvCoef;
+constexpr auto set_order = ARKodeSetOrder;
+constexpr auto set_stop_time = ARKodeSetStopTime;
+constexpr auto set_tolerances = ARKodeSVtolerances;
+constexpr auto set_user_data = ARKodeSetUserData;
+#else
+constexpr auto evolve = ARKStepEvolve;
+constexpr auto free = ARKStepFree;
+constexpr auto set_fixed_step = ARKStepSetFixedStep;
+constexpr auto set_jacobian = ARKStepSetJacFn;
+constexpr auto set_linear_solver = ARKStepSetLinearSolver;
+constexpr auto set_max_steps = ARKStepSetMaxNumSteps;
+constexpr auto set_max_tiny_step_warnings = ARKStepSetMaxHnilWarns;
+constexpr auto set_newton_iterations = ARKStepSetMaxNonlinIters;
+constexpr auto set_newton_safety = ARKStepSetNonlinConvCoef;
+constexpr auto set_order = ARKStepSetOrder;
+constexpr auto set_stop_time = ARKStepSetStopTime;
+constexpr auto set_tolerances = ARKStepSVtolerances;
+constexpr auto set_user_data = ARKStepSetUserData;
+#endif
+}  // namespace calls
+
+// Newton's iteration stops at this fraction of the tolerance, so that it adds nothing to it.
+constexpr double newton_fraction = 1e-2;
+// The sensitivities converge linearly, and fixed steps cannot be shortened to help them.
+constexpr int newton_iterations = 30;
+
+IntegrationStatus status_of(int code) {
+  if (code >= 0) return IntegrationStatus::success;  // ARK_TSTOP_RETURN is the normal end
+  switch (code) {
+    case ARK_TOO_MUCH_WORK:
+      return IntegrationStatus::too_many_steps;
+    case ARK_TOO_MUCH_ACC:
+    case ARK_ERR_FAILURE:
+    case ARK_CONV_FAILURE:
+    case ARK_LSETUP_FAIL:
+    case ARK_LSOLVE_FAIL:
+      return IntegrationStatus::step_too_small;
+    case ARK_RHSFUNC_FAIL:
+    case ARK_FIRST_RHSFUNC_ERR:
+    case ARK_REPTD_RHSFUNC_ERR:
+    case ARK_UNREC_RHSFUNC_ERR:
+      return IntegrationStatus::not_finite;
+    default:
+      return IntegrationStatus::library_failure;
+  }
+}
+
+struct FreeArkode {
+  void operator()(void* memory) const { calls::free(&memory); }
+};
+
+// One factorisation of the ny x ny matrix serves all columns of the vector.
+class SharedFactorSolver {
+ public:
+  SharedFactorSolver(int size, int columns, const sundials::Context& context)
+      : factor_(size), right_hand_side_(size, columns), solver_(SUNLinSolNewEmpty(context)) {
+    require(solver_.get(), "SUNLinSolNewEmpty");
+    solver_->content = this;
+    solver_->ops->gettype = [](SUNLinearSolver) { return SUNLINEARSOLVER_DIRECT; };
+    solver_->ops->getid = [](SUNLinearSolver) { return SUNLINEARSOLVER_CUSTOM; };
+    solver_->ops->setup = setup;
+    solver_->ops->solve = solve;
+    solver_->ops->free = [](SUNLinearSolver solver) {
+      solver->content = nullptr;  // not SUNDIALS' to free
+      SUNLinSolFreeEmpty(solver);
+      return 0;
+    };
+  }
+  SUNLinearSolver handle() const { return solver_.get(); }
+
+ private:
+  static SharedFactorSolver& self(SUNLinearSolver solver) {
+    return *static_cast<SharedFactorSolver*>(solver->content);
+  }
+  static int setup(SUNLinearSolver solver, SUNMatrix matrix) {
+    SharedFactorSolver& it = self(solver);
+    const Eigen::Index n = it.right_hand_side_.rows();
+    it.factor_.compute(Eigen::Map<const MatrixXd>(SUNDenseMatrix_Data(matrix), n, n));
+    const bool regular = (it.factor_.matrixLU().diagonal().array() != 0.0).all();
+    return regular ? callback_success : callback_recoverable;
+  }
+  static int solve(SUNLinearSolver solver, SUNMatrix, N_Vector x, N_Vector b, sunrealtype) {
+    SharedFactorSolver& it = self(solver);
+    MatrixXd& rhs = it.right_hand_side_;
+    const Eigen::Map<const MatrixXd> from(N_VGetArrayPointer(b), rhs.rows(), rhs.cols());
+    rhs.noalias() = it.factor_.permutationP() * from;
+    it.factor_.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(rhs);
+    it.factor_.matrixLU().triangularView<Eigen::Upper>().solveInPlace(rhs);
+    std::copy_n(rhs.data(), rhs.size(), N_VGetArrayPointer(x));
+    return callback_success;
+  }
+
+  Eigen::PartialPivLU<MatrixXd> factor_;
+  MatrixXd right_hand_side_;
+  sundials::LinearSolver solver_;
+};
+
+// ARKODE's memory for the state alone (columns = 1) or with its sensitivities.
+class Stepper {
+ public:
+  Stepper(IntervalField& field, const ArkodeOptions& options, int columns,
+          const sundials::Context& context)
+      : field_(field),
+        options_(options),
+        ny_(field.outputs()),
+        columns_(columns),
+        y_(ny_ * columns, context),
+        tolerances_(ny_ * columns, context),
+        z_(field.arguments()),
+        phi_(ny_),
+        entries_(field.entries()) {
+    const bool implicit = options.method == ArkodeMethod::DiagonallyImplicit;
+    memory_.reset(
+        ARKStepCreate(implicit ? nullptr : rate, implicit ? rate : nullptr, 0.0, y_, context));
+    require(memory_.get(), "ARKStepCreate");
+#if SUNDIALS_VERSION_MAJOR < 7
+    require(ARKStepSetErrHandlerFn(
+                memory_.get(), [](int, const char*, const char*, char*, void*) {}, nullptr),
+            "ARKStepSetErrHandlerFn");
+#endif
+    require(calls::set_user_data(memory_.get(), this), "ARKodeSetUserData");
+    require(calls::set_order(memory_.get(), options.order), "ARKodeSetOrder");
+    require(calls::set_max_steps(memory_.get(), options.max_steps), "ARKodeSetMaxNumSteps");
+    require(calls::set_max_tiny_step_warnings(memory_.get(), -1), "ARKodeSetMaxHnilWarns");
+    if (options.fixed_steps > 0)
+      require(calls::set_fixed_step(memory_.get(), 1.0 / options.fixed_steps),
+              "ARKodeSetFixedStep");
+    if (!implicit) return;
+    matrix_.reset(SUNDenseMatrix(ny_, ny_, context));
+    require(matrix_.get(), "SUNDenseMatrix");
+    linear_ = std::make_unique<SharedFactorSolver>(ny_, columns, context);
+    require(calls::set_linear_solver(memory_.get(), linear_->handle(), matrix_.get()),
+            "ARKodeSetLinearSolver");
+    require(calls::set_jacobian(memory_.get(), state_jacobian), "ARKodeSetJacFn");
+    require(calls::set_newton_iterations(memory_.get(), newton_iterations),
+            "ARKodeSetMaxNonlinIters");
+    require(calls::set_newton_safety(memory_.get(), newton_fraction), "ARKodeSetNonlinConvCoef");
+  }
+
+  double* column(int k) { return y_.data() + k * ny_; }
+  double* tolerance(int k) { return tolerances_.data() + k * ny_; }
+
+  // From the start values in column(); the stop time is forgotten once it was reached. Aiming
+  // beyond it returns the last step itself instead of an interpolation.
+  int integrate() {
+    const bool implicit = options_.method == ArkodeMethod::DiagonallyImplicit;
+    int code =
+        ARKStepReInit(memory_.get(), implicit ? nullptr : rate, implicit ? rate : nullptr, 0.0, y_);
+    if (code >= 0) code = calls::set_tolerances(memory_.get(), options_.tolerance, tolerances_);
+    if (code >= 0) code = calls::set_stop_time(memory_.get(), 1.0);
+    double reached = 0.0;
+    if (code >= 0) code = calls::evolve(memory_.get(), 2.0, y_, &reached, ARK_NORMAL);
+    return code;
+  }
+
+ private:
+  static int rate(sunrealtype s, N_Vector y, N_Vector rates, void* user) {
+    Stepper& self = *static_cast<Stepper*>(user);
+    const double* in = N_VGetArrayPointer(y);
+    double* out = N_VGetArrayPointer(rates);
+    const int ny = self.ny_;
+    self.field_.argument(s, in, self.z_.data());
+    if (self.columns_ == 1) {
+      self.field_.value(self.z_.data(), self.phi_.data());
+    } else {
+      self.field_.jacobian(self.z_.data(), self.phi_.data(), self.entries_.data());
+      for (int k = 1; k < self.columns_; ++k)
+        self.field_.rate_sensitivity(s, self.phi_.data(), self.entries_.data(), k - 1, in + k * ny,
+                                     out + k * ny);
+    }
+    for (int r = 0; r < ny; ++r) out[r] = self.field_.length() * self.phi_[r];
+    return all_finite(out, ny * self.columns_) ? callback_success : callback_recoverable;
+  }
+
+  static int state_jacobian(sunrealtype s, N_Vector y, N_Vector, SUNMatrix matrix, void* user,
+                            N_Vector, N_Vector, N_Vector) {
+    Stepper& self = *static_cast<Stepper*>(user);
+    self.field_.argument(s, N_VGetArrayPointer(y), self.z_.data());
+    self.field_.jacobian(self.z_.data(), self.phi_.data(), self.entries_.data());
+    if (!all_finite(self.entries_.data(), static_cast<int>(self.entries_.size())))
+      return callback_recoverable;
+    self.field_.scaled_state_jacobian(self.entries_.data(), SUNDenseMatrix_Data(matrix));
+    return callback_success;
+  }
+
+  IntervalField& field_;
+  const ArkodeOptions& options_;
+  int ny_, columns_;
+  sundials::Vector y_, tolerances_;
+  sundials::Matrix matrix_;
+  std::unique_ptr<SharedFactorSolver> linear_;
+  std::unique_ptr<void, FreeArkode> memory_;
+  std::vector<double> z_, phi_, entries_;
+};
+
+class Arkode final : public Integrator {
+ public:
+  Arkode(const IntervalProblem& definition, const ArkodeOptions& options)
+      : Integrator(definition),
+        field_(problem()),
+        options_(options),
+        absolute_(sundials::absolute_tolerances(problem(), options.absolute_tolerance)),
+        state_(field_, options_, 1, context_),
+        augmented_(field_, options_, 1 + field_.directions(), context_),
+        end_sensitivity_(field_.outputs(), field_.directions()) {
+    std::copy(absolute_.begin(), absolute_.end(), state_.tolerance(0));
+    std::copy(absolute_.begin(), absolute_.end(), augmented_.tolerance(0));
+  }
+
+  IntegrationStatus value(const double* w, double* end) override {
+    start(w, state_);
+    return finish(state_.integrate(), state_, end);
+  }
+
+  IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) override {
+    start(w, augmented_);
+    for (int d = 0; d < field_.directions(); ++d) {
+      std::fill_n(augmented_.column(1 + d), field_.outputs(), 0.0);
+      if (d < field_.states()) augmented_.column(1 + d)[d] = 1.0;
+      const double scale = sundials::direction_scale(problem(), w, field_.column(d));
+      for (int r = 0; r < field_.outputs(); ++r)
+        augmented_.tolerance(1 + d)[r] = absolute_[r] / scale;
+    }
+    const IntegrationStatus status = finish(augmented_.integrate(), augmented_, end);
+    for (int d = 0; d < field_.directions(); ++d)
+      for (int r = 0; r < field_.outputs(); ++r)
+        end_sensitivity_(r, d) = augmented_.column(1 + d)[r];
+    field_.scatter(end_sensitivity_, derivative);
+    if (status == IntegrationStatus::success &&
+        !all_finite(end_sensitivity_.data(), static_cast<int>(end_sensitivity_.size())))
+      return IntegrationStatus::not_finite;
+    return status;
+  }
+
+ private:
+  void start(const double* w, Stepper& stepper) {
+    field_.load(w);
+    std::copy_n(w, field_.states(), stepper.column(0));
+    std::fill_n(stepper.column(0) + field_.states(), field_.outputs() - field_.states(), 0.0);
+  }
+
+  IntegrationStatus finish(int code, Stepper& stepper, double* end) const {
+    std::copy_n(stepper.column(0), field_.outputs(), end);
+    const IntegrationStatus status = status_of(code);
+    if (status == IntegrationStatus::success && !all_finite(end, field_.outputs()))
+      return IntegrationStatus::not_finite;
+    return status;
+  }
+
+  sundials::Context context_;  // outlives everything made in it
+  IntervalField field_;
+  ArkodeOptions options_;
+  std::vector<double> absolute_;
+  Stepper state_, augmented_;
+  RowMajorMatrix end_sensitivity_;
+};
+
+class ArkodeScheme final : public IntegratorScheme {
+ public:
+  explicit ArkodeScheme(const ArkodeOptions& options) : options_(options) {
+    const bool implicit = options.method == ArkodeMethod::DiagonallyImplicit;
+    const auto fail = [](const std::string& why) { throw DefinitionError("ARKODE " + why + "."); };
+    constexpr std::array explicit_orders{2, 3, 4, 5, 6, 8};
+    constexpr std::array implicit_orders{2, 3, 4, 5};
+    const bool known = implicit ? std::ranges::count(implicit_orders, options.order) > 0
+                                : std::ranges::count(explicit_orders, options.order) > 0;
+    if (!known)
+      fail(std::string("has ") +
+           (implicit ? "diagonally implicit methods of order 2, 3, 4 and 5"
+                     : "explicit methods of order 2, 3, 4, 5, 6 and 8") +
+           ", but order = " + std::to_string(options.order));
+    if (!(options.tolerance > 0.0 && options.tolerance < 1.0))
+      fail("needs a relative tolerance between 0 and 1, but it is " +
+           std::to_string(options.tolerance));
+    if (!(options.absolute_tolerance >= 0.0))
+      fail("needs an absolute tolerance that is not negative, but it is " +
+           std::to_string(options.absolute_tolerance));
+    if (options.fixed_steps < 0)
+      fail("cannot take fixed_steps = " + std::to_string(options.fixed_steps));
+    if (options.max_steps < 1)
+      fail("needs at least one step, but max_steps = " + std::to_string(options.max_steps));
+  }
+  std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
+    return std::make_unique<Arkode>(problem, options_);
+  }
+  std::string name() const override {
+    char text[96];
+    const char* kind =
+        options_.method == ArkodeMethod::Explicit ? "explicit" : "diagonally implicit";
+    if (options_.fixed_steps > 0)
+      std::snprintf(text, sizeof text, "ARKODE %s, order %d, %d steps", kind, options_.order,
+                    options_.fixed_steps);
+    else
+      std::snprintf(text, sizeof text, "ARKODE %s, order %d, tolerance %.0e", kind, options_.order,
+                    options_.tolerance);
+    return text;
+  }
+
+ private:
+  ArkodeOptions options_;
+};
+
+}  // namespace
+
+IntegratorChoice arkode(ArkodeOptions options) { return std::make_shared<ArkodeScheme>(options); }
+
+}  // namespace saltus

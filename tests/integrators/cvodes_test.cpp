@@ -1,0 +1,137 @@
+// CVODES on problems with known answers: stiff, orbital, and its sensitivities.
+#include "integrators/cvodes.hpp"
+
+#include "framework/core/error.hpp"
+#include "integrators/runge_kutta.hpp"
+#include "tests/integrators/reference_problems.hpp"
+#include "tests/integrators/support.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace test;
+
+class CvodesBothMethods : public testing::TestWithParam<CvodesMethod> {};
+INSTANTIATE_TEST_SUITE_P(Methods, CvodesBothMethods,
+                         testing::Values(CvodesMethod::Bdf, CvodesMethod::Adams),
+                         [](const auto& param) {
+                           return param.param == CvodesMethod::Bdf ? "bdf" : "adams";
+                         });
+
+TEST_P(CvodesBothMethods, AgreesWithOrderEight) {
+  for (const auto shape : {InputShape::constant, InputShape::linear}) {
+    for (const auto order : {CvodesSensitivity::staggered, CvodesSensitivity::simultaneous}) {
+      const IntervalProblem problem = coupled_problem(shape);
+      const auto integrator = cvodes({.method = GetParam(),
+                                      .tolerance = 1e-11,
+                                      .absolute_tolerance = 1e-13,
+                                      .sensitivity = order})
+                                  ->make(problem);
+      const auto reference = runge_kutta8({.steps = 60})->make(problem);
+      for (const double h : {0.6, 0.0, -0.3}) {
+        VectorXd w = coupled_point(shape);
+        w[integrator->arguments().h()] = h;
+        // Global error: a hundred times the local tolerance.
+        EXPECT_LE((end_of(*integrator, w) - end_of(*reference, w)).cwiseAbs().maxCoeff(), 1e-9);
+        EXPECT_LE((jacobian_of(*integrator, w) - jacobian_of(*reference, w)).cwiseAbs().maxCoeff(),
+                  1e-9);
+      }
+    }
+  }
+}
+
+TEST(Cvodes, StiffVanDerPol) {  // D01, both scalings
+  const auto scheme = cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14});
+  {
+    const auto integrator = scheme->make(van_der_pol(1.0, 1e3));
+    const VectorXd w = (VectorXd(4) << 2.0, 0.0, 0.0, 2000.0).finished();
+    const VectorXd end = end_of(*integrator, w);
+    EXPECT_LE(relative_error(end[0], 1.70616773217042), 1e-9);
+    EXPECT_LE(relative_error(end[1], -8.92809701024858e-4), 1e-9);
+  }
+  {
+    const auto integrator = scheme->make(van_der_pol(1e6, 1e6));
+    const VectorXd w = (VectorXd(4) << 2.0, 0.0, 0.0, 2.0).finished();
+    const VectorXd end = end_of(*integrator, w);
+    EXPECT_LE(relative_error(end[0], 1.70616773217041), 1e-9);
+    EXPECT_LE(relative_error(end[1], -0.892809701024870), 1e-9);
+  }
+}
+
+TEST(Cvodes, Robertson) {  // D02
+  const auto integrator =
+      cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13})->make(robertson());
+  const std::vector<std::pair<double, Eigen::Vector3d>> expected{
+      {0.4, {0.985172113861, 3.38639537898e-5, 1.47940221852e-2}},
+      {40.0, {0.715827068719, 9.18553476456e-6, 0.284163745746}},
+      {4e4, {3.89833770855e-2, 1.62176831591e-7, 0.961016460738}}};
+  for (const auto& [time, reference] : expected) {
+    const VectorXd end = end_of(*integrator, robertson_point(time));
+    for (int i = 0; i < 3; ++i)
+      EXPECT_LE(relative_error(end[i], reference[i]), 1e-9) << time << " " << i;
+  }
+}
+
+TEST(Cvodes, RobertsonSensitivities) {  // D02
+  Mat<double, 3, 3> expected;
+  expected << -0.355952565984, 9.54238142759e-8, -1.58317663551e-11,  //
+      3.90254405381e-4, -2.13096103022e-10, -5.29004109321e-13,       //
+      0.355562311578, -9.52107181728e-8, 1.63607704645e-11;
+  for (const auto order : {CvodesSensitivity::staggered, CvodesSensitivity::simultaneous}) {
+    const auto integrator =
+        cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13, .sensitivity = order})
+            ->make(robertson());
+    const MatrixXd derivative = jacobian_of(*integrator, robertson_point(0.4));
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k)
+        EXPECT_LE(relative_error(derivative(i, 3 + k), expected(i, k)), 1e-8) << i << " " << k;
+  }
+}
+
+TEST(Cvodes, ArenstorfOrbitCloses) {  // D06
+  const auto integrator =
+      cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-13, .absolute_tolerance = 1e-15})
+          ->make(arenstorf());
+  const VectorXd w = arenstorf_point();
+  const VectorXd end = end_of(*integrator, w);
+  EXPECT_LE((end.head(4) - w.head(4)).cwiseAbs().maxCoeff(), 1e-7);
+}
+
+TEST(Cvodes, FailuresAreAStatus) {
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 0};
+  problem.dynamics =
+      make_function<1, 0, 0>([](const auto&, const auto& x) { return 1.0 * log(x[0]); });
+  VectorXd w = (VectorXd(3) << -1.0, 0.0, 1.0).finished();
+  VectorXd end(1);
+  MatrixXd derivative(1, 3);
+  for (const auto method : {CvodesMethod::Bdf, CvodesMethod::Adams}) {
+    const auto integrator = cvodes({.method = method})->make(problem);
+    EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::not_finite);
+    EXPECT_EQ(integrator->jacobian(w.data(), end.data(), derivative),
+              IntegrationStatus::not_finite);
+  }
+  // x' = x^2 leaves every bound at t = 1 / x0.
+  problem.dynamics = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0]; });
+  w << 1.0, 0.0, 2.0;
+  const auto blow_up = cvodes({})->make(problem);
+  EXPECT_NE(blow_up->value(w.data(), end.data()), IntegrationStatus::success);
+  const auto short_of_steps = cvodes({.max_steps = 3})->make(problem);
+  w << 1.0, 0.0, 0.5;
+  EXPECT_EQ(short_of_steps->value(w.data(), end.data()), IntegrationStatus::too_many_steps);
+  // ... and the same object goes on with a problem that it can solve.
+  EXPECT_EQ(blow_up->value(w.data(), end.data()), IntegrationStatus::success);
+  EXPECT_NEAR(end[0], 2.0, 1e-7);
+}
+
+TEST(Cvodes, OptionsAreChecked) {
+  EXPECT_THROW(cvodes({.tolerance = 0.0}), DefinitionError);
+  EXPECT_THROW(cvodes({.absolute_tolerance = -1.0}), DefinitionError);
+  EXPECT_THROW(cvodes({.max_steps = 0}), DefinitionError);
+  IntervalProblem problem = robertson();
+  problem.nominal_state = VectorXd::Ones(2);
+  EXPECT_THROW(cvodes()->make(problem), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,242 @@
+// The exact zero-order hold: closed forms, agreement with a high-order scheme, derivatives, and
+// what it refuses.
+#include "integrators/zero_order_hold.hpp"
+
+#include "framework/core/error.hpp"
+#include "integrators/runge_kutta.hpp"
+#include "tests/integrators/support.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace test;
+
+// Affine in (x, u) for every p, with p in A, B and the constant part.
+struct AffineDynamics {
+  template <class S>
+  Vec<S, 3> operator()(const S&, const Vec<S, 3>& x, const Vec<S, 2>& u, const Vec<S, 2>& p) const {
+    return {x[1] + 0.3, -p[0] * p[0] * x[0] - 0.4 * x[1] + u[0] * sin(p[1]) + p[1],
+            0.5 * x[0] - p[1] * x[2] + 2.0 * u[1] - 0.7 * u[0]};
+  }
+};
+
+struct QuadraticCosts {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 3>& x, const Vec<S, 2>& u, const Vec<S, 2>& p) const {
+    return {(x[0] - p[0]) * (x[0] - p[0]) + p[1] * x[1] * u[0] + 0.1 * u[1] * u[1] * p[0],
+            x[2] * x[2] * p[0] * p[0] - 3.0 * x[0] + exp(p[1]) + u[0] * x[2]};
+  }
+};
+
+IntervalProblem affine_problem(InputShape shape, bool parameters, bool time) {
+  IntervalProblem problem;
+  problem.arguments = {3, 2, 2};
+  problem.dynamics = make_function<3, 2, 2>(AffineDynamics{});
+  problem.running_cost = make_function<3, 2, 2>(QuadraticCosts{});
+  problem.shape = shape;
+  if (parameters) problem.differentiate_parameter = {true, true};
+  problem.differentiate_time = time;
+  return problem;
+}
+
+VectorXd affine_point(InputShape shape, double h) {
+  VectorXd w(shape == InputShape::constant ? 9 : 11);
+  if (shape == InputShape::constant)
+    w << 0.4, -0.7, 0.2, 0.5, -0.8, 1.1, 0.9, 5.0, h;
+  else
+    w << 0.4, -0.7, 0.2, 0.5, -0.8, 0.1, 1.6, 1.1, 0.9, 5.0, h;
+  return w;
+}
+
+class ZeroOrderHoldBothShapes : public testing::TestWithParam<InputShape> {};
+INSTANTIATE_TEST_SUITE_P(Shapes, ZeroOrderHoldBothShapes,
+                         testing::Values(InputShape::constant, InputShape::linear),
+                         [](const auto& param) {
+                           return param.param == InputShape::constant ? "constant" : "linear";
+                         });
+
+TEST_P(ZeroOrderHoldBothShapes, AgreesWithOrderEight) {
+  const IntervalProblem problem = affine_problem(GetParam(), true, true);
+  const auto exact = zero_order_hold()->make(problem);
+  const auto reference = runge_kutta8({.steps = 100})->make(problem);
+  for (const double h : {0.01, 0.3, 2.0, -0.5, 0.0}) {
+    SCOPED_TRACE(h);
+    const VectorXd w = affine_point(GetParam(), h);
+    // Rounding of a hundred steps of the reference.
+    EXPECT_LE((end_of(*exact, w) - end_of(*reference, w)).cwiseAbs().maxCoeff(), 1e-13);
+    EXPECT_LE((jacobian_of(*exact, w) - jacobian_of(*reference, w)).cwiseAbs().maxCoeff(), 1e-12);
+  }
+}
+
+TEST_P(ZeroOrderHoldBothShapes, SecondDerivativesAgreeWithOrderEight) {
+  const VectorXd weights = (VectorXd(5) << 0.7, -1.3, 0.4, 0.9, -0.6).finished();
+  for (const bool time : {false, true}) {
+    const IntervalProblem problem = affine_problem(GetParam(), false, time);
+    const auto exact = zero_order_hold()->make(problem);
+    const auto reference = runge_kutta8({.steps = 60})->make(problem);
+    for (const double h : {0.02, 0.8, 0.0}) {
+      const VectorXd w = affine_point(GetParam(), h);
+      EXPECT_LE((hessian_of(*exact, w, weights) - hessian_of(*reference, w, weights))
+                    .cwiseAbs()
+                    .maxCoeff(),
+                1e-12);
+    }
+    expect_jacobian_matches(*exact, affine_point(GetParam(), 0.6), 1e-10);
+    expect_hessian_matches(*exact, affine_point(GetParam(), 0.6), weights, 1e-10);
+  }
+  EXPECT_FALSE(zero_order_hold()->make(affine_problem(GetParam(), true, false))->has_hessian());
+}
+
+// Three integrators in a row with a ramp on top: the series ends, so the result is that of Horner's
+// scheme by hand to the last digits.
+TEST(ZeroOrderHold, NilpotentDynamicsAreExact) {
+  IntervalProblem problem;
+  problem.arguments = {3, 1, 0};
+  problem.dynamics = make_function<3, 1, 0>([](const auto&, const auto& x, const auto& u) {
+    using S = std::decay_t<decltype(x[0])>;
+    return Vec<S, 3>(x[1], x[2], 3.0 * u[0]);
+  });
+  problem.shape = InputShape::linear;
+  problem.differentiate_time = true;
+  const auto integrator = zero_order_hold()->make(problem);
+  for (const double h : {0.01, 0.37, 25.0}) {
+    const double c0 = 0.7, c1 = -0.2, x = 0.3, v = -1.1, a = 0.9, d = c1 - c0;
+    const VectorXd w = (VectorXd(7) << x, v, a, c0, c1, 0.0, h).finished();
+    const VectorXd end = end_of(*integrator, w);
+    const double last = a + 3.0 * h * (c0 + d / 2);
+    const double middle = v + h * (a + 3.0 * h * (c0 / 2 + d / 6));
+    const double first = x + h * (v + h * (a / 2 + 3.0 * h * (c0 / 6 + d / 24)));
+    // Relative to the largest term: the terms themselves cancel.
+    EXPECT_LE(std::abs(end[0] - first),
+              1e-15 * std::max({x, -h * v, h * h * a / 2, h * h * h * c0 / 2}));
+    EXPECT_LE(std::abs(end[1] - middle), 1e-15 * std::max({-v, h * a, h * h * 1.5 * c0}));
+    EXPECT_LE(std::abs(end[2] - last), 1e-15 * std::max({a, 3.0 * h * c0}));
+  }
+}
+
+// Cases D12 and A04: a switched linear system, J = int x'x, one switching time.
+struct SwitchedFirst {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
+    return {-x[0], x[0] + 2.0 * x[1]};
+  }
+};
+struct SwitchedSecond {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
+    return {x[0] + x[1], x[0] - 2.0 * x[1]};
+  }
+};
+
+struct SwitchedCost {
+  double cost;
+  double slope;  // in the switching time
+  VectorXd state_at_switch;
+};
+
+SwitchedCost switched_cost(double tau) {
+  IntervalProblem first, second;
+  first.arguments = second.arguments = {2, 0, 0};
+  first.differentiate_time = second.differentiate_time = true;
+  first.running_cost = second.running_cost =
+      make_function<2, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0] + x[1] * x[1]; });
+  first.dynamics = make_function<2, 0, 0>(SwitchedFirst{});
+  second.dynamics = make_function<2, 0, 0>(SwitchedSecond{});
+  const auto before = zero_order_hold()->make(first), after = zero_order_hold()->make(second);
+  const VectorXd w1 = (VectorXd(4) << 1.0, 1.0, 0.0, tau).finished();
+  const VectorXd end1 = end_of(*before, w1);
+  const VectorXd w2 = (VectorXd(4) << end1[0], end1[1], tau, 1.0 - tau).finished();
+  const VectorXd end2 = end_of(*after, w2);
+  const MatrixXd d1 = jacobian_of(*before, w1), d2 = jacobian_of(*after, w2);
+  const double slope = d1(2, 3) + d2(2, 0) * d1(0, 3) + d2(2, 1) * d1(1, 3) - d2(2, 3);
+  return {end1[2] + end2[2], slope, end1.head(2)};
+}
+
+TEST(ZeroOrderHold, ReproducesTheSwitchedLinearSystem) {
+  const SwitchedCost optimum = switched_cost(0.26486609904077944);
+  EXPECT_LE(relative_error(optimum.cost, 5.2545429449232242), 1e-13);
+  EXPECT_LE(std::abs(optimum.slope), 1e-12);
+  const SwitchedCost half = switched_cost(0.5);
+  EXPECT_LE(relative_error(half.cost, 7.0335958076682), 1e-13);
+  EXPECT_LE(relative_error(half.slope, 15.9805362377523), 1e-13);
+  EXPECT_NEAR(half.state_at_switch[1], 3.42219888, 1e-8);
+}
+
+TEST(ZeroOrderHold, RepeatedPairsComeFromTheCacheUnchanged) {
+  const auto integrator = zero_order_hold()->make(affine_problem(InputShape::linear, true, true));
+  const VectorXd first = affine_point(InputShape::linear, 0.3);
+  const MatrixXd expected = jacobian_of(*integrator, first);
+  for (const double h : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.3}) {
+    const MatrixXd derivative = jacobian_of(*integrator, affine_point(InputShape::linear, h));
+    if (h == 0.3) {
+      EXPECT_EQ(derivative, expected);
+    }
+  }
+  VectorXd other = first;
+  other[integrator->arguments().p()] += 0.5;
+  EXPECT_NE(jacobian_of(*integrator, other), expected);
+  EXPECT_EQ(jacobian_of(*integrator, first), expected);
+}
+
+template <class F>
+std::string refusal(const Function& dynamics, F&& cost) {
+  IntervalProblem problem;
+  problem.arguments = {2, 1, 0};
+  problem.dynamics = dynamics;
+  problem.running_cost = cost;
+  try {
+    zero_order_hold()->make(problem);
+  } catch (const DefinitionError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(ZeroOrderHold, RefusesWhatItCannotSolveExactly) {
+  const auto linear = make_function<2, 1, 0>([](const auto&, const auto& x, const auto& u) {
+    using S = std::decay_t<decltype(x[0])>;
+    return Vec<S, 2>(x[1], u[0]);
+  });
+  EXPECT_EQ(refusal(linear, Function{}), "accepted");
+  EXPECT_EQ(refusal(make_function<2, 1, 0>([](const auto&, const auto& x, const auto& u) {
+                      using S = std::decay_t<decltype(x[0])>;
+                      return Vec<S, 2>(x[1], u[0] * x[1]);
+                    }),
+                    Function{}),
+            "the exact zero-order hold needs dynamics that are affine in state and input, but they "
+            "have a second derivative with respect to u[0] and x[1].");
+  EXPECT_EQ(refusal(make_function<2, 1, 0>([](const auto& t, const auto& x, const auto& u) {
+                      using S = std::decay_t<decltype(x[0])>;
+                      return Vec<S, 2>(x[1], u[0] + t);
+                    }),
+                    Function{}),
+            "the exact zero-order hold needs dynamics that do not depend on time, but output 1 "
+            "does.");
+  EXPECT_NE(refusal(make_function<2, 1, 0>([](const auto&, const auto& x, const auto& u) {
+                      using S = std::decay_t<decltype(x[0])>;
+                      return Vec<S, 2>(abs(x[1]), u[0]);
+                    }),
+                    Function{}),
+            "accepted");
+  EXPECT_NE(refusal(linear, make_function<2, 1, 0>([](const auto&, const auto& x, const auto&) {
+                      return x[0] * x[0] * x[0];
+                    })),
+            "accepted");
+  EXPECT_NE(refusal(linear, make_function<2, 1, 0>(
+                                [](const auto&, const auto& x, const auto&) { return abs(x[0]); })),
+            "accepted");
+}
+
+TEST(ZeroOrderHold, NonFiniteMatricesAreAStatus) {
+  const auto integrator =
+      zero_order_hold()->make(affine_problem(InputShape::constant, false, true));
+  VectorXd w = affine_point(InputShape::constant, 0.3);
+  w[integrator->arguments().p()] = std::nan("");
+  VectorXd end(5);
+  MatrixXd derivative(5, w.size());
+  EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::not_finite);
+  EXPECT_EQ(integrator->jacobian(w.data(), end.data(), derivative), IntegrationStatus::not_finite);
+}
+
+}  // namespace
+}  // namespace saltus
