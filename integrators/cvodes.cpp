@@ -1,4 +1,5 @@
 // Equations: dy/ds = F(s, y), dS_j/ds = F_y S_j + F_theta_j in scaled time, interval_field.hpp.
+// Absolute tolerances of S_j: those of y divided by the magnitude of w_j.
 // CVODES: A. Hindmarsh, R. Serban and others, User Documentation for CVODES, LLNL.
 #include "integrators/cvodes.hpp"
 
@@ -62,6 +63,7 @@ class Cvodes final : public Integrator {
         y_(field_.outputs(), context_),
         sensitivity_(field_.directions(), y_),
         sensitivity_tolerance_(field_.directions(), y_),
+        sensitivity_scale_(field_.directions(), 1.0),
         z_(field_.arguments()),
         phi_(field_.outputs()),
         entries_(field_.entries()),
@@ -80,10 +82,10 @@ class Cvodes final : public Integrator {
 
   IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) override {
     start(w);
-    start_sensitivity(w);
+    start_sensitivity();
     int code = CVodeReInit(memory_.get(), 0.0, y_);
     if (code >= 0) code = CVodeSensReInit(memory_.get(), sensitivity_method(), sensitivity_);
-    if (code >= 0)
+    if (code >= 0 && update_sensitivity_tolerances(w))
       code = CVodeSensSVtolerances(memory_.get(), options_.tolerance, sensitivity_tolerance_);
     if (code >= 0) code = integrate();
     if (code >= 0) {
@@ -166,14 +168,25 @@ class Cvodes final : public Integrator {
     std::fill_n(y_.data() + field_.states(), field_.outputs() - field_.states(), 0.0);
   }
 
-  void start_sensitivity(const double* w) {
+  void start_sensitivity() {
     for (int d = 0; d < field_.directions(); ++d) {
       N_VConst(0.0, sensitivity_[d]);
       if (d < field_.states()) sensitivity_.data(d)[d] = 1.0;
+    }
+  }
+
+  // Whether they changed: CVODES allocates when it takes over new ones.
+  bool update_sensitivity_tolerances(const double* w) {
+    bool changed = false;
+    for (int d = 0; d < field_.directions(); ++d) {
       const double scale = sundials::direction_scale(problem(), w, field_.column(d));
+      if (scale == sensitivity_scale_[d]) continue;
+      changed = true;
+      sensitivity_scale_[d] = scale;
       for (int r = 0; r < field_.outputs(); ++r)
         sensitivity_tolerance_.data(d)[r] = absolute_[r] / scale;
     }
+    return changed;
   }
 
   // The stop time keeps the functions from being called beyond the end; CVODES forgets it once
@@ -233,6 +246,7 @@ class Cvodes final : public Integrator {
   std::vector<double> absolute_;
   sundials::Vector y_;
   sundials::VectorArray sensitivity_, sensitivity_tolerance_;
+  std::vector<double> sensitivity_scale_;
   sundials::Matrix matrix_;
   sundials::LinearSolver linear_;
   sundials::NonlinearSolver nonlinear_, sensitivity_nonlinear_;

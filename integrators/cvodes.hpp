@@ -30,8 +30,8 @@ struct CvodesOptions {
 /// take part in the error control, so that value() (without them) and jacobian() may take
 /// different steps: their end states agree within the tolerance, not to the last digit. The global
 /// error is typically 10 to 100 times the tolerance. No allocation after the first call of each
-/// kind. No second derivatives. Throws DefinitionError for a tolerance outside (0, 1) or a
-/// negative absolute one.
+/// kind, except where the magnitude of a parameter or the length doubles or halves. No second
+/// derivatives. Throws DefinitionError for a tolerance outside (0, 1) or a negative absolute one.
 IntegratorChoice cvodes(CvodesOptions options = {});
 
 }  // namespace saltus

@@ -78,7 +78,7 @@ double direction_scale(const IntervalProblem& problem, const double* w, int colu
   } else if ((column >= place.p() && column < place.t0()) || column == place.h()) {
     scale = std::abs(w[column]);
   }
-  return scale > 0.0 && std::isfinite(scale) ? scale : 1.0;
+  return scale > 0.0 && std::isfinite(scale) ? std::exp2(std::round(std::log2(scale))) : 1.0;
 }
 
 }  // namespace saltus::sundials

@@ -89,7 +89,7 @@ std::vector<double> absolute_tolerances(const IntervalProblem& problem, double r
 
 /// Magnitude of an entry of w, by which the absolute tolerance of its sensitivity is divided:
 /// |p| for parameters, |h| for the length, nominal_state for start states, 1 for all others
-/// and instead of zero.
+/// and instead of zero; rounded to a power of two, so that it seldom changes between calls.
 double direction_scale(const IntervalProblem& problem, const double* w, int column);
 
 }  // namespace saltus::sundials

@@ -55,22 +55,24 @@ TEST_P(ArkodeMethods, MeasuredOrderWithFixedSteps) {
 }
 
 TEST_P(ArkodeMethods, AgreesWithOrderEightUnderErrorControl) {
-  if (GetParam().order < 4) GTEST_SKIP() << "needs too many steps for 1e-10 (2026-11-21)";
+  // Low orders would need too many steps for tight tolerances.
+  const double tolerance = GetParam().order < 4 ? 1e-8 : 1e-11;
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
     const IntervalProblem problem = coupled_problem(shape);
     const auto integrator = arkode({.method = GetParam().method,
                                     .order = GetParam().order,
-                                    .tolerance = 1e-11,
-                                    .absolute_tolerance = 1e-12})
+                                    .tolerance = tolerance,
+                                    .absolute_tolerance = 0.1 * tolerance})
                                 ->make(problem);
     const auto reference = runge_kutta8({.steps = 60})->make(problem);
     for (const double h : {0.6, 0.0, -0.3}) {
       VectorXd w = coupled_point(shape);
       w[integrator->arguments().h()] = h;
       // Global error: a hundred times the local tolerance.
-      EXPECT_LE((end_of(*integrator, w) - end_of(*reference, w)).cwiseAbs().maxCoeff(), 1e-9);
+      EXPECT_LE((end_of(*integrator, w) - end_of(*reference, w)).cwiseAbs().maxCoeff(),
+                100.0 * tolerance);
       EXPECT_LE((jacobian_of(*integrator, w) - jacobian_of(*reference, w)).cwiseAbs().maxCoeff(),
-                1e-9);
+                100.0 * tolerance);
     }
   }
 }

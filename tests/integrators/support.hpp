@@ -56,6 +56,43 @@ inline VectorXd coupled_point(InputShape shape) {
   return w;
 }
 
+/// Affine in (x, u) for every p, with p in A, B and the constant part.
+struct AffineDynamics {
+  template <class S>
+  Vec<S, 3> operator()(const S&, const Vec<S, 3>& x, const Vec<S, 2>& u, const Vec<S, 2>& p) const {
+    return {x[1] + 0.3, -p[0] * p[0] * x[0] - 0.4 * x[1] + u[0] * sin(p[1]) + p[1],
+            0.5 * x[0] - p[1] * x[2] + 2.0 * u[1] - 0.7 * u[0]};
+  }
+};
+
+struct QuadraticCosts {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 3>& x, const Vec<S, 2>& u, const Vec<S, 2>& p) const {
+    return {(x[0] - p[0]) * (x[0] - p[0]) + p[1] * x[1] * u[0] + 0.1 * u[1] * u[1] * p[0],
+            x[2] * x[2] * p[0] * p[0] - 3.0 * x[0] + exp(p[1]) + u[0] * x[2]};
+  }
+};
+
+inline IntervalProblem affine_problem(InputShape shape, bool parameters, bool time) {
+  IntervalProblem problem;
+  problem.arguments = {3, 2, 2};
+  problem.dynamics = make_function<3, 2, 2>(AffineDynamics{});
+  problem.running_cost = make_function<3, 2, 2>(QuadraticCosts{});
+  problem.shape = shape;
+  if (parameters) problem.differentiate_parameter = {true, true};
+  problem.differentiate_time = time;
+  return problem;
+}
+
+inline VectorXd affine_point(InputShape shape, double h) {
+  VectorXd w(shape == InputShape::constant ? 9 : 11);
+  if (shape == InputShape::constant)
+    w << 0.4, -0.7, 0.2, 0.5, -0.8, 1.1, 0.9, 5.0, h;
+  else
+    w << 0.4, -0.7, 0.2, 0.5, -0.8, 0.1, 1.6, 1.1, 0.9, 5.0, h;
+  return w;
+}
+
 inline VectorXd end_of(Integrator& integrator, const VectorXd& w) {
   VectorXd end(integrator.outputs());
   EXPECT_EQ(integrator.value(w.data(), end.data()), IntegrationStatus::success);

@@ -1,0 +1,55 @@
+#include "integrators/simulate.hpp"
+
+#include <limits>
+#include <string>
+
+#include "framework/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+void expect_size(const char* what, Eigen::Index given, Eigen::Index expected) {
+  if (given != expected)
+    throw DefinitionError(std::string("a simulation needs ") + what + " of size " +
+                          std::to_string(expected) + ", but was given " + std::to_string(given) +
+                          ".");
+}
+
+}  // namespace
+
+Simulation simulate(Integrator& integrator, const VectorRef& x0, const VectorRef& times,
+                    const Eigen::Ref<const MatrixXd>& coefficients, const VectorRef& parameters) {
+  const IntervalArguments place = integrator.arguments();
+  const int nx = place.nx, nq = integrator.outputs() - nx;
+  if (times.size() < 1) throw DefinitionError("a simulation needs at least one time.");
+  const int intervals = static_cast<int>(times.size()) - 1;
+  expect_size("a start state", x0.size(), nx);
+  expect_size("parameters", parameters.size(), place.np);
+  expect_size("input coefficients per interval", coefficients.rows(), place.nc);
+  expect_size("one column of input coefficients per interval", coefficients.cols(), intervals);
+  for (int k = 0; k < intervals; ++k)
+    if (!(times[k] <= times[k + 1]))
+      throw DefinitionError("the times of a simulation must not decrease, but time " +
+                            std::to_string(k + 1) + " is " + std::to_string(times[k + 1]) +
+                            " after " + std::to_string(times[k]) + ".");
+
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  Simulation result;
+  result.times = times;
+  result.states = MatrixXd::Constant(nx, intervals + 1, unknown);
+  result.costs = MatrixXd::Constant(nq, intervals + 1, unknown);
+  result.states.col(0) = x0;
+  result.costs.col(0).setZero();
+  VectorXd w(place.size()), end(integrator.outputs());
+  for (int k = 0; k < intervals; ++k) {
+    w << result.states.col(k), coefficients.col(k), parameters, times[k], times[k + 1] - times[k];
+    result.status = integrator.value(w.data(), end.data());
+    if (result.status != IntegrationStatus::success) break;
+    result.states.col(k + 1) = end.head(nx);
+    result.costs.col(k + 1) = result.costs.col(k) + end.tail(nq);
+    ++result.intervals;
+  }
+  return result;
+}
+
+}  // namespace saltus

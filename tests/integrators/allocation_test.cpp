@@ -1,0 +1,89 @@
+// The fixed-step schemes do not allocate after construction, those of SUNDIALS not after the first
+// call of each kind.
+#include <memory>
+
+#include "integrators/arkode.hpp"
+#include "integrators/cvodes.hpp"
+#include "integrators/runge_kutta.hpp"
+#include "integrators/zero_order_hold.hpp"
+#include "tests/integrators/count_allocations.hpp"
+#include "tests/integrators/support.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace test;
+
+// All calls of the interface, with lengths that change (so that nothing is answered from a cache).
+class Caller {
+ public:
+  Caller(Integrator& integrator, const VectorXd& w)
+      : integrator_(integrator),
+        w_(w),
+        end_(integrator.outputs()),
+        weights_(VectorXd::Ones(integrator.outputs())),
+        derivative_(integrator.outputs(), w.size()),
+        hessian_(w.size(), w.size()) {}
+
+  void call() {
+    w_[integrator_.arguments().h()] += 0.005;
+    integrator_.value(w_.data(), end_.data());
+    integrator_.jacobian(w_.data(), end_.data(), derivative_);
+    if (!integrator_.has_hessian()) return;
+    integrator_.hessian(w_.data(), weights_.data(), hessian_, Curvature::exact);
+    integrator_.hessian(w_.data(), weights_.data(), hessian_, Curvature::gauss_newton);
+  }
+
+  long allocations_of_ten_calls() {
+    const AllocationCount count;
+    for (int i = 0; i < 10; ++i) call();
+    return count.so_far();
+  }
+
+ private:
+  Integrator& integrator_;
+  VectorXd w_, end_, weights_;
+  MatrixXd derivative_, hessian_;
+};
+
+TEST(Allocations, AreCounted) {
+  if (!AllocationCount::works()) GTEST_SKIP() << "the address sanitizer owns the heap (2026-11-21)";
+  const AllocationCount count;
+  const auto number = std::make_unique<double>(1.0);
+  const VectorXd vector = VectorXd::Constant(1000, *number);
+  EXPECT_GE(count.so_far(), 2) << vector[0];
+}
+
+TEST(Allocations, RungeKuttaTakesNone) {
+  for (const auto shape : {InputShape::constant, InputShape::linear}) {
+    for (const auto& scheme : {runge_kutta4(), runge_kutta4({.steps = 4}), runge_kutta8()}) {
+      const auto integrator = scheme->make(coupled_problem(shape));
+      EXPECT_EQ(Caller(*integrator, coupled_point(shape)).allocations_of_ten_calls(), 0)
+          << scheme->name();
+    }
+  }
+}
+
+TEST(Allocations, ZeroOrderHoldTakesNone) {
+  for (const auto shape : {InputShape::constant, InputShape::linear}) {
+    for (const bool parameters : {false, true}) {
+      const auto integrator =
+          zero_order_hold()->make(affine_problem(shape, parameters, /*time=*/true));
+      EXPECT_EQ(Caller(*integrator, affine_point(shape, 0.3)).allocations_of_ten_calls(), 0);
+    }
+  }
+}
+
+TEST(Allocations, SundialsTakesNoneAfterTheFirstCalls) {
+  const InputShape shape = InputShape::linear;
+  for (const auto& scheme : {cvodes(), cvodes({.method = CvodesMethod::Adams}), arkode(),
+                             arkode({.method = ArkodeMethod::DiagonallyImplicit, .order = 4})}) {
+    const auto integrator = scheme->make(coupled_problem(shape));
+    Caller caller(*integrator, coupled_point(shape));
+    caller.call();
+    EXPECT_EQ(caller.allocations_of_ten_calls(), 0) << scheme->name();
+  }
+}
+
+}  // namespace
+}  // namespace saltus
