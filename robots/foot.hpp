@@ -36,6 +36,12 @@ struct SoleFrameOf {
 };
 using SoleFrame = SoleFrameOf<double>;
 
+/// A foot that stands somewhere.
+struct PlacedFoot {
+  SoleFrame sole;
+  FootRectangle rectangle;
+};
+
 /// A foot flat on level ground: position of its contact frame (m) and yaw about the vertical (rad,
 /// counter-clockwise from above).
 inline SoleFrame flat_sole(const Vec<double, 3>& position, double yaw = 0.0) {

@@ -76,6 +76,16 @@ SupportPolygon SupportPolygon::hull(
   return SupportPolygon(std::move(corners));
 }
 
+SupportPolygon SupportPolygon::under(std::initializer_list<PlacedFoot> feet) {
+  Eigen::Matrix<double, Eigen::Dynamic, 2> corners(4 * static_cast<int>(feet.size()), 2);
+  int row = 0;
+  for (const PlacedFoot& foot : feet) {
+    corners.middleRows<4>(row) = foot_corners(foot.sole, foot.rectangle);
+    row += 4;
+  }
+  return hull(corners);
+}
+
 SupportPolygon::SupportPolygon(std::vector<Point2> vertices) : vertices_(std::move(vertices)) {
   half_planes_.A.resize(size(), 2);
   half_planes_.b.resize(size());

@@ -4,9 +4,11 @@
 // that b - a.x is a distance in m.
 #pragma once
 
+#include <initializer_list>
 #include <vector>
 
 #include "framework/core/types.hpp"
+#include "robots/foot.hpp"
 
 namespace saltus {
 
@@ -29,6 +31,9 @@ class SupportPolygon {
   static SupportPolygon hull(
       const Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 2>>& points,
       double tolerance = 1e-9);
+
+  /// Hull of the corners of feet on the ground: `under({{left, rectangle}, {right, rectangle}})`.
+  static SupportPolygon under(std::initializer_list<PlacedFoot> feet);
 
   /// Corners, counter-clockwise, starting at the one with the least x (then least y).
   const std::vector<Point2>& vertices() const { return vertices_; }

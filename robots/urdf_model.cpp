@@ -40,6 +40,7 @@ class CollectedLog : public console_bridge::OutputHandler {
     std::string text;
     for (std::string error : errors_) {
       std::replace(error.begin(), error.end(), '\n', ' ');
+      error = error.substr(0, error.find(".  "));  // the first sentence says it
       while (!error.empty() && (error.back() == '.' || error.back() == ' ')) error.pop_back();
       if (text.find(error) == std::string::npos) text += (text.empty() ? "" : "; ") + error;
     }

@@ -14,12 +14,6 @@ namespace {
 
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 2>;
 
-Points two_feet(const SoleFrame& left, const SoleFrame& right, const FootRectangle& foot) {
-  Points corners(8, 2);
-  corners << foot_corners(left, foot), foot_corners(right, foot.mirrored());
-  return corners;
-}
-
 TEST(Foot, CornersFollowPositionAndYaw) {
   const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
   Mat<double, 4, 2> expected;
@@ -45,10 +39,10 @@ TEST(SupportPolygon, OfOneFootIsTheFoot) {
 }
 
 TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
+  const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.03)};
   // The instance of the published step-recovery cases: hull x [-0.05, 0.1], y [-0.15, 0.1].
   const SupportPolygon polygon =
-      SupportPolygon::hull(two_feet(flat_sole({0, 0.07, 0}), flat_sole({0, -0.12, 0}),
-                                    {between(-0.05, 0.1), between(-0.03, 0.03)}));
+      SupportPolygon::under({{flat_sole({0, 0.07, 0}), foot}, {flat_sole({0, -0.12, 0}), foot}});
   ASSERT_EQ(polygon.size(), 4);  // the four inner corners lie on its sides
   EXPECT_EQ(polygon.vertices()[0], Point2(-0.05, -0.15));
   EXPECT_NEAR(polygon.area(), 0.15 * 0.25, 1e-15);
@@ -63,9 +57,9 @@ TEST(SupportPolygon, OfTwoAlignedFeetIsTheirBox) {
 }
 
 TEST(SupportPolygon, OfTurnedFeetHasUnitNormalsAndPadsToEightRows) {
-  const SupportPolygon polygon =
-      SupportPolygon::hull(two_feet(flat_sole({0, 0.07, 0}, 0.3), flat_sole({0.05, -0.15, 0}, -0.5),
-                                    {between(-0.05, 0.1), between(-0.03, 0.04)}));
+  const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
+  const SupportPolygon polygon = SupportPolygon::under(
+      {{flat_sole({0, 0.07, 0}, 0.3), foot}, {flat_sole({0.05, -0.15, 0}, -0.5), foot.mirrored()}});
   EXPECT_LE(polygon.size(), 8);
   const HalfPlanes rows = polygon.half_planes(8);
   ASSERT_EQ(rows.rows(), 8);
