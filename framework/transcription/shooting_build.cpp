@@ -94,6 +94,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   interval.dynamics = phase.dynamics;
   if (integrated && !running.empty()) interval.running_cost = stack(running);
   interval.shape = phase.input_shape();
+  interval.nominal_state = phase.nominal_state;
   interval.differentiate_parameter.assign(phase.sizes.np, false);
   for (int i = 0; i < phase.sizes.np; ++i)
     interval.differentiate_parameter[i] = layout_.parameter(j, i) >= 0;
@@ -148,8 +149,9 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
       if (layout_.parameter(j, i) >= 0) block.shares[a.p(i)] = {{layout_.parameter(j, i), 1.0}};
     block.shares[a.t0()] = time_shares(place);
     block.shares[a.h()] = offset_shares(j, grid_.interval(j, k).length1);
-    // Defect: x_(k+1) - x(t_k + h), divided by the nominal state.
+    // Defect: x_(k+1) - x(t_k + h) = 0, divided by the nominal state.
     for (int i = 0; i < sizes.nx; ++i) {
+      bound_row(site.first_row + i, 0.0, 0.0);
       block.outputs.push_back({site.first_row + i, -1.0 / phase.nominal_state[i]});
       add_linear(site.first_row + i, layout_.state(j, k + 1) + i, 1.0);
     }
@@ -269,8 +271,10 @@ void ShootingProgram::build_jump(int j) {
   const int first_row =
       new_rows(to.sizes.nx, fmt::format("jump '{}' from phase '{}' to phase '{}', state",
                                         jump.name, from.name, to.name));
-  for (int i = 0; i < to.sizes.nx; ++i)
+  for (int i = 0; i < to.sizes.nx; ++i) {
+    bound_row(first_row + i, 0.0, 0.0);
     add_linear(first_row + i, layout_.state(j, 0) + i, 1.0);
+  }
   if (!jump.map) {
     for (int i = 0; i < to.sizes.nx; ++i)
       add_linear(first_row + i, layout_.state(j - 1, end) + i,

@@ -1,0 +1,38 @@
+// Does the push recovery problem reproduce optima that were computed independently?
+#include <gtest/gtest.h>
+
+#include "framework/solver/ipopt.hpp"
+#include "tests/problems/push_recovery_cases.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+class NumericInstance : public testing::TestWithParam<const char*> {};
+
+TEST_P(NumericInstance, CostStatesAndWrenchesAreThePublishedOnes) {
+  const QpCase c = read_case(GetParam());
+  MultipleShooting shooting = transcribe(c);
+  const auto solver = make_solver(Ipopt{.tolerance = 1e-10});
+  const Solution solution = solve(shooting, *solver);
+  ASSERT_EQ(solution.status, SolveStatus::optimal) << solution.message;
+  EXPECT_NEAR(solution.cost, c.optimum, 1e-6 * c.optimum);
+  EXPECT_LT(solution.kkt.scaled(), 1e-7);
+  int k = 0;
+  for (const TrajectoryPiece& piece : solution.trajectory.pieces()) {
+    EXPECT_LT((piece.state - c.gamma.row(k).transpose()).cwiseAbs().maxCoeff(), 1e-5) << k;
+    EXPECT_LT((piece.coefficients - c.f.row(k).transpose()).cwiseAbs().maxCoeff(), 0.05) << k;
+    ++k;
+  }
+  EXPECT_EQ(k, c.model.intervals);
+  EXPECT_LT((solution.trajectory.final_state() - c.gamma.row(k).transpose()).cwiseAbs().maxCoeff(),
+            1e-5);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cases, NumericInstance, testing::Values("ICUB-1", "ICUB-3"),
+                         [](const auto& instance) {
+                           return std::string(instance.param) == "ICUB-1" ? "ImpactInside"
+                                                                      : "ImpactBeyond";
+                         });
+
+}  // namespace
+}  // namespace saltus::push_recovery
