@@ -1,6 +1,7 @@
 # Every third-party package the project uses, found once and given one target name each.
 #
 #   Eigen3::Eigen  fmt::fmt  yaml-cpp  nlohmann_json::nlohmann_json  urdfdom::urdfdom_model
+#   console_bridge::console_bridge
 #   SUNDIALS::cvodes_shared ...  PkgConfig::IPOPT  saltus::suitesparse
 #   GTest::gtest_main (tests)  benchmark::benchmark (benchmarks)
 #
@@ -21,8 +22,9 @@ endif()
 # Headers lie in coin/ (3.11) or coin-or/ (3.14), and the flags say so: #include <IpTNLP.hpp>.
 pkg_check_modules(IPOPT REQUIRED IMPORTED_TARGET ipopt)
 
-# Its config file brings urdfdom_headers and console_bridge along.
+# Up to version 3 its config file brings console_bridge along, through which it logs; 4 does not.
 find_package(urdfdom REQUIRED)
+find_package(console_bridge REQUIRED)
 
 # SuiteSparse describes itself to CMake from version 7 on only; the libraries are the same few.
 # KLU and CHOLMOD's simplicial part suit a BSD library; UMFPACK and SPQR (GPL) are left out.
