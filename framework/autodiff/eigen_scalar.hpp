@@ -19,9 +19,9 @@ struct NumTraits<S> : NumTraits<double> {
     IsInteger = 0,
     IsSigned = 1,
     RequireInitialization = !std::is_trivially_default_constructible_v<S>,
-    ReadCost = 4,
-    AddCost = 8,
-    MulCost = 16
+    ReadCost = 1,
+    AddCost = 1,
+    MulCost = 1
   };
 };
 

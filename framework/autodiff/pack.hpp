@@ -88,28 +88,28 @@ class Chunk {
     for (int k = 0; k < packs; ++k) packs_[k] -= b.packs_[k];
     return *this;
   }
-  friend Chunk operator+(const Chunk& a, const Chunk& b) {
+  [[gnu::always_inline]] friend Chunk operator+(const Chunk& a, const Chunk& b) {
     Chunk c;
     for (int k = 0; k < packs; ++k) c.packs_[k] = a.packs_[k] + b.packs_[k];
     return c;
   }
-  friend Chunk operator-(const Chunk& a, const Chunk& b) {
+  [[gnu::always_inline]] friend Chunk operator-(const Chunk& a, const Chunk& b) {
     Chunk c;
     for (int k = 0; k < packs; ++k) c.packs_[k] = a.packs_[k] - b.packs_[k];
     return c;
   }
-  friend Chunk operator-(const Chunk& a) {
+  [[gnu::always_inline]] friend Chunk operator-(const Chunk& a) {
     Chunk c;
     for (int k = 0; k < packs; ++k) c.packs_[k] = -a.packs_[k];
     return c;
   }
-  friend Chunk operator*(double s, const Chunk& a) {
+  [[gnu::always_inline]] friend Chunk operator*(double s, const Chunk& a) {
     Chunk c;
     for (int k = 0; k < packs; ++k) c.packs_[k] = s * a.packs_[k];
     return c;
   }
   /// s a + r b in one sweep: the product and chain rules of two arguments.
-  friend Chunk combine(double s, const Chunk& a, double r, const Chunk& b) {
+  [[gnu::always_inline]] friend Chunk combine(double s, const Chunk& a, double r, const Chunk& b) {
     Chunk c;
     for (int k = 0; k < packs; ++k) c.packs_[k] = s * a.packs_[k] + r * b.packs_[k];
     return c;

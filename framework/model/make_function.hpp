@@ -37,6 +37,15 @@ struct FormulaArguments {
     if (i <= nx + nu) return u.data()[i - 1 - nx];
     return p.data()[i - 1 - nx - nu];
   }
+  /// From the numbers z; derivatives zero.
+  static FormulaArguments constant(const double* z) {
+    FormulaArguments a;
+    a.t = z[0];
+    for (int i = 0; i < nx; ++i) a.x.data()[i] = z[1 + i];
+    for (int i = 0; i < nu; ++i) a.u.data()[i] = z[1 + nx + i];
+    for (int i = 0; i < np; ++i) a.p.data()[i] = z[1 + nx + nu + i];
+    return a;
+  }
 };
 
 template <class F, class S, int nx>
@@ -130,10 +139,12 @@ template <int nx, int nu, int np, class F>
 class FormulaBody final : public FunctionBody {
   static constexpr int inputs_count = Arguments{nx, nu, np}.size();
   static constexpr int outputs_count = outputs_of<nx, nu, np, F>;
-  static constexpr int lanes =
-      std::min((inputs_count + native_lanes - 1) / native_lanes * native_lanes, 24);
-  using First = Dual<double, lanes>;
-  using Second = Dual<First, 1>;
+  // Short passes: after the inputs that may share a direction do, few are left, and a dual of one
+  // pack stays in registers (design/decisions.md, "Width of dual numbers").
+  static constexpr int jacobian_lanes = native_lanes;
+  static constexpr int hessian_lanes = std::min(native_lanes, 4);
+  using First = Dual<double, jacobian_lanes>;
+  using Second = Dual<Dual<double, hessian_lanes>, 1>;
   template <class S>
   using Argument = FormulaArguments<S, nx, nu, np>;
 
@@ -147,16 +158,15 @@ class FormulaBody final : public FunctionBody {
     const FormulaStructure structure = structure_of(inputs_count, y);
     jacobian_pattern_ = structure.jacobian;
     hessian_pattern_ = structure.hessian;
-    jacobian_passes_ = jacobian_passes(jacobian_pattern_, lanes);
-    hessian_passes_ = hessian_passes(hessian_pattern_, lanes);
+    jacobian_passes_ = jacobian_passes(jacobian_pattern_, jacobian_lanes);
+    hessian_passes_ = hessian_passes(hessian_pattern_, hessian_lanes);
   }
 
   void value(const double* z, double* y) const override {
     // A Dual without directions and not a double: the formula's abs, min and select are then found
     // by their argument, and never the integer abs of the C library.
     using S = Dual<double, 0>;
-    Argument<S> argument;
-    for (int i = 0; i < inputs_count; ++i) argument[i] = z[i];
+    Argument<S> argument = Argument<S>::constant(z);
     S result[outputs_count];
     evaluate(formula_, argument, result);
     for (int r = 0; r < outputs_count; ++r) y[r] = result[r].value;
@@ -164,8 +174,7 @@ class FormulaBody final : public FunctionBody {
 
   void jacobian(const double* z, double* y, double* entries) const override {
     if (jacobian_passes_.empty()) return value(z, y);  // constant
-    Argument<First> argument;
-    for (int i = 0; i < inputs_count; ++i) argument[i] = z[i];
+    Argument<First> argument = Argument<First>::constant(z);
     First result[outputs_count];
     for (const JacobianPass& pass : jacobian_passes_) {
       for (const Seed& seed : pass.seeds) argument[seed.input].tangent.set(seed.lane, 1.0);
@@ -178,8 +187,7 @@ class FormulaBody final : public FunctionBody {
 
   void hessian(const double* z, const double* weights, double* entries, Curvature) const override {
     if (hessian_passes_.empty()) return;  // affine
-    Argument<Second> argument;
-    for (int i = 0; i < inputs_count; ++i) argument[i] = z[i];
+    Argument<Second> argument = Argument<Second>::constant(z);
     Second result[outputs_count];
     for (const HessianPass& pass : hessian_passes_) {
       for (int j : pass.outer) argument[j].tangent.factors[0].value = 1.0;
