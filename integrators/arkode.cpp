@@ -12,7 +12,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cstdio>
 
 #include "framework/core/error.hpp"
@@ -31,28 +30,34 @@ namespace calls {
 #if SUNDIALS_VERSION_MAJOR > 7 || (SUNDIALS_VERSION_MAJOR == 7 && SUNDIALS_VERSION_MINOR >= 1)
 constexpr auto evolve = ARKodeEvolve;
 constexpr auto free = ARKodeFree;
+constexpr auto set_factorisation_interval = ARKodeSetLSetupFrequency;
 constexpr auto set_fixed_step = ARKodeSetFixedStep;
 constexpr auto set_jacobian = ARKodeSetJacFn;
+constexpr auto set_jacobian_interval = ARKodeSetJacEvalFrequency;
 constexpr auto set_linear_solver = ARKodeSetLinearSolver;
+constexpr auto set_max_newton_failures = ARKodeSetMaxConvFails;
+constexpr auto set_max_rejections = ARKodeSetMaxErrTestFails;
 constexpr auto set_max_steps = ARKodeSetMaxNumSteps;
 constexpr auto set_max_tiny_step_warnings = ARKodeSetMaxHnilWarns;
 constexpr auto set_newton_iterations = ARKodeSetMaxNonlinIters;
 constexpr auto set_newton_safety = ARKodeSetNonlinConvCoef;
-constexpr auto set_order = ARKodeSetOrder;
 constexpr auto set_stop_time = ARKodeSetStopTime;
 constexpr auto set_tolerances = ARKodeSVtolerances;
 constexpr auto set_user_data = ARKodeSetUserData;
 #else
 constexpr auto evolve = ARKStepEvolve;
 constexpr auto free = ARKStepFree;
+constexpr auto set_factorisation_interval = ARKStepSetLSetupFrequency;
 constexpr auto set_fixed_step = ARKStepSetFixedStep;
 constexpr auto set_jacobian = ARKStepSetJacFn;
+constexpr auto set_jacobian_interval = ARKStepSetJacEvalFrequency;
 constexpr auto set_linear_solver = ARKStepSetLinearSolver;
+constexpr auto set_max_newton_failures = ARKStepSetMaxConvFails;
+constexpr auto set_max_rejections = ARKStepSetMaxErrTestFails;
 constexpr auto set_max_steps = ARKStepSetMaxNumSteps;
 constexpr auto set_max_tiny_step_warnings = ARKStepSetMaxHnilWarns;
 constexpr auto set_newton_iterations = ARKStepSetMaxNonlinIters;
 constexpr auto set_newton_safety = ARKStepSetNonlinConvCoef;
-constexpr auto set_order = ARKStepSetOrder;
 constexpr auto set_stop_time = ARKStepSetStopTime;
 constexpr auto set_tolerances = ARKStepSVtolerances;
 constexpr auto set_user_data = ARKStepSetUserData;
@@ -63,6 +68,45 @@ constexpr auto set_user_data = ARKStepSetUserData;
 constexpr double newton_fraction = 1e-2;
 // The sensitivities converge linearly, and fixed steps cannot be shortened to help them.
 constexpr int newton_iterations = 30;
+// Robertson's kinetics over long times needs more than the 7 and 10 attempts per step that are the
+// library's limits, and a fresh Jacobian per step.
+constexpr int attempts = 30;
+
+// Named, because the default of an order differs between versions of the library.
+ARKODE_ERKTableID explicit_table(int order) {
+  switch (order) {
+    case 2:
+      return ARKODE_HEUN_EULER_2_1_2;
+    case 3:
+      return ARKODE_BOGACKI_SHAMPINE_4_2_3;
+    case 4:
+      return ARKODE_ZONNEVELD_5_3_4;
+    case 5:
+      return ARKODE_DORMAND_PRINCE_7_4_5;
+    case 6:
+      return ARKODE_VERNER_8_5_6;
+    case 8:
+      return ARKODE_FEHLBERG_13_7_8;
+    default:
+      return ARKODE_ERK_NONE;
+  }
+}
+
+// Stiffly accurate, with embedded methods that are L-stable too from order 3 on.
+ARKODE_DIRKTableID implicit_table(int order) {
+  switch (order) {
+    case 2:
+      return ARKODE_SDIRK_2_1_2;
+    case 3:
+      return ARKODE_ESDIRK325L2SA_5_2_3;
+    case 4:
+      return ARKODE_ESDIRK437L2SA_7_3_4;
+    case 5:
+      return ARKODE_ESDIRK547L2SA2_7_4_5;
+    default:
+      return ARKODE_DIRK_NONE;
+  }
+}
 
 IntegrationStatus status_of(int code) {
   if (code >= 0) return IntegrationStatus::success;  // ARK_TSTOP_RETURN is the normal end
@@ -159,7 +203,11 @@ class Stepper {
             "ARKStepSetErrHandlerFn");
 #endif
     require(calls::set_user_data(memory_.get(), this), "ARKodeSetUserData");
-    require(calls::set_order(memory_.get(), options.order), "ARKodeSetOrder");
+    require(ARKStepSetTableNum(memory_.get(),
+                               implicit ? implicit_table(options.order) : ARKODE_DIRK_NONE,
+                               implicit ? ARKODE_ERK_NONE : explicit_table(options.order)),
+            "ARKStepSetTableNum");
+    require(calls::set_max_rejections(memory_.get(), attempts), "ARKodeSetMaxErrTestFails");
     require(calls::set_max_steps(memory_.get(), options.max_steps), "ARKodeSetMaxNumSteps");
     require(calls::set_max_tiny_step_warnings(memory_.get(), -1), "ARKodeSetMaxHnilWarns");
     if (options.fixed_steps > 0)
@@ -172,6 +220,9 @@ class Stepper {
     require(calls::set_linear_solver(memory_.get(), linear_->handle(), matrix_.get()),
             "ARKodeSetLinearSolver");
     require(calls::set_jacobian(memory_.get(), state_jacobian), "ARKodeSetJacFn");
+    require(calls::set_max_newton_failures(memory_.get(), attempts), "ARKodeSetMaxConvFails");
+    require(calls::set_factorisation_interval(memory_.get(), 1), "ARKodeSetLSetupFrequency");
+    require(calls::set_jacobian_interval(memory_.get(), 1), "ARKodeSetJacEvalFrequency");
     require(calls::set_newton_iterations(memory_.get(), newton_iterations),
             "ARKodeSetMaxNonlinIters");
     require(calls::set_newton_safety(memory_.get(), newton_fraction), "ARKodeSetNonlinConvCoef");
@@ -300,10 +351,8 @@ class ArkodeScheme final : public IntegratorScheme {
   explicit ArkodeScheme(const ArkodeOptions& options) : options_(options) {
     const bool implicit = options.method == ArkodeMethod::DiagonallyImplicit;
     const auto fail = [](const std::string& why) { throw DefinitionError("ARKODE " + why + "."); };
-    constexpr std::array explicit_orders{2, 3, 4, 5, 6, 8};
-    constexpr std::array implicit_orders{2, 3, 4, 5};
-    const bool known = implicit ? std::ranges::count(implicit_orders, options.order) > 0
-                                : std::ranges::count(explicit_orders, options.order) > 0;
+    const bool known = implicit ? implicit_table(options.order) != ARKODE_DIRK_NONE
+                                : explicit_table(options.order) != ARKODE_ERK_NONE;
     if (!known)
       fail(std::string("has ") +
            (implicit ? "diagonally implicit methods of order 2, 3, 4 and 5"

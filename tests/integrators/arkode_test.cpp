@@ -103,6 +103,20 @@ TEST(Arkode, StiffVanDerPol) {  // D01
   EXPECT_LE(relative_error(end[1], -8.92809701024858e-4), 1e-9);
 }
 
+TEST(Arkode, Robertson) {  // D02
+  for (const int order : {3, 4, 5}) {
+    const auto integrator = arkode({.method = ArkodeMethod::DiagonallyImplicit,
+                                    .order = order,
+                                    .tolerance = order == 3 ? 1e-9 : 1e-11,
+                                    .absolute_tolerance = order == 3 ? 1e-11 : 1e-13})
+                                ->make(robertson());
+    const VectorXd end = end_of(*integrator, robertson_point(4e4));
+    const Eigen::Vector3d expected{3.89833770855e-2, 1.62176831591e-7, 0.961016460738};
+    for (int i = 0; i < 3; ++i)
+      EXPECT_LE(relative_error(end[i], expected[i]), order == 3 ? 1e-7 : 1e-9) << order;
+  }
+}
+
 TEST(Arkode, RobertsonSensitivities) {  // D02
   Mat<double, 3, 3> expected;
   expected << -0.355952565984, 9.54238142759e-8, -1.58317663551e-11,  //
