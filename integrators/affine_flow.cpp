@@ -11,8 +11,8 @@ constexpr double series_norm = 0.5;        // bound of |tau M| at which the seri
 constexpr double negligible_term = 1e-20;  // relative: small entries keep their digits too
 constexpr int longest_series = 40;         // 0.5^40 / 40! is far below negligible_term
 constexpr double until_zero = 0.0;         // series that end by themselves
-// exp(M) of this norm overflows: more doublings cannot help.
-constexpr double largest_norm = 1e6;
+// 50 doublings; a larger exponent would have no correct digit.
+constexpr double largest_norm = 1e15;
 
 // c += scale a b; rows of zeros in `a` cost nothing, and most entries are zero.
 void add_product(double scale, const RowMajorMatrix& a, const RowMajorMatrix& b,

@@ -37,8 +37,8 @@ class AffineFlow {
   MatrixJet generator;
   std::vector<MatrixJet> forms;
 
-  /// Results with derivatives up to `order` (0, 1 or 2). False when an input is not finite or too
-  /// large for the exponential to be representable.
+  /// Results with derivatives up to `order` (0, 1 or 2). False when an input is not finite or so
+  /// large that no digit would be right; a result that overflows is left to the caller to see.
   bool compute(int order);
   MatrixJet flow;
   std::vector<MatrixJet> integrals;

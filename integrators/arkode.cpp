@@ -92,7 +92,7 @@ ARKODE_ERKTableID explicit_table(int order) {
   }
 }
 
-// Stiffly accurate, with embedded methods that are L-stable too from order 3 on.
+// L-stable and stiffly accurate; from order 3 on with stage order 2.
 ARKODE_DIRKTableID implicit_table(int order) {
   switch (order) {
     case 2:

@@ -94,6 +94,12 @@ IntervalField::IntervalField(const IntervalProblem& problem)
     note_curvature(running_cost_, true);
     hessian_entries = std::max(hessian_entries, running_cost_.hessian_pattern().entries());
   }
+  direct_entries_.resize(directions());
+  for (const Entry& e : jacobian_entries_) {
+    if (is_state(e.col)) state_entries_.push_back(e);
+    for (const Share& share : shares_[e.col])
+      direct_entries_[share.direction].push_back({e.row, e.entry, share});
+  }
   std::sort(curvature_rows_.begin(), curvature_rows_.end());
   curvature_rows_.erase(std::unique(curvature_rows_.begin(), curvature_rows_.end()),
                         curvature_rows_.end());
@@ -161,15 +167,10 @@ void IntervalField::rate_sensitivity(double s, const double* phi, const double* 
 void IntervalField::rate_sensitivity(double s, const double* phi, const double* entries,
                                      int direction, const double* sensitivity, double* rate) const {
   std::fill_n(rate, outputs(), 0.0);
-  for (const Entry& e : jacobian_entries_) {
-    const double slope = h_ * entries[e.entry];
-    if (is_state(e.col)) {
-      rate[e.row] += slope * sensitivity[e.col - 1];
-    } else {
-      for (const Share& share : shares_[e.col])
-        if (share.direction == direction) rate[e.row] += slope * share.at(s);
-    }
-  }
+  for (const Entry& e : state_entries_) rate[e.row] += entries[e.entry] * sensitivity[e.col - 1];
+  for (const DirectEntry& e : direct_entries_[direction])
+    rate[e.row] += entries[e.entry] * e.share.at(s);
+  for (int r = 0; r < outputs(); ++r) rate[r] *= h_;
   if (direction == h_direction_) add_multiple(outputs(), 1.0, phi, rate);
 }
 

@@ -88,6 +88,12 @@ class IntervalField {
     int col;  // of z
     int entry;
   };
+  // What one direction adds to the rates through t, u or p.
+  struct DirectEntry {
+    int row;
+    int entry;
+    Share share;
+  };
   struct CurvatureEntry {
     int row;
     int col;
@@ -108,6 +114,8 @@ class IntervalField {
   std::vector<int> column_;
   std::vector<std::vector<Share>> shares_;  // per row of z; empty for states and data
   std::vector<Entry> jacobian_entries_;
+  std::vector<Entry> state_entries_;                      // those of state columns
+  std::vector<std::vector<DirectEntry>> direct_entries_;  // the others, per direction
   std::vector<CurvatureEntry> curvature_entries_;
   std::vector<int> curvature_rows_;  // rows of z that occur in curvature_entries_
 

@@ -31,6 +31,8 @@ struct RungeKuttaOptions {
 
 /// Derivatives of first and second order are those of the discrete map, exact up to rounding,
 /// including those with respect to start time and length; running costs use the same stages.
+/// Curvature::gauss_newton is the sum of the costs' own matrices along the stage sensitivities,
+/// without the terms in which the length multiplies a gradient: positive semidefinite if they are.
 /// Nothing allocates after construction. Throws DefinitionError if steps < 1.
 IntegratorChoice runge_kutta4(RungeKuttaOptions options = {});
 /// For smooth offline problems at tight tolerance; not for formulas with kinks.

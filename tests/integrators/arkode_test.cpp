@@ -55,8 +55,8 @@ TEST_P(ArkodeMethods, MeasuredOrderWithFixedSteps) {
 }
 
 TEST_P(ArkodeMethods, AgreesWithOrderEightUnderErrorControl) {
-  // Low orders would need too many steps for tight tolerances.
-  const double tolerance = GetParam().order < 4 ? 1e-8 : 1e-11;
+  // Low orders would need very many steps for tight tolerances.
+  const double tolerance = GetParam().order < 3 ? 1e-6 : GetParam().order < 4 ? 1e-8 : 1e-11;
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
     const IntervalProblem problem = coupled_problem(shape);
     const auto integrator = arkode({.method = GetParam().method,

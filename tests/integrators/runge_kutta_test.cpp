@@ -112,6 +112,18 @@ TEST(RungeKutta, GaussNewtonDropsTheCurvatureOfTheDynamics) {
   EXPECT_EQ(none.cwiseAbs().maxCoeff(), 0.0);
 }
 
+// With affine dynamics there is no curvature to drop.
+TEST_P(RungeKuttaBothShapes, GaussNewtonIsExactForAffineDynamics) {
+  const auto integrator =
+      runge_kutta4({.steps = 2})->make(affine_problem(GetParam(), false, false));
+  const VectorXd w = affine_point(GetParam(), 0.4);
+  const VectorXd weights = (VectorXd(5) << 0.7, -1.3, 0.4, 0.9, -0.6).finished();
+  const MatrixXd exact = hessian_of(*integrator, w, weights);
+  const MatrixXd approximate = hessian_of(*integrator, w, weights, Curvature::gauss_newton);
+  EXPECT_GT(exact.norm(), 0.1);
+  EXPECT_LE((exact - approximate).norm(), 1e-15);
+}
+
 TEST(RungeKutta, LengthZeroIsTheIdentity) {
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
     const auto integrator = runge_kutta4()->make(coupled_problem(shape));

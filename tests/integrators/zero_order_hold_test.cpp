@@ -77,6 +77,21 @@ TEST(ZeroOrderHold, NilpotentDynamicsAreExact) {
   }
 }
 
+// A Gram matrix by exp(-A') would overflow here.
+TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 0};
+  problem.dynamics =
+      make_function<1, 0, 0>([](const auto&, const auto& x) { return -1000.0 * x[0]; });
+  problem.running_cost =
+      make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0]; });
+  const auto integrator = zero_order_hold()->make(problem);
+  const VectorXd w = (VectorXd(3) << 3.0, 0.0, 1.0).finished();
+  const VectorXd end = end_of(*integrator, w);
+  EXPECT_LE(end[0], 1e-300);
+  EXPECT_LE(relative_error(end[1], 9.0 / 2000.0), 1e-13);
+}
+
 // Cases D12 and A04: a switched linear system, J = int x'x, one switching time.
 struct SwitchedFirst {
   template <class S>
