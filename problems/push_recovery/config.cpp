@@ -1,0 +1,117 @@
+#include "problems/push_recovery/config.hpp"
+
+#include <fmt/format.h>
+
+namespace saltus::push_recovery {
+namespace {
+
+void declare_weights(Settings& s, Weights& w) {
+  s.vector("weights.gamma", w.gamma, "", "on CoM, CoM velocity and angular momentum, all along",
+           at_least(0.0));
+  s.vector("weights.gamma_impact", w.gamma_impact, "", "the same, added after the impact and at "
+           "the end of the horizon", at_least(0.0));
+  s.vector("weights.wrench", w.wrench, "", "on force (N) and torque (Nm) of each foot",
+           at_least(0.0));
+  s.vector("weights.capture_point", w.capture_point, "", "on the capture point after the impact",
+           at_least(0.0));
+  s.number("weights.wrench_change", w.wrench_change, "", "on first differences of the wrenches",
+           at_least(0.0));
+  s.number("weights.capture_point_softness", w.capture_point_softness, "1/(m s)",
+           "price of a capture point outside the hull; 0 forbids it", at_least(0.0));
+}
+
+}  // namespace
+
+void declare_settings(Settings& s, Config& c) {
+  s.choice<PlantChoice>("plant", c.plant, {{"centroidal", PlantChoice::centroidal}},
+                        "what is pushed");
+  s.text("robot.urdf", c.urdf, "URDF of the robot; empty: the figures that come with the program");
+  s.alias("urdf", "robot.urdf");
+  s.choice<ControllerChoice>(
+      "controller", c.controller,
+      {{"mpc", ControllerChoice::mpc}, {"capture_point", ControllerChoice::capture_point}},
+      "receding horizon, or the capture-point controller without prediction");
+  s.choice<SolverChoice>("solver", c.solver, {{"ipopt", SolverChoice::ipopt}},
+                         "solver of the optimal control problem");
+  s.flag("stepping", c.stepping, "may the robot step?");
+  s.choice<Target>("target", c.target,
+                   {{"sole_midpoint", Target::sole_midpoint}, {"centroid", Target::centroid}},
+                   "where the CoM shall come to rest after the step");
+
+  s.number("push.impulse", c.push.impulse, "N s", "size of the push", at_least(0.0));
+  s.vector("push.direction", c.push.direction, "", "direction of the push, world axes");
+  s.number("push.duration", c.push.duration, "s", "how long it lasts", above(0.0));
+  s.number("push.start", c.push.start, "s", "when it begins", at_least(0.0));
+  s.rule({"push.direction"}, [&c] {
+    return c.push.direction.norm() > 0.0 ? "" : "push.direction must not be zero";
+  });
+
+  s.number("step.duration", c.step.duration, "s", "from the trigger to the landing", above(0.0));
+  s.choice<StepTrigger>("step.trigger", c.step.trigger,
+                        {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
+                        "what starts the step: the push, or the capture point leaving the sole");
+  s.number("step.decision_delay", c.step.decision_delay, "s",
+           "the place of the foot is fixed this long after the trigger", at_least(0.0));
+  s.choice<Placement>("step.placement", c.step.placement,
+                      {{"predicted", Placement::predicted}, {"fixed", Placement::fixed}},
+                      "at the predicted capture point, or at step.fixed_place");
+  s.vector("step.fixed_place", c.step.fixed_place, "m", "right sole relative to the left one");
+  s.number("step.lateral_min", c.step.lateral_min, "m", "least lateral distance of the soles",
+           above(0.0));
+  s.number("step.lateral_max", c.step.lateral_max, "m", "largest lateral distance", above(0.0));
+  s.number("step.forward_max", c.step.forward_max, "m", "reach to the front and back",
+           at_least(0.0));
+  s.rule({"step.lateral_min", "step.lateral_max"}, [&c] {
+    return c.step.lateral_min <= c.step.lateral_max
+               ? ""
+               : fmt::format("step.lateral_min ({}) exceeds step.lateral_max ({})",
+                             c.step.lateral_min, c.step.lateral_max);
+  });
+
+  s.number("mpc.step", c.mpc_step, "s", "grid and period of the controller", above(0.0));
+  s.integer("mpc.intervals", c.mpc_intervals, "", "length of the horizon in steps",
+            between(1.0, 1000.0));
+  s.choice<CostRule>("mpc.costs", c.mpc_costs,
+                     {{"nodes", CostRule::nodes}, {"integrated", CostRule::integrated}},
+                     "running costs summed at the nodes or integrated");
+  s.number("solver_tolerance", c.solver_tolerance, "", "scaled KKT error", strictly_between(0, 1));
+
+  s.number("contact.friction", c.friction, "", "coefficient of friction", above(0.0));
+  s.integer("contact.edges", c.friction_edges, "", "edges of the friction pyramid: 3, 4, 6, 8, 12",
+            between(3.0, 12.0));
+  s.rule({"contact.edges"}, [&c] {
+    const int n = c.friction_edges;
+    const bool known = n == 3 || n == 4 || n == 6 || n == 8 || n == 12;
+    return known ? "" : fmt::format("contact.edges is {}; use 3, 4, 6, 8 or 12", n);
+  });
+  s.choice<FrictionPyramid>("contact.pyramid", c.pyramid,
+                            {{"inscribed", FrictionPyramid::inscribed},
+                             {"circumscribed", FrictionPyramid::circumscribed}},
+                            "inside the friction cone, or around it");
+  s.number("contact.torsional_friction", c.torsional_friction, "m", "largest |tz| / fz",
+           at_least(0.0));
+  s.number("contact.fz_min", c.normal_force_min, "N", "least normal force of a foot in contact",
+           at_least(0.0));
+  s.number("contact.fz_max", c.normal_force_max, "N", "largest normal force", above(0.0));
+  s.rule({"contact.fz_min", "contact.fz_max"}, [&c] {
+    return c.normal_force_min <= c.normal_force_max
+               ? ""
+               : fmt::format("contact.fz_min ({}) exceeds contact.fz_max ({})", c.normal_force_min,
+                             c.normal_force_max);
+  });
+  declare_weights(s, c.weights);
+  s.flag("pictures", c.pictures, "draw the pictures at the end (needs python3 with matplotlib)");
+}
+
+ContactConeOptions contact_options(const Config& config, const FootRectangle& foot) {
+  ContactConeOptions options;
+  options.friction = config.friction;
+  options.edges = config.friction_edges;
+  options.pyramid = config.pyramid;
+  options.foot = foot;
+  options.torsional_friction = config.torsional_friction;
+  options.normal_force = between(config.normal_force_min, config.normal_force_max);
+  return options;
+}
+
+}  // namespace saltus::push_recovery

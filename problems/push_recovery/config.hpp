@@ -1,0 +1,71 @@
+// Everything a run of the push recovery example can be told, with its defaults.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "framework/app/settings.hpp"
+#include "problems/push_recovery/problem.hpp"
+
+namespace saltus::push_recovery {
+
+enum class SolverChoice { ipopt };
+enum class ControllerChoice { mpc, capture_point };
+enum class PlantChoice { centroidal };
+enum class Target { sole_midpoint, centroid };
+enum class StepTrigger { push, icp };
+enum class Placement { predicted, fixed };
+
+struct Push {
+  double impulse = 7.0;                     ///< N s
+  Vec<double, 3> direction{0.0, -1.0, 0.0}; ///< world axes, any length
+  double duration = 0.1;                    ///< s
+  double start = 2.4;                       ///< s
+};
+
+struct Step {
+  double duration = 0.6;  ///< from the trigger to the landing, s
+  StepTrigger trigger = StepTrigger::push;
+  /// The placement is decided this long after the trigger, when the push is known, s.
+  double decision_delay = 0.1;
+  Placement placement = Placement::predicted;
+  Vec<double, 2> fixed_place{0.0, -0.14};  ///< of the right sole relative to the left one, m
+  double lateral_min = 0.12;               ///< reach to the side of the stance sole, m
+  double lateral_max = 0.30;
+  double forward_max = 0.25;  ///< reach to the front and back, m
+};
+
+struct Config {
+  std::string urdf;  ///< empty: the figures of robots/icub
+  PlantChoice plant = PlantChoice::centroidal;
+  ControllerChoice controller = ControllerChoice::mpc;
+  SolverChoice solver = SolverChoice::ipopt;
+  bool stepping = true;
+  Target target = Target::sole_midpoint;
+  Push push;
+  Step step;
+
+  double mpc_step = 0.01;  ///< grid and period of the controller, s
+  int mpc_intervals = 15;
+  CostRule mpc_costs = CostRule::nodes;
+  double solver_tolerance = 1e-8;
+
+  // Contact, both feet.
+  double friction = 1.0 / 3.0;
+  int friction_edges = 6;
+  FrictionPyramid pyramid = FrictionPyramid::inscribed;
+  double torsional_friction = 0.0133;  ///< m
+  double normal_force_min = 10.0;      ///< N
+  double normal_force_max = 1000.0;
+
+  Weights weights;
+  bool pictures = true;
+};
+
+/// Binds every key to its field, with units, ranges and rules.
+void declare_settings(Settings& settings, Config& config);
+
+/// The contact options of one foot.
+ContactConeOptions contact_options(const Config& config, const FootRectangle& foot);
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,45 @@
+// The controllers of the example behind one interface: from the measured state to wrenches.
+#pragma once
+
+#include <memory>
+
+#include "framework/mpc/receding_horizon.hpp"
+#include "problems/push_recovery/config.hpp"
+#include "problems/push_recovery/step_logic.hpp"
+#include "robots/robot_description.hpp"
+
+namespace saltus::push_recovery {
+
+/// What a controller knows about a tick.
+struct Measurement {
+  double time = 0.0;  ///< s
+  Vec<double, 9> gamma = Vec<double, 9>::Zero();
+  Vec<double, 12> applied = Vec<double, 12>::Zero();   ///< wrenches applied last, sole axes
+  Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< their sum, world axes, N
+};
+
+/// The scene: what stands where, and what is aimed at.
+struct Scene {
+  SoleFrame left, right;  ///< right: where it stands, or will land
+  FootRectangle left_foot, right_foot;
+  bool two_feet = false;       ///< the right foot stands or is about to
+  double com_height = 0.53;    ///< commanded, m
+  Target target = Target::sole_midpoint;
+
+  SupportPolygon hull() const;
+  Vec<double, 2> target_point() const;
+};
+
+class Planner {
+ public:
+  virtual ~Planner() = default;
+  /// `impact_time`: absolute time of the landing, infinite if none is due.
+  virtual ControlTick tick(const Measurement& measured, const Scene& scene,
+                           double impact_time) = 0;
+};
+
+/// The receding horizon controller of the paper.
+std::unique_ptr<Planner> make_mpc(const Config& config, const RobotDescription& robot,
+                                  const Scene& scene);
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,94 @@
+#!/usr/bin/env python3
+"""Pictures of a push recovery run, after the figures of the paper.
+
+Usage: plot_run.py RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
+capture_point.png and forces.png beside them.
+"""
+
+import csv
+import json
+import os
+import sys
+import tempfile
+
+os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltus-matplotlib"))
+import matplotlib  # noqa: E402
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+
+def read_table(path):
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))
+    return {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
+
+
+def mark_events(axes, summary):
+    axes.axvline(summary["push_start_s"], color="tab:red", linestyle=":", label="push")
+    if summary["touchdown_s"] is not None:
+        axes.axvline(summary["touchdown_s"], color="black", linestyle="--", label="impact")
+
+
+def new_axes(title, ylabel):
+    figure, axes = plt.subplots(figsize=(6.4, 4.0), constrained_layout=True)
+    axes.set_title(title)
+    axes.set_xlabel("t [s]")
+    axes.set_ylabel(ylabel)
+    axes.grid(alpha=0.3)
+    return figure, axes
+
+
+def save(figure, axes, folder, name, begin, end):
+    axes.set_xlim(begin, end)
+    axes.legend(fontsize="small", ncols=2)
+    partial = os.path.join(folder, "." + name)
+    figure.savefig(partial, dpi=110, format="png")
+    os.replace(partial, os.path.join(folder, name))
+    plt.close(figure)
+
+
+def main(folder):
+    table = read_table(os.path.join(folder, "trajectory.csv"))
+    with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+        summary = json.load(file)
+    t = table["t"]
+    begin = max(t[0], summary["push_start_s"] - 0.4)
+    landed = summary["touchdown_s"] or summary["push_start_s"] + 0.6
+    end = min(t[-1], landed + 2.0)
+    outcome = "recovered" if summary["recovered"] else "not recovered"
+    what = f"{summary['push_impulse_ns']:g} N s, {outcome}"
+
+    figure, axes = new_axes(f"Centre of mass, {what}", "position [m]")
+    for axis in "xyz":
+        axes.plot(t, table[f"com_{axis}"], label=axis)
+    mark_events(axes, summary)
+    save(figure, axes, folder, "com.png", begin, end)
+
+    figure, axes = new_axes(f"Capture point, lateral, {what}", "y [m]")
+    axes.plot(t, table["icp_y"], color="tab:blue", label="capture point")
+    axes.plot(t, table["com_y"], color="tab:gray", linewidth=1, label="CoM")
+    sole = [p[1] for p in summary["left_sole"]]
+    hull = [p[1] for p in summary.get("hull", summary["left_sole"])]
+    until = summary["touchdown_s"] or end
+    axes.hlines([min(sole), max(sole)], begin, until, colors="tab:green", linestyles=":",
+                label="stance sole")
+    if "hull" in summary:
+        axes.hlines([min(hull), max(hull)], until, end, colors="tab:green", linestyles="--",
+                    label="hull of both soles")
+    mark_events(axes, summary)
+    low = min(hull + [y for s, y in zip(t, table["icp_y"]) if begin <= s <= end])
+    axes.set_ylim(max(low - 0.03, -1.0), max(hull) + 0.05)
+    save(figure, axes, folder, "capture_point.png", begin, end)
+
+    figure, axes = new_axes(f"Vertical forces, {what}", "force [N]")
+    axes.step(t, table["left_fz"], where="post", label="left foot")
+    axes.step(t, table["right_fz"], where="post", label="right foot")
+    mark_events(axes, summary)
+    save(figure, axes, folder, "forces.png", begin, end)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])

@@ -1,0 +1,90 @@
+// Push recovery by stepping: Dafarra, Romano, Nori, "A receding horizon push recovery strategy for
+// balancing the iCub humanoid robot". The robot stands on its left foot; the right one lands at the
+// event "impact". All physics, constraints and costs of the controller are in this file.
+//
+// State gamma = (CoM position, CoM velocity, angular momentum about the CoM), in the world (m, m/s,
+// Nms); inputs f = (f_l, f_r), contact wrenches in the axes of their soles (N, Nm).
+#include "problems/push_recovery/problem.hpp"
+
+#include "robots/centroidal.hpp"
+#include "robots/contact_term.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+/// gamma' of eq. (6): momentum balance, angular momentum linearised about the last measurement.
+struct Dynamics {
+  Model model;
+
+  template <class S>
+  Vec<S, 9> operator()(const S&, const Vec<S, 9>& gamma, const Vec<S, 12>& f,
+                       const Vec<S, tick_size>& p) const {
+    const TickView<S> tick(p);
+    const std::array<Contact<S>, 2> feet{
+        contact<S>(model.left, Vec<S, 6>(f.template head<6>())),
+        contact<S>(SoleFrameOf<S>{tick.right_foot, model.right_rotation.cast<S>()},
+                   Vec<S, 6>(f.template tail<6>()))};
+    return linearised_centroidal_dynamics(model.mass, gamma, feet,
+                                          ExpansionPoint<S>{tick.com, tick.force});
+  }
+};
+
+}  // namespace
+
+OptimalControlProblem problem(const Model& model, const Weights& weights, const TickData& data,
+                              double impact_time) {
+  const Window always{}, before_impact{.to = event("impact")};
+  const Window after_impact{.from = event("impact")};
+  const auto gamma_error = [](const auto&, const auto& gamma, const auto&, const auto& p) {
+    return (gamma - TickView(p).gamma_desired).eval();
+  };
+  const auto capture = [](const auto& gamma, const auto& tick) {
+    return capture_point(gamma.template head<2>().eval(), gamma.template segment<2>(3).eval(),
+                         tick.omega);
+  };
+  const auto capture_error = [capture](const auto&, const auto& gamma, const auto&, const auto& p) {
+    const TickView tick(p);
+    return (capture(gamma, tick) - tick.capture_point_desired).eval();
+  };
+  const auto outside_hull = [capture](const auto&, const auto& gamma, const auto&, const auto& p) {
+    const TickView tick(p);
+    return (tick.hull_normals * capture(gamma, tick) - tick.hull_offsets).eval();
+  };
+  const auto wrenches = [](const auto&, const auto&, const auto& f) { return f; };
+
+  Phase<9, 12, tick_size> phase{"step", Dynamics{model}, exactly(model.step * model.intervals)};
+  phase.data("tick", data.vector());
+
+  // Contacts: eqs. (4) and (5). The swing foot exerts nothing before it lands.
+  keep_in_cone(phase, "left foot", model.left_contact, 0, always);
+  keep_in_cone(phase, "right foot", model.right_contact, 6, after_impact);
+  for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
+
+  // From the impact on the capture point lies in the convex hull of both feet.
+  if (weights.capture_point_softness > 0.0)
+    phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact,
+               soft("capture point", weights.capture_point_softness));
+  else
+    phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact);
+
+  // The five terms of Gamma, eq. (8).
+  Vec<double, 12> wrench_weights;
+  wrench_weights << weights.wrench, weights.wrench;
+  phase.track("state", gamma_error, weights.gamma, always)
+      .track("state after impact", gamma_error, weights.gamma_impact, after_impact)
+      .track("wrenches", wrenches, wrench_weights, always)
+      .track("capture point", capture_error, weights.capture_point, after_impact)
+      .track_at_end("final state", gamma_error, weights.gamma_impact);
+  if (weights.wrench_change > 0.0)
+    phase.penalise_change(Vec<double, 12>::Constant(weights.wrench_change));
+
+  phase.nominal(Vector9::Constant(0.1), Vec<double, 12>::Constant(10.0));
+  OptimalControlProblem ocp("push recovery");
+  ocp.schedule(Schedule({"single support", "double support"}, {{"impact", impact_time}}))
+      .costs(model.cost_rule)
+      .start_at(data.gamma_desired)
+      .then(phase);
+  return ocp;
+}
+
+}  // namespace saltus::push_recovery

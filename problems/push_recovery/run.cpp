@@ -1,0 +1,183 @@
+#include "problems/push_recovery/run.hpp"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "problems/push_recovery/simulation.hpp"
+#include "robots/icub/icub.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double percentile(std::vector<double> values, double fraction) {
+  if (values.empty()) return 0.0;
+  std::sort(values.begin(), values.end());
+  const auto last = static_cast<double>(values.size() - 1);
+  return values[static_cast<std::size_t>(std::lround(fraction * last))];
+}
+
+Json points(const SupportPolygon& polygon) {
+  Json list = Json::array();
+  for (const Point2& p : polygon.vertices()) list.push_back({p[0], p[1]});
+  return list;
+}
+
+Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
+  std::vector<double> times;
+  int failures = 0;
+  double softness = 0.0, kkt = 0.0;
+  Json provenance = {{"optimal", 0}, {"shifted", 0}, {"none", 0}};
+  Json first_failure;
+  for (const TickRecord& t : log.ticks) {
+    times.push_back(1e6 * t.seconds);
+    provenance[describe(t.provenance)] = provenance[describe(t.provenance)].get<int>() + 1;
+    if (is_success(t.status)) {
+      softness = std::max(softness, t.softness);
+      kkt = std::max(kkt, t.kkt);
+      continue;
+    }
+    if (failures++ == 0) first_failure = {{"time_s", t.time}, {"message", t.message}};
+  }
+  const bool stepped = log.touchdown < infinity;
+  const Scene& scene = log.final_scene;
+  Json json = {
+      {"recovered", verdict.recovered},
+      {"reason", verdict.reason},
+      {"robot", log.robot.name},
+      {"robot_source", log.robot.source},
+      {"mass_kg", log.robot.mass},
+      {"plant", "centroidal"},
+      {"controller", config.controller == ControllerChoice::mpc ? "mpc" : "capture_point"},
+      {"solver", "ipopt"},
+      {"stepping", config.stepping},
+      {"push_impulse_ns", config.push.impulse},
+      {"push_start_s", config.push.start},
+      {"push_duration_s", config.push.duration},
+      {"touchdown_s", log.touchdown},  // null without a step
+      {"end_s", log.samples.back().time},
+      {"final_com_error_m", verdict.final_com_error},
+      {"icp_settling_s", verdict.icp_settling},
+      {"com_height_min_m", verdict.com_height_min},
+      {"com_height_max_m", verdict.com_height_max},
+      {"angular_momentum_max", verdict.angular_momentum_max},
+      {"icp_slack_max_m", softness},
+      {"solves", log.ticks.size()},
+      {"solve_us",
+       {{"median", percentile(times, 0.5)},
+        {"p99", percentile(times, 0.99)},
+        {"max", percentile(times, 1.0)}}},
+      {"failures", failures},
+      {"first_failure", first_failure},
+      {"provenance", provenance},
+      {"kkt_max", kkt},
+      {"left_sole", points(SupportPolygon::under({{scene.left, scene.left_foot}}))},
+  };
+  if (stepped) {
+    json["right_sole"] = points(SupportPolygon::under({{scene.right, scene.right_foot}}));
+    json["hull"] = points(scene.hull());
+  }
+  const Vec<double, 2> target = scene.target_point();
+  json["target"] = {target[0], target[1]};
+  return json;
+}
+
+CsvTable trajectory_table(const RunLog& log) {
+  std::vector<std::string> columns{"t", "com_x", "com_y", "com_z", "vel_x", "vel_y", "vel_z",
+                                   "h_x", "h_y", "h_z", "icp_x", "icp_y"};
+  for (const char* foot : {"left", "right"})
+    for (const char* entry : {"fx", "fy", "fz", "tx", "ty", "tz"})
+      columns.push_back(fmt::format("{}_{}", foot, entry));
+  for (const char* c : {"push_x", "push_y", "push_z", "two_feet"}) columns.emplace_back(c);
+  CsvTable table(columns);
+  std::vector<double> row;
+  for (const Sample& s : log.samples) {
+    row = {s.time};
+    row.insert(row.end(), s.gamma.begin(), s.gamma.end());
+    row.insert(row.end(), s.capture_point.begin(), s.capture_point.end());
+    row.insert(row.end(), s.wrenches.begin(), s.wrenches.end());
+    row.insert(row.end(), s.push.begin(), s.push.end());
+    row.push_back(s.two_feet ? 1.0 : 0.0);
+    table.add_row(row);
+  }
+  return table;
+}
+
+CsvTable tick_table(const RunLog& log) {
+  CsvTable table({"t", "provenance", "status", "solve_us", "iterations", "cost", "kkt",
+                  "icp_slack_m"});
+  for (const TickRecord& t : log.ticks)
+    table.add_row(std::array<double, 8>{t.time, static_cast<double>(t.provenance),
+                                        static_cast<double>(t.status), 1e6 * t.seconds,
+                                        static_cast<double>(t.iterations), t.cost, t.kkt,
+                                        t.softness});
+  return table;
+}
+
+// Runs the picture script without a shell. Pictures are a service: their absence is said, not fatal.
+void draw_pictures(const OutputFolder& output) {
+  const std::string script = SALTUS_SOURCE_DIR "/problems/push_recovery/plot_run.py";
+  const std::string folder = output.path().string();
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    execlp("python3", "python3", script.c_str(), folder.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) < 0 || status != 0)
+    fmt::print(stderr, "no pictures: python3 with matplotlib could not draw them ({})\n", script);
+}
+
+ExitStatus run(const Config& config, const RunContext& context) {
+  std::optional<std::filesystem::path> urdf;
+  if (!config.urdf.empty()) urdf = config.urdf;
+  const RobotDescription robot = icub(urdf);
+  fmt::print("robot: {}, {:.2f} kg ({})\n", robot.name, robot.mass, robot.source);
+  fmt::print("push: {} N s in {} s at {} s\n", config.push.impulse, config.push.duration,
+             config.push.start);
+
+  const bool live = isatty(fileno(stdout)) != 0;
+  const RunLog log = simulate(config, robot, [live](double t) {
+    if (live) fmt::print("\rt = {:.2f} s", t);
+    if (live) std::fflush(stdout);
+  });
+  if (live) fmt::print("\n");
+  const Verdict verdict = judge(config, log);
+  const Json json = summary(config, log, verdict);
+
+  context.output.write("config.yaml", context.effective_config);
+  context.output.write("trajectory.csv", trajectory_table(log));
+  context.output.write("ticks.csv", tick_table(log));
+  context.output.write("summary.json", json);
+  if (config.pictures) draw_pictures(context.output);
+
+  fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);
+  fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
+             verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
+             1e3 * verdict.final_com_error);
+  fmt::print("{} solves, median {:.1f} ms, {} failed\n", log.ticks.size(),
+             1e-3 * json["solve_us"]["median"].get<double>(), json["failures"].get<int>());
+  fmt::print("results in {}\n", context.output.path().string());
+  return json["failures"].get<int>() > 0 ? ExitStatus::solver_failed : ExitStatus::ok;
+}
+
+}  // namespace
+
+ProblemEntry entry() {
+  return problem_entry<Config>("push_recovery", "iCub is pushed and caught by a step",
+                               declare_settings, run);
+}
+
+}  // namespace saltus::push_recovery

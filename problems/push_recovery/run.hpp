@@ -1,0 +1,10 @@
+// `saltus run push_recovery`: one closed-loop run from settings to results.
+#pragma once
+
+#include "framework/app/problem_registry.hpp"
+
+namespace saltus::push_recovery {
+
+ProblemEntry entry();
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,238 @@
+#include "problems/push_recovery/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/ocp/window.hpp"
+#include "integrators/cvodes.hpp"
+#include "robots/capture_point.hpp"
+#include "robots/centroidal_plant.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+// The plant is the truth: far tighter than anything that is compared with it.
+constexpr double plant_tolerance = 1e-11;
+// Beyond these the robot lies on the ground, whatever follows, m.
+constexpr double fallen_height = 0.30, fallen_distance = 1.0;
+
+class ClosedLoop {
+ public:
+  ClosedLoop(const Config& config, const RobotDescription& robot)
+      : config_(config),
+        push_force_(config.push.direction.normalized() *
+                    (config.push.impulse / config.push.duration)),
+        scene_(initial_scene(config, robot)),
+        steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
+        plant_(robot.mass, start_state(robot),
+               cvodes({.method = CvodesMethod::Adams,
+                       .tolerance = plant_tolerance,
+                       .absolute_tolerance = plant_tolerance})),
+        planner_(make_mpc(config, robot, scene_)) {
+    log_.robot = robot;
+    plant_.left = {scene_.left, true};
+    plant_.right = {scene_.right, false};
+    applied_[2] = robot.mass * standard_gravity;
+  }
+
+  RunLog run(const std::function<void(double)>& progress) {
+    const double h = config_.mpc_step;
+    for (long k = 0; !log_.stopped_early; ++k) {
+      const double t = static_cast<double>(k) * h;
+      if (t > end_time() - same_instant) break;
+      if (progress) progress(t);
+      tick(t);
+    }
+    record(now_);
+    log_.final_scene = scene_;
+    return std::move(log_);
+  }
+
+ private:
+  static Vec<double, 9> start_state(const RobotDescription& robot) {
+    Vec<double, 9> gamma = Vec<double, 9>::Zero();
+    gamma.head<3>() = robot.default_posture().com;
+    return gamma;
+  }
+
+  static Scene initial_scene(const Config& config, const RobotDescription& robot) {
+    Scene scene;
+    scene.left_foot = robot.left_foot;
+    scene.right_foot = robot.right_foot;
+    scene.right.position = robot.default_posture().right_foot;
+    scene.right.position[2] = 0.0;  // the ground is level
+    scene.com_height = robot.default_posture().com[2];
+    scene.target = config.target;
+    return scene;
+  }
+
+  double end_time() const {
+    const double settled = rest_after + rest_length;
+    if (log_.touchdown < infinity) return log_.touchdown + settled;
+    const double push_end = config_.push.start + config_.push.duration;
+    return std::max(push_end, steps_.is_stepping() ? steps_.landing_time() : 0.0) + settled;
+  }
+
+  void tick(double t) {
+    const Vec<double, 9> gamma = plant_.state();
+    const double omega = pendulum_frequency(gamma[2]);
+    steps_.update(t, capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega), omega);
+    if (steps_.is_stepping() && log_.touchdown == infinity) {
+      scene_.right.position = steps_.place();
+      scene_.two_feet = true;
+    }
+    const Measurement measured{t, gamma, applied_, plant_.contact_force(applied_)};
+    const ControlTick control = planner_->tick(measured, scene_, steps_.landing_time());
+    record_tick(t, control);
+    if (control.input.empty()) {
+      log_.solver_gave_up = true;
+      stop(fmt::format("no input at {:.3f} s: {}", t, control.solution.message));
+      return;
+    }
+    for (const InputPiece& piece : control.input) {
+      applied_ = piece.input;
+      apply(piece);
+      if (log_.stopped_early) return;
+    }
+  }
+
+  // Cuts the piece where the push begins or ends and where the foot lands.
+  void apply(const InputPiece& piece) {
+    const double end = piece.start + piece.length;
+    double t = piece.start;
+    while (end - t > same_instant) {
+      double next = end;
+      for (const double edge : {config_.push.start, config_.push.start + config_.push.duration,
+                                steps_.landing_time()})
+        if (edge - t > same_instant && edge < next) next = edge;
+      enter(t);
+      record(t);
+      const IntegrationStatus status = plant_.advance(next - t, applied_);
+      if (status != IntegrationStatus::success)
+        return stop(fmt::format("the plant could not be integrated at {:.3f} s: {}", t,
+                                describe(status)));
+      now_ = t = next;
+      const Vec<double, 9>& gamma = plant_.state();
+      if (gamma[2] < fallen_height || gamma.head<2>().norm() > fallen_distance)
+        return stop(fmt::format("fell at {:.2f} s", t));
+    }
+  }
+
+  // What holds from time t on.
+  void enter(double t) {
+    const double into_push = t - config_.push.start;
+    const bool pushed =
+        into_push > -same_instant && into_push < config_.push.duration - same_instant;
+    plant_.push = pushed ? push_force_ : Vec<double, 3>(0.0, 0.0, 0.0);
+    if (!plant_.right.in_contact && t > steps_.landing_time() - same_instant) {
+      plant_.right = {scene_.right, true};
+      log_.touchdown = t;
+    }
+  }
+
+  void record(double t) {
+    const Vec<double, 9>& gamma = plant_.state();
+    const double omega = pendulum_frequency(gamma[2]);
+    Sample sample{t,      gamma, capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
+                  applied_, plant_.push, plant_.right.in_contact};
+    log_.samples.push_back(std::move(sample));
+  }
+
+  void record_tick(double t, const ControlTick& control) {
+    TickRecord r;
+    r.time = t;
+    r.provenance = control.provenance;
+    r.status = control.solution.status;
+    r.message = control.solution.message;
+    r.seconds = control.solution.seconds;
+    r.iterations = control.solution.iterations;
+    r.cost = control.solution.cost;
+    r.kkt = control.solution.kkt.scaled();
+    for (const SoftnessUse& use : control.solution.softness)
+      r.softness = std::max(r.softness, use.largest);
+    log_.ticks.push_back(std::move(r));
+  }
+
+  void stop(std::string reason) {
+    log_.stopped_early = true;
+    log_.stop_reason = std::move(reason);
+  }
+
+  const Config& config_;
+  Vec<double, 3> push_force_;
+  Scene scene_;
+  StepLogic steps_;
+  CentroidalPlant plant_;
+  std::unique_ptr<Planner> planner_;
+  Vec<double, 12> applied_ = Vec<double, 12>::Zero();
+  double now_ = 0.0;
+  RunLog log_;
+};
+
+// The first criterion that a sample at rest misses, or an empty string.
+std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<double, 2>& target) {
+  if (!ground.contains(s.capture_point)) return "the capture point left the support polygon";
+  if (s.gamma.segment<3>(3).norm() > rest_speed) return "the CoM did not come to rest";
+  if ((s.gamma.head<2>() - target).norm() > rest_com_error) return "the CoM missed its target";
+  if (s.gamma.tail<3>().norm() > rest_angular_momentum)
+    return "angular momentum did not die away";
+  return {};
+}
+
+SupportPolygon ground_of(const Scene& scene, bool two_feet) {
+  return two_feet ? scene.hull() : SupportPolygon::under({{scene.left, scene.left_foot}});
+}
+
+}  // namespace
+
+RunLog simulate(const Config& config, const RobotDescription& robot,
+                const std::function<void(double)>& progress) {
+  return ClosedLoop(config, robot).run(progress);
+}
+
+Verdict judge(const Config& config, const RunLog& log) {
+  Verdict v;
+  for (const Sample& s : log.samples) {
+    v.com_height_min = std::min(v.com_height_min, s.gamma[2]);
+    v.com_height_max = std::max(v.com_height_max, s.gamma[2]);
+    v.angular_momentum_max = std::max(v.angular_momentum_max, s.gamma.tail<3>().norm());
+  }
+  const Sample& last = log.samples.back();
+  const bool two_feet = last.two_feet;
+  const Vec<double, 2> target = log.final_scene.target_point();
+  v.final_com_error = (last.gamma.head<2>() - target).norm();
+
+  const double settled_from =
+      log.touchdown < infinity ? log.touchdown : config.push.start + config.push.duration;
+  v.icp_settling = 0.0;
+  for (const Sample& s : log.samples)
+    if (s.time >= settled_from &&
+        (s.capture_point - last.capture_point).norm() > icp_settled_within)
+      v.icp_settling = s.time - settled_from;
+
+  const auto fail = [&](std::string reason) {
+    if (v.reason.empty()) v.reason = std::move(reason);
+  };
+  if (log.stopped_early) {
+    v.icp_settling = infinity;
+    fail(log.stop_reason);
+  }
+  if (v.com_height_min < height_lowest)
+    fail(fmt::format("the CoM sank to {:.3f} m", v.com_height_min));
+  if (v.com_height_max > height_highest)
+    fail(fmt::format("the CoM rose to {:.3f} m", v.com_height_max));
+  if (v.angular_momentum_max > angular_momentum_limit)
+    fail(fmt::format("the angular momentum reached {:.2f} Nms", v.angular_momentum_max));
+  const SupportPolygon ground = ground_of(log.final_scene, two_feet);
+  for (const Sample& s : log.samples)
+    if (s.time >= settled_from + rest_after - same_instant) {
+      const std::string reason = unrest(s, ground, target);
+      if (!reason.empty()) fail(reason);
+    }
+  v.recovered = v.reason.empty();
+  return v;
+}
+
+}  // namespace saltus::push_recovery

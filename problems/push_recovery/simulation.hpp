@@ -1,0 +1,69 @@
+// The closed loop: controller and plant, tick by tick, and what came of it.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "problems/push_recovery/config.hpp"
+#include "problems/push_recovery/planner.hpp"
+#include "robots/robot_description.hpp"
+
+namespace saltus::push_recovery {
+
+/// State and command at one instant of the simulation.
+struct Sample {
+  double time = 0.0;  ///< s
+  Vec<double, 9> gamma;
+  Vec<double, 2> capture_point;
+  Vec<double, 12> wrenches;  ///< applied from this instant on, sole axes
+  Vec<double, 3> push;       ///< N
+  bool two_feet = false;
+};
+
+/// One call of the controller.
+struct TickRecord {
+  double time = 0.0;
+  Provenance provenance = Provenance::none;
+  SolveStatus status = SolveStatus::invalid_problem;
+  std::string message;
+  double seconds = 0.0;
+  int iterations = 0;
+  double cost = 0.0;
+  double kkt = 0.0;
+  double softness = 0.0;  ///< largest violation of the hull in the plan, m
+};
+
+struct RunLog {
+  RobotDescription robot;
+  Scene final_scene;
+  std::vector<Sample> samples;
+  std::vector<TickRecord> ticks;
+  double touchdown = infinity;  ///< s; infinite: the foot never landed
+  bool stopped_early = false;
+  std::string stop_reason;      ///< when stopped early
+  bool solver_gave_up = false;  ///< no input at all was available at some tick
+};
+
+/// Verdict by the criteria of the README: over the whole run CoM height and angular momentum, and
+/// from 4 s after the landing (without a step: after the push) for one second rest at the target.
+struct Verdict {
+  bool recovered = false;
+  std::string reason;  ///< when not
+  double final_com_error = 0.0, icp_settling = infinity;
+  double com_height_min = infinity, com_height_max = -infinity, angular_momentum_max = 0.0;
+};
+
+inline constexpr double height_lowest = 0.45, height_highest = 0.60;  // m
+inline constexpr double angular_momentum_limit = 1.0;                 // Nms
+inline constexpr double rest_after = 4.0, rest_length = 1.0;          // s
+inline constexpr double rest_speed = 0.05;                            // m/s
+inline constexpr double rest_com_error = 0.02;                        // m
+inline constexpr double rest_angular_momentum = 0.1;                  // Nms
+inline constexpr double icp_settled_within = 0.01;                    // m
+
+RunLog simulate(const Config& config, const RobotDescription& robot,
+                const std::function<void(double time)>& progress = {});
+Verdict judge(const Config& config, const RunLog& log);
+
+}  // namespace saltus::push_recovery

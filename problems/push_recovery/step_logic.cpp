@@ -1,0 +1,59 @@
+#include "problems/push_recovery/step_logic.hpp"
+
+#include <algorithm>
+
+#include "framework/ocp/window.hpp"
+#include "robots/capture_point.hpp"
+
+namespace saltus::push_recovery {
+
+StepLogic::StepLogic(const Step& options, bool stepping, double push_start, SoleFrame stance,
+                     FootRectangle stance_foot)
+    : options_(options),
+      stepping_(stepping),
+      push_start_(push_start),
+      stance_(std::move(stance)),
+      stance_foot_(std::move(stance_foot)),
+      place_(stance_.position + stance_.rotation * Vec<double, 3>(options.fixed_place[0],
+                                                                  options.fixed_place[1], 0.0)) {}
+
+void StepLogic::update(double t, const Vec<double, 2>& capture_point, double omega) {
+  if (!stepping_ || decided_) return;
+  if (!is_stepping()) {
+    const Vec<double, 3> offset(capture_point[0] - stance_.position[0],
+                                capture_point[1] - stance_.position[1], 0.0);
+    const Vec<double, 3> local = stance_.rotation.transpose() * offset;
+    const bool inside = local[0] >= stance_foot_.x.lower && local[0] <= stance_foot_.x.upper &&
+                        local[1] >= stance_foot_.y.lower && local[1] <= stance_foot_.y.upper;
+    if (inside || t < push_start_) return;
+    // The paper's timing counts from the push. A capture point that leaves the sole only after the
+    // landing would have been due is a new event.
+    const bool from_push = options_.trigger == StepTrigger::push &&
+                           t < push_start_ + options_.duration;
+    trigger_ = from_push ? push_start_ : t;
+    landing_ = trigger_ + options_.duration;
+  }
+  const Vec<double, 2> planar =
+      options_.placement == Placement::fixed
+          ? options_.fixed_place
+          : predicted_place(t, capture_point, omega);
+  place_ = stance_.position + stance_.rotation * Vec<double, 3>(planar[0], planar[1], 0.0);
+  decided_ = t >= std::min(trigger_ + options_.decision_delay, landing_) - same_instant;
+}
+
+// In the axes of the stance sole, relative to it.
+Vec<double, 2> StepLogic::predicted_place(double t, const Vec<double, 2>& capture_point,
+                                          double omega) const {
+  const Vec<double, 3> offset(capture_point[0] - stance_.position[0],
+                              capture_point[1] - stance_.position[1], 0.0);
+  const Vec<double, 3> local = stance_.rotation.transpose() * offset;
+  const Vec<double, 2> xi = local.head<2>();
+  const Vec<double, 2> edge(std::clamp(xi[0], stance_foot_.x.lower, stance_foot_.x.upper),
+                            std::clamp(xi[1], stance_foot_.y.lower, stance_foot_.y.upper));
+  const Vec<double, 2> at_landing =
+      propagate_capture_point<double, 2>(xi, edge, omega, std::max(0.0, landing_ - t));
+  return {std::clamp(at_landing[0], -options_.forward_max, options_.forward_max),
+          std::clamp(at_landing[1], -options_.lateral_max, -options_.lateral_min)};
+}
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,44 @@
+// When does the robot step, and where does the foot land?
+#pragma once
+
+#include "framework/core/bounds.hpp"
+#include "problems/push_recovery/config.hpp"
+#include "robots/foot.hpp"
+
+namespace saltus::push_recovery {
+
+/// Decides once per tick from the capture point. The foot is placed at the capture point predicted
+/// for the landing with the centre of pressure at the edge of the stance sole that is nearest to
+/// it, clipped to the reach; the place is fixed at the decision.
+class StepLogic {
+ public:
+  /// The stance foot stands at the origin of `stance`; the swing foot is to its right (-y).
+  StepLogic(const Step& options, bool stepping, double push_start, SoleFrame stance,
+            FootRectangle stance_foot);
+
+  /// `t` s, capture point in the world (m), omega 1/s.
+  void update(double t, const Vec<double, 2>& capture_point, double omega);
+
+  bool is_stepping() const { return landing_ < infinity; }
+  bool is_decided() const { return decided_; }
+  /// Absolute time of the landing, infinite while no step is due, s.
+  double landing_time() const { return landing_; }
+  /// Where the right contact frame lands, m.
+  const Vec<double, 3>& place() const { return place_; }
+
+ private:
+  Vec<double, 2> predicted_place(double t, const Vec<double, 2>& capture_point,
+                                 double omega) const;
+
+  Step options_;
+  bool stepping_;
+  double push_start_;
+  SoleFrame stance_;
+  FootRectangle stance_foot_;
+  double trigger_ = infinity;
+  double landing_ = infinity;
+  bool decided_ = false;
+  Vec<double, 3> place_;
+};
+
+}  // namespace saltus::push_recovery
