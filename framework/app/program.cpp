@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <new>
@@ -99,6 +100,8 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
     fmt::print(stderr, "saltus: {}\n", sentence);
     return static_cast<int>(status);
   };
+  // Some builds of Ipopt's linear solver start MPI, which aborts the process without a home folder.
+  ::setenv("HOME", "/tmp", /*overwrite=*/0);
   try {
     const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
     return static_cast<int>(dispatch(arguments, problems, more_verbs));
