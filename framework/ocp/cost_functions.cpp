@@ -78,7 +78,8 @@ class LeastSquares final : public FunctionBody {
     evaluate_residual(z);
     std::fill_n(entries, hessian_pattern_.entries(), 0.0);
     for (const Product& p : products_)
-      entries[p.position] += weights[0] * p.weight * shifted_entries_[p.ei] * shifted_entries_[p.ej];
+      entries[p.position] +=
+          weights[0] * p.weight * shifted_entries_[p.ei] * shifted_entries_[p.ej];
     if (curvature == Curvature::gauss_newton || curvature_entries_.empty()) return;
     weighted_ *= weights[0];
     residual_.hessian(z, weighted_.data(), curvature_entries_.data(), curvature);
@@ -138,7 +139,8 @@ class Stack final : public FunctionBody {
     Pairs rows, hessian;
     int first_row = 0, most = 0;
     for (const Function& f : functions_) {
-      f.jacobian_pattern().for_each([&](int r, int c, int) { rows.emplace_back(first_row + r, c); });
+      f.jacobian_pattern().for_each(
+          [&](int r, int c, int) { rows.emplace_back(first_row + r, c); });
       append(hessian, f.hessian_pattern());
       first_row += f.outputs();
       most = std::max(most, f.hessian_pattern().entries());

@@ -13,10 +13,23 @@ namespace saltus {
 struct Jump {
   std::string name = "identity";
   Function map;
+
+  /// The argument z of the map; p may be longer than what the map takes.
+  VectorXd argument(double t, const VectorXd& x, const VectorXd& p) const {
+    VectorXd z(map.inputs());
+    z[0] = t;
+    z.segment(1, x.size()) = x;
+    z.tail(z.size() - 1 - x.size()) = p.head(z.size() - 1 - x.size());
+    return z;
+  }
+  /// x+
+  VectorXd apply(double t, const VectorXd& x, const VectorXd& p) const {
+    return map ? map(argument(t, x, p)) : x;
+  }
 };
 
-/// A jump from a phase with nx states and np parameters; `formula` is a callable of (t, x) that
-/// returns the state with which the next phase begins.
+/// A jump from a phase with nx states and np parameters; `formula` is a callable of (t, x), or with
+/// parameters of (t, x, no input, p), that returns the state with which the next phase begins.
 template <int nx, int np = 0, class F>
 Jump jump(std::string name, F formula) {
   return {std::move(name), make_function<nx, 0, np>(std::move(formula))};

@@ -23,8 +23,8 @@ class Phase {
     d_.sizes = {nx, nu, np};
     d_.dynamics = make_function<nx, nu, np>(std::move(dynamics));
     d_.duration = duration;
-    d_.duration_guess = duration.is_equality() ? duration.lower
-                                               : 0.5 * (duration.lower + duration.upper);
+    d_.duration_guess =
+        duration.is_equality() ? duration.lower : 0.5 * (duration.lower + duration.upper);
     d_.nominal_state = Vec<double, nx>::Ones();
     d_.nominal_input = Vec<double, nu>::Ones();
   }
@@ -55,16 +55,24 @@ class Phase {
     return constrain(std::move(name), TermPlace::running, std::move(formula), {bounds},
                      std::move(window), std::move(softness));
   }
-  /// Holds once, where the phase ends (before the jump).
   template <class F>
-  Phase& reach(std::string name, F formula, Bounds bounds) {
+  Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window,
+              Softness softness) {
+    return constrain(std::move(name), TermPlace::running, std::move(formula), std::move(bounds),
+                     std::move(window), std::move(softness));
+  }
+  /// Holds once, where the phase ends (before the jump); if soft, a violation is paid once.
+  template <class F>
+  Phase& reach(std::string name, F formula, Bounds bounds,
+               std::optional<Softness> softness = std::nullopt) {
     return constrain(std::move(name), TermPlace::phase_end, std::move(formula), {bounds}, {},
-                     std::nullopt);
+                     std::move(softness));
   }
   template <class F>
-  Phase& reach(std::string name, F formula, std::vector<Bounds> bounds) {
+  Phase& reach(std::string name, F formula, std::vector<Bounds> bounds,
+               std::optional<Softness> softness = std::nullopt) {
     return constrain(std::move(name), TermPlace::phase_end, std::move(formula), std::move(bounds),
-                     {}, std::nullopt);
+                     {}, std::move(softness));
   }
   /// Holds once, where the phase begins (after the jump).
   template <class F>
@@ -116,17 +124,23 @@ class Phase {
     d_.parameters.push_back({std::move(name), value, false, {}, VectorXd::Ones(value.size())});
     return *this;
   }
-  /// An unknown of the problem; the same name in several phases is the same unknown.
-  Phase& unknown(std::string name, const VectorRef& guess, Bounds bounds) {
+  /// An unknown of the problem; the same name in several phases is the same unknown, within the
+  /// bounds of all of them and from the guess of the last. `magnitude` scales its entries.
+  Phase& unknown(std::string name, const VectorRef& guess, Bounds bounds, double magnitude = 1.0) {
     d_.parameters.push_back({std::move(name), guess, true,
                              std::vector<Bounds>(guess.size(), bounds),
-                             VectorXd::Ones(guess.size())});
+                             VectorXd::Constant(guess.size(), magnitude)});
     return *this;
   }
   /// Magnitudes by which variables and defects are scaled (positive).
   Phase& nominal(const VectorRef& state, const VectorRef& input) {
     d_.nominal_state = state;
     d_.nominal_input = input;
+    return *this;
+  }
+  /// Magnitude of a free duration, s (positive).
+  Phase& nominal_duration(double seconds) {
+    d_.nominal_duration = seconds;
     return *this;
   }
   Phase& guess_state(Guess guess) {

@@ -42,6 +42,17 @@ void check_positive(const PhaseDefinition& phase, const char* what, const Vector
       fail(phase, fmt::format("{} {} is {}, expected a positive number", what, i, values[i]));
 }
 
+void check_guess(const PhaseDefinition& phase, const char* what, const Guess& guess, int size) {
+  if (!guess.is_given()) return;
+  for (const double fraction : {0.0, 1.0}) {
+    const VectorXd value = guess.at(fraction);
+    if (value.size() != size)
+      fail(phase, fmt::format("the guess of the {} has {} entries, expected {}", what, value.size(),
+                              size));
+    if (!value.allFinite()) fail(phase, fmt::format("the guess of the {} is not finite", what));
+  }
+}
+
 bool depends_on(const Function& f, int first, int count) {
   bool found = false;
   f.jacobian_pattern().for_each(
@@ -58,19 +69,21 @@ void check_weight(const PhaseDefinition& phase, const Term& term) {
   if (!term.weight.allFinite()) fail(phase, term, "the weight is not finite");
   for (int i = 0; i < m; ++i)
     if (term.weight(i, i) < 0.0)
-      fail(phase, term, fmt::format("weight {} is {}, but weights must not be negative", i,
-                                    term.weight(i, i)));
+      fail(phase, term,
+           fmt::format("weight {} is {}, but weights must not be negative", i, term.weight(i, i)));
   if (!term.reference.is_zero() && term.reference.size() != m)
-    fail(phase, term, fmt::format("the residual has {} entries, but the reference has {}", m,
-                                  term.reference.size()));
+    fail(phase, term,
+         fmt::format("the residual has {} entries, but the reference has {}", m,
+                     term.reference.size()));
 }
 
 void check_term(const PhaseDefinition& phase, const Term& term) {
   if (term.name.empty()) fail(phase, "a term has no name");
   const int m = term.function.outputs();
   if (term.function.inputs() != phase.sizes.size())
-    fail(phase, term, fmt::format("the formula takes {} arguments, the phase has {}",
-                                  term.function.inputs(), phase.sizes.size()));
+    fail(phase, term,
+         fmt::format("the formula takes {} arguments, the phase has {}", term.function.inputs(),
+                     phase.sizes.size()));
   if (term.place != TermPlace::running &&
       depends_on(term.function, phase.sizes.u(), phase.sizes.nu))
     fail(phase, term,
@@ -82,11 +95,13 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
            fmt::format("the formula has {} rows, but {} bounds were given", m, term.bounds.size()));
     for (int i = 0; i < m; ++i)
       if (term.bounds[i].is_empty())
-        fail(phase, term, fmt::format("the bounds [{}, {}] of row {} are empty",
-                                      term.bounds[i].lower, term.bounds[i].upper, i));
+        fail(phase, term,
+             fmt::format("the bounds [{}, {}] of row {} are empty", term.bounds[i].lower,
+                         term.bounds[i].upper, i));
     if (term.soft && !(term.soft->weight > 0.0 && std::isfinite(term.soft->weight)))
-      fail(phase, term, fmt::format("the softness weight '{}' is {}, expected a positive number",
-                                    term.soft->name, term.soft->weight));
+      fail(phase, term,
+           fmt::format("the softness weight '{}' is {}, expected a positive number",
+                       term.soft->name, term.soft->weight));
   } else if (term.kind == TermKind::cost && m != 1) {
     fail(phase, term, fmt::format("a cost must be one number, but the formula has {} rows", m));
   } else if (term.kind == TermKind::least_squares) {
@@ -95,6 +110,14 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
 }
 
 }  // namespace
+
+double PhaseDefinition::nominal_parameter(int i) const {
+  for (const ParameterBlock& block : parameters) {
+    if (i < block.nominal.size()) return block.nominal[i];
+    i -= static_cast<int>(block.nominal.size());
+  }
+  return 1.0;
+}
 
 void PhaseDefinition::check() const {
   if (name.empty()) throw DefinitionError("a phase has no name");
@@ -113,6 +136,10 @@ void PhaseDefinition::check() const {
   check_components(*this, "state", sizes.nx, state_bounds);
   check_positive(*this, "the nominal state", nominal_state, sizes.nx);
   check_positive(*this, "the nominal input", nominal_input, sizes.nu);
+  check_positive(*this, "the nominal duration", VectorXd::Constant(1, nominal_duration), 1);
+  check_guess(*this, "state", state_guess, sizes.nx);
+  check_guess(*this, "input", input_guess, sizes.nu);
+  if (input_guess.is_simulated()) fail(*this, "inputs cannot be simulated, only states");
 
   int np = 0;
   std::set<std::string> block_names;
@@ -127,8 +154,8 @@ void PhaseDefinition::check() const {
                    static_cast<int>(block.value.size()));
   }
   if (np != sizes.np)
-    fail(*this, fmt::format("it has {} parameters, but data() and unknown() declare {}", sizes.np,
-                            np));
+    fail(*this,
+         fmt::format("it has {} parameters, but data() and unknown() declare {}", sizes.np, np));
 
   std::set<std::string> term_names;
   for (const Term& term : terms) {

@@ -58,6 +58,8 @@ struct PhaseDefinition {
   Guess input_guess;
   double duration_guess = 0.0;  ///< s; for a free duration
 
+  /// Magnitude of entry i of p.
+  double nominal_parameter(int i) const;
   bool has_free_duration() const { return !duration.is_equality(); }
   InputShape input_shape() const {
     return input_course == InputCourse::piecewise_constant ? InputShape::constant

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -68,23 +69,34 @@ bool OptimalControlProblem::set_softness(const std::string& weight_name, double 
   return found;
 }
 
+Bounds OptimalControlProblem::bounds_of_unknown(const std::string& name, int i) const {
+  Bounds all;
+  for (const PhaseDefinition& phase : phases_)
+    for (const ParameterBlock& block : phase.parameters)
+      if (block.unknown && block.name == name) {
+        all.lower = std::max(all.lower, block.bounds[i].lower);
+        all.upper = std::min(all.upper, block.bounds[i].upper);
+      }
+  return all;
+}
+
 namespace {
 
 void check_jump(const PhaseDefinition& from, const Jump& jump, const PhaseDefinition& to) {
-  const std::string where = fmt::format("jump '{}' from phase '{}' to phase '{}'", jump.name,
-                                        from.name, to.name);
+  const std::string where =
+      fmt::format("jump '{}' from phase '{}' to phase '{}'", jump.name, from.name, to.name);
   if (!jump.map) {
     if (from.sizes.nx != to.sizes.nx)
-      throw DefinitionError(fmt::format(
-          "{}: {} states become {}, so a jump map is needed", where, from.sizes.nx, to.sizes.nx));
+      throw DefinitionError(fmt::format("{}: {} states become {}, so a jump map is needed", where,
+                                        from.sizes.nx, to.sizes.nx));
     return;
   }
   const int with_parameters = 1 + from.sizes.nx + from.sizes.np;
   if (jump.map.inputs() != with_parameters && jump.map.inputs() != 1 + from.sizes.nx)
-    throw DefinitionError(fmt::format("{}: it takes {} arguments, but the phase has {} (time, {} "
-                                      "states, {} parameters)",
-                                      where, jump.map.inputs(), with_parameters, from.sizes.nx,
-                                      from.sizes.np));
+    throw DefinitionError(
+        fmt::format("{}: it takes {} arguments, but the phase has {} (time, {} "
+                    "states, {} parameters)",
+                    where, jump.map.inputs(), with_parameters, from.sizes.nx, from.sizes.np));
   if (jump.map.outputs() != to.sizes.nx)
     throw DefinitionError(fmt::format("{}: it returns {} states, but the phase it enters has {}",
                                       where, jump.map.outputs(), to.sizes.nx));
@@ -107,6 +119,10 @@ void check_window(const PhaseDefinition& phase, const Window& window, const Sche
                   const std::string& what) {
   check_instant(phase, window.from, schedule, what);
   check_instant(phase, window.to, schedule, what);
+  if (window.from && window.to && !window.from->is_event() && !window.to->is_event() &&
+      !(window.from->seconds() < window.to->seconds()))
+    throw DefinitionError(fmt::format("phase '{}', {}: the window [{}, {}) s is empty", phase.name,
+                                      what, window.from->seconds(), window.to->seconds()));
 }
 
 }  // namespace
@@ -135,18 +151,30 @@ void OptimalControlProblem::check() const {
                     name_, start_bounds_.size(), first.name, first.sizes.nx));
   for (int i = 0; i < first.sizes.nx; ++i)
     if (start_bounds_[i].is_empty())
-      throw DefinitionError(fmt::format("problem '{}': start state {} has the empty bounds [{}, {}]",
-                                        name_, i, start_bounds_[i].lower, start_bounds_[i].upper));
+      throw DefinitionError(
+          fmt::format("problem '{}': start state {} has the empty bounds [{}, {}]", name_, i,
+                      start_bounds_[i].lower, start_bounds_[i].upper));
 
   std::map<std::string, const ParameterBlock*> blocks;
   for (const PhaseDefinition& phase : phases_)
     for (const ParameterBlock& block : phase.parameters) {
       const auto [it, is_new] = blocks.emplace(block.name, &block);
       if (!is_new && (it->second->value.size() != block.value.size() ||
-                      it->second->unknown != block.unknown))
-        throw DefinitionError(fmt::format("phase '{}': parameter '{}' is declared differently in "
-                                          "an earlier phase",
-                                          phase.name, block.name));
+                      it->second->unknown != block.unknown || it->second->nominal != block.nominal))
+        throw DefinitionError(
+            fmt::format("phase '{}': parameter '{}' is declared differently in "
+                        "an earlier phase",
+                        phase.name, block.name));
+    }
+
+  for (const auto& [name, block] : blocks)
+    for (int i = 0; block->unknown && i < block->value.size(); ++i) {
+      const Bounds all = bounds_of_unknown(name, i);
+      if (all.is_empty())
+        throw DefinitionError(
+            fmt::format("parameter '{}': the bounds that its phases give to entry "
+                        "{} exclude one another: [{}, {}]",
+                        name, i, all.lower, all.upper));
     }
 
   double shortest = 0.0, longest = 0.0;

@@ -60,6 +60,8 @@ class OptimalControlProblem {
   const Schedule& schedule() const { return schedule_; }
   CostRule cost_rule() const { return cost_rule_; }
   Bounds total_time() const { return total_time_; }
+  /// Bounds on entry i of an unknown: those of all phases that declare it.
+  Bounds bounds_of_unknown(const std::string& name, int i) const;
 
   /// Checks every size once. Throws DefinitionError naming phase and term.
   void check() const;

@@ -14,8 +14,8 @@ Reference::Reference(VectorXd value) : times_{0.0}, values_(std::move(value)) {}
 Reference::Reference(std::vector<double> times, MatrixXd values)
     : times_(std::move(times)), values_(std::move(values)) {
   if (static_cast<long>(times_.size()) != values_.cols() || times_.empty())
-    throw DefinitionError(fmt::format("reference: {} times but {} columns of values", times_.size(),
-                                      values_.cols()));
+    throw DefinitionError(
+        fmt::format("reference: {} times but {} columns of values", times_.size(), values_.cols()));
   for (std::size_t i = 1; i < times_.size(); ++i)
     if (!(times_[i] > times_[i - 1]))
       throw DefinitionError(fmt::format("reference: time {} ({} s) is not after time {} ({} s)", i,

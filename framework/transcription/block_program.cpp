@@ -94,8 +94,8 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
       if (output.row == BlockOutput::objective)
         c.gradient.push_back({e, s.variable, out, s.factor});
       else
-        c.jacobian.push_back({e, jacobian_pattern_.find(output.row, s.variable), out,
-                              s.factor * output.factor});
+        c.jacobian.push_back(
+            {e, jacobian_pattern_.find(output.row, s.variable), out, s.factor * output.factor});
   });
   f.hessian_pattern().for_each([&](int l1, int l2, int e) {
     for_each_pair(block, l1, l2, [&](int a, int b, double factor) {
@@ -141,7 +141,8 @@ bool BlockProgram::objective(const double* w, double& f) {
   f = 0.0;
   for (std::size_t i = 0; i < blocks_.size(); ++i)
     for (int o = 0; o < compiled_[i].value.size(); ++o)
-      if (blocks_[i].outputs[o].row == BlockOutput::objective && blocks_[i].outputs[o].factor != 0.0)
+      if (blocks_[i].outputs[o].row == BlockOutput::objective &&
+          blocks_[i].outputs[o].factor != 0.0)
         f += blocks_[i].outputs[o].factor * compiled_[i].value[o];
   for (int i = 0; i < variables(); ++i)
     f += (linear_cost_[i] + 0.5 * quadratic_cost_[i] * w[i]) * w[i];
@@ -156,7 +157,7 @@ bool BlockProgram::gradient(const double* w, double* gradient) {
       const double weight = blocks_[i].outputs[s.output].factor;
       if (weight != 0.0) gradient[s.to] += weight * s.factor * compiled_[i].entries[s.from];
     }
-  return true;
+  return std::all_of(gradient, gradient + variables(), [](double e) { return std::isfinite(e); });
 }
 
 bool BlockProgram::constraints(const double* w, double* g) {
@@ -178,7 +179,8 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
   for (const Linear& l : linear_) entries[l.position] += l.coefficient;
   for (const Compiled& c : compiled_)
     for (const Scatter& s : c.jacobian) entries[s.to] += s.factor * c.entries[s.from];
-  return true;
+  return std::all_of(entries, entries + jacobian_pattern_.entries(),
+                     [](double e) { return std::isfinite(e); });
 }
 
 bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, double* entries,

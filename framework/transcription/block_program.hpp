@@ -81,7 +81,9 @@ class BlockProgram : public NonlinearProgram {
   const VectorXd& row_upper() const override { return row_upper_; }
   const SparsityPattern& jacobian_pattern() const override { return jacobian_pattern_; }
   const SparsityPattern& hessian_pattern() const override { return hessian_pattern_; }
-  bool supports(Curvature c) const override { return c == Curvature::exact ? exact_ : gauss_newton_; }
+  bool supports(Curvature c) const override {
+    return c == Curvature::exact ? exact_ : gauss_newton_;
+  }
 
   bool objective(const double* w, double& f) override;
   bool gradient(const double* w, double* gradient) override;

@@ -55,14 +55,16 @@ void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const
     const std::string where = fmt::format("phase '{}', {}", phase.name, who);
     if (absolute) {
       if (!grid.has_known_start || grid.is_free)
-        throw DefinitionError(where + ": its window refers to absolute time, but the start or the "
-                                      "duration of the phase is free; use phase time");
+        throw DefinitionError(where +
+                              ": its window refers to absolute time, but the start or the "
+                              "duration of the phase is free; use phase time");
     } else {
       const double s = instant->seconds();
       if (grid.is_free && s > same_instant && std::isfinite(s) && s >= phase.duration.lower)
-        throw DefinitionError(fmt::format("{}: its window has a limit at {} s, but the phase may "
-                                          "last only {} s",
-                                          where, s, phase.duration.lower));
+        throw DefinitionError(
+            fmt::format("{}: its window has a limit at {} s, but the phase may "
+                        "last only {} s",
+                        where, s, phase.duration.lower));
       if (!(s > same_instant) || s >= T - same_instant) return;  // the ends are nodes anyway
       const double position = s * grid.base_intervals / T;
       const double nearest = std::round(position);
@@ -156,10 +158,10 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
     if (std::isfinite(grid.slots[s].seconds())) limits.push_back(grid.slots[s].seconds());
   std::sort(limits.begin(), limits.end());
   if (grid.base_intervals < static_cast<int>(limits.size()))
-    throw DefinitionError(fmt::format("phase '{}': {} window limits need at least {} intervals, "
-                                      "but it has {}",
-                                      phase.name, limits.size() - 1, limits.size(),
-                                      grid.base_intervals));
+    throw DefinitionError(
+        fmt::format("phase '{}': {} window limits need at least {} intervals, "
+                    "but it has {}",
+                    phase.name, limits.size() - 1, limits.size(), grid.base_intervals));
   int left = grid.base_intervals;
   for (std::size_t s = 0; s < limits.size(); ++s) {
     const bool last = s + 1 == limits.size();

@@ -26,7 +26,8 @@ Layout::Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProg
       layout.states.push_back(
           add(phase.sizes.nx, fmt::format("phase '{}', node {}, state", phase.name, k)));
       if (k < grid.intervals(j))
-        layout.inputs.push_back(add(nc, fmt::format("phase '{}', interval {}, input", phase.name, k)));
+        layout.inputs.push_back(
+            add(nc, fmt::format("phase '{}', interval {}, input", phase.name, k)));
     }
   }
   std::map<std::string, int> shared;

@@ -9,6 +9,7 @@
 #include "framework/core/error.hpp"
 #include "framework/core/text.hpp"
 #include "framework/transcription/shooting_program.hpp"
+#include "framework/transcription/violation.hpp"
 
 namespace saltus {
 namespace {
@@ -19,8 +20,8 @@ std::vector<int> base_intervals(const OptimalControlProblem& problem,
                                 const ShootingOptions& options) {
   problem.check();
   if (!options.integrator)
-    throw DefinitionError(fmt::format("problem '{}': the shooting options name no integrator",
-                                      problem.name()));
+    throw DefinitionError(
+        fmt::format("problem '{}': the shooting options name no integrator", problem.name()));
   if (options.intervals.empty())
     return std::vector<int>(problem.phases().size(), options.intervals_per_phase);
   if (options.intervals.size() != problem.phases().size())
@@ -95,8 +96,8 @@ void MultipleShooting::set_data(const std::string& parameter, const VectorRef& v
   }
   if (!found) {
     const std::string near = nearest_name(parameter, names);
-    throw DefinitionError(fmt::format("problem '{}' has no data parameter '{}'{}",
-                                      problem().name(), parameter,
+    throw DefinitionError(fmt::format("problem '{}' has no data parameter '{}'{}", problem().name(),
+                                      parameter,
                                       near.empty() ? "" : "; did you mean '" + near + "'?"));
   }
   program_->refresh();
@@ -127,11 +128,11 @@ void MultipleShooting::set_previous_input(const VectorRef& input) {
 
 void MultipleShooting::set_softness(const std::string& weight_name, double weight) {
   if (!(weight > 0.0 && std::isfinite(weight)))
-    throw DefinitionError(fmt::format("softness weight '{}' is {}, expected a positive number",
-                                      weight_name, weight));
+    throw DefinitionError(
+        fmt::format("softness weight '{}' is {}, expected a positive number", weight_name, weight));
   if (!program_->problem().set_softness(weight_name, weight))
-    throw DefinitionError(fmt::format("problem '{}' has no softness weight '{}'",
-                                      problem().name(), weight_name));
+    throw DefinitionError(
+        fmt::format("problem '{}' has no softness weight '{}'", problem().name(), weight_name));
   program_->refresh();
 }
 
@@ -147,7 +148,8 @@ NlpPoint MultipleShooting::initial_guess() const {
     const double T = grid().reference_duration(j);
     const VectorXd p = program_->parameters_of(j, nullptr);
     for (int i = 0; i < p.size(); ++i)
-      if (layout().parameter(j, i) >= 0) w[layout().parameter(j, i)] = p[i];
+      if (layout().parameter(j, i) >= 0)
+        w[layout().parameter(j, i)] = p[i] / phase.nominal_parameter(i);
     if (layout().duration(j) >= 0) w[layout().duration(j)] = T / phase.nominal_duration;
 
     const auto fraction = [&](int node) { return T > 0.0 ? grid().node_offset(j, node) / T : 0.0; };
@@ -185,16 +187,7 @@ NlpPoint MultipleShooting::initial_guess() const {
       set_state(k + 1, x);
     }
     if (j + 1 == grid().phases()) break;
-    const Jump& jump = problem().jumps()[j + 1];
-    if (!jump.map) {
-      start = x;
-    } else {
-      VectorXd z(jump.map.inputs());
-      z[0] = program_->start_of(j + 1, nullptr);
-      z.segment(1, nx) = x;
-      z.tail(z.size() - 1 - nx) = p.head(z.size() - 1 - nx);
-      start = jump.map(z);
-    }
+    start = problem().jumps()[j + 1].apply(program_->start_of(j + 1, nullptr), x, p);
   }
   return point;
 }
@@ -208,10 +201,11 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     const double start = program_->start_of(j, nullptr);
     for (int k = 0; k <= grid().intervals(j); ++k) {
       const double t = start + grid().node_offset(j, k);
-      const VectorXd x = trajectory.state(t);
+      const bool closes = k == grid().intervals(j);  // with x-, before any jump
+      const VectorXd x = closes ? trajectory.state_before(t) : trajectory.state(t);
       if (x.size() != nx) continue;  // another phase is in force there
       point.w.segment(layout().state(j, k), nx) = x.cwiseQuotient(phase.nominal_state);
-      if (k == grid().intervals(j) || grid().interval(j, k).is_empty()) continue;
+      if (closes || grid().interval(j, k).is_empty()) continue;
       // From the middle of the interval: the ends may belong to neighbours.
       const double next = start + grid().node_offset(j, k + 1);
       const auto set_input = [&](int first, double at) {
@@ -250,8 +244,8 @@ Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
     for (int k = 0; k < grid().intervals(j); ++k) {
       const GridInterval& interval = grid().interval(j, k);
       if (interval.is_empty()) continue;
-      TrajectoryPiece piece{j, start + interval.offset(T), interval.length(T), state(k), {},
-                            state(k + 1)};
+      TrajectoryPiece piece{
+          j, start + interval.offset(T), interval.length(T), state(k), {}, state(k + 1)};
       piece.coefficients.resize(program_->integrators()[j]->arguments().nc);
       for (int i = 0; i < piece.coefficients.size(); ++i)
         piece.coefficients[i] =
@@ -263,20 +257,6 @@ Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
 }
 
 namespace {
-
-std::string explain(SolveStatus status, const NlpResult& result, const NonlinearProgram& nlp) {
-  std::string text = describe(status);
-  const KktResidual& kkt = result.kkt;
-  constexpr double worth_naming = 1e-6;  // scaled violation
-  if (is_success(status) || !(kkt.feasibility > worth_naming)) return text;
-  if (kkt.worst_row >= 0)
-    text += fmt::format("; {} misses its bounds by {:.3g}", nlp.describe_row(kkt.worst_row),
-                        kkt.feasibility);
-  else if (kkt.worst_variable >= 0)
-    text += fmt::format("; {} misses its bounds by {:.3g}",
-                        nlp.describe_variable(kkt.worst_variable), kkt.feasibility);
-  return text;
-}
 
 // Sums the outputs of cost blocks per term, in the order of phases and terms.
 std::vector<CostShare> cost_shares(ShootingProgram& program, const VectorXd& w) {
@@ -340,7 +320,11 @@ std::vector<SoftnessUse> softness_use(const ShootingProgram& program, const Vect
 Solution MultipleShooting::interpret(NlpResult result) {
   Solution solution;
   solution.status = result.status;
-  solution.message = explain(result.status, result, *program_);
+  solution.message = describe(result.status);
+  if (!solution.ok() && result.point.w.size() == program_->variables()) {
+    const std::string violation = name_violation(*program_, result.point.w);
+    if (!violation.empty()) solution.message += "; " + violation;
+  }
   solution.cost = result.objective;
   solution.kkt = result.kkt;
   solution.iterations = result.iterations;
@@ -360,9 +344,8 @@ Solution MultipleShooting::interpret(NlpResult result) {
   const PhaseDefinition& first = problem().phases().front();
   if (result.point.lambda.size() == program_->rows())
     // L = f + lambda (x_0 - start) / nominal, so d cost / d start = -lambda / nominal.
-    solution.start_multipliers =
-        -result.point.lambda.segment(program_->start_row(), first.sizes.nx)
-             .cwiseQuotient(first.nominal_state);
+    solution.start_multipliers = -result.point.lambda.segment(program_->start_row(), first.sizes.nx)
+                                      .cwiseQuotient(first.nominal_state);
   solution.point = std::move(result.point);
   return solution;
 }

@@ -14,14 +14,6 @@ double difference(const VectorXd& a, const VectorXd& b, const VectorXd& nominal)
   return worst;
 }
 
-VectorXd jump_argument(const Jump& jump, double t, const VectorXd& x, const VectorXd& p) {
-  VectorXd z(jump.map.inputs());
-  z[0] = t;
-  z.segment(1, x.size()) = x;
-  z.tail(z.size() - 1 - x.size()) = p.head(z.size() - 1 - x.size());
-  return z;
-}
-
 }  // namespace
 
 ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& trajectory,
@@ -42,8 +34,7 @@ ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& traj
     for (; phase < piece.phase; ++phase) {
       const Jump& jump = problem.jumps()[phase + 1];
       if (!jump.map) continue;
-      const VectorXd z =
-          jump_argument(jump, piece.start, x, trajectory.phases()[phase].parameters);
+      const VectorXd z = jump.argument(piece.start, x, trajectory.phases()[phase].parameters);
       flow = jump.map.dense_jacobian(z).middleCols(1, x.size()) * flow;
       x = jump.map(z);
     }

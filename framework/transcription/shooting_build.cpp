@@ -79,8 +79,7 @@ int ShootingProgram::new_rows(int count, const std::string& what) {
 void ShootingProgram::build_start() {
   const PhaseDefinition& first = problem_.phases().front();
   start_row_ = new_rows(first.sizes.nx, "start of the problem, state");
-  for (int i = 0; i < first.sizes.nx; ++i)
-    add_linear(start_row_ + i, layout_.state(0, 0) + i, 1.0);
+  for (int i = 0; i < first.sizes.nx; ++i) add_linear(start_row_ + i, layout_.state(0, 0) + i, 1.0);
 }
 
 void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
@@ -137,16 +136,18 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
 
   for (int k = 0; k < grid_.intervals(j); ++k) {
     const Place place{j, k, k, false};
-    IntervalSite site{j, k, new_rows(sizes.nx, fmt::format("phase '{}', end of interval {}, state",
-                                                           phase.name, k)),
-                      -1};
+    IntervalSite site{
+        j, k,
+        new_rows(sizes.nx, fmt::format("phase '{}', end of interval {}, state", phase.name, k)),
+        -1};
     Block block{flow, no_shares(a.size()), VectorXd::Zero(a.size()), {}};
     for (int i = 0; i < sizes.nx; ++i)
       block.shares[a.x(i)] = {{layout_.state(j, k) + i, phase.nominal_state[i]}};
     for (int i = 0; i < a.nc; ++i)
       block.shares[a.c(i)] = {{layout_.input(j, k) + i, phase.nominal_input[i % sizes.nu]}};
     for (int i = 0; i < sizes.np; ++i)
-      if (layout_.parameter(j, i) >= 0) block.shares[a.p(i)] = {{layout_.parameter(j, i), 1.0}};
+      if (layout_.parameter(j, i) >= 0)
+        block.shares[a.p(i)] = {{layout_.parameter(j, i), phase.nominal_parameter(i)}};
     block.shares[a.t0()] = time_shares(place);
     block.shares[a.h()] = offset_shares(j, grid_.interval(j, k).length1);
     // Defect: x_(k+1) - x(t_k + h) = 0, divided by the nominal state.
@@ -191,7 +192,7 @@ PlacedBlock ShootingProgram::add_term_block(const Function& f, const Place& plac
            phase.nominal_input[i]}};
   for (int i = 0; i < a.np; ++i)
     if (layout_.parameter(place.phase, i) >= 0)
-      block.shares[a.p(i)] = {{layout_.parameter(place.phase, i), 1.0}};
+      block.shares[a.p(i)] = {{layout_.parameter(place.phase, i), phase.nominal_parameter(i)}};
   PlacedBlock result{-1, place, a.t(), -1, a.p()};
   if (with_length) {
     result.length_argument = a.size();
@@ -209,14 +210,13 @@ void ShootingProgram::add_row_site(int j, int t, const Place& place, bool state_
   site.phase = j;
   site.term = t;
   site.state_only = state_only;
-  site.first_row = new_rows(
-      term.function.outputs(),
-      fmt::format("phase '{}', term '{}', row", problem_.phases()[j].name, term.name));
+  site.first_row =
+      new_rows(term.function.outputs(),
+               fmt::format("phase '{}', term '{}', row", problem_.phases()[j].name, term.name));
   row_groups_.back().place = place;
   row_groups_.back().has_place = true;
   std::vector<BlockOutput> outputs;
-  for (int i = 0; i < term.function.outputs(); ++i)
-    outputs.push_back({site.first_row + i, 1.0});
+  for (int i = 0; i < term.function.outputs(); ++i) outputs.push_back({site.first_row + i, 1.0});
   site.block = add_term_block(term.function, place, std::move(outputs), false);
   rows_.push_back(std::move(site));
 }
@@ -268,9 +268,9 @@ void ShootingProgram::build_jump(int j) {
   const PhaseDefinition& to = problem_.phases()[j];
   const Jump& jump = problem_.jumps()[j];
   const int end = grid_.intervals(j - 1);
-  const int first_row =
-      new_rows(to.sizes.nx, fmt::format("jump '{}' from phase '{}' to phase '{}', state",
-                                        jump.name, from.name, to.name));
+  const int first_row = new_rows(
+      to.sizes.nx,
+      fmt::format("jump '{}' from phase '{}' to phase '{}', state", jump.name, from.name, to.name));
   for (int i = 0; i < to.sizes.nx; ++i) {
     bound_row(first_row + i, 0.0, 0.0);
     add_linear(first_row + i, layout_.state(j, 0) + i, 1.0);
@@ -278,7 +278,7 @@ void ShootingProgram::build_jump(int j) {
   if (!jump.map) {
     for (int i = 0; i < to.sizes.nx; ++i)
       add_linear(first_row + i, layout_.state(j - 1, end) + i,
-                          -from.nominal_state[i] / to.nominal_state[i]);
+                 -from.nominal_state[i] / to.nominal_state[i]);
     return;
   }
   const int n = jump.map.inputs();
@@ -290,7 +290,8 @@ void ShootingProgram::build_jump(int j) {
     block.shares[1 + i] = {{layout_.state(j - 1, end) + i, from.nominal_state[i]}};
   for (int i = 0; first_parameter + i < n; ++i)
     if (layout_.parameter(j - 1, i) >= 0)
-      block.shares[first_parameter + i] = {{layout_.parameter(j - 1, i), 1.0}};
+      block.shares[first_parameter + i] = {
+          {layout_.parameter(j - 1, i), from.nominal_parameter(i)}};
   for (int i = 0; i < to.sizes.nx; ++i)
     block.outputs.push_back({first_row + i, -1.0 / to.nominal_state[i]});
   PlacedBlock placed{add_block(std::move(block)), place, 0, -1, first_parameter};
@@ -301,11 +302,11 @@ void ShootingProgram::build_jump(int j) {
 void ShootingProgram::build_total_time() {
   const std::vector<VariableShare> shares = start_shares(grid_.phases());
   if (shares.empty() || problem_.total_time().is_free()) return;
-  const int row = new_rows(1, "total time, row");
-  for (const VariableShare& s : shares) add_linear(row, s.variable, s.factor);
+  total_time_row_ = new_rows(1, "total time, row");
+  for (const VariableShare& s : shares) add_linear(total_time_row_, s.variable, s.factor);
   const double known = known_start(grid_.phases()) - start_time;
-  bound_row(row, problem_.total_time().lower - known,
-                     problem_.total_time().upper - known);
+  bound_row(total_time_row_, problem_.total_time().lower - known,
+            problem_.total_time().upper - known);
 }
 
 // Slacks come last, so that everything before them keeps its place whatever is soft:
@@ -330,13 +331,12 @@ void ShootingProgram::build_slacks() {
   }
 }
 
-std::string ShootingProgram::describe_row(int row) const {
-  const auto after =
-      std::upper_bound(row_groups_.begin(), row_groups_.end(), row,
-                       [](int r, const RowGroup& group) { return r < group.first; });
+std::string ShootingProgram::describe_row(int row, const VectorXd* w) const {
+  const auto after = std::upper_bound(row_groups_.begin(), row_groups_.end(), row,
+                                      [](int r, const RowGroup& group) { return r < group.first; });
   const RowGroup& group = *(after - 1);
   std::string text = fmt::format("{} {}", group.name, row - group.first);
-  if (group.has_place) text += fmt::format(" at t = {:.6g} s", time_of(group.place, nullptr));
+  if (group.has_place) text += fmt::format(" at t = {:.6g} s", time_of(group.place, w));
   return text;
 }
 

@@ -41,6 +41,7 @@ class ShootingProgram final : public BlockProgram {
   const std::vector<shooting::CostSite>& cost_sites() const { return costs_; }
   const std::vector<shooting::ChangeSite>& change_sites() const { return changes_; }
   int start_row() const { return start_row_; }
+  int total_time_row() const { return total_time_row_; }  ///< -1: none
 
   /// Absolute time of a place for durations as in w (null: the reference durations), s.
   double time_of(const shooting::Place& place, const VectorXd* w) const;
@@ -50,7 +51,9 @@ class ShootingProgram final : public BlockProgram {
   bool is_given_start(int phase, int node) const;
   Bounds input_bounds(int phase, int interval, int component) const;
 
-  std::string describe_row(int row) const override;
+  std::string describe_row(int row) const override { return describe_row(row, nullptr); }
+  /// With times for durations as in w (null: the reference durations).
+  std::string describe_row(int row, const VectorXd* w) const;
   std::string describe_variable(int variable) const override { return layout_.describe(variable); }
 
  private:
@@ -91,6 +94,7 @@ class ShootingProgram final : public BlockProgram {
   Layout layout_;
 
   int start_row_ = 0;
+  int total_time_row_ = -1;
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
   std::vector<shooting::IntervalSite> intervals_;
   std::vector<shooting::RowSite> rows_;

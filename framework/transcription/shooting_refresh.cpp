@@ -77,7 +77,8 @@ VectorXd ShootingProgram::parameters_of(int phase, const VectorXd* w) const {
   VectorXd p = data[phase];
   if (w != nullptr)
     for (int i = 0; i < p.size(); ++i)
-      if (layout_.parameter(phase, i) >= 0) p[i] = (*w)[layout_.parameter(phase, i)];
+      if (layout_.parameter(phase, i) >= 0)
+        p[i] = (*w)[layout_.parameter(phase, i)] * problem_.phases()[phase].nominal_parameter(i);
   return p;
 }
 
@@ -105,8 +106,7 @@ void ShootingProgram::refresh_constants() {
       constant(b.block, b.length_argument) = grid_.interval(j, b.place.interval).length0;
     if (b.parameter_argument < 0) continue;
     for (int i = 0; i < data[j].size(); ++i)
-      if (layout_.parameter(j, i) < 0)
-        constant(b.block, b.parameter_argument + i) = data[j][i];
+      if (layout_.parameter(j, i) < 0) constant(b.block, b.parameter_argument + i) = data[j][i];
   }
 }
 
@@ -114,18 +114,20 @@ void ShootingProgram::refresh_start_and_unknowns() {
   const PhaseDefinition& first = problem_.phases().front();
   for (int i = 0; i < first.sizes.nx; ++i)
     bound_row(start_row_ + i, start_bounds[i].lower / first.nominal_state[i],
-                       start_bounds[i].upper / first.nominal_state[i]);
+              start_bounds[i].upper / first.nominal_state[i]);
   for (int j = 0; j < grid_.phases(); ++j) {
     const PhaseDefinition& phase = problem_.phases()[j];
     int p = 0;
     for (const ParameterBlock& block : phase.parameters)
-      for (int i = 0; i < block.value.size(); ++i, ++p)
-        if (block.unknown)
-          bound_variable(layout_.parameter(j, p), block.bounds[i].lower,
-                                  block.bounds[i].upper);
+      for (int i = 0; i < block.value.size(); ++i, ++p) {
+        if (!block.unknown) continue;
+        const Bounds b = problem_.bounds_of_unknown(block.name, i);
+        bound_variable(layout_.parameter(j, p), b.lower / block.nominal[i],
+                       b.upper / block.nominal[i]);
+      }
     if (layout_.duration(j) >= 0)
       bound_variable(layout_.duration(j), phase.duration.lower / phase.nominal_duration,
-                              phase.duration.upper / phase.nominal_duration);
+                     phase.duration.upper / phase.nominal_duration);
   }
 }
 
@@ -181,7 +183,11 @@ void ShootingProgram::refresh_state_bounds(int j) {
       const int v = layout_.state(j, node) + s.component;
       const double nominal = phase.nominal_state[s.component];
       bound_variable(v, std::max(lower()[v], s.bounds.lower / nominal),
-                              std::min(upper()[v], s.bounds.upper / nominal));
+                     std::min(upper()[v], s.bounds.upper / nominal));
+      if (lower()[v] > upper()[v])
+        throw DefinitionError(fmt::format(
+            "phase '{}', state {}: bounds that act at the same time exclude one another: [{}, {}]",
+            phase.name, s.component, lower()[v] * nominal, upper()[v] * nominal));
     }
   }
 }
@@ -272,11 +278,10 @@ void ShootingProgram::refresh_changes() {
     const double before = site.from < 0 ? nominal : interval_length(j, site.from);
     const double mean = 0.5 * (before + interval_length(j, site.to));
     for (int i = 0; i < problem_.phases()[j].sizes.nu; ++i) {
-      const bool exists = neighbours && !is_pinned(j, site.to, i) &&
-                          (site.from < 0 || !is_pinned(j, site.from, i));
+      const bool exists =
+          neighbours && !is_pinned(j, site.to, i) && (site.from < 0 || !is_pinned(j, site.from, i));
       weight(site.block, i) = exists ? nominal / mean : 0.0;
-      if (site.from < 0 && previous_input.size() > 0)
-        constant(site.block, i) = previous_input[i];
+      if (site.from < 0 && previous_input.size() > 0) constant(site.block, i) = previous_input[i];
     }
   }
 }

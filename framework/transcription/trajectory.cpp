@@ -4,6 +4,7 @@
 #include <fmt/ostream.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <ostream>
 
@@ -44,6 +45,13 @@ VectorXd Trajectory::state_in(const TrajectoryPiece& piece, double t) const {
 }
 
 VectorXd Trajectory::state(double t) const { return state_in(piece_at(t), t); }
+VectorXd Trajectory::state_before(double t) const {
+  // Ends and starts of neighbours are computed separately and may differ in the last digits.
+  const double clearly_before = t - 1e-12 * std::max(1.0, std::abs(t));
+  const auto piece = std::lower_bound(pieces_.begin(), pieces_.end(), clearly_before,
+                                      [](const auto& p, double time) { return p.end() < time; });
+  return state_in(piece == pieces_.end() ? pieces_.back() : *piece, t);
+}
 VectorXd Trajectory::input(double t) const { return input_in(piece_at(t), t); }
 
 void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {

@@ -13,11 +13,11 @@ namespace saltus {
 /// One shooting interval of a solution.
 struct TrajectoryPiece {
   int phase = 0;
-  double start = 0.0;      ///< absolute time, s
-  double length = 0.0;     ///< s, positive
-  VectorXd state;          ///< at the start of the interval
-  VectorXd coefficients;   ///< of the input, see InputShape
-  VectorXd end_state;      ///< of the node at its end, before any jump
+  double start = 0.0;     ///< absolute time, s
+  double length = 0.0;    ///< s, positive
+  VectorXd state;         ///< at the start of the interval
+  VectorXd coefficients;  ///< of the input, see InputShape
+  VectorXd end_state;     ///< of the node at its end, before any jump
 
   double end() const { return start + length; }
 };
@@ -48,6 +48,8 @@ class Trajectory {
   const TrajectoryPiece& piece_at(double t) const;
   /// Dense output: integrated from the node before t.
   VectorXd state(double t) const;
+  /// The left limit: at an event x- of the old phase, elsewhere state(t).
+  VectorXd state_before(double t) const;
   VectorXd input(double t) const;
 
   /// A header and one line per sample: t, phase, x0..., u0...; columns that a phase does not have

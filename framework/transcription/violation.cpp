@@ -1,0 +1,120 @@
+#include "framework/transcription/violation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace saltus {
+
+using namespace shooting;
+
+namespace {
+
+constexpr double worth_naming = 1e-6;  // the usual feasibility of a good solution, and more
+
+double miss(double value, double lower, double upper) {
+  return std::max({lower - value, value - upper, 0.0});
+}
+
+struct Violation {
+  double amount = 0.0;
+  std::string what;
+
+  template <class Describe>
+  void consider(double other, Describe&& describe) {
+    if (!(other > amount)) return;
+    amount = other;
+    what = describe();
+  }
+};
+
+// Among what the user wrote: hard terms, bounds on states and the total time.
+Violation worst_of_terms(ShootingProgram& program, const VectorXd& w) {
+  Violation worst;
+  VectorXd g(program.rows());
+  if (!program.constraints(w.data(), g.data())) return worst;
+  const auto consider_row = [&](int row) {
+    worst.consider(miss(g[row], program.row_lower()[row], program.row_upper()[row]),
+                   [&] { return program.describe_row(row, &w); });
+  };
+  for (const RowSite& site : program.row_sites()) {
+    const Term& term = program.problem().phases()[site.phase].terms[site.term];
+    if (term.soft) continue;
+    for (int i = 0; i < term.function.outputs(); ++i) consider_row(site.first_row + i);
+  }
+  if (program.total_time_row() >= 0) consider_row(program.total_time_row());
+  for (int j = 0; j < program.grid().phases(); ++j) {
+    const PhaseDefinition& phase = program.problem().phases()[j];
+    for (int node = 0; node <= program.grid().intervals(j); ++node)
+      for (int i = 0; i < phase.sizes.nx; ++i) {
+        const int v = program.layout().state(j, node) + i;
+        worst.consider(
+            phase.nominal_state[i] * miss(w[v], program.lower()[v], program.upper()[v]), [&] {
+              return fmt::format("phase '{}', bounds of state {} at t = {:.6g} s", phase.name, i,
+                                 program.time_of({.phase = j, .node = node}, &w));
+            });
+      }
+  }
+  return worst;
+}
+
+Violation worst_of_rows(ShootingProgram& program, const VectorXd& w) {
+  Violation worst;
+  VectorXd g(program.rows());
+  if (!program.constraints(w.data(), g.data())) return worst;
+  for (int row = 0; row < program.rows(); ++row)
+    worst.consider(miss(g[row], program.row_lower()[row], program.row_upper()[row]),
+                   [&] { return program.describe_row(row, &w); });
+  return worst;
+}
+
+// The states that the inputs of w really lead to, from its start; false if that is not finite.
+bool close_gaps(const ShootingProgram& program, VectorXd& w) {
+  VectorXd x;
+  for (int j = 0; j < program.grid().phases(); ++j) {
+    const PhaseDefinition& phase = program.problem().phases()[j];
+    const int nx = phase.sizes.nx;
+    const VectorXd p = program.parameters_of(j, &w);
+    const double start = program.start_of(j, &w), T = program.duration_of(j, &w);
+    const auto stored = [&](int node) { return w.segment(program.layout().state(j, node), nx); };
+    if (j == 0) {
+      x = stored(0).cwiseProduct(phase.nominal_state);
+      for (int i = 0; i < nx; ++i)
+        x[i] = std::clamp(x[i], program.start_bounds[i].lower, program.start_bounds[i].upper);
+    }
+    Integrator& integrator = *program.integrators()[j];
+    const IntervalArguments a = integrator.arguments();
+    VectorXd argument(a.size()), end(integrator.outputs()), c(a.nc);
+    stored(0) = x.cwiseQuotient(phase.nominal_state);
+    for (int k = 0; k < program.grid().intervals(j); ++k) {
+      for (int i = 0; i < a.nc; ++i)
+        c[i] = w[program.layout().input(j, k) + i] * phase.nominal_input[i % phase.sizes.nu];
+      const GridInterval& interval = program.grid().interval(j, k);
+      argument << x, c, p, start + interval.offset(T), interval.length(T);
+      if (integrator.value(argument.data(), end.data()) != IntegrationStatus::success) return false;
+      x = end.head(nx);
+      stored(k + 1) = x.cwiseQuotient(phase.nominal_state);
+    }
+    if (j + 1 < program.grid().phases())
+      x = program.problem().jumps()[j + 1].apply(start + T, x, p);
+    if (!x.allFinite()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string name_violation(ShootingProgram& program, const VectorXd& w) {
+  const Violation any = worst_of_rows(program, w);
+  Violation named = worst_of_terms(program, w);
+  if (any.amount > worth_naming && any.amount > named.amount) {  // a gap of the dynamics
+    VectorXd simulated = w;
+    Violation closed;
+    if (close_gaps(program, simulated)) closed = worst_of_terms(program, simulated);
+    named = closed.amount > worth_naming ? closed : any;
+  }
+  if (!(named.amount > worth_naming)) return {};
+  return fmt::format("{} misses its bounds by {:.3g}", named.what, named.amount);
+}
+
+}  // namespace saltus

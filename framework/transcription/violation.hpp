@@ -1,0 +1,18 @@
+// Which condition of a problem cannot be met, when, and by how much? For solves that failed.
+#pragma once
+
+#include <string>
+
+#include "framework/transcription/shooting_program.hpp"
+
+namespace saltus {
+
+/// One clause, "phase 'flight', term 'landing', row 0 at t = 0.8 s misses its bounds by 0.12", in
+/// the units of the term, or an empty string if w meets everything.
+///
+/// A solver that gives up spreads what is missing over terms and gaps of the dynamics as suits its
+/// norm. Where the gaps are largest they are closed by simulating the inputs from the start, so
+/// that all of it shows in the terms that the user wrote.
+std::string name_violation(ShootingProgram& program, const VectorXd& w);
+
+}  // namespace saltus

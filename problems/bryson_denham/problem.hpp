@@ -1,0 +1,69 @@
+// Bryson and Denham's block that must not rise above a ceiling: the least effort that takes it
+// from the ground back to the ground in one second.
+//
+//   min 1/2 int u^2   x' = v, v' = u   x(0) = x(1) = 0, v(0) = 1, v(1) = -1, x <= l = 1/9
+//
+// For l <= 1/6 the block climbs until it touches the ceiling at t = 3 l, slides along it with u = 0
+// and leaves it at 1 - 3 l; J = 4 / (9 l) = 4 exactly. On both outer arcs u is linear in t. Nothing
+// says that the middle phase runs at the ceiling: to level out as high as possible is cheapest.
+// Guess: the start throughout, no input, 0.3 s for each phase.
+// Source: Bryson and Ho, Applied Optimal Control, sec. 3.11.
+#pragma once
+
+#include "integrators/runge_kutta.hpp"
+#include "problems/reference_case.hpp"
+
+namespace saltus::bryson_denham {
+
+inline constexpr double ceiling_height = 1.0 / 9.0;  // m
+
+struct Block {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+
+inline OptimalControlProblem problem() {
+  const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+  const auto height = [](const auto&, const auto& x) { return x[0]; };
+  const auto speed = [](const auto&, const auto& x) { return x[1]; };
+  const Bounds part = between(0.05, 0.9);  // of the second, s
+
+  Phase<2, 1> climb{"climb", Block{}, part};
+  climb.keep("ceiling", height, at_most(ceiling_height))
+      .minimise("effort", effort)
+      .reach("no impact", speed, exactly(0.0));
+
+  Phase<2, 1> slide{"along the ceiling", Block{}, part};
+  slide.bound_input(0, exactly(0.0));
+
+  Phase<2, 1> descend{"descend", Block{}, part};
+  descend.keep("ceiling", height, at_most(ceiling_height))
+      .minimise("effort", effort)
+      .reach("ground", height, exactly(0.0))
+      .reach("landing speed", speed, exactly(-1.0));
+
+  for (auto* phase : {&climb, &slide, &descend})
+    phase->inputs(InputCourse::piecewise_linear_continuous).guess_duration(0.3);
+  OptimalControlProblem ocp("Bryson-Denham");
+  ocp.start_at({0, 1}).then(climb).then(slide).then(descend);
+  ocp.total_time(exactly(1.0)).costs(CostRule::integrated);
+  return ocp;
+}
+
+inline ReferenceCase reference() {
+  return {.id = "B01",
+          .name = "bryson_denham",
+          .exercises = "three phases of free duration, their sum given, piecewise linear inputs",
+          .source = "Bryson and Ho, Applied Optimal Control, sec. 3.11; closed form",
+          .problem = problem,
+          // Cubic states and quadratic costs: one step of order four per interval is exact.
+          .options = {.intervals_per_phase = 10, .integrator = runge_kutta4()},
+          .optimum = 4.0,
+          .digits = 16,
+          .tolerance = 1e-8,  // the solver's; transcription and integration are exact here
+          .switching_times = {1.0 / 3.0, 2.0 / 3.0}};
+}
+
+}  // namespace saltus::bryson_denham

@@ -1,0 +1,30 @@
+// A problem with a known answer: how it is solved and what has to come out.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "framework/ocp/problem.hpp"
+#include "framework/transcription/multiple_shooting.hpp"
+
+namespace saltus {
+
+struct ReferenceCase {
+  std::string id;         ///< short and stable, as in the literature list: "B01"
+  std::string name;       ///< of the folder in problems/
+  std::string exercises;  ///< what of the framework it puts to the test
+  std::string source;     ///< where the statement and the optimum come from
+
+  std::function<OptimalControlProblem()> problem;  ///< with its guess
+  ShootingOptions options;
+
+  double optimum = 0.0;
+  int digits = 0;          ///< of the optimum that are known
+  double tolerance = 0.0;  ///< on the cost, relative to 1 + |optimum|, and its reason in the file
+  /// Ends of all phases but the last, s; empty where they are given or unknown.
+  std::vector<double> switching_times = {};
+  double switching_tolerance = 1e-4;  ///< s; the cost is flat in them, so that digits are lost
+};
+
+}  // namespace saltus

@@ -1,0 +1,17 @@
+// The catalogue of problems with known answers. Tests and benchmarks run over it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/reference_case.hpp"
+
+namespace saltus {
+
+/// All cases, in the order of their ids.
+const std::vector<ReferenceCase>& reference_cases();
+
+/// The case with this id or name. Throws InputError that suggests the nearest one.
+const ReferenceCase& reference_case(const std::string& id_or_name);
+
+}  // namespace saltus
