@@ -34,4 +34,23 @@ struct ScalarBinaryOpTraits<double, S, Operation> {
   using ReturnType = S;
 };
 
+namespace internal {
+
+// Products coefficient by coefficient, whatever the size. From 8 rows on Eigen would use its
+// kernels for numbers, which compare scalars, convert one factor to the other's type, or allocate.
+template <class Lhs, class Rhs>
+requires(
+    saltus::ActiveScalar<typename traits<typename remove_all<Lhs>::type>::Scalar> ||
+    saltus::ActiveScalar<
+        typename traits<typename remove_all<Rhs>::type>::Scalar>) struct product_type<Lhs, Rhs> {
+  enum {
+    rows = int(traits<typename remove_all<Lhs>::type>::RowsAtCompileTime) == 1 ? 1 : int(Small),
+    depth = int(traits<typename remove_all<Lhs>::type>::ColsAtCompileTime) == 1 ? 1 : int(Small),
+    cols = int(traits<typename remove_all<Rhs>::type>::ColsAtCompileTime) == 1 ? 1 : int(Small),
+    ret = product_type_selector<rows, cols, depth>::ret,
+    value = ret
+  };
+};
+
+}  // namespace internal
 }  // namespace Eigen

@@ -1,0 +1,65 @@
+// Are the derivatives of a function right? Compares Jacobian and Hessian with differences and says
+// which entry is off, in words that name the input and the output.
+#pragma once
+
+#include <cstdint>
+#include <iosfwd>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "framework/core/types.hpp"
+#include "framework/model/function.hpp"
+
+namespace saltus {
+
+struct DerivativeCheckOptions {
+  /// Difference step relative to max(1, |z_j|): near eps^(1/5), where the truncation (h^4) and the
+  /// rounding (eps / h) of extrapolated central differences balance.
+  double step = 5e-4;
+  /// Largest accepted |exact - difference| / max(1, |exact|), beyond the rounding of differences.
+  double tolerance = 1e-7;
+  /// Weights of the outputs in the Hessian; empty: distinct numbers near 1.
+  VectorXd weights = {};
+  /// For the report; may be empty.
+  std::vector<std::string> input_names = {}, output_names = {};
+};
+
+/// One entry of a derivative. Of a Hessian, row >= col are both inputs.
+struct DerivativeEntry {
+  int row = -1;
+  int col = -1;
+  double exact = 0.0;       ///< what the function says; 0 outside its pattern
+  double difference = 0.0;  ///< what differences say
+  double error = 0.0;       ///< scaled as the tolerance is; infinite if either is not finite
+  bool in_pattern = true;
+  int point = 0;  ///< at which of the points
+};
+
+struct DerivativeReport {
+  bool ok = true;
+  int points = 1;
+  std::optional<std::uint32_t> seed;  ///< if the points were random
+  double tolerance = 0.0;
+  DerivativeEntry worst_jacobian, worst_hessian;
+  /// All entries beyond the tolerance, worst first.
+  std::vector<DerivativeEntry> jacobian_failures, hessian_failures;
+  std::vector<std::string> input_names, output_names;
+};
+
+/// Checks at z. Entries outside the patterns must have zero differences. At a kink (abs at 0) no
+/// difference is right: choose another point.
+DerivativeReport check_derivatives(const Function& function, const VectorRef& z,
+                                   const DerivativeCheckOptions& options = {});
+
+/// Checks at `points` points drawn uniformly between lower and upper (each of `inputs` entries).
+DerivativeReport check_derivatives(const Function& function, const VectorRef& lower,
+                                   const VectorRef& upper, int points, std::uint32_t seed,
+                                   const DerivativeCheckOptions& options = {});
+
+/// One line if all is well, else a table of the worst entries.
+std::string to_string(const DerivativeReport& report);
+/// So that a test may write EXPECT_TRUE(report.ok) << report.
+std::ostream& operator<<(std::ostream& out, const DerivativeReport& report);
+
+}  // namespace saltus

@@ -1,0 +1,67 @@
+#include "tests/support/count_allocations.hpp"
+
+#include <atomic>
+#include <cerrno>
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+
+// Eigen allocates with malloc, so malloc itself is replaced: glibc lets a program do so and keeps
+// its own under __libc_*. operator new calls malloc and is thereby counted as well.
+namespace {
+std::atomic<long> allocations{0};
+}
+
+#if defined(__SANITIZE_ADDRESS__)
+#define SALTUS_SANITIZED  // the sanitizer brings its own malloc; only operator new is counted
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define SALTUS_SANITIZED
+#endif
+#endif
+
+#ifndef SALTUS_SANITIZED
+extern "C" {
+void* __libc_malloc(std::size_t);
+void* __libc_calloc(std::size_t, std::size_t);
+void* __libc_realloc(void*, std::size_t);
+void* __libc_memalign(std::size_t, std::size_t);
+
+void* malloc(std::size_t size) {
+  ++allocations;
+  return __libc_malloc(size);
+}
+void* calloc(std::size_t count, std::size_t size) {
+  ++allocations;
+  return __libc_calloc(count, size);
+}
+void* realloc(void* old, std::size_t size) {
+  ++allocations;
+  return __libc_realloc(old, size);
+}
+void* aligned_alloc(std::size_t alignment, std::size_t size) {
+  ++allocations;
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
+  ++allocations;
+  *result = __libc_memalign(alignment, size);
+  return *result == nullptr ? ENOMEM : 0;
+}
+}
+#else
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+#endif
+
+namespace saltus::testing {
+
+AllocationCount::AllocationCount() : start_(allocations) {}
+long AllocationCount::made() const { return allocations - start_; }
+
+}  // namespace saltus::testing
