@@ -13,6 +13,7 @@
 #include <sundials/sundials_version.h>
 
 #include <memory>
+#include <type_traits>
 #include <vector>
 
 #include "framework/model/integrator.hpp"
