@@ -10,6 +10,9 @@
 #include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
 
+// Present when OpenBLAS is what the linear solver found; null with any other BLAS.
+extern "C" void openblas_set_num_threads(int threads) __attribute__((weak));
+
 // Inside saltus the plain name is our option struct.
 namespace coin = ::Ipopt;
 
@@ -160,6 +163,8 @@ class IpoptSolver final : public Solver {
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     const Clock::time_point begin = Clock::now();
+    if (options_.blas_threads > 0 && openblas_set_num_threads != nullptr)
+      openblas_set_num_threads(options_.blas_threads);
     const bool limited_memory = !program.supports(options_.curvature);
     coin::SmartPtr<coin::IpoptApplication> application = configured(warm, limited_memory);
     coin::SmartPtr<Adapter> adapter =
@@ -198,7 +203,11 @@ class IpoptSolver final : public Solver {
     ok = o->SetNumericValue("compl_inf_tol", 1e3 * options_.tolerance) && ok;
     ok = o->SetIntegerValue("max_iter", options_.max_iterations) && ok;
     ok = o->SetNumericValue("bound_relax_factor", options_.bound_relaxation) && ok;
-    ok = o->SetStringValue("mu_strategy", options_.adaptive_barrier ? "adaptive" : "monotone") && ok;
+    if (options_.mehrotra)
+      ok = o->SetStringValue("mehrotra_algorithm", "yes") && ok;
+    else
+      ok = o->SetStringValue("mu_strategy", options_.adaptive_barrier ? "adaptive" : "monotone") &&
+           ok;
     ok = o->SetStringValue("hessian_approximation", limited_memory ? "limited-memory" : "exact") &&
          ok;
     // Inputs that are forced to a value are taken out of the problem.

@@ -16,9 +16,14 @@ struct Ipopt {
   Curvature curvature = Curvature::exact;
   /// Relaxation of bounds before the solve; 0 solves the problem as stated.
   double bound_relaxation = 0.0;
+  /// Mehrotra's predictor-corrector: fewer iterations, for convex quadratic programs only.
+  bool mehrotra = false;
   bool adaptive_barrier = false;     ///< "adaptive" in place of "monotone" barrier updates
   double warm_start_barrier = 1e-6;  ///< initial barrier parameter of warm starts
   int print_level = 0;               ///< Ipopt's own, 0: silent
+  /// Threads of the BLAS under the linear solver, where it can be told (OpenBLAS). The dense blocks
+  /// of optimal control problems are small: more threads wait for one another. 0: as it is.
+  int blas_threads = 1;
 };
 
 /// Works with Ipopt 3.11 to 3.14.

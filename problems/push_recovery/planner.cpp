@@ -39,7 +39,8 @@ class Mpc final : public Planner {
   Mpc(const Config& config, const RobotDescription& robot, const Scene& scene)
       : charges_change_(config.weights.wrench_change > 0.0),
         controller_(transcribe(config, robot, scene),
-                    make_solver(Ipopt{.tolerance = config.solver_tolerance}), config.mpc_step) {}
+                    make_solver(Ipopt{.tolerance = config.solver_tolerance, .mehrotra = true}),
+                    config.mpc_step) {}
 
   ControlTick tick(const Measurement& measured, const Scene& scene, double impact_time) override {
     MultipleShooting& shooting = controller_.shooting();

@@ -132,7 +132,9 @@ void draw_pictures(const OutputFolder& output) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
-    execlp("python3", "python3", script.c_str(), folder.c_str(), static_cast<char*>(nullptr));
+    // The system's own python3 first: that is the one whose packages the set-up installs.
+    for (const char* python : {"/usr/bin/python3", "python3"})
+      execlp(python, python, script.c_str(), folder.c_str(), static_cast<char*>(nullptr));
     _exit(127);
   }
   int status = 0;
@@ -157,7 +159,7 @@ ExitStatus run(const Config& config, const RunContext& context) {
   const Verdict verdict = judge(config, log);
   const Json json = summary(config, log, verdict);
 
-  context.output.write("config.yaml", context.effective_config);
+  context.output.write("config.yaml", std::string_view(context.effective_config));
   context.output.write("trajectory.csv", trajectory_table(log));
   context.output.write("ticks.csv", tick_table(log));
   context.output.write("summary.json", json);

@@ -7,6 +7,7 @@
 
 #include "framework/ocp/window.hpp"
 #include "integrators/cvodes.hpp"
+#include "problems/push_recovery/capture_point_controller.hpp"
 #include "robots/capture_point.hpp"
 #include "robots/centroidal_plant.hpp"
 
@@ -30,7 +31,9 @@ class ClosedLoop {
                cvodes({.method = CvodesMethod::Adams,
                        .tolerance = plant_tolerance,
                        .absolute_tolerance = plant_tolerance})),
-        planner_(make_mpc(config, robot, scene_)) {
+        planner_(config.controller == ControllerChoice::mpc
+                     ? make_mpc(config, robot, scene_)
+                     : make_capture_point_controller(config, robot, scene_)) {
     log_.robot = robot;
     plant_.left = {scene_.left, true};
     plant_.right = {scene_.right, false};
