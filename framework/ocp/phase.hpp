@@ -94,14 +94,14 @@ class Phase {
   }
   /// Integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
   template <class F>
-  Phase& track(std::string name, F residual, const VectorRef& weights, Window window = {},
+  Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
     return least_squares(std::move(name), TermPlace::running, std::move(residual),
                          weights.asDiagonal(), std::move(window), std::move(reference));
   }
   /// 1/2 |residual - reference|^2_W once, where the phase ends.
   template <class F>
-  Phase& track_at_end(std::string name, F residual, const VectorRef& weights,
+  Phase& track_at_end(std::string name, F residual, const VectorXd& weights,
                       Reference reference = {}) {
     return least_squares(std::move(name), TermPlace::phase_end, std::move(residual),
                          weights.asDiagonal(), {}, std::move(reference));
@@ -109,7 +109,7 @@ class Phase {
   /// 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals, the first against the input applied
   /// before the horizon; weighted by the nominal over the mean length of the two intervals. An
   /// input that is forced to a value does not exist there and is not charged.
-  Phase& penalise_change(const VectorRef& weights) {
+  Phase& penalise_change(const VectorXd& weights) {
     d_.input_change_weight = weights;
     return *this;
   }
@@ -120,20 +120,20 @@ class Phase {
     return *this;
   }
   /// Parameters in the order of declaration make up p. Data: given per solve.
-  Phase& data(std::string name, const VectorRef& value) {
+  Phase& data(std::string name, const VectorXd& value) {
     d_.parameters.push_back({std::move(name), value, false, {}, VectorXd::Ones(value.size())});
     return *this;
   }
   /// An unknown of the problem; the same name in several phases is the same unknown, within the
   /// bounds of all of them and from the guess of the last. `magnitude` scales its entries.
-  Phase& unknown(std::string name, const VectorRef& guess, Bounds bounds, double magnitude = 1.0) {
+  Phase& unknown(std::string name, const VectorXd& guess, Bounds bounds, double magnitude = 1.0) {
     d_.parameters.push_back({std::move(name), guess, true,
                              std::vector<Bounds>(guess.size(), bounds),
                              VectorXd::Constant(guess.size(), magnitude)});
     return *this;
   }
   /// Magnitudes by which variables and defects are scaled (positive).
-  Phase& nominal(const VectorRef& state, const VectorRef& input) {
+  Phase& nominal(const VectorXd& state, const VectorXd& input) {
     d_.nominal_state = state;
     d_.nominal_input = input;
     return *this;

@@ -75,6 +75,7 @@ void check_weight(const PhaseDefinition& phase, const Term& term) {
     fail(phase, term,
          fmt::format("the residual has {} entries, but the reference has {}", m,
                      term.reference.size()));
+  if (!term.reference.is_finite()) fail(phase, term, "the reference is not finite");
 }
 
 void check_term(const PhaseDefinition& phase, const Term& term) {
@@ -127,11 +128,15 @@ void PhaseDefinition::check() const {
   if (duration.is_empty() || duration.lower < 0.0)
     fail(*this, fmt::format("the duration [{}, {}] s is empty or negative", duration.lower,
                             duration.upper));
+  if (duration.upper == 0.0) fail(*this, "the duration is 0 s, so that nothing can happen in it");
   if (std::isinf(duration.lower)) fail(*this, "the shortest duration must be finite");
   if (has_free_duration() && !(duration_guess > 0.0 && std::isfinite(duration_guess)))
     fail(*this, fmt::format("the free duration needs a positive guess, but it is {} s; use "
                             "guess_duration()",
                             duration_guess));
+  if (has_free_duration() && (duration_guess < duration.lower || duration_guess > duration.upper))
+    fail(*this, fmt::format("the guess of the duration, {} s, lies outside its bounds [{}, {}] s",
+                            duration_guess, duration.lower, duration.upper));
   check_components(*this, "input", sizes.nu, input_bounds);
   check_components(*this, "state", sizes.nx, state_bounds);
   check_positive(*this, "the nominal state", nominal_state, sizes.nx);

@@ -20,6 +20,7 @@ class Reference {
 
   bool is_zero() const { return values_.size() == 0; }
   bool varies() const { return times_.size() > 1; }
+  bool is_finite() const { return values_.allFinite(); }
   int size() const { return static_cast<int>(values_.rows()); }
   /// Entry i at time t.
   double at(double t, int i) const;

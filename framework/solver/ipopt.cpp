@@ -155,6 +155,13 @@ SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {
   }
 }
 
+// What Ipopt reports as an internal error, or does not look at.
+bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
+  return start.w.size() == program.variables() &&
+         (program.lower().array() <= program.upper().array()).all() &&
+         (program.row_lower().array() <= program.row_upper().array()).all();
+}
+
 class IpoptSolver final : public Solver {
  public:
   explicit IpoptSolver(const saltus::Ipopt& options) : options_(options) {}
@@ -170,8 +177,10 @@ class IpoptSolver final : public Solver {
     coin::SmartPtr<Adapter> adapter =
         new Adapter(program, start, options_.curvature, options_.time_limit);
     SolveStatus status = SolveStatus::invalid_problem;
-    if (IsValid(application))
-      status = translate(application->OptimizeTNLP(adapter), adapter->timed_out);
+    if (IsValid(application) && is_well_posed(program, start)) {
+      const coin::ApplicationReturnStatus code = application->OptimizeTNLP(adapter);
+      status = translate(code, adapter->timed_out);  // timed_out is known only now
+    }
 
     NlpResult result = std::move(adapter->result);
     result.status = status;
@@ -180,7 +189,9 @@ class IpoptSolver final : public Solver {
                                                                       : "exact";
     if (result.point.w.size() != program.variables()) {  // Ipopt refused before the first iterate
       result.point = {start.w, VectorXd::Zero(program.rows()), VectorXd::Zero(program.variables())};
-      if (!program.objective(start.w.data(), result.objective))
+      if (start.w.size() != program.variables())
+        result.point.w = VectorXd::Zero(program.variables());
+      if (!program.objective(result.point.w.data(), result.objective))
         result.status = SolveStatus::evaluation_failed;
     }
     result.kkt = kkt_residual(program, result.point);

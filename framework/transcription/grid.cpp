@@ -143,9 +143,9 @@ void Grid::place_fixed(PhaseGrid& grid) {
     for (std::size_t i = 0; i < count; ++i)
       if (std::abs(grid.offsets[i] - mark) <= same_instant) grid.event_node[i] = 1;
   // All nodes of one instant are breaks if one of them is.
-  for (std::size_t i = 1; i < count; ++i)
-    if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i]) grid.event_node[i - 1] = 1;
   for (std::size_t i = count - 1; i > 0; --i)
+    if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i]) grid.event_node[i - 1] = 1;
+  for (std::size_t i = 1; i < count; ++i)
     if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i - 1]) grid.event_node[i] = 1;
   for (std::size_t k = 0; k + 1 < count; ++k)
     grid.intervals[k] = {grid.offsets[k], 0.0, grid.offsets[k + 1] - grid.offsets[k], 0.0};

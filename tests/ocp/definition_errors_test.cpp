@@ -1,0 +1,318 @@
+// A wrong definition is refused at set-up, in one sentence that names the phase and the term, what
+// was expected and what was given.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "framework/core/error.hpp"
+#include "tests/support/event_problems.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+
+using Motion = Phase<1, 1>;
+const double nan = std::nan("");
+
+struct Mistake {
+  const char* name;
+  std::function<void()> make;
+  std::vector<std::string> message;  ///< fragments that it must contain
+};
+void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.name; }
+
+// Adds something to a sound phase and makes the problem.
+std::function<void()> phase(std::function<void(Motion&)> change) {
+  return [change = std::move(change)] {
+    Motion motion{"motion", Velocity{}, exactly(1.0)};
+    change(motion);
+    OptimalControlProblem ocp("errors");
+    ocp.schedule(Schedule({"a", "b"}, {{"impact", 0.5}})).start_at({1}).then(motion);
+    const MultipleShooting shooting(ocp, ten);
+  };
+}
+
+std::function<void()> problem(std::function<void(OptimalControlProblem&, Motion&)> define,
+                              ShootingOptions options = ten) {
+  return [define = std::move(define), options] {
+    Motion motion{"motion", Velocity{}, exactly(1.0)};
+    OptimalControlProblem ocp("errors");
+    define(ocp, motion);
+    const MultipleShooting shooting(ocp, options);
+  };
+}
+
+std::function<void()> free_phase(std::function<void(Motion&)> change) {
+  return [change = std::move(change)] {
+    Motion motion{"motion", Velocity{}, between(0.5, 2.0)};
+    change(motion);
+    OptimalControlProblem ocp("errors");
+    ocp.schedule(Schedule({"a", "b"}, {{"impact", 0.5}})).start_at({1}).then(motion);
+    const MultipleShooting shooting(ocp, ten);
+  };
+}
+
+const auto two = [](const auto& t, const auto& x) {
+  using S = std::decay_t<decltype(t)>;
+  return Vec<S, 2>{x[0], x[0]};
+};
+
+const std::vector<Mistake>& mistakes() {
+  static const std::vector<Mistake> list{
+      // --- terms
+      {"EmptyBounds",
+       phase([](Motion& m) { m.keep("lane", state, between(2.0, 1.0)); }),
+       {"phase 'motion'", "term 'lane'", "[2, 1]", "row 0"}},
+      {"NanBounds",
+       phase([](Motion& m) { m.keep("lane", state, at_most(nan)); }),
+       {"phase 'motion'", "term 'lane'", "nan"}},
+      {"NumberOfBounds",
+       phase([](Motion& m) {
+         m.keep("lane", two, {at_most(1.0), at_most(1.0), at_most(1.0)});
+       }),
+       {"phase 'motion'", "term 'lane'", "2 rows", "3 bounds"}},
+      {"VectorCost",
+       phase([](Motion& m) { m.minimise("effort", two); }),
+       {"phase 'motion'", "term 'effort'", "one number", "2 rows"}},
+      {"WeightSize",
+       phase([](Motion& m) {
+         m.track("course", state, Vec<double, 3>{1.0, 1.0, 1.0});
+       }),
+       {"phase 'motion'", "term 'course'", "1 entries", "3 x 3"}},
+      {"NegativeWeight",
+       phase([](Motion& m) { m.track("course", state, Vec<double, 1>{-1.0}); }),
+       {"phase 'motion'", "term 'course'", "-1"}},
+      {"NanWeight",
+       phase([](Motion& m) { m.track("course", state, Vec<double, 1>{nan}); }),
+       {"phase 'motion'", "term 'course'", "not finite"}},
+      {"ReferenceSize",
+       phase([](Motion& m) {
+         m.track("course", state, Vec<double, 1>{1.0}, {}, VectorXd(Vec<double, 2>{1.0, 2.0}));
+       }),
+       {"phase 'motion'", "term 'course'", "1 entries", "reference has 2"}},
+      {"ReferenceNan",
+       phase([](Motion& m) {
+         m.track("course", state, Vec<double, 1>{1.0}, {}, VectorXd(Vec<double, 1>{nan}));
+       }),
+       {"phase 'motion'", "term 'course'", "reference", "not finite"}},
+      {"SameTermTwice",
+       phase([](Motion& m) {
+         m.keep("lane", state, at_most(1.0)).keep("lane", state, at_least(0.0));
+       }),
+       {"phase 'motion'", "'lane'"}},
+      {"TermWithoutName",
+       phase([](Motion& m) { m.keep("", state, at_most(1.0)); }),
+       {"phase 'motion'", "no name"}},
+      {"InputAtTheEnd",
+       phase([](Motion& m) { m.reach("stop", input, exactly(0.0)); }),
+       {"phase 'motion'", "term 'stop'", "input"}},
+      {"SoftnessWeight",
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {}, soft("price", 0.0)); }),
+       {"phase 'motion'", "term 'lane'", "'price'", "positive"}},
+      // --- windows
+      {"EmptyWindow",
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = 0.6, .to = 0.3}); }),
+       {"phase 'motion'", "term 'lane'", "[0.6, 0.3)"}},
+      {"UnknownEvent",
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = event("imapct")}); }),
+       {"phase 'motion'", "term 'lane'", "'imapct'", "did you mean 'impact'"}},
+      {"NanWindow",
+       phase([](Motion& m) { m.bound_input(0, at_most(1.0), {.from = nan}); }),
+       {"phase 'motion'", "input 0", "NaN"}},
+      {"WindowBeyondTheShortestDuration",
+       free_phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.to = 0.6}); }),
+       {"phase 'motion'", "term 'lane'", "0.6", "0.5"}},
+      {"EventInAFreePhase",
+       free_phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.to = event("impact")}); }),
+       {"phase 'motion'", "term 'lane'", "phase time"}},
+      // --- bounds of components
+      {"InputIndex",
+       phase([](Motion& m) { m.bound_input(1, at_most(1.0)); }),
+       {"phase 'motion'", "no input 1", "1 of them"}},
+      {"StateIndex",
+       phase([](Motion& m) { m.bound_state(-1, at_most(1.0)); }),
+       {"phase 'motion'", "no state -1"}},
+      {"EmptyInputBounds",
+       phase([](Motion& m) { m.bound_input(0, between(1.0, 0.0)); }),
+       {"phase 'motion'", "input 0", "[1, 0]"}},
+      {"InputBoundsExcludeOneAnother",
+       phase([](Motion& m) {
+         m.bound_input(0, at_least(1.0)).bound_input(0, exactly(0.0), {.from = 0.5});
+       }),
+       {"phase 'motion'", "input 0", "exclude one another"}},
+      {"StateBoundsExcludeOneAnother",
+       phase([](Motion& m) {
+         m.bound_state(0, at_least(1.0)).bound_state(0, at_most(0.0), {.from = 0.5});
+       }),
+       {"phase 'motion'", "state 0", "exclude one another"}},
+      // --- scaling, guesses, changes
+      {"NominalSize",
+       phase([](Motion& m) {
+         m.nominal(Vec<double, 2>{1.0, 1.0}, Vec<double, 1>{1.0});
+       }),
+       {"phase 'motion'", "nominal state", "2 entries", "expected 1"}},
+      {"NominalZero",
+       phase([](Motion& m) { m.nominal(Vec<double, 1>{1.0}, Vec<double, 1>{0.0}); }),
+       {"phase 'motion'", "nominal input", "positive"}},
+      {"NominalDuration",
+       free_phase([](Motion& m) { m.nominal_duration(-1.0); }),
+       {"phase 'motion'", "nominal duration", "-1"}},
+      {"StateGuessSize",
+       phase([](Motion& m) {
+         m.guess_state(Guess::constant(Vec<double, 3>{1.0, 2.0, 3.0}));
+       }),
+       {"phase 'motion'", "guess of the state", "3 entries", "expected 1"}},
+      {"InputGuessNan",
+       phase([](Motion& m) { m.guess_input(Guess::constant(Vec<double, 1>{nan})); }),
+       {"phase 'motion'", "guess of the input", "not finite"}},
+      {"SimulatedInput",
+       phase([](Motion& m) { m.guess_input(Guess::simulate()); }),
+       {"phase 'motion'", "inputs cannot be simulated"}},
+      {"ChangeWeights",
+       phase([](Motion& m) {
+         m.penalise_change(Vec<double, 2>{1.0, 1.0});
+       }),
+       {"phase 'motion'", "2 weights", "1 inputs"}},
+      {"ChangeOfLinearInputs",
+       phase([](Motion& m) {
+         m.inputs(InputCourse::piecewise_linear).penalise_change(Vec<double, 1>{1.0});
+       }),
+       {"phase 'motion'", "piecewise constant"}},
+      {"ParameterTwice",
+       [] {
+         Phase<1, 1, 2> m{"motion", Velocity{}, exactly(1.0)};
+         m.data("p", Vec<double, 1>{1.0}).data("p", Vec<double, 1>{1.0});
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "parameter 'p'", "twice"}},
+      {"ParametersMissing",
+       [] {
+         Phase<1, 1, 2> m{"motion", Velocity{}, exactly(1.0)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "2 parameters", "declare 0"}},
+      // --- durations
+      {"NegativeDuration",
+       [] {
+         Motion m{"motion", Velocity{}, exactly(-1.0)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "duration", "negative"}},
+      {"ZeroDuration",
+       [] {
+         Motion m{"motion", Velocity{}, exactly(0.0)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "duration"}},
+      {"NanDuration",
+       [] {
+         Motion m{"motion", Velocity{}, exactly(nan)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "duration"}},
+      {"GuessOfAnOpenDuration",
+       [] {
+         Motion m{"motion", Velocity{}, at_least(0.5)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "guess_duration()"}},
+      {"GuessOutsideTheDuration",
+       free_phase([](Motion& m) { m.guess_duration(7.0); }),
+       {"phase 'motion'", "7", "[0.5, 2]"}},
+      // --- problem
+      {"NoPhase",
+       problem([](OptimalControlProblem& ocp, Motion&) { ocp.start_at({1}); }),
+       {"problem 'errors'", "no phase"}},
+      {"NoStart",
+       problem([](OptimalControlProblem& ocp, Motion& m) { ocp.then(m); }),
+       {"problem 'errors'", "0 entries", "1 states"}},
+      {"StartSize",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_at({1, 2}).then(m);
+       }),
+       {"problem 'errors'", "2 entries", "phase 'motion' has 1 states"}},
+      {"StartNan",
+       problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({nan}).then(m); }),
+       {"problem 'errors'", "start state 0"}},
+      {"JumpMissing",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         const Phase<2, 1> wide{"wide", [](const auto&, const auto& x) { return x; }, exactly(1.0)};
+         ocp.start_at({1}).then(m).then(wide);
+       }),
+       {"phase 'motion' to phase 'wide'", "1 states become 2"}},
+      {"JumpArguments",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_at({1}).then(m).then(
+             m, jump<2>("kick", [](const auto&, const auto& x) { return x[0]; }));
+       }),
+       {"jump 'kick'", "from phase 'motion'", "3 arguments"}},
+      {"JumpResult",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_at({1}).then(m).then(m, jump<1>("kick", two));
+       }),
+       {"jump 'kick'", "returns 2 states", "has 1"}},
+      {"TotalTime",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_at({1}).then(m).total_time(exactly(3.0));
+       }),
+       {"problem 'errors'", "total time [3, 3]", "1 to 1 s"}},
+      {"NoIntegrator",
+       problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({1}).then(m); },
+               {.intervals_per_phase = 10, .integrator = nullptr}),
+       {"problem 'errors'", "no integrator"}},
+      {"NoIntervals",
+       problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({1}).then(m); },
+               {.intervals_per_phase = 0, .integrator = ten.integrator}),
+       {"phase 'motion'", "0 intervals"}},
+      {"IntervalsPerPhase",
+       problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({1}).then(m); },
+               {.intervals = {5, 5}, .integrator = ten.integrator}),
+       {"problem 'errors'", "2 phases", "it has 1"}},
+  };
+  return list;
+}
+
+class Definition : public testing::TestWithParam<Mistake> {};
+
+TEST_P(Definition, IsRefusedWithTheReason) {
+  try {
+    GetParam().make();
+    FAIL() << "the mistake was accepted";
+  } catch (const DefinitionError& e) {
+    for (const std::string& fragment : GetParam().message)
+      EXPECT_NE(std::string(e.what()).find(fragment), std::string::npos)
+          << "'" << fragment << "' is not in: " << e.what();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Mistakes, Definition, testing::ValuesIn(mistakes()),
+                         [](const auto& instance) { return instance.param.name; });
+
+// Changes between solves are checked before anything is changed.
+TEST(Change, ThatIsRefusedLeavesTheProgramAsItWas) {
+  Motion motion{"motion", Velocity{}, exactly(1.0)};
+  motion.bound_input(0, exactly(0.0), {.to = event("impact")});
+  MultipleShooting shooting(with_impact(motion, 0.43), ten);
+  const VectorXd lower = shooting.nlp().lower(), rows = shooting.nlp().row_lower();
+  EXPECT_THROW(shooting.start_at(0.1, Vec<double, 2>{1.0, 2.0}), DefinitionError);
+  EXPECT_THROW(shooting.start_at(0.1, Vec<double, 1>{nan}), DefinitionError);
+  EXPECT_THROW(shooting.start_at(nan, Vec<double, 1>{1.0}), DefinitionError);
+  EXPECT_THROW(shooting.retime("imapct", 0.2), DefinitionError);
+  EXPECT_THROW(shooting.retime("impact", nan), DefinitionError);
+  EXPECT_THROW(shooting.set_softness("price", 1.0), DefinitionError);
+  EXPECT_THROW(shooting.set_previous_input(Vec<double, 2>{1.0, 2.0}), DefinitionError);
+  EXPECT_EQ(shooting.problem().schedule().time_of("impact"), 0.43);
+  EXPECT_EQ(shooting.nlp().lower(), lower);
+  EXPECT_EQ(shooting.nlp().row_lower(), rows);
+}
+
+}  // namespace
+}  // namespace saltus

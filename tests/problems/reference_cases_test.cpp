@@ -1,0 +1,146 @@
+// Does every problem with a known answer reach it, from its own guess?
+#include "problems/reference_cases.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "framework/solver/ipopt.hpp"
+#include "framework/transcription/replay.hpp"
+#include "integrators/cvodes.hpp"
+#include "tests/support/program_derivatives.hpp"
+
+namespace saltus {
+namespace {
+
+// Two orders below the accuracy asked for, so that what is measured is the transcription.
+constexpr double solver_tolerance = 1e-10;
+
+Solution solve_case(const ReferenceCase& c) {
+  MultipleShooting shooting(c.problem(), c.options);
+  const auto solver = make_solver(saltus::Ipopt{.tolerance = solver_tolerance});
+  return solve(shooting, *solver);
+}
+
+std::vector<double> switching_times(const Solution& solution) {
+  std::vector<double> times;
+  double t = solution.trajectory.start_time();
+  for (std::size_t j = 0; j + 1 < solution.durations.size(); ++j)
+    times.push_back(t += solution.durations[j]);
+  return times;
+}
+
+class Reference : public testing::TestWithParam<ReferenceCase> {};
+
+TEST_P(Reference, ReachesTheKnownOptimumFromItsOwnGuess) {
+  const ReferenceCase& c = GetParam();
+  const Solution solution = solve_case(c);
+  ASSERT_EQ(solution.status, SolveStatus::optimal) << solution.message;
+  EXPECT_NEAR(solution.cost, c.optimum, c.tolerance * (1.0 + std::abs(c.optimum)));
+  EXPECT_LE(c.tolerance, 1e-6);  // what is asked of every case with that many digits
+  EXPECT_LT(solution.kkt.scaled(), 100.0 * solver_tolerance);  // ours is not scaled by rows
+  if (c.switching_times.empty()) return;
+  const std::vector<double> times = switching_times(solution);
+  ASSERT_EQ(times.size(), c.switching_times.size());
+  for (std::size_t i = 0; i < times.size(); ++i)
+    EXPECT_NEAR(times[i], c.switching_times[i], c.switching_tolerance) << "switch " << i;
+}
+
+TEST_P(Reference, PlanIsTrueUnderATighterIntegrator) {
+  const ReferenceCase& c = GetParam();
+  const Solution solution = solve_case(c);
+  ASSERT_TRUE(solution.ok()) << solution.message;
+  // The fixed steps of the cases are good to 1e-10.
+  const ReplayReport report = replay(c.problem(), solution.trajectory,
+                                     cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14}));
+  ASSERT_TRUE(report.completed);
+  EXPECT_LT(report.from_nodes, 1e-8);
+  EXPECT_LT(report.flow_growth, 1e4);  // so that the replay from the start is meaningful
+  EXPECT_LT(report.from_start, 1e-8);
+}
+
+TEST_P(Reference, DerivativesOfTheProgramAreExact) {
+  const ReferenceCase& c = GetParam();
+  ShootingOptions few = c.options;
+  few.intervals_per_phase = std::min(few.intervals_per_phase, 5);
+  for (int& n : few.intervals) n = std::min(n, 5);
+  MultipleShooting shooting(c.problem(), few);
+  const NlpPoint point = testing_support::perturbed(shooting.nlp(), shooting.initial_guess().w, 7);
+  const auto errors = testing_support::derivative_errors(shooting.nlp(), point);
+  EXPECT_LT(errors.gradient, 1e-6);  // relative to 1 + |entry|, rounding of costs up to 1e4
+  EXPECT_LT(errors.jacobian, 1e-6);
+  EXPECT_LT(errors.hessian, 1e-6);
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, Reference, testing::ValuesIn(reference_cases()),
+                         [](const auto& instance) { return instance.param.id; });
+
+TEST(Catalogue, IdsAndNamesAreUniqueAndFound) {
+  for (const ReferenceCase& c : reference_cases()) {
+    EXPECT_EQ(&reference_case(c.id), &c);
+    EXPECT_EQ(&reference_case(c.name), &c);
+    EXPECT_FALSE(c.exercises.empty() || c.source.empty() || c.digits == 0);
+  }
+}
+
+TEST(Catalogue, UnknownNameSuggestsTheNearest) {
+  try {
+    reference_case("pendulum_on_card");
+    FAIL() << "an unknown case was found";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("did you mean 'pendulum_on_cart'"), std::string::npos);
+  }
+}
+
+TEST(BrysonDenham, StaysBelowTheCeilingBetweenNodesToo) {
+  const Solution solution = solve_case(reference_case("B01"));
+  const Trajectory& trajectory = solution.trajectory;
+  for (int i = 0; i <= 1000; ++i) EXPECT_LE(trajectory.state(i / 1000.0)[0], 1.0 / 9.0 + 1e-8) << i;
+  EXPECT_NEAR(trajectory.state(0.5)[0], 1.0 / 9.0, 1e-7);  // slides at the ceiling
+  // u(t) = -(2 / (3 l)) (1 - t / (3 l)) on the climb.
+  EXPECT_NEAR(trajectory.input(0.0)[0], -6.0, 1e-4);
+  EXPECT_NEAR(trajectory.input(1.0 / 6.0)[0], -3.0, 1e-4);
+}
+
+TEST(InteriorPoint, FollowsTheClosedForm) {
+  const Solution solution = solve_case(reference_case("B22"));
+  const auto exact = [](double a, double b, double T, double t) {
+    return (a * std::sinh(T - t) + b * std::sinh(t)) / std::sinh(T);
+  };
+  for (int i = 0; i <= 100; ++i) {
+    const double t = i / 100.0;
+    const double x = t < 0.75 ? exact(1.0, 0.9, 0.75, t) : exact(0.9, 0.75, 0.25, t - 0.75);
+    EXPECT_NEAR(solution.trajectory.state(t)[0], x, 1e-7) << t;  // h^3 of the linear pieces
+  }
+  // The input jumps at the point, from the slope of one course to that of the other.
+  EXPECT_NEAR(solution.trajectory.input(0.75 - 1e-9)[0],
+              (0.9 * std::cosh(0.75) - 1.0) / std::sinh(0.75), 1e-4);
+  EXPECT_NEAR(solution.trajectory.input(0.75)[0], (0.75 - 0.9 * std::cosh(0.25)) / std::sinh(0.25),
+              1e-4);
+}
+
+TEST(PhaseTransition, PassesAsComputedIndependently) {
+  const Solution solution = solve_case(reference_case("C02"));
+  const Trajectory& trajectory = solution.trajectory;
+  EXPECT_NEAR(trajectory.input(0.0)[0], -50.0, 1e-5);
+  const VectorXd before = trajectory.state_before(0.4), after = trajectory.state(0.4);
+  ASSERT_EQ(before.size(), 2);
+  ASSERT_EQ(after.size(), 1);
+  EXPECT_NEAR(before[0], 0.3792765820, 1e-8);
+  EXPECT_NEAR(before[1], -3.0405445445, 1e-7);
+  EXPECT_NEAR(after[0], before[0], 1e-12);
+  EXPECT_NEAR(trajectory.final_state()[0], 0.0035807013, 1e-8);
+}
+
+TEST(PendulumOnCart, SwingsUpWithFullForceFirst) {
+  const Solution solution = solve_case(reference_case("C03"));
+  EXPECT_NEAR(solution.trajectory.input(0.00)[0], 80.0, 1e-6);
+  EXPECT_NEAR(solution.trajectory.input(0.05)[0], 80.0, 1e-6);
+  const Vec<double, 4> end{-0.0072655, 0.0057768, -0.1574767, 0.1988130};
+  // Seven decimals are known.
+  EXPECT_LT((solution.trajectory.final_state() - end).cwiseAbs().maxCoeff(), 1e-7);
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,84 @@
+// Does the program of the design page compile, solve, and hold what it promises?
+#include <gtest/gtest.h>
+
+#include "framework/solver/ipopt.hpp"
+#include "framework/transcription/multiple_shooting.hpp"
+#include "framework/transcription/replay.hpp"
+#include "integrators/cvodes.hpp"
+#include "integrators/runge_kutta.hpp"
+#include "tests/problems/two_gears.hpp"
+#include "tests/support/program_derivatives.hpp"
+
+namespace saltus::two_gears {
+namespace {
+
+// As written on the design page, apart from solve(), which also interprets the result.
+TEST(DesignProgram, SolvesAsWritten) {
+  MultipleShooting shooting{problem(),
+                            {.intervals_per_phase = 30, .integrator = cvodes({.tolerance = 1e-9})}};
+  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-8});
+  const Solution solution = solve(shooting, *solver);
+  ASSERT_TRUE(solution.ok()) << solution.message;
+  EXPECT_EQ(solution.method,
+            "CVODES BDF, tolerance 1e-09, costs summed at the nodes, limited-memory BFGS Hessian");
+}
+
+class TwoGears : public testing::Test {
+ protected:
+  MultipleShooting shooting{problem(),
+                            {.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 4})}};
+  Solution solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-9}));
+};
+
+TEST_F(TwoGears, KeepsItsConditions) {
+  ASSERT_EQ(solution.status, SolveStatus::optimal) << solution.message;
+  EXPECT_LT(solution.kkt.scaled(), 1e-7);
+  const Trajectory& trajectory = solution.trajectory;
+  const double shift = solution.durations[0];
+  EXPECT_NEAR(trajectory.end_time(), solution.durations[0] + solution.durations[1], 1e-12);
+  EXPECT_LE(trajectory.state_before(shift)[1], 12.0 + 1e-8);
+  EXPECT_NEAR(trajectory.state(shift)[1], 0.97 * trajectory.state_before(shift)[1], 1e-9);
+  for (int i = 0; i <= 30; ++i) EXPECT_LE(trajectory.state(shift + 0.01 * i)[1], 14.0 + 1e-6) << i;
+  EXPECT_NEAR(trajectory.final_state()[0], 100.0, 1e-8);
+  EXPECT_NEAR(trajectory.final_state()[1], 0.0, 1e-8);
+}
+
+TEST_F(TwoGears, HasANodeWhereItsWindowEndsWhateverTheDuration) {
+  bool found = false;
+  for (const TrajectoryPiece& piece : solution.trajectory.pieces())
+    found =
+        found || (piece.phase == 1 && std::abs(piece.start - solution.durations[0] - 0.3) < 1e-9);
+  EXPECT_TRUE(found);
+}
+
+TEST_F(TwoGears, CostsAreTheSharesOfItsTerms) {
+  double sum = 0.0;
+  for (const CostShare& share : solution.costs) {
+    sum += share.value;
+    if (share.term == "time") {
+      EXPECT_NEAR(share.value, solution.trajectory.end_time(), 1e-9);
+    }
+  }
+  EXPECT_NEAR(sum, solution.cost, 1e-9 * solution.cost);
+}
+
+TEST_F(TwoGears, PlanIsTrueUnderATighterIntegrator) {
+  // Four steps of order four per interval are good to 1e-10; the clutch is part of the replay.
+  const ReplayReport report = replay(problem(), solution.trajectory,
+                                     cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14}));
+  ASSERT_TRUE(report.completed);
+  EXPECT_LT(report.from_nodes, 1e-8);
+  EXPECT_LT(report.from_start, 1e-8);
+}
+
+TEST_F(TwoGears, DerivativesAreExactWithDurationsJumpAndWindow) {
+  MultipleShooting small{problem(), {.intervals_per_phase = 4, .integrator = runge_kutta4()}};
+  const NlpPoint point = testing_support::perturbed(small.nlp(), small.initial_guess().w, 3);
+  const auto errors = testing_support::derivative_errors(small.nlp(), point);
+  EXPECT_LT(errors.gradient, 1e-7);  // differences are good to 1e-9 of numbers up to 100
+  EXPECT_LT(errors.jacobian, 1e-7);
+  EXPECT_LT(errors.hessian, 1e-7);
+}
+
+}  // namespace
+}  // namespace saltus::two_gears

@@ -1,0 +1,122 @@
+// What an optimal control problem says when it cannot be solved: phase, term, time and amount.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/solver/ipopt.hpp"
+#include "tests/support/event_problems.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+
+struct Cart {  // x' = v, v' = u
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+const auto position = [](const auto&, const auto& x) { return x[0]; };
+
+Solution attempt(const OptimalControlProblem& ocp, const saltus::Ipopt& options = {}) {
+  MultipleShooting shooting(ocp, ten);
+  return solve(shooting, *make_solver(options));
+}
+
+void expect_in(const std::string& fragment, const std::string& text) {
+  EXPECT_NE(text.find(fragment), std::string::npos) << "'" << fragment << "' is not in: " << text;
+}
+
+OptimalControlProblem too_far(Vec<double, 2> nominal_state) {
+  Phase<2, 1> run{"run", Cart{}, exactly(2.0)};
+  run.bound_input(0, between(-1.0, 1.0))
+      .track("effort", input, Vec<double, 1>{1.0})
+      .reach("goal", position, exactly(5.0))  // at most 2 can be reached
+      .nominal(nominal_state, Vec<double, 1>{1.0});
+  OptimalControlProblem ocp("too far");
+  return ocp.start_at({0, 0}).then(run);
+}
+
+TEST(Infeasible, NamesPhaseTermTimeAndAmount) {
+  // However the states are scaled, and wherever the solver leaves the gap therefore.
+  for (const Vec<double, 2>& nominal :
+       {Vec<double, 2>{1.0, 1.0}, Vec<double, 2>{100.0, 100.0}, Vec<double, 2>{0.01, 0.01}}) {
+    const Solution s = attempt(too_far(nominal));
+    EXPECT_EQ(s.status, SolveStatus::infeasible);
+    EXPECT_FALSE(s.ok());
+    expect_in("phase 'run', term 'goal', row 0 at t = 2 s misses its bounds by 3", s.message);
+  }
+}
+
+TEST(Infeasible, NamesTheTimeAtTheDurationReached) {
+  Phase<2, 1> run{"run", Cart{}, between(0.5, 2.0)};
+  run.bound_input(0, between(-1.0, 1.0))
+      .track("effort", input, Vec<double, 1>{1.0})
+      .reach("goal", position, exactly(5.0))
+      .guess_duration(1.0);
+  OptimalControlProblem ocp("too far");
+  const Solution s = attempt(ocp.start_at({0, 0}).then(run));
+  EXPECT_EQ(s.status, SolveStatus::infeasible);
+  expect_in("phase 'run', term 'goal', row 0 at t = 2 s misses its bounds by 3", s.message);
+}
+
+TEST(Infeasible, NamesBoundsOfStatesInTheirUnits) {
+  Phase<2, 1> run{"run", Cart{}, exactly(2.0)};
+  run.bound_input(0, between(-1.0, 1.0))
+      .track("effort", input, Vec<double, 1>{1.0})
+      .keep("fence", position, at_most(0.0))
+      .bound_state(1, at_least(0.5), Window{.from = 1.0})
+      .nominal(Vec<double, 2>{10.0, 10.0}, Vec<double, 1>{1.0});
+  OptimalControlProblem ocp("contradiction");
+  const Solution s = attempt(ocp.start_at({0, 0}).then(run));
+  EXPECT_EQ(s.status, SolveStatus::infeasible);
+  expect_in("phase 'run', ", s.message);
+  expect_in("misses its bounds by ", s.message);
+}
+
+TEST(IterationLimit, SaysHowFarTheSolveGot) {
+  const Solution s = attempt(too_far({1.0, 1.0}), {.max_iterations = 1});
+  EXPECT_EQ(s.status, SolveStatus::iteration_limit);
+  expect_in("the iteration limit was reached first; phase 'run', term 'goal'", s.message);
+  EXPECT_FALSE(s.trajectory.empty());
+}
+
+TEST(TimeLimit, EndsTheSolve) {
+  const Solution s = attempt(too_far({1.0, 1.0}), {.time_limit = 1e-6});
+  EXPECT_EQ(s.status, SolveStatus::time_limit);
+}
+
+TEST(EvaluationFailed, WhereADomainIsLeft) {
+  Phase<1, 1> phase{"root",
+                    [](const auto&, const auto& x, const auto& u) { return sqrt(x[0]) + u[0]; },
+                    exactly(1.0)};
+  phase.track("effort", input, Vec<double, 1>{1.0});
+  OptimalControlProblem ocp("domain");
+  const Solution s = attempt(ocp.start_at({-1}).then(phase));
+  EXPECT_EQ(s.status, SolveStatus::evaluation_failed);
+  EXPECT_FALSE(s.message.empty());
+}
+
+TEST(WarmStart, OfAnOptimalControlProblemNeedsFewerIterations) {
+  Phase<2, 1> run{"run", Cart{}, exactly(2.0)};
+  run.bound_input(0, between(-1.0, 1.0))
+      .track("effort", input, Vec<double, 1>{1.0})
+      .keep(
+          "speed", [](const auto&, const auto& x) { return x[1]; }, at_most(0.6))
+      .reach("goal", position, exactly(0.9));
+  OptimalControlProblem ocp("warm");
+  MultipleShooting shooting(ocp.start_at({0, 0}).then(run), ten);
+  const auto solver = make_solver(saltus::Ipopt{});
+  const Solution cold = solve(shooting, *solver);
+  ASSERT_TRUE(cold.ok()) << cold.message;
+  shooting.start_at(0.0, Vec<double, 2>{0.01, 0.0});
+  const Solution again = solve(shooting, *solver);
+  const Solution warm = solve(shooting, *solver, cold.point);
+  ASSERT_TRUE(again.ok() && warm.ok()) << again.message << warm.message;
+  EXPECT_LT(warm.iterations, again.iterations);
+  EXPECT_NEAR(warm.cost, again.cost, 1e-7 * again.cost);
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,190 @@
+// Ipopt behind the seam: statuses, limits, warm starts, and silence.
+#include "framework/solver/ipopt.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/solver/small_programs.hpp"
+
+namespace saltus {
+namespace {
+
+using testing_support::Rosenbrock;
+
+const NlpPoint far_start{Vec<double, 2>{-1.2, 1.0}, {}, {}};
+
+NlpResult run(Rosenbrock& program, const saltus::Ipopt& options = {}) {
+  return make_solver(options)->solve(program, far_start, false);
+}
+
+TEST(Ipopt, FindsTheOptimumAndOurResidualAgrees) {
+  Rosenbrock program;
+  const NlpResult result = run(program);
+  EXPECT_EQ(result.status, SolveStatus::optimal);
+  EXPECT_NEAR(result.point.w[0], 1.0, 1e-7);
+  EXPECT_LT(result.kkt.scaled(), 1e-7);
+  EXPECT_EQ(result.hessian, "exact");
+  EXPECT_GT(result.iterations, 0);
+}
+
+TEST(Ipopt, MultipliersHaveTheSignOfTheSideThatHolds) {
+  Rosenbrock program;
+  program.upper_[0] = 0.5;  // the optimum lies at (0.5, 0.25), df/da = -1
+  const NlpResult upper = run(program);
+  EXPECT_NEAR(upper.point.z[0], 1.0, 1e-6);
+  EXPECT_LT(upper.kkt.scaled(), 1e-7);
+  program.upper_[0] = infinity;
+  program.row_upper_[0] = 0.75;  // the same point; moving along the row
+  const NlpResult row = run(program);
+  EXPECT_GT(row.point.lambda[0], 0.0);
+  EXPECT_LT(row.kkt.scaled(), 1e-7);
+  program.row_upper_[0] = infinity;
+  program.row_lower_[0] = 4.0;
+  EXPECT_LT(run(program).point.lambda[0], 0.0);
+}
+
+TEST(Ipopt, BoundsAreNotRelaxed) {
+  Rosenbrock program;
+  program.upper_[0] = 0.5;
+  EXPECT_LE(run(program).point.w[0], 0.5);
+}
+
+TEST(Ipopt, EqualBoundsTakeAVariableOut) {
+  Rosenbrock program;
+  program.lower_[0] = program.upper_[0] = 0.3;
+  const NlpResult result = run(program);
+  EXPECT_EQ(result.status, SolveStatus::optimal);
+  EXPECT_EQ(result.point.w[0], 0.3);
+  EXPECT_NEAR(result.point.w[1], 0.09, 1e-7);
+  EXPECT_LT(result.kkt.scaled(), 1e-7);
+}
+
+TEST(Ipopt, WithoutSecondDerivativesFallsBackToLimitedMemory) {
+  Rosenbrock program;
+  program.has_curvature = false;
+  const NlpResult result = run(program);
+  EXPECT_TRUE(is_success(result.status));
+  EXPECT_EQ(result.hessian, "limited-memory BFGS");
+  EXPECT_NEAR(result.point.w[0], 1.0, 1e-5);
+}
+
+// --- statuses -----------------------------------------------------------------------------------
+
+TEST(IpoptStatus, IterationLimit) {
+  Rosenbrock program;
+  const NlpResult result = run(program, {.max_iterations = 3});
+  EXPECT_EQ(result.status, SolveStatus::iteration_limit);
+  EXPECT_EQ(result.iterations, 3);
+  EXPECT_EQ(result.point.w.size(), 2);  // the last iterate, still
+}
+
+TEST(IpoptStatus, TimeLimitIsWallClock) {
+  Rosenbrock program;
+  program.seconds_per_evaluation = 0.02;  // asleep: no processor time passes
+  const NlpResult result = run(program, {.time_limit = 0.1});
+  EXPECT_EQ(result.status, SolveStatus::time_limit);
+  EXPECT_GE(result.seconds, 0.1);
+  EXPECT_LT(result.seconds, 1.0);  // one iteration takes a few evaluations
+}
+
+TEST(IpoptStatus, Infeasible) {
+  Rosenbrock program;
+  program.lower_.setZero();
+  program.row_upper_[0] = -1.0;
+  const NlpResult result = run(program);
+  EXPECT_EQ(result.status, SolveStatus::infeasible);
+  EXPECT_EQ(result.kkt.worst_row, 0);
+  EXPECT_NEAR(result.kkt.feasibility, 1.0, 1e-3);
+}
+
+TEST(IpoptStatus, BoundsThatExcludeOneAnotherAreAnInvalidProblem) {
+  Rosenbrock program;
+  program.lower_[1] = 2.0;
+  program.upper_[1] = 1.0;
+  EXPECT_EQ(run(program).status, SolveStatus::invalid_problem);
+}
+
+TEST(IpoptStatus, AStartOfTheWrongSizeIsAnInvalidProblem) {
+  Rosenbrock program;
+  const NlpResult result =
+      make_solver(saltus::Ipopt{})->solve(program, {Vec<double, 3>{1.0, 1.0, 1.0}, {}, {}}, false);
+  EXPECT_EQ(result.status, SolveStatus::invalid_problem);
+}
+
+TEST(IpoptStatus, BadOptionsAreAnInvalidProblem) {
+  Rosenbrock program;
+  EXPECT_EQ(run(program, {.tolerance = -1.0}).status, SolveStatus::invalid_problem);
+}
+
+TEST(IpoptStatus, EvaluationFailed) {
+  Rosenbrock program;
+  program.fails = true;
+  EXPECT_EQ(run(program).status, SolveStatus::evaluation_failed);
+}
+
+TEST(IpoptStatus, Unbounded) {
+  class Slope final : public Rosenbrock {
+    bool objective(const double* w, double& f) override {
+      f = w[0] + w[1];
+      return true;
+    }
+    bool gradient(const double*, double* g) override {
+      g[0] = g[1] = 1.0;
+      return true;
+    }
+    bool hessian(const double*, double, const double*, double* e, Curvature) override {
+      e[0] = e[1] = e[2] = 0.0;
+      return true;
+    }
+  } program;
+  EXPECT_EQ(run(program).status, SolveStatus::unbounded);
+}
+
+TEST(SolveStatus, EveryValueHasItsOwnSentence) {
+  std::vector<std::string> sentences;
+  for (int s = 0; s <= static_cast<int>(SolveStatus::invalid_problem); ++s)
+    sentences.emplace_back(describe(static_cast<SolveStatus>(s)));
+  std::sort(sentences.begin(), sentences.end());
+  EXPECT_EQ(std::unique(sentences.begin(), sentences.end()), sentences.end());
+  EXPECT_EQ(std::find(sentences.begin(), sentences.end(), "unknown status"), sentences.end());
+}
+
+// --- warm starts and silence
+// ----------------------------------------------------------------------
+
+TEST(Ipopt, WarmStartNeedsFewerIterations) {
+  Rosenbrock program;
+  program.upper_[0] = 0.5;
+  program.row_upper_[0] = 0.7;
+  const auto solver = make_solver(saltus::Ipopt{});
+  const NlpResult cold = solver->solve(program, far_start, false);
+  ASSERT_EQ(cold.status, SolveStatus::optimal);
+  const NlpResult warm = solver->solve(program, cold.point, true);
+  ASSERT_EQ(warm.status, SolveStatus::optimal);
+  EXPECT_LT(warm.iterations, cold.iterations / 2);
+  EXPECT_NEAR(warm.objective, cold.objective, 1e-8);
+  // And after a small change of the problem.
+  program.row_upper_[0] = 0.69;
+  const NlpResult moved = solver->solve(program, cold.point, true);
+  ASSERT_EQ(moved.status, SolveStatus::optimal);
+  EXPECT_LT(moved.iterations, cold.iterations);
+}
+
+TEST(Ipopt, NeverPrintsUnlessAsked) {
+  testing::internal::CaptureStdout();
+  testing::internal::CaptureStderr();
+  Rosenbrock program;
+  run(program);
+  run(program, {.max_iterations = 2});
+  run(program, {.tolerance = -1.0});
+  program.fails = true;
+  run(program);
+  program.fails = false;
+  program.lower_.setZero();
+  program.row_upper_[0] = -1.0;
+  run(program);
+  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,69 @@
+// Our own residual: zero at an optimum, and each part sees its own kind of error.
+#include "framework/solver/kkt.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/solver/small_programs.hpp"
+
+namespace saltus {
+namespace {
+
+// The optimum of Rosenbrock's valley with a <= 1/2: (1/2, 1/4), multiplier 1.
+class AtTheOptimum : public testing::Test {
+ protected:
+  AtTheOptimum() { program.upper_[0] = 0.5; }
+  testing_support::Rosenbrock program;
+  NlpPoint point{Vec<double, 2>{0.5, 0.25}, VectorXd::Zero(1), Vec<double, 2>{1.0, 0.0}};
+};
+
+TEST_F(AtTheOptimum, EverythingVanishes) {
+  const KktResidual r = kkt_residual(program, point);
+  EXPECT_LT(r.scaled(), 1e-14);
+  EXPECT_EQ(r.worst_row, -1);
+  EXPECT_EQ(r.worst_variable, -1);
+}
+
+TEST_F(AtTheOptimum, AWrongMultiplierIsSeenInStationarity) {
+  point.z[0] = 1.25;
+  EXPECT_NEAR(kkt_residual(program, point).stationarity, 0.25, 1e-14);
+  point.z[0] = 1.0;
+  point.lambda[0] = 0.5;
+  EXPECT_NEAR(kkt_residual(program, point).stationarity, 0.5, 1e-14);
+}
+
+TEST_F(AtTheOptimum, AMultiplierThatPushesAgainstNothingIsSeenInComplementarity) {
+  point.lambda[0] = 0.5;  // the row is free
+  EXPECT_NEAR(kkt_residual(program, point).complementarity, 0.5, 1e-14);
+}
+
+TEST_F(AtTheOptimum, AMultiplierOfASideThatDoesNotHoldIsSeenInComplementarity) {
+  program.row_upper_[0] = 2.75;  // 2 away
+  point.lambda[0] = 0.5;
+  EXPECT_NEAR(kkt_residual(program, point).complementarity, 1.0, 1e-14);
+}
+
+TEST_F(AtTheOptimum, TheWrongSignIsSeen) {
+  program.lower_[0] = -1.5;
+  point.z[0] = -1.0;  // claims that the lower side holds
+  EXPECT_NEAR(kkt_residual(program, point).complementarity, 2.0, 1e-14);
+}
+
+TEST_F(AtTheOptimum, ViolationsAreNamed) {
+  point.w[0] = 0.6;
+  KktResidual r = kkt_residual(program, point);
+  EXPECT_NEAR(r.feasibility, 0.1, 1e-14);
+  EXPECT_EQ(r.worst_variable, 0);
+  program.row_upper_[0] = 0.5;
+  r = kkt_residual(program, point);
+  EXPECT_NEAR(r.feasibility, 0.35, 1e-14);
+  EXPECT_EQ(r.worst_row, 0);
+  EXPECT_EQ(r.worst_variable, -1);
+}
+
+TEST_F(AtTheOptimum, ProgramsThatCannotBeEvaluatedHaveAnInfiniteResidual) {
+  program.fails = true;
+  EXPECT_TRUE(std::isinf(kkt_residual(program, point).scaled()));
+}
+
+}  // namespace
+}  // namespace saltus

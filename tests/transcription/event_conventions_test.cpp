@@ -1,0 +1,260 @@
+// The conventions at events, framework/design/conventions.md: one test per sentence.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/solver/ipopt.hpp"
+#include "tests/support/event_problems.hpp"
+#include "tests/support/program_derivatives.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+using Times = std::vector<double>;
+
+Phase<1, 1> second() { return Phase<1, 1>{"motion", Velocity{}, exactly(1.0)}; }
+
+void expect_times(const Times& given, const Times& expected) {
+  ASSERT_EQ(given.size(), expected.size());
+  for (std::size_t i = 0; i < given.size(); ++i) EXPECT_NEAR(given[i], expected[i], 1e-9);
+}
+
+// --- windows
+// --------------------------------------------------------------------------------------
+
+TEST(Window, OfAnInputIsHalfOpen) {
+  auto phase = second();
+  phase.bound_input(0, exactly(0.0), Window{.from = 0.3, .to = 0.6});
+  MultipleShooting shooting(with_impact(phase, infinity), ten);
+  for (const InputBounds& b : input_bounds(shooting)) {
+    const bool inside = b.from > 0.29 && b.to < 0.61;
+    EXPECT_EQ(b.bounds.is_equality(), inside) << b.from;
+  }
+}
+
+TEST(Window, OfARunningCostIsHalfOpenUnderBothCostRules) {
+  for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
+    auto phase = second();
+    phase.minimise("time", one, Window{.from = 0.3, .to = 0.6});
+    OptimalControlProblem ocp = with_impact(phase, infinity);
+    MultipleShooting shooting(ocp.costs(rule), ten);
+    EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), 0.3, 1e-12);
+  }
+}
+
+TEST(Window, WithoutEndIncludesTheEndOfTheHorizon) {
+  auto phase = second();
+  phase.keep("late", state, at_most(2.0), Window{.from = 0.7})
+      .minimise("time", one, Window{.from = 0.7});
+  MultipleShooting shooting(with_impact(phase, infinity), ten);
+  expect_times(active_times(shooting, "late"), {0.7, 0.8, 0.9, 1.0});
+  EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), 0.3, 1e-12);
+}
+
+TEST(Window, OfAStateConstraintHoldsAtTheLeftLimitOfItsEnd) {
+  auto phase = second();
+  phase.keep("middle", state, at_most(2.0), Window{.from = 0.3, .to = 0.6});
+  MultipleShooting shooting(with_impact(phase, infinity), ten);
+  expect_times(active_times(shooting, "middle"), {0.3, 0.4, 0.5, 0.6});
+}
+
+TEST(Window, OfAConstraintWithInputsIsHalfOpen) {
+  auto phase = second();
+  phase.keep(
+      "power", [](const auto&, const auto& x, const auto& u) { return x[0] * u[0]; }, at_most(2.0),
+      Window{.from = 0.3, .to = 0.6});
+  MultipleShooting shooting(with_impact(phase, infinity), ten);
+  expect_times(active_times(shooting, "power"), {0.3, 0.4, 0.5});
+}
+
+TEST(Window, OffTheGridGetsItsOwnNodes) {
+  auto phase = second();
+  phase.keep("middle", state, at_most(2.0), Window{.from = 0.33, .to = 0.58});
+  MultipleShooting shooting(with_impact(phase, infinity), ten);
+  expect_times(active_times(shooting, "middle"), {0.33, 0.4, 0.5, 0.58});
+}
+
+TEST(GivenStart, HasNoRows) {
+  auto phase = second();
+  phase.keep("everywhere", state, at_most(0.5)).bound_state(0, at_most(0.5));
+  MultipleShooting shooting(with_impact(phase, infinity), ten);  // starts at 1
+  EXPECT_EQ(active_times(shooting, "everywhere").size(), 10u);   // not at 0
+  EXPECT_TRUE(std::isinf(shooting.nlp().upper()[shooting.layout().state(0, 0)]));
+  EXPECT_EQ(shooting.nlp().upper()[shooting.layout().state(0, 1)], 0.5);
+}
+
+TEST(FreeStart, HasRows) {
+  auto phase = second();
+  phase.keep("everywhere", state, at_most(0.5));
+  OptimalControlProblem ocp = with_impact(phase, infinity);
+  ocp.start_within({between(0.0, 1.0)}, VectorXd::Zero(1));
+  MultipleShooting shooting(ocp, ten);
+  EXPECT_EQ(active_times(shooting, "everywhere").size(), 11u);
+}
+
+// --- jumps
+// ----------------------------------------------------------------------------------------
+
+TEST(Jump, StateBeforeBelongsToTheOldPhaseAndStateAfterToTheNew) {
+  Phase<1, 1> up{"up", Velocity{}, exactly(0.5)}, down{"down", Velocity{}, exactly(0.5)};
+  up.keep("high", state, at_most(3.0)).reach("meet", state, exactly(2.0));
+  down.keep("low", state, at_least(-3.0));
+  for (auto* phase : {&up, &down}) phase->track("effort", input, Vec<double, 1>{1.0});
+  OptimalControlProblem ocp("jump");
+  ocp.start_at({1}).then(up).then(
+      down, jump<1>("flip", [](const auto&, const auto& x) { return -0.5 * x[0]; }));
+  MultipleShooting shooting(ocp, ten);
+  expect_times(active_times(shooting, "high"),
+               {0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5});
+  EXPECT_EQ(active_times(shooting, "low").size(), 11u);  // the start of the new phase is not given
+  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{}));
+  ASSERT_TRUE(solution.ok()) << solution.message;
+  EXPECT_NEAR(solution.trajectory.state_before(0.5)[0], 2.0, 1e-7);
+  EXPECT_NEAR(solution.trajectory.state(0.5)[0], -1.0, 1e-7);
+}
+
+// --- costs at the nodes
+// ---------------------------------------------------------------------------
+
+TEST(NodeCost, WeighsEachNodeWithTheLengthOfTheIntervalItStarts) {
+  auto phase = second();
+  phase.minimise("state", [](const auto& t, const auto& x) { return t * x[0]; })
+      .bound_input(0, at_least(0.0), Window{.from = event("impact")});
+  MultipleShooting shooting(with_impact(phase, 0.24), ten);
+  // sum of t_k h_k over the nodes 0, 0.1, 0.2, 0.24, 0.3, ...
+  double expected = 0.1 * 0.1 + 0.2 * 0.04 + 0.24 * 0.06;
+  for (int k = 3; k < 10; ++k) expected += 0.1 * k * 0.1;
+  EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), expected, 1e-12);
+}
+
+TEST(NodeCost, OfAFreeDurationFollowsTheDuration) {
+  Phase<1, 1> phase{"free", Velocity{}, between(0.5, 2.0)};
+  phase.minimise("time", one).guess_duration(1.0);
+  OptimalControlProblem ocp("free");
+  MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
+  NlpPoint point = shooting.initial_guess();
+  point.w[shooting.layout().duration(0)] = 1.7;
+  double cost = 0.0;
+  ASSERT_TRUE(shooting.nlp().objective(point.w.data(), cost));
+  EXPECT_NEAR(cost, 1.7, 1e-12);
+}
+
+// --- where the event falls
+// ------------------------------------------------------------------------
+
+struct ImpactCase {
+  const char* name;
+  double time;
+  Times nodes_after;  // of a state constraint from the impact on
+};
+class Impact : public testing::TestWithParam<ImpactCase> {
+ protected:
+  static OptimalControlProblem problem(double time) {
+    auto phase = second();
+    phase.bound_input(0, exactly(0.0), Window{.to = event("impact")})
+        .bound_input(0, between(1.0, 2.0), Window{.from = event("impact")})
+        .keep("after", state, at_most(9.0), Window{.from = event("impact")})
+        .minimise("time after", one, Window{.from = event("impact")});
+    return with_impact(phase, time);
+  }
+};
+
+TEST_P(Impact, SwitchesInputsCostsAndConstraintsExactlyThere) {
+  const ImpactCase& c = GetParam();
+  MultipleShooting shooting(problem(c.time), ten);
+  const double at = std::clamp(c.time, 0.0, 1.0);
+  double covered = 0.0;
+  for (const InputBounds& b : input_bounds(shooting)) {
+    covered += b.to - b.from;
+    const bool after = b.from > at - 2e-6;
+    EXPECT_EQ(b.bounds, after ? between(1.0, 2.0) : exactly(0.0)) << b.from;
+    EXPECT_TRUE(after || b.to < at + 2e-6) << "the event lies inside [" << b.from << ", " << b.to;
+  }
+  EXPECT_NEAR(covered, 1.0, 1e-12);
+  expect_times(active_times(shooting, "after"), c.nodes_after);
+  EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), 1.0 - at, 2e-6);  // an event may move by 1e-6 to a node
+}
+
+TEST_P(Impact, MovesThereWithoutAnyChangeOfSize) {
+  MultipleShooting fresh(problem(GetParam().time), ten), moved(problem(0.77), ten);
+  moved.retime("impact", GetParam().time);
+  ASSERT_EQ(moved.nlp().variables(), fresh.nlp().variables());
+  EXPECT_EQ(moved.nlp().jacobian_pattern(), fresh.nlp().jacobian_pattern());
+  EXPECT_EQ(moved.nlp().hessian_pattern(), fresh.nlp().hessian_pattern());
+  EXPECT_EQ(moved.nlp().lower(), fresh.nlp().lower());
+  EXPECT_EQ(moved.nlp().row_upper(), fresh.nlp().row_upper());
+  const NlpPoint point = perturbed(fresh.nlp(), fresh.initial_guess().w, 11);
+  VectorXd a(fresh.nlp().rows()), b(fresh.nlp().rows());
+  ASSERT_TRUE(fresh.nlp().constraints(point.w.data(), a.data()));
+  ASSERT_TRUE(moved.nlp().constraints(point.w.data(), b.data()));
+  EXPECT_EQ(a, b);
+}
+
+TEST_P(Impact, LeavesDerivativesExact) {
+  MultipleShooting shooting(problem(GetParam().time), ten);
+  const auto errors =
+      derivative_errors(shooting.nlp(), perturbed(shooting.nlp(), shooting.initial_guess().w, 5));
+  EXPECT_LT(errors.gradient, 1e-8);  // of a linear-quadratic program: rounding only
+  EXPECT_LT(errors.jacobian, 1e-8);
+  EXPECT_LT(errors.hessian, 1e-8);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, Impact,
+    testing::Values(
+        ImpactCase{"AtANode", 0.7, {0.7, 0.8, 0.9, 1.0}},
+        ImpactCase{"JustBeforeANode", 0.7 - 9e-7, {0.7, 0.8, 0.9, 1.0}},
+        ImpactCase{"JustAfterANode", 0.7 + 9e-7, {0.7, 0.8, 0.9, 1.0}},
+        ImpactCase{"BetweenNodes", 0.72, {0.72, 0.8, 0.9, 1.0}},
+        ImpactCase{"AMillisecondAfterANode", 0.701, {0.701, 0.8, 0.9, 1.0}},
+        ImpactCase{"AtTheEnd", 1.0, {1.0}}, ImpactCase{"JustBeyondTheEnd", 1.0 + 1e-5, {}},
+        ImpactCase{"BeyondTheHorizon", 1.3, {}}, ImpactCase{"Never", infinity, {}},
+        ImpactCase{"AtTheStart", 0.0, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0}},
+        ImpactCase{"BeforeTheStart", -0.2, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0}}),
+    [](const auto& instance) { return instance.param.name; });
+
+TEST(Impact, FollowsTheClockOfTheStart) {
+  auto phase = second();
+  phase.keep("after", state, at_most(9.0), Window{.from = event("impact")});
+  MultipleShooting shooting(with_impact(phase, 0.74), ten);
+  shooting.start_at(0.2, VectorXd::Ones(1));
+  expect_times(active_times(shooting, "after"), {0.74, 0.8, 0.9, 1.0, 1.1, 1.2});
+}
+
+TEST(Impact, CloserThanAMicrosecondToANodeIsThatNodeAndFartherIsNot) {
+  auto phase = second();
+  phase.bound_input(0, exactly(0.0), Window{.to = event("impact")});
+  const auto intervals = [&](double time) {
+    MultipleShooting shooting(with_impact(phase, time), ten);
+    return input_bounds(shooting).size();
+  };
+  EXPECT_EQ(intervals(0.5 + 0.9e-6), 10u);
+  EXPECT_EQ(intervals(0.5 - 0.9e-6), 10u);
+  EXPECT_EQ(intervals(0.5 + 1.1e-6), 11u);
+  EXPECT_EQ(intervals(0.5 - 1.1e-6), 11u);
+}
+
+TEST(Impact, CostIsContinuousInItsTime) {
+  auto phase = second();
+  phase.bound_input(0, exactly(0.0), Window{.to = event("impact")})
+      .track("state", state, Vec<double, 1>{2.0})
+      .track("input", input, Vec<double, 1>{0.1})
+      .track("after", state, Vec<double, 1>{5.0}, Window{.from = event("impact")});
+  MultipleShooting shooting(with_impact(phase, 0.5), ten);
+  const auto solver = make_solver(saltus::Ipopt{});
+  double before = 0.0;
+  for (int i = 0; i <= 60; ++i) {
+    shooting.retime("impact", 0.47 + 0.001 * i);
+    const Solution solution = solve(shooting, *solver);
+    ASSERT_TRUE(solution.ok()) << solution.message;
+    // dJ/dt_impact is about 2 here, so that a millisecond changes J by 0.002; a jump would be 0.1.
+    if (i > 0) {
+      EXPECT_LT(std::abs(solution.cost - before), 0.01) << 0.47 + 0.001 * i;
+    }
+    before = solution.cost;
+  }
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,164 @@
+// Parameters as data or unknowns, references that vary in time, and the start's multipliers.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "framework/solver/ipopt.hpp"
+#include "tests/support/event_problems.hpp"
+#include "tests/support/program_derivatives.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+
+struct Drift {  // x' = u + p
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
+    return u + p;
+  }
+};
+
+// Two phases of one second share the drift p; the effort is free of p, so the drift does the work:
+// from 0 to 6 in two seconds with p at most `limit`.
+OptimalControlProblem shared_drift(Bounds first_bounds, Bounds second_bounds, double magnitude) {
+  Phase<1, 1, 1> first{"first", Drift{}, exactly(1.0)}, second{"second", Drift{}, exactly(1.0)};
+  first.unknown("drift", Vec<double, 1>{0.5}, first_bounds, magnitude);
+  second.unknown("drift", Vec<double, 1>{0.5}, second_bounds, magnitude)
+      .reach("end", state, exactly(6.0));
+  for (auto* phase : {&first, &second}) phase->track("effort", input, Vec<double, 1>{1.0});
+  OptimalControlProblem ocp("shared");
+  ocp.start_at({0}).then(first).then(second);
+  return ocp;
+}
+
+TEST(Unknown, SharedByTwoPhasesIsOne) {
+  for (const double magnitude : {1.0, 40.0}) {
+    MultipleShooting shooting(shared_drift(unbounded(), unbounded(), magnitude), ten);
+    EXPECT_EQ(shooting.layout().parameter(0, 0), shooting.layout().parameter(1, 0));
+    const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+    ASSERT_TRUE(s.ok()) << s.message;
+    EXPECT_NEAR(s.trajectory.phases()[0].parameters[0], 3.0, 1e-7);
+    EXPECT_NEAR(s.trajectory.phases()[1].parameters[0], 3.0, 1e-7);
+    EXPECT_NEAR(s.cost, 0.0, 1e-9);
+  }
+}
+
+TEST(Unknown, ObeysTheBoundsOfAllPhasesThatShareIt) {
+  // u = (6 - 2 p) / 2 in both seconds; p <= 2 from the first phase, >= 1 from the second.
+  MultipleShooting shooting(shared_drift(at_most(2.0), at_least(1.0), 4.0), ten);
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.trajectory.phases()[1].parameters[0], 2.0, 1e-6);
+  EXPECT_NEAR(s.cost, 1.0, 1e-6);
+}
+
+TEST(Unknown, WithContradictoryBoundsIsRefused) {
+  try {
+    MultipleShooting shooting(shared_drift(at_most(1.0), at_least(2.0), 1.0), ten);
+    FAIL() << "accepted";
+  } catch (const DefinitionError& e) {
+    EXPECT_NE(std::string(e.what()).find("parameter 'drift'"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Unknown, DerivativesAreExact) {
+  MultipleShooting shooting(shared_drift(unbounded(), unbounded(), 40.0), ten);
+  const auto errors =
+      derivative_errors(shooting.nlp(), perturbed(shooting.nlp(), shooting.initial_guess().w, 2));
+  EXPECT_LT(errors.jacobian, 1e-8);
+  EXPECT_LT(errors.hessian, 1e-8);
+}
+
+TEST(Data, IsSetByNameAndMovesTheSolution) {
+  Phase<1, 1, 1> phase{"motion", Drift{}, exactly(1.0)};
+  phase.data("drift", Vec<double, 1>{0.0})
+      .track("effort", input, Vec<double, 1>{1.0})
+      .reach("end", state, exactly(2.0));
+  OptimalControlProblem ocp("data");
+  MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
+  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
+  for (const double drift : {0.0, 0.5, 3.0}) {
+    shooting.set_data("drift", Vec<double, 1>{drift});
+    const Solution s = solve(shooting, *solver);
+    ASSERT_TRUE(s.ok()) << s.message;
+    EXPECT_NEAR(s.trajectory.input(0.5)[0], 2.0 - drift, 1e-8);
+    EXPECT_NEAR(s.cost, 0.5 * (2.0 - drift) * (2.0 - drift), 1e-8);
+  }
+  EXPECT_THROW(shooting.set_data("drift", Vec<double, 2>{1.0, 2.0}), DefinitionError);
+  EXPECT_THROW(shooting.set_data("drift", Vec<double, 1>{std::nan("")}), DefinitionError);
+  try {
+    shooting.set_data("drfit", Vec<double, 1>{1.0});
+    FAIL() << "accepted";
+  } catch (const DefinitionError& e) {
+    EXPECT_NE(std::string(e.what()).find("did you mean 'drift'"), std::string::npos) << e.what();
+  }
+}
+
+// --- references
+// -------------------------------------------------------------------------------------
+
+TEST(Reference, ThatVariesIsFollowed) {
+  // min int 1/2 (u - r)^2 with r a tent: nothing else to do, so u is r at the start of the
+  // interval.
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  const Reference tent({0.0, 0.5, 1.0}, Mat<double, 1, 3>{0.0, 2.0, 0.0});
+  phase.track("tent", input, Vec<double, 1>{1.0}, {}, tent);
+  OptimalControlProblem ocp("reference");
+  MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  ASSERT_TRUE(s.ok()) << s.message;
+  for (int k = 0; k < 10; ++k)
+    EXPECT_NEAR(s.trajectory.input(0.1 * k + 0.05)[0], 2.0 - std::abs(0.4 * k - 2.0), 1e-8) << k;
+}
+
+TEST(Reference, IsAFunctionOfAbsoluteTime) {
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  phase.track("ramp", input, Vec<double, 1>{1.0}, {},
+              Reference({0.0, 10.0}, Mat<double, 1, 2>{0.0, 10.0}));
+  OptimalControlProblem ocp("reference");
+  MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
+  shooting.start_at(4.0, Vec<double, 1>{0.0});
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.trajectory.input(4.31)[0], 4.3, 1e-8);
+}
+
+TEST(Reference, ThatVariesHasExactDerivativesWhereTimeIsFree) {
+  for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
+    Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
+    phase.guess_duration(1.0).track(
+        "ramp", [](const auto&, const auto& x) { return x[0] * x[0]; }, Vec<double, 1>{1.0}, {},
+        Reference({0.0, 10.0}, Mat<double, 1, 2>{0.0, 7.0}));
+    OptimalControlProblem ocp("reference");
+    ocp.start_at({1}).then(phase).costs(rule);
+    MultipleShooting shooting(ocp, {.intervals_per_phase = 4, .integrator = runge_kutta4()});
+    const auto errors = derivative_errors(
+        shooting.nlp(), perturbed(shooting.nlp(), shooting.initial_guess().w, 4, 0.2));
+    EXPECT_LT(errors.gradient, 1e-8);
+    EXPECT_LT(errors.hessian, 1e-8);
+  }
+}
+
+// --- the start
+// --------------------------------------------------------------------------------------
+
+TEST(StartMultipliers, AreTheSlopeOfTheOptimalCost) {
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  phase.track("effort", input, Vec<double, 1>{1.0})
+      .track("state", state, Vec<double, 1>{3.0})
+      .nominal(Vec<double, 1>{4.0}, Vec<double, 1>{2.0});
+  OptimalControlProblem ocp("slope");
+  MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
+  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
+  const auto cost = [&](double x) {
+    shooting.start_at(0.0, Vec<double, 1>{x});
+    return solve(shooting, *solver);
+  };
+  const double slope = (cost(1.01).cost - cost(0.99).cost) / 0.02;  // exact for a quadratic
+  EXPECT_NEAR(cost(1.0).start_multipliers[0], slope, 1e-6);
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,137 @@
+// Soft terms against closed forms: what is violated, by how much, and what it costs.
+#include <gtest/gtest.h>
+
+#include "framework/solver/ipopt.hpp"
+#include "tests/support/event_problems.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+
+// min int 1/2 u^2 over one second, x' = u from 1 with x(1) <= 0 at a price: u is constant, and
+// u = -min(multiplier, ...) follows from the optimality of 1/2 u^2 + price(1 + u).
+Solution solve_soft_end(Softness softness) {
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  phase.track("effort", input, Vec<double, 1>{1.0}).reach("stop", state, at_most(0.0), softness);
+  OptimalControlProblem ocp("soft end");
+  ocp.start_at({1}).then(phase);
+  MultipleShooting shooting(ocp, ten);
+  return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+}
+
+TEST(SoftEnd, L1BelowTheMultiplierIsViolatedAsFarAsTheWeightPays) {
+  const Solution s = solve_soft_end(soft("stop", 0.4));  // u = -weight
+  ASSERT_TRUE(s.ok()) << s.message;
+  ASSERT_EQ(s.softness.size(), 1u);
+  EXPECT_EQ(s.softness[0].phase, "motion");
+  EXPECT_EQ(s.softness[0].term, "stop");
+  EXPECT_NEAR(s.softness[0].largest, 0.6, 1e-7);
+  EXPECT_NEAR(s.softness[0].time, 1.0, 1e-12);
+  EXPECT_NEAR(s.cost, 0.5 * 0.16 + 0.4 * 0.6, 1e-7);
+  EXPECT_LT(s.kkt.scaled(), 1e-8);
+}
+
+TEST(SoftEnd, L1AboveTheMultiplierIsExact) {
+  const Solution s = solve_soft_end(soft("stop", 1.5));  // the hard multiplier is 1
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_LT(s.softness[0].largest, 1e-7);
+  EXPECT_NEAR(s.cost, 0.5, 1e-7);
+}
+
+TEST(SoftEnd, L2IsAlwaysViolatedALittle) {
+  for (const double weight : {0.5, 3.0, 100.0}) {
+    const Solution s = solve_soft_end(soft("stop", weight, Penalty::L2));
+    ASSERT_TRUE(s.ok()) << s.message;
+    const double violation = 1.0 / (1.0 + weight);  // of min 1/2 (1 - v)^2 + weight/2 v^2
+    EXPECT_NEAR(s.softness[0].largest, violation, 1e-7);
+    EXPECT_NEAR(s.cost, 0.5 * weight / (1.0 + weight), 1e-7);
+  }
+}
+
+TEST(SoftEnd, BothSidesAreSoft) {
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  phase.track("effort", input, Vec<double, 1>{1.0})
+      .reach("go to 3", state, exactly(3.0), soft("target", 1.0, Penalty::L2));
+  OptimalControlProblem ocp("soft target");
+  ocp.start_at({1}).then(phase);
+  MultipleShooting shooting(ocp, ten);
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.softness[0].largest, 1.0, 1e-7);  // 2 / (1 + weight)
+  EXPECT_NEAR(s.trajectory.final_state()[0], 2.0, 1e-7);
+}
+
+// No input can help: x stays at 1. The penalty is per unit of time.
+struct Frozen {
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>&) const {
+    return Vec<S, 1>::Zero();
+  }
+};
+
+Solution solve_frozen(Penalty penalty, int intervals, double impact) {
+  Phase<1, 1> phase{"frozen", Frozen{}, exactly(1.0)};
+  phase.track("effort", input, Vec<double, 1>{1.0})
+      .keep("below", state, at_most(0.8), Window{.from = event("impact")},
+            soft("below", 3.0, penalty));
+  MultipleShooting shooting(with_impact(phase, impact),
+                            {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
+  return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+}
+
+TEST(SoftRunning, IsPaidPerUnitOfTime) {
+  for (const int n : {10, 20, 40}) {
+    const Solution l1 = solve_frozen(Penalty::L1, n, -1.0), l2 = solve_frozen(Penalty::L2, n, -1.0);
+    ASSERT_TRUE(l1.ok() && l2.ok()) << l1.message << l2.message;
+    // The given start has no row; the end counts with the interval that leads to it.
+    EXPECT_NEAR(l1.cost, 3.0 * 0.2, 1e-6);
+    EXPECT_NEAR(l2.cost, 1.5 * 0.04, 1e-6);
+    EXPECT_NEAR(l1.softness[0].largest, 0.2, 1e-6);
+  }
+}
+
+TEST(SoftRunning, WindowOnTheEventChangesThePriceContinuously) {
+  const double h = 0.1;
+  double before = 0.0;
+  for (int i = 0; i <= 40; ++i) {
+    const double impact = 0.48 + 0.001 * i;
+    const Solution s = solve_frozen(Penalty::L1, 10, impact);
+    ASSERT_TRUE(s.ok()) << s.message;
+    // One more node than intervals: the last one counts once more, with its own interval.
+    EXPECT_NEAR(s.cost, 0.6 * (1.0 - impact + h), 1e-6) << impact;
+    if (i > 0) {
+      EXPECT_NEAR(s.cost, before, 0.6 * 0.001 + 1e-6);
+    }
+    before = s.cost;
+  }
+}
+
+TEST(SoftRunning, BeyondTheHorizonCostsNothing) {
+  const Solution s = solve_frozen(Penalty::L1, 10, 1.5);
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.cost, 0.0, 1e-9);
+  EXPECT_NEAR(s.softness[0].largest, 0.0, 1e-9);
+}
+
+TEST(SoftWeights, ChangeBetweenSolvesByName) {
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  phase.track("effort", input, Vec<double, 1>{1.0})
+      .reach("stop", state, at_most(0.0), soft("price", 0.4));
+  OptimalControlProblem ocp("soft end");
+  MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
+  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
+  shooting.set_softness("price", 0.7);
+  EXPECT_NEAR(solve(shooting, *solver).softness[0].largest, 0.3, 1e-7);
+}
+
+TEST(SoftCosts, AreTheirShareOfTheTotal) {
+  const Solution s = solve_soft_end(soft("stop", 0.4));
+  ASSERT_EQ(s.costs.size(), 2u);
+  EXPECT_EQ(s.costs[1].term, "stop");
+  EXPECT_NEAR(s.costs[1].value, 0.24, 1e-6);
+  EXPECT_NEAR(s.costs[0].value, 0.08, 1e-6);
+}
+
+}  // namespace
+}  // namespace saltus
