@@ -182,7 +182,8 @@ void OptimalControlProblem::check() const {
     shortest += phase.duration.lower;
     longest += phase.duration.upper;
   }
-  if (total_time_.is_empty() || total_time_.upper < shortest || total_time_.lower > longest)
+  if (total_time_.is_empty() || total_time_.upper < shortest - same_instant ||
+      total_time_.lower > longest + same_instant)
     throw DefinitionError(fmt::format(
         "problem '{}': the total time [{}, {}] s cannot be met by phases that last {} to {} s",
         name_, total_time_.lower, total_time_.upper, shortest, longest));

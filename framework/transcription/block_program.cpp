@@ -128,9 +128,8 @@ bool BlockProgram::evaluate(const double* w, Level level) {
       block.function.value(c.argument.data(), c.value.data());
     else
       block.function.jacobian(c.argument.data(), c.value.data(), c.entries.data());
-    // Blocks without weight and rows are off: what they say there does not count.
     for (int o = 0; o < c.value.size(); ++o)
-      if (block.outputs[o].factor != 0.0 && !std::isfinite(c.value[o])) finite_ = false;
+      if (counts(block.outputs[o]) && !std::isfinite(c.value[o])) finite_ = false;
   }
   level_ = level;
   return finite_;
@@ -167,7 +166,7 @@ bool BlockProgram::constraints(const double* w, double* g) {
   for (std::size_t i = 0; i < blocks_.size(); ++i)
     for (int o = 0; o < compiled_[i].value.size(); ++o) {
       const BlockOutput& output = blocks_[i].outputs[o];
-      if (output.row != BlockOutput::objective)
+      if (output.row != BlockOutput::objective && std::isfinite(compiled_[i].value[o]))
         g[output.row] += output.factor * compiled_[i].value[o];
     }
   return true;
@@ -177,8 +176,12 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
   if (!evaluate(w, Level::derivatives)) return false;
   std::fill_n(entries, jacobian_pattern_.entries(), 0.0);
   for (const Linear& l : linear_) entries[l.position] += l.coefficient;
-  for (const Compiled& c : compiled_)
-    for (const Scatter& s : c.jacobian) entries[s.to] += s.factor * c.entries[s.from];
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (const Scatter& s : compiled_[i].jacobian) {
+      const double entry = compiled_[i].entries[s.from];
+      if (std::isfinite(entry) || !is_off(blocks_[i].outputs[s.output].row))
+        entries[s.to] += s.factor * entry;
+    }
   return std::all_of(entries, entries + jacobian_pattern_.entries(),
                      [](double e) { return std::isfinite(e); });
 }

@@ -93,6 +93,12 @@ class BlockProgram : public NonlinearProgram {
                Curvature curvature) override;
 
  private:
+  // A row without bounds: its term is not in force, and what it says there does not count.
+  bool is_off(int row) const { return row_lower_[row] == -infinity && row_upper_[row] == infinity; }
+  bool counts(const BlockOutput& output) const {
+    return output.factor != 0.0 && (output.row == BlockOutput::objective || !is_off(output.row));
+  }
+
   enum class Level { none, values, derivatives };
 
   // local entry -> target position, with the product of its fixed factors

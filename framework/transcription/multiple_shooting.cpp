@@ -195,19 +195,35 @@ NlpPoint MultipleShooting::initial_guess() const {
 NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
   NlpPoint point = initial_guess();
   if (trajectory.empty()) return point;
+  double start = program_->start_time;
   for (int j = 0; j < grid().phases(); ++j) {
     const PhaseDefinition& phase = problem().phases()[j];
     const int nx = phase.sizes.nx, nu = phase.sizes.nu;
-    const double start = program_->start_of(j, nullptr);
+    double T = grid().reference_duration(j);
+    if (layout().duration(j) >= 0) {  // it ends when it ended there
+      for (const TrajectoryPiece& piece : trajectory.pieces())
+        if (piece.phase == j)
+          T = std::clamp(piece.end() - start, phase.duration.lower, phase.duration.upper);
+      point.w[layout().duration(j)] = T / phase.nominal_duration;
+    }
+    if (j < static_cast<int>(trajectory.phases().size()) &&
+        trajectory.phases()[j].parameters.size() == phase.sizes.np)
+      for (int i = 0; i < phase.sizes.np; ++i)
+        if (layout().parameter(j, i) >= 0)
+          point.w[layout().parameter(j, i)] =
+              trajectory.phases()[j].parameters[i] / phase.nominal_parameter(i);
+    const auto time_of = [&](int node) {
+      return node == grid().intervals(j) ? start + T : start + grid().interval(j, node).offset(T);
+    };
     for (int k = 0; k <= grid().intervals(j); ++k) {
-      const double t = start + grid().node_offset(j, k);
+      const double t = time_of(k);
       const bool closes = k == grid().intervals(j);  // with x-, before any jump
       const VectorXd x = closes ? trajectory.state_before(t) : trajectory.state(t);
       if (x.size() != nx) continue;  // another phase is in force there
       point.w.segment(layout().state(j, k), nx) = x.cwiseQuotient(phase.nominal_state);
       if (closes || grid().interval(j, k).is_empty()) continue;
       // From the middle of the interval: the ends may belong to neighbours.
-      const double next = start + grid().node_offset(j, k + 1);
+      const double next = time_of(k + 1);
       const auto set_input = [&](int first, double at) {
         const VectorXd u = trajectory.input(at);
         if (u.size() != nu) return;
@@ -222,6 +238,7 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
       set_input(0, linear ? t + just_inside * (next - t) : 0.5 * (t + next));
       if (linear) set_input(nu, next - just_inside * (next - t));
     }
+    start += T;
   }
   point.w.segment(layout().state(0, 0), problem().phases().front().sizes.nx) =
       problem().start_guess().cwiseQuotient(problem().phases().front().nominal_state);

@@ -48,8 +48,9 @@ class MultipleShooting {
 
   /// The guesses of the problem as a point of the program.
   NlpPoint initial_guess() const;
-  /// A guess sampled from another solution of the same problem at the same absolute times; beyond
-  /// its end the last state and input go on.
+  /// A guess sampled from another solution of the same problem at the same absolute times, with its
+  /// unknown parameters; free phases end when they ended there. Beyond its end the last state and
+  /// input go on.
   NlpPoint guess_from(const Trajectory& trajectory) const;
 
   Trajectory trajectory(const VectorXd& w) const;

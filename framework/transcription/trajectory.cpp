@@ -10,8 +10,14 @@
 
 namespace saltus {
 
+namespace {
+// Ends and starts of neighbours are sums of durations in different order, and so are the times at
+// which callers ask: what differs by rounding only is one instant.
+double rounding(double t) { return 1e-12 * std::max(1.0, std::abs(t)); }
+}  // namespace
+
 const TrajectoryPiece& Trajectory::piece_at(double t) const {
-  const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), t,
+  const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), t + rounding(t),
                                       [](double time, const auto& p) { return time < p.start; });
   return after == pieces_.begin() ? pieces_.front() : *(after - 1);
 }
@@ -46,9 +52,7 @@ VectorXd Trajectory::state_in(const TrajectoryPiece& piece, double t) const {
 
 VectorXd Trajectory::state(double t) const { return state_in(piece_at(t), t); }
 VectorXd Trajectory::state_before(double t) const {
-  // Ends and starts of neighbours are computed separately and may differ in the last digits.
-  const double clearly_before = t - 1e-12 * std::max(1.0, std::abs(t));
-  const auto piece = std::lower_bound(pieces_.begin(), pieces_.end(), clearly_before,
+  const auto piece = std::lower_bound(pieces_.begin(), pieces_.end(), t - rounding(t),
                                       [](const auto& p, double time) { return p.end() < time; });
   return state_in(piece == pieces_.end() ? pieces_.back() : *piece, t);
 }

@@ -75,6 +75,19 @@ TEST(Window, OffTheGridGetsItsOwnNodes) {
   expect_times(active_times(shooting, "middle"), {0.33, 0.4, 0.5, 0.58});
 }
 
+TEST(Window, OutsideItAFormulaMayLeaveItsDomain) {
+  auto phase = second();  // from 1 down to -1; the root exists in the first half only
+  const auto root = [](const auto&, const auto& x) { return sqrt(x[0] + 0.5); };
+  phase.keep("root", root, at_least(0.1), Window{.to = 0.3})
+      .minimise("cost of the root", root, Window{.to = 0.3})
+      .track("effort", input, Vec<double, 1>{1.0})
+      .bound_input(0, exactly(-2.0), Window{.from = 0.3})
+      .reach("end", state, between(-1.5, -0.9));
+  MultipleShooting shooting(with_impact(phase, infinity), ten);
+  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{}));
+  EXPECT_EQ(solution.status, SolveStatus::optimal) << solution.message;
+}
+
 TEST(GivenStart, HasNoRows) {
   auto phase = second();
   phase.keep("everywhere", state, at_most(0.5)).bound_state(0, at_most(0.5));

@@ -108,6 +108,29 @@ TEST(GuessFromTrajectory, OfTheSameProblemIsTheSolutionItself) {
   EXPECT_LT((guess.w - solution.point.w).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+TEST(GuessFromTrajectory, TakesDurationsAndUnknownsAlong) {
+  Phase<1, 1, 1> first{"first", Decay{}, between(0.2, 3.0)}, next{"next", Decay{}, exactly(0.5)};
+  for (auto* phase : {&first, &next})
+    phase->unknown("target", Vec<double, 1>{0.0}, between(-4.0, 4.0), 2.0)
+        .track("effort", input, Vec<double, 1>{1.0});
+  const auto off_target = [](const auto&, const auto& x, const auto&, const auto& p) {
+    return x[0] - p[0];
+  };
+  first.reach("target", off_target, exactly(0.0))
+      .minimise_at_end("late", [](const auto& t, const auto& x) {
+        return (t - 1.3) * (t - 1.3) + (x[0] - 1.5) * (x[0] - 1.5);
+      });
+  OptimalControlProblem ocp("free");
+  ocp.start_at({1}).then(first).then(
+      next, jump<1, 1>("drop", [](const auto&, const auto& x) { return x[0] - 1.0; }));
+  MultipleShooting shooting(ocp, ten);
+  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  ASSERT_TRUE(solution.ok()) << solution.message;
+  EXPECT_GT(std::abs(solution.durations[0] - 1.6), 0.05);  // the guess; something has to move
+  const NlpPoint guess = shooting.guess_from(solution.trajectory);
+  EXPECT_LT((guess.w - solution.point.w).cwiseAbs().maxCoeff(), 1e-9);
+}
+
 TEST(GuessFromTrajectory, BeyondItsEndTheLastStateGoesOn) {
   MultipleShooting shooting(bouncing(), ten);
   const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
