@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "framework/core/error.hpp"
 
@@ -147,8 +148,15 @@ void Grid::place_fixed(PhaseGrid& grid) {
     if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i]) grid.event_node[i - 1] = 1;
   for (std::size_t i = 1; i < count; ++i)
     if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i - 1]) grid.event_node[i] = 1;
-  for (std::size_t k = 0; k + 1 < count; ++k)
-    grid.intervals[k] = {grid.offsets[k], 0.0, grid.offsets[k + 1] - grid.offsets[k], 0.0};
+  // Whole intervals have one length, free of the rounding of their ends: an integrator that keeps
+  // what it computed for a length would otherwise compute it for every interval.
+  const double whole = T / n;
+  const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * T;
+  for (std::size_t k = 0; k + 1 < count; ++k) {
+    const double length = grid.offsets[k + 1] - grid.offsets[k];
+    grid.intervals[k] = {grid.offsets[k], 0.0,
+                         std::abs(length - whole) <= rounding ? whole : length, 0.0};
+  }
 }
 
 // Free duration: the segments between window limits are uniform, the last one stretches with T.
