@@ -19,7 +19,7 @@ constexpr double momentum_damping = 5.0;
 // The minimum jerk course ends this long after the landing, s.
 constexpr double course_after_landing = 0.5;
 // Momentum rate matters most; the wrench weights only share it out. N^2 against (Nm)^2.
-constexpr double linear_weight = 1.0, angular_weight = 10.0, force_weight = 1e-4,
+constexpr double linear_weight = 1.0, angular_weight = 1000.0, force_weight = 1e-4,
                  torque_weight = 1e-2;
 
 // p = (CoM | right foot | desired CoM acceleration | desired rate of angular momentum).

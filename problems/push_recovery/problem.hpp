@@ -14,9 +14,9 @@ using Vector6 = Vec<double, 6>;
 struct Weights {
   Vector9 gamma{0, 0, 1e4, 1000, 1000, 1000, 200, 200, 200};         // K_gamma
   Vector9 gamma_impact{2500, 4000, 0, 5000, 5000, 0, 0, 0, 0};       // K_gamma^imp
-  Vector6 wrench{0.002, 0.002, 1e-5, 0.02, 0.02, 0.02};              // K_f, each foot
+  Vector6 wrench{0.002, 0.002, 1e-4, 0.02, 0.02, 0.02};              // K_f, each foot
   Vec<double, 2> capture_point{1e4, 1e4};                            // K_icp
-  double wrench_change = 0.0;  // on first differences of every component; 0: none, as in the paper
+  double wrench_change = 1e-4;  // on first differences of every component; the paper has 0
   double capture_point_softness = 1e4;  // price of leaving the hull, per m and s; 0: not allowed
 };
 

@@ -62,6 +62,7 @@ inline QpCase read_case(const std::string& name) {
   c.weights.wrench = numbers(p.at("K_f")).head<6>();
   c.weights.capture_point = numbers(p.at("K_icp"));
   c.weights.capture_point_softness = 0.0;
+  c.weights.wrench_change = 0.0;
 
   c.start.resize(9);
   c.start << numbers(p.at("x_com0")), numbers(p.at("v_com0")), numbers(p.at("H0"));
