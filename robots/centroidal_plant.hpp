@@ -8,9 +8,9 @@
 
 namespace saltus {
 
-/// The untruncated nonlinear centroidal dynamics of a robot on two feet (see centroidal.hpp), driven
-/// by wrenches in the axes of the soles and a push on the CoM. A foot that does not touch the ground
-/// exerts nothing, whatever is commanded.
+/// The untruncated nonlinear centroidal dynamics of a robot on two feet (see centroidal.hpp),
+/// driven by wrenches in the axes of the soles and a push on the CoM. A foot that does not touch
+/// the ground exerts nothing, whatever is commanded.
 class CentroidalPlant {
  public:
   struct Foot {

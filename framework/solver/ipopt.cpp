@@ -108,7 +108,8 @@ class Adapter final : public coin::TNLP {
                          Number f, const coin::IpoptData*,
                          coin::IpoptCalculatedQuantities*) override {
     using ConstMap = Eigen::Map<const VectorXd>;
-    result.point = {ConstMap(w, n), ConstMap(lambda, m), ConstMap(z_upper, n) - ConstMap(z_lower, n)};
+    result.point = {ConstMap(w, n), ConstMap(lambda, m),
+                    ConstMap(z_upper, n) - ConstMap(z_lower, n)};
     result.objective = f;
   }
 
@@ -184,9 +185,9 @@ class IpoptSolver final : public Solver {
 
     NlpResult result = std::move(adapter->result);
     result.status = status;
-    result.hessian = limited_memory                                   ? "limited-memory BFGS"
+    result.hessian = limited_memory                                  ? "limited-memory BFGS"
                      : options_.curvature == Curvature::gauss_newton ? "Gauss-Newton"
-                                                                      : "exact";
+                                                                     : "exact";
     if (result.point.w.size() != program.variables()) {  // Ipopt refused before the first iterate
       result.point = {start.w, VectorXd::Zero(program.rows()), VectorXd::Zero(program.variables())};
       if (start.w.size() != program.variables())
@@ -227,9 +228,9 @@ class IpoptSolver final : public Solver {
       ok = o->SetStringValue("warm_start_init_point", "yes") && ok;
       ok = o->SetNumericValue("mu_init", options_.warm_start_barrier) && ok;
       // How far the start is pushed inside its bounds: as far as the barrier would anyway.
-      for (const char* push : {"warm_start_bound_push", "warm_start_bound_frac",
-                               "warm_start_slack_bound_push", "warm_start_slack_bound_frac",
-                               "warm_start_mult_bound_push"})
+      for (const char* push :
+           {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
+            "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
         ok = o->SetNumericValue(push, options_.warm_start_barrier) && ok;
     }
     if (!ok || app->Initialize("") != coin::Solve_Succeeded) return nullptr;

@@ -24,8 +24,8 @@ double violation(double value, double lower, double upper) {
 }  // namespace
 
 double KktResidual::scaled() const {
-  return std::max({stationarity / multiplier_scale, complementarity / multiplier_scale,
-                   feasibility});
+  return std::max(
+      {stationarity / multiplier_scale, complementarity / multiplier_scale, feasibility});
 }
 
 KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
@@ -49,8 +49,8 @@ KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
     const double lower = program.lower()[i], upper = program.upper()[i];
     if (lower != upper) {
       result.stationarity = std::max(result.stationarity, std::abs(stationarity[i] + point.z[i]));
-      result.complementarity = std::max(result.complementarity,
-                                        complementarity(point.z[i], point.w[i], lower, upper));
+      result.complementarity =
+          std::max(result.complementarity, complementarity(point.z[i], point.w[i], lower, upper));
     }
     const double v = violation(point.w[i], lower, upper);
     if (v > worst) {

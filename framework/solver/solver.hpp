@@ -12,9 +12,9 @@ namespace saltus {
 /// Why a solve ended. A solve that does not converge is a result, never an exception.
 enum class SolveStatus {
   optimal,
-  acceptable,         ///< a looser tolerance was met and progress had stopped
-  infeasible,         ///< converged to a point where the constraints cannot be met
-  unbounded,          ///< the cost falls without limit
+  acceptable,  ///< a looser tolerance was met and progress had stopped
+  infeasible,  ///< converged to a point where the constraints cannot be met
+  unbounded,   ///< the cost falls without limit
   iteration_limit,
   time_limit,         ///< wall clock
   evaluation_failed,  ///< the functions could not be evaluated at the start or along the way

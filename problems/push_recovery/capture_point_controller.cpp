@@ -35,9 +35,8 @@ struct MomentumRate {
                        const Vec<S, parameters>& p) const {
     const std::array<Contact<S>, 2> feet{
         contact<S>(left, Vec<S, 6>(f.template head<6>())),
-        contact<S>(
-            SoleFrameOf<S>{p.template segment<3>(3), right_rotation.template cast<S>()},
-            Vec<S, 6>(f.template tail<6>()))};
+        contact<S>(SoleFrameOf<S>{p.template segment<3>(3), right_rotation.template cast<S>()},
+                   Vec<S, 6>(f.template tail<6>()))};
     const Vec<S, 3> com = p.template head<3>();
     Vec<S, 9> rate;
     rate << gamma.template segment<3>(3), com_acceleration(mass, feet),
@@ -69,7 +68,8 @@ OptimalControlProblem wrench_problem(const Config& config, const RobotDescriptio
   wrenches << Vec<double, 3>::Constant(force_weight), Vec<double, 3>::Constant(torque_weight),
       Vec<double, 3>::Constant(force_weight), Vec<double, 3>::Constant(torque_weight);
   phase.track("momentum rate", miss, rates)
-      .track("wrenches", [](const auto&, const auto&, const auto& f) { return f; }, wrenches)
+      .track(
+          "wrenches", [](const auto&, const auto&, const auto& f) { return f; }, wrenches)
       .nominal(Vec<double, 9>::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("wrenches of one tick");
   ocp.schedule(Schedule({"single support", "double support"}, {{"impact", infinity}}))
@@ -100,11 +100,10 @@ CoursePoint minimum_jerk(const Vec<double, 3>& x0, const Vec<double, 3>& v0,
 class CapturePointController final : public Planner {
  public:
   CapturePointController(const Config& config, const RobotDescription& robot, const Scene& scene)
-      : controller_(
-            MultipleShooting(wrench_problem(config, robot, scene),
-                             {.intervals_per_phase = 1, .integrator = zero_order_hold()}),
-            make_solver(Ipopt{.tolerance = config.solver_tolerance, .mehrotra = true}),
-            config.mpc_step) {}
+      : controller_(MultipleShooting(wrench_problem(config, robot, scene),
+                                     {.intervals_per_phase = 1, .integrator = zero_order_hold()}),
+                    make_solver(Ipopt{.tolerance = config.solver_tolerance, .mehrotra = true}),
+                    config.mpc_step) {}
 
   ControlTick tick(const Measurement& measured, const Scene& scene, double impact_time) override {
     const Vec<double, 3> com = measured.gamma.head<3>(), velocity = measured.gamma.segment<3>(3);
@@ -118,8 +117,8 @@ class CapturePointController final : public Planner {
         velocity_at_start_ = velocity;
       }
       const double T = impact_time + course_after_landing - course_start_;
-      wanted = minimum_jerk(com_at_start_, velocity_at_start_, target, T,
-                            measured.time - course_start_);
+      wanted =
+          minimum_jerk(com_at_start_, velocity_at_start_, target, T, measured.time - course_start_);
     }
     Vec<double, parameters> p;
     p << com, scene.right.position,

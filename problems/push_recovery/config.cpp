@@ -8,8 +8,10 @@ namespace {
 void declare_weights(Settings& s, Weights& w) {
   s.vector("weights.gamma", w.gamma, "", "on CoM, CoM velocity and angular momentum, all along",
            at_least(0.0));
-  s.vector("weights.gamma_impact", w.gamma_impact, "", "the same, added after the impact and at "
-           "the end of the horizon", at_least(0.0));
+  s.vector("weights.gamma_impact", w.gamma_impact, "",
+           "the same, added after the impact and at "
+           "the end of the horizon",
+           at_least(0.0));
   s.vector("weights.wrench", w.wrench, "", "on force (N) and torque (Nm) of each foot",
            at_least(0.0));
   s.vector("weights.capture_point", w.capture_point, "", "on the capture point after the impact",
@@ -42,9 +44,8 @@ void declare_settings(Settings& s, Config& c) {
   s.vector("push.direction", c.push.direction, "", "direction of the push, world axes");
   s.number("push.duration", c.push.duration, "s", "how long it lasts", above(0.0));
   s.number("push.start", c.push.start, "s", "when it begins", at_least(0.0));
-  s.rule({"push.direction"}, [&c] {
-    return c.push.direction.norm() > 0.0 ? "" : "push.direction must not be zero";
-  });
+  s.rule({"push.direction"},
+         [&c] { return c.push.direction.norm() > 0.0 ? "" : "push.direction must not be zero"; });
 
   s.number("step.duration", c.step.duration, "s", "from the trigger to the landing", above(0.0));
   s.choice<StepTrigger>("step.trigger", c.step.trigger,

@@ -17,10 +17,10 @@ enum class StepTrigger { push, icp };
 enum class Placement { predicted, fixed };
 
 struct Push {
-  double impulse = 7.0;                     ///< N s
-  Vec<double, 3> direction{0.0, -1.0, 0.0}; ///< world axes, any length
-  double duration = 0.1;                    ///< s
-  double start = 2.4;                       ///< s
+  double impulse = 7.0;                      ///< N s
+  Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
+  double duration = 0.1;                     ///< s
+  double start = 2.4;                        ///< s
 };
 
 struct Step {

@@ -27,8 +27,7 @@ TickData tick_data(const Measurement& measured, const Scene& scene) {
   data.omega = pendulum_frequency(measured.gamma[2] - scene.left.position[2]);
   data.right_foot = scene.right.position;
   const Vec<double, 2> target = scene.target_point();
-  data.gamma_desired << target, scene.left.position[2] + scene.com_height,
-      Vec<double, 6>::Zero();
+  data.gamma_desired << target, scene.left.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
   data.hull = scene.hull().half_planes(hull_rows);
   return data;
@@ -65,8 +64,7 @@ class Mpc final : public Planner {
     Measurement at_rest;
     at_rest.gamma << robot.default_posture().com, Vec<double, 6>::Zero();
     at_rest.contact_force[2] = robot.mass * standard_gravity;
-    OptimalControlProblem ocp =
-        problem(model, config.weights, tick_data(at_rest, scene), infinity);
+    OptimalControlProblem ocp = problem(model, config.weights, tick_data(at_rest, scene), infinity);
     return MultipleShooting(std::move(ocp), {.intervals_per_phase = config.mpc_intervals,
                                              .integrator = zero_order_hold()});
   }

@@ -14,7 +14,7 @@ namespace saltus::push_recovery {
 struct Measurement {
   double time = 0.0;  ///< s
   Vec<double, 9> gamma = Vec<double, 9>::Zero();
-  Vec<double, 12> applied = Vec<double, 12>::Zero();   ///< wrenches applied last, sole axes
+  Vec<double, 12> applied = Vec<double, 12>::Zero();      ///< wrenches applied last, sole axes
   Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< their sum, world axes, N
 };
 
@@ -22,8 +22,8 @@ struct Measurement {
 struct Scene {
   SoleFrame left, right;  ///< right: where it stands, or will land
   FootRectangle left_foot, right_foot;
-  bool two_feet = false;       ///< the right foot stands or is about to
-  double com_height = 0.53;    ///< commanded, m
+  bool two_feet = false;     ///< the right foot stands or is about to
+  double com_height = 0.53;  ///< commanded, m
   Target target = Target::sole_midpoint;
 
   SupportPolygon hull() const;
@@ -34,8 +34,7 @@ class Planner {
  public:
   virtual ~Planner() = default;
   /// `impact_time`: absolute time of the landing, infinite if none is due.
-  virtual ControlTick tick(const Measurement& measured, const Scene& scene,
-                           double impact_time) = 0;
+  virtual ControlTick tick(const Measurement& measured, const Scene& scene, double impact_time) = 0;
 };
 
 /// The receding horizon controller of the paper.

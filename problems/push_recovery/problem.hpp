@@ -12,21 +12,21 @@ using Vector6 = Vec<double, 6>;
 
 /// Weights of the cost Gamma, eq. (8); per s where integrated.
 struct Weights {
-  Vector9 gamma{0, 0, 1e4, 1000, 1000, 1000, 200, 200, 200};         // K_gamma
-  Vector9 gamma_impact{2500, 4000, 0, 5000, 5000, 0, 0, 0, 0};       // K_gamma^imp
-  Vector6 wrench{0.002, 0.002, 1e-4, 0.02, 0.02, 0.02};              // K_f, each foot
-  Vec<double, 2> capture_point{1e4, 1e4};                            // K_icp
-  double wrench_change = 1e-4;  // on first differences of every component; the paper has 0
+  Vector9 gamma{0, 0, 1e4, 1000, 1000, 1000, 200, 200, 200};    // K_gamma
+  Vector9 gamma_impact{2500, 4000, 0, 5000, 5000, 0, 0, 0, 0};  // K_gamma^imp
+  Vector6 wrench{0.002, 0.002, 1e-4, 0.02, 0.02, 0.02};         // K_f, each foot
+  Vec<double, 2> capture_point{1e4, 1e4};                       // K_icp
+  double wrench_change = 1e-4;          // on first differences of every component; the paper has 0
   double capture_point_softness = 1e4;  // price of leaving the hull, per m and s; 0: not allowed
 };
 
 struct Model {
-  double mass = 33.06;                // kg
-  SoleFrame left = {};                // stance; the right sole's place is data, its axes are not
+  double mass = 33.06;  // kg
+  SoleFrame left = {};  // stance; the right sole's place is data, its axes are not
   Mat<double, 3, 3> right_rotation = Mat<double, 3, 3>::Identity();
   ContactConeOptions left_contact = {}, right_contact = {};
-  double step = 0.01;                 // dt, s
-  int intervals = 15;                 // N
+  double step = 0.01;  // dt, s
+  int intervals = 15;  // N
   CostRule cost_rule = CostRule::nodes;
 };
 

@@ -94,8 +94,8 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
 }
 
 CsvTable trajectory_table(const RunLog& log) {
-  std::vector<std::string> columns{"t", "com_x", "com_y", "com_z", "vel_x", "vel_y", "vel_z",
-                                   "h_x", "h_y", "h_z", "icp_x", "icp_y"};
+  std::vector<std::string> columns{"t",     "com_x", "com_y", "com_z", "vel_x", "vel_y",
+                                   "vel_z", "h_x",   "h_y",   "h_z",   "icp_x", "icp_y"};
   for (const char* foot : {"left", "right"})
     for (const char* entry : {"fx", "fy", "fz", "tx", "ty", "tz"})
       columns.push_back(fmt::format("{}_{}", foot, entry));
@@ -115,17 +115,17 @@ CsvTable trajectory_table(const RunLog& log) {
 }
 
 CsvTable tick_table(const RunLog& log) {
-  CsvTable table({"t", "provenance", "status", "solve_us", "iterations", "cost", "kkt",
-                  "icp_slack_m"});
+  CsvTable table(
+      {"t", "provenance", "status", "solve_us", "iterations", "cost", "kkt", "icp_slack_m"});
   for (const TickRecord& t : log.ticks)
-    table.add_row(std::array<double, 8>{t.time, static_cast<double>(t.provenance),
-                                        static_cast<double>(t.status), 1e6 * t.seconds,
-                                        static_cast<double>(t.iterations), t.cost, t.kkt,
-                                        t.softness});
+    table.add_row(std::array<double, 8>{
+        t.time, static_cast<double>(t.provenance), static_cast<double>(t.status), 1e6 * t.seconds,
+        static_cast<double>(t.iterations), t.cost, t.kkt, t.softness});
   return table;
 }
 
-// Runs the picture script without a shell. Pictures are a service: their absence is said, not fatal.
+// Runs the picture script without a shell. Pictures are a service: their absence is said, not
+// fatal.
 void draw_pictures(const OutputFolder& output) {
   const std::string script = SALTUS_SOURCE_DIR "/problems/push_recovery/plot_run.py";
   const std::string folder = output.path().string();

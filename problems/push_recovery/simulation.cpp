@@ -107,15 +107,15 @@ class ClosedLoop {
     double t = piece.start;
     while (end - t > same_instant) {
       double next = end;
-      for (const double edge : {config_.push.start, config_.push.start + config_.push.duration,
-                                steps_.landing_time()})
+      for (const double edge :
+           {config_.push.start, config_.push.start + config_.push.duration, steps_.landing_time()})
         if (edge - t > same_instant && edge < next) next = edge;
       enter(t);
       record(t);
       const IntegrationStatus status = plant_.advance(next - t, applied_);
       if (status != IntegrationStatus::success)
-        return stop(fmt::format("the plant could not be integrated at {:.3f} s: {}", t,
-                                describe(status)));
+        return stop(
+            fmt::format("the plant could not be integrated at {:.3f} s: {}", t, describe(status)));
       now_ = t = next;
       const Vec<double, 9>& gamma = plant_.state();
       if (gamma[2] < fallen_height || gamma.head<2>().norm() > fallen_distance)
@@ -138,8 +138,12 @@ class ClosedLoop {
   void record(double t) {
     const Vec<double, 9>& gamma = plant_.state();
     const double omega = pendulum_frequency(gamma[2]);
-    Sample sample{t,      gamma, capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
-                  applied_, plant_.push, plant_.right.in_contact};
+    Sample sample{t,
+                  gamma,
+                  capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
+                  applied_,
+                  plant_.push,
+                  plant_.right.in_contact};
     log_.samples.push_back(std::move(sample));
   }
 
@@ -179,8 +183,7 @@ std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<doub
   if (!ground.contains(s.capture_point)) return "the capture point left the support polygon";
   if (s.gamma.segment<3>(3).norm() > rest_speed) return "the CoM did not come to rest";
   if ((s.gamma.head<2>() - target).norm() > rest_com_error) return "the CoM missed its target";
-  if (s.gamma.tail<3>().norm() > rest_angular_momentum)
-    return "angular momentum did not die away";
+  if (s.gamma.tail<3>().norm() > rest_angular_momentum) return "angular momentum did not die away";
   return {};
 }
 

@@ -28,15 +28,14 @@ void StepLogic::update(double t, const Vec<double, 2>& capture_point, double ome
     if (inside || t < push_start_) return;
     // The paper's timing counts from the push. A capture point that leaves the sole only after the
     // landing would have been due is a new event.
-    const bool from_push = options_.trigger == StepTrigger::push &&
-                           t < push_start_ + options_.duration;
+    const bool from_push =
+        options_.trigger == StepTrigger::push && t < push_start_ + options_.duration;
     trigger_ = from_push ? push_start_ : t;
     landing_ = trigger_ + options_.duration;
   }
-  const Vec<double, 2> planar =
-      options_.placement == Placement::fixed
-          ? options_.fixed_place
-          : predicted_place(t, capture_point, omega);
+  const Vec<double, 2> planar = options_.placement == Placement::fixed
+                                    ? options_.fixed_place
+                                    : predicted_place(t, capture_point, omega);
   place_ = stance_.position + stance_.rotation * Vec<double, 3>(planar[0], planar[1], 0.0);
   decided_ = t >= std::min(trigger_ + options_.decision_delay, landing_) - same_instant;
 }

@@ -27,8 +27,7 @@ class StepLogic {
   const Vec<double, 3>& place() const { return place_; }
 
  private:
-  Vec<double, 2> predicted_place(double t, const Vec<double, 2>& capture_point,
-                                 double omega) const;
+  Vec<double, 2> predicted_place(double t, const Vec<double, 2>& capture_point, double omega) const;
 
   Step options_;
   bool stepping_;

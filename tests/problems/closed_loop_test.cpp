@@ -72,10 +72,10 @@ TEST(ClosedLoop, TheLandingNeedNotFallOnATick) {
       // A few milliseconds later the robot has moved on a little, no more: the capture point grows
       // by about omega = 4.2 per second, the momentum peak with it.
       EXPECT_NEAR(outcome.verdict.angular_momentum_max, last.verdict.angular_momentum_max, 0.05);
-      EXPECT_LT((outcome.log.samples.back().gamma.head<3>() -
-                 last.log.samples.back().gamma.head<3>())
-                    .norm(),
-                1e-3);
+      EXPECT_LT(
+          (outcome.log.samples.back().gamma.head<3>() - last.log.samples.back().gamma.head<3>())
+              .norm(),
+          1e-3);
     }
     last = std::move(outcome);
   }
