@@ -17,7 +17,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 GRIDS = (("10", "15"), ("50", "15"))  # dt in ms, N
-QUANTITIES = (("cost", "optimal cost"), ("left_fz", "first vertical force of the left foot [N]"))
+QUANTITIES = (("cost", "optimal cost"), ("left_fz", "left foot, first vertical force [N]"))
 STYLES = {
     "rounded": {"label": "event rounded to the grid", "color": "tab:red", "linewidth": 1.2},
     "exact": {"label": "node at the event", "color": "tab:blue", "linewidth": 2.0},
@@ -37,7 +37,7 @@ def select(rows, grid, impact):
 def main(source, target):
     with open(source, newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    figure, axes = plt.subplots(2, len(GRIDS), figsize=(8.8, 5.6), sharex=True, sharey="row",
+    figure, axes = plt.subplots(2, len(GRIDS), figsize=(8.8, 5.6), sharex=True,
                                 constrained_layout=True)
     for column, grid in enumerate(GRIDS):
         axes[0, column].set_title(f"dt = {grid[0]} ms, N = {grid[1]}")
@@ -49,7 +49,6 @@ def main(source, target):
                 panel.plot([float(point["impact_ms"]) for point in sweep],
                            [float(point[quantity]) for point in sweep], **style)
             panel.grid(alpha=0.3)
-            panel.tick_params(labelleft=True)
             if column == 0:
                 panel.set_ylabel(label)
     axes[0, 0].set_xlim(40.0, 110.0)
