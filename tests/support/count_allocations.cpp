@@ -4,7 +4,6 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdlib>
-#include <new>
 
 // Eigen allocates with malloc, so malloc itself is replaced: glibc lets a program do so and keeps
 // its own under __libc_*. operator new calls malloc and is thereby counted as well.
@@ -13,7 +12,7 @@ std::atomic<long> allocations{0};
 }
 
 #if defined(__SANITIZE_ADDRESS__)
-#define SALTUS_SANITIZED  // the sanitizer brings its own malloc; only operator new is counted
+#define SALTUS_SANITIZED  // the sanitizer brings its own malloc
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer)
 #define SALTUS_SANITIZED
@@ -50,13 +49,8 @@ int posix_memalign(void** result, std::size_t alignment, std::size_t size) {
 }
 }
 #else
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+// Called by the sanitizer after each allocation, by malloc or by new.
+extern "C" void __sanitizer_malloc_hook(const volatile void*, std::size_t) { ++allocations; }
 #endif
 
 namespace saltus::testing {
