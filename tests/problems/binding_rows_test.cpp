@@ -1,6 +1,6 @@
 // Does the push recovery problem agree with an independent dense solution when the capture point
-// runs along the edge of the hull, at the end of the horizon too, and when the impact falls between
-// two nodes of the grid?
+// runs along the edge of the hull, at the end of the horizon too, when the impact falls between two
+// nodes of the grid, and with a price on first differences there?
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -34,11 +34,13 @@ struct Instance {
 };
 
 // ICUB-1 with another push, hull and impact; all other figures are its own.
-StepRecovery icub_1_but(double lateral_speed, double hull_edge, double impact) {
+StepRecovery icub_1_but(double lateral_speed, double hull_edge, double impact,
+                        double wrench_change = 0.0) {
   StepRecovery s;
   s.velocity[1] = lateral_speed;
   s.hull_y[0] = hull_edge;
   s.impact = impact;
+  s.wrench_change = wrench_change;
   return s;
 }
 
@@ -51,6 +53,10 @@ const std::vector<Instance> instances{
      {0.10, 0.11, 0.12, 0.15}},
     {"TwiceAsFast", icub_1_but(-0.7, -0.15, 0.06), 3.9274370958304, {0.06, 0.15}},
     {"BetweenTwoNodes", icub_1_but(-0.5, -0.09, 0.0637), 1.8138277330938, {0.0637, 0.07, 0.15}},
+    {"BetweenTwoNodesWithDifferences",
+     icub_1_but(-0.5, -0.09, 0.0637, 1e-4),
+     2.4958793209712,
+     {0.0637, 0.15}},
 };
 
 // The same numbers for the framework.
@@ -75,6 +81,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   weights.gamma_impact << constant(s.com_impact_weight), constant(s.velocity_impact_weight),
       constant(s.momentum_impact_weight);
   weights.wrench << s.force_weight, constant(s.torque_weight);
+  weights.wrench_change = s.wrench_change;
   weights.capture_point = Vec<double, 2>::Constant(s.capture_point_weight);
   weights.capture_point_softness = 0.0;
 
@@ -94,8 +101,12 @@ MultipleShooting transcribe(const StepRecovery& s) {
   VectorXd start(9);
   start << s.com, s.velocity, Vec<double, 3>::Zero();
   ocp.start_at(start);
-  return MultipleShooting(std::move(ocp),
-                          {.intervals_per_phase = s.intervals, .integrator = zero_order_hold()});
+  MultipleShooting shooting(std::move(ocp),
+                            {.intervals_per_phase = s.intervals, .integrator = zero_order_hold()});
+  VectorXd before = VectorXd::Zero(12);
+  before.head<3>() = s.force;
+  shooting.set_previous_input(before);
+  return shooting;
 }
 
 // Multipliers of the lower edge in y, summed over the rows that repeat it, by microseconds.

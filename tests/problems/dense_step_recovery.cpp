@@ -123,6 +123,24 @@ DenseStepRecovery build(const StepRecovery& s) {
   }
   pay(result.state(intervals), whole, impact_weight, desired);
 
+  // Differences of wrenches: left ones throughout, right ones between intervals after the impact.
+  Vec<double, 6> before = Vec<double, 6>::Zero();
+  before.head<3>() = s.force;
+  const double first_length = 0.5 * (s.step + result.times[1]);
+  if (s.wrench_change > 0.0)
+    pay(result.input(0), MatrixXd::Identity(6, 6),
+        VectorXd::Constant(6, s.wrench_change * s.step / first_length), before);
+  for (int k = 1; k < intervals; ++k) {
+    const double length = 0.5 * (result.times[k + 1] - result.times[k - 1]);
+    const double price = s.wrench_change * s.step / length;
+    const int entries = landed(k - 1) ? 12 : 6;
+    for (int i = 0; i < entries; ++i) {
+      const int a = result.input(k - 1) + i, b = result.input(k) + i;
+      qp.P(a, a) += price, qp.P(b, b) += price;
+      qp.P(a, b) -= price, qp.P(b, a) -= price;
+    }
+  }
+
   Rows equal(n), limit(n);
   const Eigen::Index start = equal.add(9);
   equal.matrix.block(start, 0, 9, 9).setIdentity();

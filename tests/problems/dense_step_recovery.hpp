@@ -6,7 +6,9 @@
 //   x(h) = (I + h A + h^2/2 A^2) x + E (B f + c),  E = h I + h^2/2 A + h^3/6 A^2.
 // Nodes at the multiples of dt and at the impact; costs of node k weighed with h_k:
 //   sum_k h_k/2 (|x_k - x_d|^2_Kg + |f_k|^2_Kf + [t_k >= t_impact] (|x_k - x_d|^2_Ki
-//     + |xi_k - xi_d|^2_Kc)) + 1/2 |x_N - x_d|^2_Ki,  xi = capture point.
+//     + |xi_k - xi_d|^2_Kc)) + 1/2 |x_N - x_d|^2_Ki,  xi = capture point,
+// and on request for the wrenches of feet that stand in both intervals, with h_(-1) = dt:
+//   sum_k wrench_change/2 dt / ((h_(k-1) + h_k) / 2) |f_k - f_(k-1)|^2.
 #pragma once
 
 #include <vector>
@@ -31,6 +33,7 @@ struct StepRecovery {
   double com_impact_weight = 1000.0, velocity_impact_weight = 10.0, momentum_impact_weight = 1.0;
   Vec<double, 3> force_weight{0.001, 0.001, 0.0001};  ///< of either foot
   double torque_weight = 0.01;
+  double wrench_change = 0.0;  ///< the left wrench before the horizon is `force` without torque
   double capture_point_weight = 1000.0;  ///< about (x, y) of com_desired
   double friction = 1.0 / 3.0, torsion = 1.0 / 75.0, normal_min = 10.0;
   Vec<double, 2> foot_x{-0.05, 0.1}, foot_y{-0.03, 0.03};
