@@ -27,7 +27,9 @@ void declare_weights(Settings& s, Weights& w) {
 void declare_settings(Settings& s, Config& c) {
   s.choice<PlantChoice>("plant", c.plant, {{"centroidal", PlantChoice::centroidal}},
                         "what is pushed");
-  s.text("robot.urdf", c.urdf, "URDF of the robot; empty: the figures that come with the program");
+  s.text("robot.urdf", c.urdf,
+         "URDF of the robot; empty: the official model if it was fetched, else the "
+         "figures that come with the program");
   s.alias("urdf", "robot.urdf");
   s.choice<ControllerChoice>(
       "controller", c.controller,

@@ -142,10 +142,16 @@ void draw_pictures(const OutputFolder& output) {
     fmt::print(stderr, "no pictures: python3 with matplotlib could not draw them ({})\n", script);
 }
 
+// The setting, else the official model if the set-up fetched it, else the figures built in.
+std::optional<std::filesystem::path> urdf_of(const Config& config) {
+  if (!config.urdf.empty()) return config.urdf;
+  const char* fetched = std::getenv("SALTUS_ICUB_URDF");
+  if (fetched != nullptr && *fetched != '\0' && std::filesystem::exists(fetched)) return fetched;
+  return std::nullopt;
+}
+
 ExitStatus run(const Config& config, const RunContext& context) {
-  std::optional<std::filesystem::path> urdf;
-  if (!config.urdf.empty()) urdf = config.urdf;
-  const RobotDescription robot = icub(urdf);
+  const RobotDescription robot = icub(urdf_of(config));
   fmt::print("robot: {}, {:.2f} kg ({})\n", robot.name, robot.mass, robot.source);
   fmt::print("push: {} N s in {} s at {} s\n", config.push.impulse, config.push.duration,
              config.push.start);

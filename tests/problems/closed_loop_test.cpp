@@ -69,13 +69,15 @@ TEST(ClosedLoop, TheLandingNeedNotFallOnATick) {
     ASSERT_TRUE(outcome.verdict.recovered) << late << ": " << outcome.verdict.reason;
     EXPECT_NEAR(outcome.log.touchdown, config.push.start + config.step.duration, 1e-9);
     if (late > 0.0) {
-      // A few milliseconds later the robot has moved on a little, no more: the capture point grows
-      // by about omega = 4.2 per second, the momentum peak with it.
+      // A few milliseconds later the robot has moved on a little, no more: the predicted place of
+      // the foot, and half of that the target, shifts by omega x delay x distance to the sole's
+      // edge, 6.3 ms x 4.2 / s x 0.2 m = 5 mm at the most.
       EXPECT_NEAR(outcome.verdict.angular_momentum_max, last.verdict.angular_momentum_max, 0.05);
       EXPECT_LT(
           (outcome.log.samples.back().gamma.head<3>() - last.log.samples.back().gamma.head<3>())
               .norm(),
-          1e-3);
+          5e-3);
+      EXPECT_NEAR(outcome.verdict.final_com_error, last.verdict.final_com_error, 1e-3);
     }
     last = std::move(outcome);
   }

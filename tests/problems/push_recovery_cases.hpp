@@ -88,8 +88,8 @@ inline QpCase read_case(const std::string& name) {
 inline MultipleShooting transcribe(const QpCase& c) {
   OptimalControlProblem ocp = problem(c.model, c.weights, c.data, c.impact_time);
   ocp.start_at(c.start);
-  return MultipleShooting(std::move(ocp), {.intervals_per_phase = c.model.intervals,
-                                           .integrator = zero_order_hold()});
+  return MultipleShooting(
+      std::move(ocp), {.intervals_per_phase = c.model.intervals, .integrator = zero_order_hold()});
 }
 
 }  // namespace saltus::push_recovery

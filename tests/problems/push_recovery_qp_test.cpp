@@ -31,7 +31,7 @@ TEST_P(NumericInstance, CostStatesAndWrenchesAreThePublishedOnes) {
 INSTANTIATE_TEST_SUITE_P(Cases, NumericInstance, testing::Values("ICUB-1", "ICUB-3"),
                          [](const auto& instance) {
                            return std::string(instance.param) == "ICUB-1" ? "ImpactInside"
-                                                                      : "ImpactBeyond";
+                                                                          : "ImpactBeyond";
                          });
 
 }  // namespace
