@@ -30,11 +30,19 @@ double seconds_since(Clock::time_point start) {
 // Ipopt's view of a NonlinearProgram. Ipopt's bound multipliers z_L, z_U >= 0 become z = z_U - z_L.
 class Adapter final : public coin::TNLP {
  public:
-  Adapter(NonlinearProgram& program, const NlpPoint& start, Curvature curvature, double time_limit)
-      : program_(program), start_(start), curvature_(curvature), time_limit_(time_limit) {}
+  Adapter(NonlinearProgram& program, Curvature curvature, double time_limit)
+      : program_(program), curvature_(curvature), time_limit_(time_limit) {}
 
   NlpResult result;
   bool timed_out = false;
+
+  /// Before every solve; `start` must outlive it.
+  void begin(const NlpPoint& start) {
+    start_ = &start;
+    result = {};
+    timed_out = false;
+    begin_ = Clock::now();
+  }
 
   bool get_nlp_info(Index& n, Index& m, Index& jacobian_entries, Index& hessian_entries,
                     IndexStyleEnum& style) override {
@@ -57,16 +65,16 @@ class Adapter final : public coin::TNLP {
 
   bool get_starting_point(Index n, bool init_w, Number* w, bool init_z, Number* z_lower,
                           Number* z_upper, Index m, bool init_lambda, Number* lambda) override {
-    if (init_w) std::copy_n(start_.w.data(), n, w);
+    if (init_w) std::copy_n(start_->w.data(), n, w);
     if (init_z)
       for (int i = 0; i < n; ++i) {
-        const double z = start_.z.size() == n ? start_.z[i] : 0.0;
+        const double z = start_->z.size() == n ? start_->z[i] : 0.0;
         z_upper[i] = std::max(z, 0.0);
         z_lower[i] = std::max(-z, 0.0);
       }
     if (init_lambda) {
-      if (start_.lambda.size() == m)
-        std::copy_n(start_.lambda.data(), m, lambda);
+      if (start_->lambda.size() == m)
+        std::copy_n(start_->lambda.data(), m, lambda);
       else
         std::fill_n(lambda, m, 0.0);
     }
@@ -122,7 +130,7 @@ class Adapter final : public coin::TNLP {
   }
 
   NonlinearProgram& program_;
-  const NlpPoint& start_;
+  const NlpPoint* start_ = nullptr;
   Curvature curvature_;
   double time_limit_;
   Clock::time_point begin_ = Clock::now();
@@ -163,6 +171,34 @@ bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
          (program.row_lower().array() <= program.row_upper().array()).all();
 }
 
+// What Ipopt derives its own problem from: which sides are bounded, which variables are fixed.
+class Structure {
+ public:
+  Structure() = default;
+  explicit Structure(const NonlinearProgram& p)
+      : variables_(p.variables()),
+        rows_(p.rows()),
+        entries_(p.jacobian_pattern().entries() + p.hessian_pattern().entries()) {
+    append(p.lower(), p.upper());
+    append(p.row_lower(), p.row_upper());
+  }
+  bool has_sizes_of(const NonlinearProgram& p) const {
+    return variables_ == p.variables() && rows_ == p.rows() &&
+           entries_ == p.jacobian_pattern().entries() + p.hessian_pattern().entries();
+  }
+  friend bool operator==(const Structure&, const Structure&) = default;
+
+ private:
+  void append(const VectorXd& lower, const VectorXd& upper) {
+    for (int i = 0; i < lower.size(); ++i)
+      sides_.push_back(static_cast<char>((std::isfinite(lower[i]) ? 1 : 0) +
+                                         (std::isfinite(upper[i]) ? 2 : 0) +
+                                         (lower[i] == upper[i] ? 4 : 0)));
+  }
+  int variables_ = -1, rows_ = -1, entries_ = -1;
+  std::vector<char> sides_;
+};
+
 class IpoptSolver final : public Solver {
  public:
   explicit IpoptSolver(const saltus::Ipopt& options) : options_(options) {}
@@ -174,16 +210,17 @@ class IpoptSolver final : public Solver {
     if (options_.blas_threads > 0 && openblas_set_num_threads != nullptr)
       openblas_set_num_threads(options_.blas_threads);
     const bool limited_memory = !program.supports(options_.curvature);
-    coin::SmartPtr<coin::IpoptApplication> application = configured(warm, limited_memory);
-    coin::SmartPtr<Adapter> adapter =
-        new Adapter(program, start, options_.curvature, options_.time_limit);
     SolveStatus status = SolveStatus::invalid_problem;
-    if (IsValid(application) && is_well_posed(program, start)) {
-      const coin::ApplicationReturnStatus code = application->OptimizeTNLP(adapter);
-      status = translate(code, adapter->timed_out);  // timed_out is known only now
+    NlpResult result;
+    if (is_well_posed(program, start)) {
+      if (!engine_.fits(program, warm)) engine_ = open(program, warm, limited_memory);
+      if (IsValid(engine_.application)) {
+        engine_.adapter->begin(start);
+        const coin::ApplicationReturnStatus code = engine_.run(Structure(program));
+        status = translate(code, engine_.adapter->timed_out);  // timed_out is known only now
+        result = std::move(engine_.adapter->result);
+      }
     }
-
-    NlpResult result = std::move(adapter->result);
     result.status = status;
     result.hessian = limited_memory                                  ? "limited-memory BFGS"
                      : options_.curvature == Curvature::gauss_newton ? "Gauss-Newton"
@@ -201,6 +238,32 @@ class IpoptSolver final : public Solver {
   }
 
  private:
+  // Ipopt with its options read, kept between solves of one program. While the same variables are
+  // fixed and the same sides bounded, its symbolic work is kept too.
+  struct Engine {
+    const NonlinearProgram* program = nullptr;
+    bool warm = false;
+    coin::SmartPtr<coin::IpoptApplication> application;
+    coin::SmartPtr<Adapter> adapter;
+    Structure solved;
+
+    bool fits(const NonlinearProgram& p, bool w) const {
+      return program == &p && warm == w && solved.has_sizes_of(p);
+    }
+    coin::ApplicationReturnStatus run(Structure structure) {
+      const bool same = structure == solved;
+      solved = std::move(structure);
+      application->Options()->SetStringValue("warm_start_same_structure", same ? "yes" : "no");
+      return same ? application->ReOptimizeTNLP(adapter) : application->OptimizeTNLP(adapter);
+    }
+  };
+
+  Engine open(NonlinearProgram& program, bool warm, bool limited_memory) const {
+    Engine engine{&program, warm, configured(warm, limited_memory), nullptr, {}};
+    engine.adapter = new Adapter(program, options_.curvature, options_.time_limit);
+    return engine;
+  }
+
   coin::SmartPtr<coin::IpoptApplication> configured(bool warm, bool limited_memory) const {
     // No console: a library does not print. A print level above 0 is the caller's explicit wish.
     coin::SmartPtr<coin::IpoptApplication> app =
@@ -238,6 +301,7 @@ class IpoptSolver final : public Solver {
   }
 
   saltus::Ipopt options_;
+  Engine engine_;
 };
 
 }  // namespace

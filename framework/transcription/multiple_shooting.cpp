@@ -64,11 +64,24 @@ void MultipleShooting::start_at(double t, const VectorRef& state) {
                     problem().name(), state.size(), nx));
   require_finite(state, "start of problem '" + problem().name() + "'");
   if (!std::isfinite(t)) throw DefinitionError("the start time is not finite");
-  program_->start_time = t;
-  for (int i = 0; i < nx; ++i) program_->start_bounds[i] = exactly(state[i]);
+  const double before = program_->start_time;
+  const VectorXd guess_before = problem().start_guess();
+  const std::vector<Bounds> bounds_before = program_->start_bounds;
   program_->problem().start_at(state);
-  program_->grid().place(problem().schedule(), t);
-  program_->refresh();
+  program_->start_bounds = problem().start_bounds();
+  const auto place = [&](double start) {
+    program_->start_time = start;
+    program_->grid().place(problem().schedule(), start);
+    program_->refresh();
+  };
+  try {
+    place(t);
+  } catch (const DefinitionError&) {  // bounds of different windows now exclude one another
+    program_->problem().start_within(bounds_before, guess_before);
+    program_->start_bounds = bounds_before;
+    place(before);
+    throw;
+  }
 }
 
 void MultipleShooting::set_data(const std::string& parameter, const VectorRef& value) {
@@ -111,9 +124,18 @@ void MultipleShooting::retime(const std::string& event, double time) {
 
 void MultipleShooting::set_schedule(const Schedule& schedule) {
   for (const Event& e : problem().schedule().events()) schedule.index_of(e.name);
-  program_->problem().schedule(schedule);
-  program_->grid().place(schedule, program_->start_time);
-  program_->refresh();
+  const Schedule before = problem().schedule();
+  const auto apply = [&](const Schedule& s) {
+    program_->problem().schedule(s);
+    program_->grid().place(s, program_->start_time);
+    program_->refresh();
+  };
+  try {
+    apply(schedule);
+  } catch (const DefinitionError&) {  // bounds of different windows now exclude one another
+    apply(before);
+    throw;
+  }
 }
 
 void MultipleShooting::set_previous_input(const VectorRef& input) {

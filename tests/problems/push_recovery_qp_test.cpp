@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "framework/solver/ipopt.hpp"
+#include "framework/transcription/replay.hpp"
+#include "integrators/cvodes.hpp"
 #include "tests/problems/push_recovery_cases.hpp"
 
 namespace saltus::push_recovery {
@@ -26,6 +28,17 @@ TEST_P(NumericInstance, CostStatesAndWrenchesAreThePublishedOnes) {
   EXPECT_EQ(k, c.model.intervals);
   EXPECT_LT((solution.trajectory.final_state() - c.gamma.row(k).transpose()).cwiseAbs().maxCoeff(),
             1e-5);
+}
+
+TEST_P(NumericInstance, PlanIsTrueUnderAnotherIntegrator) {
+  const QpCase c = read_case(GetParam());
+  MultipleShooting shooting = transcribe(c);
+  const Solution solution = solve(shooting, *make_solver(Ipopt{.tolerance = 1e-10}));
+  const ReplayReport report = replay(shooting.problem(), solution.trajectory,
+                                     cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-12}));
+  ASSERT_TRUE(report.completed);
+  EXPECT_LT(report.from_nodes, 1e-8);
+  EXPECT_LT(report.from_start, 1e-8) << "the flow grows by " << report.flow_growth;
 }
 
 INSTANTIATE_TEST_SUITE_P(Cases, NumericInstance, testing::Values("ICUB-1", "ICUB-3"),
