@@ -8,7 +8,7 @@ namespace saltus {
 
 /// Where the input of a tick comes from.
 enum class Provenance {
-  optimal,  ///< of the plan made in this tick, to the solver's tolerance
+  optimal,  ///< of the plan made in this tick; solution.status says how good
   shifted,  ///< the solve failed: the plan of an earlier tick goes on
   none      ///< the first solve failed: there is no plan yet
 };

@@ -40,11 +40,10 @@ Schedule::Schedule(std::vector<std::string> modes, std::vector<Event> events)
 }
 
 int Schedule::index_of(const std::string& event) const {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < events_.size(); ++i) {
+  for (std::size_t i = 0; i < events_.size(); ++i)
     if (events_[i].name == event) return static_cast<int>(i);
-    names.push_back(events_[i].name);
-  }
+  std::vector<std::string> names;
+  for (const Event& e : events_) names.push_back(e.name);
   const std::string near = nearest_name(event, names);
   throw DefinitionError(fmt::format("schedule: there is no event '{}'{}", event,
                                     near.empty() ? "" : "; did you mean '" + near + "'?"));

@@ -171,20 +171,17 @@ bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
          (program.row_lower().array() <= program.row_upper().array()).all();
 }
 
-// What Ipopt derives its own problem from: which sides are bounded, which variables are fixed.
+// What Ipopt derives its own problem from: patterns, bounded sides, fixed variables.
 class Structure {
  public:
   Structure() = default;
   explicit Structure(const NonlinearProgram& p)
-      : variables_(p.variables()),
-        rows_(p.rows()),
-        entries_(p.jacobian_pattern().entries() + p.hessian_pattern().entries()) {
+      : jacobian_(p.jacobian_pattern()), hessian_(p.hessian_pattern()) {
     append(p.lower(), p.upper());
     append(p.row_lower(), p.row_upper());
   }
-  bool has_sizes_of(const NonlinearProgram& p) const {
-    return variables_ == p.variables() && rows_ == p.rows() &&
-           entries_ == p.jacobian_pattern().entries() + p.hessian_pattern().entries();
+  bool has_patterns_of(const NonlinearProgram& p) const {
+    return jacobian_ == p.jacobian_pattern() && hessian_ == p.hessian_pattern();
   }
   friend bool operator==(const Structure&, const Structure&) = default;
 
@@ -195,7 +192,7 @@ class Structure {
                                          (std::isfinite(upper[i]) ? 2 : 0) +
                                          (lower[i] == upper[i] ? 4 : 0)));
   }
-  int variables_ = -1, rows_ = -1, entries_ = -1;
+  SparsityPattern jacobian_, hessian_;
   std::vector<char> sides_;
 };
 
@@ -248,7 +245,7 @@ class IpoptSolver final : public Solver {
     Structure solved;
 
     bool fits(const NonlinearProgram& p, bool w) const {
-      return program == &p && warm == w && solved.has_sizes_of(p);
+      return program == &p && warm == w && solved.has_patterns_of(p);
     }
     coin::ApplicationReturnStatus run(Structure structure) {
       const bool same = structure == solved;

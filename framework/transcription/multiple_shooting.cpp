@@ -143,7 +143,9 @@ void MultipleShooting::set_previous_input(const VectorRef& input) {
   if (input.size() != nu)
     throw DefinitionError(fmt::format("the previous input has {} entries, but phase '{}' has {}",
                                       input.size(), problem().phases().front().name, nu));
-  require_finite(input, "previous input");
+  for (int i = 0; i < nu; ++i)
+    if (std::isinf(input[i]))
+      throw DefinitionError(fmt::format("previous input: entry {} is infinite", i));
   program_->previous_input = input;
   program_->refresh();
 }

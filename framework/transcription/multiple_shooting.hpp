@@ -42,7 +42,7 @@ class MultipleShooting {
   void retime(const std::string& event, double time);
   void set_schedule(const Schedule& schedule);
   /// The input applied before the horizon, for penalise_change(); until given, the first interval
-  /// is not charged.
+  /// is not charged. NaN marks an entry that did not exist then: it is not charged either.
   void set_previous_input(const VectorRef& input);
   void set_softness(const std::string& weight_name, double weight);
 

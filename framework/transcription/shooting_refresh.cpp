@@ -278,10 +278,11 @@ void ShootingProgram::refresh_changes() {
     const double before = site.from < 0 ? nominal : interval_length(j, site.from);
     const double mean = 0.5 * (before + interval_length(j, site.to));
     for (int i = 0; i < problem_.phases()[j].sizes.nu; ++i) {
-      const bool exists =
-          neighbours && !is_pinned(j, site.to, i) && (site.from < 0 || !is_pinned(j, site.from, i));
+      const bool existed = site.from < 0 ? neighbours && !std::isnan(previous_input[i])
+                                         : !is_pinned(j, site.from, i);
+      const bool exists = neighbours && existed && !is_pinned(j, site.to, i);
       weight(site.block, i) = exists ? nominal / mean : 0.0;
-      if (site.from < 0 && previous_input.size() > 0) constant(site.block, i) = previous_input[i];
+      if (site.from < 0) constant(site.block, i) = exists ? previous_input[i] : 0.0;
     }
   }
 }

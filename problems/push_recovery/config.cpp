@@ -50,9 +50,10 @@ void declare_settings(Settings& s, Config& c) {
          [&c] { return c.push.direction.norm() > 0.0 ? "" : "push.direction must not be zero"; });
 
   s.number("step.duration", c.step.duration, "s", "from the trigger to the landing", above(0.0));
-  s.choice<StepTrigger>("step.trigger", c.step.trigger,
-                        {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
-                        "what starts the step: the push, or the capture point leaving the sole");
+  s.choice<StepTrigger>(
+      "step.trigger", c.step.trigger, {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
+      "a step is taken when the capture point leaves the sole; its time counts from "
+      "the push, or from then");
   s.number("step.decision_delay", c.step.decision_delay, "s",
            "the place of the foot is fixed this long after the trigger", at_least(0.0));
   s.choice<Placement>("step.placement", c.step.placement,
@@ -71,7 +72,7 @@ void declare_settings(Settings& s, Config& c) {
                              c.step.lateral_min, c.step.lateral_max);
   });
 
-  s.number("mpc.step", c.mpc_step, "s", "grid and period of the controller", above(0.0));
+  s.number("mpc.step", c.mpc_step, "s", "grid and period of the controller", between(1e-4, 10.0));
   s.integer("mpc.intervals", c.mpc_intervals, "", "length of the horizon in steps",
             between(1.0, 1000.0));
   s.choice<CostRule>("mpc.costs", c.mpc_costs,

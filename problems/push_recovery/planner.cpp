@@ -1,6 +1,7 @@
 #include "problems/push_recovery/planner.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "framework/solver/ipopt.hpp"
 #include "integrators/zero_order_hold.hpp"
@@ -45,7 +46,13 @@ class Mpc final : public Planner {
     MultipleShooting& shooting = controller_.shooting();
     shooting.set_data("tick", tick_data(measured, scene).vector());
     shooting.retime("impact", impact_time);
-    if (charges_change_) shooting.set_previous_input(measured.applied);
+    if (charges_change_) {
+      // Up to the landing the right foot had no wrench from which the first one could differ.
+      Vec<double, 12> before = measured.applied;
+      if (impact_time > measured.time - same_instant)
+        before.tail<6>().setConstant(std::numeric_limits<double>::quiet_NaN());
+      shooting.set_previous_input(before);
+    }
     return controller_.tick(measured.time, measured.gamma);
   }
 

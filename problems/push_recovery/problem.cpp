@@ -12,7 +12,8 @@
 namespace saltus::push_recovery {
 namespace {
 
-/// gamma' of eq. (6): momentum balance, angular momentum linearised about the last measurement.
+/// gamma' = (velocity, forces / m + gravity, torques about the CoM), the last row linearised about
+/// the last measurement: H' = sum_i tau_i + (x_i - x0) ^ f_i + (sum_i f_i0) ^ (x - x0).
 struct Dynamics {
   Model model;
 
@@ -20,12 +21,18 @@ struct Dynamics {
   Vec<S, 9> operator()(const S&, const Vec<S, 9>& gamma, const Vec<S, 12>& f,
                        const Vec<S, tick_size>& p) const {
     const TickView<S> tick(p);
-    const std::array<Contact<S>, 2> feet{
-        contact<S>(model.left, Vec<S, 6>(f.template head<6>())),
-        contact<S>(SoleFrameOf<S>{tick.right_foot, model.right_rotation.cast<S>()},
-                   Vec<S, 6>(f.template tail<6>()))};
-    return linearised_centroidal_dynamics(model.mass, gamma, feet,
-                                          ExpansionPoint<S>{tick.com, tick.force});
+    const Vec<S, 3> com = gamma.template head<3>(), velocity = gamma.template segment<3>(3);
+    const Contact<S> l = contact<S>(model.left, Vec<S, 6>(f.template head<6>()));
+    const Contact<S> r =
+        contact<S>(SoleFrameOf<S>{tick.right_foot, model.right_rotation.template cast<S>()},
+                   Vec<S, 6>(f.template tail<6>()));
+    Vec<S, 3> acceleration = (l.force + r.force) * S(1.0 / model.mass);
+    acceleration[2] -= standard_gravity;
+    Vec<S, 9> rate;
+    rate << velocity, acceleration,
+        l.torque + r.torque + wedge<S>(l.position - tick.com, l.force) +
+            wedge<S>(r.position - tick.com, r.force) + wedge<S>(tick.force, com - tick.com);
+    return rate;
   }
 };
 
@@ -55,7 +62,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   Phase<9, 12, tick_size> phase{"step", Dynamics{model}, exactly(model.step * model.intervals)};
   phase.data("tick", data.vector());
 
-  // Contacts: eqs. (4) and (5). The swing foot exerts nothing before it lands.
+  // Contacts ("Constraints definition"). The swing foot exerts nothing before it lands.
   keep_in_cone(phase, "left foot", model.left_contact, 0, always);
   keep_in_cone(phase, "right foot", model.right_contact, 6, after_impact);
   for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
@@ -67,7 +74,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   else
     phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact);
 
-  // The five terms of Gamma, eq. (8).
+  // The five terms of Gamma ("Cost function definition").
   Vec<double, 12> wrench_weights;
   wrench_weights << weights.wrench, weights.wrench;
   phase.track("state", gamma_error, weights.gamma, always)

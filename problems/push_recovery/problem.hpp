@@ -10,7 +10,7 @@ namespace saltus::push_recovery {
 using Vector9 = Vec<double, 9>;
 using Vector6 = Vec<double, 6>;
 
-/// Weights of the cost Gamma, eq. (8); per s where integrated.
+/// Weights of the five terms of the cost Gamma ("Cost function definition" of the paper).
 struct Weights {
   Vector9 gamma{0, 0, 1e4, 1000, 1000, 1000, 200, 200, 200};    // K_gamma
   Vector9 gamma_impact{2500, 4000, 0, 5000, 5000, 0, 0, 0, 0};  // K_gamma^imp

@@ -178,7 +178,8 @@ ExitStatus run(const Config& config, const RunContext& context) {
   fmt::print("{} solves, median {:.1f} ms, {} failed\n", log.ticks.size(),
              1e-3 * json["solve_us"]["median"].get<double>(), json["failures"].get<int>());
   fmt::print("results in {}\n", context.output.path().string());
-  return json["failures"].get<int>() > 0 ? ExitStatus::solver_failed : ExitStatus::ok;
+  const bool failed = json["failures"].get<int>() > 0 || log.numerical_failure;
+  return failed ? ExitStatus::solver_failed : ExitStatus::ok;
 }
 
 }  // namespace

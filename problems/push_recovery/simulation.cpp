@@ -90,7 +90,7 @@ class ClosedLoop {
     const ControlTick control = planner_->tick(measured, scene_, steps_.landing_time());
     record_tick(t, control);
     if (control.input.empty()) {
-      log_.solver_gave_up = true;
+      log_.numerical_failure = true;
       stop(fmt::format("no input at {:.3f} s: {}", t, control.solution.message));
       return;
     }
@@ -109,13 +109,15 @@ class ClosedLoop {
       double next = end;
       for (const double edge :
            {config_.push.start, config_.push.start + config_.push.duration, steps_.landing_time()})
-        if (edge - t > same_instant && edge < next) next = edge;
+        if (edge - t > same_instant && edge < next - same_instant) next = edge;
       enter(t);
       record(t);
       const IntegrationStatus status = plant_.advance(next - t, applied_);
-      if (status != IntegrationStatus::success)
+      if (status != IntegrationStatus::success) {
+        log_.numerical_failure = true;
         return stop(
             fmt::format("the plant could not be integrated at {:.3f} s: {}", t, describe(status)));
+      }
       now_ = t = next;
       const Vec<double, 9>& gamma = plant_.state();
       if (gamma[2] < fallen_height || gamma.head<2>().norm() > fallen_distance)

@@ -41,8 +41,8 @@ struct RunLog {
   std::vector<TickRecord> ticks;
   double touchdown = infinity;  ///< s; infinite: the foot never landed
   bool stopped_early = false;
-  std::string stop_reason;      ///< when stopped early
-  bool solver_gave_up = false;  ///< no input at all was available at some tick
+  std::string stop_reason;         ///< when stopped early
+  bool numerical_failure = false;  ///< no input was available, or the plant failed to integrate
 };
 
 /// Verdict by the criteria of the README: over the whole run CoM height and angular momentum, and
