@@ -1,6 +1,8 @@
 // Courses of the inputs between nodes, and the cost of their changes.
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "framework/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/program_derivatives.hpp"
@@ -168,6 +170,14 @@ TEST(InputChange, AgainstThePreviousInputOnlyIfTheFirstOneExists) {
   MultipleShooting shooting(with_impact(phase, 0.4), ten);
   shooting.set_previous_input(Vec<double, 1>{-3.0});
   EXPECT_NEAR(cost_of_ramp(shooting), 5.0, 1e-12);
+}
+
+TEST(InputChange, NotAgainstAPreviousInputThatDidNotExist) {
+  auto phase = charged();
+  phase.bound_input(0, exactly(0.0), Window{.to = event("impact")});
+  MultipleShooting shooting(with_impact(phase, 0.0), ten);  // it comes into being right now
+  shooting.set_previous_input(Vec<double, 1>{std::numeric_limits<double>::quiet_NaN()});
+  EXPECT_NEAR(cost_of_ramp(shooting), 9.0, 1e-12);
 }
 
 TEST(InputChange, DerivativesAreExact) {
