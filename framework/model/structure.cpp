@@ -31,6 +31,12 @@ bool depends_on(const Function& function, int input) {
   return false;
 }
 
+bool depends_on_any(const Function& function, int first, int count) {
+  for (int i = first; i < first + count; ++i)
+    if (depends_on(function, i)) return true;
+  return false;
+}
+
 bool is_affine_in(const Function& function, int first, int count) {
   const auto among = [&](int i) { return i >= first && i < first + count; };
   bool affine = true;

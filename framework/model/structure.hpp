@@ -21,6 +21,8 @@ FormulaStructure structure_of(int inputs, const std::vector<Tracer>& outputs);
 /// Whether any output, or the given one, can change with the input.
 bool depends_on(const Function& function, int input);
 bool depends_on(const Function& function, int output, int input);
+/// Whether any output can change with one of the inputs z[first .. first + count).
+bool depends_on_any(const Function& function, int first, int count);
 
 /// Whether all outputs are affine in z[first .. first + count) jointly, the other inputs held: no
 /// two of these inputs (nor one with itself) interact. The slopes may depend on the others.

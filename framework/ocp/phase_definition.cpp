@@ -6,6 +6,7 @@
 #include <set>
 
 #include "framework/core/error.hpp"
+#include "framework/model/structure.hpp"
 
 namespace saltus {
 namespace {
@@ -53,13 +54,6 @@ void check_guess(const PhaseDefinition& phase, const char* what, const Guess& gu
   }
 }
 
-bool depends_on(const Function& f, int first, int count) {
-  bool found = false;
-  f.jacobian_pattern().for_each(
-      [&](int, int col, int) { found = found || (col >= first && col < first + count); });
-  return found;
-}
-
 void check_weight(const PhaseDefinition& phase, const Term& term) {
   const int m = term.function.outputs();
   if (term.weight.rows() != m || term.weight.cols() != m)
@@ -86,7 +80,7 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
          fmt::format("the formula takes {} arguments, the phase has {}", term.function.inputs(),
                      phase.sizes.size()));
   if (term.place != TermPlace::running &&
-      depends_on(term.function, phase.sizes.u(), phase.sizes.nu))
+      depends_on_any(term.function, phase.sizes.u(), phase.sizes.nu))
     fail(phase, term,
          "it acts at one end of the phase and uses an input, but inputs belong to intervals; "
          "use keep(), minimise() or track() instead");

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "framework/core/error.hpp"
+#include "framework/model/structure.hpp"
 #include "framework/ocp/cost_functions.hpp"
 #include "framework/transcription/interval_function.hpp"
 #include "framework/transcription/shooting_program.hpp"
@@ -15,14 +16,6 @@ namespace saltus {
 using namespace shooting;
 
 namespace {
-
-bool uses_inputs(const PhaseDefinition& phase, const Function& f) {
-  bool uses = false;
-  f.jacobian_pattern().for_each([&](int, int col, int) {
-    uses = uses || (col >= phase.sizes.u() && col < phase.sizes.u(phase.sizes.nu));
-  });
-  return uses;
-}
 
 Function cost_function(const Term& term) {
   return term.kind == TermKind::least_squares
@@ -235,7 +228,7 @@ void ShootingProgram::build_running(int j, int t, bool integrated) {
     }
     return;
   }
-  if (!uses_inputs(phase, term.function)) {
+  if (!depends_on_any(term.function, phase.sizes.u(), phase.sizes.nu)) {
     for (int i = 0; i <= n; ++i) add_row_site(j, t, {.phase = j, .node = i}, true);
     return;
   }
