@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "framework/core/primal_dual_point.hpp"
 #include "framework/core/sparsity.hpp"
 #include "framework/core/types.hpp"
 #include "framework/model/function.hpp"
@@ -41,11 +42,7 @@ class NonlinearProgram {
   virtual std::string describe_row(int i) const = 0;
 };
 
-/// A primal-dual point of a program: also what warm starts hand on.
-struct NlpPoint {
-  VectorXd w;       ///< variables
-  VectorXd lambda;  ///< row multipliers
-  VectorXd z;       ///< bound multipliers, positive at the upper bound, negative at the lower
-};
+/// A point of a program; lambda belongs to the rows, z to the bounds.
+using NlpPoint = PrimalDualPoint;
 
 }  // namespace saltus

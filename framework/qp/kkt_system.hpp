@@ -1,0 +1,38 @@
+// The seam between the interior-point method and the linear algebra of a problem's structure.
+#pragma once
+
+#include <concepts>
+
+namespace saltus::qp {
+
+/// A quadratic program in flat arrays of double, in whatever order and with whatever padding suits
+/// the structure behind it:
+///
+///     min 1/2 v'Hv + g'v   subject to   E v = e   and   G v >= beta,
+///
+/// one "side" per finite lower or upper bound of a row (upper sides enter with reversed sign).
+/// Sides from first_soft() on are soft: beta may be missed by t >= 0 at the price
+/// l1 t + l2/2 t^2. Padding lanes have active() = 0, beta = 0 and rows of G that are zero; padding
+/// entries of v and y stay zero. Arrays may be padded to `lanes` doubles and are 64-byte aligned.
+template <class T>
+concept KktSystem = requires(T system, const double* in, double* out) {
+  { system.variables() } -> std::convertible_to<int>;   // entries of v, padding included
+  { system.equalities() } -> std::convertible_to<int>;  // entries of y
+  { system.sides() } -> std::convertible_to<int>;
+  { system.first_soft() } -> std::convertible_to<int>;
+  { system.active() } -> std::convertible_to<const double*>;  // 1 or 0 per side
+  { system.beta() } -> std::convertible_to<const double*>;
+  { system.l1() } -> std::convertible_to<const double*>;  // per side, read from first_soft() on
+  { system.l2() } -> std::convertible_to<const double*>;
+  // H v + g + E'y - G'lambda, E v - e, and G v at (v, y, lambda).
+  system.evaluate(in, in, in, out, out, out);
+  // Prepares solve() for the weights of the sides; false when the factor broke down.
+  { system.factor(in) } -> std::convertible_to<bool>;
+  // Solves (H + G'WG) dv + E'dy = -rv, E dv = -ry. Arguments: rv, ry, dv, dy.
+  system.solve(in, in, out, out);
+  // out = G in, and out = G' in.
+  system.multiply(in, out);
+  system.multiply_transposed(in, out);
+};
+
+}  // namespace saltus::qp

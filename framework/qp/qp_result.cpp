@@ -1,0 +1,25 @@
+#include "framework/qp/qp_result.hpp"
+
+namespace saltus {
+
+const char* describe(QpStatus status) {
+  switch (status) {
+    case QpStatus::optimal:
+      return "The optimum was found.";
+    case QpStatus::infeasible:
+      return "No point satisfies the rows and bounds.";
+    case QpStatus::unbounded:
+      return "The cost falls without limit.";
+    case QpStatus::iteration_limit:
+      return "The limit of iterations was reached.";
+    case QpStatus::deadline:
+      return "The deadline passed before the optimum was reached.";
+    case QpStatus::numerical_failure:
+      return "The linear algebra gave up.";
+    case QpStatus::invalid_problem:
+      return "The data are not a problem: NaN, or crossed bounds.";
+  }
+  return "";
+}
+
+}  // namespace saltus

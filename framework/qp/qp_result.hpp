@@ -1,0 +1,40 @@
+// What every solver of quadratic programs takes and says.
+#pragma once
+
+#include <chrono>
+
+namespace saltus {
+
+/// Why a solve ended. A solve that does not converge is a result, never an exception.
+enum class QpStatus {
+  optimal,
+  infeasible,  ///< a certificate was found: no point satisfies the rows and bounds
+  unbounded,   ///< a certificate was found: the cost falls without limit along a direction
+  iteration_limit,
+  deadline,  ///< wall clock; the point is the last iterate
+  numerical_failure,
+  invalid_problem,  ///< NaN in the data, or a lower bound above its upper one
+};
+/// One sentence.
+const char* describe(QpStatus status);
+
+using QpClock = std::chrono::steady_clock;
+
+struct QpOptions {
+  double tolerance = 1e-8;  ///< largest KKT residual: stationarity, feasibility, complementarity
+  int max_iterations = 100;
+  /// Barrier parameter of a cold start, in units of the cost.
+  double start_barrier = 0.03;
+  /// Smallest slack and multiplier of a warm start are chosen so that their products are this.
+  double warm_barrier = 1e-3;
+};
+
+struct QpResult {
+  QpStatus status = QpStatus::invalid_problem;
+  int iterations = 0;
+  double objective = 0.0;
+  double residual = 0.0;   ///< KKT residual at the point, unscaled
+  double violation = 0.0;  ///< largest violation of a hard row, bound or equality at the point
+};
+
+}  // namespace saltus

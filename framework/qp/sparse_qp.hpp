@@ -1,0 +1,52 @@
+// A quadratic program with sparse data, and the seam between it and its solvers.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "framework/core/bounds.hpp"
+#include "framework/core/primal_dual_point.hpp"
+#include "framework/core/sparsity.hpp"
+#include "framework/core/types.hpp"
+#include "framework/qp/qp_result.hpp"
+
+namespace saltus {
+
+/// min 1/2 w'Hw + gradient'w + constant subject to lower <= w <= upper and
+/// row_lower <= J w <= row_upper. Patterns are fixed; everything else may change between solves.
+struct SparseQp {
+  SparsityPattern hessian_pattern;  ///< lower triangle
+  SparsityPattern row_pattern;
+  VectorXd hessian, rows;  ///< values in the order of their patterns
+  VectorXd gradient;
+  double constant = 0.0;
+  VectorXd lower, upper, row_lower, row_upper;  ///< may be infinite; equal sides are equalities
+
+  SparseQp() = default;
+  /// Zeros, without bounds.
+  SparseQp(SparsityPattern hessian_pattern, SparsityPattern row_pattern);
+  int variables() const { return static_cast<int>(gradient.size()); }
+};
+
+double objective(const SparseQp& qp, const VectorXd& w);
+
+/// First-order optimality, each the largest absolute entry; zero at the optimum.
+struct SparseQpResidual {
+  double stationarity = 0.0, feasibility = 0.0, complementarity = 0.0;
+  double largest() const;
+};
+/// From the data of the program and nothing else. Does not allocate.
+SparseQpResidual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point);
+
+/// A solver for programs with the patterns it was made for. After construction nothing allocates.
+class QpSolver {
+ public:
+  virtual ~QpSolver() = default;
+  /// `point` holds the start (with `warm` its multipliers count too) and receives the solution.
+  virtual QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept = 0;
+  /// Later solves stop at this instant; time_point::max(): never.
+  virtual void set_deadline(QpClock::time_point deadline) = 0;
+  virtual std::string name() const = 0;
+};
+
+}  // namespace saltus

@@ -1,0 +1,98 @@
+// A quadratic program in stages: the form in which optimal control problems are solved fastest.
+#pragma once
+
+#include <vector>
+
+#include "framework/core/bounds.hpp"
+#include "framework/core/types.hpp"
+
+namespace saltus {
+
+/// Rows lower <= M v[columns] <= upper of one stage, v = (x, u). Rows with equal sides are
+/// equalities. A group is hard, or soft as a whole: a violation s >= 0 of a side then costs
+/// l1 s + l2/2 s^2, and the rows never make a problem infeasible.
+///
+/// Sizes may change between solves within the capacity: `rows` of them are in force, on the first
+/// `columns.size()` columns.
+struct RowGroup {
+  int rows = 0;
+  std::vector<int> columns;  ///< ascending entries of v: state i is i, input i is nx + i
+  MatrixXd M;                ///< at least rows x columns
+  VectorXd lower, upper;     ///< may be infinite
+  bool soft = false;
+  VectorXd l1, l2;  ///< prices per row, read if soft; >= 0 and not both zero
+};
+
+/// One stage: state x, input u, cost 1/2 x'Qx + u'Sx + 1/2 u'Ru + q'x + r'u + constant, and the
+/// map to the next stage's state, A x + B u + b. Matrices are at least of the present size; only
+/// their leading parts are read, so that sizes may change within a capacity without allocation.
+struct Stage {
+  int nx = 0, nu = 0;
+  MatrixXd A, B;     ///< next nx x nx, next nx x nu; unused in the last stage
+  VectorXd b;        ///< next nx
+  MatrixXd Q, S, R;  ///< symmetric nx x nx; nu x nx; symmetric nu x nu
+  VectorXd q, r;
+  double constant = 0.0;
+  VectorXd x_lower, x_upper, u_lower, u_upper;  ///< may be infinite; of a fixed start not read
+  std::vector<RowGroup> groups;
+  /// Declares that the inputs fall into nu / resultant_size groups of this size that act on the
+  /// next state through a common resultant, B_i = B_1 T_i with T_i invertible, and share neither
+  /// cost nor rows. Solvers check it and may ignore it. 0: nothing declared.
+  int resultant_size = 0;
+};
+
+/// Capacity of a group of rows and of a stage.
+struct RowGroupCapacity {
+  int rows = 0, columns = 0;
+  bool soft = false;
+};
+struct StageCapacity {
+  int nx = 0, nu = 0;
+  std::vector<RowGroupCapacity> groups;
+};
+
+/// min sum_k cost_k(x_k, u_k) subject to x_(k+1) = A_k x_k + B_k u_k + b_k, k < N, bounds and rows
+/// of every stage. The last stage, N, may have inputs and rows but has no successor.
+struct StageQp {
+  std::vector<Stage> stages;
+  bool fixed_start = true;  ///< x_0 = start; otherwise x_0 is free within its bounds and rows
+  VectorXd start;
+
+  StageQp() = default;
+  /// Zero cost and dynamics, no bounds, no rows in force, all sizes at their capacity.
+  explicit StageQp(const std::vector<StageCapacity>& capacity);
+
+  int intervals() const { return static_cast<int>(stages.size()) - 1; }
+};
+
+/// A primal-dual point. Multipliers are positive where the upper side of their row or bound holds
+/// the cost up, negative at the lower side. Vectors are at least of the present size.
+struct StagePoint {
+  struct AtStage {
+    VectorXd x, u;
+    /// Of x_(k+1) = A x + B u + b: derivative of the optimal cost with respect to b.
+    VectorXd costate;
+    VectorXd x_bound, u_bound;    ///< multipliers of the bounds
+    std::vector<VectorXd> group;  ///< multipliers of the rows
+  };
+  std::vector<AtStage> stages;
+
+  StagePoint() = default;
+  /// Zeros, sized for the capacity of the program.
+  explicit StagePoint(const StageQp& qp);
+};
+
+/// Cost at the point, prices of violated soft rows included.
+double objective(const StageQp& qp, const StagePoint& point);
+
+/// First-order optimality, each the largest absolute entry; zero at the optimum.
+struct StageQpResidual {
+  double stationarity = 0.0;
+  double feasibility = 0.0;      ///< dynamics, start, hard rows and bounds
+  double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
+  double largest() const;
+};
+/// From the data of the program and nothing else. Does not allocate.
+StageQpResidual kkt_residual(const StageQp& qp, const StagePoint& point);
+
+}  // namespace saltus
