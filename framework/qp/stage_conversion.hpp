@@ -1,0 +1,57 @@
+// A program in stages as a sparse one, and points of either as points of the other.
+#pragma once
+
+#include <vector>
+
+#include "framework/core/primal_dual_point.hpp"
+#include "framework/qp/sparse_qp.hpp"
+#include "framework/qp/stage_qp.hpp"
+
+namespace saltus {
+
+/// The sparse form of the sizes in force at construction. Variables stage by stage: x, u, and for
+/// each soft row the misses t >= 0 of its lower and of its upper side. Rows stage by stage:
+///
+///     lower <= M v [+ t_lower - t_upper] <= upper  for each group,   A x + B u - x_next = -b.
+///
+/// Blocks are stored in full, zeros included, so that the pattern holds for any numbers. A fixed
+/// start is a variable with equal bounds; the t of an infinite side is held at zero.
+class StageConversion {
+ public:
+  explicit StageConversion(const StageQp& qp);
+
+  const SparseQp& sparse() const { return sparse_; }
+  /// New numbers, same sizes in force; a DefinitionError if those differ. Does not allocate.
+  void update(const StageQp& qp);
+
+  /// Slacks and their multipliers follow from the values of the rows. Does not allocate if `to` has
+  /// the sizes already.
+  void convert(const StageQp& qp, const StagePoint& from, PrimalDualPoint& to) const;
+  /// `to` is sized for the program, or larger. The multiplier of a fixed start goes to its x_bound.
+  void convert(const PrimalDualPoint& from, StagePoint& to) const;
+
+ private:
+  struct Group {
+    int rows, first_row;
+    int first_slack;  // two per row; -1: hard
+    std::vector<int> columns;
+  };
+  struct Place {
+    int nx, nu, x, u;    // sizes, first variables
+    int next, dynamics;  // successor's nx, first row of the dynamics
+    std::vector<Group> groups;
+  };
+  bool fits(const StageQp& qp) const;
+  template <class Emit>
+  void for_each_hessian(const StageQp& qp, Emit&& emit) const;
+  template <class Emit>
+  void for_each_row_entry(const StageQp& qp, Emit&& emit) const;
+
+  std::vector<Place> places_;
+  int variables_ = 0, rows_ = 0;
+  SparseQp sparse_;
+};
+
+inline SparseQp to_sparse(const StageQp& qp) { return StageConversion(qp).sparse(); }
+
+}  // namespace saltus

@@ -1,0 +1,60 @@
+// Random programs in stages whose optimum is known.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <string>
+
+#include "framework/qp/stage_qp.hpp"
+
+namespace saltus::testing {
+
+/// The same numbers on every platform, which the distributions of the standard do not promise.
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : engine_(seed) {}
+  double uniform(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
+  }
+  double log_uniform(double low, double high);
+  int integer(int low, int high) {  ///< both included
+    return low + static_cast<int>(engine_() % static_cast<std::uint64_t>(high - low + 1));
+  }
+  bool chance(double share) { return uniform(0.0, 1.0) < share; }
+  VectorXd vector(int n) { return matrix(n, 1); }
+  MatrixXd matrix(int rows, int cols);  ///< entries in [-1, 1]
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// Shares are probabilities per program.
+struct RandomQpOptions {
+  int min_intervals = 1, max_intervals = 10;
+  int max_states = 8, max_inputs = 4;  ///< per stage, drawn anew where `varying_sizes` says so
+  double varying_sizes = 0.5;
+  double free_start = 0.2;
+  double equality_rows = 0.5;
+  double soft_rows = 0.4;
+  double semidefinite = 0.2;  ///< Hessians of low rank in the states; inputs always cost something
+  double degenerate = 0.15;   ///< active sides without multiplier, active rows twice
+  double rank_deficient = 0.1;  ///< dependent equality rows, within a stage and across two
+  double tight = 0.1;           ///< sides as close to one another as the margin permits
+  double large_multipliers = 0.05;
+  double smallest_margin = 1e-6;     ///< by which some point satisfies every hard inequality
+  double largest_multiplier = 1e6;   ///< of programs with large ones
+  double ordinary_multiplier = 1e1;  ///< of the others
+};
+
+struct RandomQp {
+  StageQp qp;
+  StagePoint optimum;  ///< satisfies the KKT conditions to rounding
+  double cost = 0.0;   ///< there
+  double margin = infinity;
+  bool degenerate = false, rank_deficient = false, semidefinite = false, tight = false;
+  bool large_multipliers = false;
+  std::string describe() const;
+};
+RandomQp random_qp(std::uint64_t seed, const RandomQpOptions& options = {});
+
+}  // namespace saltus::testing

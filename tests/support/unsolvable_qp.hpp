@@ -1,0 +1,29 @@
+// Random programs in stages without a solution, each with the proof: contradicting sides, or a
+// direction in which the cost falls for ever.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "tests/support/random_qp.hpp"
+
+namespace saltus::testing {
+
+/// Infeasible by construction; `proof` says how, `gap` by how much the sides contradict each other.
+struct InfeasibleQp {
+  StageQp qp;
+  std::string proof;
+  double gap = 0.0;
+};
+InfeasibleQp infeasible_qp(std::uint64_t seed, const RandomQpOptions& options = {});
+
+/// Feasible, and unbounded along a direction that is given.
+struct UnboundedQp {
+  StageQp qp;
+  StagePoint feasible, direction;  ///< feasible + s direction is feasible for all s >= 0
+  double slope = 0.0;              ///< of the cost along it, negative
+  std::string proof;
+};
+UnboundedQp unbounded_qp(std::uint64_t seed, const RandomQpOptions& options = {});
+
+}  // namespace saltus::testing
