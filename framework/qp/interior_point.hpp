@@ -1,0 +1,222 @@
+// Mehrotra's predictor-corrector method for convex quadratic programs, for any linear algebra that
+// models KktSystem. Notation and derivation: framework/design/riccati.md.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "framework/qp/ipm_certificates.hpp"
+#include "framework/qp/ipm_corrector.hpp"
+#include "framework/qp/ipm_iterate.hpp"
+#include "framework/qp/ipm_start.hpp"
+#include "framework/qp/ipm_steps.hpp"
+#include "framework/qp/kkt_system.hpp"
+#include "framework/qp/qp_result.hpp"
+
+namespace saltus::qp {
+
+template <KktSystem System>
+class InteriorPoint {
+ public:
+  /// Largest sizes of the systems to be solved, padding included. Nothing allocates later.
+  InteriorPoint(int variables, int equalities, int sides)
+      : point_(variables, equalities, sides),
+        residuals_(variables, equalities, sides),
+        step_(variables, equalities, sides),
+        target_(sides),
+        weights_(sides),
+        work_(sides),
+        gradient_(variables),
+        scratch_(variables, equalities, sides) {}
+
+  /// The start is read from it (with `warm`, v, y and lambda; otherwise v), and the last iterate
+  /// is left in it.
+  Iterate& point() { return point_; }
+
+  QpResult solve(System& system, const QpOptions& options, QpClock::time_point deadline,
+                 bool warm) {
+    QpResult result;
+    begin(system, options, warm);
+    const Lengths size(system);
+    double best = infinite;
+    int without_progress = 0;
+    for (int iteration = 0;; ++iteration) {
+      evaluate(system, size);
+      result.iterations = iteration;
+      result.residual = residuals_.largest;
+      result.violation = residuals_.feasibility;
+      result.status = QpStatus::optimal;
+      if (residuals_.largest <= options.tolerance) return result;
+      if (!std::isfinite(residuals_.largest)) {
+        result.status = QpStatus::numerical_failure;
+        return result;
+      }
+      // Rounding may forbid the last digits of large numbers: then what counts is the residual in
+      // units of the multipliers.
+      without_progress = residuals_.largest < 0.5 * best ? 0 : without_progress + 1;
+      best = std::fmin(best, residuals_.largest);
+      if (without_progress >= patience &&
+          residuals_.largest <= options.tolerance * multiplier_scale(size))
+        return result;
+      if (without_progress >= patience || shortest_step_ < suspicious_step) {
+        if (is_infeasible(system, point_, residuals_, scratch_)) {
+          result.status = QpStatus::infeasible;
+          return result;
+        }
+        if (is_unbounded(system, point_, scratch_)) {
+          result.status = QpStatus::unbounded;
+          return result;
+        }
+      }
+      if (iteration == options.max_iterations) {
+        result.status = QpStatus::iteration_limit;
+        return result;
+      }
+      if (deadline != QpClock::time_point::max() && QpClock::now() >= deadline) {
+        result.status = QpStatus::deadline;
+        return result;
+      }
+      if (!advance(system, size)) {
+        result.status = QpStatus::numerical_failure;
+        return result;
+      }
+    }
+  }
+
+ private:
+  static constexpr double infinite = std::numeric_limits<double>::infinity();
+  static constexpr int patience = 8;
+  static constexpr double suspicious_step = 1e-2;
+
+  struct Lengths {
+    explicit Lengths(System& system)
+        : variables(system.variables()),
+          equalities(system.equalities()),
+          sides(system.sides()),
+          first_soft(system.first_soft()) {
+      double active = 0.0;
+      for (int i = 0; i < sides; ++i) active += system.active()[i];
+      for (int i = first_soft; i < sides; ++i) active += system.active()[i];
+      products = active;
+    }
+    int variables, equalities, sides, first_soft;
+    double products;  // how many s lambda and t tau there are
+  };
+
+  void begin(System& system, const QpOptions& options, bool warm) {
+    shortest_step_ = 1.0;
+    if (warm)
+      start_warm(system, options.warm_barrier, point_, work_);
+    else
+      start_cold(system, options.start_barrier, point_, work_);
+  }
+
+  void evaluate(System& system, const Lengths& size) {
+    Residuals& r = residuals_;
+    system.evaluate(point_.v.data(), point_.y.data(), point_.lambda.data(), r.stationarity.data(),
+                    r.equality.data(), r.side.data());
+    Lanes side{}, product{}, total{}, soft{};
+    for (int i = 0; i < size.first_soft; i += lanes) {
+      const Lanes s = load(&point_.s[i]), active = load(system.active() + i);
+      const Lanes p = s * load(&point_.lambda[i]);
+      const Lanes d = (load(&r.side[i]) - load(system.beta() + i) - s) * active;
+      store(&r.side[i], d);
+      side = larger(side, magnitude(d));
+      product = larger(product, p);
+      total += p;
+    }
+    for (int i = size.first_soft; i < size.sides; i += lanes) {
+      const Lanes s = load(&point_.s[i]), active = load(system.active() + i);
+      const Lanes lambda = load(&point_.lambda[i]), t = load(&point_.t[i]);
+      const Lanes tau = load(&point_.tau[i]);
+      const Lanes p = s * lambda, q = t * tau * active;
+      const Lanes d = (load(&r.side[i]) - load(system.beta() + i) + t - s) * active;
+      const Lanes e = (load(system.l1() + i) + load(system.l2() + i) * t - lambda - tau) * active;
+      store(&r.side[i], d);
+      store(&r.soft[i], e);
+      side = larger(side, magnitude(d));
+      soft = larger(soft, magnitude(e));
+      product = larger(product, larger(p, q));
+      total += p + q;
+    }
+    r.mu = size.products > 0.0 ? sum(total) / size.products : 0.0;
+    r.largest_product = qp::largest(product);
+    r.feasibility =
+        std::fmax(qp::largest(side), largest_magnitude(r.equality.data(), size.equalities));
+    const double dual =
+        std::fmax(largest_magnitude(r.stationarity.data(), size.variables), qp::largest(soft));
+    r.largest = std::fmax(std::fmax(r.feasibility, r.largest_product), dual);
+    // fmax ignores NaN: a sum does not.
+    r.largest += 0.0 * (sum(total) + sum_of(r.stationarity.data(), size.variables));
+  }
+
+  bool advance(System& system, const Lengths& size) {
+    weigh(system, point_, weights_);
+    if (!system.factor(weights_.data())) return false;
+    // Predictor: all products to zero.
+    predictor_target(system, point_, target_);
+    direction(system, size);
+    const double to_boundary = largest_step(point_, step_, size.first_soft, size.sides);
+    const double affine = std::fmin(1.0, to_boundary);
+    // Corrector: products to sigma mu, with the second-order term of the predictor.
+    const double after = mean_product_after(system, point_, step_, affine, size.products);
+    const double sigma = centring(residuals_.mu, after);
+    corrector_target(system, point_, step_, sigma * residuals_.mu, target_);
+    direction(system, size);
+    const double length = damped_step(point_, step_, size.first_soft, size.sides, residuals_.mu);
+    shortest_step_ = length;
+    move(length, size);
+    return true;
+  }
+
+  // Newton step for the products in target_, given as "what is wanted away, over s" (see
+  // ipm_corrector.hpp).
+  void direction(System& system, const Lengths& size) {
+    side_gradient(system, point_, residuals_, weights_, target_, work_);
+    system.multiply_transposed(work_.data(), gradient_.data());
+    for (int i = 0; i < size.variables; i += lanes)
+      store(&gradient_[i], load(&gradient_[i]) + load(&residuals_.stationarity[i]));
+    system.solve(gradient_.data(), residuals_.equality.data(), step_.v.data(), step_.y.data());
+    system.multiply(step_.v.data(), step_.s.data());
+    recover_sides(system, point_, residuals_, target_, step_);
+  }
+
+  void move(double length, const Lengths& size) {
+    add(point_.v, step_.v, length, size.variables);
+    add(point_.y, step_.y, length, size.equalities);
+    add(point_.s, step_.s, length, size.sides);
+    add(point_.lambda, step_.lambda, length, size.sides);
+    for (int i = size.first_soft; i < size.sides; i += lanes) {
+      store(&point_.t[i], load(&point_.t[i]) + load(&step_.t[i]) * length);
+      store(&point_.tau[i], load(&point_.tau[i]) + load(&step_.tau[i]) * length);
+    }
+  }
+
+  static void add(AlignedArray& to, const AlignedArray& step, double length, int size) {
+    for (int i = 0; i < size; i += lanes) store(&to[i], load(&to[i]) + load(&step[i]) * length);
+  }
+  static double largest_magnitude(const double* a, int size) {
+    Lanes result{};
+    for (int i = 0; i < size; i += lanes) result = larger(result, magnitude(load(a + i)));
+    return qp::largest(result);
+  }
+  static double sum_of(const double* a, int size) {
+    Lanes result{};
+    for (int i = 0; i < size; i += lanes) result += load(a + i);
+    return sum(result);
+  }
+  double multiplier_scale(const Lengths& size) const {
+    const double y = largest_magnitude(point_.y.data(), size.equalities);
+    return std::fmax(1.0, std::fmax(y, largest_magnitude(point_.lambda.data(), size.sides)));
+  }
+
+  Iterate point_;
+  Residuals residuals_;
+  Iterate step_;
+  SideTarget target_;
+  AlignedArray weights_, work_, gradient_;
+  CertificateSpace scratch_;
+  double shortest_step_ = 1.0;
+};
+
+}  // namespace saltus::qp

@@ -1,0 +1,80 @@
+// Proofs that a quadratic program has no solution, looked for when the iterates run away.
+#pragma once
+
+#include <cmath>
+
+#include "framework/qp/ipm_iterate.hpp"
+
+namespace saltus::qp {
+
+/// Work space of the two checks.
+struct CertificateSpace {
+  CertificateSpace(int variables, int equalities, int sides)
+      : zero_v(variables),
+        zero_y(equalities),
+        zero_lambda(sides),
+        lambda(sides),
+        cost_gradient(variables),
+        gradient(variables),
+        direction(variables),
+        equality(equalities),
+        equality_at_zero(equalities),
+        side(sides) {}
+  AlignedArray zero_v, zero_y, zero_lambda, lambda, cost_gradient, gradient, direction;
+  AlignedArray equality, equality_at_zero, side;
+};
+
+/// No point within this multiple of the iterate's size satisfies the rows: taken as infeasible.
+inline constexpr double certified_radius = 1e5;
+
+/// Farkas: multipliers lambda >= 0 and y with E'y - G'lambda = 0 and lambda'beta - y'e > 0. What
+/// is left of the first is weighed against the second over a ball of certified_radius. Soft sides
+/// can be missed, so they prove nothing.
+template <class System>
+bool is_infeasible(System& system, const Iterate& p, const Residuals& r, CertificateSpace& w) {
+  for (int i = 0; i < system.sides(); ++i)
+    w.lambda[i] = i < system.first_soft() ? p.lambda[i] * system.active()[i] : 0.0;
+  system.evaluate(p.v.data(), w.zero_y.data(), w.zero_lambda.data(), w.cost_gradient.data(),
+                  w.equality.data(), w.side.data());
+  system.evaluate(p.v.data(), p.y.data(), w.lambda.data(), w.gradient.data(), w.equality.data(),
+                  w.side.data());
+  // With m = E'y - G'lambda: lambda'beta - y'e = lambda'(beta - Gv) - m'v + ... at the point v.
+  double value = 0.0, rest = 0.0, size = 1.0;
+  for (int i = 0; i < system.first_soft(); ++i)
+    value += w.lambda[i] * (system.beta()[i] - w.side[i]);
+  for (int i = 0; i < system.equalities(); ++i) value += p.y[i] * r.equality[i];
+  for (int i = 0; i < system.variables(); ++i) {
+    rest += std::fabs(w.gradient[i] - w.cost_gradient[i]);
+    size = std::fmax(size, std::fabs(p.v[i]));
+  }
+  return value > certified_radius * size * rest;
+}
+
+/// A direction d = v / |v| with H d = 0, E d = 0, G d >= 0 (hard sides) and g'd < 0, each within a
+/// millionth, where |v| has run away.
+template <class System>
+bool is_unbounded(System& system, const Iterate& p, CertificateSpace& w) {
+  constexpr double millionth = 1e-6;
+  double size = 0.0;
+  for (int i = 0; i < system.variables(); ++i) size = std::fmax(size, std::fabs(p.v[i]));
+  if (size < 1e6) return false;
+  for (int i = 0; i < system.variables(); ++i) w.direction[i] = p.v[i] / size;
+  system.evaluate(w.zero_v.data(), w.zero_y.data(), w.zero_lambda.data(), w.cost_gradient.data(),
+                  w.equality_at_zero.data(), w.side.data());
+  system.evaluate(w.direction.data(), w.zero_y.data(), w.zero_lambda.data(), w.gradient.data(),
+                  w.equality.data(), w.side.data());
+  double descent = 0.0, scale = 0.0, curvature = 0.0;
+  for (int i = 0; i < system.variables(); ++i) {
+    descent += w.cost_gradient[i] * w.direction[i];
+    scale = std::fmax(scale, std::fabs(w.cost_gradient[i]));
+    curvature = std::fmax(curvature, std::fabs(w.gradient[i] - w.cost_gradient[i]));
+  }
+  if (descent >= -millionth * scale || curvature > millionth * scale) return false;
+  for (int i = 0; i < system.equalities(); ++i)
+    if (std::fabs(w.equality[i] - w.equality_at_zero[i]) > millionth) return false;
+  for (int i = 0; i < system.first_soft(); ++i)
+    if (w.side[i] * system.active()[i] < -millionth) return false;
+  return true;
+}
+
+}  // namespace saltus::qp

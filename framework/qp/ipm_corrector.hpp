@@ -1,0 +1,109 @@
+// What a step of the interior-point method aims at, and how the sides enter the condensed system.
+//
+// A target is, per side, the product to be removed over s: (s lambda - wanted) / s, so that
+// dlambda = -target - W ds with W = lambda / s. On soft sides the violation t is eliminated too:
+// D = l2 + W + tau / t, and what remains has weight W (D - W) / D.
+#pragma once
+
+#include <algorithm>
+
+#include "framework/qp/ipm_iterate.hpp"
+
+namespace saltus::qp {
+
+/// Mehrotra's centring: the better the predictor alone would do, the less is kept.
+inline double centring(double mu, double mu_after_predictor) {
+  const double ratio = mu > 0.0 ? std::clamp(mu_after_predictor / mu, 0.0, 1.0) : 0.0;
+  return ratio * ratio * ratio;
+}
+
+/// Condensed weights of the sides.
+template <class System>
+void weigh(System& system, const Iterate& p, AlignedArray& weights) {
+  for (int i = 0; i < system.first_soft(); i += lanes)
+    store(&weights[i], load(&p.lambda[i]) / load(&p.s[i]));
+  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
+    const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
+    const Lanes rest = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]);
+    store(&weights[i], w * rest / (rest + w));
+  }
+}
+
+/// Target of the predictor: all products to zero.
+template <class System>
+void predictor_target(System& system, const Iterate& p, SideTarget& target) {
+  for (int i = 0; i < system.sides(); i += lanes) store(&target.side[i], load(&p.lambda[i]));
+  for (int i = system.first_soft(); i < system.sides(); i += lanes)
+    store(&target.soft[i], load(&p.tau[i]) * load(system.active() + i));
+}
+
+/// Target of the corrector: products to `wanted`, second-order term included.
+template <class System>
+void corrector_target(System& system, const Iterate& p, const Iterate& predictor, double wanted,
+                      SideTarget& target) {
+  for (int i = 0; i < system.sides(); i += lanes) {
+    const Lanes correction =
+        load(&predictor.s[i]) * load(&predictor.lambda[i]) - load(system.active() + i) * wanted;
+    store(&target.side[i], load(&p.lambda[i]) + correction / load(&p.s[i]));
+  }
+  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
+    const Lanes correction = load(&predictor.t[i]) * load(&predictor.tau[i]) - wanted;
+    store(&target.soft[i],
+          (load(&p.tau[i]) + correction / load(&p.t[i])) * load(system.active() + i));
+  }
+}
+
+/// gradient = what the sides add to the right-hand side before G': target + W residual, with t
+/// eliminated on soft sides.
+template <class System>
+void side_gradient(System& system, const Iterate& p, const Residuals& r,
+                   const AlignedArray& weights, const SideTarget& target, AlignedArray& gradient) {
+  for (int i = 0; i < system.first_soft(); i += lanes)
+    store(&gradient[i], load(&target.side[i]) + load(&weights[i]) * load(&r.side[i]));
+  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
+    const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
+    const Lanes D = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]) + w;
+    const Lanes e = load(&r.soft[i]) + load(&target.side[i]) + load(&target.soft[i]);
+    store(&gradient[i], load(&target.side[i]) - w * e / D + load(&weights[i]) * load(&r.side[i]));
+  }
+}
+
+/// step.s holds G dv; completes ds, dlambda and, on soft sides, dt and dtau.
+template <class System>
+void recover_sides(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
+                   Iterate& step) {
+  for (int i = 0; i < system.first_soft(); i += lanes) {
+    const Lanes ds = load(&step.s[i]) + load(&r.side[i]);
+    store(&step.s[i], ds);
+    store(&step.lambda[i], -load(&target.side[i]) - load(&p.lambda[i]) * ds / load(&p.s[i]));
+  }
+  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
+    const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
+    const Lanes u = load(&p.tau[i]) / load(&p.t[i]);
+    const Lanes D = load(system.l2() + i) + u + w;
+    const Lanes e = load(&r.soft[i]) + load(&target.side[i]) + load(&target.soft[i]);
+    const Lanes y = load(&step.s[i]) + load(&r.side[i]);
+    const Lanes active = load(system.active() + i);
+    const Lanes dt = -(e + w * y) / D * active;
+    store(&step.t[i], dt);
+    store(&step.s[i], y + dt);
+    store(&step.lambda[i], -load(&target.side[i]) - w * (y + dt));
+    store(&step.tau[i], (-load(&target.soft[i]) - u * dt) * active);
+  }
+}
+
+/// Mean product of the sides after a step of this length.
+template <class System>
+double mean_product_after(System& system, const Iterate& p, const Iterate& step, double length,
+                          double products) {
+  Lanes total{};
+  for (int i = 0; i < system.sides(); i += lanes)
+    total += (load(&p.s[i]) + load(&step.s[i]) * length) *
+             (load(&p.lambda[i]) + load(&step.lambda[i]) * length);
+  for (int i = system.first_soft(); i < system.sides(); i += lanes)
+    total += (load(&p.t[i]) + load(&step.t[i]) * length) *
+             (load(&p.tau[i]) + load(&step.tau[i]) * length) * load(system.active() + i);
+  return products > 0.0 ? sum(total) / products : 0.0;
+}
+
+}  // namespace saltus::qp

@@ -1,0 +1,68 @@
+// Where the interior-point method begins.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/qp/ipm_iterate.hpp"
+
+namespace saltus::qp {
+
+/// Slacks follow from the sides at v where they are far enough inside, multipliers from the
+/// barrier: s lambda = barrier. y starts at zero.
+template <class System>
+void start_cold(System& system, double barrier, Iterate& point, AlignedArray& work) {
+  const double least_slack = std::sqrt(barrier);
+  system.multiply(point.v.data(), work.data());
+  for (int i = 0; i < system.equalities(); ++i) point.y[i] = 0.0;
+  for (int i = 0; i < system.sides(); ++i) {
+    const bool active = system.active()[i] != 0.0;
+    const double gap = work[i] - system.beta()[i];
+    point.s[i] = active ? std::max(gap, least_slack) : 1.0;
+    point.lambda[i] = active ? barrier / point.s[i] : 0.0;
+    point.t[i] = point.tau[i] = 1.0;
+    if (i < system.first_soft() || !active) continue;
+    // A soft side starts with a violation that explains the gap, and multipliers in balance.
+    point.t[i] = std::max(point.s[i] - gap, least_slack);
+    point.s[i] = std::max(gap + point.t[i], least_slack);
+    point.lambda[i] = barrier / point.s[i];
+    point.tau[i] = std::max(system.l1()[i] + system.l2()[i] * point.t[i] - point.lambda[i],
+                            barrier / point.t[i]);
+  }
+}
+
+/// Keeps v, y and lambda of a neighbouring problem; slack and multiplier of every side are lifted
+/// just enough for their product to reach the barrier.
+template <class System>
+void start_warm(System& system, double barrier, Iterate& point, AlignedArray& work) {
+  const double least = std::sqrt(barrier);
+  system.multiply(point.v.data(), work.data());
+  for (int i = 0; i < system.sides(); ++i) {
+    const bool active = system.active()[i] != 0.0;
+    double gap = work[i] - system.beta()[i];
+    const bool soft = i >= system.first_soft() && active;
+    point.t[i] = point.tau[i] = 1.0;
+    if (soft) {
+      point.t[i] = std::max(-gap, least);
+      gap += point.t[i];
+    }
+    double s = active ? std::max(gap, 0.0) : 1.0;
+    double lambda = active ? std::max(point.lambda[i], 0.0) : 0.0;
+    if (active && s * lambda < barrier) {
+      if (s > lambda) {
+        lambda = std::max(lambda, barrier / std::max(s, least));
+        s = std::max(s, least);
+      } else {
+        s = std::max(s, barrier / std::max(lambda, least));
+        lambda = std::max(lambda, least);
+      }
+    }
+    point.s[i] = s;
+    point.lambda[i] = lambda;
+    if (soft)
+      point.tau[i] =
+          std::max(system.l1()[i] + system.l2()[i] * point.t[i] - lambda, barrier / point.t[i]);
+  }
+}
+
+}  // namespace saltus::qp

@@ -1,0 +1,69 @@
+// Vectors as wide as the processor of the build: the arithmetic under the structured solver.
+#pragma once
+
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+namespace saltus::qp {
+
+// Only widths that the build's -march has in hardware: emulated ones are ten times slower.
+#if defined(__AVX512F__)
+inline constexpr int lanes = 8;
+#elif defined(__AVX__)
+inline constexpr int lanes = 4;
+#else
+inline constexpr int lanes = 2;
+#endif
+
+/// `lanes` doubles; arithmetic is element by element (a gcc and clang extension).
+typedef double Lanes __attribute__((vector_size(lanes * sizeof(double)), may_alias));
+
+// Addresses are multiples of the vector's size.
+inline Lanes load(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
+inline void store(double* p, const Lanes& a) { *reinterpret_cast<Lanes*>(p) = a; }
+inline Lanes broadcast(double a) { return Lanes{} + a; }
+inline Lanes larger(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
+inline Lanes smaller(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
+inline Lanes magnitude(const Lanes& a) { return larger(a, -a); }
+
+inline double sum(const Lanes& a) {
+  if constexpr (lanes == 8)
+    return ((a[0] + a[4]) + (a[1] + a[5])) + ((a[2] + a[6]) + (a[3] + a[7]));
+  if constexpr (lanes == 4) return (a[0] + a[2]) + (a[1] + a[3]);
+  return a[0] + a[1];
+}
+inline double largest(const Lanes& a) {
+  double result = a[0];
+  for (int i = 1; i < lanes; ++i) result = result < a[i] ? a[i] : result;
+  return result;
+}
+
+/// Rounded up to whole vectors.
+constexpr int padded(int n) { return (n + lanes - 1) / lanes * lanes; }
+
+/// An array of doubles on 64-byte boundaries, zero at first; its size is fixed.
+class AlignedArray {
+ public:
+  AlignedArray() = default;
+  explicit AlignedArray(std::size_t size) : size_(size) {
+    const std::size_t bytes = (size * sizeof(double) + 63) / 64 * 64 + 64;
+    data_.reset(static_cast<double*>(std::aligned_alloc(64, bytes)));
+    if (!data_) throw std::bad_alloc();
+    for (std::size_t i = 0; i < bytes / sizeof(double); ++i) data_[i] = 0.0;
+  }
+  double* data() { return data_.get(); }
+  const double* data() const { return data_.get(); }
+  std::size_t size() const { return size_; }
+  double& operator[](std::size_t i) { return data_[i]; }
+  const double& operator[](std::size_t i) const { return data_[i]; }
+
+ private:
+  struct Free {
+    void operator()(double* p) const { std::free(p); }
+  };
+  std::unique_ptr<double[], Free> data_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace saltus::qp

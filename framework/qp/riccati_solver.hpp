@@ -1,0 +1,27 @@
+// The structured real-time solver: an interior-point method whose steps are Riccati sweeps.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "framework/qp/stage_solver.hpp"
+
+namespace saltus {
+
+namespace qp {
+struct RiccatiKernel;
+}
+
+struct RiccatiOptions : QpOptions {
+  /// Cold starts replace the states of the given point by those that its inputs lead to.
+  bool roll_out = false;
+};
+
+/// `capacity`: a program of the largest sizes that will be solved. `kernels` of fixed sizes (see
+/// riccati_kernels.hpp: riccati_kernel<nx, nu, next nx>()) are used for the stages that they fit;
+/// a fixed start has nx = 0 in its stage, inputs with a common resultant count once.
+std::unique_ptr<StageQpSolver> make_riccati_solver(const StageQp& capacity,
+                                                   const RiccatiOptions& options = {},
+                                                   std::span<const qp::RiccatiKernel> kernels = {});
+
+}  // namespace saltus

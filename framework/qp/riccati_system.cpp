@@ -1,0 +1,1285 @@
+#include "framework/qp/riccati_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace saltus::qp {
+namespace {
+
+// Equality rows enter as a quadratic price 1/this on what the step leaves of them; their
+// multipliers make up for it, so that at the solution they hold exactly.
+constexpr double equality_regularisation = 1e-9;
+// Added to the Hessian when a step is computed, never to the problem: a proximal term.
+constexpr double proximal_weight = 1e-11;
+constexpr double least_pivot = 1e-13;
+constexpr int max_parts = 8;
+// Up to this many columns the products of all pairs of columns are kept.
+constexpr int max_pair_columns = 8;
+
+constexpr int pairs_of(int columns) { return columns * (columns + 1) / 2; }
+
+bool same(const MatrixXd& a, const MatrixXd& b, int rows, int columns) {
+  for (int j = 0; j < columns; ++j)
+    if (std::memcmp(&a.coeffRef(0, j), &b.coeffRef(0, j), sizeof(double) * rows) != 0) return false;
+  return true;
+}
+
+bool is_zero(const MatrixXd& a, int row, int column, int rows, int columns) {
+  for (int j = column; j < column + columns; ++j)
+    for (int i = row; i < row + rows; ++i)
+      if (a(i, j) != 0.0) return false;
+  return true;
+}
+
+constexpr RiccatiKernel any_size = riccati_kernel<-1, -1, -1>();
+
+// out[rows] = C x for the block's own variables.
+inline void rows_of(const RowBlock& b, const double* v, double* out) {
+  const int ld = padded(b.rows);
+  const double* x = v + b.v_at;
+  int i = 0;
+  for (; i + 2 * lanes <= ld; i += 2 * lanes) {
+    Lanes first{}, second{};
+    for (int c = 0; c < b.columns; ++c) {
+      const double value = x[b.column[c]];
+      first += load(b.C + c * ld + i) * value;
+      second += load(b.C + c * ld + i + lanes) * value;
+    }
+    store(out + i, first);
+    store(out + i + lanes, second);
+  }
+  for (; i < ld; i += lanes) {
+    Lanes sum{};
+    for (int c = 0; c < b.columns; ++c) sum += load(b.C + c * ld + i) * x[b.column[c]];
+    store(out + i, sum);
+  }
+}
+
+// v += C' weights.
+inline void add_transposed(const RowBlock& b, const double* weights, double* v) {
+  const int ld = padded(b.columns);
+  double* x = v + b.v_at;
+  for (int i = 0; i < ld; i += lanes) {
+    Lanes even{}, odd{};
+    int r = 0;
+    for (; r + 2 <= b.rows; r += 2) {
+      even += load(b.Ct + r * ld + i) * weights[r];
+      odd += load(b.Ct + (r + 1) * ld + i) * weights[r + 1];
+    }
+    if (r < b.rows) even += load(b.Ct + r * ld + i) * weights[r];
+    even += odd;
+    for (int c = i; c < std::min(i + lanes, b.columns); ++c) x[b.column[c]] += even[c - i];
+  }
+}
+
+}  // namespace
+
+// --- packing ------------------------------------------------------------------------------------
+
+struct RiccatiSystem::Packer {
+  RiccatiSystem& system;
+  const StageQp& qp;
+  int v = 0, y = 0, hard = 0, soft = 0, blocks = 0;
+  bool ok = true;
+  bool starts_fixed(int k) const { return k == 0 && qp.fixed_start; }
+  bool starts_free(int k) const { return k == 0 && !qp.fixed_start; }
+
+  double* numbers(int count) {
+    double* result = system.numbers_.take(count);
+    if (result == nullptr) ok = false;
+    return result;
+  }
+  int* integers(int count) {
+    int* result = system.integers_.take(count);
+    if (result == nullptr) ok = false;
+    return result;
+  }
+
+  // Where entry j of the user's v = (x, u) went: part, and place in it; part -1: it is constant.
+  struct Place {
+    int part, at;
+  };
+  Place place(int k, int j) const {
+    const Stage& s = qp.stages[k];
+    const PackedStage& p = system.stages_[k];
+    if (j < s.nx) return starts_fixed(k) ? Place{-1, 0} : Place{0, j};
+    const int input = j - s.nx;
+    if (p.parts == 1) return {0, (starts_fixed(k) ? 0 : s.nx) + input};
+    const int size = p.sweep.nu;
+    return {input / size, (input < size ? p.sweep.nx : 0) + input % size};
+  }
+
+  bool run();
+  void stage(int k);
+  void choose_parts(int k);
+  bool resultant_maps(int k, int parts);
+  void flow(int k);
+  void cost(int k);
+  void groups(int k);
+  void bounds(int k);
+  bool columns_fit_parts(const Stage& s, int size) const;
+  RowBlock& new_block(int k, int group, int rows, int columns, int part);
+  void finish_block(int k, RowBlock& block, const RowBlock* twin);
+  void add_sides(RowBlock& block, bool has_lower, bool has_upper);
+  void add_group(int k, int g, bool equalities);
+  void add_bound_rows(int k, int part, bool equalities);
+  void fill_sides();
+};
+
+bool RiccatiSystem::Packer::run() {
+  system.numbers_.reset();
+  system.integers_.reset();
+  system.has_equality_rows_ = false;
+  system.reduced_stages_ = 0;
+  const int stages = static_cast<int>(qp.stages.size());
+  if (stages != static_cast<int>(system.stages_.size())) return false;
+  // Constraints of all stages come one after the other: dynamics first in y.
+  for (int k = 0; k < stages && ok; ++k) stage(k);
+  if (!ok) return false;
+  for (int k = 0; k < stages && ok; ++k) {
+    const int first = blocks;
+    groups(k);
+    bounds(k);
+    system.stages_[k].rows = {system.blocks_.data() + first,
+                              static_cast<std::size_t>(blocks - first)};
+  }
+  if (!ok) return false;
+  system.first_soft_ = hard;
+  for (int i = 0; i < blocks; ++i) {
+    RowBlock& b = system.blocks_[i];
+    if (!b.soft) continue;
+    if (b.lower_at >= 0) b.lower_at += hard;
+    if (b.upper_at >= 0) b.upper_at += hard;
+  }
+  system.variables_ = v;
+  system.equalities_ = y;
+  system.sides_ = hard + soft;
+  return v <= system.max_variables_ && y <= system.max_equalities_ &&
+         system.sides_ <= system.max_sides_;
+}
+
+void RiccatiSystem::Packer::stage(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = system.stages_[k];
+  const bool last = k == qp.intervals();
+  if (s.nx > s.q.size() || s.nu > s.r.size()) {
+    ok = false;
+    return;
+  }
+  p.constant_states = starts_fixed(k) ? s.nx : 0;
+  p.free_states = starts_free(k) ? s.nx : 0;
+  p.sweep.nx = k == 0 ? 0 : s.nx;
+  p.sweep.next = last ? 0 : qp.stages[k + 1].nx;
+  choose_parts(k);
+  p.sweep.nu = p.free_states + s.nu / p.parts;
+  SweepStage& w = p.sweep;
+  const int n = w.nx + w.nu;
+  w.ld = padded(n);
+  w.ld_next = padded(w.next);
+  p.kernel = &any_size;
+  for (const RiccatiKernel& kernel : system.kernels_)
+    if (kernel.nx == w.nx && kernel.nu == w.nu && kernel.next == w.next) p.kernel = &kernel;
+  w.M = numbers(w.ld * n);
+  w.L = numbers(w.ld * w.nu);
+  w.pivot = numbers(padded(w.nu));
+  w.p = numbers(w.ld);
+  p.v_at = v;
+  v += w.ld + (p.parts - 1) * padded(w.nu);
+  p.costate_at = y;
+  y += w.ld_next;
+  if (!ok) return;
+  flow(k);
+  cost(k);
+}
+
+bool RiccatiSystem::Packer::columns_fit_parts(const Stage& s, int size) const {
+  for (const RowGroup& g : s.groups) {
+    if (g.rows == 0 || g.columns.empty()) continue;
+    int part = -2;
+    for (const int j : g.columns) {
+      const int here = j < s.nx ? -1 : (j - s.nx) / size;
+      if (part == -2) part = here;
+      if (part != here) return false;
+    }
+  }
+  return true;
+}
+
+void RiccatiSystem::Packer::choose_parts(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = system.stages_[k];
+  p.parts = 1;
+  const int size = s.resultant_size;
+  if (size <= 0 || starts_free(k) || k == qp.intervals() || s.nu % size != 0) return;
+  const int parts = s.nu / size;
+  if (parts < 2 || parts > max_parts || p.sweep.next < size) return;
+  // They share neither cost nor rows.
+  if (!is_zero(s.S, 0, 0, s.nu, s.nx) || !columns_fit_parts(s, size)) return;
+  for (int part = 0; part + 1 < parts; ++part)
+    if (!is_zero(s.R, (part + 1) * size, part * size, s.nu - (part + 1) * size, size)) return;
+  if (!resultant_maps(k, parts)) return;
+  p.parts = parts;
+  ++system.reduced_stages_;
+}
+
+// T_p with B_p = B_1 T_p: those of the stage before if they serve, else by elimination.
+bool RiccatiSystem::Packer::resultant_maps(int k, int parts) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = system.stages_[k];
+  const int m = s.resultant_size, nn = p.sweep.next, ld = padded(m), count = (parts - 1) * m;
+  constexpr double rounding = 1e-11;  // of B's entries, well above what their computation loses
+  double scale = 0.0;
+  for (int j = 0; j < s.nu; ++j)
+    for (int i = 0; i < nn; ++i) scale = std::max(scale, std::fabs(s.B(i, j)));
+  const auto serves = [&](const double* T) {
+    for (int c = 0; c < count; ++c)
+      for (int i = 0; i < nn; ++i) {
+        double sum = -s.B(i, m + c);
+        for (int l = 0; l < m; ++l) sum += s.B(i, l) * T[l + c * ld];
+        if (std::fabs(sum) > rounding * scale) return false;
+      }
+    return true;
+  };
+  if (k > 0) {
+    const PackedStage& before = system.stages_[k - 1];
+    if (before.parts == parts && before.sweep.nu == m &&
+        (same(qp.stages[k - 1].B, s.B, nn, s.nu) || serves(before.T))) {
+      p.T = before.T;
+      p.T_inverse = before.T_inverse;
+      return true;
+    }
+  }
+  // Gauss-Jordan with row pivoting on [B_1 | B_2 ...]; the pivot rows then hold T.
+  double* a = numbers(nn * s.nu);
+  double* T = numbers(ld * count);
+  double* inverse = numbers(ld * count);
+  int* used = integers(nn);
+  if (!ok) return false;
+  for (int j = 0; j < s.nu; ++j)
+    for (int i = 0; i < nn; ++i) a[i + j * nn] = s.B(i, j);
+  std::fill(used, used + nn, -1);
+  for (int c = 0; c < m; ++c) {
+    int pivot = -1;
+    for (int i = 0; i < nn; ++i)
+      if (used[i] < 0 && (pivot < 0 || std::fabs(a[i + c * nn]) > std::fabs(a[pivot + c * nn])))
+        pivot = i;
+    if (pivot < 0 || std::fabs(a[pivot + c * nn]) <= rounding * scale) return false;
+    used[pivot] = c;
+    const double inverse_pivot = 1.0 / a[pivot + c * nn];
+    for (int j = c; j < s.nu; ++j) a[pivot + j * nn] *= inverse_pivot;
+    for (int i = 0; i < nn; ++i) {
+      if (i == pivot) continue;
+      const double f = a[i + c * nn];
+      if (f == 0.0) continue;
+      for (int j = c; j < s.nu; ++j) a[i + j * nn] -= f * a[pivot + j * nn];
+    }
+  }
+  std::fill(T, T + ld * count, 0.0);
+  std::fill(inverse, inverse + ld * count, 0.0);
+  for (int i = 0; i < nn; ++i)
+    if (used[i] >= 0)
+      for (int c = 0; c < count; ++c) T[used[i] + c * ld] = a[i + (m + c) * nn];
+  if (!serves(T)) return false;
+  for (int part = 0; part + 1 < parts; ++part) {
+    Eigen::Map<const MatrixXd, 0, Eigen::OuterStride<>> forward(T + part * m * ld, m, m,
+                                                                Eigen::OuterStride<>(ld));
+    // Gauss-Jordan once more, on [T_p | I]; a is large enough for m x 2m.
+    double* w = system.work_.data();
+    for (int j = 0; j < m; ++j)
+      for (int i = 0; i < m; ++i) {
+        w[i + j * m] = forward(i, j);
+        w[i + (m + j) * m] = i == j ? 1.0 : 0.0;
+      }
+    for (int c = 0; c < m; ++c) {
+      int pivot = c;
+      for (int i = c + 1; i < m; ++i)
+        if (std::fabs(w[i + c * m]) > std::fabs(w[pivot + c * m])) pivot = i;
+      if (std::fabs(w[pivot + c * m]) < 1e-8) return false;  // nearly singular: not a resultant
+      for (int j = 0; j < 2 * m; ++j) std::swap(w[c + j * m], w[pivot + j * m]);
+      const double f = 1.0 / w[c + c * m];
+      for (int j = 0; j < 2 * m; ++j) w[c + j * m] *= f;
+      for (int i = 0; i < m; ++i) {
+        if (i == c) continue;
+        const double g = w[i + c * m];
+        for (int j = 0; j < 2 * m; ++j) w[i + j * m] -= g * w[c + j * m];
+      }
+    }
+    for (int j = 0; j < m; ++j)
+      for (int i = 0; i < m; ++i) inverse[i + (part * m + j) * ld] = w[i + (m + j) * m];
+  }
+  p.T = T;
+  p.T_inverse = inverse;
+  return true;
+}
+
+void RiccatiSystem::Packer::flow(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = system.stages_[k];
+  SweepStage& w = p.sweep;
+  const int n = w.nx + w.nu, nn = w.next, states = k == 0 ? p.free_states : w.nx;
+  if (nn > s.b.size()) {
+    ok = false;
+    return;
+  }
+  double* b = numbers(w.ld_next);
+  if (!ok) return;
+  std::fill(b, b + w.ld_next, 0.0);
+  for (int i = 0; i < nn; ++i) b[i] = s.b[i];
+  for (int j = 0; j < p.constant_states; ++j)
+    for (int i = 0; i < nn; ++i) b[i] += s.A(i, j) * qp.start[j];
+  p.b = b;
+  if (k > 1) {
+    const PackedStage& before = system.stages_[k - 1];
+    const Stage& t = qp.stages[k - 1];
+    if (before.sweep.nx == w.nx && before.sweep.nu == w.nu && before.sweep.next == nn &&
+        same(s.A, t.A, nn, s.nx) && same(s.B, t.B, nn, w.nu)) {
+      w.flow = before.sweep.flow;
+      w.flow_transposed = before.sweep.flow_transposed;
+      return;
+    }
+  }
+  double* F = numbers(w.ld_next * n);
+  double* Ft = numbers(w.ld * nn);
+  if (!ok) return;
+  std::fill(F, F + w.ld_next * n, 0.0);
+  std::fill(Ft, Ft + w.ld * nn, 0.0);
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < nn; ++i)
+      Ft[j + i * w.ld] = F[i + j * w.ld_next] = j < states ? s.A(i, j) : s.B(i, j - states);
+  w.flow = F;
+  w.flow_transposed = Ft;
+}
+
+void RiccatiSystem::Packer::cost(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = system.stages_[k];
+  const SweepStage& w = p.sweep;
+  const int n = w.nx + w.nu, states = k == 0 ? p.free_states : w.nx, inputs = n - states;
+  const int m = inputs, ld = padded(m);
+  double* g = numbers(w.ld);
+  double* r = p.parts > 1 ? numbers((p.parts - 1) * ld) : nullptr;
+  if (!ok) return;
+  std::fill(g, g + w.ld, 0.0);
+  for (int j = 0; j < n; ++j) g[j] = j < states ? s.q[j] : s.r[j - states];
+  for (int j = 0; j < p.constant_states; ++j)
+    for (int i = 0; i < inputs; ++i) g[i] += s.S(i, j) * qp.start[j];
+  if (r != nullptr) {
+    std::fill(r, r + (p.parts - 1) * ld, 0.0);
+    for (int c = 0; c < (p.parts - 1) * m; ++c) {
+      const double* column = p.T_inverse + c * ld;
+      const int part = c / m;
+      double sum = 0.0;
+      for (int i = 0; i < m; ++i) sum += column[i] * s.r[(part + 1) * m + i];
+      r[part * ld + c % m] = sum;
+    }
+  }
+  p.g = g;
+  p.r = r;
+  double* R_work = p.parts > 1 ? numbers((p.parts - 1) * ld * m) : nullptr;
+  double* split = p.parts > 1 ? numbers((p.parts - 1) * (3 * ld * m + ld)) : nullptr;
+  if (!ok) return;
+  p.R_work = R_work;
+  p.split = split;
+  if (k > 1) {
+    const PackedStage& before = system.stages_[k - 1];
+    const Stage& t = qp.stages[k - 1];
+    if (before.sweep.nx == w.nx && before.sweep.nu == w.nu && before.parts == p.parts &&
+        (p.parts == 1 || before.T == p.T) && same(s.Q, t.Q, s.nx, s.nx) &&
+        same(s.R, t.R, s.nu, s.nu) && same(s.S, t.S, s.nu, s.nx)) {
+      p.H = before.H;
+      p.R = before.R;
+      return;
+    }
+  }
+  double* H = numbers(w.ld * n);
+  if (!ok) return;
+  std::fill(H, H + w.ld * n, 0.0);
+  for (int j = 0; j < states; ++j) {
+    for (int i = 0; i < states; ++i) H[i + j * w.ld] = s.Q(i, j);
+    if (p.parts == 1)
+      for (int i = 0; i < inputs; ++i)
+        H[states + i + j * w.ld] = H[j + (states + i) * w.ld] = s.S(i, j);
+  }
+  for (int j = 0; j < inputs; ++j)
+    for (int i = 0; i < inputs; ++i) H[states + i + (states + j) * w.ld] = s.R(i, j);
+  p.H = H;
+  if (p.parts == 1) return;
+  double* R = numbers((p.parts - 1) * ld * m);
+  if (!ok) return;
+  std::fill(R, R + (p.parts - 1) * ld * m, 0.0);
+  for (int part = 0; part + 1 < p.parts; ++part)
+    for (int c = 0; c < m; ++c) {
+      const double* right = p.T_inverse + (part * m + c) * ld;
+      double* half = system.work_.data();
+      for (int i = 0; i < m; ++i) {
+        half[i] = 0.0;
+        for (int l = 0; l < m; ++l)
+          half[i] += s.R((part + 1) * m + i, (part + 1) * m + l) * right[l];
+      }
+      for (int i = 0; i < m; ++i) {
+        const double* left = p.T_inverse + (part * m + i) * ld;
+        double sum = 0.0;
+        for (int l = 0; l < m; ++l) sum += left[l] * half[l];
+        R[part * ld * m + i + c * ld] = sum;
+      }
+    }
+  p.R = R;
+}
+
+RowBlock& RiccatiSystem::Packer::new_block(int k, int group, int rows, int columns, int part) {
+  RowBlock& b = system.blocks_[blocks++];
+  const PackedStage& p = system.stages_[k];
+  b = RowBlock{};
+  b.rows = rows;
+  b.columns = columns;
+  b.group = group;
+  b.part = part;
+  b.v_at = p.v_at + (part == 0 ? 0 : p.sweep.ld + (part - 1) * padded(p.sweep.nu));
+  return b;
+}
+
+void RiccatiSystem::Packer::add_sides(RowBlock& b, bool has_lower, bool has_upper) {
+  int& count = b.soft ? soft : hard;
+  if (has_lower) {
+    b.lower_at = count;
+    count += padded(b.rows);
+  }
+  if (has_upper) {
+    b.upper_at = count;
+    count += padded(b.rows);
+  }
+}
+
+// Given columns and C: everything that follows from them.
+void RiccatiSystem::Packer::finish_block(int k, RowBlock& b, const RowBlock* twin) {
+  const PackedStage& p = system.stages_[k];
+  const int ld = b.part == 0 ? p.sweep.ld : padded(p.sweep.nu);
+  int* target = integers(pairs_of(b.columns));
+  if (!ok) return;
+  for (int j = 0, at = 0; j < b.columns; ++j)
+    for (int i = 0; i <= j; ++i) target[at++] = b.column[i] + b.column[j] * ld;
+  b.target = target;
+  if (twin != nullptr) {
+    b.C = twin->C;
+    b.Ct = twin->Ct;
+    b.pairs = twin->pairs;
+    return;
+  }
+  const int ld_rows = padded(b.rows), ld_columns = padded(b.columns);
+  double* Ct = numbers(ld_columns * b.rows);
+  if (!ok) return;
+  std::fill(Ct, Ct + ld_columns * b.rows, 0.0);
+  for (int j = 0; j < b.columns; ++j)
+    for (int i = 0; i < b.rows; ++i) Ct[j + i * ld_columns] = b.C[i + j * ld_rows];
+  b.Ct = Ct;
+  if (b.columns > max_pair_columns) return;
+  const int ld_pairs = padded(pairs_of(b.columns));
+  double* pairs = numbers(ld_pairs * b.rows);
+  if (!ok) return;
+  for (int r = 0; r < b.rows; ++r) {
+    int at = r * ld_pairs;
+    for (int j = 0; j < b.columns; ++j)
+      for (int i = 0; i <= j; ++i) pairs[at++] = Ct[i + r * ld_columns] * Ct[j + r * ld_columns];
+    while (at < (r + 1) * ld_pairs) pairs[at++] = 0.0;
+  }
+  b.pairs = pairs;
+}
+
+void RiccatiSystem::Packer::groups(int k) {
+  for (int g = 0; g < static_cast<int>(qp.stages[k].groups.size()) && ok; ++g) {
+    if (qp.stages[k].groups[g].rows == 0) continue;
+    add_group(k, g, false);
+    if (!qp.stages[k].groups[g].soft) add_group(k, g, true);
+  }
+}
+
+void RiccatiSystem::Packer::add_group(int k, int g, bool equalities) {
+  const Stage& s = qp.stages[k];
+  const RowGroup& group = s.groups[g];
+  PackedStage& p = system.stages_[k];
+  const int all_columns = static_cast<int>(group.columns.size());
+  if (group.rows > group.M.rows() || all_columns > group.M.cols()) {
+    ok = false;
+    return;
+  }
+  int* source = integers(group.rows);
+  int* user_column = integers(all_columns);
+  int* column = integers(std::max(all_columns, p.sweep.nu));
+  if (!ok) return;
+  int rows = 0;
+  bool has_lower = false, has_upper = false;
+  for (int i = 0; i < group.rows; ++i) {
+    const double l = group.lower[i], u = group.upper[i];
+    if (std::isnan(l) || std::isnan(u) || l > u) {
+      ok = false;
+      return;
+    }
+    if ((l == u && !group.soft) != equalities || (l == -infinity && u == infinity)) continue;
+    source[rows++] = i;
+    has_lower = has_lower || l != -infinity;
+    has_upper = has_upper || u != infinity;
+  }
+  if (rows == 0) return;
+  int columns = 0, part = 0;
+  for (int c = 0; c < all_columns; ++c) {
+    const Place at = place(k, group.columns[c]);
+    if (at.part < 0) continue;
+    part = at.part;
+    column[columns] = at.at;
+    user_column[columns++] = c;
+  }
+  // Rows that touch the fixed start only cannot be influenced.
+  if (columns == 0) return;
+  const int own_columns = columns;
+  if (part > 0) {
+    columns = p.sweep.nu;
+    for (int c = 0; c < columns; ++c) column[c] = c;
+  }
+  RowBlock& b = new_block(k, g, rows, columns, part);
+  b.column = column;
+  b.source = source;
+  b.soft = group.soft;
+
+  // The block of the stage before, if its coefficients are the same.
+  const RowBlock* twin = nullptr;
+  if (k > 0 && g < static_cast<int>(qp.stages[k - 1].groups.size()) && !equalities) {
+    const RowGroup& other = qp.stages[k - 1].groups[g];
+    for (const RowBlock& t : system.stages_[k - 1].rows) {
+      if (t.group != g || t.equality_at >= 0 || t.rows != rows || t.columns != columns ||
+          t.part != part || other.rows != group.rows ||
+          other.columns.size() != group.columns.size())
+        continue;
+      if (part > 0 && system.stages_[k - 1].T != p.T) continue;
+      if (part == 0 && own_columns != all_columns) continue;
+      // Offsets in the stage vector may differ (a fixed start has no states), their order may not.
+      const int shift = group.columns[0] - other.columns[0];
+      const int allowed = group.columns[0] >= s.nx ? s.nx - qp.stages[k - 1].nx : 0;
+      bool equal = shift == allowed && same(group.M, other.M, group.rows, all_columns) &&
+                   std::equal(source, source + rows, t.source);
+      for (int c = 1; equal && c < all_columns; ++c)
+        equal = group.columns[c] - other.columns[c] == shift;
+      if (equal) twin = &t;
+    }
+  }
+  if (twin != nullptr) {
+    b.C = twin->C;
+  } else {
+    const int ld = padded(rows);
+    double* C = numbers(ld * columns);
+    if (!ok) return;
+    std::fill(C, C + ld * columns, 0.0);
+    if (part == 0) {
+      for (int c = 0; c < columns; ++c)
+        for (int i = 0; i < rows; ++i) C[i + c * ld] = group.M(source[i], user_column[c]);
+    } else {
+      const int m = p.sweep.nu, ldm = padded(m);
+      for (int c = 0; c < own_columns; ++c) {
+        const int local = group.columns[user_column[c]] - s.nx - part * m;
+        for (int j = 0; j < m; ++j) {
+          const double t = p.T_inverse[local + ((part - 1) * m + j) * ldm];
+          for (int i = 0; i < rows; ++i) C[i + j * ld] += group.M(source[i], user_column[c]) * t;
+        }
+      }
+    }
+    if (equalities) {
+      double* scale = numbers(rows);
+      if (!ok) return;
+      for (int i = 0; i < rows; ++i) {
+        double most = 0.0;
+        for (int c = 0; c < columns; ++c) most = std::max(most, std::fabs(C[i + c * ld]));
+        scale[i] = most > 0.0 ? 1.0 / most : 1.0;
+        for (int c = 0; c < columns; ++c) C[i + c * ld] *= scale[i];
+      }
+      b.scale = scale;
+    }
+    b.C = C;
+  }
+  finish_block(k, b, twin);
+  if (!ok) return;
+  if (equalities) {
+    system.has_equality_rows_ = true;
+    b.equality_at = y;
+    y += padded(rows);
+  } else {
+    add_sides(b, has_lower, has_upper);
+  }
+}
+
+void RiccatiSystem::Packer::bounds(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = system.stages_[k];
+  const int users = s.nx + s.nu;
+  int first = users, last = -1, equal = 0;
+  bool has_lower = false, has_upper = false;
+  const auto sides_of = [&](int j, double& l, double& u) {
+    l = j < s.nx ? s.x_lower[j] : s.u_lower[j - s.nx];
+    u = j < s.nx ? s.x_upper[j] : s.u_upper[j - s.nx];
+  };
+  int further[max_parts] = {};  // bounded inputs per further part
+  for (int j = p.constant_states; j < users; ++j) {
+    double l, u;
+    sides_of(j, l, u);
+    if (std::isnan(l) || std::isnan(u) || l > u) {
+      ok = false;
+      return;
+    }
+    if (l == -infinity && u == infinity) continue;
+    const Place at = place(k, j);
+    if (at.part > 0) {
+      ++further[at.part];
+    } else if (l == u) {
+      ++equal;
+    } else {
+      first = std::min(first, at.at);
+      last = std::max(last, at.at);
+      has_lower = has_lower || l != -infinity;
+      has_upper = has_upper || u != infinity;
+    }
+  }
+  p.bounds = BoundBlock{};
+  if (last >= first) {
+    p.bounds.first = first / lanes * lanes;
+    p.bounds.length = padded(last + 1) - p.bounds.first;
+    if (has_lower) p.bounds.lower_at = hard;
+    if (has_lower) hard += p.bounds.length;
+    if (has_upper) p.bounds.upper_at = hard;
+    if (has_upper) hard += p.bounds.length;
+  }
+  if (equal > 0) add_bound_rows(k, 0, true);
+  for (int part = 1; part < p.parts; ++part) {
+    if (further[part] == 0) continue;
+    add_bound_rows(k, part, false);
+    add_bound_rows(k, part, true);
+  }
+}
+
+// Bounds as rows: equal ones, and those of inputs that were replaced by their share of a resultant.
+void RiccatiSystem::Packer::add_bound_rows(int k, int part, bool equalities) {
+  const Stage& s = qp.stages[k];
+  const PackedStage& p = system.stages_[k];
+  const int users = s.nx + s.nu;
+  int* source = integers(users);
+  int* column = integers(users);
+  if (!ok) return;
+  int rows = 0, columns = 0;
+  bool has_lower = false, has_upper = false;
+  for (int j = p.constant_states; j < users; ++j) {
+    const double l = j < s.nx ? s.x_lower[j] : s.u_lower[j - s.nx];
+    const double u = j < s.nx ? s.x_upper[j] : s.u_upper[j - s.nx];
+    const Place at = place(k, j);
+    if (at.part != part || (l == -infinity && u == infinity) || (l == u) != equalities) continue;
+    source[rows++] = j;
+    column[columns++] = at.at;
+    has_lower = has_lower || l != -infinity;
+    has_upper = has_upper || u != infinity;
+  }
+  if (rows == 0) return;
+  if (part > 0) {
+    columns = p.sweep.nu;
+    for (int c = 0; c < columns; ++c) column[c] = c;
+  }
+  RowBlock& b = new_block(k, -1, rows, columns, part);
+  const int ld = padded(rows), ldm = padded(p.sweep.nu), m = p.sweep.nu;
+  double* C = numbers(ld * columns);
+  double* scale = numbers(rows);
+  if (!ok) return;
+  std::fill(C, C + ld * columns, 0.0);
+  std::fill(scale, scale + rows, 1.0);
+  for (int i = 0; i < rows; ++i)
+    if (part == 0)
+      C[i + i * ld] = 1.0;
+    else
+      for (int c = 0; c < m; ++c)
+        C[i + c * ld] = p.T_inverse[source[i] - s.nx - part * m + ((part - 1) * m + c) * ldm];
+  b.C = C;
+  b.scale = scale;
+  b.column = column;
+  b.source = source;
+  finish_block(k, b, nullptr);
+  if (!ok) return;
+  if (equalities) {
+    system.has_equality_rows_ = true;
+    b.equality_at = y;
+    y += padded(rows);
+  } else {
+    add_sides(b, has_lower, has_upper);
+  }
+}
+
+// Right-hand sides and prices, once every place is known.
+void RiccatiSystem::Packer::fill_sides() {
+  std::fill_n(system.active_.data(), system.sides_, 0.0);
+  std::fill_n(system.beta_.data(), system.sides_, 0.0);
+  std::fill_n(system.wanted_.data(), system.equalities_, 0.0);
+  std::fill_n(system.l1_.data() + system.first_soft_, soft, 1.0);
+  std::fill_n(system.l2_.data() + system.first_soft_, soft, 0.0);
+  const auto set = [&](int at, double value, double sign) {
+    if (!std::isfinite(value)) return;
+    system.active_[at] = 1.0;
+    system.beta_[at] = sign * value;
+  };
+  for (int k = 0; k < static_cast<int>(qp.stages.size()); ++k) {
+    const Stage& s = qp.stages[k];
+    const PackedStage& p = system.stages_[k];
+    const auto lower_of = [&](int j) { return j < s.nx ? s.x_lower[j] : s.u_lower[j - s.nx]; };
+    const auto upper_of = [&](int j) { return j < s.nx ? s.x_upper[j] : s.u_upper[j - s.nx]; };
+    for (const RowBlock& b : p.rows)
+      for (int i = 0; i < b.rows; ++i) {
+        const int from = b.source[i];
+        double shift = 0.0, l, u;
+        if (b.group >= 0) {
+          const RowGroup& group = s.groups[b.group];
+          for (int c = 0; p.constant_states > 0 && c < static_cast<int>(group.columns.size()); ++c)
+            if (group.columns[c] < s.nx) shift += group.M(from, c) * qp.start[group.columns[c]];
+          l = group.lower[from];
+          u = group.upper[from];
+        } else {
+          l = lower_of(from);
+          u = upper_of(from);
+        }
+        if (b.equality_at >= 0) {
+          system.wanted_[b.equality_at + i] = (l - shift) * b.scale[i];
+          continue;
+        }
+        if (b.lower_at >= 0) set(b.lower_at + i, l - shift, 1.0);
+        if (b.upper_at >= 0) set(b.upper_at + i, u - shift, -1.0);
+        if (!b.soft) continue;
+        const RowGroup& group = s.groups[b.group];
+        for (const int at : {b.lower_at, b.upper_at})
+          if (at >= 0) {
+            system.l1_[at + i] = group.l1[from];
+            system.l2_[at + i] = group.l2[from];
+          }
+      }
+    const BoundBlock& b = p.bounds;
+    const int n = p.sweep.nx + p.sweep.nu;
+    for (int i = 0; i < b.length && b.first + i < n; ++i) {
+      const int j = b.first + i + p.constant_states;
+      if (lower_of(j) == upper_of(j)) continue;
+      if (b.lower_at >= 0) set(b.lower_at + i, lower_of(j), 1.0);
+      if (b.upper_at >= 0) set(b.upper_at + i, upper_of(j), -1.0);
+    }
+  }
+}
+
+RiccatiSystem::RiccatiSystem(const StageQp& capacity, std::span<const RiccatiKernel> kernels)
+    : kernels_(kernels.begin(), kernels.end()), stages_(capacity.stages.size()) {
+  std::size_t doubles = 0, ints = 0;
+  int blocks = 0, work = 64;
+  for (std::size_t k = 0; k < capacity.stages.size(); ++k) {
+    const Stage& s = capacity.stages[k];
+    const int nx = static_cast<int>(s.q.size()), nu = static_cast<int>(s.r.size());
+    const int next = static_cast<int>(s.b.size());
+    const int n = nx + nu, ld = padded(n), spare = 8;
+    const auto matrix = [&](int rows, int columns) {
+      return static_cast<std::size_t>(padded(rows) + spare) * static_cast<std::size_t>(columns + 1);
+    };
+    // Stage matrices; those of parts are bounded by full ones of the inputs.
+    doubles += matrix(next, n) + matrix(n, next) + 3 * matrix(n, n) + 4 * matrix(n, 1) +
+               matrix(next, 1) + 8 * matrix(nu, nu) + matrix(next, nu) +
+               8 * max_parts * matrix(nu, 1);
+    ints += static_cast<std::size_t>(8 * (n + next + 16));
+    int v = ld + max_parts * lanes + padded(nu), y = padded(next), sides = 2 * (ld + lanes);
+    const auto rows = [&](int count, int columns) {
+      const int c = std::max(columns, nu);
+      doubles += 2 * (matrix(count, c) + matrix(c, count) + matrix(count, 1) +
+                      (c <= max_pair_columns ? matrix(pairs_of(c), count) : matrix(1, 1)));
+      // Few columns keep the products of pairs even where others would need more of them.
+      doubles += 2 * matrix(pairs_of(max_pair_columns), count);
+      ints += static_cast<std::size_t>(2 * (count + 2 * c + pairs_of(c) + 64));
+      y += padded(count) + lanes;
+      sides += 2 * (padded(count) + lanes);
+      blocks += 2;
+      work = std::max(work, padded(count) * (c + 2) + padded(c) * (c + 2));
+    };
+    for (const RowGroup& g : s.groups)
+      rows(static_cast<int>(g.M.rows()), static_cast<int>(g.M.cols()));
+    for (int part = 0; part < max_parts && (part == 0 || part < nu); ++part)
+      rows(part == 0 ? n : nu, part == 0 ? n : nu);
+    work = std::max({work, (padded(next) + 8) * (n + 2), 8 * (padded(nu) + 8) * (nu + 2)});
+    max_variables_ += v;
+    max_equalities_ += y;
+    max_sides_ += sides;
+  }
+  numbers_ = Arena<double, AlignedArray>(doubles);
+  integers_ = Arena<int, std::vector<int>>(ints);
+  blocks_.resize(blocks);
+  active_ = AlignedArray(max_sides_);
+  beta_ = AlignedArray(max_sides_);
+  l1_ = AlignedArray(max_sides_);
+  l2_ = AlignedArray(max_sides_);
+  weights_ = AlignedArray(max_sides_);
+  side_work_ = AlignedArray(max_sides_);
+  wanted_ = AlignedArray(max_equalities_);
+  work_ = AlignedArray(2 * work);
+  gradient_ = AlignedArray(max_variables_);
+  residual_v_ = AlignedArray(max_variables_);
+  correction_v_ = AlignedArray(max_variables_);
+  residual_y_ = AlignedArray(max_equalities_);
+  correction_y_ = AlignedArray(max_equalities_);
+  row_work_ = AlignedArray(work);
+  sum_ = AlignedArray(work);
+}
+
+bool RiccatiSystem::pack(const StageQp& qp) {
+  replaced_pivots_ = 0;
+  Packer packer{*this, qp};
+  if (!packer.run()) return false;
+  packer.fill_sides();
+  return true;
+}
+
+void RiccatiSystem::pack_point(const StageQp& qp, const StagePoint& point, bool multipliers,
+                               double* v, double* y, double* lambda) const {
+  std::fill_n(v, variables_, 0.0);
+  if (multipliers) {
+    std::fill_n(y, equalities_, 0.0);
+    std::fill_n(lambda, sides_, 0.0);
+  }
+  for (std::size_t k = 0; k < stages_.size(); ++k) {
+    const Stage& s = qp.stages[k];
+    const PackedStage& p = stages_[k];
+    const StagePoint::AtStage& from = point.stages[k];
+    const int m = p.sweep.nu, ldm = padded(m);
+    double* main = v + p.v_at;
+    for (int j = p.constant_states; j < s.nx; ++j) main[j] = from.x[j];
+    const int own = p.parts > 1 ? m : s.nu, shift = s.nx - p.constant_states;
+    for (int j = 0; j < own; ++j) main[shift + j] = from.u[j];
+    for (int part = 1; part < p.parts; ++part) {
+      double* to = main + p.sweep.ld + (part - 1) * ldm;
+      for (int c = 0; c < m; ++c)
+        for (int i = 0; i < m; ++i)
+          to[i] += p.T[i + ((part - 1) * m + c) * ldm] * from.u[part * m + c];
+    }
+    if (!multipliers) continue;
+    for (int i = 0; i < p.sweep.next; ++i) y[p.costate_at + i] = from.costate[i];
+    for (const RowBlock& b : p.rows)
+      for (int i = 0; i < b.rows; ++i) {
+        const int j = b.source[i];
+        const double value = b.group >= 0 ? from.group[b.group][j]
+                             : j < s.nx   ? from.x_bound[j]
+                                          : from.u_bound[j - s.nx];
+        if (b.equality_at >= 0) y[b.equality_at + i] = value / b.scale[i];
+        if (b.upper_at >= 0) lambda[b.upper_at + i] = std::max(value, 0.0);
+        if (b.lower_at >= 0) lambda[b.lower_at + i] = std::max(-value, 0.0);
+      }
+    const int n = p.sweep.nx + p.sweep.nu;
+    for (int i = 0; i < p.bounds.length && p.bounds.first + i < n; ++i) {
+      const int j = p.bounds.first + i + p.constant_states;
+      const double value = j < s.nx ? from.x_bound[j] : from.u_bound[j - s.nx];
+      if (p.bounds.upper_at >= 0) lambda[p.bounds.upper_at + i] = std::max(value, 0.0);
+      if (p.bounds.lower_at >= 0) lambda[p.bounds.lower_at + i] = std::max(-value, 0.0);
+    }
+  }
+}
+
+void RiccatiSystem::unpack_point(const StageQp& qp, const double* v, const double* y,
+                                 const double* lambda, StagePoint& point) const {
+  for (std::size_t k = 0; k < stages_.size(); ++k) {
+    const Stage& s = qp.stages[k];
+    const PackedStage& p = stages_[k];
+    StagePoint::AtStage& to = point.stages[k];
+    const int m = p.sweep.nu, ldm = padded(m);
+    const double* main = v + p.v_at;
+    for (int j = 0; j < s.nx; ++j) to.x[j] = j < p.constant_states ? qp.start[j] : main[j];
+    const int own = p.parts > 1 ? m : s.nu, shift = s.nx - p.constant_states;
+    for (int j = 0; j < own; ++j) to.u[j] = main[shift + j];
+    for (int part = 1; part < p.parts; ++part) {
+      const double* from = main + p.sweep.ld + (part - 1) * ldm;
+      for (int i = 0; i < m; ++i) {
+        double sum = 0.0;
+        for (int c = 0; c < m; ++c) sum += p.T_inverse[i + ((part - 1) * m + c) * ldm] * from[c];
+        to.u[part * m + i] = sum;
+      }
+    }
+    for (int i = 0; i < p.sweep.next; ++i) to.costate[i] = y[p.costate_at + i];
+    to.x_bound.setZero();
+    to.u_bound.setZero();
+    for (VectorXd& g : to.group) g.setZero();
+    const auto add = [&](int group, int j, double value) {
+      if (group >= 0)
+        to.group[group][j] += value;
+      else if (j < s.nx)
+        to.x_bound[j] += value;
+      else
+        to.u_bound[j - s.nx] += value;
+    };
+    for (const RowBlock& b : p.rows)
+      for (int i = 0; i < b.rows; ++i) {
+        if (b.equality_at >= 0) add(b.group, b.source[i], y[b.equality_at + i] * b.scale[i]);
+        if (b.upper_at >= 0) add(b.group, b.source[i], lambda[b.upper_at + i]);
+        if (b.lower_at >= 0) add(b.group, b.source[i], -lambda[b.lower_at + i]);
+      }
+    const int n = p.sweep.nx + p.sweep.nu;
+    for (int i = 0; i < p.bounds.length && p.bounds.first + i < n; ++i) {
+      const int j = p.bounds.first + i + p.constant_states;
+      if (p.bounds.upper_at >= 0) add(-1, j, lambda[p.bounds.upper_at + i]);
+      if (p.bounds.lower_at >= 0) add(-1, j, -lambda[p.bounds.lower_at + i]);
+    }
+  }
+}
+
+void RiccatiSystem::roll_out(double* v) {
+  for (std::size_t k = 0; k + 1 < stages_.size(); ++k) {
+    const PackedStage& p = stages_[k];
+    const int nn = p.sweep.next, n = p.sweep.nx + p.sweep.nu;
+    const double* main = with_resultant(p, v);
+    double* next = work_.data();
+    for (int i = 0; i < p.sweep.ld_next; i += lanes) store(next + i, load(p.b + i));
+    multiply_vector<Update::add>(nn, n, p.sweep.flow, p.sweep.ld_next, main, next);
+    std::copy(next, next + nn, v + stages_[k + 1].v_at);
+  }
+}
+
+// --- products -----------------------------------------------------------------------------------
+
+// The stage's main variables, with the inputs of further parts added to those of the first: what
+// the dynamics see.
+const double* RiccatiSystem::with_resultant(const PackedStage& p, const double* v) {
+  const double* main = v + p.v_at;
+  if (p.parts == 1) return main;
+  const SweepStage& w = p.sweep;
+  double* sum = sum_.data();
+  for (int i = 0; i < w.ld; i += lanes) store(sum + i, load(main + i));
+  for (int part = 1; part < p.parts; ++part) {
+    const double* further = main + w.ld + (part - 1) * padded(w.nu);
+    for (int i = 0; i < w.nu; ++i) sum[w.nx + i] += further[i];
+  }
+  return sum;
+}
+
+template <bool affine>
+void RiccatiSystem::products(const double* v, const double* y, double* stationarity,
+                             double* equality) {
+  const double* costate = nullptr;  // of the dynamics that lead into the stage
+  for (std::size_t k = 0; k < stages_.size(); ++k) {
+    const PackedStage& p = stages_[k];
+    const SweepStage& w = p.sweep;
+    const int n = w.nx + w.nu, ldm = padded(w.nu);
+    const double* main = v + p.v_at;
+    double* out = stationarity + p.v_at;
+    if (affine)
+      for (int i = 0; i < w.ld; i += lanes) store(out + i, load(p.g + i));
+    else
+      for (int i = 0; i < w.ld; i += lanes) store(out + i, Lanes{});
+    multiply_vector<Update::add>(n, n, p.H, w.ld, main, out);
+    for (int i = 0; i < w.nx && costate != nullptr; ++i) out[i] -= costate[i];
+    for (int part = 1; part < p.parts; ++part) {
+      const double* further = main + w.ld + (part - 1) * ldm;
+      double* to = out + w.ld + (part - 1) * ldm;
+      for (int i = 0; i < ldm; i += lanes)
+        store(to + i, affine ? load(p.r + (part - 1) * ldm + i) : Lanes{});
+      multiply_vector<Update::add>(w.nu, w.nu, p.R + (part - 1) * ldm * w.nu, ldm, further, to);
+    }
+    if (w.next == 0) continue;
+    const double* pi = y + p.costate_at;
+    double* force = work_.data();
+    multiply_vector<Update::set>(n, w.next, w.flow_transposed, w.ld, pi, force);
+    for (int i = 0; i < w.ld; i += lanes) store(out + i, load(out + i) + load(force + i));
+    for (int part = 1; part < p.parts; ++part)
+      for (int i = 0; i < w.nu; ++i) out[w.ld + (part - 1) * ldm + i] += force[w.nx + i];
+    costate = pi;
+    const double* next = v + stages_[k + 1].v_at;
+    double* gap = equality + p.costate_at;
+    for (int i = 0; i < w.ld_next; i += lanes) store(gap + i, affine ? load(p.b + i) : Lanes{});
+    multiply_vector<Update::add>(w.next, n, w.flow, w.ld_next, with_resultant(p, v), gap);
+    for (int i = 0; i < w.next; ++i) gap[i] -= next[i];
+    for (int i = w.next; i < w.ld_next; ++i) gap[i] = 0.0;
+  }
+  if (!has_equality_rows_) return;
+  for (const PackedStage& p : stages_)
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at < 0) continue;
+      rows_of(b, v, equality + b.equality_at);
+      if (affine)
+        for (int i = 0; i < padded(b.rows); ++i)
+          equality[b.equality_at + i] -= wanted_[b.equality_at + i];
+      add_transposed(b, y + b.equality_at, stationarity);
+    }
+}
+
+void RiccatiSystem::multiply(const double* v, double* side) {
+  double* rows = work_.data();
+  for (const PackedStage& p : stages_) {
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at >= 0) continue;
+      rows_of(b, v, rows);
+      for (int i = 0; i < padded(b.rows); i += lanes) {
+        if (b.lower_at >= 0) store(side + b.lower_at + i, load(rows + i));
+        if (b.upper_at >= 0) store(side + b.upper_at + i, -load(rows + i));
+      }
+    }
+    const BoundBlock& b = p.bounds;
+    for (int i = 0; i < b.length; i += lanes) {
+      const Lanes x = load(v + p.v_at + b.first + i);
+      if (b.lower_at >= 0) store(side + b.lower_at + i, x * load(&active_[b.lower_at + i]));
+      if (b.upper_at >= 0) store(side + b.upper_at + i, -x * load(&active_[b.upper_at + i]));
+    }
+  }
+}
+
+template <int sign>
+void RiccatiSystem::add_sides(const double* side, double* v) {
+  double* rows = work_.data();
+  for (const PackedStage& p : stages_) {
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at >= 0) continue;
+      for (int i = 0; i < padded(b.rows); i += lanes) {
+        Lanes sum{};
+        if (b.lower_at >= 0) sum += load(side + b.lower_at + i);
+        if (b.upper_at >= 0) sum -= load(side + b.upper_at + i);
+        store(rows + i, sign > 0 ? sum : -sum);
+      }
+      add_transposed(b, rows, v);
+    }
+    const BoundBlock& b = p.bounds;
+    for (int i = 0; i < b.length; i += lanes) {
+      double* to = v + p.v_at + b.first + i;
+      Lanes sum{};
+      if (b.lower_at >= 0) sum += load(side + b.lower_at + i) * load(&active_[b.lower_at + i]);
+      if (b.upper_at >= 0) sum -= load(side + b.upper_at + i) * load(&active_[b.upper_at + i]);
+      store(to, load(to) + (sign > 0 ? sum : -sum));
+    }
+  }
+}
+
+void RiccatiSystem::multiply_transposed(const double* side, double* v) {
+  for (int i = 0; i < variables_; i += lanes) store(v + i, Lanes{});
+  add_sides<1>(side, v);
+}
+
+void RiccatiSystem::evaluate(const double* v, const double* y, const double* lambda,
+                             double* stationarity, double* equality, double* side) {
+  products<true>(v, y, stationarity, equality);
+  add_sides<-1>(lambda, stationarity);
+  multiply(v, side);
+}
+
+// --- factorisation ------------------------------------------------------------------------------
+
+void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
+  double* row_weights = work_.data();
+  for (const RowBlock& b : p.rows) {
+    const int ld = padded(b.rows), count = pairs_of(b.columns);
+    for (int i = 0; i < ld; i += lanes) {
+      Lanes sum{};
+      if (b.lower_at >= 0) sum += load(weights + b.lower_at + i);
+      if (b.upper_at >= 0) sum += load(weights + b.upper_at + i);
+      if (b.equality_at >= 0) sum = broadcast(1.0 / equality_regularisation);
+      store(row_weights + i, sum);
+    }
+    double* H = b.part == 0 ? p.sweep.M : p.R_work + (b.part - 1) * padded(p.sweep.nu) * p.sweep.nu;
+    double* result = row_weights + ld;
+    if (b.pairs != nullptr) {
+      multiply_vector<Update::set>(count, b.rows, b.pairs, padded(count), row_weights, result);
+      for (int i = 0; i < count; ++i) H[b.target[i]] += result[i];
+      continue;
+    }
+    // More columns: C'(W C) as a product.
+    const int ldc = padded(b.columns);
+    double* weighted = result;
+    double* square = weighted + ld * b.columns;
+    for (int c = 0; c < b.columns; ++c)
+      for (int i = 0; i < ld; i += lanes)
+        store(weighted + c * ld + i, load(b.C + c * ld + i) * load(row_weights + i));
+    multiply_upper<Update::set>(b.columns, b.rows, b.Ct, ldc, weighted, 1, ld, square, ldc);
+    for (int j = 0, at = 0; j < b.columns; ++j)
+      for (int i = 0; i <= j; ++i) H[b.target[at++]] += square[i + j * ldc];
+  }
+  const BoundBlock& b = p.bounds;
+  const int n = p.sweep.nx + p.sweep.nu;
+  for (int i = 0; i < b.length && b.first + i < n; ++i) {
+    double w = 0.0;
+    if (b.lower_at >= 0) w += weights[b.lower_at + i] * active_[b.lower_at + i];
+    if (b.upper_at >= 0) w += weights[b.upper_at + i] * active_[b.upper_at + i];
+    p.sweep.M[(b.first + i) * (p.sweep.ld + 1)] += w;
+  }
+}
+
+// The parallel sum of the parts' Hessians takes the place of the first part's; what the split of
+// the resultant needs is kept. Per further part: inverse of the sum, share of the first, and the
+// Hessian accumulated before.
+void RiccatiSystem::factor_parts(PackedStage& p) {
+  const SweepStage& w = p.sweep;
+  const int m = w.nu, ld = padded(m), square = ld * m, stride = 3 * ld;
+  double* S = work_.data();   // ld x m
+  double* rows = S + square;  // row by row: [acc | further | identity], then scaled
+  double* scaled = rows + stride * m;
+  double* joint = scaled + stride * m;
+  double* inverse_pivot = joint + square;
+  for (int part = 1; part < p.parts; ++part) {
+    double* R = p.R_work + (part - 1) * square;
+    double* split = p.split + (part - 1) * (3 * square + ld);
+    double *inverse = split, *share = split + square, *before = split + 2 * square;
+    double* first = w.M + w.nx * (w.ld + 1);
+    for (int j = 0; j < m; ++j)
+      for (int i = 0; i <= j; ++i) before[i + j * ld] = before[j + i * ld] = first[i + j * w.ld];
+    for (int j = 1; j < m; ++j)
+      for (int i = 0; i < j; ++i) R[j + i * ld] = R[i + j * ld];
+    for (int j = 0; j < m; ++j)
+      for (int i = m; i < ld; ++i) before[i + j * ld] = R[i + j * ld] = 0.0;
+    for (int i = 0; i < m; ++i) {
+      double* row = rows + i * stride;
+      for (int v = 0; v < ld; v += lanes) {
+        store(row + v, load(before + i * ld + v));
+        store(row + ld + v, load(R + i * ld + v));
+        store(row + 2 * ld + v, Lanes{});
+        store(S + i * ld + v, load(before + i * ld + v) + load(R + i * ld + v));
+      }
+      row[2 * ld + i] = 1.0;
+    }
+    // S = L D L', applied to the rows as it arises.
+    for (int j = 0; j < m; ++j) {
+      const double pivot = std::max(S[j + j * ld], least_pivot);
+      inverse_pivot[j] = 1.0 / pivot;
+      const double* row = rows + j * stride;
+      double* out = scaled + j * stride;
+      for (int v = 0; v < stride; v += lanes) store(out + v, load(row + v) * inverse_pivot[j]);
+      for (int i = j + 1; i < m; ++i) {
+        const double factor = S[i + j * ld] * inverse_pivot[j];
+        double* to = rows + i * stride;
+        for (int v = 0; v < stride; v += lanes)
+          store(to + v, load(to + v) - load(row + v) * factor);
+        double* column = S + i * ld;
+        const double above = S[i + j * ld];
+        const double* pivot_column = S + j * ld;
+        for (int v = i / lanes * lanes; v < ld; v += lanes)
+          store(column + v, load(column + v) - load(pivot_column + v) * (above * inverse_pivot[j]));
+      }
+    }
+    qp::multiply<Update::set>(m, m, m, rows, stride, scaled + ld, stride, 1, joint, ld);
+    qp::multiply<Update::set>(m, m, m, rows + 2 * ld, stride, scaled + ld, stride, 1, share, ld);
+    qp::multiply<Update::set>(m, m, m, rows + 2 * ld, stride, scaled + 2 * ld, stride, 1, inverse,
+                              ld);
+    for (int j = 0; j < m; ++j)
+      for (int i = 0; i <= j; ++i)
+        first[i + j * w.ld] = 0.5 * (joint[i + j * ld] + joint[j + i * ld]);
+  }
+}
+
+bool RiccatiSystem::factor(const double* weights) {
+  if (has_equality_rows_) std::copy(weights, weights + sides_, weights_.data());
+  const double* P = nullptr;
+  int ld_P = 0;
+  int replaced = 0;
+  double check = 0.0;
+  for (int k = static_cast<int>(stages_.size()) - 1; k >= 0; --k) {
+    PackedStage& p = stages_[k];
+    SweepStage& w = p.sweep;
+    const int n = w.nx + w.nu;
+    for (int i = 0; i < w.ld * n; i += lanes) store(w.M + i, load(p.H + i));
+    for (int i = 0; i < n; ++i) w.M[i * (w.ld + 1)] += proximal_weight;
+    const int further = (p.parts - 1) * padded(w.nu) * w.nu;
+    for (int i = 0; i < further; i += lanes) store(p.R_work + i, load(p.R + i));
+    add_rows(p, weights);
+    if (p.parts > 1) factor_parts(p);
+    replaced += p.kernel->factor(w, P, ld_P, work_.data(), least_pivot);
+    P = w.M;
+    ld_P = w.ld;
+    for (int j = 0; j < w.nu; ++j) check += w.pivot[j];
+  }
+  replaced_pivots_ += replaced;
+  return std::isfinite(check);
+}
+
+// --- solution -----------------------------------------------------------------------------------
+
+void RiccatiSystem::sweep(const double* gradient, const double* equality, double* dv, double* dy) {
+  const SweepStage* next = nullptr;
+  for (int k = static_cast<int>(stages_.size()) - 1; k >= 0; --k) {
+    PackedStage& p = stages_[k];
+    SweepStage& w = p.sweep;
+    const double* g = gradient + p.v_at;
+    for (int i = 0; i < w.ld; i += lanes) store(w.p + i, load(g + i));
+    const int m = w.nu, ld = padded(m), square = ld * m;
+    for (int part = 1; part < p.parts; ++part) {
+      double* split = p.split + (part - 1) * (3 * square + ld);
+      double* offset = split + 3 * square;
+      const double* further = g + w.ld + (part - 1) * ld;
+      double* difference = work_.data();
+      for (int i = 0; i < m; ++i) difference[i] = further[i] - w.p[w.nx + i];
+      multiply_vector<Update::set>(m, m, split, ld, difference, offset);
+      multiply_vector<Update::set>(m, m, split + 2 * square, ld, offset, difference);
+      for (int i = 0; i < m; ++i) w.p[w.nx + i] += difference[i];
+    }
+    p.kernel->backward(w, next ? next->M : nullptr, next ? next->ld : 0, next ? next->p : nullptr,
+                       equality + p.costate_at, work_.data());
+    next = &w;
+  }
+  for (std::size_t k = 0; k < stages_.size(); ++k) {
+    const PackedStage& p = stages_[k];
+    const SweepStage& w = p.sweep;
+    double* v = dv + p.v_at;
+    const bool last = k + 1 == stages_.size();
+    const SweepStage* after = last ? nullptr : &stages_[k + 1].sweep;
+    p.kernel->forward(w, last ? nullptr : after->M, last ? 0 : after->ld, last ? nullptr : after->p,
+                      equality + p.costate_at, v, last ? nullptr : dv + stages_[k + 1].v_at,
+                      dy + p.costate_at);
+    const int n = w.nx + w.nu;
+    for (int i = n; i < w.ld; ++i) v[i] = 0.0;
+    const int m = w.nu, ld = padded(m), square = ld * m;
+    for (int part = p.parts - 1; part > 0; --part) {
+      const double* split = p.split + (part - 1) * (3 * square + ld);
+      double* further = v + w.ld + (part - 1) * ld;
+      double* own = work_.data();
+      for (int i = 0; i < ld; i += lanes) store(own + i, load(split + 3 * square + i));
+      multiply_vector<Update::add>(m, m, split + square, ld, v + w.nx, own);
+      for (int i = 0; i < m; ++i) further[i] = v[w.nx + i] - own[i];
+      for (int i = m; i < ld; ++i) further[i] = 0.0;
+      for (int i = 0; i < m; ++i) v[w.nx + i] = own[i];
+    }
+  }
+}
+
+void RiccatiSystem::solve(const double* gradient, const double* equality, double* dv, double* dy) {
+  if (!has_equality_rows_) {
+    sweep(gradient, equality, dv, dy);
+    return;
+  }
+  solve_with_rows(gradient, equality, dv, dy);
+  // The price on equality rows is steep: what rounding loses is won back by a second solve.
+  for (int round = 0; round < 2; ++round) {
+    products<false>(dv, dy, residual_v_.data(), residual_y_.data());
+    multiply(dv, side_work_.data());
+    for (int i = 0; i < sides_; i += lanes)
+      store(&side_work_[i], load(&side_work_[i]) * load(&weights_[i]));
+    add_sides<1>(side_work_.data(), residual_v_.data());
+    for (int i = 0; i < variables_; i += lanes)
+      store(&residual_v_[i], load(&residual_v_[i]) + load(gradient + i));
+    for (int i = 0; i < equalities_; i += lanes)
+      store(&residual_y_[i], load(&residual_y_[i]) + load(equality + i));
+    solve_with_rows(residual_v_.data(), residual_y_.data(), correction_v_.data(),
+                    correction_y_.data());
+    for (int i = 0; i < variables_; i += lanes)
+      store(dv + i, load(dv + i) + load(&correction_v_[i]));
+    for (int i = 0; i < equalities_; i += lanes)
+      store(dy + i, load(dy + i) + load(&correction_y_[i]));
+  }
+}
+
+// Equality rows E dv = -equality, regularised: dy = (E dv + equality) / regularisation.
+void RiccatiSystem::solve_with_rows(const double* gradient, const double* equality, double* dv,
+                                    double* dy) {
+  double* scaled = row_work_.data();
+  for (int i = 0; i < variables_; i += lanes) store(&gradient_[i], load(gradient + i));
+  for (const PackedStage& p : stages_)
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at < 0) continue;
+      for (int i = 0; i < padded(b.rows); i += lanes)
+        store(scaled + i, load(equality + b.equality_at + i) / equality_regularisation);
+      add_transposed(b, scaled, gradient_.data());
+    }
+  sweep(gradient_.data(), equality, dv, dy);
+  for (const PackedStage& p : stages_)
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at < 0) continue;
+      double* out = dy + b.equality_at;
+      rows_of(b, dv, out);
+      for (int i = 0; i < padded(b.rows); i += lanes)
+        store(out + i,
+              (load(out + i) + load(equality + b.equality_at + i)) / equality_regularisation);
+    }
+}
+
+}  // namespace saltus::qp

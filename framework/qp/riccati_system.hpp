@@ -1,0 +1,147 @@
+// A quadratic program in stages, packed for the interior-point method: models KktSystem with a
+// Riccati recursion. Derivation: framework/design/riccati.md.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "framework/qp/lanes.hpp"
+#include "framework/qp/riccati_kernels.hpp"
+#include "framework/qp/stage_qp.hpp"
+
+namespace saltus::qp {
+
+/// Hands out pieces of an array that was sized once.
+template <class T, class Storage>
+class Arena {
+ public:
+  Arena() = default;
+  explicit Arena(std::size_t capacity) : storage_(capacity), capacity_(capacity) {}
+  void reset() { used_ = 0; }
+  T* take(int count) {
+    const std::size_t step = (static_cast<std::size_t>(count) + 7) / 8 * 8;
+    if (used_ + step > capacity_) return nullptr;
+    T* result = storage_.data() + used_;
+    used_ += step;
+    return result;
+  }
+
+ private:
+  Storage storage_;
+  std::size_t used_ = 0, capacity_ = 0;
+};
+
+/// Rows of a stage that have the same columns and kind, packed over whole vectors.
+struct RowBlock {
+  int rows = 0, columns = 0;
+  int lower_at = -1, upper_at = -1;  ///< first side, -1: no lower (upper) sides
+  int equality_at = -1;              ///< first entry of y; then there are no sides
+  bool soft = false;
+  int part = 0;                   ///< of the inputs, or 0: the stage's main variables
+  int v_at = 0;                   ///< where the part's variables begin in v
+  const int* column = nullptr;    ///< per column, its place behind v_at
+  const int* target = nullptr;    ///< per pair of columns, its place in the Hessian of the part
+  const double* C = nullptr;      ///< by columns, over rows
+  const double* Ct = nullptr;     ///< by rows, over columns
+  const double* pairs = nullptr;  ///< products of two columns, by rows over pairs; few columns only
+  // Where the rows come from: group of the stage, or -1 for bounds; and which of its rows.
+  int group = -1;
+  const int* source = nullptr;
+  const double* scale = nullptr;  ///< equalities: factor of every row
+};
+
+/// Bounds of a range of the stage's main variables.
+struct BoundBlock {
+  int first = 0, length = 0;  ///< in whole vectors
+  int lower_at = -1, upper_at = -1;
+};
+
+struct PackedStage {
+  SweepStage sweep;
+  const RiccatiKernel* kernel = nullptr;
+  int v_at = 0;               ///< main variables (x, u) in v; further parts of the inputs follow
+  int costate_at = 0;         ///< multipliers of the dynamics that end this stage, in y
+  const double* H = nullptr;  ///< n x n, both triangles
+  const double* g = nullptr;
+  const double* b = nullptr;
+  int constant_states = 0;  ///< of the user's x that are not variables (fixed start)
+  int free_states = 0;      ///< of the user's x that count as inputs (free start)
+  // Inputs in parts with a common resultant (parts = 1: none).
+  int parts = 1;
+  const double* T = nullptr;  ///< per further part, B_p = B_1 T_p
+  const double* T_inverse = nullptr;
+  const double* R = nullptr;  ///< per further part, its Hessian in resultant coordinates
+  const double* r = nullptr;
+  double* R_work = nullptr;  ///< with the barrier; then what the split needs
+  double* split = nullptr;
+  std::span<RowBlock> rows;
+  BoundBlock bounds;
+};
+
+class RiccatiSystem {
+ public:
+  /// Sized for the capacity of the program; `kernels` of fixed sizes are used where they fit.
+  RiccatiSystem(const StageQp& capacity, std::span<const RiccatiKernel> kernels);
+
+  /// Copies the data. False if they are not a problem: NaN, crossed bounds, sizes beyond capacity.
+  bool pack(const StageQp& qp);
+  void pack_point(const StageQp& qp, const StagePoint& point, bool multipliers, double* v,
+                  double* y, double* lambda) const;
+  void unpack_point(const StageQp& qp, const double* v, const double* y, const double* lambda,
+                    StagePoint& point) const;
+  /// Replaces the states in v by those that the dynamics give for its inputs.
+  void roll_out(double* v);
+
+  int max_variables() const { return max_variables_; }
+  int max_equalities() const { return max_equalities_; }
+  int max_sides() const { return max_sides_; }
+
+  // KktSystem.
+  int variables() const { return variables_; }
+  int equalities() const { return equalities_; }
+  int sides() const { return sides_; }
+  int first_soft() const { return first_soft_; }
+  const double* active() const { return active_.data(); }
+  const double* beta() const { return beta_.data(); }
+  const double* l1() const { return l1_.data(); }
+  const double* l2() const { return l2_.data(); }
+  void evaluate(const double* v, const double* y, const double* lambda, double* stationarity,
+                double* equality, double* side);
+  bool factor(const double* weights);
+  void solve(const double* gradient, const double* equality, double* dv, double* dy);
+  void multiply(const double* v, double* side);
+  void multiply_transposed(const double* side, double* v);
+
+  /// Since the last pack(): pivots that had to be replaced.
+  int replaced_pivots() const { return replaced_pivots_; }
+  /// Stages whose inputs were reduced to their resultant.
+  int reduced_stages() const { return reduced_stages_; }
+
+ private:
+  struct Packer;
+  const double* with_resultant(const PackedStage& stage, const double* v);
+  template <bool affine>
+  void products(const double* v, const double* y, double* stationarity, double* equality);
+  template <int sign>
+  void add_sides(const double* side, double* v);
+  void add_rows(PackedStage& stage, const double* weights);
+  void factor_parts(PackedStage& stage);
+  void sweep(const double* gradient, const double* equality, double* dv, double* dy);
+  void solve_with_rows(const double* gradient, const double* equality, double* dv, double* dy);
+
+  std::vector<RiccatiKernel> kernels_;
+  std::vector<PackedStage> stages_;
+  std::vector<RowBlock> blocks_;
+  Arena<double, AlignedArray> numbers_;
+  Arena<int, std::vector<int>> integers_;
+  AlignedArray active_, beta_, l1_, l2_;  // per side
+  AlignedArray wanted_;                   // per entry of y: right-hand sides of equality rows
+  AlignedArray weights_, side_work_, work_, row_work_, sum_;
+  AlignedArray gradient_, residual_v_, residual_y_, correction_v_, correction_y_;
+  int max_variables_ = 0, max_equalities_ = 0, max_sides_ = 0;
+  int variables_ = 0, equalities_ = 0, sides_ = 0, first_soft_ = 0;
+  int replaced_pivots_ = 0, reduced_stages_ = 0;
+  bool has_equality_rows_ = false;
+};
+
+}  // namespace saltus::qp

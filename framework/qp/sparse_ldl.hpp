@@ -1,0 +1,39 @@
+// The factor L D L' of a sparse symmetric quasi-definite matrix with a fixed pattern: CHOLMOD's
+// simplicial code (LGPL parts only) behind a handle.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "framework/core/sparsity.hpp"
+
+namespace saltus::qp {
+
+/// Ordering (AMD) and symbolic analysis happen at construction; factor() and solve() do not
+/// allocate. A quasi-definite matrix [P, C'; C, -N], P and N positive definite, has such a factor
+/// in any order, with as many positive entries of D as P has rows (R. J. Vanderbei, "Symmetric
+/// quasidefinite matrices", SIAM J. Optim. 5, 1995).
+class SparseLdl {
+ public:
+  /// Lower triangle. Sign of the expected pivot of each row: +1 or -1.
+  SparseLdl(const SparsityPattern& lower, std::vector<signed char> signs);
+  ~SparseLdl();
+  SparseLdl(const SparseLdl&) = delete;
+  SparseLdl& operator=(const SparseLdl&) = delete;
+
+  int rows() const;
+  int factor_entries() const;  ///< of L, unit diagonal not counted
+  /// Sets the value of an entry of the pattern.
+  void set(int entry, double value);
+  /// By Sylvester's law the signs of D are the inertia, whatever the order. False if it is not the
+  /// expected one, or if a pivot vanished: then there is no factor.
+  bool factor();
+  /// x = inverse of the matrix times x.
+  void solve(double* x);
+
+ private:
+  struct Handle;
+  std::unique_ptr<Handle> handle_;
+};
+
+}  // namespace saltus::qp

@@ -1,0 +1,96 @@
+// A sparse quadratic program as the interior-point method sees it: models KktSystem.
+#pragma once
+
+#include <vector>
+
+#include "framework/core/primal_dual_point.hpp"
+#include "framework/qp/lanes.hpp"
+#include "framework/qp/sparse_ldl.hpp"
+#include "framework/qp/sparse_qp.hpp"
+
+namespace saltus::qp {
+
+/// v is w without its fixed variables: those (equal bounds) stay zero in v, and their values are
+/// part of the constants. Rows with equal sides are equalities; every other finite side of a row
+/// or bound is a side. Which is which may change with load().
+///
+/// Behind solve() stands one matrix whose pattern covers all cases,
+///
+///     [ H + diag(bound weights) + rho     J'          ]
+///     [ J                                 -1/w - delta ],   w: weights of a row's sides, infinite
+///                                                         for an equality,
+///
+/// which rho, delta > 0 make quasi-definite. Its solutions are refined until the equations without
+/// rho and delta hold, as far as the residual can be made to shrink. Columns of fixed variables are
+/// zero but for a 1 on the diagonal.
+class SparseSystem {
+ public:
+  /// Lower triangle of the Hessian. Later programs must have these patterns.
+  SparseSystem(const SparsityPattern& hessian, const SparsityPattern& rows);
+
+  /// Takes the data. False if they are not a problem: NaN, crossed bounds, other patterns' sizes.
+  bool load(const SparseQp& qp);
+  /// Arrays of v, y and lambda for the loaded program, and back.
+  void load_point(const PrimalDualPoint& point, double* v, double* y, double* lambda) const;
+  void unload_point(const SparseQp& qp, const double* v, const double* y, const double* lambda,
+                    PrimalDualPoint& point) const;
+
+  int max_variables() const { return padded(n_); }
+  int max_equalities() const { return padded(m_); }
+  int max_sides() const { return padded(2 * (n_ + m_)); }
+
+  // KktSystem.
+  int variables() const { return padded(n_); }
+  int equalities() const { return padded(static_cast<int>(equality_rows_.size())); }
+  int sides() const { return padded(static_cast<int>(sides_.size())); }
+  int first_soft() const { return sides(); }
+  const double* active() const { return active_.data(); }
+  const double* beta() const { return beta_.data(); }
+  const double* l1() const { return prices_.data(); }
+  const double* l2() const { return prices_.data(); }
+  void evaluate(const double* v, const double* y, const double* lambda, double* stationarity,
+                double* equality, double* side);
+  bool factor(const double* weights);
+  void solve(const double* rv, const double* ry, double* dv, double* dy);
+  void multiply(const double* v, double* side);
+  void multiply_transposed(const double* side, double* v);
+
+  /// Since load(): factors that needed more regularisation than the least.
+  int raised_regularisation() const { return raised_; }
+  int factor_entries() const { return ldl_.factor_entries(); }
+
+ private:
+  /// lower <= quantity: sign +1; quantity <= upper: sign -1.
+  struct Side {
+    int row;  ///< of J, or m + variable
+    double sign;
+  };
+  void add_sides(int row, double lower, double upper, double offset);
+  bool factor_with(double regularisation);
+  /// out = K x for the matrix without rho and delta; x and out hold variables, then rows.
+  void multiply_matrix(const double* x, double* out) const;
+  void add_hessian_times(const double* v, double* out) const;
+
+  SparsityPattern hessian_pattern_, row_pattern_;
+  int n_ = 0, m_ = 0;
+  VectorXd hessian_, rows_;  ///< values without the columns of fixed variables
+  VectorXd gradient_;
+  VectorXd fixed_;  ///< values of fixed variables, else zero
+  std::vector<char> is_fixed_;
+  VectorXd row_offset_;  ///< what the fixed variables contribute to each row
+
+  std::vector<int> equality_rows_;
+  VectorXd equality_;  ///< right-hand sides
+  std::vector<Side> sides_;
+  AlignedArray active_, beta_, prices_;
+
+  SparseLdl ldl_;
+  std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  ///< entries of the matrix's pattern
+  VectorXd hessian_diagonal_;
+  VectorXd diagonal_;  ///< of the matrix without H, rho and delta: bound weights, -1/w
+  VectorXd right_side_, solution_, residual_, best_;
+  double scale_ = 1.0;  ///< largest entry of H and J, at least 1: the unit of rho and delta
+  int raised_ = 0;
+};
+
+}  // namespace saltus::qp

@@ -1,0 +1,22 @@
+// A solver of programs in stages as a solver of sparse ones whose stages are known.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "framework/qp/sparse_qp.hpp"
+#include "framework/qp/stage_solver.hpp"
+#include "framework/qp/stage_structure.hpp"
+
+namespace saltus {
+
+/// Makes a stage solver for programs within the capacity of the one given.
+using MakeStageSolver = std::function<std::unique_ptr<StageQpSolver>(const StageQp&)>;
+
+/// For programs with the patterns of `patterns`. Throws DefinitionError if the structure does not
+/// fit them, naming what does not. Numbers that cannot be staged (see StageFill) are an
+/// invalid_problem.
+std::unique_ptr<QpSolver> make_staged_qp_solver(const SparseQp& patterns, StageStructure structure,
+                                                const MakeStageSolver& make);
+
+}  // namespace saltus
