@@ -119,6 +119,14 @@ class Phase {
     d_.input_course = course;
     return *this;
   }
+  /// Inputs i to i + size - 1, for each i of `firsts`, act on the state only through a common
+  /// resultant: what any one group does to it, any other could do as well, as wrenches of several
+  /// contacts do. Costs and rows of different groups are separate. Solvers may use this.
+  Phase& common_resultant(std::vector<int> firsts, int size) {
+    d_.resultants = std::move(firsts);
+    d_.resultant_size = size;
+    return *this;
+  }
   /// Parameters in the order of declaration make up p. Data: given per solve.
   Phase& data(std::string name, const VectorXd& value) {
     d_.parameters.push_back({std::move(name), value, false, {}, VectorXd::Ones(value.size())});

@@ -162,6 +162,17 @@ void PhaseDefinition::check() const {
     if (!term_names.insert(term.name).second)
       fail(*this, fmt::format("two terms are called '{}'", term.name));
   }
+  std::vector<int> group_of(sizes.nu, -1);
+  for (const int first : resultants) {
+    if (resultant_size < 1 || first < 0 || first + resultant_size > sizes.nu)
+      fail(*this, fmt::format("a common resultant of {} inputs from {} on, but there are {} inputs",
+                              resultant_size, first, sizes.nu));
+    for (int i = first; i < first + resultant_size; ++i) {
+      if (group_of[i] >= 0)
+        fail(*this, fmt::format("input {} is in two groups with a common resultant", i));
+      group_of[i] = first;
+    }
+  }
   if (input_change_weight.size() != 0) {
     if (input_change_weight.size() != sizes.nu)
       fail(*this, fmt::format("penalise_change has {} weights, but there are {} inputs",

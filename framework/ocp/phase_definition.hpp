@@ -51,6 +51,10 @@ struct PhaseDefinition {
   /// Weights of 1/2 |u_k - u_(k-1)|^2 for piecewise constant inputs; empty: no such cost.
   VectorXd input_change_weight;
 
+  /// Groups of inputs that act on the state through a common resultant: the first of each.
+  std::vector<int> resultants;
+  int resultant_size = 0;
+
   VectorXd nominal_state;  ///< magnitudes, all positive
   VectorXd nominal_input;
   double nominal_duration = 1.0;  ///< s

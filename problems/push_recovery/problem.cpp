@@ -60,6 +60,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   const auto wrenches = [](const auto&, const auto&, const auto& f) { return f; };
 
   Phase<9, 12, tick_size> phase{"step", Dynamics{model}, exactly(model.step * model.intervals)};
+  phase.common_resultant({0, 6}, 6);  // force and torque about the CoM
   phase.data("tick", data.vector());
 
   // Contacts ("Constraints definition"). The swing foot exerts nothing before it lands.
