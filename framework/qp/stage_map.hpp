@@ -119,7 +119,7 @@ class StageMap {
   };
   // An entry or row that joins a variable to a later stage.
   struct Coupling {
-    int variable, stage;
+    int variable = -1, stage = -1;
     int hessian = -1, other = -1;  ///< entry and its other variable, or
     int row = -1;                  ///< a row
     bool on = false;

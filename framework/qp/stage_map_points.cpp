@@ -1,0 +1,163 @@
+// Points of a StageMap: to the sparse program and back.
+#include <algorithm>
+#include <cmath>
+
+#include "framework/qp/stage_map.hpp"
+
+namespace saltus {
+
+void StageMap::convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) noexcept {
+  to.w.resize(qp.variables());
+  to.z.setZero(qp.variables());
+  to.lambda.setZero(qp.row_pattern.rows());
+  for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
+    const Place& place = places_[k];
+    const StagePoint::AtStage& p = from.stages[k];
+    const bool given = k == front_ && front_ == 0 && stages_.fixed_start;
+    if (!place.is_front)
+      for (std::size_t i = 0; i < place.states.size(); ++i) {
+        to.w[place.states[i]] = p.x[i];
+        to.z[place.states[i]] = given ? 0.0 : p.x_bound[i];
+      }
+    for (int i = 0; i < place.nu; ++i) {
+      to.w[place.u_variable[i]] = p.u[i];
+      to.z[place.u_variable[i]] = p.u_bound[i];
+    }
+    for (std::size_t i = 0; i < place.dynamics.size(); ++i)
+      to.lambda[place.dynamics[i]] = place.scale[i] * p.costate[i];
+    for (std::size_t g = 0; g < place.groups.size(); ++g)
+      for (const Part& part : place.groups[g].parts)
+        if (part.at >= 0) to.lambda[part.row] += p.group[g][part.at];
+  }
+  for (const int v : removable_)
+    if (variables_[v].gone) to.w[v] = qp.lower[v];
+
+  give_slacks(qp, to);
+  // What is left follows from stationarity: bounds of vanished variables and of slacks, the start.
+  if (!stages_.fixed_start) {
+    const StagePoint::AtStage& first = from.stages.front();
+    for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
+      const int row = structure_.start_rows[i], v = structure_.stages.front().states[i];
+      const double c = qp.rows[start_entry_[i]], m = first.x_bound[i];
+      // One of the two sides holds: that of the row, or that of the variable.
+      const double side = (m > 0.0) == (c > 0.0) ? qp.row_upper[row] / c : qp.row_lower[row] / c;
+      const bool of_row = front_ > 0 || (m > 0.0 ? side <= qp.upper[v] : side >= qp.lower[v]);
+      if (!of_row) continue;
+      to.lambda[row] = m / c;
+      if (front_ == 0) to.z[v] = 0.0;
+    }
+  }
+  compute_gradient(qp, to);
+  for (const int v : removable_)
+    if (variables_[v].gone) to.z[v] = -gradient_[v];
+  for (const SoftRow& soft : soft_rows_)
+    for (const Slack* slack : {&soft.below, &soft.above})
+      if (slack->variable >= 0) to.z[slack->variable] = -gradient_[slack->variable];
+  if (stages_.fixed_start)
+    for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
+      const int v = structure_.stages.front().states[i];
+      to.lambda[structure_.start_rows[i]] = -gradient_[v] / qp.rows[start_entry_[i]];
+    }
+}
+
+// Slacks that the values of their rows call for; the multipliers of soft rows without variables.
+void StageMap::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const {
+  for (const SoftRow& soft : soft_rows_)
+    for (const Slack* slack : {&soft.below, &soft.above})
+      if (slack->variable >= 0) to.w[slack->variable] = qp.lower[slack->variable];
+  for (const Place& place : places_)
+    for (const Group& group : place.groups) {
+      if (!group.soft) continue;
+      for (const Part& part : group.parts) {
+        // The slack of the other side, if it is needed, only makes this side's miss negative.
+        double value = 0.0;
+        for (int e = qp.row_pattern.row_begin(part.row); e < qp.row_pattern.row_end(part.row); ++e)
+          value += qp.rows[e] * to.w[qp.row_pattern.col(e)];
+        const double miss =
+            part.side < 0 ? qp.row_lower[part.row] - value : value - qp.row_upper[part.row];
+        if (!(miss > 0.0)) continue;
+        const Slack& slack = slack_of(part);
+        to.w[slack.variable] += miss / std::abs(qp.rows[slack.entry]);
+        if (part.constant) to.lambda[part.row] += part.side * (part.l1 + part.l2 * miss);
+      }
+    }
+}
+
+// gradient_ = g + H w + J'lambda + z.
+void StageMap::compute_gradient(const SparseQp& qp, const PrimalDualPoint& at) {
+  gradient_ = qp.gradient + at.z;
+  qp.hessian_pattern.for_each([&](int row, int col, int e) {
+    gradient_[row] += qp.hessian[e] * at.w[col];
+    if (row != col) gradient_[col] += qp.hessian[e] * at.w[row];
+  });
+  for (int row = 0; row < qp.row_pattern.rows(); ++row) {
+    const double lambda = at.lambda[row];
+    if (lambda == 0.0) continue;
+    for (int e = qp.row_pattern.row_begin(row); e < qp.row_pattern.row_end(row); ++e)
+      gradient_[qp.row_pattern.col(e)] += qp.rows[e] * lambda;
+  }
+}
+
+void StageMap::convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to) noexcept {
+  const bool has_multipliers =
+      from.lambda.size() == qp.row_pattern.rows() && from.z.size() == qp.variables();
+  const auto lambda = [&](int row) { return has_multipliers ? from.lambda[row] : 0.0; };
+  const auto z = [&](int v) { return has_multipliers ? from.z[v] : 0.0; };
+  for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
+    const Place& place = places_[k];
+    StagePoint::AtStage& p = to.stages[k];
+    const int states = static_cast<int>(place.states.size());
+    for (int i = 0; i < states; ++i) {
+      p.x[i] = from.w[place.states[i]];
+      p.x_bound[i] = place.is_front ? 0.0 : z(place.states[i]);
+    }
+    for (int i = states; i < place.nx; ++i) p.x_bound[i] = 0.0;
+    for (const int v : place.globals)
+      if (!variables_[v].gone) p.x[place.global_column[variables_[v].place]] = from.w[v];
+    for (const int chain : place.chains)
+      if (place.holder[chain] >= 0) p.x[place.chain_column[chain]] = from.w[place.holder[chain]];
+    for (int i = 0; i < place.nu; ++i) {
+      p.u[i] = from.w[place.u_variable[i]];
+      p.u_bound[i] = z(place.u_variable[i]);
+    }
+    for (std::size_t g = 0; g < place.groups.size(); ++g)
+      for (const Part& part : place.groups[g].parts) {
+        if (part.at < 0) continue;
+        const double l = lambda(part.row);
+        p.group[g][part.at] = part.side == 0  ? l
+                              : part.side < 0 ? std::min(l, 0.0)
+                                              : std::max(l, 0.0);
+      }
+    for (std::size_t i = 0; i < place.dynamics.size(); ++i)
+      p.costate[i] = lambda(place.dynamics[i]) / place.scale[i];
+  }
+  for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
+    double& m = to.stages.front().x_bound[i];
+    m = stages_.fixed_start ? 0.0 : m + lambda(structure_.start_rows[i]) * qp.rows[start_entry_[i]];
+  }
+  // Costates of what is carried follow from stationarity, the last ones first.
+  for (int k = static_cast<int>(places_.size()) - 2; k >= 0; --k)
+    for (int i = static_cast<int>(places_[k].dynamics.size()); i < places_[k + 1].nx; ++i)
+      to.stages[k].costate[i] = has_multipliers ? costate(to, k + 1, i) : 0.0;
+}
+
+// Of the dynamics that end in entry i of this stage's states.
+double StageMap::costate(const StagePoint& point, int k, int i) const {
+  const Stage& s = stages_.stages[k];
+  const StagePoint::AtStage& p = point.stages[k];
+  double sum = s.q[i] + p.x_bound[i];
+  for (int j = 0; j < s.nx; ++j) sum += s.Q(i, j) * p.x[j];
+  for (int j = 0; j < s.nu; ++j) sum += s.S(j, i) * p.u[j];
+  for (std::size_t g = 0; g < s.groups.size(); ++g) {
+    const RowGroup& group = s.groups[g];
+    const auto at = std::lower_bound(group.columns.begin(), group.columns.end(), i);
+    if (at == group.columns.end() || *at != i) continue;
+    sum +=
+        group.M.col(at - group.columns.begin()).head(group.rows).dot(p.group[g].head(group.rows));
+  }
+  if (k + 1 < static_cast<int>(places_.size()))
+    for (int j = 0; j < places_[k + 1].nx; ++j) sum += s.A(j, i) * p.costate[j];
+  return sum;
+}
+
+}  // namespace saltus
