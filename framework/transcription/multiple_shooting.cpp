@@ -9,6 +9,7 @@
 #include "framework/core/error.hpp"
 #include "framework/core/text.hpp"
 #include "framework/transcription/shooting_program.hpp"
+#include "framework/transcription/shooting_stages.hpp"
 #include "framework/transcription/violation.hpp"
 
 namespace saltus {
@@ -53,6 +54,7 @@ NonlinearProgram& MultipleShooting::nlp() { return *program_; }
 const OptimalControlProblem& MultipleShooting::problem() const { return program_->problem(); }
 const Grid& MultipleShooting::grid() const { return program_->grid(); }
 const Layout& MultipleShooting::layout() const { return program_->layout(); }
+StageStructure MultipleShooting::stages() const { return stage_structure(*program_); }
 
 // --- data of the next solve ---------------------------------------------------------------------
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "framework/ocp/problem.hpp"
+#include "framework/qp/stage_structure.hpp"
 #include "framework/solver/solver.hpp"
 #include "framework/transcription/grid.hpp"
 #include "framework/transcription/layout.hpp"
@@ -35,6 +36,8 @@ class MultipleShooting {
   const OptimalControlProblem& problem() const;
   const Grid& grid() const;
   const Layout& layout() const;
+  /// Stages of nlp(): a node of a phase each, with the interval that begins there.
+  StageStructure stages() const;
 
   // --- data of the next solve; names and sizes are checked before anything changes --------------
   void start_at(double t, const VectorRef& state);

@@ -264,6 +264,7 @@ void ShootingProgram::build_jump(int j) {
   const int first_row = new_rows(
       to.sizes.nx,
       fmt::format("jump '{}' from phase '{}' to phase '{}', state", jump.name, from.name, to.name));
+  jump_rows_.push_back(first_row);
   for (int i = 0; i < to.sizes.nx; ++i) {
     bound_row(first_row + i, 0.0, 0.0);
     add_linear(first_row + i, layout_.state(j, 0) + i, 1.0);

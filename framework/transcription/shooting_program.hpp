@@ -37,10 +37,13 @@ class ShootingProgram final : public BlockProgram {
   const Layout& layout() const { return layout_; }
 
   const std::vector<std::shared_ptr<Integrator>>& integrators() const { return integrators_; }
+  const std::vector<shooting::IntervalSite>& interval_sites() const { return intervals_; }
   const std::vector<shooting::RowSite>& row_sites() const { return rows_; }
   const std::vector<shooting::CostSite>& cost_sites() const { return costs_; }
   const std::vector<shooting::ChangeSite>& change_sites() const { return changes_; }
   int start_row() const { return start_row_; }
+  /// First row of the jump into a phase; of the first phase there is none.
+  int jump_row(int phase) const { return jump_rows_[phase - 1]; }
   int total_time_row() const { return total_time_row_; }  ///< -1: none
 
   /// Absolute time of a place for durations as in w (null: the reference durations), s.
@@ -95,6 +98,7 @@ class ShootingProgram final : public BlockProgram {
 
   int start_row_ = 0;
   int total_time_row_ = -1;
+  std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
   std::vector<shooting::IntervalSite> intervals_;
   std::vector<shooting::RowSite> rows_;

@@ -1,0 +1,99 @@
+#include "framework/transcription/shooting_stages.hpp"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+namespace saltus {
+
+using namespace shooting;
+
+namespace {
+
+std::vector<int> range(int first, int count) {
+  std::vector<int> result(count);
+  std::iota(result.begin(), result.end(), first);
+  return result;
+}
+
+}  // namespace
+
+StageStructure stage_structure(const ShootingProgram& program) {
+  const Grid& grid = program.grid();
+  const Layout& layout = program.layout();
+  const std::vector<PhaseDefinition>& phases = program.problem().phases();
+  StageStructure structure;
+
+  std::vector<int> first_stage;  // of each phase
+  std::vector<int> stage_of(program.variables(), -1);
+  for (int j = 0; j < grid.phases(); ++j) {
+    const PhaseDefinition& phase = phases[j];
+    first_stage.push_back(static_cast<int>(structure.stages.size()));
+    const int nc = (phase.input_shape() == InputShape::constant ? 1 : 2) * phase.sizes.nu;
+    for (int k = 0; k <= grid.intervals(j); ++k) {
+      StageStructure::Stage& stage = structure.stages.emplace_back();
+      stage.states = range(layout.state(j, k), phase.sizes.nx);
+      if (k < grid.intervals(j)) {
+        stage.inputs = range(layout.input(j, k), nc);
+        if (phase.input_shape() == InputShape::constant) {
+          stage.resultants = phase.resultants;
+          stage.resultant_size = phase.resultant_size;
+        }
+      } else if (j + 1 < grid.phases()) {
+        stage.dynamics = range(program.jump_row(j + 1), phases[j + 1].sizes.nx);
+      }
+      for (const std::vector<int>* list : {&stage.states, &stage.inputs})
+        for (const int v : *list) stage_of[v] = static_cast<int>(structure.stages.size()) - 1;
+    }
+    // A component's value is carried from one interval to the next that has one; of ramps, their
+    // far ends.
+    const int carried = phase.input_shape() == InputShape::constant ? 0 : phase.sizes.nu;
+    for (int i = 0; i < phase.sizes.nu; ++i) {
+      std::vector<int>& chain = structure.carried.emplace_back();
+      for (int k = 0; k < grid.intervals(j); ++k) chain.push_back(layout.input(j, k) + carried + i);
+    }
+  }
+  structure.start_rows = range(program.start_row(), phases.front().sizes.nx);
+
+  for (const IntervalSite& site : program.interval_sites()) {
+    const int nu = phases[site.phase].sizes.nu, stage = first_stage[site.phase] + site.interval;
+    structure.stages[stage].dynamics = range(site.first_row, phases[site.phase].sizes.nx);
+    if (site.continuity_row >= 0 && nu > 0)
+      structure.stages[stage + 1].groups.push_back(range(site.continuity_row, nu));
+  }
+  // Rows of a term stand where the last of their variables does.
+  for (const RowSite& site : program.row_sites()) {
+    const Place& place = site.block.place;
+    const int here = first_stage[site.phase] + (place.interval >= 0 ? place.interval : place.node);
+    std::map<int, std::vector<int>> rows;
+    for (int i = 0; i < static_cast<int>(site.slack_below.size()); ++i) {
+      const int row = site.first_row + i;
+      int stage = here;
+      const SparsityPattern& pattern = program.jacobian_pattern();
+      for (int e = pattern.row_begin(row); e < pattern.row_end(row); ++e)
+        stage = std::max(stage, stage_of[pattern.col(e)]);
+      rows[stage].push_back(row);
+      if (site.slack_below[i] >= 0 || site.slack_above[i] >= 0)
+        structure.soft_rows.push_back({row, site.slack_below[i], site.slack_above[i]});
+    }
+    for (auto& [stage, group] : rows) structure.stages[stage].groups.push_back(std::move(group));
+  }
+
+  int last_free = -1;  // phase
+  for (int j = 0; j < grid.phases(); ++j) {
+    for (int i = 0; i < phases[j].sizes.np; ++i)
+      if (layout.parameter(j, i) >= 0) structure.globals.push_back(layout.parameter(j, i));
+    if (layout.duration(j) >= 0) {
+      structure.globals.push_back(layout.duration(j));
+      last_free = j;
+    }
+  }
+  std::sort(structure.globals.begin(), structure.globals.end());
+  structure.globals.erase(std::unique(structure.globals.begin(), structure.globals.end()),
+                          structure.globals.end());
+  if (program.total_time_row() >= 0)
+    structure.stages[first_stage[last_free]].groups.push_back({program.total_time_row()});
+  return structure;
+}
+
+}  // namespace saltus
