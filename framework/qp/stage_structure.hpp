@@ -13,15 +13,15 @@ namespace saltus {
 /// nothing but the width of the stages grows. Variables with equal bounds do not exist in theirs.
 struct StageStructure {
   struct Stage {
-    std::vector<int> states, inputs;
+    std::vector<int> states = {}, inputs = {};
     /// Equality rows that define the states of the next stage, in their order: each has that state,
     /// no other one of a later stage, and nothing of later stages otherwise.
-    std::vector<int> dynamics;
+    std::vector<int> dynamics = {};
     /// Other rows, in groups with the same columns. None of their variables is of a later stage.
-    std::vector<std::vector<int>> groups;
+    std::vector<std::vector<int>> groups = {};
     /// Inputs at these places of `inputs`, each the first of `resultant_size`, act on the next
     /// states through a common resultant (see saltus::Stage). Used where no other input exists.
-    std::vector<int> resultants;
+    std::vector<int> resultants = {};
     int resultant_size = 0;
   };
   std::vector<Stage> stages;
