@@ -52,6 +52,7 @@ class SparseSystem {
                 double* equality, double* side);
   bool factor(const double* weights);
   void solve(const double* rv, const double* ry, double* dv, double* dy);
+  /// Of the last solution dv, rows with large weights are known to more digits than dv tells.
   void multiply(const double* v, double* side);
   void multiply_transposed(const double* side, double* v);
 
@@ -69,6 +70,9 @@ class SparseSystem {
   bool factor_with(double regularisation);
   /// out = K x for the matrix without rho and delta; x and out hold variables, then rows.
   void multiply_matrix(const double* x, double* out) const;
+  void multiply_rows(const double* v);
+  void spread(const double* v, double* side) const;
+  double backward_error() const;
   void add_hessian_times(const double* v, double* out) const;
 
   SparsityPattern hessian_pattern_, row_pattern_;
@@ -89,7 +93,9 @@ class SparseSystem {
   VectorXd hessian_diagonal_;
   VectorXd diagonal_;  ///< of the matrix without H, rho and delta: bound weights, -1/w
   VectorXd right_side_, solution_, residual_, best_;
-  double scale_ = 1.0;  ///< largest entry of H and J, at least 1: the unit of rho and delta
+  VectorXd row_work_;
+  double scale_ = 1.0;      ///< largest entry of H, at least 1: the unit of rho
+  double row_scale_ = 0.0;  ///< largest entry of J
   int raised_ = 0;
 };
 

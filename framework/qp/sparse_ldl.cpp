@@ -1,0 +1,156 @@
+#include "framework/qp/sparse_ldl.hpp"
+
+#include <cholmod.h>
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace saltus::qp {
+
+struct SparseLdl::Handle {
+  Handle() {
+    check(cholmod_start(&common), "start");
+    common.print = 0;
+    common.supernodal = CHOLMOD_SIMPLICIAL;
+    common.final_ll = 0;
+    common.nmethods = 1;
+  }
+  ~Handle() {
+    cholmod_free_factor(&factor, &common);
+    cholmod_free_sparse(&matrix, &common);
+    cholmod_finish(&common);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  void check(int success, const char* what) const {
+    if (success && common.status >= CHOLMOD_OK) return;
+    if (common.status == CHOLMOD_OUT_OF_MEMORY) throw std::bad_alloc();
+    throw std::runtime_error(std::string("CHOLMOD failed: ") + what);
+  }
+
+  // Upper triangle by columns of the pattern, its rows and columns renumbered.
+  void build(const SparsityPattern& lower, const std::vector<int>& position) {
+    const int n = lower.rows();
+    cholmod_free_sparse(&matrix, &common);
+    matrix = cholmod_allocate_sparse(n, n, lower.entries(), /*sorted=*/0, /*packed=*/1,
+                                     /*stype=*/1, CHOLMOD_REAL, &common);
+    check(matrix != nullptr, "no memory for the matrix");
+    int* start = static_cast<int*>(matrix->p);
+    int* row = static_cast<int*>(matrix->i);
+    std::fill(start, start + n + 1, 0);
+    const auto column_of = [&](int i, int j) { return std::max(position[i], position[j]); };
+    lower.for_each([&](int i, int j, int) { ++start[column_of(i, j) + 1]; });
+    for (int j = 0; j < n; ++j) start[j + 1] += start[j];
+    std::vector<int> next(start, start + n);
+    slot.resize(lower.entries());
+    lower.for_each([&](int i, int j, int entry) {
+      slot[entry] = next[column_of(i, j)]++;
+      row[slot[entry]] = std::min(position[i], position[j]);
+    });
+    double* value = static_cast<double*>(matrix->x);
+    std::fill(value, value + lower.entries(), 0.0);
+  }
+
+  cholmod_common common;
+  cholmod_sparse* matrix = nullptr;
+  cholmod_factor* factor = nullptr;
+  std::vector<int> place;          // of each row in the order of elimination
+  std::vector<int> slot;           // of each entry of the pattern among the values
+  std::vector<signed char> signs;  // in the order of elimination
+  std::vector<double> right_side;
+};
+
+SparseLdl::SparseLdl(const SparsityPattern& lower, std::vector<signed char> signs)
+    : handle_(std::make_unique<Handle>()) {
+  Handle& h = *handle_;
+  const int n = lower.rows();
+  h.place.resize(n);
+  for (int i = 0; i < n; ++i) h.place[i] = i;
+
+  // First for the order alone. The matrix is then stored in that order, and analysed again: so the
+  // numeric code finds it as it wants it and copies nothing.
+  h.build(lower, h.place);
+  h.common.method[0].ordering = CHOLMOD_AMD;
+  h.common.postorder = 1;
+  h.factor = cholmod_analyze(h.matrix, &h.common);
+  h.check(h.factor != nullptr, "ordering");
+  const int* order = static_cast<const int*>(h.factor->Perm);
+  for (int i = 0; i < n; ++i) h.place[order[i]] = i;
+  cholmod_free_factor(&h.factor, &h.common);
+
+  h.build(lower, h.place);
+  h.common.method[0].ordering = CHOLMOD_NATURAL;
+  h.common.postorder = 0;
+  h.factor = cholmod_analyze(h.matrix, &h.common);
+  h.check(h.factor != nullptr, "symbolic analysis");
+
+  h.signs.resize(n);
+  for (int i = 0; i < n; ++i) h.signs[h.place[i]] = signs[i];
+  h.right_side.resize(n);
+
+  // The first numeric factor takes the memory that later ones use again. It needs pivots, any will
+  // do.
+  for (int i = 0; i < n; ++i) set(lower.find(i, i), signs[i]);
+  if (!factor()) throw std::logic_error("SparseLdl: the pattern lacks a diagonal entry");
+}
+
+SparseLdl::~SparseLdl() = default;
+
+int SparseLdl::rows() const { return static_cast<int>(handle_->place.size()); }
+
+int SparseLdl::factor_entries() const {
+  const int* count = static_cast<const int*>(handle_->factor->nz);
+  int sum = 0;
+  for (int j = 0; j < rows(); ++j) sum += count[j] - 1;
+  return sum;
+}
+
+void SparseLdl::set(int entry, double value) {
+  static_cast<double*>(handle_->matrix->x)[handle_->slot[entry]] = value;
+}
+
+bool SparseLdl::factor() {
+  Handle& h = *handle_;
+  const int n = rows();
+  double no_shift[2] = {0.0, 0.0};
+  if (!cholmod_rowfac(h.matrix, nullptr, no_shift, 0, n, h.factor, &h.common) ||
+      h.common.status != CHOLMOD_OK)
+    return false;
+  const int* start = static_cast<const int*>(h.factor->p);
+  const double* value = static_cast<const double*>(h.factor->x);
+  for (int j = 0; j < n; ++j) {
+    const double pivot = value[start[j]];  // the diagonal of L is 1, and its place holds D
+    if (!(pivot * h.signs[j] > 0.0) || !std::isfinite(pivot)) return false;
+  }
+  return true;
+}
+
+// Written out because cholmod_solve2 allocates anew in each call, whatever work space it is given.
+void SparseLdl::solve(double* x) {
+  Handle& h = *handle_;
+  const int n = rows();
+  const int* start = static_cast<const int*>(h.factor->p);
+  const int* count = static_cast<const int*>(h.factor->nz);
+  const int* row = static_cast<const int*>(h.factor->i);
+  const double* value = static_cast<const double*>(h.factor->x);
+  double* b = h.right_side.data();
+  for (int i = 0; i < n; ++i) b[h.place[i]] = x[i];
+  // Columns of L begin with their diagonal entry, in whose place D is stored.
+  for (int j = 0; j < n; ++j) {
+    const double bj = b[j];
+    for (int e = start[j] + 1; e < start[j] + count[j]; ++e) b[row[e]] -= value[e] * bj;
+  }
+  for (int j = n - 1; j >= 0; --j) {
+    double bj = b[j] / value[start[j]];
+    for (int e = start[j] + 1; e < start[j] + count[j]; ++e) bj -= value[e] * b[row[e]];
+    b[j] = bj;
+  }
+  for (int i = 0; i < n; ++i) x[i] = b[h.place[i]];
+}
+
+}  // namespace saltus::qp

@@ -1,0 +1,47 @@
+#include "framework/qp/sparse_solver.hpp"
+
+#include "framework/qp/interior_point.hpp"
+#include "framework/qp/sparse_system.hpp"
+
+namespace saltus {
+namespace {
+
+class SparseQpSolver : public QpSolver {
+ public:
+  SparseQpSolver(const SparsityPattern& hessian, const SparsityPattern& rows,
+                 const QpOptions& options)
+      : options_(options),
+        system_(hessian, rows),
+        method_(system_.max_variables(), system_.max_equalities(), system_.max_sides()) {}
+
+  QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept override {
+    if (!system_.load(qp) || point.w.size() != qp.variables() || !point.w.allFinite()) return {};
+    qp::Iterate& iterate = method_.point();
+    system_.load_point(point, iterate.v.data(), iterate.y.data(), iterate.lambda.data());
+    QpResult result = method_.solve(system_, options_, deadline_, warm);
+    system_.unload_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
+    const SparseQpResidual residual = kkt_residual(qp, point);
+    result.objective = objective(qp, point.w);
+    result.residual = residual.largest();
+    result.violation = residual.feasibility;
+    return result;
+  }
+  void set_deadline(QpClock::time_point deadline) override { deadline_ = deadline; }
+  std::string name() const override { return "sparse"; }
+
+ private:
+  QpOptions options_;
+  qp::SparseSystem system_;
+  qp::InteriorPoint<qp::SparseSystem> method_;
+  QpClock::time_point deadline_ = QpClock::time_point::max();
+};
+
+}  // namespace
+
+std::unique_ptr<QpSolver> make_sparse_qp_solver(const SparsityPattern& hessian,
+                                                const SparsityPattern& rows,
+                                                const QpOptions& options) {
+  return std::make_unique<SparseQpSolver>(hessian, rows, options);
+}
+
+}  // namespace saltus
