@@ -1,0 +1,94 @@
+#include "tests/support/npz.hpp"
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <regex>
+#include <string_view>
+#include <utility>
+
+#include "framework/core/error.hpp"
+
+namespace saltus::testing {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the files are little-endian");
+
+class Bytes {
+ public:
+  Bytes(std::string_view data, const std::string& path) : data_(data), path_(path) {}
+  std::string_view at(std::size_t offset, std::size_t size) const {
+    if (offset > data_.size() || size > data_.size() - offset) fail("it ends too early");
+    return data_.substr(offset, size);
+  }
+  template <class T>
+  T number(std::size_t offset) const {
+    T value;
+    std::memcpy(&value, at(offset, sizeof(T)).data(), sizeof(T));
+    return value;
+  }
+  std::size_t size() const { return data_.size(); }
+  [[noreturn]] void fail(const std::string& why) const {
+    throw InputError("'" + path_ + "' cannot be read: " + why + ".");
+  }
+
+ private:
+  std::string_view data_;
+  const std::string& path_;
+};
+
+// One member: magic, version, length of a header that reads like Python, numbers by rows.
+std::optional<MatrixXd> parse_npy(const Bytes& file, std::size_t offset) {
+  if (file.at(offset, 6) != std::string_view("\x93NUMPY", 6)) file.fail("a member is no array");
+  const bool first_version = file.number<std::uint8_t>(offset + 6) == 1;
+  const std::size_t begin = offset + (first_version ? 10 : 12);
+  const std::size_t length = first_version ? file.number<std::uint16_t>(offset + 8)
+                                           : file.number<std::uint32_t>(offset + 8);
+  const std::string header(file.at(begin, length));
+  if (header.find("'<f8'") == std::string::npos) return std::nullopt;
+  std::smatch shape;
+  if (!std::regex_search(header, shape, std::regex(R"('shape': \((\d+),(?: (\d+))?\))")) ||
+      header.find("'fortran_order': False") == std::string::npos)
+    file.fail("an array is neither a vector nor a matrix stored by rows");
+  const std::size_t rows = std::stoul(shape[1]);
+  const std::size_t cols = shape[2].matched ? std::stoul(shape[2]) : 1;
+  const std::string_view numbers = file.at(begin + length, rows * cols * sizeof(double));
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(rows, cols);
+  std::memcpy(M.data(), numbers.data(), numbers.size());
+  return MatrixXd(M);
+}
+
+}  // namespace
+
+std::map<std::string, MatrixXd> read_npz(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw InputError("'" + path + "' cannot be opened.");
+  const std::string data{std::istreambuf_iterator<char>(in), {}};
+  const Bytes file(data, path);
+
+  // The archive's directory is found from its end.
+  const std::size_t end = data.rfind("PK\x05\x06");
+  if (end == std::string::npos) file.fail("it is no zip archive");
+  const int members = file.number<std::uint16_t>(end + 10);
+  std::size_t entry = file.number<std::uint32_t>(end + 16);
+  std::map<std::string, MatrixXd> arrays;
+  for (int i = 0; i < members; ++i) {
+    if (file.at(entry, 4) != "PK\x01\x02") file.fail("its directory is damaged");
+    if (file.number<std::uint16_t>(entry + 10) != 0) file.fail("a member is compressed");
+    const std::size_t name_length = file.number<std::uint16_t>(entry + 28);
+    const std::size_t local = file.number<std::uint32_t>(entry + 42);
+    std::string name(file.at(entry + 46, name_length));
+    entry += 46 + name_length + file.number<std::uint16_t>(entry + 30) +
+             file.number<std::uint16_t>(entry + 32);
+    const std::size_t content = local + 30 + file.number<std::uint16_t>(local + 26) +
+                                file.number<std::uint16_t>(local + 28);
+    if (auto array = parse_npy(file, content))
+      arrays[name.substr(0, name.rfind(".npy"))] = std::move(*array);
+  }
+  return arrays;
+}
+
+}  // namespace saltus::testing
