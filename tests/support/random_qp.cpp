@@ -263,9 +263,11 @@ class Builder {
     const VectorXd& step = d_.stages[k + 1].x;
     VectorXd c = random_.vector(stage(k + 1).nx);
     if (step.squaredNorm() > 0.0) c -= (c.dot(step) / step.squaredNorm()) * step;
-    if (c.norm() < 0.1) return;  // a single state, or nearly: no such row leaves d room
+    VectorXd row(stage(k).nx + stage(k).nu);
+    row << stage(k).A.transpose() * c, stage(k).B.transpose() * c;
+    if (c.norm() < 0.1 || row.norm() < 0.1) return;  // no such row leaves d room
     const auto& [first, y] = add_group(k, all_columns(stage(k)), 1, false);
-    first.M.row(0) << c.transpose() * stage(k).A, c.transpose() * stage(k).B;
+    first.M.row(0) = row.transpose();
     first.lower[0] = first.upper[0] = product(k, first, 0, out_.optimum);
     y[0] = random_.uniform(-1.0, 1.0);
     const auto& [second, y2] = add_group(k + 1, state_columns(stage(k + 1)), 1, false);
