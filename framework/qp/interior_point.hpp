@@ -23,6 +23,7 @@ class InteriorPoint {
       : point_(variables, equalities, sides),
         residuals_(variables, equalities, sides),
         step_(variables, equalities, sides),
+        other_(variables, equalities, sides),
         target_(sides),
         weights_(sides),
         work_(sides),
@@ -41,12 +42,14 @@ class InteriorPoint {
     double best = infinite;
     int without_progress = 0;
     for (int iteration = 0;; ++iteration) {
-      evaluate(system, size);
+      follow_residuals(system, size);
       result.iterations = iteration;
       result.residual = residuals_.largest;
       result.violation = residuals_.feasibility;
       result.status = QpStatus::optimal;
-      if (residuals_.largest <= options.tolerance) return result;
+      if (residuals_.largest <= options.tolerance && trusted_steps_ == 0 &&
+          residuals_.mu <= enough_on_average * options.tolerance)
+        return result;
       if (!std::isfinite(residuals_.largest)) {
         result.status = QpStatus::numerical_failure;
         return result;
@@ -86,6 +89,12 @@ class InteriorPoint {
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   static constexpr int patience = 8;
+  // Centrality correctors (Gondzio) where the step is short, and what they must bring.
+  static constexpr int centrality_corrections = 1;
+  static constexpr double short_step = 0.9, hoped_gain = 0.2, least_gain = 0.01;
+  // Products are not driven further below the tolerance than this: it would only cost digits.
+  static constexpr double floor_of_products = 2e-3, enough_on_average = 1e-2;
+  static constexpr int longest_trust = 6;
   static constexpr double suspicious_step = 1e-2;
 
   struct Lengths {
@@ -105,49 +114,82 @@ class InteriorPoint {
 
   void begin(System& system, const QpOptions& options, bool warm) {
     shortest_step_ = 1.0;
+    last_step_ = 1.0;
+    trusted_steps_ = 0;
+    has_residuals_ = false;
+    tolerance_ = options.tolerance;
     if (warm)
       start_warm(system, options.warm_barrier, point_, work_);
     else
       start_cold(system, options.start_barrier, point_, work_);
   }
 
+  // A step of length a leaves (1 - a) of every linear residual: as long as the optimum is far, that
+  // is taken for granted. The last word is always the residual of the problem itself.
+  void follow_residuals(System& system, const Lengths& size) {
+    Residuals& r = residuals_;
+    measure_products(system, size);
+    const bool far = r.largest_product > tolerance_ && trusted_steps_ < longest_trust;
+    if (far && has_residuals_) {
+      ++trusted_steps_;
+      scale(r.stationarity, 1.0 - last_step_, size.variables);
+      scale(r.equality, 1.0 - last_step_, size.equalities);
+      scale(r.side, 1.0 - last_step_, size.sides);
+      for (int i = size.first_soft; i < size.sides; i += lanes)
+        store(&r.soft[i], load(&r.soft[i]) * (1.0 - last_step_));
+    } else {
+      trusted_steps_ = 0;
+      evaluate(system, size);
+    }
+    measure(size);
+    has_residuals_ = true;
+  }
+
   void evaluate(System& system, const Lengths& size) {
     Residuals& r = residuals_;
     system.evaluate(point_.v.data(), point_.y.data(), point_.lambda.data(), r.stationarity.data(),
                     r.equality.data(), r.side.data());
-    Lanes side{}, product{}, total{}, soft{};
-    for (int i = 0; i < size.first_soft; i += lanes) {
-      const Lanes s = load(&point_.s[i]), active = load(system.active() + i);
-      const Lanes p = s * load(&point_.lambda[i]);
-      const Lanes d = (load(&r.side[i]) - load(system.beta() + i) - s) * active;
-      store(&r.side[i], d);
-      side = larger(side, magnitude(d));
+    for (int i = 0; i < size.first_soft; i += lanes)
+      store(&r.side[i], (load(&r.side[i]) - load(system.beta() + i) - load(&point_.s[i])) *
+                            load(system.active() + i));
+    for (int i = size.first_soft; i < size.sides; i += lanes) {
+      const Lanes active = load(system.active() + i), t = load(&point_.t[i]);
+      store(&r.side[i],
+            (load(&r.side[i]) - load(system.beta() + i) + t - load(&point_.s[i])) * active);
+      store(&r.soft[i], (load(system.l1() + i) + load(system.l2() + i) * t -
+                         load(&point_.lambda[i]) - load(&point_.tau[i])) *
+                            active);
+    }
+  }
+
+  void measure_products(System& system, const Lengths& size) {
+    Lanes product{}, total{};
+    for (int i = 0; i < size.sides; i += lanes) {
+      const Lanes p = load(&point_.s[i]) * load(&point_.lambda[i]);
       product = larger(product, p);
       total += p;
     }
     for (int i = size.first_soft; i < size.sides; i += lanes) {
-      const Lanes s = load(&point_.s[i]), active = load(system.active() + i);
-      const Lanes lambda = load(&point_.lambda[i]), t = load(&point_.t[i]);
-      const Lanes tau = load(&point_.tau[i]);
-      const Lanes p = s * lambda, q = t * tau * active;
-      const Lanes d = (load(&r.side[i]) - load(system.beta() + i) + t - s) * active;
-      const Lanes e = (load(system.l1() + i) + load(system.l2() + i) * t - lambda - tau) * active;
-      store(&r.side[i], d);
-      store(&r.soft[i], e);
-      side = larger(side, magnitude(d));
-      soft = larger(soft, magnitude(e));
-      product = larger(product, larger(p, q));
-      total += p + q;
+      const Lanes p = load(&point_.t[i]) * load(&point_.tau[i]) * load(system.active() + i);
+      product = larger(product, p);
+      total += p;
     }
-    r.mu = size.products > 0.0 ? sum(total) / size.products : 0.0;
-    r.largest_product = qp::largest(product);
-    r.feasibility =
-        std::fmax(qp::largest(side), largest_magnitude(r.equality.data(), size.equalities));
+    residuals_.largest_product = qp::largest(product);
+    residuals_.mu = size.products > 0.0 ? sum(total) / size.products : 0.0;
+  }
+
+  void measure(const Lengths& size) {
+    Residuals& r = residuals_;
+    r.feasibility = std::fmax(largest_magnitude(r.side.data(), size.sides),
+                              largest_magnitude(r.equality.data(), size.equalities));
+    Lanes soft{};
+    for (int i = size.first_soft; i < size.sides; i += lanes)
+      soft = larger(soft, magnitude(load(&r.soft[i])));
     const double dual =
         std::fmax(largest_magnitude(r.stationarity.data(), size.variables), qp::largest(soft));
     r.largest = std::fmax(std::fmax(r.feasibility, r.largest_product), dual);
     // fmax ignores NaN: a sum does not.
-    r.largest += 0.0 * (sum(total) + sum_of(r.stationarity.data(), size.variables));
+    r.largest += 0.0 * (r.mu + sum_of(r.stationarity.data(), size.variables));
   }
 
   bool advance(System& system, const Lengths& size) {
@@ -156,15 +198,32 @@ class InteriorPoint {
     // Predictor: all products to zero.
     predictor_target(system, point_, target_);
     direction(system, size);
-    const double to_boundary = largest_step(point_, step_, size.first_soft, size.sides);
-    const double affine = std::fmin(1.0, to_boundary);
+    StepLengths affine = largest_steps(point_, step_, size.first_soft, size.sides);
+    affine.primal = affine.dual = std::fmin(1.0, std::fmin(affine.primal, affine.dual));
     // Corrector: products to sigma mu, with the second-order term of the predictor.
     const double after = mean_product_after(system, point_, step_, affine, size.products);
-    const double sigma = centring(residuals_.mu, after);
-    corrector_target(system, point_, step_, sigma * residuals_.mu, target_);
+    const double wanted =
+        std::fmax(centring(residuals_.mu, after) * residuals_.mu, floor_of_products * tolerance_);
+    corrector_target(system, point_, step_, wanted, target_);
     direction(system, size);
-    const double length = damped_step(point_, step_, size.first_soft, size.sides, residuals_.mu);
-    shortest_step_ = length;
+    StepLengths length = damped_steps(point_, step_, size.first_soft, size.sides, residuals_.mu);
+    for (int round = 0; round < centrality_corrections && length.primal < short_step; ++round) {
+      std::swap(step_, other_);
+      centrality_target(system, point_, other_, std::fmin(1.0, length.primal + hoped_gain), wanted,
+                        target_);
+      direction(system, size);
+      const StepLengths longer =
+          damped_steps(point_, step_, size.first_soft, size.sides, residuals_.mu);
+      if (longer.primal < length.primal + least_gain) {
+        if (longer.primal < length.primal)
+          std::swap(step_, other_);
+        else
+          length = longer;
+        break;
+      }
+      length = longer;
+    }
+    shortest_step_ = last_step_ = std::fmin(length.primal, length.dual);
     move(length, size);
     return true;
   }
@@ -181,17 +240,20 @@ class InteriorPoint {
     recover_sides(system, point_, residuals_, target_, step_);
   }
 
-  void move(double length, const Lengths& size) {
-    add(point_.v, step_.v, length, size.variables);
-    add(point_.y, step_.y, length, size.equalities);
-    add(point_.s, step_.s, length, size.sides);
-    add(point_.lambda, step_.lambda, length, size.sides);
+  void move(const StepLengths& length, const Lengths& size) {
+    add(point_.v, step_.v, length.primal, size.variables);
+    add(point_.y, step_.y, length.dual, size.equalities);
+    add(point_.s, step_.s, length.primal, size.sides);
+    add(point_.lambda, step_.lambda, length.dual, size.sides);
     for (int i = size.first_soft; i < size.sides; i += lanes) {
-      store(&point_.t[i], load(&point_.t[i]) + load(&step_.t[i]) * length);
-      store(&point_.tau[i], load(&point_.tau[i]) + load(&step_.tau[i]) * length);
+      store(&point_.t[i], load(&point_.t[i]) + load(&step_.t[i]) * length.primal);
+      store(&point_.tau[i], load(&point_.tau[i]) + load(&step_.tau[i]) * length.dual);
     }
   }
 
+  static void scale(AlignedArray& a, double factor, int size) {
+    for (int i = 0; i < size; i += lanes) store(&a[i], load(&a[i]) * factor);
+  }
   static void add(AlignedArray& to, const AlignedArray& step, double length, int size) {
     for (int i = 0; i < size; i += lanes) store(&to[i], load(&to[i]) + load(&step[i]) * length);
   }
@@ -212,11 +274,13 @@ class InteriorPoint {
 
   Iterate point_;
   Residuals residuals_;
-  Iterate step_;
+  Iterate step_, other_;
   SideTarget target_;
   AlignedArray weights_, work_, gradient_;
   CertificateSpace scratch_;
-  double shortest_step_ = 1.0;
+  double shortest_step_ = 1.0, last_step_ = 1.0, tolerance_ = 1e-8;
+  int trusted_steps_ = 0;
+  bool has_residuals_ = false;
 };
 
 }  // namespace saltus::qp

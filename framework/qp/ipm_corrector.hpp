@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "framework/qp/ipm_iterate.hpp"
+#include "framework/qp/ipm_steps.hpp"
 
 namespace saltus::qp {
 
@@ -53,6 +54,31 @@ void corrector_target(System& system, const Iterate& p, const Iterate& predictor
   }
 }
 
+/// Gondzio's centrality corrector: products that a step of this length would leave far from
+/// `wanted` are drawn to within a factor of ten of it.
+template <class System>
+void centrality_target(System& system, const Iterate& p, const Iterate& step, double length,
+                       double wanted, SideTarget& target) {
+  constexpr double factor = 10.0;
+  const Lanes low = broadcast(wanted / factor), high = broadcast(wanted * factor);
+  for (int i = 0; i < system.sides(); i += lanes) {
+    const Lanes s = load(&p.s[i]);
+    const Lanes product =
+        (s + load(&step.s[i]) * length) * (load(&p.lambda[i]) + load(&step.lambda[i]) * length);
+    const Lanes inside = smaller(larger(product, low), high);
+    const Lanes change = larger(inside - product, -high) * load(system.active() + i);
+    store(&target.side[i], load(&target.side[i]) - change / s);
+  }
+  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
+    const Lanes t = load(&p.t[i]);
+    const Lanes product =
+        (t + load(&step.t[i]) * length) * (load(&p.tau[i]) + load(&step.tau[i]) * length);
+    const Lanes inside = smaller(larger(product, low), high);
+    const Lanes change = larger(inside - product, -high) * load(system.active() + i);
+    store(&target.soft[i], load(&target.soft[i]) - change / t);
+  }
+}
+
 /// gradient = what the sides add to the right-hand side before G': target + W residual, with t
 /// eliminated on soft sides.
 template <class System>
@@ -94,15 +120,15 @@ void recover_sides(System& system, const Iterate& p, const Residuals& r, const S
 
 /// Mean product of the sides after a step of this length.
 template <class System>
-double mean_product_after(System& system, const Iterate& p, const Iterate& step, double length,
-                          double products) {
+double mean_product_after(System& system, const Iterate& p, const Iterate& step,
+                          const StepLengths& length, double products) {
   Lanes total{};
   for (int i = 0; i < system.sides(); i += lanes)
-    total += (load(&p.s[i]) + load(&step.s[i]) * length) *
-             (load(&p.lambda[i]) + load(&step.lambda[i]) * length);
+    total += (load(&p.s[i]) + load(&step.s[i]) * length.primal) *
+             (load(&p.lambda[i]) + load(&step.lambda[i]) * length.dual);
   for (int i = system.first_soft(); i < system.sides(); i += lanes)
-    total += (load(&p.t[i]) + load(&step.t[i]) * length) *
-             (load(&p.tau[i]) + load(&step.tau[i]) * length) * load(system.active() + i);
+    total += (load(&p.t[i]) + load(&step.t[i]) * length.primal) *
+             (load(&p.tau[i]) + load(&step.tau[i]) * length.dual) * load(system.active() + i);
   return products > 0.0 ? sum(total) / products : 0.0;
 }
 

@@ -12,26 +12,36 @@ inline Lanes shrink_rate(const AlignedArray& x, const AlignedArray& dx, int i) {
   return -load(&dx[i]) / load(&x[i]);
 }
 
-/// Longest step that keeps s, lambda, t and tau non-negative; may exceed 1.
-inline double largest_step(const Iterate& p, const Iterate& step, int first_soft, int sides) {
-  Lanes rate{};
+/// Step lengths of v, s, t and of y, lambda, tau.
+struct StepLengths {
+  double primal = 1.0, dual = 1.0;
+};
+
+/// Longest steps that keep s and t, lambda and tau non-negative; may exceed 1.
+inline StepLengths largest_steps(const Iterate& p, const Iterate& step, int first_soft, int sides) {
+  Lanes primal{}, dual{};
   for (int i = 0; i < sides; i += lanes) {
-    rate = larger(rate, shrink_rate(p.s, step.s, i));
-    // Padding has lambda = 0: compare products instead of dividing.
+    primal = larger(primal, shrink_rate(p.s, step.s, i));
+    // Padding has lambda = 0, and does not move.
     const Lanes lambda = load(&p.lambda[i]);
-    rate = larger(rate, -load(&step.lambda[i]) / larger(lambda, broadcast(1e-300)));
+    dual = larger(dual, -load(&step.lambda[i]) / larger(lambda, broadcast(1e-300)));
   }
-  for (int i = first_soft; i < sides; i += lanes)
-    rate = larger(rate, larger(shrink_rate(p.t, step.t, i), shrink_rate(p.tau, step.tau, i)));
-  const double worst = largest(rate);
-  return worst > 0.0 ? 1.0 / worst : 1e300;
+  for (int i = first_soft; i < sides; i += lanes) {
+    primal = larger(primal, shrink_rate(p.t, step.t, i));
+    dual = larger(dual, shrink_rate(p.tau, step.tau, i));
+  }
+  const auto length = [](double rate) { return rate > 0.0 ? 1.0 / rate : 1e300; };
+  return {length(largest(primal)), length(largest(dual))};
 }
 
-/// The step that is taken: not quite to the boundary, closer to it as the optimum nears.
-inline double damped_step(const Iterate& p, const Iterate& step, int first_soft, int sides,
-                          double mu) {
+/// The step that is taken: not quite to the boundary, closer to it as the optimum nears, and the
+/// same for both, so that every linear residual shrinks by the same share.
+inline StepLengths damped_steps(const Iterate& p, const Iterate& step, int first_soft, int sides,
+                                double mu) {
   const double fraction = std::max(0.995, 1.0 - mu);
-  return std::min(1.0, fraction * largest_step(p, step, first_soft, sides));
+  const StepLengths longest = largest_steps(p, step, first_soft, sides);
+  const double length = std::min(1.0, fraction * std::min(longest.primal, longest.dual));
+  return {length, length};
 }
 
 }  // namespace saltus::qp

@@ -5,6 +5,9 @@
 #include <memory>
 #include <new>
 
+// Kernels whose sizes the compiler knows are worth it only if it sees them whole.
+#define SALTUS_INLINE inline __attribute__((always_inline))
+
 namespace saltus::qp {
 
 // Only widths that the build's -march has in hardware: emulated ones are ten times slower.
@@ -27,17 +30,27 @@ inline Lanes larger(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
 inline Lanes smaller(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
 inline Lanes magnitude(const Lanes& a) { return larger(a, -a); }
 
-inline double sum(const Lanes& a) {
-  if constexpr (lanes == 8)
+template <class V>
+inline double sum(const V& a) {
+  constexpr int n = sizeof(V) / sizeof(double);
+  if constexpr (n == 8)
     return ((a[0] + a[4]) + (a[1] + a[5])) + ((a[2] + a[6]) + (a[3] + a[7]));
-  if constexpr (lanes == 4) return (a[0] + a[2]) + (a[1] + a[3]);
-  return a[0] + a[1];
+  else if constexpr (n == 4)
+    return (a[0] + a[2]) + (a[1] + a[3]);
+  else
+    return a[0] + a[1];
 }
 inline double largest(const Lanes& a) {
   double result = a[0];
   for (int i = 1; i < lanes; ++i) result = result < a[i] ? a[i] : result;
   return result;
 }
+
+// Unaligned.
+typedef double LooseLanes
+    __attribute__((vector_size(lanes * sizeof(double)), may_alias, aligned(8)));
+inline Lanes load_loose(const double* p) { return *reinterpret_cast<const LooseLanes*>(p); }
+inline void store_loose(double* p, const Lanes& a) { *reinterpret_cast<LooseLanes*>(p) = a; }
 
 /// Rounded up to whole vectors.
 constexpr int padded(int n) { return (n + lanes - 1) / lanes * lanes; }

@@ -39,8 +39,8 @@ enum class Update { set, add, subtract };
 
 // V vectors x C columns of out (+/-)= A B, B(i, j) = B[i * step_i + j * step_j].
 template <Update update, int V, int C>
-inline void tile(int depth, const double* A, int lda, const double* B, int step_i, int step_j,
-                 double* out, int ldo) {
+SALTUS_INLINE void tile(int depth, const double* A, int lda, const double* B, int step_i,
+                        int step_j, double* out, int ldo) {
   Lanes acc[C][V];
   for (int c = 0; c < C; ++c)
     for (int v = 0; v < V; ++v)
@@ -63,8 +63,8 @@ inline void tile(int depth, const double* A, int lda, const double* B, int step_
 
 // C columns of any height. Tiles are as high as the registers allow.
 template <Update update, int C>
-inline void strip(int vectors, int depth, const double* A, int lda, const double* B, int step_i,
-                  int step_j, double* out, int ldo) {
+SALTUS_INLINE void strip(int vectors, int depth, const double* A, int lda, const double* B,
+                         int step_i, int step_j, double* out, int ldo) {
   constexpr int high = lanes == 8 ? 4 : 3;
   int v = 0;
   while (vectors - v > high + 1 || vectors - v == high) {
@@ -83,8 +83,8 @@ inline void strip(int vectors, int depth, const double* A, int lda, const double
 
 /// out (+/-)= A B for out with `columns` columns of `rows` entries.
 template <Update update>
-inline void multiply(int rows, int columns, int depth, const double* A, int lda, const double* B,
-                     int step_i, int step_j, double* out, int ldo) {
+SALTUS_INLINE void multiply(int rows, int columns, int depth, const double* A, int lda,
+                            const double* B, int step_i, int step_j, double* out, int ldo) {
   const int vectors = padded(rows) / lanes;
   int j = 0;
   for (; j + 4 <= columns; j += 4)
@@ -100,8 +100,8 @@ inline void multiply(int rows, int columns, int depth, const double* A, int lda,
 
 /// The same for the upper triangle of a symmetric result.
 template <Update update>
-inline void multiply_upper(int columns, int depth, const double* A, int lda, const double* B,
-                           int step_i, int step_j, double* out, int ldo) {
+SALTUS_INLINE void multiply_upper(int columns, int depth, const double* A, int lda, const double* B,
+                                  int step_i, int step_j, double* out, int ldo) {
   int j = 0;
   for (; j + 4 <= columns; j += 4)
     strip<update, 4>(padded(j + 4) / lanes, depth, A, lda, B + j * step_j, step_i, step_j,
@@ -116,21 +116,42 @@ inline void multiply_upper(int columns, int depth, const double* A, int lda, con
     strip<update, 1>(vectors, depth, A, lda, rest, step_i, step_j, out + j * ldo, ldo);
 }
 
+// V vectors of y (+/-)= A x; two sums where one would wait for its own additions.
+template <Update update, int V>
+SALTUS_INLINE void vector_tile(int columns, const double* A, int lda, const double* x, double* y) {
+  Lanes even[V], odd[V];
+  for (int v = 0; v < V; ++v) {
+    even[v] = update == Update::set ? Lanes{} : load(y + v * lanes);
+    odd[v] = Lanes{};
+  }
+  int j = 0;
+  for (; j + 2 <= columns; j += 2) {
+    const Lanes a = broadcast(x[j]), b = broadcast(x[j + 1]);
+    for (int v = 0; v < V; ++v) {
+      even[v] += load(A + j * lda + v * lanes) * a;
+      odd[v] += load(A + (j + 1) * lda + v * lanes) * b;
+    }
+  }
+  if (j < columns) {
+    const Lanes a = broadcast(x[j]);
+    for (int v = 0; v < V; ++v) even[v] += load(A + j * lda + v * lanes) * a;
+  }
+  for (int v = 0; v < V; ++v) store(y + v * lanes, even[v] + odd[v]);
+}
+
 /// y (+)= A x.
 template <Update update>
-inline void multiply_vector(int rows, int columns, const double* A, int lda, const double* x,
-                            double* y) {
-  for (int v = 0; v < padded(rows); v += lanes) {
-    Lanes even = update == Update::set ? Lanes{} : load(y + v);
-    Lanes odd{};
-    int j = 0;
-    for (; j + 2 <= columns; j += 2) {
-      even += load(A + j * lda + v) * x[j];
-      odd += load(A + (j + 1) * lda + v) * x[j + 1];
-    }
-    if (j < columns) even += load(A + j * lda + v) * x[j];
-    store(y + v, even + odd);
-  }
+SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int lda, const double* x,
+                                   double* y) {
+  const int vectors = padded(rows) / lanes;
+  int v = 0;
+  for (; v + 4 <= vectors; v += 4)
+    vector_tile<update, 4>(columns, A + v * lanes, lda, x, y + v * lanes);
+  A += v * lanes;
+  y += v * lanes;
+  if (vectors - v == 3) vector_tile<update, 3>(columns, A, lda, x, y);
+  if (vectors - v == 2) vector_tile<update, 2>(columns, A, lda, x, y);
+  if (vectors - v == 1) vector_tile<update, 1>(columns, A, lda, x, y);
 }
 
 /// What the recursion does at one stage.
@@ -226,6 +247,25 @@ struct RiccatiStage {
     multiply_vector<Update::add>(nn, nn, P, ld_P, v_next, costate);
     for (int i = nn; i < ld_next; ++i) costate[i] = 0.0;
   }
+
+  /// gradient += H v, force = flow' costate, gap += flow u - next, where u is v or what the
+  /// dynamics see in its place.
+  static void products(const SweepStage& s, const double* H, const double* v, const double* u,
+                       const double* costate, const double* v_next, double* gradient, double* force,
+                       double* gap) {
+    const Extent<NX> nx(s.nx);
+    const Extent<NU> nu(s.nu);
+    const Extent<NN> nn(s.next);
+    const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
+    multiply_vector<Update::add>(n, n, H, ld, v, gradient);
+    if (nn == 0) return;
+    multiply_vector<Update::set>(n, nn, s.flow_transposed, ld, costate, force);
+    multiply_vector<Update::add>(nn, n, s.flow, ld_next, u, gap);
+    int i = 0;
+    for (; i + lanes <= nn; i += lanes) store(gap + i, load(gap + i) - load(v_next + i));
+    for (; i < nn; ++i) gap[i] -= v_next[i];
+    for (; i < ld_next; ++i) gap[i] = 0.0;
+  }
 };
 
 /// The functions of one combination of sizes, behind pointers.
@@ -235,12 +275,14 @@ struct RiccatiKernel {
   void (*backward)(SweepStage&, const double*, int, const double*, const double*, double*);
   void (*forward)(const SweepStage&, const double*, int, const double*, const double*, double*,
                   double*, double*);
+  void (*products)(const SweepStage&, const double*, const double*, const double*, const double*,
+                   const double*, double*, double*, double*);
 };
 
 template <int NX, int NU, int NN>
 constexpr RiccatiKernel riccati_kernel() {
   using S = RiccatiStage<NX, NU, NN>;
-  return {NX, NU, NN, &S::factor, &S::backward, &S::forward};
+  return {NX, NU, NN, &S::factor, &S::backward, &S::forward, &S::products};
 }
 
 }  // namespace saltus::qp

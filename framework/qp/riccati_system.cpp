@@ -14,11 +14,6 @@ constexpr double equality_regularisation = 1e-9;
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
 constexpr int max_parts = 8;
-// Up to this many columns the products of all pairs of columns are kept.
-constexpr int max_pair_columns = 8;
-
-constexpr int pairs_of(int columns) { return columns * (columns + 1) / 2; }
-
 bool same(const MatrixXd& a, const MatrixXd& b, int rows, int columns) {
   for (int j = 0; j < columns; ++j)
     if (std::memcmp(&a.coeffRef(0, j), &b.coeffRef(0, j), sizeof(double) * rows) != 0) return false;
@@ -34,43 +29,16 @@ bool is_zero(const MatrixXd& a, int row, int column, int rows, int columns) {
 
 constexpr RiccatiKernel any_size = riccati_kernel<-1, -1, -1>();
 
-// out[rows] = C x for the block's own variables.
-inline void rows_of(const RowBlock& b, const double* v, double* out) {
-  const int ld = padded(b.rows);
-  const double* x = v + b.v_at;
-  int i = 0;
-  for (; i + 2 * lanes <= ld; i += 2 * lanes) {
-    Lanes first{}, second{};
-    for (int c = 0; c < b.columns; ++c) {
-      const double value = x[b.column[c]];
-      first += load(b.C + c * ld + i) * value;
-      second += load(b.C + c * ld + i + lanes) * value;
-    }
-    store(out + i, first);
-    store(out + i + lanes, second);
-  }
-  for (; i < ld; i += lanes) {
-    Lanes sum{};
-    for (int c = 0; c < b.columns; ++c) sum += load(b.C + c * ld + i) * x[b.column[c]];
-    store(out + i, sum);
-  }
-}
+// The last fits any size.
+constexpr RowKernel row_kernels[] = {row_kernel<1>(), row_kernel<2>(), row_kernel<3>(),
+                                     row_kernel<4>(), row_kernel<6>(), row_kernel<-1>()};
+constexpr SplitKernel split_kernels[] = {split_kernel<3>(), split_kernel<6>(), split_kernel<-1>()};
 
-// v += C' weights.
-inline void add_transposed(const RowBlock& b, const double* weights, double* v) {
-  const int ld = padded(b.columns);
-  double* x = v + b.v_at;
-  for (int i = 0; i < ld; i += lanes) {
-    Lanes even{}, odd{};
-    int r = 0;
-    for (; r + 2 <= b.rows; r += 2) {
-      even += load(b.Ct + r * ld + i) * weights[r];
-      odd += load(b.Ct + (r + 1) * ld + i) * weights[r + 1];
-    }
-    if (r < b.rows) even += load(b.Ct + r * ld + i) * weights[r];
-    even += odd;
-    for (int c = i; c < std::min(i + lanes, b.columns); ++c) x[b.column[c]] += even[c - i];
-  }
+template <class Kernel, std::size_t count>
+const Kernel* kernel_for(const Kernel (&kernels)[count], int Kernel::*size, int wanted) {
+  for (const Kernel& k : kernels)
+    if (k.*size == wanted) return &k;
+  return &kernels[count - 1];
 }
 
 }  // namespace
@@ -220,6 +188,7 @@ void RiccatiSystem::Packer::choose_parts(int k) {
     if (!is_zero(s.R, (part + 1) * size, part * size, s.nu - (part + 1) * size, size)) return;
   if (!resultant_maps(k, parts)) return;
   p.parts = parts;
+  p.split_kernel = kernel_for(split_kernels, &SplitKernel::size, size);
   ++system.reduced_stages_;
 }
 
@@ -377,10 +346,19 @@ void RiccatiSystem::Packer::cost(int k) {
   p.g = g;
   p.r = r;
   double* R_work = p.parts > 1 ? numbers((p.parts - 1) * ld * m) : nullptr;
-  double* split = p.parts > 1 ? numbers((p.parts - 1) * (3 * ld * m + ld)) : nullptr;
   if (!ok) return;
   p.R_work = R_work;
-  p.split = split;
+  p.splits = system.splits_.data() + (max_parts - 1) * k;
+  for (int part = 1; part < p.parts; ++part) {
+    Split& split = p.splits[part - 1];
+    split.before = numbers(Split::size(m));
+    if (!ok) return;
+    split.second = R_work + (part - 1) * ld * m;
+    split.L = split.before + ld * m;
+    split.Lt = split.L + ld * m;
+    split.pivot = split.Lt + ld * m;
+    split.difference = split.pivot + ld;
+  }
   if (k > 1) {
     const PackedStage& before = system.stages_[k - 1];
     const Stage& t = qp.stages[k - 1];
@@ -457,6 +435,9 @@ void RiccatiSystem::Packer::finish_block(int k, RowBlock& b, const RowBlock* twi
   const int ld = b.part == 0 ? p.sweep.ld : padded(p.sweep.nu);
   int* target = integers(pairs_of(b.columns));
   if (!ok) return;
+  b.kernel = kernel_for(row_kernels, &RowKernel::columns, b.columns);
+  b.contiguous = true;
+  for (int c = 1; c < b.columns; ++c) b.contiguous = b.contiguous && b.column[c] == b.column[0] + c;
   for (int j = 0, at = 0; j < b.columns; ++j)
     for (int i = 0; i <= j; ++i) target[at++] = b.column[i] + b.column[j] * ld;
   b.target = target;
@@ -805,6 +786,7 @@ RiccatiSystem::RiccatiSystem(const StageQp& capacity, std::span<const RiccatiKer
   numbers_ = Arena<double, AlignedArray>(doubles);
   integers_ = Arena<int, std::vector<int>>(ints);
   blocks_.resize(blocks);
+  splits_.resize((max_parts - 1) * capacity.stages.size());
   active_ = AlignedArray(max_sides_);
   beta_ = AlignedArray(max_sides_);
   l1_ = AlignedArray(max_sides_);
@@ -953,62 +935,55 @@ template <bool affine>
 void RiccatiSystem::products(const double* v, const double* y, double* stationarity,
                              double* equality) {
   const double* costate = nullptr;  // of the dynamics that lead into the stage
+  double* force = work_.data();
   for (std::size_t k = 0; k < stages_.size(); ++k) {
     const PackedStage& p = stages_[k];
     const SweepStage& w = p.sweep;
-    const int n = w.nx + w.nu, ldm = padded(w.nu);
+    const int ldm = padded(w.nu);
     const double* main = v + p.v_at;
     double* out = stationarity + p.v_at;
-    if (affine)
-      for (int i = 0; i < w.ld; i += lanes) store(out + i, load(p.g + i));
-    else
-      for (int i = 0; i < w.ld; i += lanes) store(out + i, Lanes{});
-    multiply_vector<Update::add>(n, n, p.H, w.ld, main, out);
+    const double* pi = y + p.costate_at;
+    double* gap = equality + p.costate_at;
+    for (int i = 0; i < w.ld; i += lanes) store(out + i, affine ? load(p.g + i) : Lanes{});
+    for (int i = 0; i < w.ld_next; i += lanes) store(gap + i, affine ? load(p.b + i) : Lanes{});
+    p.kernel->products(w, p.H, main, with_resultant(p, v), pi,
+                       w.next > 0 ? v + stages_[k + 1].v_at : nullptr, out, force, gap);
     for (int i = 0; i < w.nx && costate != nullptr; ++i) out[i] -= costate[i];
+    if (w.next > 0)
+      for (int i = 0; i < w.ld; i += lanes) store(out + i, load(out + i) + load(force + i));
     for (int part = 1; part < p.parts; ++part) {
       const double* further = main + w.ld + (part - 1) * ldm;
       double* to = out + w.ld + (part - 1) * ldm;
       for (int i = 0; i < ldm; i += lanes)
         store(to + i, affine ? load(p.r + (part - 1) * ldm + i) : Lanes{});
       multiply_vector<Update::add>(w.nu, w.nu, p.R + (part - 1) * ldm * w.nu, ldm, further, to);
+      for (int i = 0; i < w.nu; ++i) to[i] += force[w.nx + i];
     }
-    if (w.next == 0) continue;
-    const double* pi = y + p.costate_at;
-    double* force = work_.data();
-    multiply_vector<Update::set>(n, w.next, w.flow_transposed, w.ld, pi, force);
-    for (int i = 0; i < w.ld; i += lanes) store(out + i, load(out + i) + load(force + i));
-    for (int part = 1; part < p.parts; ++part)
-      for (int i = 0; i < w.nu; ++i) out[w.ld + (part - 1) * ldm + i] += force[w.nx + i];
     costate = pi;
-    const double* next = v + stages_[k + 1].v_at;
-    double* gap = equality + p.costate_at;
-    for (int i = 0; i < w.ld_next; i += lanes) store(gap + i, affine ? load(p.b + i) : Lanes{});
-    multiply_vector<Update::add>(w.next, n, w.flow, w.ld_next, with_resultant(p, v), gap);
-    for (int i = 0; i < w.next; ++i) gap[i] -= next[i];
-    for (int i = w.next; i < w.ld_next; ++i) gap[i] = 0.0;
   }
   if (!has_equality_rows_) return;
   for (const PackedStage& p : stages_)
     for (const RowBlock& b : p.rows) {
       if (b.equality_at < 0) continue;
-      rows_of(b, v, equality + b.equality_at);
+      b.kernel->multiply(b, v + b.v_at, 1.0, equality + b.equality_at);
       if (affine)
         for (int i = 0; i < padded(b.rows); ++i)
           equality[b.equality_at + i] -= wanted_[b.equality_at + i];
-      add_transposed(b, y + b.equality_at, stationarity);
+      b.kernel->add_transposed(b, y + b.equality_at, 1.0, stationarity + b.v_at);
     }
 }
 
 void RiccatiSystem::multiply(const double* v, double* side) {
-  double* rows = work_.data();
   for (const PackedStage& p : stages_) {
     for (const RowBlock& b : p.rows) {
       if (b.equality_at >= 0) continue;
-      rows_of(b, v, rows);
-      for (int i = 0; i < padded(b.rows); i += lanes) {
-        if (b.lower_at >= 0) store(side + b.lower_at + i, load(rows + i));
-        if (b.upper_at >= 0) store(side + b.upper_at + i, -load(rows + i));
+      if (b.upper_at < 0) {
+        b.kernel->multiply(b, v + b.v_at, 1.0, side + b.lower_at);
+        continue;
       }
+      b.kernel->multiply(b, v + b.v_at, -1.0, side + b.upper_at);
+      for (int i = 0; b.lower_at >= 0 && i < padded(b.rows); i += lanes)
+        store(side + b.lower_at + i, -load(side + b.upper_at + i));
     }
     const BoundBlock& b = p.bounds;
     for (int i = 0; i < b.length; i += lanes) {
@@ -1025,13 +1000,15 @@ void RiccatiSystem::add_sides(const double* side, double* v) {
   for (const PackedStage& p : stages_) {
     for (const RowBlock& b : p.rows) {
       if (b.equality_at >= 0) continue;
-      for (int i = 0; i < padded(b.rows); i += lanes) {
-        Lanes sum{};
-        if (b.lower_at >= 0) sum += load(side + b.lower_at + i);
-        if (b.upper_at >= 0) sum -= load(side + b.upper_at + i);
-        store(rows + i, sign > 0 ? sum : -sum);
+      if (b.lower_at < 0) {
+        b.kernel->add_transposed(b, side + b.upper_at, -sign, v + b.v_at);
+      } else if (b.upper_at < 0) {
+        b.kernel->add_transposed(b, side + b.lower_at, sign, v + b.v_at);
+      } else {
+        for (int i = 0; i < padded(b.rows); i += lanes)
+          store(rows + i, load(side + b.lower_at + i) - load(side + b.upper_at + i));
+        b.kernel->add_transposed(b, rows, sign, v + b.v_at);
       }
-      add_transposed(b, rows, v);
     }
     const BoundBlock& b = p.bounds;
     for (int i = 0; i < b.length; i += lanes) {
@@ -1061,7 +1038,7 @@ void RiccatiSystem::evaluate(const double* v, const double* y, const double* lam
 void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
   double* row_weights = work_.data();
   for (const RowBlock& b : p.rows) {
-    const int ld = padded(b.rows), count = pairs_of(b.columns);
+    const int ld = padded(b.rows);
     for (int i = 0; i < ld; i += lanes) {
       Lanes sum{};
       if (b.lower_at >= 0) sum += load(weights + b.lower_at + i);
@@ -1072,8 +1049,7 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
     double* H = b.part == 0 ? p.sweep.M : p.R_work + (b.part - 1) * padded(p.sweep.nu) * p.sweep.nu;
     double* result = row_weights + ld;
     if (b.pairs != nullptr) {
-      multiply_vector<Update::set>(count, b.rows, b.pairs, padded(count), row_weights, result);
-      for (int i = 0; i < count; ++i) H[b.target[i]] += result[i];
+      b.kernel->add_square(b, row_weights, H, result);
       continue;
     }
     // More columns: C'(W C) as a product.
@@ -1097,65 +1073,12 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
   }
 }
 
-// The parallel sum of the parts' Hessians takes the place of the first part's; what the split of
-// the resultant needs is kept. Per further part: inverse of the sum, share of the first, and the
-// Hessian accumulated before.
+// The joint Hessian of the parts takes the place of the first part's.
 void RiccatiSystem::factor_parts(PackedStage& p) {
   const SweepStage& w = p.sweep;
-  const int m = w.nu, ld = padded(m), square = ld * m, stride = 3 * ld;
-  double* S = work_.data();   // ld x m
-  double* rows = S + square;  // row by row: [acc | further | identity], then scaled
-  double* scaled = rows + stride * m;
-  double* joint = scaled + stride * m;
-  double* inverse_pivot = joint + square;
-  for (int part = 1; part < p.parts; ++part) {
-    double* R = p.R_work + (part - 1) * square;
-    double* split = p.split + (part - 1) * (3 * square + ld);
-    double *inverse = split, *share = split + square, *before = split + 2 * square;
-    double* first = w.M + w.nx * (w.ld + 1);
-    for (int j = 0; j < m; ++j)
-      for (int i = 0; i <= j; ++i) before[i + j * ld] = before[j + i * ld] = first[i + j * w.ld];
-    for (int j = 1; j < m; ++j)
-      for (int i = 0; i < j; ++i) R[j + i * ld] = R[i + j * ld];
-    for (int j = 0; j < m; ++j)
-      for (int i = m; i < ld; ++i) before[i + j * ld] = R[i + j * ld] = 0.0;
-    for (int i = 0; i < m; ++i) {
-      double* row = rows + i * stride;
-      for (int v = 0; v < ld; v += lanes) {
-        store(row + v, load(before + i * ld + v));
-        store(row + ld + v, load(R + i * ld + v));
-        store(row + 2 * ld + v, Lanes{});
-        store(S + i * ld + v, load(before + i * ld + v) + load(R + i * ld + v));
-      }
-      row[2 * ld + i] = 1.0;
-    }
-    // S = L D L', applied to the rows as it arises.
-    for (int j = 0; j < m; ++j) {
-      const double pivot = std::max(S[j + j * ld], least_pivot);
-      inverse_pivot[j] = 1.0 / pivot;
-      const double* row = rows + j * stride;
-      double* out = scaled + j * stride;
-      for (int v = 0; v < stride; v += lanes) store(out + v, load(row + v) * inverse_pivot[j]);
-      for (int i = j + 1; i < m; ++i) {
-        const double factor = S[i + j * ld] * inverse_pivot[j];
-        double* to = rows + i * stride;
-        for (int v = 0; v < stride; v += lanes)
-          store(to + v, load(to + v) - load(row + v) * factor);
-        double* column = S + i * ld;
-        const double above = S[i + j * ld];
-        const double* pivot_column = S + j * ld;
-        for (int v = i / lanes * lanes; v < ld; v += lanes)
-          store(column + v, load(column + v) - load(pivot_column + v) * (above * inverse_pivot[j]));
-      }
-    }
-    qp::multiply<Update::set>(m, m, m, rows, stride, scaled + ld, stride, 1, joint, ld);
-    qp::multiply<Update::set>(m, m, m, rows + 2 * ld, stride, scaled + ld, stride, 1, share, ld);
-    qp::multiply<Update::set>(m, m, m, rows + 2 * ld, stride, scaled + 2 * ld, stride, 1, inverse,
-                              ld);
-    for (int j = 0; j < m; ++j)
-      for (int i = 0; i <= j; ++i)
-        first[i + j * w.ld] = 0.5 * (joint[i + j * ld] + joint[j + i * ld]);
-  }
+  for (int part = 1; part < p.parts; ++part)
+    p.split_kernel->join(w.nu, w.M + w.nx * (w.ld + 1), w.ld, p.splits[part - 1], work_.data(),
+                         least_pivot);
 }
 
 bool RiccatiSystem::factor(const double* weights) {
@@ -1192,17 +1115,9 @@ void RiccatiSystem::sweep(const double* gradient, const double* equality, double
     SweepStage& w = p.sweep;
     const double* g = gradient + p.v_at;
     for (int i = 0; i < w.ld; i += lanes) store(w.p + i, load(g + i));
-    const int m = w.nu, ld = padded(m), square = ld * m;
-    for (int part = 1; part < p.parts; ++part) {
-      double* split = p.split + (part - 1) * (3 * square + ld);
-      double* offset = split + 3 * square;
-      const double* further = g + w.ld + (part - 1) * ld;
-      double* difference = work_.data();
-      for (int i = 0; i < m; ++i) difference[i] = further[i] - w.p[w.nx + i];
-      multiply_vector<Update::set>(m, m, split, ld, difference, offset);
-      multiply_vector<Update::set>(m, m, split + 2 * square, ld, offset, difference);
-      for (int i = 0; i < m; ++i) w.p[w.nx + i] += difference[i];
-    }
+    for (int part = 1; part < p.parts; ++part)
+      p.split_kernel->gather(w.nu, p.splits[part - 1], g + w.ld + (part - 1) * padded(w.nu),
+                             w.p + w.nx, work_.data());
     p.kernel->backward(w, next ? next->M : nullptr, next ? next->ld : 0, next ? next->p : nullptr,
                        equality + p.costate_at, work_.data());
     next = &w;
@@ -1218,17 +1133,9 @@ void RiccatiSystem::sweep(const double* gradient, const double* equality, double
                       dy + p.costate_at);
     const int n = w.nx + w.nu;
     for (int i = n; i < w.ld; ++i) v[i] = 0.0;
-    const int m = w.nu, ld = padded(m), square = ld * m;
-    for (int part = p.parts - 1; part > 0; --part) {
-      const double* split = p.split + (part - 1) * (3 * square + ld);
-      double* further = v + w.ld + (part - 1) * ld;
-      double* own = work_.data();
-      for (int i = 0; i < ld; i += lanes) store(own + i, load(split + 3 * square + i));
-      multiply_vector<Update::add>(m, m, split + square, ld, v + w.nx, own);
-      for (int i = 0; i < m; ++i) further[i] = v[w.nx + i] - own[i];
-      for (int i = m; i < ld; ++i) further[i] = 0.0;
-      for (int i = 0; i < m; ++i) v[w.nx + i] = own[i];
-    }
+    for (int part = p.parts - 1; part > 0; --part)
+      p.split_kernel->share(w.nu, p.splits[part - 1], v + w.nx,
+                            v + w.ld + (part - 1) * padded(w.nu), work_.data());
   }
 }
 
@@ -1268,14 +1175,14 @@ void RiccatiSystem::solve_with_rows(const double* gradient, const double* equali
       if (b.equality_at < 0) continue;
       for (int i = 0; i < padded(b.rows); i += lanes)
         store(scaled + i, load(equality + b.equality_at + i) / equality_regularisation);
-      add_transposed(b, scaled, gradient_.data());
+      b.kernel->add_transposed(b, scaled, 1.0, gradient_.data() + b.v_at);
     }
   sweep(gradient_.data(), equality, dv, dy);
   for (const PackedStage& p : stages_)
     for (const RowBlock& b : p.rows) {
       if (b.equality_at < 0) continue;
       double* out = dy + b.equality_at;
-      rows_of(b, dv, out);
+      b.kernel->multiply(b, dv + b.v_at, 1.0, out);
       for (int i = 0; i < padded(b.rows); i += lanes)
         store(out + i,
               (load(out + i) + load(equality + b.equality_at + i)) / equality_regularisation);

@@ -7,6 +7,7 @@
 
 #include "framework/qp/lanes.hpp"
 #include "framework/qp/riccati_kernels.hpp"
+#include "framework/qp/row_kernels.hpp"
 #include "framework/qp/stage_qp.hpp"
 
 namespace saltus::qp {
@@ -31,25 +32,6 @@ class Arena {
   std::size_t used_ = 0, capacity_ = 0;
 };
 
-/// Rows of a stage that have the same columns and kind, packed over whole vectors.
-struct RowBlock {
-  int rows = 0, columns = 0;
-  int lower_at = -1, upper_at = -1;  ///< first side, -1: no lower (upper) sides
-  int equality_at = -1;              ///< first entry of y; then there are no sides
-  bool soft = false;
-  int part = 0;                   ///< of the inputs, or 0: the stage's main variables
-  int v_at = 0;                   ///< where the part's variables begin in v
-  const int* column = nullptr;    ///< per column, its place behind v_at
-  const int* target = nullptr;    ///< per pair of columns, its place in the Hessian of the part
-  const double* C = nullptr;      ///< by columns, over rows
-  const double* Ct = nullptr;     ///< by rows, over columns
-  const double* pairs = nullptr;  ///< products of two columns, by rows over pairs; few columns only
-  // Where the rows come from: group of the stage, or -1 for bounds; and which of its rows.
-  int group = -1;
-  const int* source = nullptr;
-  const double* scale = nullptr;  ///< equalities: factor of every row
-};
-
 /// Bounds of a range of the stage's main variables.
 struct BoundBlock {
   int first = 0, length = 0;  ///< in whole vectors
@@ -72,8 +54,9 @@ struct PackedStage {
   const double* T_inverse = nullptr;
   const double* R = nullptr;  ///< per further part, its Hessian in resultant coordinates
   const double* r = nullptr;
-  double* R_work = nullptr;  ///< with the barrier; then what the split needs
-  double* split = nullptr;
+  double* R_work = nullptr;  ///< with the barrier
+  Split* splits = nullptr;   ///< per further part
+  const SplitKernel* split_kernel = nullptr;
   std::span<RowBlock> rows;
   BoundBlock bounds;
 };
@@ -132,6 +115,7 @@ class RiccatiSystem {
   std::vector<RiccatiKernel> kernels_;
   std::vector<PackedStage> stages_;
   std::vector<RowBlock> blocks_;
+  std::vector<Split> splits_;
   Arena<double, AlignedArray> numbers_;
   Arena<int, std::vector<int>> integers_;
   AlignedArray active_, beta_, l1_, l2_;  // per side

@@ -1,0 +1,230 @@
+// Rows of a stage with few columns: products with them, and what they add to the Hessian.
+#pragma once
+
+#include "framework/qp/riccati_kernels.hpp"
+
+namespace saltus::qp {
+
+constexpr int pairs_of(int columns) { return columns * (columns + 1) / 2; }
+/// Up to this many columns the products of all pairs of columns are kept.
+inline constexpr int max_pair_columns = 8;
+
+struct RowKernel;
+
+/// Rows of a stage that have the same columns and kind, packed over whole vectors.
+struct RowBlock {
+  int rows = 0, columns = 0;
+  int lower_at = -1, upper_at = -1;  ///< first side, -1: no lower (upper) sides
+  int equality_at = -1;              ///< first entry of y; then there are no sides
+  bool soft = false;
+  int part = 0;                   ///< of the inputs, or 0: the stage's main variables
+  int v_at = 0;                   ///< where the part's variables begin in v
+  const int* column = nullptr;    ///< per column, its place behind v_at
+  bool contiguous = false;        ///< the columns follow one another
+  const int* target = nullptr;    ///< per pair of columns, its place in the Hessian of the part
+  const double* C = nullptr;      ///< by columns, over rows
+  const double* Ct = nullptr;     ///< by rows, over columns
+  const double* pairs = nullptr;  ///< products of two columns, by rows over pairs; few columns only
+  const RowKernel* kernel = nullptr;
+  // Where the rows come from: group of the stage, or -1 for bounds; and which of its rows.
+  int group = -1;
+  const int* source = nullptr;
+  const double* scale = nullptr;  ///< equalities: factor of every row
+};
+
+/// For COLUMNS columns, or any number (-1).
+template <int COLUMNS>
+struct RowFunctions {
+  /// out = sign C x. x: the variables of the block's part.
+  static void multiply(const RowBlock& b, const double* x, double sign, double* out) {
+    const Extent<COLUMNS> columns(b.columns);
+    const int ld = padded(b.rows);
+    if (b.contiguous) x += b.column[0];
+    const auto value = [&](int c) { return broadcast(sign * x[b.contiguous ? c : b.column[c]]); };
+    const auto chunk = [&]<int V>(int i) {
+      Lanes sum[V] = {};
+      for (int c = 0; c < columns; ++c) {
+        const Lanes xc = value(c);
+        for (int v = 0; v < V; ++v) sum[v] += load(b.C + c * ld + i + v * lanes) * xc;
+      }
+      for (int v = 0; v < V; ++v) store(out + i + v * lanes, sum[v]);
+    };
+    int i = 0;
+    for (; i + 4 * lanes <= ld; i += 4 * lanes) chunk.template operator()<4>(i);
+    for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
+    if (i < ld) chunk.template operator()<1>(i);
+  }
+
+  /// x += sign C' weights.
+  static void add_transposed(const RowBlock& b, const double* weights, double sign, double* x) {
+    const Extent<COLUMNS> columns(b.columns);
+    const int ld = padded(columns);
+    for (int i = 0; i < ld; i += lanes) {
+      Lanes even{}, odd{};
+      int r = 0;
+      for (; r + 2 <= b.rows; r += 2) {
+        even += load(b.Ct + r * ld + i) * weights[r];
+        odd += load(b.Ct + (r + 1) * ld + i) * weights[r + 1];
+      }
+      if (r < b.rows) even += load(b.Ct + r * ld + i) * weights[r];
+      even = (even + odd) * sign;
+      if (b.contiguous) {
+        // Lanes beyond the columns add zero to what follows.
+        double* to = x + b.column[0] + i;
+        store_loose(to, load_loose(to) + even);
+      } else {
+        for (int c = i; c < columns && c < i + lanes; ++c) x[b.column[c]] += even[c - i];
+      }
+    }
+  }
+
+  /// H += C' diag(weights) C by the products of columns. `work`: padded number of pairs.
+  static void add_square(const RowBlock& b, const double* weights, double* H, double* work) {
+    const Extent<COLUMNS> columns(b.columns);
+    const int count = pairs_of(columns), ld = padded(count);
+    constexpr int together = lanes == 8 ? 3 : 6;
+    const auto chunk = [&]<int V>(int i) {
+      Lanes sum[V] = {};
+      for (int r = 0; r < b.rows; ++r) {
+        const Lanes w = broadcast(weights[r]);
+        for (int v = 0; v < V; ++v) sum[v] += load(b.pairs + r * ld + i + v * lanes) * w;
+      }
+      for (int v = 0; v < V; ++v) store(work + i + v * lanes, sum[v]);
+    };
+    int i = 0;
+    for (; i + together * lanes <= ld; i += together * lanes)
+      chunk.template operator()<together>(i);
+    for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
+    if (i < ld) chunk.template operator()<1>(i);
+    for (int p = 0; p < count; ++p) H[b.target[p]] += work[p];
+  }
+};
+
+struct RowKernel {
+  int columns;  ///< -1: any
+  void (*multiply)(const RowBlock&, const double*, double, double*);
+  void (*add_transposed)(const RowBlock&, const double*, double, double*);
+  void (*add_square)(const RowBlock&, const double*, double*, double*);
+};
+
+template <int COLUMNS>
+constexpr RowKernel row_kernel() {
+  using F = RowFunctions<COLUMNS>;
+  return {COLUMNS, &F::multiply, &F::add_transposed, &F::add_square};
+}
+
+/// Two groups of inputs that act through their sum. With S = R_1 + R_2 = L D L' their joint Hessian
+/// is R_1 S^-1 R_2. An explicit inverse of S would be quicker and loses half the digits, as rows
+/// that are in force make S stiff. m x m, leading dimension padded(m).
+struct Split {
+  double* before = nullptr;      ///< R_1
+  double* second = nullptr;      ///< R_2
+  double* L = nullptr;           ///< without its diagonal
+  double* Lt = nullptr;          ///< its transpose
+  double* pivot = nullptr;       ///< inverse pivots
+  double* difference = nullptr;  ///< gradient of the second group minus that of the first
+  static constexpr int size(int m) { return 3 * padded(m) * m + 2 * padded(m); }
+};
+
+template <int M>
+struct SplitFunctions {
+  /// `first` (leading dimension ld_first, upper triangle) becomes the joint Hessian. s.second holds
+  /// an upper triangle.
+  static void join(int size, double* first, int ld_first, Split& s, double* work,
+                   double least_pivot) {
+    const Extent<M> m(size);
+    const int ld = padded(m), stride = 2 * ld;
+    double* S = work;           // R_1 + R_2
+    double* rows = S + ld * m;  // row by row [R_1 | R_2], forward-substituted
+    double* scaled = rows + stride * m;
+    double* joint = scaled + stride * m;
+    for (int j = 0; j < m; ++j) {
+      for (int i = 0; i <= j; ++i)
+        s.before[i + j * ld] = s.before[j + i * ld] = first[i + j * ld_first];
+      for (int i = 0; i < j; ++i) s.second[j + i * ld] = s.second[i + j * ld];
+    }
+    for (int j = 0; j < m; ++j)
+      for (int i = m; i < ld; ++i) s.before[i + j * ld] = s.second[i + j * ld] = 0.0;
+    for (int i = 0; i < m; ++i)
+      for (int v = 0; v < ld; v += lanes) {
+        const Lanes a = load(s.before + i * ld + v), b = load(s.second + i * ld + v);
+        store(rows + i * stride + v, a);
+        store(rows + i * stride + ld + v, b);
+        store(S + i * ld + v, a + b);
+        store(s.L + i * ld + v, Lanes{});
+        store(s.Lt + i * ld + v, Lanes{});
+      }
+    for (int j = 0; j < m; ++j) {
+      const double* pivot_column = S + j * ld;
+      const double* row = rows + j * stride;
+      const double pivot = pivot_column[j] > least_pivot ? pivot_column[j] : least_pivot;
+      s.pivot[j] = 1.0 / pivot;
+      double* out = scaled + j * stride;
+      for (int v = 0; v < stride; v += lanes) store(out + v, load(row + v) * s.pivot[j]);
+      for (int i = j + 1; i < m; ++i) {
+        const double factor = pivot_column[i] * s.pivot[j];
+        s.L[i + j * ld] = s.Lt[j + i * ld] = factor;
+        double* to = rows + i * stride;
+        for (int v = 0; v < stride; v += lanes)
+          store(to + v, load(to + v) - load(row + v) * factor);
+        double* column = S + i * ld;
+        for (int v = i / lanes * lanes; v < ld; v += lanes)
+          store(column + v, load(column + v) - load(pivot_column + v) * factor);
+      }
+    }
+    multiply<Update::set>(m, m, m, rows, stride, scaled + ld, stride, 1, joint, ld);
+    for (int j = 0; j < m; ++j)
+      for (int i = 0; i <= j; ++i)
+        first[i + j * ld_first] = 0.5 * (joint[i + j * ld] + joint[j + i * ld]);
+  }
+
+  // x = S^-1 x; padding beyond m must be zero.
+  static SALTUS_INLINE void solve(const Extent<M>& m, const Split& s, double* x) {
+    const int ld = padded(m);
+    for (int j = 0; j + 1 < m; ++j)
+      for (int v = 0; v < ld; v += lanes) store(x + v, load(x + v) - load(s.L + j * ld + v) * x[j]);
+    for (int j = 0; j < m; ++j) x[j] *= s.pivot[j];
+    for (int j = m - 1; j > 0; --j)
+      for (int v = 0; v < ld; v += lanes)
+        store(x + v, load(x + v) - load(s.Lt + j * ld + v) * x[j]);
+  }
+
+  /// Gradient of the sum from those of the groups; `own`, that of the first, becomes it.
+  static void gather(int size, Split& s, const double* further, double* own, double* work) {
+    const Extent<M> m(size);
+    const int ld = padded(m);
+    for (int i = m; i < ld; ++i) work[i] = s.difference[i] = 0.0;
+    for (int i = 0; i < m; ++i) work[i] = s.difference[i] = further[i] - own[i];
+    solve(m, s, work);
+    double* product = work + ld;
+    multiply_vector<Update::set>(m, m, s.before, ld, work, product);
+    for (int i = 0; i < m; ++i) own[i] += product[i];
+  }
+
+  /// The groups' shares of their sum `own`: the first stays in it.
+  static void share(int size, const Split& s, double* own, double* further, double* work) {
+    const Extent<M> m(size);
+    const int ld = padded(m);
+    for (int i = 0; i < ld; i += lanes) store(work + i, load(s.difference + i));
+    multiply_vector<Update::add>(m, m, s.second, ld, own, work);
+    solve(m, s, work);
+    for (int i = 0; i < m; ++i) further[i] = own[i] - work[i];
+    for (int i = m; i < ld; ++i) further[i] = 0.0;
+    for (int i = 0; i < m; ++i) own[i] = work[i];
+  }
+};
+
+struct SplitKernel {
+  int size;  ///< -1: any
+  void (*join)(int, double*, int, Split&, double*, double);
+  void (*gather)(int, Split&, const double*, double*, double*);
+  void (*share)(int, const Split&, double*, double*, double*);
+};
+
+template <int M>
+constexpr SplitKernel split_kernel() {
+  using F = SplitFunctions<M>;
+  return {M, &F::join, &F::gather, &F::share};
+}
+
+}  // namespace saltus::qp
