@@ -5,8 +5,12 @@
 // that enters them as nonlinear, so that "no pair" safely means "affine". Only constants are known:
 // a constant zero annihilates in products, so that the zeros of a constant matrix are exact zeros
 // of the Jacobian. A formula must therefore keep its constants once it has been traced.
+//
+// Beside the sets a number knows its degree as a polynomial in the inputs that count as variables,
+// up to quadratic; parameters are inputs of degree zero.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <utility>
@@ -51,15 +55,20 @@ class Tracer {
  public:
   Tracer() = default;                            // the constant zero
   Tracer(double constant) : value_(constant) {}  // NOLINT: implicit
-  static Tracer input(int index) {
+  /// `degree` 1: a variable, 0: a parameter.
+  static Tracer input(int index, int degree = 1) {
     Tracer x;
     x.inputs_.insert(index);
+    x.degree_ = degree;
     return x;
   }
+  /// What is not a polynomial of degree 0, 1 or 2 in the variables.
+  static constexpr int no_degree = 3;
 
   bool is_constant() const { return inputs_.empty(); }
   bool is_zero() const { return is_constant() && value_ == 0.0; }
   double constant() const { return value_; }
+  int degree() const { return degree_; }
   /// The inputs this result depends on.
   const IndexSet& inputs() const { return inputs_; }
   /// Calls visit(i, j), i >= j, for every pair whose second derivative can be non-zero.
@@ -76,6 +85,7 @@ class Tracer {
   static Tracer nonlinear(const Tracer& a) {
     Tracer result = a;
     result.interact(a, a);
+    if (result.degree_ > 0) result.degree_ = no_degree;
     return result;
   }
   /// f(a, b) for an f without any structure.
@@ -105,6 +115,7 @@ class Tracer {
     if (a.is_constant() && b.is_constant()) return a.value_ * b.value_;
     Tracer result = linear(a, b);
     result.interact(a, b);
+    result.degree_ = std::min(a.degree_ + b.degree_, no_degree);
     return result;
   }
   friend Tracer operator/(const Tracer& a, const Tracer& b) {
@@ -117,6 +128,7 @@ class Tracer {
     Tracer result = a;
     result.inputs_.insert(b.inputs_);
     result.pairs_.insert(b.pairs_);
+    result.degree_ = std::max(a.degree_, b.degree_);
     return result;
   }
   void interact(const Tracer& a, const Tracer& b) {
@@ -130,6 +142,7 @@ class Tracer {
   }
 
   double value_ = 0.0;  // meaningful for constants only
+  int degree_ = 0;
   IndexSet inputs_;
   IndexSet pairs_;
 };

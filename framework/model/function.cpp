@@ -4,6 +4,24 @@
 
 namespace saltus {
 
+// From the patterns alone: without a pair of variables the function is affine in them.
+int FunctionBody::degree(int output, const std::vector<char>& variable) const {
+  bool affine = true;
+  hessian_pattern_.for_each([&](int i, int j, int) {
+    if (variable[i] && variable[j]) affine = false;
+  });
+  if (!affine) return 3;
+  for (int e = jacobian_pattern_.row_begin(output); e < jacobian_pattern_.row_end(output); ++e)
+    if (variable[jacobian_pattern_.col(e)]) return 1;
+  return 0;
+}
+
+bool FunctionBody::reads(int input) const {
+  for (int e = 0; e < jacobian_pattern_.entries(); ++e)
+    if (jacobian_pattern_.col(e) == input) return true;
+  return false;
+}
+
 VectorXd Function::operator()(const VectorRef& z) const {
   const VectorXd argument = z;  // contiguous whatever the caller passed
   VectorXd y(outputs());

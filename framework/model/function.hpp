@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "framework/core/sparsity.hpp"
 #include "framework/core/types.hpp"
@@ -30,6 +31,13 @@ class FunctionBody {
   const SparsityPattern& jacobian_pattern() const { return jacobian_pattern_; }
   /// inputs x inputs, lower triangle: which second derivatives can be non-zero.
   const SparsityPattern& hessian_pattern() const { return hessian_pattern_; }
+
+  /// Degree of an output as a polynomial in the inputs with a flag, the others held: 0, 1, 2, or 3
+  /// for everything else. Never too small. Set-up only.
+  virtual int degree(int output, const std::vector<char>& variable) const;
+
+  /// Whether the value can change with the input, differentiated or not.
+  virtual bool reads(int input) const;
 
   virtual void value(const double* z, double* y) const = 0;
   /// Fills y and the entries of the Jacobian in the order of jacobian_pattern().
@@ -58,6 +66,11 @@ class Function {
   int outputs() const { return body_->outputs(); }
   const SparsityPattern& jacobian_pattern() const { return body_->jacobian_pattern(); }
   const SparsityPattern& hessian_pattern() const { return body_->hessian_pattern(); }
+  int degree(int output, const std::vector<char>& variable) const {
+    return body_->degree(output, variable);
+  }
+
+  bool reads(int input) const { return body_->reads(input); }
 
   void value(const double* z, double* y) const { body_->value(z, y); }
   void jacobian(const double* z, double* y, double* entries) const {

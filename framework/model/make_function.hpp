@@ -162,6 +162,14 @@ class FormulaBody final : public FunctionBody {
     hessian_passes_ = hessian_passes(hessian_pattern_, hessian_lanes);
   }
 
+  int degree(int output, const std::vector<char>& variable) const override {
+    Argument<Tracer> z;
+    for (int i = 0; i < inputs_count; ++i) z[i] = Tracer::input(i, variable[i] ? 1 : 0);
+    std::vector<Tracer> y(outputs_count);
+    evaluate(formula_, z, y.data());
+    return y[output].degree();
+  }
+
   void value(const double* z, double* y) const override {
     // A Dual without directions and not a double: the formula's abs, min and select are then found
     // by their argument, and never the integer abs of the C library.

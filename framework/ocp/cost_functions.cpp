@@ -56,6 +56,14 @@ class LeastSquares final : public FunctionBody {
     });
   }
 
+  int degree(int, const std::vector<char>& variable) const override {
+    if (reference_.varies() && variable[0]) return 3;
+    int most = 0;
+    for (int i = 0; i < residual_.outputs(); ++i)
+      most = std::max(most, residual_.degree(i, variable));
+    return most > 1 ? 3 : 2 * most;
+  }
+
   void value(const double* z, double* y) const override {
     residual_.value(z, r_.data());
     shift(z);
@@ -152,6 +160,14 @@ class Stack final : public FunctionBody {
     scratch_.resize(most);
   }
 
+  int degree(int output, const std::vector<char>& variable) const override {
+    for (const Function& f : functions_) {
+      if (output < f.outputs()) return f.degree(output, variable);
+      output -= f.outputs();
+    }
+    return 3;
+  }
+
   void value(const double* z, double* y) const override {
     for (const Function& f : functions_) {
       f.value(z, y);
@@ -206,6 +222,11 @@ class TimesLength final : public FunctionBody {
     gradient_.resize(cost.jacobian_pattern().entries());
   }
 
+  int degree(int, const std::vector<char>& variable) const override {
+    const std::vector<char> of_cost(variable.begin(), variable.end() - 1);
+    return std::min(3, cost_.degree(0, of_cost) + (variable.back() ? 1 : 0));
+  }
+
   void value(const double* z, double* y) const override {
     cost_.value(z, y);
     y[0] *= z[cost_.inputs()];
@@ -250,6 +271,8 @@ class ChangeCosts final : public FunctionBody {
     jacobian_pattern_ = SparsityPattern::from_pairs(n, inputs(), gradient);
     hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), hessian);
   }
+
+  int degree(int, const std::vector<char>&) const override { return 2; }
 
   void value(const double* z, double* y) const override {
     for (int i = 0; i < outputs(); ++i) y[i] = 0.5 * weights_[i] * change(z, i) * change(z, i);

@@ -30,6 +30,13 @@ class NonlinearProgram {
   /// Whether hessian() can deliver this kind of curvature.
   virtual bool supports(Curvature curvature) const = 0;
 
+  /// Whether the cost is at most quadratic and every row affine, whatever the data are: one
+  /// quadratic program is then the whole problem.
+  virtual bool is_linear_quadratic() const { return false; }
+  /// Changes whenever something other than bounds does on which evaluations depend; negative:
+  /// changes are not counted, and evaluations must be repeated.
+  virtual long revision() const { return -1; }
+
   virtual bool objective(const double* w, double& f) = 0;
   virtual bool gradient(const double* w, double* gradient) = 0;
   virtual bool constraints(const double* w, double* g) = 0;

@@ -78,7 +78,30 @@ void BlockProgram::finish() {
   quadratic_position_.assign(variables(), -1);
   for (const int v : quadratic_variables_) quadratic_position_[v] = hessian_pattern_.find(v, v);
   last_w_ = VectorXd::Zero(variables());
-  invalidate();
+  linear_quadratic_ = true;
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (std::size_t o = 0; o < blocks_[i].outputs.size(); ++o) {
+      const bool is_cost = blocks_[i].outputs[o].row == BlockOutput::objective;
+      linear_quadratic_ = linear_quadratic_ && compiled_[i].degrees[o] <= (is_cost ? 2 : 1);
+    }
+}
+
+void BlockProgram::set_constant(int block, int argument, double value) {
+  double& constant = blocks_[block].constants[argument];
+  if (constant == value) return;
+  constant = value;
+  Compiled& c = compiled_[block];
+  if (!c.reads[argument]) return;
+  c.level = Level::none;
+  c.has_entries = c.has_hessian = false;
+  ++revision_;
+}
+
+void BlockProgram::set_weight(int block, int output, double value) {
+  double& weight = blocks_[block].outputs[output].factor;
+  if (weight == value) return;
+  weight = value;
+  ++revision_;
 }
 
 void BlockProgram::compile_block(const Block& block, Compiled& c) const {
@@ -88,6 +111,14 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
   c.weights = VectorXd::Zero(f.outputs());
   c.entries.assign(f.jacobian_pattern().entries(), 0.0);
   c.hessian_entries.assign(f.hessian_pattern().entries(), 0.0);
+  c.hessian_weights = c.weights;
+  for (int i = 0; i < f.inputs(); ++i) c.reads.push_back(f.reads(i) ? 1 : 0);
+  std::vector<char> variable(f.inputs(), 0);
+  for (int i = 0; i < f.inputs(); ++i) variable[i] = block.shares[i].empty() ? 0 : 1;
+  for (int o = 0; o < f.outputs(); ++o) c.degrees.push_back(f.degree(o, variable));
+  const auto most = std::max_element(c.degrees.begin(), c.degrees.end());
+  c.is_affine = most == c.degrees.end() || *most <= 1;
+  c.is_quadratic = most == c.degrees.end() || *most <= 2;
   f.jacobian_pattern().for_each([&](int out, int in, int e) {
     const BlockOutput& output = block.outputs[out];
     for (const VariableShare& s : block.shares[in])
@@ -105,8 +136,10 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
 }
 
 void BlockProgram::set_variable_cost(int variable, double linear, double quadratic) {
+  if (linear_cost_[variable] == linear && quadratic_cost_[variable] == quadratic) return;
   linear_cost_[variable] = linear;
   quadratic_cost_[variable] = quadratic;
+  ++revision_;
 }
 
 void BlockProgram::gather(const Block& block, const double* w, VectorXd& argument) const {
@@ -115,23 +148,41 @@ void BlockProgram::gather(const Block& block, const double* w, VectorXd& argumen
     for (const VariableShare& s : block.shares[i]) argument[i] += s.factor * w[s.variable];
 }
 
-bool BlockProgram::evaluate(const double* w, Level level) {
-  const bool same = level_ != Level::none && std::equal(w, w + variables(), last_w_.data());
-  if (same && level_ >= level) return finite_;
+void BlockProgram::move_to(const double* w) {
+  if (point_ > 0 && std::equal(w, w + variables(), last_w_.data())) return;
   std::copy_n(w, variables(), last_w_.data());
+  ++point_;
+}
+
+void BlockProgram::update(const Block& block, Compiled& c, const double* w, Level level) {
+  if (c.point == point_ && c.level >= level) return;
+  gather(block, w, c.argument);
+  // The slopes of an affine block are those of any point.
+  if (level == Level::values || (c.is_affine && c.has_entries)) {
+    block.function.value(c.argument.data(), c.value.data());
+  } else {
+    block.function.jacobian(c.argument.data(), c.value.data(), c.entries.data());
+    c.has_entries = true;
+  }
+  c.level = level;
+  c.point = point_;
+}
+
+bool BlockProgram::evaluate(const double* w, Level level) {
+  move_to(w);
+  if (evaluated_point_ == point_ && evaluated_revision_ == revision_ && level_ >= level)
+    return finite_;
   finite_ = true;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const Block& block = blocks_[i];
     Compiled& c = compiled_[i];
-    gather(block, w, c.argument);
-    if (level == Level::values)
-      block.function.value(c.argument.data(), c.value.data());
-    else
-      block.function.jacobian(c.argument.data(), c.value.data(), c.entries.data());
+    update(block, c, w, level);
     for (int o = 0; o < c.value.size(); ++o)
-      if (counts(block.outputs[o]) && !std::isfinite(c.value[o])) finite_ = false;
+      if (!std::isfinite(c.value[o]) && counts(block.outputs[o])) finite_ = false;
   }
   level_ = level;
+  evaluated_point_ = point_;
+  evaluated_revision_ = revision_;
   return finite_;
 }
 
@@ -188,6 +239,7 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
 
 bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, double* entries,
                            Curvature curvature) {
+  move_to(w);
   std::fill_n(entries, hessian_pattern_.entries(), 0.0);
   for (const int v : quadratic_variables_)
     entries[quadratic_position_[v]] += sigma * quadratic_cost_[v];
@@ -206,9 +258,17 @@ bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, 
       any = any || c.weights[o] != 0.0;
     }
     if (!any) continue;
-    gather(block, w, c.argument);
-    block.function.hessian(c.argument.data(), c.weights.data(), c.hessian_entries.data(),
-                           curvature);
+    const bool known = c.has_hessian && (c.is_quadratic || c.hessian_point == point_) &&
+                       c.hessian_curvature == curvature && c.hessian_weights == c.weights;
+    if (!known) {
+      gather(block, w, c.argument);
+      block.function.hessian(c.argument.data(), c.weights.data(), c.hessian_entries.data(),
+                             curvature);
+      c.has_hessian = true;
+      c.hessian_point = point_;
+      c.hessian_curvature = curvature;
+      c.hessian_weights = c.weights;
+    }
     for (const Scatter& s : c.hessian) {
       entries[s.to] += s.factor * c.hessian_entries[s.from];
       finite = finite && std::isfinite(c.hessian_entries[s.from]);

@@ -32,8 +32,8 @@ struct Block {
 };
 
 /// Set-up: add variables, rows, linear entries and blocks in any order, then finish(). After that
-/// sizes and patterns are fixed; constants, bounds and objective weights may change, followed by
-/// invalidate(). Evaluations do not allocate.
+/// sizes and patterns are fixed; constants, bounds and objective weights may change. Blocks are
+/// evaluated again only where their variables or constants changed. Evaluations do not allocate.
 class BlockProgram : public NonlinearProgram {
  public:
   BlockProgram() = default;
@@ -51,15 +51,17 @@ class BlockProgram : public NonlinearProgram {
     upper_[i] = upper;
   }
   void bound_row(int i, double lower, double upper) {
+    const bool was_off = is_off(i);
     row_lower_[i] = lower;
     row_upper_[i] = upper;
+    if (is_off(i) != was_off) ++revision_;
   }
-  double& constant(int block, int argument) { return blocks_[block].constants[argument]; }
-  double& weight(int block, int output) { return blocks_[block].outputs[output].factor; }
+  void set_constant(int block, int argument, double value);
+  void set_weight(int block, int output, double value);
+  double weight(int block, int output) const { return blocks_[block].outputs[output].factor; }
   /// Cost a w + b/2 w^2 of a single variable; b needs to have been declared before finish().
   void set_variable_cost(int variable, double linear, double quadratic);
   void declare_quadratic(int variable) { quadratic_variables_.push_back(variable); }
-  void invalidate() { level_ = Level::none; }
   /// Solvers drop to limited memory for kinds of curvature that some block cannot deliver.
   void set_support(bool exact, bool gauss_newton) {
     exact_ = exact;
@@ -84,6 +86,8 @@ class BlockProgram : public NonlinearProgram {
   bool supports(Curvature c) const override {
     return c == Curvature::exact ? exact_ : gauss_newton_;
   }
+  bool is_linear_quadratic() const override { return linear_quadratic_; }
+  long revision() const override { return revision_; }
 
   bool objective(const double* w, double& f) override;
   bool gradient(const double* w, double* gradient) override;
@@ -110,10 +114,24 @@ class BlockProgram : public NonlinearProgram {
     std::vector<Scatter> jacobian, gradient, hessian;
     VectorXd argument, value, weights;
     std::vector<double> entries, hessian_entries;
+    std::vector<char> reads;   // per argument: whether the function depends on it
+    std::vector<int> degrees;  // of the outputs, in the block's variables
+    bool is_affine = false, is_quadratic = false;
+
+    // What `value`, `entries` and `hessian_entries` hold.
+    Level level = Level::none;  // none: constants changed
+    long point = 0;             // at which they were evaluated
+    bool has_entries = false;   // for the present constants
+    bool has_hessian = false;
+    long hessian_point = 0;
+    Curvature hessian_curvature = Curvature::exact;
+    VectorXd hessian_weights;
   };
 
   void gather(const Block& block, const double* w, VectorXd& argument) const;
+  void move_to(const double* w);
   bool evaluate(const double* w, Level level);
+  void update(const Block& block, Compiled& compiled, const double* w, Level level);
   void compile_block(const Block& block, Compiled& compiled) const;
 
   VectorXd lower_, upper_, row_lower_, row_upper_;
@@ -130,8 +148,13 @@ class BlockProgram : public NonlinearProgram {
   SparsityPattern jacobian_pattern_, hessian_pattern_;
   bool exact_ = true, gauss_newton_ = true;
 
+  bool linear_quadratic_ = false;
+
   VectorXd last_w_;
+  long point_ = 0;     // counts the points visited
+  long revision_ = 1;  // counts the changes of data
   Level level_ = Level::none;
+  long evaluated_point_ = 0, evaluated_revision_ = 0;
   bool finite_ = false;
 };
 

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "framework/model/structure.hpp"
+
 namespace saltus {
 namespace {
 
@@ -96,6 +98,35 @@ class IntervalFunction final : public FunctionBody {
     }
     jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), inputs(), std::move(first));
     hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), std::move(second));
+  }
+
+  // The flow of affine dynamics is affine, and a running cost along it is of its own degree.
+  int degree(int output, const std::vector<char>& variable) const override {
+    const IntervalProblem& problem = integrator_->problem();
+    const IntervalArguments w = integrator_->arguments();
+    const Arguments& a = problem.arguments;
+    if (variable[w.t0()] || variable[w.h()]) return 3;
+    std::vector<char> in_model(a.size(), 0);
+    for (int i = 0; i < a.nx + a.nu; ++i) in_model[a.x(i)] = 1;
+    for (int i = 0; i < a.np; ++i) in_model[a.p(i)] = variable[w.p(i)];
+    for (int i = 0; i < a.nx; ++i)
+      if (problem.dynamics.degree(i, in_model) > 1) return 3;
+    for (int i = 0; i < a.np; ++i)
+      if (variable[w.p(i)] && depends_on(problem.dynamics, a.p(i))) return 3;
+    return output < a.nx ? 1 : problem.running_cost.degree(output - a.nx, in_model);
+  }
+
+  // Data and times may be read without being differentiated.
+  bool reads(int input) const override {
+    const IntervalProblem& problem = integrator_->problem();
+    const IntervalArguments w = integrator_->arguments();
+    const auto model_reads = [&](int argument) {
+      return problem.dynamics.reads(argument) ||
+             (problem.running_cost && problem.running_cost.reads(argument));
+    };
+    if (input == w.t0()) return model_reads(problem.arguments.t());
+    if (input >= w.p() && input < w.t0()) return model_reads(problem.arguments.p(input - w.p()));
+    return true;
   }
 
   void value(const double* w, double* end) const override {

@@ -95,18 +95,17 @@ void ShootingProgram::refresh() {
   refresh_rows();
   refresh_costs();
   refresh_changes();
-  invalidate();
 }
 
 void ShootingProgram::refresh_constants() {
   for (const PlacedBlock& b : placed_) {
     const int j = b.place.phase;
-    constant(b.block, b.time_argument) = known_time(b.place);
+    set_constant(b.block, b.time_argument, known_time(b.place));
     if (b.length_argument >= 0)
-      constant(b.block, b.length_argument) = grid_.interval(j, b.place.interval).length0;
+      set_constant(b.block, b.length_argument, grid_.interval(j, b.place.interval).length0);
     if (b.parameter_argument < 0) continue;
     for (int i = 0; i < data[j].size(); ++i)
-      if (layout_.parameter(j, i) < 0) constant(b.block, b.parameter_argument + i) = data[j][i];
+      if (layout_.parameter(j, i) < 0) set_constant(b.block, b.parameter_argument + i, data[j][i]);
   }
 }
 
@@ -261,7 +260,7 @@ void ShootingProgram::refresh_costs() {
           site.length_inside ? 1.0 : grid_.interval(site.phase, site.interval).length0;
       factor = active ? length : 0.0;
     }
-    weight(site.block, site.output) = factor;
+    set_weight(site.block, site.output, factor);
   }
 }
 
@@ -281,8 +280,8 @@ void ShootingProgram::refresh_changes() {
       const bool existed = site.from < 0 ? neighbours && !std::isnan(previous_input[i])
                                          : !is_pinned(j, site.from, i);
       const bool exists = neighbours && existed && !is_pinned(j, site.to, i);
-      weight(site.block, i) = exists ? nominal / mean : 0.0;
-      if (site.from < 0) constant(site.block, i) = exists ? previous_input[i] : 0.0;
+      set_weight(site.block, i, exists ? nominal / mean : 0.0);
+      if (site.from < 0) set_constant(site.block, i, exists ? previous_input[i] : 0.0);
     }
   }
 }
