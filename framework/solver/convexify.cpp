@@ -1,0 +1,123 @@
+#include "framework/solver/convexify.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace saltus {
+
+SparsityPattern with_diagonal(const SparsityPattern& pattern) {
+  std::vector<std::pair<int, int>> pairs;
+  pattern.for_each([&](int r, int c, int) { pairs.emplace_back(r, c); });
+  for (int i = 0; i < pattern.rows(); ++i) pairs.emplace_back(i, i);
+  return SparsityPattern::from_pairs(pattern.rows(), pattern.cols(), std::move(pairs));
+}
+
+Convexification::Convexification(const SparsityPattern& pattern, int largest_block) {
+  const int n = pattern.rows();
+  std::vector<int> root(n);  // of the tree of variables that belong together
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  pattern.for_each([&](int r, int c, int) { root[find(r)] = find(c); });
+
+  std::vector<int> block_of(n, -1), place(n);
+  for (int i = 0; i < n; ++i) {
+    int& block = block_of[find(i)];
+    if (block < 0) {
+      block = static_cast<int>(blocks_.size());
+      blocks_.emplace_back();
+    }
+    place[i] = blocks_[block].size();
+    blocks_[block].diagonal.push_back(pattern.find(i, i));
+    diagonal_.push_back(pattern.find(i, i));
+  }
+  pattern.for_each([&](int r, int c, int e) {
+    if (r != c) blocks_[block_of[find(r)]].below.push_back({place[r], place[c], e});
+  });
+  int most = 0;
+  for (Block& block : blocks_) {
+    most = std::max(most, block.size());
+    if (block.size() > largest_block) continue;
+    const auto known =
+        std::find_if(workspaces_.begin(), workspaces_.end(),
+                     [&](const Workspace& w) { return w.dense.rows() == block.size(); });
+    block.workspace = static_cast<int>(known - workspaces_.begin());
+    if (known == workspaces_.end()) workspaces_.emplace_back(block.size());
+  }
+  radius_.resize(most);
+}
+
+void Convexification::apply(VectorXd& entries, double floor) {
+  for (const Block& block : blocks_) {
+    if (block.below.empty()) {
+      double& d = entries[block.diagonal.front()];
+      d = std::abs(d);
+    } else if (block.workspace < 0) {
+      shift(block, entries, floor);
+    } else {
+      project(block, workspaces_[block.workspace], entries, floor);
+    }
+  }
+}
+
+void Convexification::project(const Block& block, Workspace& work, VectorXd& entries,
+                              double floor) {
+  const int n = block.size();
+  MatrixXd& dense = work.dense;
+  MatrixXd& rest = work.rest;
+  dense.setZero();
+  for (int i = 0; i < n; ++i) dense(i, i) = entries[block.diagonal[i]];
+  for (const Entry& e : block.below)
+    dense(e.row, e.col) = dense(e.col, e.row) = entries[e.position];
+  if (!dense.allFinite()) return;
+  work.eigen.compute(dense);
+  const VectorXd& d = work.eigen.eigenvalues();
+  const MatrixXd& V = work.eigen.eigenvectors();
+  const double largest = std::max(std::abs(d[0]), std::abs(d[n - 1]));
+  const double rounding = 1e-12 * largest;  // of the eigenvalues themselves
+  if (largest == 0.0 || d[0] >= -rounding) return;
+  rest.setZero();  // what is added
+  for (int k = 0; k < n && d[k] < floor * largest; ++k) {
+    const double more = std::max(std::abs(d[k]), floor * largest) - d[k];
+    for (int j = 0; j < n; ++j)
+      for (int i = j; i < n; ++i) rest(i, j) += more * V(i, k) * V(j, k);
+  }
+  for (int i = 0; i < n; ++i) entries[block.diagonal[i]] += rest(i, i);
+  for (const Entry& e : block.below) {
+    double& r = rest(std::max(e.row, e.col), std::min(e.row, e.col));
+    entries[e.position] += r;
+    r = 0.0;
+  }
+  for (int j = 0; j < n; ++j)
+    for (int i = j + 1; i < n; ++i) {
+      if (rest(i, j) == 0.0) continue;
+      entries[block.diagonal[i]] += std::abs(rest(i, j));
+      entries[block.diagonal[j]] += std::abs(rest(i, j));
+    }
+}
+
+void Convexification::shift(const Block& block, VectorXd& entries, double floor) {
+  auto radius = radius_.head(block.size());
+  radius.setZero();
+  for (const Entry& e : block.below) {
+    radius[e.row] += std::abs(entries[e.position]);
+    radius[e.col] += std::abs(entries[e.position]);
+  }
+  double lowest = 0.0, largest = 0.0;
+  for (int i = 0; i < block.size(); ++i) {
+    lowest = std::min(lowest, entries[block.diagonal[i]] - radius[i]);
+    largest = std::max(largest, std::abs(entries[block.diagonal[i]]) + radius[i]);
+  }
+  if (lowest < 0.0)
+    for (const int position : block.diagonal) entries[position] += floor * largest - lowest;
+}
+
+void Convexification::add_to_diagonal(VectorXd& entries, double shift) const {
+  for (const int position : diagonal_) entries[position] += shift;
+}
+
+}  // namespace saltus

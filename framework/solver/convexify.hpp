@@ -1,0 +1,55 @@
+// A Hessian made positive definite, block by block, without new entries.
+//
+// The Hessian of an optimal control problem falls into blocks that share no entry: a stage each, or
+// a phase with its free duration. A block V diag(d) V' that is not positive definite becomes
+// P = V diag(max(|d|, floor)) V': directions of negative curvature become directions of caution.
+// Where the pattern has no entry for E = the rest of P, the diagonal takes it over:
+// P - E + diag(sum_j |E_ij|) is P plus a diagonally dominant matrix, so still positive definite.
+#pragma once
+
+#include <Eigen/Eigenvalues>
+#include <vector>
+
+#include "framework/core/sparsity.hpp"
+#include "framework/core/types.hpp"
+
+namespace saltus {
+
+/// The pattern with the whole diagonal: what apply() and add_to_diagonal() need.
+SparsityPattern with_diagonal(const SparsityPattern& lower_triangle);
+
+/// Symbolic work and memory for the Hessians of one pattern; after construction nothing allocates.
+class Convexification {
+ public:
+  /// Blocks of more variables than `largest_block` are shifted by their Gershgorin bound instead.
+  explicit Convexification(const SparsityPattern& with_whole_diagonal, int largest_block = 200);
+
+  /// Changes the entries in place. `floor` is relative to the largest eigenvalue of a block.
+  void apply(VectorXd& entries, double floor);
+  void add_to_diagonal(VectorXd& entries, double shift) const;
+
+ private:
+  struct Entry {
+    int row, col, position;  // row and col within the block
+  };
+  struct Block {
+    std::vector<int> diagonal;  // positions
+    std::vector<Entry> below;
+    int workspace = -1;  // -1: too large
+    int size() const { return static_cast<int>(diagonal.size()); }
+  };
+  struct Workspace {
+    explicit Workspace(int n) : dense(n, n), rest(n, n), eigen(n) {}
+    MatrixXd dense, rest;
+    Eigen::SelfAdjointEigenSolver<MatrixXd> eigen;
+  };
+  void project(const Block& block, Workspace& work, VectorXd& entries, double floor);
+  void shift(const Block& block, VectorXd& entries, double floor);
+
+  std::vector<Block> blocks_;
+  std::vector<Workspace> workspaces_;  // one per size
+  std::vector<int> diagonal_;
+  VectorXd radius_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,29 @@
+// A quadratic program whose rows may be violated at a price: it always has a feasible point.
+//
+//     min 1/2 w'Hw + g'w + price sum(s + t)   subject to   lower <= w <= upper,
+//     row_lower <= J w + s - t <= row_upper,  s, t >= 0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "framework/solver/sqp.hpp"
+
+namespace saltus {
+
+class ElasticQp {
+ public:
+  ElasticQp(const SparseQp& shape, const QpSolverFactory& make, const QpOptions& options);
+
+  /// `point` is the start and receives w and the multipliers.
+  QpResult solve(const SparseQp& qp, double price, PrimalDualPoint& point,
+                 QpClock::time_point deadline);
+
+ private:
+  SparseQp qp_;
+  std::vector<int> position_;  // of the entries of J
+  std::unique_ptr<QpSolver> solver_;
+  PrimalDualPoint point_;
+};
+
+}  // namespace saltus

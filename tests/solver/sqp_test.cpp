@@ -1,0 +1,182 @@
+// Does sequential quadratic programming reach known optima, whatever the Hessian, and does it say
+// why when there is none?
+#include "framework/solver/sqp.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/qp/sparse_solver.hpp"
+#include "problems/reference_cases.hpp"
+#include "tests/solver/small_programs.hpp"
+#include "tests/support/dense_qp_solver.hpp"
+#include "tests/support/event_problems.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+
+std::unique_ptr<Solver> sqp(const Sqp& options = {}) {
+  return make_solver(options, make_sparse_qp_solver, make_sparse_qp_solver);
+}
+
+NlpPoint point_at(double a, double b) { return {Vec<double, 2>{a, b}, {}, {}}; }
+
+class SqpReference : public testing::TestWithParam<std::tuple<ReferenceCase, Curvature>> {};
+
+TEST_P(SqpReference, ReachesTheKnownOptimumFromItsOwnGuess) {
+  const auto& [c, curvature] = GetParam();
+  MultipleShooting shooting(c.problem(), c.options);
+  const Solution solution = solve(shooting, *sqp({.curvature = curvature}));
+  ASSERT_EQ(solution.status, SolveStatus::optimal) << solution.message;
+  EXPECT_NEAR(solution.cost, c.optimum, c.tolerance * (1.0 + std::abs(c.optimum)));
+  EXPECT_LT(solution.kkt.scaled(), 1e-8);
+  EXPECT_EQ(shooting.nlp().is_linear_quadratic(), c.id == "B22" || c.id == "C02");
+  EXPECT_LE(solution.iterations, 20);
+}
+
+std::vector<ReferenceCase> well_behaved() {
+  std::vector<ReferenceCase> cases;
+  for (const ReferenceCase& c : reference_cases())
+    if (c.id != "B01") cases.push_back(c);
+  return cases;
+}
+
+INSTANTIATE_TEST_SUITE_P(Catalogue, SqpReference,
+                         testing::Combine(testing::ValuesIn(well_behaved()),
+                                          testing::Values(Curvature::exact,
+                                                          Curvature::gauss_newton)),
+                         [](const auto& instance) {
+                           return std::get<0>(instance.param).id +
+                                  (std::get<1>(instance.param) == Curvature::exact ? "Exact"
+                                                                                   : "GaussNewton");
+                         });
+
+// Without the ceiling, J(T) = 2/T - 6 l/T^2 + 6 l^2/T^3 of the climb falls on both sides of T = 3
+// l, where only its slope is zero: an inflection. On a grid the block may rise above the ceiling
+// between two nodes, so that a longer climb is cheaper. An interior-point method stops at the
+// inflection, where the KKT conditions hold; a method of descent goes past it.
+TEST(SqpBrysonDenham, LeavesTheInflectionForALowerPlan) {
+  const ReferenceCase& c = reference_case("B01");
+  MultipleShooting shooting(c.problem(), c.options);
+  const auto solver = make_solver(Sqp{}, make_dense_qp_solver, make_dense_qp_solver);
+  const Solution solution = solve(shooting, *solver);
+  EXPECT_LT(solution.kkt.feasibility, 1e-4);
+  EXPECT_LT(solution.cost, 4.0);
+  EXPECT_GT(solution.cost, 3.99);
+}
+
+TEST(Sqp, FindsTheOptimumOfACurvedValleyFromFarAway) {
+  for (const double a : {-1.2, 3.0, 0.0}) {
+    Rosenbrock program;
+    const NlpResult r = sqp()->solve(program, point_at(a, 1.0), false);
+    ASSERT_EQ(r.status, SolveStatus::optimal) << a;
+    EXPECT_NEAR(r.point.w[0], 1.0, 1e-6);
+    EXPECT_NEAR(r.point.w[1], 1.0, 1e-6);
+    EXPECT_LE(r.iterations, 60);
+  }
+}
+
+TEST(Sqp, MultipliersHaveTheSignOfTheSideThatHolds) {
+  Rosenbrock program;
+  program.row_upper_[0] = 1.0;
+  NlpResult r = sqp()->solve(program, point_at(-1.2, 1.0), false);
+  ASSERT_EQ(r.status, SolveStatus::optimal);
+  EXPECT_NEAR(r.point.w.sum(), 1.0, 1e-8);
+  EXPECT_GT(r.point.lambda[0], 1e-3);
+  program.row_upper_[0] = infinity;
+  program.lower_[0] = 1.5;
+  r = sqp()->solve(program, point_at(-1.2, 1.0), false);
+  ASSERT_EQ(r.status, SolveStatus::optimal);
+  EXPECT_NEAR(r.point.w[0], 1.5, 1e-8);
+  EXPECT_LT(r.point.z[0], -1e-3);
+}
+
+TEST(Sqp, IsIndifferentToTheSolverOfItsModels) {
+  const ReferenceCase& c = reference_case("C03");
+  MultipleShooting shooting(c.problem(), c.options);
+  const auto dense = make_solver(Sqp{}, make_dense_qp_solver, make_dense_qp_solver);
+  const Solution one = solve(shooting, *dense), other = solve(shooting, *sqp());
+  ASSERT_TRUE(one.ok() && other.ok());
+  EXPECT_NEAR(one.cost, other.cost, 1e-9 * one.cost);
+}
+
+TEST(Sqp, WarmStartAtTheSolutionNeedsNoStep) {
+  const ReferenceCase& c = reference_case("C03");
+  MultipleShooting shooting(c.problem(), c.options);
+  const auto solver = sqp();
+  const Solution cold = solve(shooting, *solver);
+  ASSERT_TRUE(cold.ok());
+  EXPECT_EQ(solve(shooting, *solver, cold.point).iterations, 0);
+}
+
+struct Cart {  // x' = v, v' = u
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+const auto position = [](const auto&, const auto& x) { return x[0]; };
+
+// At most 2 can be reached; linear-quadratic if the duration is fixed.
+OptimalControlProblem too_far(Bounds duration) {
+  Phase<2, 1> run{"run", Cart{}, duration};
+  run.bound_input(0, between(-1.0, 1.0))
+      .track("effort", input, Vec<double, 1>{1.0})
+      .reach("goal", position, exactly(5.0));
+  if (!duration.is_equality()) run.guess_duration(1.0);
+  OptimalControlProblem ocp("too far");
+  return ocp.start_at({0, 0}).then(run);
+}
+
+TEST(SqpStatus, InfeasibleNamesPhaseTermTimeAndAmount) {
+  for (const Bounds duration : {exactly(2.0), between(0.5, 2.0)}) {
+    MultipleShooting shooting(too_far(duration), ten);
+    EXPECT_EQ(shooting.nlp().is_linear_quadratic(), duration.is_equality());
+    const Solution s = solve(shooting, *sqp());
+    EXPECT_EQ(s.status, SolveStatus::infeasible) << duration.lower;
+    EXPECT_NE(s.message.find("phase 'run', term 'goal', row 0 at t = 2 s misses its bounds by 3"),
+              std::string::npos)
+        << s.message;
+  }
+}
+
+TEST(SqpStatus, IterationLimit) {
+  Rosenbrock program;
+  const NlpResult r = sqp({.max_iterations = 2})->solve(program, point_at(-1.2, 1.0), false);
+  EXPECT_EQ(r.status, SolveStatus::iteration_limit);
+  EXPECT_EQ(r.iterations, 2);
+}
+
+TEST(SqpStatus, TimeLimitIsWallClock) {
+  Rosenbrock program;
+  program.seconds_per_evaluation = 0.02;
+  const NlpResult r = sqp({.time_limit = 0.05})->solve(program, point_at(-1.2, 1.0), false);
+  EXPECT_EQ(r.status, SolveStatus::time_limit);
+  EXPECT_LT(r.seconds, 1.0);
+}
+
+TEST(SqpStatus, EvaluationFailed) {
+  Rosenbrock program;
+  program.fails = true;
+  EXPECT_EQ(sqp()->solve(program, point_at(-1.2, 1.0), false).status,
+            SolveStatus::evaluation_failed);
+}
+
+TEST(SqpStatus, WhatIsNoProblemIsSaidToBeNone) {
+  Rosenbrock program;
+  program.lower_[0] = 1.0;
+  program.upper_[0] = 0.0;
+  EXPECT_EQ(sqp()->solve(program, point_at(0, 0), false).status, SolveStatus::invalid_problem);
+  Rosenbrock other;
+  EXPECT_EQ(sqp()->solve(other, {VectorXd::Zero(3), {}, {}}, false).status,
+            SolveStatus::invalid_problem);
+  EXPECT_EQ(sqp()->solve(other, point_at(std::nan(""), 0), false).status,
+            SolveStatus::invalid_problem);
+  other.has_curvature = false;
+  EXPECT_EQ(sqp()->solve(other, point_at(0, 0), false).status, SolveStatus::invalid_problem);
+}
+
+}  // namespace
+}  // namespace saltus
