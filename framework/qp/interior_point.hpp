@@ -2,6 +2,7 @@
 // models KktSystem. Notation and derivation: framework/design/riccati.md.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -24,6 +25,7 @@ class InteriorPoint {
         residuals_(variables, equalities, sides),
         step_(variables, equalities, sides),
         other_(variables, equalities, sides),
+        best_(variables, equalities, sides),
         target_(sides),
         weights_(sides),
         work_(sides),
@@ -37,50 +39,38 @@ class InteriorPoint {
   QpResult solve(System& system, const QpOptions& options, QpClock::time_point deadline,
                  bool warm) {
     QpResult result;
-    begin(system, options, warm);
+    if (!begin(system, options, warm)) {
+      result.status = QpStatus::numerical_failure;
+      return result;
+    }
     const Lengths size(system);
-    double best = infinite;
-    int without_progress = 0;
+    Progress progress;
     for (int iteration = 0;; ++iteration) {
+      const double scale = multiplier_scale(size);
+      tolerance_ = options.tolerance * std::fmax(1.0, scale / large_multiplier);
+      acceptable_ = options.tolerance * scale;
+      requested_ = options.tolerance;
       follow_residuals(system, size);
       result.iterations = iteration;
-      result.residual = residuals_.largest;
-      result.violation = residuals_.feasibility;
-      result.status = QpStatus::optimal;
-      if (residuals_.largest <= options.tolerance && trusted_steps_ == 0 &&
-          residuals_.mu <= enough_on_average * options.tolerance)
-        return result;
-      if (!std::isfinite(residuals_.largest)) {
-        result.status = QpStatus::numerical_failure;
+      if (residuals_.largest <= tolerance_ && residuals_.feasibility <= options.tolerance &&
+          trusted_steps_ == 0 && residuals_.mu <= enough_on_average * tolerance_) {
+        result.status = QpStatus::optimal;
         return result;
       }
-      // Rounding may forbid the last digits of large numbers: then what counts is the residual in
-      // units of the multipliers.
-      without_progress = residuals_.largest < 0.5 * best ? 0 : without_progress + 1;
-      best = std::fmin(best, residuals_.largest);
-      if (without_progress >= patience &&
-          residuals_.largest <= options.tolerance * multiplier_scale(size))
-        return result;
-      if (without_progress >= patience || shortest_step_ < suspicious_step) {
-        if (is_infeasible(system, point_, residuals_, scratch_)) {
-          result.status = QpStatus::infeasible;
-          return result;
-        }
-        if (is_unbounded(system, point_, scratch_)) {
-          result.status = QpStatus::unbounded;
-          return result;
-        }
+      keep_best(progress, size);
+      const bool goes_on = progress.counts(residuals_.largest);
+      if (!goes_on || shortest_step_ < suspicious_step) {
+        result.status = why_not(system, progress);
+        if (result.status != QpStatus::optimal) return result;
       }
-      if (iteration == options.max_iterations) {
-        result.status = QpStatus::iteration_limit;
-        return result;
-      }
-      if (deadline != QpClock::time_point::max() && QpClock::now() >= deadline) {
-        result.status = QpStatus::deadline;
-        return result;
-      }
-      if (!advance(system, size)) {
-        result.status = QpStatus::numerical_failure;
+      const bool late = deadline != QpClock::time_point::max() && QpClock::now() >= deadline;
+      if (late || !goes_on || iteration == options.max_iterations || !advance(system, size)) {
+        result.status = progress.has_best ? QpStatus::optimal
+                        : late            ? QpStatus::deadline
+                        : std::isfinite(residuals_.largest) && iteration == options.max_iterations
+                            ? QpStatus::iteration_limit
+                            : QpStatus::numerical_failure;
+        if (progress.has_best) std::swap(point_, best_);
         return result;
       }
     }
@@ -88,15 +78,6 @@ class InteriorPoint {
 
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  static constexpr int patience = 8;
-  // Centrality correctors (Gondzio) where the step is short, and what they must bring.
-  static constexpr int centrality_corrections = 1;
-  static constexpr double short_step = 0.9, hoped_gain = 0.2, least_gain = 0.01;
-  // Products are not driven further below the tolerance than this: it would only cost digits.
-  static constexpr double floor_of_products = 2e-3, enough_on_average = 1e-2;
-  static constexpr int longest_trust = 6;
-  static constexpr double suspicious_step = 1e-2;
-
   struct Lengths {
     explicit Lengths(System& system)
         : variables(system.variables()),
@@ -112,7 +93,47 @@ class InteriorPoint {
     double products;  // how many s lambda and t tau there are
   };
 
-  void begin(System& system, const QpOptions& options, bool warm) {
+  // Rounding may forbid the last digits where multipliers are large. The best point that meets the
+  // tolerance in units of the multipliers is kept for the case that it does not get better.
+  struct Progress {
+    double least = infinite, best = infinite;
+    int without = 0;
+    bool has_best = false;
+    /// False when nothing has improved for too long, or nothing is left to improve.
+    bool counts(double residual) {
+      without = residual < 0.5 * least ? 0 : without + 1;
+      least = std::fmin(least, residual);
+      return std::isfinite(residual) && without < (has_best ? patience_at_end : patience);
+    }
+  };
+  void keep_best(Progress& progress, const Lengths& size) {
+    if (trusted_steps_ != 0 || !(residuals_.largest <= acceptable_) ||
+        residuals_.feasibility > requested_ || !(residuals_.largest < progress.best))
+      return;
+    progress.best = residuals_.largest;
+    progress.has_best = true;
+    std::copy_n(point_.v.data(), size.variables, best_.v.data());
+    std::copy_n(point_.y.data(), size.equalities, best_.y.data());
+    std::copy_n(point_.lambda.data(), size.sides, best_.lambda.data());
+  }
+  QpStatus why_not(System& system, const Progress& progress) {
+    if (progress.has_best) return QpStatus::optimal;
+    if (is_infeasible(system, point_.v, point_.y, point_.lambda, scratch_) ||
+        is_infeasible(system, point_.v, step_.y, step_.lambda, scratch_))
+      return QpStatus::infeasible;
+    return is_unbounded(system, point_, scratch_) ? QpStatus::unbounded : QpStatus::optimal;
+  }
+
+  static constexpr int patience = 20, patience_at_end = 6;
+  // Centrality correctors (Gondzio) where the step is short, and what they must bring.
+  static constexpr int centrality_corrections = 1;
+  static constexpr double short_step = 0.9, hoped_gain = 0.2, least_gain = 0.01;
+  // Products are not driven further below the tolerance than this: it would only cost digits.
+  static constexpr double floor_of_products = 2e-3, enough_on_average = 1e-2;
+  static constexpr int longest_trust = 6;
+  static constexpr double suspicious_step = 1e-2;
+
+  bool begin(System& system, const QpOptions& options, bool warm) {
     shortest_step_ = 1.0;
     last_step_ = 1.0;
     trusted_steps_ = 0;
@@ -120,8 +141,11 @@ class InteriorPoint {
     tolerance_ = options.tolerance;
     if (warm)
       start_warm(system, options.warm_barrier, point_, work_);
+    else if (options.start == QpStart::guess)
+      start_at_guess(system, options.start_barrier, point_, work_);
     else
-      start_cold(system, options.start_barrier, point_, work_);
+      return start_least_squares(system, point_, work_, gradient_, residuals_.equality);
+    return true;
   }
 
   // A step of length a leaves (1 - a) of every linear residual: as long as the optimum is far, that
@@ -129,7 +153,7 @@ class InteriorPoint {
   void follow_residuals(System& system, const Lengths& size) {
     Residuals& r = residuals_;
     measure_products(system, size);
-    const bool far = r.largest_product > tolerance_ && trusted_steps_ < longest_trust;
+    const bool far = r.largest_product > acceptable_ && trusted_steps_ < longest_trust;
     if (far && has_residuals_) {
       ++trusted_steps_;
       scale(r.stationarity, 1.0 - last_step_, size.variables);
@@ -267,18 +291,23 @@ class InteriorPoint {
     for (int i = 0; i < size; i += lanes) result += load(a + i);
     return sum(result);
   }
+  // A side with a multiplier of a million cannot be met to 1e-8 / 1e6: rounding forbids it. Beyond
+  // this size of the multipliers the tolerance grows with them.
+  static constexpr double large_multiplier = 1e4;
   double multiplier_scale(const Lengths& size) const {
     const double y = largest_magnitude(point_.y.data(), size.equalities);
-    return std::fmax(1.0, std::fmax(y, largest_magnitude(point_.lambda.data(), size.sides)));
+    const double lambda = largest_magnitude(point_.lambda.data(), size.sides);
+    return std::fmax(1.0, std::fmax(y, lambda));
   }
 
   Iterate point_;
   Residuals residuals_;
-  Iterate step_, other_;
+  Iterate step_, other_, best_;
   SideTarget target_;
   AlignedArray weights_, work_, gradient_;
   CertificateSpace scratch_;
-  double shortest_step_ = 1.0, last_step_ = 1.0, tolerance_ = 1e-8;
+  double shortest_step_ = 1.0, last_step_ = 1.0, requested_ = 1e-8;
+  double tolerance_ = 1e-8, acceptable_ = 1e-8;  // the same in units of the multipliers
   int trusted_steps_ = 0;
   bool has_residuals_ = false;
 };

@@ -28,24 +28,25 @@ struct CertificateSpace {
 inline constexpr double certified_radius = 1e5;
 
 /// Farkas: multipliers lambda >= 0 and y with E'y - G'lambda = 0 and lambda'beta - y'e > 0. What
-/// is left of the first is weighed against the second over a ball of certified_radius. Soft sides
-/// can be missed, so they prove nothing.
+/// is left of the first is weighed against the second over a ball of certified_radius about the
+/// iterate v. Soft sides can be missed, so they prove nothing. Negative multipliers are left out.
 template <class System>
-bool is_infeasible(System& system, const Iterate& p, const Residuals& r, CertificateSpace& w) {
+bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
+                   const AlignedArray& lambda, CertificateSpace& w) {
   for (int i = 0; i < system.sides(); ++i)
-    w.lambda[i] = i < system.first_soft() ? p.lambda[i] * system.active()[i] : 0.0;
-  system.evaluate(p.v.data(), w.zero_y.data(), w.zero_lambda.data(), w.cost_gradient.data(),
+    w.lambda[i] = i < system.first_soft() ? std::fmax(lambda[i], 0.0) * system.active()[i] : 0.0;
+  system.evaluate(v.data(), w.zero_y.data(), w.zero_lambda.data(), w.cost_gradient.data(),
                   w.equality.data(), w.side.data());
-  system.evaluate(p.v.data(), p.y.data(), w.lambda.data(), w.gradient.data(), w.equality.data(),
+  system.evaluate(v.data(), y.data(), w.lambda.data(), w.gradient.data(), w.equality.data(),
                   w.side.data());
-  // With m = E'y - G'lambda: lambda'beta - y'e = lambda'(beta - Gv) - m'v + ... at the point v.
+  // Seen from v: lambda'(beta - G v) + y'(E v - e) > (E'y - G'lambda)'d for all d of the ball.
   double value = 0.0, rest = 0.0, size = 1.0;
   for (int i = 0; i < system.first_soft(); ++i)
     value += w.lambda[i] * (system.beta()[i] - w.side[i]);
-  for (int i = 0; i < system.equalities(); ++i) value += p.y[i] * r.equality[i];
+  for (int i = 0; i < system.equalities(); ++i) value += y[i] * w.equality[i];
   for (int i = 0; i < system.variables(); ++i) {
     rest += std::fabs(w.gradient[i] - w.cost_gradient[i]);
-    size = std::fmax(size, std::fabs(p.v[i]));
+    size = std::fmax(size, std::fabs(v[i]));
   }
   return value > certified_radius * size * rest;
 }

@@ -11,7 +11,7 @@ namespace saltus::qp {
 /// Slacks follow from the sides at v where they are far enough inside, multipliers from the
 /// barrier: s lambda = barrier. y starts at zero.
 template <class System>
-void start_cold(System& system, double barrier, Iterate& point, AlignedArray& work) {
+void start_at_guess(System& system, double barrier, Iterate& point, AlignedArray& work) {
   const double least_slack = std::sqrt(barrier);
   system.multiply(point.v.data(), work.data());
   for (int i = 0; i < system.equalities(); ++i) point.y[i] = 0.0;
@@ -29,6 +29,60 @@ void start_cold(System& system, double barrier, Iterate& point, AlignedArray& wo
     point.tau[i] = std::max(system.l1()[i] + system.l2()[i] * point.t[i] - point.lambda[i],
                             barrier / point.t[i]);
   }
+}
+
+/// Mehrotra's start, which needs no guess: the point that meets the sides best in the least-squares
+/// sense, its distances to them taken as slacks and, with the other sign, as multipliers, and both
+/// shifted until they are positive. False when the factorisation broke down.
+template <class System>
+bool start_least_squares(System& system, Iterate& point, AlignedArray& work, AlignedArray& gradient,
+                         AlignedArray& equality) {
+  const int sides = system.sides(), variables = system.variables();
+  for (int i = 0; i < variables; ++i) point.v[i] = 0.0;
+  for (int i = 0; i < system.equalities(); ++i) point.y[i] = 0.0;
+  for (int i = 0; i < sides; ++i) point.lambda[i] = 0.0;
+  system.evaluate(point.v.data(), point.y.data(), point.lambda.data(), gradient.data(),
+                  equality.data(), work.data());
+  system.multiply_transposed(system.beta(), point.v.data());
+  for (int i = 0; i < variables; ++i) gradient[i] -= point.v[i];
+  if (!system.factor(system.active())) return false;
+  system.solve(gradient.data(), equality.data(), point.v.data(), point.y.data());
+  system.multiply(point.v.data(), work.data());
+  double least = 0.0, most = 0.0;
+  for (int i = 0; i < sides; ++i) {
+    if (system.active()[i] == 0.0) continue;
+    const double gap = work[i] - system.beta()[i];
+    least = std::min(least, gap);
+    most = std::max(most, gap);
+  }
+  double slack_shift = -1.5 * least, multiplier_shift = 1.5 * most;
+  double products = 0.0, slacks = 0.0, multipliers = 0.0;
+  for (int i = 0; i < sides; ++i) {
+    if (system.active()[i] == 0.0) continue;
+    const double gap = work[i] - system.beta()[i];
+    products += (gap + slack_shift) * (multiplier_shift - gap);
+    slacks += gap + slack_shift;
+    multipliers += multiplier_shift - gap;
+  }
+  // Where every side holds with ease, or none does, something positive is still needed.
+  constexpr double something = 1e-2;
+  slack_shift += std::max(0.5 * products / std::max(multipliers, something), something);
+  multiplier_shift += std::max(0.5 * products / std::max(slacks, something), something);
+  for (int i = 0; i < sides; ++i) {
+    const bool active = system.active()[i] != 0.0;
+    const double gap = work[i] - system.beta()[i];
+    point.s[i] = active ? gap + slack_shift : 1.0;
+    point.lambda[i] = active ? multiplier_shift - gap : 0.0;
+    point.t[i] = point.tau[i] = 1.0;
+    if (i < system.first_soft() || !active) continue;
+    point.t[i] = std::max(-gap, 0.0) + slack_shift;
+    point.s[i] = gap + point.t[i];
+    if (point.s[i] < slack_shift) point.s[i] = slack_shift;
+    const double price = system.l1()[i] + system.l2()[i] * point.t[i];
+    point.lambda[i] = 0.5 * price;
+    point.tau[i] = 0.5 * price;
+  }
+  return true;
 }
 
 /// Keeps v, y and lambda of a neighbouring problem; slack and multiplier of every side are lifted

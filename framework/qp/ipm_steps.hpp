@@ -38,7 +38,7 @@ inline StepLengths largest_steps(const Iterate& p, const Iterate& step, int firs
 /// same for both, so that every linear residual shrinks by the same share.
 inline StepLengths damped_steps(const Iterate& p, const Iterate& step, int first_soft, int sides,
                                 double mu) {
-  const double fraction = std::max(0.995, 1.0 - mu);
+  const double fraction = std::clamp(1.0 - mu, 0.995, 0.9999);
   const StepLengths longest = largest_steps(p, step, first_soft, sides);
   const double length = std::min(1.0, fraction * std::min(longest.primal, longest.dual));
   return {length, length};

@@ -20,10 +20,17 @@ const char* describe(QpStatus status);
 
 using QpClock = std::chrono::steady_clock;
 
+/// Where a cold start begins.
+enum class QpStart {
+  least_squares,  ///< needs no guess and costs about as much as an iteration
+  guess,          ///< at the given point, which should be near the optimum in what binds
+};
+
 struct QpOptions {
+  QpStart start = QpStart::least_squares;
   double tolerance = 1e-8;  ///< largest KKT residual: stationarity, feasibility, complementarity
   int max_iterations = 100;
-  /// Barrier parameter of a cold start, in units of the cost.
+  /// Barrier parameter of a start at a guess, in units of the cost.
   double start_barrier = 0.03;
   /// Smallest slack and multiplier of a warm start are chosen so that their products are this.
   double warm_barrier = 1e-3;

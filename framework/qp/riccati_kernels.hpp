@@ -35,6 +35,9 @@ struct SweepStage {
   double* p = nullptr;      ///< ld: gradient; after backward() of the cost to go, eliminated below
 };
 
+/// A pivot this small beside the diagonal it began as is nothing but rounding.
+inline constexpr double lost_digits = 1e-15;
+
 enum class Update { set, add, subtract };
 
 // V vectors x C columns of out (+/-)= A B, B(i, j) = B[i * step_i + j * step_j].
@@ -158,7 +161,8 @@ SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int l
 template <int NX, int NU, int NN>
 struct RiccatiStage {
   /// M += flow' P flow, then eliminates the inputs. P: next x next, leading dimension ld_P.
-  /// `work`: ld_next x n. Pivots at or below `least_pivot` are replaced by it; returns how many.
+  /// `work`: ld_next x n. Pivots at or below `least_pivot` are replaced;
+  /// returns how many.
   static int factor(SweepStage& s, const double* P, int ld_P, double* work, double least_pivot) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
@@ -169,12 +173,14 @@ struct RiccatiStage {
       multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, s.M, ld);
     }
     int replaced = 0;
+    for (int j = 0; j < nu; ++j) s.pivot[j] = s.M[(nx + j) * (ld + 1)];
     for (int j = nu - 1; j >= 0; --j) {
       double* column = s.M + (nx + j) * ld;
       double* factor = s.L + j * ld;
       double pivot = column[nx + j];
-      if (!(pivot > least_pivot)) {
-        pivot = least_pivot;
+      // What rounding has left of a stiff direction: it stays where it is in this step.
+      if (!(pivot > least_pivot + lost_digits * s.pivot[j])) {
+        pivot = s.pivot[j] > least_pivot ? s.pivot[j] : least_pivot;
         ++replaced;
       }
       const double inverse = 1.0 / pivot;

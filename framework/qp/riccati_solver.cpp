@@ -17,12 +17,19 @@ class RiccatiSolver final : public StageQpSolver {
   QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept override {
     QpResult result;
     if (!system_.pack(qp)) return result;
+    if (system_.contradicts_itself()) {
+      result.status = QpStatus::infeasible;
+      return result;
+    }
     qp::Iterate& iterate = method_.point();
     system_.pack_point(qp, point, warm, iterate.v.data(), iterate.y.data(), iterate.lambda.data());
     if (!warm && options_.roll_out) system_.roll_out(iterate.v.data());
     result = method_.solve(system_, options_, deadline_, warm);
     system_.unpack_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
+    const StageQpResidual residual = kkt_residual(qp, point);
     result.objective = objective(qp, point);
+    result.residual = residual.largest();
+    result.violation = residual.feasibility;
     return result;
   }
 

@@ -93,12 +93,14 @@ struct RiccatiSystem::Packer {
   void add_group(int k, int g, bool equalities);
   void add_bound_rows(int k, int part, bool equalities);
   void fill_sides();
+  bool is_settled(int k, int g, int row);
 };
 
 bool RiccatiSystem::Packer::run() {
   system.numbers_.reset();
   system.integers_.reset();
   system.has_equality_rows_ = false;
+  system.contradiction_ = false;
   system.reduced_stages_ = 0;
   const int stages = static_cast<int>(qp.stages.size());
   if (stages != static_cast<int>(system.stages_.size())) return false;
@@ -475,6 +477,28 @@ void RiccatiSystem::Packer::groups(int k) {
   }
 }
 
+// An equality of the fixed start alone: it holds or it contradicts.
+bool RiccatiSystem::Packer::is_settled(int k, int g, int row) {
+  const Stage& s = qp.stages[k];
+  const RowGroup& group = s.groups[g];
+  double free = 0.0, size = std::fabs(group.lower[row]), value = -group.lower[row];
+  for (int c = 0; c < static_cast<int>(group.columns.size()); ++c) {
+    const int j = group.columns[c];
+    const double m = group.M(row, c);
+    if (j >= s.nx) {
+      free = std::max(free, std::fabs(m));
+      continue;
+    }
+    value += m * qp.start[j];
+    size = std::max(size, std::fabs(m));
+  }
+  // Of what is left after the arithmetic that made the rows.
+  constexpr double rounding = 1e-13, agreement = 1e-9;
+  if (free > rounding * size) return false;
+  if (std::fabs(value) > agreement * std::max(1.0, size)) system.contradiction_ = true;
+  return true;
+}
+
 void RiccatiSystem::Packer::add_group(int k, int g, bool equalities) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[g];
@@ -497,6 +521,9 @@ void RiccatiSystem::Packer::add_group(int k, int g, bool equalities) {
       return;
     }
     if ((l == u && !group.soft) != equalities || (l == -infinity && u == infinity)) continue;
+    if (p.constant_states > 0 && l == u && !group.soft && is_settled(k, g, i)) {
+      continue;
+    }
     source[rows++] = i;
     has_lower = has_lower || l != -infinity;
     has_upper = has_upper || u != infinity;
@@ -705,7 +732,7 @@ void RiccatiSystem::Packer::fill_sides() {
     const PackedStage& p = system.stages_[k];
     const auto lower_of = [&](int j) { return j < s.nx ? s.x_lower[j] : s.u_lower[j - s.nx]; };
     const auto upper_of = [&](int j) { return j < s.nx ? s.x_upper[j] : s.u_upper[j - s.nx]; };
-    for (const RowBlock& b : p.rows)
+    for (RowBlock& b : p.rows)
       for (int i = 0; i < b.rows; ++i) {
         const int from = b.source[i];
         double shift = 0.0, l, u;
@@ -723,6 +750,8 @@ void RiccatiSystem::Packer::fill_sides() {
           system.wanted_[b.equality_at + i] = (l - shift) * b.scale[i];
           continue;
         }
+        b.partial =
+            b.partial || (b.lower_at >= 0 && l == -infinity) || (b.upper_at >= 0 && u == infinity);
         if (b.lower_at >= 0) set(b.lower_at + i, l - shift, 1.0);
         if (b.upper_at >= 0) set(b.upper_at + i, u - shift, -1.0);
         if (!b.soft) continue;
@@ -856,6 +885,26 @@ void RiccatiSystem::pack_point(const StageQp& qp, const StagePoint& point, bool 
   }
 }
 
+// Soft rows of the fixed start alone are no part of the packed program; what they miss has a price.
+void RiccatiSystem::price_settled_rows(const StageQp& qp, StagePoint::AtStage& to) const {
+  const Stage& s = qp.stages.front();
+  for (std::size_t g = 0; g < s.groups.size(); ++g) {
+    const RowGroup& group = s.groups[g];
+    const bool settled =
+        std::all_of(group.columns.begin(), group.columns.end(), [&](int j) { return j < s.nx; });
+    if (!group.soft || !settled) continue;
+    for (int i = 0; i < group.rows; ++i) {
+      double value = 0.0;
+      for (std::size_t c = 0; c < group.columns.size(); ++c)
+        value += group.M(i, static_cast<int>(c)) * qp.start[group.columns[c]];
+      if (value > group.upper[i])
+        to.group[g][i] = group.l1[i] + group.l2[i] * (value - group.upper[i]);
+      if (value < group.lower[i])
+        to.group[g][i] = -group.l1[i] - group.l2[i] * (group.lower[i] - value);
+    }
+  }
+}
+
 void RiccatiSystem::unpack_point(const StageQp& qp, const double* v, const double* y,
                                  const double* lambda, StagePoint& point) const {
   for (std::size_t k = 0; k < stages_.size(); ++k) {
@@ -899,6 +948,7 @@ void RiccatiSystem::unpack_point(const StageQp& qp, const double* v, const doubl
       if (p.bounds.upper_at >= 0) add(-1, j, lambda[p.bounds.upper_at + i]);
       if (p.bounds.lower_at >= 0) add(-1, j, -lambda[p.bounds.lower_at + i]);
     }
+    if (p.constant_states > 0) price_settled_rows(qp, to);
   }
 }
 
@@ -974,16 +1024,21 @@ void RiccatiSystem::products(const double* v, const double* y, double* stationar
 }
 
 void RiccatiSystem::multiply(const double* v, double* side) {
+  const auto mask = [&](int at, int rows) {
+    for (int i = at; i < at + padded(rows); i += lanes)
+      store(side + i, load(side + i) * load(&active_[i]));
+  };
   for (const PackedStage& p : stages_) {
     for (const RowBlock& b : p.rows) {
       if (b.equality_at >= 0) continue;
-      if (b.upper_at < 0) {
+      if (b.upper_at >= 0) b.kernel->multiply(b, v + b.v_at, -1.0, side + b.upper_at);
+      if (b.lower_at >= 0 && b.upper_at >= 0)
+        for (int i = 0; i < padded(b.rows); i += lanes)
+          store(side + b.lower_at + i, -load(side + b.upper_at + i));
+      else if (b.lower_at >= 0)
         b.kernel->multiply(b, v + b.v_at, 1.0, side + b.lower_at);
-        continue;
-      }
-      b.kernel->multiply(b, v + b.v_at, -1.0, side + b.upper_at);
-      for (int i = 0; b.lower_at >= 0 && i < padded(b.rows); i += lanes)
-        store(side + b.lower_at + i, -load(side + b.upper_at + i));
+      if (b.partial && b.lower_at >= 0) mask(b.lower_at, b.rows);
+      if (b.partial && b.upper_at >= 0) mask(b.upper_at, b.rows);
     }
     const BoundBlock& b = p.bounds;
     for (int i = 0; i < b.length; i += lanes) {

@@ -95,6 +95,8 @@ class RiccatiSystem {
   void multiply(const double* v, double* side);
   void multiply_transposed(const double* side, double* v);
 
+  /// Whether equality rows of a fixed start alone do not hold.
+  bool contradicts_itself() const { return contradiction_; }
   /// Since the last pack(): pivots that had to be replaced.
   int replaced_pivots() const { return replaced_pivots_; }
   /// Stages whose inputs were reduced to their resultant.
@@ -107,6 +109,7 @@ class RiccatiSystem {
   void products(const double* v, const double* y, double* stationarity, double* equality);
   template <int sign>
   void add_sides(const double* side, double* v);
+  void price_settled_rows(const StageQp& qp, StagePoint::AtStage& to) const;
   void add_rows(PackedStage& stage, const double* weights);
   void factor_parts(PackedStage& stage);
   void sweep(const double* gradient, const double* equality, double* dv, double* dy);
@@ -125,7 +128,7 @@ class RiccatiSystem {
   int max_variables_ = 0, max_equalities_ = 0, max_sides_ = 0;
   int variables_ = 0, equalities_ = 0, sides_ = 0, first_soft_ = 0;
   int replaced_pivots_ = 0, reduced_stages_ = 0;
-  bool has_equality_rows_ = false;
+  bool has_equality_rows_ = false, contradiction_ = false;
 };
 
 }  // namespace saltus::qp

@@ -17,6 +17,7 @@ struct RowBlock {
   int lower_at = -1, upper_at = -1;  ///< first side, -1: no lower (upper) sides
   int equality_at = -1;              ///< first entry of y; then there are no sides
   bool soft = false;
+  bool partial = false;           ///< some of its rows lack one of the sides that others have
   int part = 0;                   ///< of the inputs, or 0: the stage's main variables
   int v_at = 0;                   ///< where the part's variables begin in v
   const int* column = nullptr;    ///< per column, its place behind v_at
@@ -157,7 +158,10 @@ struct SplitFunctions {
     for (int j = 0; j < m; ++j) {
       const double* pivot_column = S + j * ld;
       const double* row = rows + j * stride;
-      const double pivot = pivot_column[j] > least_pivot ? pivot_column[j] : least_pivot;
+      const double diagonal = s.before[j + j * ld] + s.second[j + j * ld];
+      double pivot = pivot_column[j];
+      if (!(pivot > least_pivot + lost_digits * diagonal))
+        pivot = diagonal > least_pivot ? diagonal : least_pivot;
       s.pivot[j] = 1.0 / pivot;
       double* out = scaled + j * stride;
       for (int v = 0; v < stride; v += lanes) store(out + v, load(row + v) * s.pivot[j]);

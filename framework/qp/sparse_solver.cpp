@@ -1,5 +1,7 @@
 #include "framework/qp/sparse_solver.hpp"
 
+#include <algorithm>
+
 #include "framework/qp/interior_point.hpp"
 #include "framework/qp/sparse_system.hpp"
 
@@ -18,7 +20,12 @@ class SparseQpSolver : public QpSolver {
     if (!system_.load(qp) || point.w.size() != qp.variables() || !point.w.allFinite()) return {};
     qp::Iterate& iterate = method_.point();
     system_.load_point(point, iterate.v.data(), iterate.y.data(), iterate.lambda.data());
-    QpResult result = method_.solve(system_, options_, deadline_, warm);
+    // In the units of the system; of large costs the last digits are beyond double precision.
+    QpOptions options = options_;
+    options.tolerance =
+        std::max(options_.tolerance / system_.cost_unit(), std::min(options_.tolerance, finest));
+    options.warm_barrier /= system_.cost_unit();
+    QpResult result = method_.solve(system_, options, deadline_, warm);
     system_.unload_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
     const SparseQpResidual residual = kkt_residual(qp, point);
     result.objective = objective(qp, point.w);
@@ -30,6 +37,8 @@ class SparseQpSolver : public QpSolver {
   std::string name() const override { return "sparse"; }
 
  private:
+  static constexpr double finest = 1e-10;
+
   QpOptions options_;
   qp::SparseSystem system_;
   qp::InteriorPoint<qp::SparseSystem> method_;

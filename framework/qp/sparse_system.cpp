@@ -1,6 +1,7 @@
 #include "framework/qp/sparse_system.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -9,13 +10,16 @@
 namespace saltus::qp {
 namespace {
 
-// rho and delta, in units of the data. The factor's error grows with their inverse, refinement
-// needs more steps as they grow; from 1e-12 to 1e-8 the iterations of the method do not change.
-constexpr double least_regularisation = 1e-10;
-constexpr double largest_regularisation = 1e-4;
+// rho and delta, in units of the data, in the order in which they are tried. A pivot of this size
+// that is eliminated early costs digits, 1e-16 over its size of them; refinement wins them back as
+// long as it converges, which it does not where rho or delta outweigh what they are added to (1/w
+// of a row that holds hard). So neither the largest nor the smallest is always right.
+constexpr std::array regularisations{1e-12, 1e-14, 1e-10, 1e-8, 1e-6};
+// Backward error with which a solution passes.
+constexpr double accurate = 1e-13;
 // A row with less weight than this does not hold anything back.
 constexpr double least_weight = 1e-20;
-constexpr int refinements = 5;
+constexpr int refinements = 10;
 // A refinement that does not remove half of the residual has met rounding.
 constexpr double worthwhile = 0.5;
 // Of a residual relative to its largest term: there is nothing left to remove.
@@ -117,6 +121,10 @@ bool SparseSystem::load(const SparseQp& qp) {
     gradient_[i] = 0.0;
     hessian_diagonal_[i] = 1.0;
   }
+  cost_unit_ = std::max(1.0, norm(gradient_));
+  hessian_ /= cost_unit_;
+  gradient_ /= cost_unit_;
+  for (int i = 0; i < n_; ++i) hessian_diagonal_[i] /= is_fixed_[i] ? 1.0 : cost_unit_;
   scale_ = std::max(1.0, norm(hessian_));
   row_scale_ = norm(rows_);
 
@@ -136,7 +144,8 @@ bool SparseSystem::load(const SparseQp& qp) {
 
   for (int e = 0; e < hessian_.size(); ++e) ldl_.set(hessian_slot_[e], hessian_[e]);
   for (int e = 0; e < rows_.size(); ++e) ldl_.set(row_slot_[e], rows_[e]);
-  raised_ = 0;
+  level_ = 0;
+  changes_ = 0;
   return true;
 }
 
@@ -157,13 +166,15 @@ void SparseSystem::load_point(const PrimalDualPoint& point, double* v, double* y
   for (int i = n_; i < variables(); ++i) v[i] = 0.0;
   for (int i = 0; i < equalities(); ++i) y[i] = 0.0;
   if (point.lambda.size() == m_)
-    for (std::size_t i = 0; i < equality_rows_.size(); ++i) y[i] = point.lambda[equality_rows_[i]];
+    for (std::size_t i = 0; i < equality_rows_.size(); ++i)
+      y[i] = point.lambda[equality_rows_[i]] / cost_unit_;
   for (int i = 0; i < sides(); ++i) lambda[i] = 0.0;
   for (std::size_t i = 0; i < sides_.size(); ++i) {
     const auto [row, sign] = sides_[i];
     const VectorXd& multipliers = row < m_ ? point.lambda : point.z;
     const int index = row < m_ ? row : row - m_;
-    if (index < multipliers.size()) lambda[i] = std::max(-sign * multipliers[index], 0.0);
+    if (index < multipliers.size())
+      lambda[i] = std::max(-sign * multipliers[index] / cost_unit_, 0.0);
   }
 }
 
@@ -173,10 +184,11 @@ void SparseSystem::unload_point(const SparseQp& qp, const double* v, const doubl
   point.lambda.setZero(m_);
   point.z.setZero(n_);
   for (int i = 0; i < n_; ++i) point.w[i] = is_fixed_[i] ? fixed_[i] : v[i];
-  for (std::size_t i = 0; i < equality_rows_.size(); ++i) point.lambda[equality_rows_[i]] = y[i];
+  for (std::size_t i = 0; i < equality_rows_.size(); ++i)
+    point.lambda[equality_rows_[i]] = cost_unit_ * y[i];
   for (std::size_t i = 0; i < sides_.size(); ++i) {
     const auto [row, sign] = sides_[i];
-    (row < m_ ? point.lambda[row] : point.z[row - m_]) -= sign * lambda[i];
+    (row < m_ ? point.lambda[row] : point.z[row - m_]) -= sign * cost_unit_ * lambda[i];
   }
   // What holds a fixed variable is whatever its stationarity lacks.
   const auto add = [&](int i, double pull) {
@@ -257,11 +269,16 @@ bool SparseSystem::factor(const double* weights) {
   for (int i = n_; i < n_ + m_; ++i) diagonal_[i] = -1.0 / std::max(diagonal_[i], least_weight);
   for (const int row : equality_rows_) diagonal_[n_ + row] = 0.0;
 
-  for (double r = least_regularisation; r <= largest_regularisation; r *= 100.0) {
-    if (factor_with(r)) return true;
-    ++raised_;
+  for (std::size_t tried = 0; tried < regularisations.size(); ++tried) {
+    if (factor_with(regularisations[level_])) return true;
+    next_level();
   }
   return false;
+}
+
+void SparseSystem::next_level() {
+  level_ = (level_ + 1) % regularisations.size();
+  ++changes_;
 }
 
 bool SparseSystem::factor_with(double regularisation) {
@@ -305,24 +322,39 @@ double SparseSystem::backward_error() const {
                   of_rows > 0.0 ? of_rows / terms_of_rows : 0.0);
 }
 
+// Solves, refines, and keeps the solution if its error is smaller than the smallest so far.
+void SparseSystem::refine(double& smallest) {
+  solution_ = right_side_;
+  ldl_.solve(solution_.data());
+  double last = infinity;
+  for (int step = 0;; ++step) {
+    multiply_matrix(solution_.data(), residual_.data());
+    residual_ = right_side_ - residual_;
+    const double error = backward_error();
+    if (error < smallest) {
+      smallest = error;
+      best_ = solution_;
+    }
+    if (!(error < worthwhile * last) || error < rounding || step == refinements) return;
+    last = error;
+    ldl_.solve(residual_.data());
+    solution_ += residual_;
+  }
+}
+
 void SparseSystem::solve(const double* rv, const double* ry, double* dv, double* dy) {
   right_side_.setZero();
   for (int i = 0; i < n_; ++i) right_side_[i] = -rv[i];
   for (std::size_t i = 0; i < equality_rows_.size(); ++i)
     right_side_[n_ + equality_rows_[i]] = -ry[i];
 
-  solution_ = right_side_;
-  ldl_.solve(solution_.data());
+  // Others are tried where this one's solution is poor; the next factor begins with the last one
+  // tried.
   double smallest = infinity;
-  for (int step = 0;; ++step) {
-    multiply_matrix(solution_.data(), residual_.data());
-    residual_ = right_side_ - residual_;
-    const double error = backward_error();
-    if (error < smallest) best_ = solution_;
-    if (!(error < worthwhile * smallest) || error < rounding || step == refinements) break;
-    smallest = error;
-    ldl_.solve(residual_.data());
-    solution_ += residual_;
+  refine(smallest);
+  for (std::size_t tried = 1; tried < regularisations.size() && smallest > accurate; ++tried) {
+    next_level();
+    if (factor_with(regularisations[level_])) refine(smallest);
   }
   for (int i = 0; i < n_; ++i) dv[i] = best_[i];
   for (int i = n_; i < variables(); ++i) dv[i] = 0.0;

@@ -11,8 +11,10 @@
 namespace saltus::qp {
 
 /// v is w without its fixed variables: those (equal bounds) stay zero in v, and their values are
-/// part of the constants. Rows with equal sides are equalities; every other finite side of a row
-/// or bound is a side. Which is which may change with load().
+/// part of the constants. The cost is divided by cost_unit(), its largest slope at the origin (at
+/// least 1), and with it y and lambda: rounding and regularisation are relative to that. Rows with
+/// equal sides are equalities; every other finite side of a row or bound is a side. Which is which
+/// may change with load().
 ///
 /// Behind solve() stands one matrix whose pattern covers all cases,
 ///
@@ -35,6 +37,8 @@ class SparseSystem {
   void unload_point(const SparseQp& qp, const double* v, const double* y, const double* lambda,
                     PrimalDualPoint& point) const;
 
+  double cost_unit() const { return cost_unit_; }
+
   int max_variables() const { return padded(n_); }
   int max_equalities() const { return padded(m_); }
   int max_sides() const { return padded(2 * (n_ + m_)); }
@@ -56,8 +60,9 @@ class SparseSystem {
   void multiply(const double* v, double* side);
   void multiply_transposed(const double* side, double* v);
 
-  /// Since load(): factors that needed more regularisation than the least.
-  int raised_regularisation() const { return raised_; }
+  /// Since load(): how often a factor was made with another regularisation, because the first one
+  /// broke down or its solutions were poor.
+  int regularisation_changes() const { return changes_; }
   int factor_entries() const { return ldl_.factor_entries(); }
 
  private:
@@ -73,6 +78,8 @@ class SparseSystem {
   void multiply_rows(const double* v);
   void spread(const double* v, double* side) const;
   double backward_error() const;
+  void refine(double& smallest);
+  void next_level();
   void add_hessian_times(const double* v, double* out) const;
 
   SparsityPattern hessian_pattern_, row_pattern_;
@@ -94,9 +101,11 @@ class SparseSystem {
   VectorXd diagonal_;  ///< of the matrix without H, rho and delta: bound weights, -1/w
   VectorXd right_side_, solution_, residual_, best_;
   VectorXd row_work_;
+  double cost_unit_ = 1.0;
   double scale_ = 1.0;      ///< largest entry of H, at least 1: the unit of rho
   double row_scale_ = 0.0;  ///< largest entry of J
-  int raised_ = 0;
+  std::size_t level_ = 0;   ///< of regularisation, the one in use
+  int changes_ = 0;
 };
 
 }  // namespace saltus::qp

@@ -13,7 +13,7 @@ void StageMap::convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoi
   for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
     const Place& place = places_[k];
     const StagePoint::AtStage& p = from.stages[k];
-    const bool given = k == front_ && front_ == 0 && stages_.fixed_start;
+    const bool given = k == 0 && stages_.fixed_start;  // bounds are not read there
     if (!place.is_front)
       for (std::size_t i = 0; i < place.states.size(); ++i) {
         to.w[place.states[i]] = p.x[i];

@@ -1,3 +1,4 @@
+// The program is staged, solved and carried back: see stage_map.hpp.
 #include "framework/qp/staged_solver.hpp"
 
 #include <utility>
@@ -14,6 +15,7 @@ class StagedSolver final : public QpSolver {
 
   QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept override {
     QpResult result;
+    if (point.w.size() != qp.variables()) return result;
     const StageFill fill = map_.fill(qp);
     if (fill != StageFill::filled) {
       result.status =

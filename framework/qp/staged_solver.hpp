@@ -15,7 +15,7 @@ using MakeStageSolver = std::function<std::unique_ptr<StageQpSolver>(const Stage
 
 /// For programs with the patterns of `patterns`. Throws DefinitionError if the structure does not
 /// fit them, naming what does not. Numbers that cannot be staged (see StageFill) are an
-/// invalid_problem.
+/// invalid_problem. Residual and violation of a result are those of the program in stages.
 std::unique_ptr<QpSolver> make_staged_qp_solver(const SparseQp& patterns, StageStructure structure,
                                                 const MakeStageSolver& make);
 
