@@ -69,7 +69,9 @@ void StageMap::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const {
     for (const Group& group : place.groups) {
       if (!group.soft) continue;
       for (const Part& part : group.parts) {
-        // The slack of the other side, if it is needed, only makes this side's miss negative.
+        // Only one side can be missed; what rounding leaves of the other one is no miss.
+        const int below = soft_rows_[soft_of_row_[part.row]].below.variable;
+        if (part.side > 0 && below >= 0 && to.w[below] > qp.lower[below]) continue;
         double value = 0.0;
         for (int e = qp.row_pattern.row_begin(part.row); e < qp.row_pattern.row_end(part.row); ++e)
           value += qp.rows[e] * to.w[qp.row_pattern.col(e)];

@@ -1,3 +1,4 @@
+// Where every variable and row of a shooting program stands.
 #include "framework/transcription/shooting_stages.hpp"
 
 #include <algorithm>
