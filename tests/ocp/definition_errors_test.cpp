@@ -180,6 +180,14 @@ const std::vector<Mistake>& mistakes() {
          m.inputs(InputCourse::piecewise_linear).penalise_change(Vec<double, 1>{1.0});
        }),
        {"phase 'motion'", "piecewise constant"}},
+      {"ResultantOfMissingInputs",
+       phase([](Motion& m) { m.common_resultant({0}, 2); }),
+       {"phase 'motion'", "common resultant of 2 inputs from 0 on", "1 inputs"}},
+      {"ResultantsOverlap",
+       phase([](Motion& m) {
+         m.common_resultant({0, 0}, 1);
+       }),
+       {"phase 'motion'", "input 0 is in two groups"}},
       {"ParameterTwice",
        [] {
          Phase<1, 1, 2> m{"motion", Velocity{}, exactly(1.0)};
