@@ -26,6 +26,11 @@ enum class StageFill {
 ///
 /// Global variables are inputs of the stage before the first that uses them and states from there
 /// on. If that is the first one, a stage is put in front in which nothing else happens.
+///
+/// The cost of a carried variable alone stays where the variable stands; where it is carried to,
+/// only what it shares with others is left. The Hessian of one stage may thus be indefinite though
+/// the program is convex: recursions over stages do not mind, solvers that expect every stage to be
+/// convex do.
 class StageMap {
  public:
   /// Throws DefinitionError if the structure does not fit the patterns, naming what does not.
