@@ -23,7 +23,8 @@ namespace saltus::qp {
 ///                                                         for an equality,
 ///
 /// which rho, delta > 0 make quasi-definite. Its solutions are refined until the equations without
-/// rho and delta hold, as far as the residual can be made to shrink. Columns of fixed variables are
+/// rho and delta hold, as far as the residual can be made to shrink; where that is not far enough,
+/// the matrix is factored again with others. Columns of fixed variables are
 /// zero but for a 1 on the diagonal.
 class SparseSystem {
  public:

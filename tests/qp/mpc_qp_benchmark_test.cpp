@@ -76,7 +76,7 @@ TEST(MpcQpBenchmark, OptimaAreReachedToTheDigitsKnown) {
   for (const Expected& expected : cases) {
     const SparseQp qp = to_sparse_qp(testing::read_npz(data + expected.file));
     const auto solver =
-        make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.tolerance = 1e-11});
+        make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.tolerance = 1e-13});
     PrimalDualPoint point{VectorXd::Zero(qp.variables()), VectorXd(), VectorXd()};
     const QpResult result = solver->solve(qp, point, false);
     EXPECT_EQ(result.status, QpStatus::optimal) << expected.file;
