@@ -25,6 +25,12 @@ OptimalControlProblem& OptimalControlProblem::start_at(std::initializer_list<dou
   return start_at(std::move(x));
 }
 
+void OptimalControlProblem::move_start(const VectorRef& state) {
+  start_bounds_.resize(state.size());
+  for (Eigen::Index i = 0; i < state.size(); ++i) start_bounds_[i] = exactly(state[i]);
+  start_guess_ = state;
+}
+
 OptimalControlProblem& OptimalControlProblem::start_within(std::vector<Bounds> bounds,
                                                            VectorXd guess) {
   start_bounds_ = std::move(bounds);
@@ -58,7 +64,7 @@ OptimalControlProblem& OptimalControlProblem::append(Jump jump, PhaseDefinition 
   return *this;
 }
 
-bool OptimalControlProblem::set_softness(const std::string& weight_name, double weight) {
+bool OptimalControlProblem::set_softness(std::string_view weight_name, double weight) {
   bool found = false;
   for (PhaseDefinition& phase : phases_)
     for (Term& term : phase.terms)

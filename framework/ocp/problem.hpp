@@ -3,6 +3,7 @@
 
 #include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "framework/ocp/jump.hpp"
@@ -26,6 +27,8 @@ class OptimalControlProblem {
   /// The state at the start is given (it can be replaced between solves).
   OptimalControlProblem& start_at(VectorXd state);
   OptimalControlProblem& start_at(std::initializer_list<double> state);
+  /// The same between solves: once the start is given it only changes numbers, without allocation.
+  void move_start(const VectorRef& state);
   /// The state at the start is free within bounds; `guess` starts the search.
   OptimalControlProblem& start_within(std::vector<Bounds> bounds, VectorXd guess);
   /// Absolute time of the start, s.
@@ -48,7 +51,9 @@ class OptimalControlProblem {
   OptimalControlProblem& total_time(Bounds bounds);
 
   /// Sets every softness weight of this name; false if there is none.
-  bool set_softness(const std::string& weight_name, double weight);
+  bool set_softness(std::string_view weight_name, double weight);
+  /// For event times that move between solves.
+  Schedule& editable_schedule() { return schedule_; }
 
   const std::string& name() const { return name_; }
   const std::vector<PhaseDefinition>& phases() const { return phases_; }

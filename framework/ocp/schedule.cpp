@@ -39,7 +39,7 @@ Schedule::Schedule(std::vector<std::string> modes, std::vector<Event> events)
   check_order(events_);
 }
 
-int Schedule::index_of(const std::string& event) const {
+int Schedule::index_of(std::string_view event) const {
   for (std::size_t i = 0; i < events_.size(); ++i)
     if (events_[i].name == event) return static_cast<int>(i);
   std::vector<std::string> names;
@@ -49,7 +49,7 @@ int Schedule::index_of(const std::string& event) const {
                                     near.empty() ? "" : "; did you mean '" + near + "'?"));
 }
 
-double Schedule::time_of(const std::string& event) const { return events_[index_of(event)].time; }
+double Schedule::time_of(std::string_view event) const { return events_[index_of(event)].time; }
 
 const std::string& Schedule::mode_at(double t) const {
   std::size_t mode = 0;
@@ -57,7 +57,7 @@ const std::string& Schedule::mode_at(double t) const {
   return modes_[mode];
 }
 
-void Schedule::retime(const std::string& event, double time) {
+void Schedule::retime(std::string_view event, double time) {
   const int i = index_of(event);
   const double old = std::exchange(events_[i].time, time);
   try {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace saltus {
@@ -24,13 +25,13 @@ class Schedule {
   const std::vector<Event>& events() const { return events_; }
 
   /// Time of the named event (s). Throws DefinitionError naming the nearest known event.
-  double time_of(const std::string& event) const;
-  int index_of(const std::string& event) const;
+  double time_of(std::string_view event) const;
+  int index_of(std::string_view event) const;
   /// The mode in force at time t; at the event itself the new mode.
   const std::string& mode_at(double t) const;
 
   /// Moves one event. Throws DefinitionError, changing nothing, if the order would break.
-  void retime(const std::string& event, double time);
+  void retime(std::string_view event, double time);
   /// All events `elapsed` seconds earlier: the schedule seen from a clock that has moved on.
   void shift(double elapsed);
 

@@ -64,78 +64,95 @@ void MultipleShooting::start_at(double t, const VectorRef& state) {
     throw DefinitionError(
         fmt::format("start of problem '{}': it has {} entries, expected {} states",
                     problem().name(), state.size(), nx));
-  require_finite(state, "start of problem '" + problem().name() + "'");
-  if (!std::isfinite(t)) throw DefinitionError("the start time is not finite");
-  const double before = program_->start_time;
-  const VectorXd guess_before = problem().start_guess();
-  const std::vector<Bounds> bounds_before = program_->start_bounds;
-  program_->problem().start_at(state);
+  if (!state.allFinite()) require_finite(state, "start of problem '" + problem().name() + "'");
+  start_time(t);
+  const bool was_given = program_->is_given_start(0, 0);
+  program_->problem().move_start(state);
   program_->start_bounds = problem().start_bounds();
-  const auto place = [&](double start) {
-    program_->start_time = start;
-    program_->grid().place(problem().schedule(), start);
-    program_->refresh();
-  };
+  if (was_given)
+    program_->refresh_start();
+  else
+    program_->refresh();  // constraints on a given state are dropped, which is always possible
+}
+
+void MultipleShooting::start_time(double t) {
+  if (!std::isfinite(t)) throw DefinitionError("the start time is not finite");
+  if (t == program_->start_time) return;
+  const double before = std::exchange(program_->start_time, t);
   try {
-    place(t);
+    replace_grid();
   } catch (const DefinitionError&) {  // bounds of different windows now exclude one another
-    program_->problem().start_within(bounds_before, guess_before);
-    program_->start_bounds = bounds_before;
-    place(before);
+    program_->start_time = before;
+    replace_grid();
     throw;
   }
 }
 
-void MultipleShooting::set_data(const std::string& parameter, const VectorRef& value) {
-  std::vector<std::string> names;
-  bool found = false;
-  for (std::size_t j = 0; j < problem().phases().size(); ++j) {
-    int first = 0;
-    for (const ParameterBlock& block : problem().phases()[j].parameters) {
-      const int size = static_cast<int>(block.value.size());
-      if (block.name == parameter) {
-        if (block.unknown)
-          throw DefinitionError(
-              fmt::format("parameter '{}' is unknown: the solver decides it", parameter));
-        if (value.size() != size)
-          throw DefinitionError(fmt::format("parameter '{}' has {} entries, but {} were given",
-                                            parameter, size, value.size()));
-        require_finite(value, "parameter '" + parameter + "'");
-        program_->data[j].segment(first, size) = value;
-        found = true;
-      } else if (!block.unknown) {
-        names.push_back(block.name);
+void MultipleShooting::replace_grid() {
+  program_->grid().place(problem().schedule(), program_->start_time);
+  program_->refresh();
+}
+
+void MultipleShooting::set_data(std::string_view parameter, const VectorRef& value) {
+  const auto for_each_block = [&](auto&& visit) {
+    for (std::size_t j = 0; j < problem().phases().size(); ++j) {
+      int first = 0;
+      for (const ParameterBlock& block : problem().phases()[j].parameters) {
+        if (block.name == parameter) visit(static_cast<int>(j), first, block);
+        first += static_cast<int>(block.value.size());
       }
-      first += size;
     }
-  }
+  };
+  bool found = false;
+  for_each_block([&](int, int, const ParameterBlock& block) {
+    found = true;
+    if (block.unknown)
+      throw DefinitionError(
+          fmt::format("parameter '{}' is unknown: the solver decides it", parameter));
+    if (value.size() != block.value.size())
+      throw DefinitionError(fmt::format("parameter '{}' has {} entries, but {} were given",
+                                        parameter, block.value.size(), value.size()));
+  });
   if (!found) {
+    std::vector<std::string> names;
+    for (const PhaseDefinition& phase : problem().phases())
+      for (const ParameterBlock& block : phase.parameters)
+        if (!block.unknown) names.push_back(block.name);
     const std::string near = nearest_name(parameter, names);
     throw DefinitionError(fmt::format("problem '{}' has no data parameter '{}'{}", problem().name(),
                                       parameter,
                                       near.empty() ? "" : "; did you mean '" + near + "'?"));
   }
-  program_->refresh();
+  if (!value.allFinite()) require_finite(value, fmt::format("parameter '{}'", parameter));
+  for_each_block([&](int j, int first, const ParameterBlock&) {
+    for (Eigen::Index i = 0; i < value.size(); ++i)
+      program_->set_data(j, first + static_cast<int>(i), value[i]);
+  });
 }
 
-void MultipleShooting::retime(const std::string& event, double time) {
-  Schedule schedule = problem().schedule();
+void MultipleShooting::retime(std::string_view event, double time) {
+  Schedule& schedule = program_->problem().editable_schedule();
+  const double before = schedule.time_of(event);
+  if (time == before) return;
   schedule.retime(event, time);
-  set_schedule(schedule);
+  try {
+    replace_grid();
+  } catch (const DefinitionError&) {  // bounds of different windows now exclude one another
+    schedule.retime(event, before);
+    replace_grid();
+    throw;
+  }
 }
 
 void MultipleShooting::set_schedule(const Schedule& schedule) {
   for (const Event& e : problem().schedule().events()) schedule.index_of(e.name);
-  const Schedule before = problem().schedule();
-  const auto apply = [&](const Schedule& s) {
-    program_->problem().schedule(s);
-    program_->grid().place(s, program_->start_time);
-    program_->refresh();
-  };
+  program_->schedule_before = problem().schedule();
+  program_->problem().editable_schedule() = schedule;
   try {
-    apply(schedule);
+    replace_grid();
   } catch (const DefinitionError&) {  // bounds of different windows now exclude one another
-    apply(before);
+    program_->problem().editable_schedule() = program_->schedule_before;
+    replace_grid();
     throw;
   }
 }
@@ -149,17 +166,17 @@ void MultipleShooting::set_previous_input(const VectorRef& input) {
     if (std::isinf(input[i]))
       throw DefinitionError(fmt::format("previous input: entry {} is infinite", i));
   program_->previous_input = input;
-  program_->refresh();
+  program_->refresh_changes();
 }
 
-void MultipleShooting::set_softness(const std::string& weight_name, double weight) {
+void MultipleShooting::set_softness(std::string_view weight_name, double weight) {
   if (!(weight > 0.0 && std::isfinite(weight)))
     throw DefinitionError(
         fmt::format("softness weight '{}' is {}, expected a positive number", weight_name, weight));
   if (!program_->problem().set_softness(weight_name, weight))
     throw DefinitionError(
         fmt::format("problem '{}' has no softness weight '{}'", problem().name(), weight_name));
-  program_->refresh();
+  program_->refresh_rows();
 }
 
 // --- guesses ------------------------------------------------------------------------------------

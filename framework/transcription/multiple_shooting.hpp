@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "framework/ocp/problem.hpp"
@@ -36,18 +37,24 @@ class MultipleShooting {
   const OptimalControlProblem& problem() const;
   const Grid& grid() const;
   const Layout& layout() const;
+  /// What nlp() is, with its places: for PlanShift.
+  const ShootingProgram& program() const { return *program_; }
   /// Stages of nlp(): a node of a phase each, with the interval that begins there.
   StageStructure stages() const;
 
-  // --- data of the next solve; names and sizes are checked before anything changes --------------
+  // --- data of the next solve; names and sizes are checked before anything changes, and as long as
+  // --- nothing is wrong nothing allocates
+  // ---------------------------------------------------------
   void start_at(double t, const VectorRef& state);
-  void set_data(const std::string& parameter, const VectorRef& value);
-  void retime(const std::string& event, double time);
+  /// Only the time: the grid moves, the state stays to be given.
+  void start_time(double t);
+  void set_data(std::string_view parameter, const VectorRef& value);
+  void retime(std::string_view event, double time);
   void set_schedule(const Schedule& schedule);
   /// The input applied before the horizon, for penalise_change(); until given, the first interval
   /// is not charged. NaN marks an entry that did not exist then: it is not charged either.
   void set_previous_input(const VectorRef& input);
-  void set_softness(const std::string& weight_name, double weight);
+  void set_softness(std::string_view weight_name, double weight);
 
   /// The guesses of the problem as a point of the program.
   NlpPoint initial_guess() const;
@@ -61,6 +68,8 @@ class MultipleShooting {
   Solution interpret(NlpResult result);
 
  private:
+  void replace_grid();
+
   std::unique_ptr<ShootingProgram> program_;
   std::string integrator_name_;
 };

@@ -23,12 +23,19 @@ class ShootingProgram final : public BlockProgram {
   ShootingProgram(OptimalControlProblem problem, const std::vector<int>& base_intervals,
                   const IntegratorChoice& integrator);
   void refresh();
+  // Parts of it, where only that much changed.
+  void refresh_start();
+  void refresh_rows();
+  void refresh_changes();
+  /// Entry i of p in a phase, wherever it is read.
+  void set_data(int phase, int i, double value);
 
   // Data of the next solve, followed by refresh().
   double start_time = 0.0;           ///< absolute, s
   std::vector<Bounds> start_bounds;  ///< of the first state
   std::vector<VectorXd> data;        ///< p of each phase: data, and guesses of unknowns
   VectorXd previous_input;           ///< empty until given
+  Schedule schedule_before;          ///< to take a change back
 
   OptimalControlProblem& problem() { return problem_; }
   const OptimalControlProblem& problem() const { return problem_; }
@@ -84,11 +91,9 @@ class ShootingProgram final : public BlockProgram {
   void refresh_constants();
   void refresh_input_bounds(int j);
   void refresh_state_bounds(int j);
-  void refresh_start_and_unknowns();
+  void refresh_unknowns();
   void refresh_continuity();
-  void refresh_rows();
   void refresh_costs();
-  void refresh_changes();
   double penalty_length(const shooting::RowSite& site, const PhaseWindow& window) const;
   bool is_pinned(int phase, int interval, int component) const;
 

@@ -86,7 +86,8 @@ VectorXd ShootingProgram::parameters_of(int phase, const VectorXd* w) const {
 
 void ShootingProgram::refresh() {
   refresh_constants();
-  refresh_start_and_unknowns();
+  refresh_start();
+  refresh_unknowns();
   for (int j = 0; j < grid_.phases(); ++j) {
     refresh_input_bounds(j);
     refresh_state_bounds(j);
@@ -109,11 +110,23 @@ void ShootingProgram::refresh_constants() {
   }
 }
 
-void ShootingProgram::refresh_start_and_unknowns() {
+void ShootingProgram::set_data(int phase, int i, double value) {
+  if (data[phase][i] == value) return;
+  data[phase][i] = value;
+  if (layout_.parameter(phase, i) >= 0) return;
+  for (const PlacedBlock& b : placed_)
+    if (b.place.phase == phase && b.parameter_argument >= 0)
+      set_constant(b.block, b.parameter_argument + i, value);
+}
+
+void ShootingProgram::refresh_start() {
   const PhaseDefinition& first = problem_.phases().front();
   for (int i = 0; i < first.sizes.nx; ++i)
     bound_row(start_row_ + i, start_bounds[i].lower / first.nominal_state[i],
               start_bounds[i].upper / first.nominal_state[i]);
+}
+
+void ShootingProgram::refresh_unknowns() {
   for (int j = 0; j < grid_.phases(); ++j) {
     const PhaseDefinition& phase = problem_.phases()[j];
     int p = 0;
@@ -149,26 +162,35 @@ Bounds ShootingProgram::input_bounds(int phase, int interval, int component) con
 }
 
 bool ShootingProgram::is_pinned(int phase, int interval, int component) const {
-  return input_bounds(phase, interval, component).is_equality();
+  const int v = layout_.input(phase, interval) + component;
+  return lower()[v] == upper()[v];
 }
 
 void ShootingProgram::refresh_input_bounds(int j) {
   const PhaseDefinition& phase = problem_.phases()[j];
-  for (int k = 0; k < grid_.intervals(j); ++k)
-    for (int i = 0; i < phase.sizes.nu; ++i) {
-      // In an empty slot no time passes, so any value serves: take zero.
-      const Bounds b = grid_.interval(j, k).is_empty() ? exactly(0.0) : input_bounds(j, k, i);
-      if (b.is_empty())
-        throw DefinitionError(fmt::format(
-            "phase '{}', input {}: bounds that act at the same time exclude one another: [{}, {}]",
-            phase.name, i, b.lower, b.upper));
-      const double lower = b.lower / phase.nominal_input[i];
-      const double upper = b.upper / phase.nominal_input[i];
-      const int v = layout_.input(j, k) + i;
-      bound_variable(v, lower, upper);
-      if (phase.input_shape() == InputShape::linear)
-        bound_variable(v + phase.sizes.nu, lower, upper);
+  const int coefficients = (phase.input_shape() == InputShape::linear ? 2 : 1) * phase.sizes.nu;
+  for (int k = 0; k < grid_.intervals(j); ++k) {
+    // In an empty slot no time passes, so any value serves: take zero.
+    const double free = grid_.interval(j, k).is_empty() ? 0.0 : infinity;
+    for (int i = 0; i < coefficients; ++i) bound_variable(layout_.input(j, k) + i, -free, free);
+  }
+  for (const ComponentBounds& b : phase.input_bounds) {
+    const PhaseWindow window = grid_.resolve(j, b.window);
+    const double nominal = phase.nominal_input[b.component];
+    for (int k = 0; k < grid_.intervals(j); ++k) {
+      if (!grid_.interval_in(j, k, window)) continue;
+      for (int i = b.component; i < coefficients; i += phase.sizes.nu) {
+        const int v = layout_.input(j, k) + i;
+        bound_variable(v, std::max(lower()[v], b.bounds.lower / nominal),
+                       std::min(upper()[v], b.bounds.upper / nominal));
+        if (!(lower()[v] <= upper()[v]))
+          throw DefinitionError(
+              fmt::format("phase '{}', input {}: bounds that act at the same time exclude one "
+                          "another: [{}, {}]",
+                          phase.name, b.component, lower()[v] * nominal, upper()[v] * nominal));
+      }
     }
+  }
 }
 
 void ShootingProgram::refresh_state_bounds(int j) {
@@ -177,8 +199,9 @@ void ShootingProgram::refresh_state_bounds(int j) {
     const bool given = is_given_start(j, node);
     for (int i = 0; i < phase.sizes.nx; ++i)
       bound_variable(layout_.state(j, node) + i, -infinity, infinity);
+    if (given) continue;
     for (const ComponentBounds& s : phase.state_bounds) {
-      if (given || !grid_.node_in(j, node, grid_.resolve(j, s.window))) continue;
+      if (!grid_.node_in(j, node, grid_.resolve(j, s.window))) continue;
       const int v = layout_.state(j, node) + s.component;
       const double nominal = phase.nominal_state[s.component];
       bound_variable(v, std::max(lower()[v], s.bounds.lower / nominal),
@@ -220,13 +243,16 @@ double ShootingProgram::penalty_length(const RowSite& site, const PhaseWindow& w
 }
 
 void ShootingProgram::refresh_rows() {
+  const Term* last = nullptr;  // sites of one term follow one another
+  PhaseWindow window;
   for (const RowSite& site : rows_) {
     const Term& term = problem_.phases()[site.phase].terms[site.term];
+    if (&term != last) window = grid_.resolve(site.phase, term.window);
+    last = &term;
     const Place& place = site.block.place;
     bool active = true;
     double penalty = 1.0;
     if (term.place == TermPlace::running) {
-      const PhaseWindow window = grid_.resolve(site.phase, term.window);
       active = site.state_only ? grid_.node_in(site.phase, place.node, window) &&
                                      !is_given_start(site.phase, place.node)
                                : grid_.interval_in(site.phase, place.interval, window);
@@ -250,12 +276,15 @@ void ShootingProgram::refresh_rows() {
 }
 
 void ShootingProgram::refresh_costs() {
+  const Term* last = nullptr;
+  PhaseWindow window;
   for (const CostSite& site : costs_) {
     double factor = 1.0;
     if (site.interval >= 0) {
       const Term& term = problem_.phases()[site.phase].terms[site.term];
-      const bool active =
-          grid_.interval_in(site.phase, site.interval, grid_.resolve(site.phase, term.window));
+      if (&term != last) window = grid_.resolve(site.phase, term.window);
+      last = &term;
+      const bool active = grid_.interval_in(site.phase, site.interval, window);
       const double length =
           site.length_inside ? 1.0 : grid_.interval(site.phase, site.interval).length0;
       factor = active ? length : 0.0;

@@ -1,0 +1,194 @@
+#include "framework/transcription/plan_shift.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/transcription/shooting_program.hpp"
+
+namespace saltus {
+
+using namespace shooting;
+
+PlanShift::PlanShift(const ShootingProgram& program) {
+  const Grid& grid = program.grid();
+  for (int j = 0; j < grid.phases(); ++j) old_.emplace_back(grid.intervals(j));
+  new_ = old_;
+  const std::vector<RowSite>& sites = program.row_sites();
+  for (std::size_t i = 0; i < sites.size(); ++i) {
+    const RowSite& s = sites[i];
+    const bool by_node = s.block.place.interval < 0;
+    const Term& term = program.problem().phases()[s.phase].terms[s.term];
+    if (term.place != TermPlace::running) continue;  // at one end of the phase: keeps its place
+    const auto same = [&](const Family& f) {
+      const RowSite& first = sites[f.sites.front()];
+      return first.phase == s.phase && first.term == s.term &&
+             first.block.place.at_end == s.block.place.at_end;
+    };
+    auto family = std::find_if(families_.begin(), families_.end(), same);
+    if (family == families_.end()) family = families_.insert(family, Family{s.phase, by_node, {}});
+    family->sites.push_back(static_cast<int>(i));
+  }
+}
+
+void PlanShift::fill_times(const ShootingProgram& program, const VectorXd& w,
+                           std::vector<std::vector<Interval>>& times) {
+  const Grid& grid = program.grid();
+  for (int j = 0; j < grid.phases(); ++j) {
+    const double start = program.start_of(j, &w), T = program.duration_of(j, &w);
+    for (int k = 0; k < grid.intervals(j); ++k) {
+      const GridInterval& interval = grid.interval(j, k);
+      times[j][k] = {start + interval.offset(T), interval.is_empty() ? 0.0 : interval.length(T)};
+    }
+  }
+}
+
+void PlanShift::remember(const ShootingProgram& program, const VectorXd& w) {
+  fill_times(program, w, old_);
+}
+
+// At a node the interval that starts there, or from the left the one that ends.
+PlanShift::Spot PlanShift::find(int phase, double t, bool from_left) const {
+  const std::vector<Interval>& intervals = old_[phase];
+  const double rounding = 1e-9;  // s; far below the distance of two nodes
+  Spot spot{-1, 0.0};
+  for (int k = 0; k < static_cast<int>(intervals.size()); ++k) {
+    if (intervals[k].length == 0.0) continue;
+    const bool begun =
+        from_left ? intervals[k].start < t - rounding : intervals[k].start <= t + rounding;
+    if (spot.interval >= 0 && !begun) break;
+    spot.interval = k;
+  }
+  if (spot.interval < 0) return {0, 0.0};
+  const Interval& i = intervals[spot.interval];
+  spot.fraction = std::clamp((t - i.start) / i.length, 0.0, 1.0);
+  return spot;
+}
+
+// Of nodes at one instant the last: the others are superseded.
+int PlanShift::nearest_node(int phase, double t) const {
+  const Spot spot = find(phase, t, false);
+  const std::vector<Interval>& intervals = old_[phase];
+  if (spot.fraction < 0.5) return spot.interval;
+  int node = spot.interval + 1;
+  while (node < static_cast<int>(intervals.size()) && intervals[node].length == 0.0) ++node;
+  return node;
+}
+
+void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& plan,
+                      PrimalDualPoint& guess) const {
+  guess.w = plan.w;
+  guess.lambda = plan.lambda;
+  guess.z = plan.z;
+  const bool dual = plan.lambda.size() == program.rows() && plan.z.size() == program.variables();
+  const Grid& grid = program.grid();
+  const Layout& layout = program.layout();
+
+  // Free phases end when they ended in the plan.
+  double start = program.start_time;
+  for (int j = 0; j < grid.phases(); ++j) {
+    const PhaseDefinition& phase = program.problem().phases()[j];
+    double T = grid.reference_duration(j);
+    if (layout.duration(j) >= 0) {
+      T = std::clamp(old_[j].back().end() - start, phase.duration.lower, phase.duration.upper);
+      guess.w[layout.duration(j)] = T / phase.nominal_duration;
+    }
+    start += T;
+  }
+  fill_times(program, guess.w, new_);
+
+  for (const IntervalSite& site : program.interval_sites()) {
+    const int j = site.phase, k = site.interval;
+    const PhaseDefinition& phase = program.problem().phases()[j];
+    const int nx = phase.sizes.nx;
+    const Interval& now = new_[j][k];
+    const auto interpolate_state = [&](int node, const Spot& spot) {
+      const int first = layout.state(j, spot.interval), last = layout.state(j, spot.interval + 1);
+      const int to = layout.state(j, node), near = spot.fraction < 0.5 ? first : last;
+      for (int i = 0; i < nx; ++i) {
+        guess.w[to + i] =
+            (1.0 - spot.fraction) * plan.w[first + i] + spot.fraction * plan.w[last + i];
+        if (dual) guess.z[to + i] = plan.z[near + i];
+      }
+    };
+    interpolate_state(k, find(j, now.start, false));
+    const Spot end = find(j, now.end(), true);
+    if (k + 1 == grid.intervals(j)) interpolate_state(k + 1, end);
+
+    const Spot middle = find(j, now.start + 0.5 * now.length, false);
+    const int nc = (phase.input_shape() == InputShape::linear ? 2 : 1) * phase.sizes.nu;
+    const double longer = now.length / std::max(old_[j][middle.interval].length, 1e-12);
+    for (int i = 0; i < nc; ++i) {
+      const int from = layout.input(j, middle.interval) + i, to = layout.input(j, k) + i;
+      guess.w[to] = plan.w[from];
+      if (dual) guess.z[to] = longer * plan.z[from];  // costs are per unit of time
+    }
+    if (!dual) continue;
+
+    // Costates: of node k + 1, in the rows that define it.
+    const IntervalSite* sites = &site - k;  // of this phase, interval by interval
+    const int before = end.interval > 0 ? sites[end.interval - 1].first_row
+                       : j == 0         ? program.start_row()
+                                        : program.jump_row(j);
+    const int after = sites[end.interval].first_row;
+    for (int i = 0; i < nx; ++i)
+      guess.lambda[site.first_row + i] =
+          (1.0 - end.fraction) * plan.lambda[before + i] + end.fraction * plan.lambda[after + i];
+    if (j == 0 && k == 0) {
+      const Spot first = find(0, now.start, false);
+      const int left =
+          first.interval > 0 ? sites[first.interval - 1].first_row : program.start_row();
+      const int right = sites[first.interval].first_row;
+      for (int i = 0; i < nx; ++i)
+        guess.lambda[program.start_row() + i] = (1.0 - first.fraction) * plan.lambda[left + i] +
+                                                first.fraction * plan.lambda[right + i];
+    }
+    if (site.continuity_row >= 0 && sites[middle.interval].continuity_row >= 0)
+      for (int i = 0; i < phase.sizes.nu; ++i)
+        guess.lambda[site.continuity_row + i] =
+            plan.lambda[sites[middle.interval].continuity_row + i];
+  }
+
+  const std::vector<RowSite>& sites = program.row_sites();
+  for (const Family& family : families_)
+    for (std::size_t n = 0; n < family.sites.size(); ++n) {
+      const RowSite& to = sites[family.sites[n]];
+      const auto& intervals = new_[family.phase];
+      int source = 0;
+      double longer = 1.0;
+      if (family.by_node) {
+        const int node = to.block.place.node;
+        const double t = node < static_cast<int>(intervals.size()) ? intervals[node].start
+                                                                   : intervals.back().end();
+        source = nearest_node(family.phase, t);
+      } else {
+        const Interval& now = intervals[to.block.place.interval];
+        source = find(family.phase, now.start + 0.5 * now.length, false).interval;
+        longer = now.length / std::max(old_[family.phase][source].length, 1e-12);
+      }
+      const RowSite& from = sites[family.sites[source]];
+      for (std::size_t i = 0; i < to.slack_below.size(); ++i) {
+        if (dual)
+          guess.lambda[to.first_row + static_cast<int>(i)] =
+              longer * plan.lambda[from.first_row + static_cast<int>(i)];
+        for (const auto slacks : {&RowSite::slack_below, &RowSite::slack_above}) {
+          const int slack = (to.*slacks)[i];
+          if (slack < 0) continue;
+          guess.w[slack] = plan.w[(from.*slacks)[i]];
+          if (dual) guess.z[slack] = plan.z[(from.*slacks)[i]];
+        }
+      }
+    }
+
+  // What is not in force any more, or now.
+  guess.w = guess.w.cwiseMax(program.lower()).cwiseMin(program.upper());
+  if (!dual) return;
+  const auto drop = [](double& multiplier, double lower, double upper) {
+    if (multiplier > 0.0 ? std::isinf(upper) : std::isinf(lower)) multiplier = 0.0;
+  };
+  for (int i = 0; i < program.variables(); ++i)
+    drop(guess.z[i], program.lower()[i], program.upper()[i]);
+  for (int i = 0; i < program.rows(); ++i)
+    drop(guess.lambda[i], program.row_lower()[i], program.row_upper()[i]);
+}
+
+}  // namespace saltus

@@ -1,0 +1,55 @@
+// A plan moved on to the grid of the next solve: same absolute times, primal and dual.
+//
+// Between two ticks nodes move, and around an event they appear and vanish; the program's variables
+// and rows keep their numbers, but not their times. States and costates (multipliers of the
+// dynamics) are interpolated between the old nodes; inputs, other multipliers and slacks are those
+// of the old interval or node nearest in time. Beyond its end the plan goes on with its last
+// values.
+#pragma once
+
+#include <vector>
+
+#include "framework/core/primal_dual_point.hpp"
+
+namespace saltus {
+
+class ShootingProgram;
+
+/// Sized once for a program; after construction nothing allocates.
+class PlanShift {
+ public:
+  explicit PlanShift(const ShootingProgram& program);
+
+  /// Keeps the times of the program's grid, with free durations as in w: those of the plan.
+  void remember(const ShootingProgram& program, const VectorXd& w);
+  /// `plan`, made on the remembered grid, on the program's present one. Multipliers may be empty.
+  void apply(const ShootingProgram& program, const PrimalDualPoint& plan,
+             PrimalDualPoint& guess) const;
+
+ private:
+  struct Interval {
+    double start = 0.0, length = 0.0;  // absolute, s; length 0: an empty slot
+    double end() const { return start + length; }
+  };
+  // Where an instant lies in the old grid of a phase.
+  struct Spot {
+    int interval = 0;
+    double fraction = 0.0;
+  };
+  // Rows of one term in one phase, one site per node or per interval.
+  struct Family {
+    int phase = 0;
+    bool by_node = false;
+    std::vector<int> sites;
+  };
+  Spot find(int phase, double t, bool from_left) const;
+  int nearest_node(int phase, double t) const;
+  static void fill_times(const ShootingProgram& program, const VectorXd& w,
+                         std::vector<std::vector<Interval>>& times);
+
+  std::vector<std::vector<Interval>> old_;          // per phase
+  mutable std::vector<std::vector<Interval>> new_;  // scratch
+  std::vector<Family> families_;
+};
+
+}  // namespace saltus
