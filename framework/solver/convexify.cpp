@@ -6,6 +6,62 @@
 #include <utility>
 
 namespace saltus {
+namespace {
+
+// Whether the lower triangle has a Cholesky factor; overwrites it. Zero pivots pass if nothing is
+// left in their column.
+bool is_positive_semidefinite(MatrixXd& a, double rounding) {
+  const Eigen::Index n = a.rows();
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double pivot = a(j, j);
+    if (pivot <= rounding) {
+      for (Eigen::Index i = j; i < n; ++i)
+        if (a(i, j) < -rounding || (i > j && a(i, j) > rounding)) return false;
+      continue;
+    }
+    for (Eigen::Index k = j + 1; k < n; ++k) {
+      const double factor = a(k, j) / pivot;
+      for (Eigen::Index i = k; i < n; ++i) a(i, k) -= factor * a(i, j);
+    }
+  }
+  return true;
+}
+
+// Jacobi's method: rotations until a is diagonal, its eigenvalues; V receives the eigenvectors.
+// Eigen's solver is faster for large blocks, but allocates.
+void diagonalise(MatrixXd& a, MatrixXd& V) {
+  const Eigen::Index n = a.rows();
+  constexpr int most_sweeps = 30;
+  V.setIdentity();
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    double off = 0.0;
+    for (Eigen::Index q = 1; q < n; ++q)
+      for (Eigen::Index p = 0; p < q; ++p) off = std::max(off, std::abs(a(p, q)));
+    if (off <= 1e-15 * a.diagonal().cwiseAbs().maxCoeff()) return;
+    for (Eigen::Index q = 1; q < n; ++q)
+      for (Eigen::Index p = 0; p < q; ++p) {
+        if (a(p, q) == 0.0) continue;
+        const double theta = 0.5 * (a(q, q) - a(p, p)) / a(p, q);
+        const double t = (theta < 0.0 ? -1.0 : 1.0) / (std::abs(theta) + std::hypot(theta, 1.0));
+        const double c = 1.0 / std::hypot(t, 1.0), s = t * c;
+        for (Eigen::Index i = 0; i < n; ++i) {
+          const double ip = a(i, p), iq = a(i, q);
+          a(i, p) = c * ip - s * iq;
+          a(i, q) = s * ip + c * iq;
+        }
+        for (Eigen::Index i = 0; i < n; ++i) {
+          const double pi = a(p, i), qi = a(q, i);
+          a(p, i) = c * pi - s * qi;
+          a(q, i) = s * pi + c * qi;
+          const double vp = V(i, p), vq = V(i, q);
+          V(i, p) = c * vp - s * vq;
+          V(i, q) = s * vp + c * vq;
+        }
+      }
+  }
+}
+
+}  // namespace
 
 SparsityPattern with_diagonal(const SparsityPattern& pattern) {
   std::vector<std::pair<int, int>> pairs;
@@ -74,15 +130,17 @@ void Convexification::project(const Block& block, Workspace& work, VectorXd& ent
   for (const Entry& e : block.below)
     dense(e.row, e.col) = dense(e.col, e.row) = entries[e.position];
   if (!dense.allFinite()) return;
-  work.eigen.compute(dense);
-  const VectorXd& d = work.eigen.eigenvalues();
-  const MatrixXd& V = work.eigen.eigenvectors();
-  const double largest = std::max(std::abs(d[0]), std::abs(d[n - 1]));
-  const double rounding = 1e-12 * largest;  // of the eigenvalues themselves
-  if (largest == 0.0 || d[0] >= -rounding) return;
+  const double rounding = 1e-12 * dense.cwiseAbs().maxCoeff();
+  rest = dense;
+  if (is_positive_semidefinite(rest, rounding)) return;
+  MatrixXd& V = work.vectors;
+  diagonalise(dense, V);
+  const double largest = dense.diagonal().cwiseAbs().maxCoeff();
   rest.setZero();  // what is added
-  for (int k = 0; k < n && d[k] < floor * largest; ++k) {
-    const double more = std::max(std::abs(d[k]), floor * largest) - d[k];
+  for (int k = 0; k < n; ++k) {
+    const double d = dense(k, k);
+    if (d >= floor * largest) continue;
+    const double more = std::max(std::abs(d), floor * largest) - d;
     for (int j = 0; j < n; ++j)
       for (int i = j; i < n; ++i) rest(i, j) += more * V(i, k) * V(j, k);
   }

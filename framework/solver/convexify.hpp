@@ -7,7 +7,6 @@
 // P - E + diag(sum_j |E_ij|) is P plus a diagonally dominant matrix, so still positive definite.
 #pragma once
 
-#include <Eigen/Eigenvalues>
 #include <vector>
 
 #include "framework/core/sparsity.hpp"
@@ -22,7 +21,7 @@ SparsityPattern with_diagonal(const SparsityPattern& lower_triangle);
 class Convexification {
  public:
   /// Blocks of more variables than `largest_block` are shifted by their Gershgorin bound instead.
-  explicit Convexification(const SparsityPattern& with_whole_diagonal, int largest_block = 200);
+  explicit Convexification(const SparsityPattern& with_whole_diagonal, int largest_block = 64);
 
   /// Changes the entries in place. `floor` is relative to the largest eigenvalue of a block.
   void apply(VectorXd& entries, double floor);
@@ -39,9 +38,8 @@ class Convexification {
     int size() const { return static_cast<int>(diagonal.size()); }
   };
   struct Workspace {
-    explicit Workspace(int n) : dense(n, n), rest(n, n), eigen(n) {}
-    MatrixXd dense, rest;
-    Eigen::SelfAdjointEigenSolver<MatrixXd> eigen;
+    explicit Workspace(int n) : dense(n, n), rest(n, n), vectors(n, n) {}
+    MatrixXd dense, rest, vectors;
   };
   void project(const Block& block, Workspace& work, VectorXd& entries, double floor);
   void shift(const Block& block, VectorXd& entries, double floor);

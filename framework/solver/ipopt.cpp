@@ -35,6 +35,7 @@ class Adapter final : public coin::TNLP {
 
   NlpResult result;
   bool timed_out = false;
+  Clock::time_point deadline = Clock::time_point::max();
 
   /// Before every solve; `start` must outlive it.
   void begin(const NlpPoint& start) {
@@ -107,7 +108,8 @@ class Adapter final : public coin::TNLP {
                              Number, Number, Number, Number, Index, const coin::IpoptData*,
                              coin::IpoptCalculatedQuantities*) override {
     result.iterations = iteration;
-    timed_out = time_limit_ > 0.0 && seconds_since(begin_) > time_limit_;
+    timed_out =
+        (time_limit_ > 0.0 && seconds_since(begin_) > time_limit_) || Clock::now() >= deadline;
     return !timed_out;
   }
 
@@ -201,6 +203,7 @@ class IpoptSolver final : public Solver {
   explicit IpoptSolver(const saltus::Ipopt& options) : options_(options) {}
 
   std::string name() const override { return "Ipopt"; }
+  void set_deadline(Clock::time_point deadline) override { deadline_ = deadline; }
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     const Clock::time_point begin = Clock::now();
@@ -213,6 +216,7 @@ class IpoptSolver final : public Solver {
       if (!engine_.fits(program, warm)) engine_ = open(program, warm, limited_memory);
       if (IsValid(engine_.application)) {
         engine_.adapter->begin(start);
+        engine_.adapter->deadline = deadline_;
         const coin::ApplicationReturnStatus code = engine_.run(Structure(program));
         status = translate(code, engine_.adapter->timed_out);  // timed_out is known only now
         result = std::move(engine_.adapter->result);
@@ -298,6 +302,7 @@ class IpoptSolver final : public Solver {
   }
 
   saltus::Ipopt options_;
+  Clock::time_point deadline_ = Clock::time_point::max();
   Engine engine_;
 };
 

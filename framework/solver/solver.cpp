@@ -26,4 +26,24 @@ const char* describe(SolveStatus status) {
   return "unknown status";
 }
 
+SolveStatus to_solve_status(QpStatus status) {
+  switch (status) {
+    case QpStatus::optimal:
+      return SolveStatus::optimal;
+    case QpStatus::infeasible:
+      return SolveStatus::infeasible;
+    case QpStatus::unbounded:
+      return SolveStatus::unbounded;
+    case QpStatus::iteration_limit:
+      return SolveStatus::iteration_limit;
+    case QpStatus::deadline:
+      return SolveStatus::time_limit;
+    case QpStatus::numerical_failure:
+      return SolveStatus::numerical_failure;
+    case QpStatus::invalid_problem:
+      return SolveStatus::invalid_problem;
+  }
+  return SolveStatus::numerical_failure;
+}
+
 }  // namespace saltus

@@ -1,9 +1,11 @@
 // The seam between problems and solvers: options in, a status and a point out.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 
+#include "framework/qp/qp_result.hpp"
 #include "framework/solver/kkt.hpp"
 #include "framework/solver/nonlinear_program.hpp"
 
@@ -23,6 +25,8 @@ enum class SolveStatus {
 };
 /// One sentence.
 const char* describe(SolveStatus status);
+/// What a quadratic program's status means for the program that it is.
+SolveStatus to_solve_status(QpStatus status);
 inline bool is_success(SolveStatus s) {
   return s == SolveStatus::optimal || s == SolveStatus::acceptable;
 }
@@ -44,6 +48,9 @@ class Solver {
   virtual ~Solver() = default;
   /// `start` needs w; multipliers may be empty. With `warm`, they are used.
   virtual NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) = 0;
+  /// Later solves stop at this instant as well as at their own time limit; max(): never. Solvers
+  /// that cannot be stopped ignore it.
+  virtual void set_deadline(std::chrono::steady_clock::time_point deadline) { (void)deadline; }
   virtual std::string name() const = 0;
 };
 

@@ -32,30 +32,10 @@ double violation(double value, double lower, double upper) {
 
 double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().maxCoeff(); }
 
-SolveStatus translate(QpStatus status) {
-  switch (status) {
-    case QpStatus::optimal:
-      return SolveStatus::optimal;
-    case QpStatus::infeasible:
-      return SolveStatus::infeasible;
-    case QpStatus::unbounded:
-      return SolveStatus::unbounded;
-    case QpStatus::iteration_limit:
-      return SolveStatus::iteration_limit;
-    case QpStatus::deadline:
-      return SolveStatus::time_limit;
-    case QpStatus::numerical_failure:
-      return SolveStatus::numerical_failure;
-    case QpStatus::invalid_problem:
-      return SolveStatus::invalid_problem;
-  }
-  return SolveStatus::numerical_failure;
-}
-
 // What depends on the patterns only, kept between solves.
 struct Engine {
   Engine(const NonlinearProgram& program, const Sqp& options, const QpSolverFactory& make)
-      : model(program), qp_options{.tolerance = 0.1 * options.tolerance} {
+      : model(program), qp_options{.tolerance = 0.01 * options.tolerance} {
     if (program.is_linear_quadratic())
       qp_options = {.tolerance = options.tolerance, .max_iterations = options.max_iterations};
     else
@@ -81,7 +61,7 @@ struct Engine {
 class Run {
  public:
   Run(NonlinearProgram& program, const Sqp& options, Curvature curvature, Engine& engine,
-      const QpSolverFactory& relaxed)
+      const QpSolverFactory& relaxed, QpClock::time_point deadline)
       : program_(program),
         options_(options),
         curvature_(curvature),
@@ -89,10 +69,12 @@ class Run {
         relaxed_(relaxed),
         model_(engine.model),
         price_(VectorXd::Zero(program.rows())),
-        rows_(VectorXd::Zero(program.rows())) {
+        rows_(VectorXd::Zero(program.rows())),
+        deadline_(deadline) {
     if (options.time_limit > 0.0)
-      deadline_ = begin_ + std::chrono::duration_cast<QpClock::duration>(
-                               std::chrono::duration<double>(options.time_limit));
+      deadline_ =
+          std::min(deadline_, begin_ + std::chrono::duration_cast<QpClock::duration>(
+                                           std::chrono::duration<double>(options.time_limit)));
     engine_.qp->set_deadline(deadline_);
   }
 
@@ -135,7 +117,7 @@ class Run {
       point_ = start;
       relax();
     }
-    return translate(r.status);
+    return to_solve_status(r.status);
   }
 
   SolveStatus iterate(bool warm) {
@@ -169,7 +151,9 @@ class Run {
       QpResult r;
       if (!is_elastic) {
         r = engine_.qp->solve(model_.qp(), next_, warm);
-        if (warm && !serves(r) && r.status != QpStatus::deadline) {
+        // A warm start may be worse than none, or pass for the solution by the solver's own scale.
+        const bool stays = next_.w == point_.w;
+        if (warm && (!serves(r) || stays) && r.status != QpStatus::deadline) {
           next_ = point_;
           r = engine_.qp->solve(model_.qp(), next_, false);
         }
@@ -332,10 +316,10 @@ class Run {
   const QpSolverFactory& relaxed_;
   QuadraticModel& model_;
   QpClock::time_point begin_ = QpClock::now();
-  QpClock::time_point deadline_ = QpClock::time_point::max();
   NlpPoint point_, next_;
   VectorXd price_;  // nu
   VectorXd rows_;
+  QpClock::time_point deadline_;
   VectorXd exact_;        // Hessian before any care was taken
   double missing_ = 0.0;  // curvature on the surface of the equality rows
   KktResidual kkt_;
@@ -350,6 +334,8 @@ class SqpSolver final : public Solver {
 
   std::string name() const override { return engine_ ? "SQP with " + engine_->qp->name() : "SQP"; }
 
+  void set_deadline(QpClock::time_point deadline) override { deadline_ = deadline; }
+
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     Curvature curvature = options_.curvature;
     if (!program.supports(curvature))
@@ -357,7 +343,8 @@ class SqpSolver final : public Solver {
     if (!program.supports(curvature) || !is_well_posed(program, start)) return refuse(program);
     if (engine_ == nullptr || !engine_->fits(program))
       engine_ = std::make_unique<Engine>(program, options_, make_qp_);
-    return Run(program, options_, curvature, *engine_, make_relaxed_qp_).solve(start, warm);
+    return Run(program, options_, curvature, *engine_, make_relaxed_qp_, deadline_)
+        .solve(start, warm);
   }
 
  private:
@@ -376,6 +363,7 @@ class SqpSolver final : public Solver {
   Sqp options_;
   QpSolverFactory make_qp_, make_relaxed_qp_;
   std::unique_ptr<Engine> engine_;
+  QpClock::time_point deadline_ = QpClock::time_point::max();
 };
 
 }  // namespace

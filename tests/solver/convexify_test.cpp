@@ -1,0 +1,81 @@
+// Is a convexified Hessian positive definite, within its pattern, and left alone where it was?
+#include "framework/solver/convexify.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <random>
+#include <vector>
+
+namespace saltus {
+namespace {
+
+MatrixXd dense(const SparsityPattern& pattern, const VectorXd& entries) {
+  MatrixXd m = MatrixXd::Zero(pattern.rows(), pattern.cols());
+  pattern.for_each([&](int r, int c, int e) { m(r, c) = m(c, r) = entries[e]; });
+  return m;
+}
+double lowest_eigenvalue(const MatrixXd& m) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(m).eigenvalues().minCoeff();
+}
+
+// Blocks of one to eight variables, not all of their entries present.
+SparsityPattern random_pattern(std::mt19937& random) {
+  std::vector<std::pair<int, int>> pairs;
+  int n = 0;
+  for (int block = 0; block < 6; ++block) {
+    const int size = std::uniform_int_distribution<int>(1, 8)(random);
+    for (int i = 1; i < size; ++i)
+      for (int j = 0; j < i; ++j)
+        if (j + 1 == i || std::bernoulli_distribution(0.4)(random))
+          pairs.emplace_back(n + i, n + j);
+    n += size;
+  }
+  return with_diagonal(SparsityPattern::from_pairs(n, n, pairs));
+}
+
+TEST(Convexification, LeavesNoNegativeCurvatureInAnyBlock) {
+  for (const int largest_block : {64, 3}) {
+    std::mt19937 random(5);
+    std::normal_distribution<double> any;
+    for (int trial = 0; trial < 200; ++trial) {
+      const SparsityPattern pattern = random_pattern(random);
+      Convexification convexification(pattern, largest_block);
+      VectorXd entries(pattern.entries());
+      for (double& e : entries) e = any(random);
+      convexification.apply(entries, 1e-6);
+      ASSERT_GT(lowest_eigenvalue(dense(pattern, entries)), -1e-12) << trial;
+    }
+  }
+}
+
+TEST(Convexification, FullBlocksKeepTheirEigenvectorsAndTheSizesOfTheirEigenvalues) {
+  const SparsityPattern pattern = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
+  VectorXd entries = Vec<double, 3>{0.0, 2.0, 3.0};  // eigenvalues -1 and 4
+  Convexification(pattern).apply(entries, 1e-6);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(dense(pattern, entries));
+  EXPECT_NEAR(eigen.eigenvalues()[0], 1.0, 1e-12);
+  EXPECT_NEAR(eigen.eigenvalues()[1], 4.0, 1e-12);
+}
+
+TEST(Convexification, ConvexBlocksStayAsTheyAreToTheLastDigit) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> any;
+  for (const int rank : {2, 4}) {
+    MatrixXd root(4, rank);
+    for (double& e : root.reshaped()) e = any(random);
+    const MatrixXd H = root * root.transpose();
+    std::vector<std::pair<int, int>> pairs;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j <= i; ++j) pairs.emplace_back(i, j);
+    const SparsityPattern pattern = SparsityPattern::from_pairs(4, 4, pairs);
+    VectorXd entries(pattern.entries());
+    pattern.for_each([&](int r, int c, int e) { entries[e] = H(r, c); });
+    const VectorXd before = entries;
+    Convexification(pattern).apply(entries, 1e-6);
+    EXPECT_EQ(entries, before) << rank;
+  }
+}
+
+}  // namespace
+}  // namespace saltus
