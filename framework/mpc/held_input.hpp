@@ -4,23 +4,55 @@
 #include <vector>
 
 #include "framework/core/types.hpp"
-#include "framework/transcription/trajectory.hpp"
 
 namespace saltus {
+
+class MultipleShooting;
 
 /// A constant input during [start, start + length), absolute time in s.
 struct InputPiece {
   double start = 0.0;
   double length = 0.0;
-  VectorXd input;
+  int size = 0;
+  VectorXd values;  ///< of the largest phase; `size` of them count
+
+  Eigen::VectorBlock<const VectorXd> input() const { return values.head(size); }
 };
 
-/// Pieces that cover one tick without gap, in order: one, or more when an event falls inside.
-using HeldInput = std::vector<InputPiece>;
+/// Pieces that cover one tick without gap, in order: one, or more when an event falls inside. Has
+/// room for as many as will ever be needed.
+class HeldInput {
+ public:
+  HeldInput() = default;
+  HeldInput(int pieces, int largest_input);
 
-/// Cuts [t, t + period) out of a planned trajectory: a piece for every shooting interval that the
-/// tick touches (linear inputs are sampled at the middle of their part). Where the plan ends
-/// before the tick does, its last input goes on.
-HeldInput hold(const Trajectory& plan, double t, double period);
+  std::size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+  const InputPiece& operator[](std::size_t i) const { return pieces_[i]; }
+  const InputPiece& back() const { return pieces_[count_ - 1]; }
+  std::vector<InputPiece>::const_iterator begin() const { return pieces_.begin(); }
+  std::vector<InputPiece>::const_iterator end() const {
+    return pieces_.begin() + static_cast<std::ptrdiff_t>(count_);
+  }
+
+  void clear() { count_ = 0; }
+  /// A piece to be filled in.
+  InputPiece& add() { return pieces_[count_++]; }
+  InputPiece& last() { return pieces_[count_ - 1]; }
+  bool all_finite() const;
+
+ private:
+  std::vector<InputPiece> pieces_;
+  std::size_t count_ = 0;
+};
+
+/// As many pieces as a tick of any length can need.
+HeldInput held_input_for(const MultipleShooting& shooting);
+
+/// Cuts [t, t + period) out of the plan w on the present grid: a piece for every shooting interval
+/// that the tick touches (linear inputs are sampled at the middle of their part). Where the plan
+/// ends before the tick does, its last input goes on. Does not allocate.
+void hold(const MultipleShooting& shooting, const VectorXd& w, double t, double period,
+          HeldInput& held);
 
 }  // namespace saltus

@@ -1,37 +1,231 @@
 #include "framework/mpc/receding_horizon.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
 #include <utility>
 
+#include "framework/core/error.hpp"
+#include "framework/transcription/shooting_program.hpp"
+
 namespace saltus {
+namespace {
+
+double seconds_since(QpClock::time_point begin) {
+  return std::chrono::duration<double>(QpClock::now() - begin).count();
+}
+
+// Ends of a solve that leave an iterate worth looking at.
+bool was_cut_off(SolveStatus status) {
+  return status == SolveStatus::time_limit || status == SolveStatus::iteration_limit ||
+         status == SolveStatus::numerical_failure;
+}
+
+}  // namespace
 
 const char* describe(Provenance provenance) {
   switch (provenance) {
     case Provenance::optimal:
       return "optimal";
+    case Provenance::feasible:
+      return "feasible";
     case Provenance::shifted:
       return "shifted";
-    case Provenance::none:
-      return "none";
+    case Provenance::fallback:
+      return "fallback";
   }
   return "unknown";
 }
 
-RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
-                                                     std::unique_ptr<Solver> solver, double period)
-    : shooting_(std::move(shooting)), solver_(std::move(solver)), period_(period) {}
+LatencyHistogram LoopStatistics::all() const {
+  LatencyHistogram sum;
+  for (const LatencyHistogram& h : latency) sum.merge(h);
+  return sum;
+}
 
-ControlTick RecedingHorizonController::tick(double t, const VectorRef& state) {
-  ControlTick result;
-  shooting_.start_at(t, state);
-  result.solution = solve(shooting_, *solver_, shooting_.guess_from(plan_));
-  if (result.solution.ok()) {
-    plan_ = result.solution.trajectory;
-    result.provenance = Provenance::optimal;
-  } else {
-    result.provenance = plan_.empty() ? Provenance::none : Provenance::shifted;
+RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
+                                                     std::unique_ptr<RealTimeSolver> solver,
+                                                     ControllerOptions options)
+    : shooting_(std::make_unique<MultipleShooting>(std::move(shooting))),
+      solver_(std::move(solver)),
+      options_(std::move(options)),
+      shift_(shooting_->program()) {
+  const PhaseDefinition& first = shooting_->problem().phases().front();
+  if (!(options_.period > 0.0 && std::isfinite(options_.period)))
+    throw DefinitionError(
+        fmt::format("controller: the period is {} s, expected more than 0", options_.period));
+  if (!(options_.deadline > 0.0))
+    throw DefinitionError(
+        fmt::format("controller: the deadline is {} s, expected more than 0", options_.deadline));
+  if (options_.fallback_input.size() == 0) options_.fallback_input = VectorXd::Zero(first.sizes.nu);
+  if (options_.fallback_input.size() != first.sizes.nu || !options_.fallback_input.allFinite())
+    throw DefinitionError(
+        fmt::format("controller: the fallback input has {} entries, expected {} numbers",
+                    options_.fallback_input.size(), first.sizes.nu));
+  const NonlinearProgram& nlp = shooting_->nlp();
+  initial_ = shooting_->initial_guess();
+  initial_.lambda = VectorXd::Zero(nlp.rows());
+  initial_.z = VectorXd::Zero(nlp.variables());
+  plan_ = guess_ = point_ = initial_;
+  shift_.remember(shooting_->program(), initial_.w);
+  fallback_ = options_.fallback_input;
+  now_ = shooting_->program().start_time - options_.period;
+  tick_.input = held_input_for(*shooting_);
+}
+
+void RecedingHorizonController::set_data(std::string_view parameter, const VectorRef& value) {
+  if (value.allFinite())
+    shooting_->set_data(parameter, value);
+  else
+    has_bad_data_ = true;
+  is_prepared_ = is_prepared_ && value.allFinite();
+}
+
+void RecedingHorizonController::retime(std::string_view event, double time) {
+  if (std::isnan(time))
+    has_bad_data_ = true;
+  else
+    shooting_->retime(event, time);
+  is_prepared_ = false;  // the guess stands on the grid before
+}
+
+void RecedingHorizonController::set_previous_input(const VectorRef& input) {
+  if ((input.array().abs() == infinity).any())
+    has_bad_data_ = true;
+  else
+    shooting_->set_previous_input(input);
+}
+
+bool RecedingHorizonController::is_measured(const VectorRef& state) const {
+  return state.size() == shooting_->problem().phases().front().sizes.nx && state.allFinite();
+}
+
+void RecedingHorizonController::prepare(double t) noexcept {
+  now_ = std::isfinite(t) ? t : now_ + options_.period;
+  try {
+    shooting_->start_time(now_);
+  } catch (const std::exception&) {  // terms now exclude one another: the old grid stays
+    has_bad_data_ = true;
   }
-  if (result.provenance != Provenance::none) result.input = hold(plan_, t, period_);
-  return result;
+  shift_.apply(shooting_->program(), has_plan_ ? plan_ : initial_, guess_);
+  solver_->prepare(shooting_->nlp(), guess_);
+  is_prepared_ = true;
+}
+
+const ControlTick& RecedingHorizonController::feedback(const VectorRef& state) noexcept {
+  const Clock::time_point begin = Clock::now();
+  if (!is_prepared_) prepare(now_ + options_.period);
+  return answer(state, begin);
+}
+
+const ControlTick& RecedingHorizonController::tick(double t, const VectorRef& state) noexcept {
+  const Clock::time_point begin = Clock::now();
+  if (!is_prepared_ || t != now_) prepare(t);
+  return answer(state, begin);
+}
+
+const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
+                                                     Clock::time_point begin) noexcept {
+  tick_.time = now_;
+  tick_.status = SolveStatus::invalid_problem;
+  tick_.iterations = 0;
+  tick_.objective = 0.0;
+  tick_.kkt = tick_.violation = infinity;
+  tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
+  try {
+    if (is_measured(state) && !has_bad_data_) solve(state, begin);
+  } catch (const std::exception&) {  // of a program that cannot even be posed
+    tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
+  }
+  const bool accepted =
+      tick_.provenance == Provenance::optimal || tick_.provenance == Provenance::feasible;
+  if (accepted) {
+    std::swap(plan_, point_);
+    shift_.remember(shooting_->program(), plan_.w);
+    has_plan_ = true;
+  }
+  if (tick_.provenance != Provenance::fallback)
+    hold(*shooting_, accepted ? plan_.w : guess_.w, now_, options_.period, tick_.input);
+  if (tick_.provenance == Provenance::fallback || !tick_.input.all_finite()) fall_back(state);
+  is_prepared_ = has_bad_data_ = false;
+  ++ticks_;
+  tick_.seconds = seconds_since(begin);
+  statistics_.latency[static_cast<std::size_t>(tick_.provenance)].add(tick_.seconds);
+  return tick_;
+}
+
+void RecedingHorizonController::solve(const VectorRef& state, Clock::time_point begin) {
+  NonlinearProgram& nlp = shooting_->nlp();
+  shooting_->start_at(now_, state);
+  Clock::time_point deadline = Clock::time_point::max();
+  if (std::isfinite(options_.deadline))
+    deadline = begin + std::chrono::duration_cast<Clock::duration>(
+                           std::chrono::duration<double>(options_.deadline));
+  if (options_.miss_deadline && options_.miss_deadline(ticks_)) deadline = begin;
+  point_ = guess_;
+  const TickResult r = solver_->feedback(nlp, point_, has_plan_, deadline);
+  tick_.status = r.status;
+  tick_.iterations = r.iterations;
+  tick_.objective = r.objective;
+  tick_.kkt = r.kkt;
+  tick_.violation = r.violation;
+  const bool is_whole = point_.w.size() == nlp.variables() && point_.w.allFinite() &&
+                        point_.lambda.allFinite() && point_.z.allFinite();
+  if (!is_whole) return;
+  if (is_success(r.status))
+    tick_.provenance = Provenance::optimal;
+  else if (was_cut_off(r.status) && r.violation <= options_.feasibility)
+    tick_.provenance = Provenance::feasible;
+  else
+    return;
+  // A solver's tolerance is no reason to hand over more than the bounds allow.
+  point_.w = point_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
+}
+
+void RecedingHorizonController::fall_back(const VectorRef& state) {
+  tick_.provenance = Provenance::fallback;
+  fallback_ = options_.fallback_input;
+  if (options_.fallback) {
+    try {
+      options_.fallback(now_, state, fallback_);
+    } catch (...) {
+      fallback_ = options_.fallback_input;
+    }
+    if (!fallback_.allFinite()) fallback_ = options_.fallback_input;
+  }
+  // As a plan, so that bounds and events are respected.
+  const NonlinearProgram& nlp = shooting_->nlp();
+  const Grid& grid = shooting_->grid();
+  for (int j = 0; j < grid.phases(); ++j) {
+    const PhaseDefinition& phase = shooting_->problem().phases()[j];
+    const int nu = phase.sizes.nu;
+    const int pieces = phase.input_shape() == InputShape::linear ? 2 : 1;
+    for (int k = 0; k < grid.intervals(j); ++k)
+      for (int i = 0; i < pieces * nu; ++i) {
+        const double u = nu == fallback_.size() ? fallback_[i % nu] : 0.0;
+        const int v = shooting_->layout().input(j, k) + i;
+        guess_.w[v] = std::clamp(u / phase.nominal_input[i % nu], nlp.lower()[v], nlp.upper()[v]);
+      }
+    const int d = shooting_->layout().duration(j);
+    if (d >= 0 && !std::isfinite(guess_.w[d])) guess_.w[d] = initial_.w[d];
+  }
+  hold(*shooting_, guess_.w, now_, options_.period, tick_.input);
+}
+
+Solution RecedingHorizonController::report() {
+  const bool accepted =
+      tick_.provenance == Provenance::optimal || tick_.provenance == Provenance::feasible;
+  NlpResult result;
+  result.status = tick_.status;
+  result.point = accepted ? plan_ : guess_;
+  result.iterations = tick_.iterations;
+  result.seconds = tick_.seconds;
+  result.hessian = solver_->name();
+  shooting_->nlp().objective(result.point.w.data(), result.objective);
+  result.kkt = kkt_residual(shooting_->nlp(), result.point);
+  return shooting_->interpret(std::move(result));
 }
 
 }  // namespace saltus

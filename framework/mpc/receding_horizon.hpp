@@ -1,44 +1,112 @@
-// Receding horizon control: solve from the measured state, hand over the input until the next tick.
+// Receding horizon control: solve from the measured state, hand over the input until the next tick,
+// and hand over some input whatever happens.
 #pragma once
 
+#include <array>
+#include <functional>
+#include <memory>
+#include <string_view>
+
 #include "framework/mpc/held_input.hpp"
+#include "framework/mpc/latency_histogram.hpp"
+#include "framework/mpc/real_time_solver.hpp"
 #include "framework/transcription/multiple_shooting.hpp"
+#include "framework/transcription/plan_shift.hpp"
 
 namespace saltus {
 
 /// Where the input of a tick comes from.
 enum class Provenance {
-  optimal,  ///< of the plan made in this tick; solution.status says how good
-  shifted,  ///< the solve failed: the plan of an earlier tick goes on
-  none      ///< the first solve failed: there is no plan yet
+  optimal,   ///< of the plan made in this tick
+  feasible,  ///< the same, cut off by a limit, but within all rows and bounds
+  shifted,   ///< the plan of an earlier tick goes on
+  fallback   ///< there is no plan: what the user supplied for that case
 };
+inline constexpr int provenances = 4;
 const char* describe(Provenance provenance);
 
-struct ControlTick {
-  Provenance provenance = Provenance::none;
-  HeldInput input;    ///< empty for Provenance::none
-  Solution solution;  ///< of this tick's solve, whatever came of it
+struct ControllerOptions {
+  double period = 0.01;          ///< between ticks, s
+  double deadline = infinity;    ///< wall clock per tick, s
+  double feasibility = 1e-6;     ///< largest violation of a "feasible" plan, in scaled variables
+  VectorXd fallback_input = {};  ///< constant; empty: zero. Cut to the bounds of the inputs
+  /// In place of the constant: fills in the input at time t for the measured state, which may be
+  /// NaN. Must not allocate if the tick must not; what it throws, or NaN, leads to the constant.
+  std::function<void(double t, const VectorRef& state, VectorOut input)> fallback = {};
+  /// For tests of the loop: the solver gets no time at all in ticks for which this is true.
+  std::function<bool(long tick)> miss_deadline = {};
 };
 
-/// Repeats: start at the measurement, guess from the last plan, solve, hold. Data, event times and
-/// the previous input are set on shooting() before the tick; the object keeps the plan.
+struct ControlTick {
+  double time = 0.0;  ///< s
+  Provenance provenance = Provenance::fallback;
+  HeldInput input;                                    ///< covers the tick; never empty, never NaN
+  SolveStatus status = SolveStatus::invalid_problem;  ///< of this tick's solve
+  int iterations = 0;
+  double objective = 0.0;
+  double kkt = infinity;  ///< residual, see TickResult
+  double violation = infinity;
+  double seconds = 0.0;  ///< wall clock, of the feedback and of the preparation if it was due
+};
+
+/// How often, and how long it took.
+struct LoopStatistics {
+  std::array<LatencyHistogram, provenances> latency;  ///< indexed by provenance
+  long count(Provenance p) const { return latency[static_cast<std::size_t>(p)].count(); }
+  LatencyHistogram all() const;
+};
+
+/// Every tick: the last plan is moved on to the new grid (plan_shift.hpp), solved again from the
+/// measurement, and held. Data, event times and the previous input are set before the tick. After
+/// construction a tick does not allocate, if the solver does not, and never throws.
 class RecedingHorizonController {
  public:
-  /// `period` between ticks, s.
-  RecedingHorizonController(MultipleShooting shooting, std::unique_ptr<Solver> solver,
-                            double period);
+  RecedingHorizonController(MultipleShooting shooting, std::unique_ptr<RealTimeSolver> solver,
+                            ControllerOptions options);
 
-  MultipleShooting& shooting() { return shooting_; }
-  double period() const { return period_; }
+  MultipleShooting& shooting() { return *shooting_; }
+  double period() const { return options_.period; }
 
-  /// One tick at absolute time t with the measured state. A failed solve is reported, not thrown.
-  ControlTick tick(double t, const VectorRef& state);
+  // Like those of shooting(), but what is no number makes the next tick go on with its plan instead
+  // of throwing.
+  void set_data(std::string_view parameter, const VectorRef& value);
+  void retime(std::string_view event, double time);
+  void set_previous_input(const VectorRef& input);
+
+  /// Everything for the tick at absolute time t that does not need the measurement; optional.
+  void prepare(double t) noexcept;
+  /// The tick at the time prepared for. The result is the controller's and lasts until the next.
+  const ControlTick& feedback(const VectorRef& state) noexcept;
+  /// Both.
+  const ControlTick& tick(double t, const VectorRef& state) noexcept;
+
+  const LoopStatistics& statistics() const { return statistics_; }
+  std::string solver_name() const { return solver_->name(); }
+  /// The plan behind the last tick's input with all its costs and residuals recomputed: outside the
+  /// loop, before anything is changed. Allocates.
+  Solution report();
 
  private:
-  MultipleShooting shooting_;
-  std::unique_ptr<Solver> solver_;
-  double period_;
-  Trajectory plan_;  // the last good one
+  using Clock = QpClock;
+
+  const ControlTick& answer(const VectorRef& state, Clock::time_point begin) noexcept;
+  void solve(const VectorRef& state, Clock::time_point begin);
+  void fall_back(const VectorRef& state);
+  bool is_measured(const VectorRef& state) const;
+
+  std::unique_ptr<MultipleShooting> shooting_;
+  std::unique_ptr<RealTimeSolver> solver_;
+  ControllerOptions options_;
+  PlanShift shift_;
+  NlpPoint initial_;        // where the first solve starts
+  NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
+  NlpPoint guess_, point_;  // on the present grid
+  bool has_plan_ = false, is_prepared_ = false, has_bad_data_ = false;
+  double now_ = 0.0;
+  long ticks_ = 0;
+  VectorXd fallback_;
+  ControlTick tick_;
+  LoopStatistics statistics_;
 };
 
 }  // namespace saltus

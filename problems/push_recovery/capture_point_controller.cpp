@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
-#include "framework/solver/ipopt.hpp"
 #include "integrators/zero_order_hold.hpp"
 #include "robots/centroidal.hpp"
 #include "robots/contact_term.hpp"
@@ -100,12 +100,10 @@ CoursePoint minimum_jerk(const Vec<double, 3>& x0, const Vec<double, 3>& v0,
 class CapturePointController final : public Planner {
  public:
   CapturePointController(const Config& config, const RobotDescription& robot, const Scene& scene)
-      : controller_(MultipleShooting(wrench_problem(config, robot, scene),
-                                     {.intervals_per_phase = 1, .integrator = zero_order_hold()}),
-                    make_solver(Ipopt{.tolerance = config.solver_tolerance, .mehrotra = true}),
-                    config.mpc_step) {}
+      : controller_(make_controller(config, robot, scene)) {}
 
-  ControlTick tick(const Measurement& measured, const Scene& scene, double impact_time) override {
+  const ControlTick& tick(const Measurement& measured, const Scene& scene,
+                          double impact_time) override {
     const Vec<double, 3> com = measured.gamma.head<3>(), velocity = measured.gamma.segment<3>(3);
     const Vec<double, 2> planar = scene.target_point();
     const Vec<double, 3> target(planar[0], planar[1], scene.left.position[2] + scene.com_height);
@@ -125,13 +123,22 @@ class CapturePointController final : public Planner {
         wanted.acceleration + com_stiffness * (wanted.position - com) +
             com_damping * (wanted.velocity - velocity),
         -momentum_damping * measured.gamma.tail<3>();
-    MultipleShooting& shooting = controller_.shooting();
-    shooting.set_data("tick", p);
-    shooting.retime("impact", impact_time);
+    controller_.set_data("tick", p);
+    controller_.retime("impact", impact_time);
     return controller_.tick(measured.time, measured.gamma);
   }
+  RecedingHorizonController& controller() override { return controller_; }
 
  private:
+  static RecedingHorizonController make_controller(const Config& config,
+                                                   const RobotDescription& robot,
+                                                   const Scene& scene) {
+    MultipleShooting shooting(wrench_problem(config, robot, scene),
+                              {.intervals_per_phase = 1, .integrator = zero_order_hold()});
+    auto solver = make_tick_solver(config, shooting);
+    return {std::move(shooting), std::move(solver), controller_options(config, robot)};
+  }
+
   RecedingHorizonController controller_;
   double course_start_ = infinity;
   Vec<double, 3> com_at_start_, velocity_at_start_;

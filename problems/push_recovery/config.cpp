@@ -24,6 +24,18 @@ void declare_weights(Settings& s, Weights& w) {
 
 }  // namespace
 
+const char* name_of(SolverChoice choice) {
+  switch (choice) {
+    case SolverChoice::riccati:
+      return "riccati";
+    case SolverChoice::sparse:
+      return "sparse";
+    case SolverChoice::ipopt:
+      return "ipopt";
+  }
+  return "unknown";
+}
+
 void declare_settings(Settings& s, Config& c) {
   s.choice<PlantChoice>("plant", c.plant, {{"centroidal", PlantChoice::centroidal}},
                         "what is pushed");
@@ -35,8 +47,13 @@ void declare_settings(Settings& s, Config& c) {
       "controller", c.controller,
       {{"mpc", ControllerChoice::mpc}, {"capture_point", ControllerChoice::capture_point}},
       "receding horizon, or the capture-point controller without prediction");
-  s.choice<SolverChoice>("solver", c.solver, {{"ipopt", SolverChoice::ipopt}},
-                         "solver of the optimal control problem");
+  s.choice<SolverChoice>(
+      "solver", c.solver,
+      {{"riccati", SolverChoice::riccati},
+       {"sparse", SolverChoice::sparse},
+       {"ipopt", SolverChoice::ipopt}},
+      "solver of the optimal control problem: stage by stage, one sparse system, "
+      "or as a nonlinear program");
   s.flag("stepping", c.stepping, "may the robot step?");
   s.choice<Target>("target", c.target,
                    {{"sole_midpoint", Target::sole_midpoint}, {"centroid", Target::centroid}},
@@ -79,6 +96,11 @@ void declare_settings(Settings& s, Config& c) {
                      {{"nodes", CostRule::nodes}, {"integrated", CostRule::integrated}},
                      "running costs summed at the nodes or integrated");
   s.number("solver_tolerance", c.solver_tolerance, "", "scaled KKT error", strictly_between(0, 1));
+
+  s.number("mpc.deadline", c.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
+  s.number("mpc.missed_share", c.missed_share, "",
+           "share of the ticks that are denied their solve, to try the loop", between(0.0, 0.9));
+  s.integer("mpc.missed_seed", c.missed_seed, "", "which ticks those are", at_least(0.0));
 
   s.number("contact.friction", c.friction, "", "coefficient of friction", above(0.0));
   s.integer("contact.edges", c.friction_edges, "", "edges of the friction pyramid: 3, 4, 6, 8, 12",

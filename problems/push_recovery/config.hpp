@@ -9,7 +9,8 @@
 
 namespace saltus::push_recovery {
 
-enum class SolverChoice { ipopt };
+enum class SolverChoice { riccati, sparse, ipopt };
+const char* name_of(SolverChoice choice);
 enum class ControllerChoice { mpc, capture_point };
 enum class PlantChoice { centroidal };
 enum class Target { sole_midpoint, centroid };
@@ -39,7 +40,7 @@ struct Config {
   std::string urdf;  ///< empty: the figures of robots/icub
   PlantChoice plant = PlantChoice::centroidal;
   ControllerChoice controller = ControllerChoice::mpc;
-  SolverChoice solver = SolverChoice::ipopt;
+  SolverChoice solver = SolverChoice::riccati;
   bool stepping = true;
   Target target = Target::sole_midpoint;
   Push push;
@@ -49,6 +50,10 @@ struct Config {
   int mpc_intervals = 15;
   CostRule mpc_costs = CostRule::nodes;
   double solver_tolerance = 1e-8;
+  double deadline = 0.0;  ///< wall clock per tick, s; 0: none
+  /// To try the loop: this share of the ticks has no time to solve, in runs of one to five.
+  double missed_share = 0.0;
+  int missed_seed = 1;
 
   // Contact, both feet.
   double friction = 1.0 / 3.0;

@@ -34,8 +34,15 @@ class Planner {
  public:
   virtual ~Planner() = default;
   /// `impact_time`: absolute time of the landing, infinite if none is due.
-  virtual ControlTick tick(const Measurement& measured, const Scene& scene, double impact_time) = 0;
+  /// The result lasts until the next tick.
+  virtual const ControlTick& tick(const Measurement& measured, const Scene& scene,
+                                  double impact_time) = 0;
+  virtual RecedingHorizonController& controller() = 0;
 };
+
+/// What the settings ask for, for the programs of this transcription.
+std::unique_ptr<RealTimeSolver> make_tick_solver(const Config& config, MultipleShooting& shooting);
+ControllerOptions controller_options(const Config& config, const RobotDescription& robot);
 
 /// The receding horizon controller of the paper.
 std::unique_ptr<Planner> make_mpc(const Config& config, const RobotDescription& robot,

@@ -4,9 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -21,11 +19,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-double percentile(std::vector<double> values, double fraction) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  const auto last = static_cast<double>(values.size() - 1);
-  return values[static_cast<std::size_t>(std::lround(fraction * last))];
+// Quantiles in us.
+Json latency(const LatencyHistogram& h) {
+  return {{"median", 1e6 * h.median()},
+          {"p99", 1e6 * h.p99()},
+          {"p999", 1e6 * h.p999()},
+          {"max", 1e6 * h.max()}};
 }
 
 Json points(const SupportPolygon& polygon) {
@@ -35,14 +34,20 @@ Json points(const SupportPolygon& polygon) {
 }
 
 Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
-  std::vector<double> times;
-  int failures = 0;
+  int failures = 0, missed = 0;
   double softness = 0.0, kkt = 0.0;
-  Json provenance = {{"optimal", 0}, {"shifted", 0}, {"none", 0}};
+  Json provenance, latency_by_provenance;
+  for (int i = 0; i < provenances; ++i) {
+    const auto p = static_cast<Provenance>(i);
+    provenance[describe(p)] = log.loop.count(p);
+    if (log.loop.count(p) > 0) latency_by_provenance[describe(p)] = latency(log.loop.latency[i]);
+  }
   Json first_failure;
   for (const TickRecord& t : log.ticks) {
-    times.push_back(1e6 * t.seconds);
-    provenance[describe(t.provenance)] = provenance[describe(t.provenance)].get<int>() + 1;
+    if (t.status == SolveStatus::time_limit) {
+      ++missed;
+      continue;
+    }
     if (is_success(t.status)) {
       softness = std::max(softness, t.softness);
       kkt = std::max(kkt, t.kkt);
@@ -60,7 +65,8 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
       {"mass_kg", log.robot.mass},
       {"plant", "centroidal"},
       {"controller", config.controller == ControllerChoice::mpc ? "mpc" : "capture_point"},
-      {"solver", "ipopt"},
+      {"solver", name_of(config.solver)},
+      {"solver_name", log.solver},
       {"stepping", config.stepping},
       {"push_impulse_ns", config.push.impulse},
       {"push_start_s", config.push.start},
@@ -74,10 +80,9 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
       {"angular_momentum_max", verdict.angular_momentum_max},
       {"icp_slack_max_m", softness},
       {"solves", log.ticks.size()},
-      {"solve_us",
-       {{"median", percentile(times, 0.5)},
-        {"p99", percentile(times, 0.99)},
-        {"max", percentile(times, 1.0)}}},
+      {"solve_us", latency(log.loop.all())},
+      {"solve_us_by_provenance", latency_by_provenance},
+      {"deadline_misses", missed},
       {"failures", failures},
       {"first_failure", first_failure},
       {"provenance", provenance},
@@ -175,8 +180,9 @@ ExitStatus run(const Config& config, const RunContext& context) {
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
              verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
              1e3 * verdict.final_com_error);
-  fmt::print("{} solves, median {:.1f} ms, {} failed\n", log.ticks.size(),
-             1e-3 * json["solve_us"]["median"].get<double>(), json["failures"].get<int>());
+  fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
+             log.solver, 1e3 * log.loop.all().median(), json["failures"].get<int>(),
+             json["deadline_misses"].get<int>());
   fmt::print("results in {}\n", context.output.path().string());
   const bool failed = json["failures"].get<int>() > 0 || log.numerical_failure;
   return failed ? ExitStatus::solver_failed : ExitStatus::ok;

@@ -50,6 +50,8 @@ class ClosedLoop {
     }
     record(now_);
     log_.final_scene = scene_;
+    log_.loop = planner_->controller().statistics();
+    log_.solver = planner_->controller().solver_name();
     return std::move(log_);
   }
 
@@ -87,15 +89,10 @@ class ClosedLoop {
       scene_.two_feet = true;
     }
     const Measurement measured{t, gamma, applied_, plant_.contact_force(applied_)};
-    const ControlTick control = planner_->tick(measured, scene_, steps_.landing_time());
+    const ControlTick& control = planner_->tick(measured, scene_, steps_.landing_time());
     record_tick(t, control);
-    if (control.input.empty()) {
-      log_.numerical_failure = true;
-      stop(fmt::format("no input at {:.3f} s: {}", t, control.solution.message));
-      return;
-    }
     for (const InputPiece& piece : control.input) {
-      applied_ = piece.input;
+      applied_ = piece.input();
       apply(piece);
       if (log_.stopped_early) return;
     }
@@ -153,14 +150,14 @@ class ClosedLoop {
     TickRecord r;
     r.time = t;
     r.provenance = control.provenance;
-    r.status = control.solution.status;
-    r.message = control.solution.message;
-    r.seconds = control.solution.seconds;
-    r.iterations = control.solution.iterations;
-    r.cost = control.solution.cost;
-    r.kkt = control.solution.kkt.scaled();
-    for (const SoftnessUse& use : control.solution.softness)
-      r.softness = std::max(r.softness, use.largest);
+    const Solution plan = planner_->controller().report();
+    r.status = plan.status;
+    r.message = plan.message;
+    r.seconds = control.seconds;
+    r.iterations = plan.iterations;
+    r.cost = plan.cost;
+    r.kkt = plan.kkt.scaled();
+    for (const SoftnessUse& use : plan.softness) r.softness = std::max(r.softness, use.largest);
     log_.ticks.push_back(std::move(r));
   }
 

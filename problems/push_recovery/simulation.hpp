@@ -24,7 +24,7 @@ struct Sample {
 /// One call of the controller.
 struct TickRecord {
   double time = 0.0;
-  Provenance provenance = Provenance::none;
+  Provenance provenance = Provenance::fallback;
   SolveStatus status = SolveStatus::invalid_problem;
   std::string message;
   double seconds = 0.0;
@@ -39,10 +39,12 @@ struct RunLog {
   Scene final_scene;
   std::vector<Sample> samples;
   std::vector<TickRecord> ticks;
+  LoopStatistics loop;
+  std::string solver;
   double touchdown = infinity;  ///< s; infinite: the foot never landed
   bool stopped_early = false;
   std::string stop_reason;         ///< when stopped early
-  bool numerical_failure = false;  ///< no input was available, or the plant failed to integrate
+  bool numerical_failure = false;  ///< the plant failed to integrate
 };
 
 /// Verdict by the criteria of the README: over the whole run CoM height and angular momentum, and

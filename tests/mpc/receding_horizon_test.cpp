@@ -1,11 +1,21 @@
-// What does the controller hand over: when an event falls inside the tick, and when a solve fails?
+// What does the controller hand over: when an event falls inside the tick, when a solve fails, when
+// time is up, and when it is given no numbers?
+#include "framework/mpc/receding_horizon.hpp"
+
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
+#include <thread>
 
-#include "framework/mpc/receding_horizon.hpp"
+#include "framework/core/error.hpp"
+#include "framework/mpc/real_time_iteration.hpp"
+#include "framework/mpc/riccati_qp.hpp"
+#include "framework/qp/sparse_solver.hpp"
 #include "framework/solver/ipopt.hpp"
+#include "integrators/runge_kutta.hpp"
 #include "integrators/zero_order_hold.hpp"
+#include "tests/support/count_allocations.hpp"
 
 namespace saltus {
 namespace {
@@ -39,7 +49,7 @@ class Unreliable final : public Solver {
   std::string name() const override { return "unreliable"; }
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     NlpResult result = solver_->solve(program, start, warm);
-    if (fails_.at(calls_++)) result.status = SolveStatus::numerical_failure;
+    if (fails_.at(calls_++)) result.status = SolveStatus::infeasible;
     return result;
   }
 
@@ -49,49 +59,238 @@ class Unreliable final : public Solver {
   std::unique_ptr<Solver> solver_ = make_solver(Ipopt{});
 };
 
-TEST(HeldInput, IsOnePieceWithoutAnEventAndTwoWithOne) {
-  RecedingHorizonController controller(gate(0.137), make_solver(Ipopt{}), step);
-  const VectorXd x = VectorXd::Constant(1, 10.0);
-  const ControlTick before = controller.tick(0.0, x);
-  ASSERT_EQ(before.input.size(), 1u);
-  EXPECT_NEAR(before.input[0].input[0], -1.0, 1e-6);
+std::unique_ptr<RealTimeSolver> ipopt() { return make_real_time_solver(make_solver(Ipopt{})); }
 
-  const ControlTick across = controller.tick(0.1, x);
-  ASSERT_EQ(across.input.size(), 2u);
-  EXPECT_NEAR(across.input[0].start, 0.1, 1e-12);
-  EXPECT_NEAR(across.input[0].length, 0.037, 1e-12);
-  EXPECT_NEAR(across.input[0].input[0], -1.0, 1e-6);
-  EXPECT_NEAR(across.input[1].start, 0.137, 1e-12);
-  EXPECT_NEAR(across.input[0].length + across.input[1].length, step, 1e-12);
-  EXPECT_NEAR(across.input[1].input[0], -2.0, 1e-6);
-
-  const ControlTick after = controller.tick(0.2, x);
-  ASSERT_EQ(after.input.size(), 1u);
-  EXPECT_NEAR(after.input[0].input[0], -2.0, 1e-6);
+enum class Back { riccati, sparse, ipopt };
+std::unique_ptr<RealTimeSolver> back_end(Back which, MultipleShooting& shooting) {
+  if (which == Back::ipopt) return ipopt();
+  return make_real_time_iteration(shooting.nlp(), {},
+                                  which == Back::riccati ? riccati_qp_solver(shooting)
+                                                         : QpSolverFactory(make_sparse_qp_solver));
 }
 
-TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
-  auto solver = std::make_unique<Unreliable>(std::vector<bool>{true, false, true, true});
-  RecedingHorizonController controller(gate(infinity), std::move(solver), step);
-  VectorXd x = VectorXd::Constant(1, 0.15);
-  const ControlTick first = controller.tick(0.0, x);
-  EXPECT_EQ(first.provenance, Provenance::none);
-  EXPECT_TRUE(first.input.empty());
+RecedingHorizonController controller_for(MultipleShooting shooting, Back which,
+                                         ControllerOptions options = {.period = step}) {
+  auto solver = back_end(which, shooting);
+  return {std::move(shooting), std::move(solver), std::move(options)};
+}
 
-  const ControlTick good = controller.tick(0.0, x);
-  ASSERT_EQ(good.provenance, Provenance::optimal);
-  const Trajectory plan = good.solution.trajectory;
-  const ControlTick shifted = controller.tick(step, x);
-  EXPECT_EQ(shifted.provenance, Provenance::shifted);
-  ASSERT_EQ(shifted.input.size(), 1u);
-  EXPECT_EQ(shifted.input[0].input, plan.input(1.5 * step));
+const VectorXd far_away = VectorXd::Constant(1, 10.0);
+const VectorXd unknown = VectorXd::Constant(1, std::nan(""));
+
+class EveryBackEnd : public ::testing::TestWithParam<Back> {};
+
+TEST_P(EveryBackEnd, HoldsOnePieceWithoutAnEventAndTwoWithOne) {
+  RecedingHorizonController controller = controller_for(gate(0.137), GetParam());
+  const ControlTick& tick = controller.tick(0.0, far_away);
+  ASSERT_EQ(tick.provenance, Provenance::optimal);
+  ASSERT_EQ(tick.input.size(), 1u);
+  EXPECT_NEAR(tick.input[0].input()[0], -1.0, 1e-6);
+
+  controller.tick(0.1, far_away);
+  ASSERT_EQ(tick.input.size(), 2u);
+  EXPECT_NEAR(tick.input[0].start, 0.1, 1e-12);
+  EXPECT_NEAR(tick.input[0].length, 0.037, 1e-12);
+  EXPECT_NEAR(tick.input[0].input()[0], -1.0, 1e-6);
+  EXPECT_NEAR(tick.input[1].start, 0.137, 1e-12);
+  EXPECT_NEAR(tick.input[0].length + tick.input[1].length, step, 1e-12);
+  EXPECT_NEAR(tick.input[1].input()[0], -2.0, 1e-6);
+
+  controller.tick(0.2, far_away);
+  ASSERT_EQ(tick.input.size(), 1u);
+  EXPECT_NEAR(tick.input[0].input()[0], -2.0, 1e-6);
+}
+
+TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
+  RecedingHorizonController controller = controller_for(gate(0.137), GetParam());
+  const ControlTick& tick = controller.tick(0.0, unknown);
+  EXPECT_EQ(tick.provenance, Provenance::fallback);
+  ASSERT_EQ(tick.input.size(), 1u);
+  EXPECT_EQ(tick.input[0].input()[0], 0.0);
+
+  ASSERT_EQ(controller.tick(0.0, far_away).provenance, Provenance::optimal);
+  controller.tick(0.1, unknown);
+  EXPECT_EQ(tick.provenance, Provenance::shifted);
+  ASSERT_EQ(tick.input.size(), 2u);  // the event is where it was
+  EXPECT_NEAR(tick.input[0].input()[0], -1.0, 1e-6);
+  EXPECT_NEAR(tick.input[1].input()[0], -2.0, 1e-6);
+  controller.tick(std::nan(""), far_away);  // one period later
+  EXPECT_NEAR(tick.time, 0.2, 1e-12);
+  EXPECT_EQ(tick.provenance, Provenance::optimal);
+  controller.tick(0.3, VectorXd::Zero(3));
+  EXPECT_EQ(tick.provenance, Provenance::shifted);
+  // An event that is put off closes the gate for the plan as well.
+  controller.retime("open", 0.95);
+  controller.tick(0.4, unknown);
+  EXPECT_EQ(tick.provenance, Provenance::shifted);
+  for (const InputPiece& piece : tick.input) EXPECT_GE(piece.input()[0], -1.0);
+  controller.retime("open", std::nan(""));
+  EXPECT_EQ(controller.tick(0.5, far_away).provenance, Provenance::shifted);
+  EXPECT_EQ(controller.tick(0.6, far_away).provenance, Provenance::optimal);
+}
+
+TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
+  RecedingHorizonController controller =
+      controller_for(gate(0.137), GetParam(),
+                     {.period = step, .miss_deadline = [](long k) { return k % 3 == 2; }});
+  double x = 10.0;
+  for (int k = 0; k < 30; ++k) {
+    const ControlTick& tick = controller.tick(step * k, VectorXd::Constant(1, x));
+    if (k % 3 == 2) {
+      EXPECT_NE(tick.provenance, Provenance::fallback);
+      EXPECT_NE(tick.provenance, Provenance::optimal) << k;
+      EXPECT_EQ(tick.status, SolveStatus::time_limit);
+    } else {
+      ASSERT_EQ(tick.provenance, Provenance::optimal) << k;
+    }
+    ASSERT_TRUE(tick.input.all_finite());
+    for (const InputPiece& piece : tick.input) x += piece.length * piece.input()[0];
+  }
+  EXPECT_NEAR(x, 4.4, 0.5);  // 0.137 s at 1 / s, the rest at 2 / s
+  const LoopStatistics& statistics = controller.statistics();
+  EXPECT_EQ(statistics.count(Provenance::optimal), 20);
+  EXPECT_EQ(statistics.count(Provenance::feasible) + statistics.count(Provenance::shifted), 10);
+  EXPECT_EQ(statistics.all().count(), 30);
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, EveryBackEnd,
+                         ::testing::Values(Back::riccati, Back::sparse, Back::ipopt),
+                         [](const auto& instance) {
+                           return instance.param == Back::riccati  ? "Riccati"
+                                  : instance.param == Back::sparse ? "Sparse"
+                                                                   : "Ipopt";
+                         });
+
+TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
+  auto solver = make_real_time_solver(
+      std::make_unique<Unreliable>(std::vector<bool>{true, false, true, true}));
+  RecedingHorizonController controller(gate(infinity), std::move(solver), {.period = step});
+  const VectorXd x = VectorXd::Constant(1, 0.15);
+  const ControlTick& tick = controller.tick(0.0, x);
+  EXPECT_EQ(tick.provenance, Provenance::fallback);
+
+  controller.tick(0.0, x);
+  ASSERT_EQ(tick.provenance, Provenance::optimal);
+  const Trajectory plan = controller.report().trajectory;
+  controller.tick(step, x);
+  EXPECT_EQ(tick.provenance, Provenance::shifted);
+  ASSERT_EQ(tick.input.size(), 1u);
+  EXPECT_NEAR(tick.input[0].input()[0], plan.input(1.5 * step)[0], 1e-12);
 
   // Beyond the end of the plan its last input goes on.
-  const ControlTick late = controller.tick(10.0, x);
-  EXPECT_EQ(late.provenance, Provenance::shifted);
-  ASSERT_EQ(late.input.size(), 1u);
-  EXPECT_EQ(late.input[0].input, plan.input(plan.end_time()));
-  EXPECT_NEAR(late.input[0].length, step, 1e-12);
+  controller.tick(10.0, x);
+  EXPECT_EQ(tick.provenance, Provenance::shifted);
+  ASSERT_EQ(tick.input.size(), 1u);
+  EXPECT_NEAR(tick.input[0].input()[0], plan.input(plan.end_time())[0], 1e-12);
+  EXPECT_NEAR(tick.input[0].length, step, 1e-12);
+}
+
+TEST(RecedingHorizon, FallsBackOnWhatTheUserSuppliesWithinTheBounds) {
+  ControllerOptions options{.period = step, .fallback_input = VectorXd::Constant(1, -1.5)};
+  RecedingHorizonController constant = controller_for(gate(0.05), Back::riccati, options);
+  const ControlTick& tick = constant.tick(0.0, unknown);
+  ASSERT_EQ(tick.input.size(), 2u);
+  EXPECT_EQ(tick.input[0].input()[0], -1.0);  // the gate is closed
+  EXPECT_EQ(tick.input[1].input()[0], -1.5);
+
+  options.fallback = [](double t, const VectorRef&, VectorOut u) { u[0] = t; };
+  RecedingHorizonController function = controller_for(gate(0.0), Back::riccati, options);
+  EXPECT_NEAR(function.tick(0.5, unknown).input[0].input()[0], 0.5, 1e-12);
+  options.fallback = [](double, const VectorRef& x, VectorOut u) { u[0] = x[0]; };
+  RecedingHorizonController nan = controller_for(gate(0.0), Back::riccati, options);
+  EXPECT_EQ(nan.tick(0.5, unknown).input[0].input()[0], -1.5);
+  options.fallback = [](double, const VectorRef&, VectorOut) { throw std::runtime_error("no"); };
+  RecedingHorizonController throws = controller_for(gate(0.0), Back::riccati, options);
+  EXPECT_EQ(throws.tick(0.5, unknown).input[0].input()[0], -1.5);
+}
+
+TEST(RecedingHorizon, BadOptionsAreRefusedAtSetUp) {
+  EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 0.0}), DefinitionError);
+  EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = step, .deadline = 0.0}),
+               DefinitionError);
+  EXPECT_THROW(
+      controller_for(gate(0.0), Back::ipopt, {.period = step, .fallback_input = VectorXd::Zero(2)}),
+      DefinitionError);
+}
+
+TEST(RecedingHorizon, PreparedOrNotTheAnswerIsTheSame) {
+  RecedingHorizonController one = controller_for(gate(0.137), Back::riccati);
+  RecedingHorizonController other = controller_for(gate(0.137), Back::riccati);
+  for (int k = 0; k < 5; ++k) {
+    const VectorXd x = VectorXd::Constant(1, 0.3 - 0.05 * k);
+    one.prepare(step * k);
+    const ControlTick& prepared = one.feedback(x);
+    const ControlTick& at_once = other.tick(step * k, x);
+    ASSERT_EQ(prepared.input.size(), at_once.input.size());
+    EXPECT_EQ(prepared.input[0].input()[0], at_once.input[0].input()[0]);
+    EXPECT_EQ(prepared.iterations, at_once.iterations);
+  }
+}
+
+// A pendulum, x = (angle, speed): one iteration per tick follows the optimum.
+struct Pendulum {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], sin(x[0]) + u[0]};
+  }
+};
+MultipleShooting pendulum() {
+  Phase<2, 1> phase{"pendulum", Pendulum{}, exactly(1.0)};
+  phase.bound_input(0, between(-2.0, 2.0))
+      .track(
+          "upright", [](const auto&, const auto& x) { return x; }, Vec<double, 2>{10.0, 1.0})
+      .track(
+          "torque", [](const auto&, const auto&, const auto& u) { return u; }, Vec<double, 1>{0.1});
+  OptimalControlProblem ocp("pendulum");
+  ocp.start_at({0.5, 0.0}).then(phase);
+  return MultipleShooting(std::move(ocp),
+                          {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+}
+
+TEST(RealTimeIteration, OneModelPerTickApproachesTheOptimum) {
+  RecedingHorizonController iterated = controller_for(pendulum(), Back::riccati);
+  RecedingHorizonController converged = controller_for(pendulum(), Back::ipopt);
+  ASSERT_FALSE(iterated.shooting().nlp().is_linear_quadratic());
+  IntervalProblem interval;
+  interval.arguments = {2, 1, 0};
+  interval.dynamics = make_function<2, 1, 0>(Pendulum{});
+  const auto plant = runge_kutta4()->make(interval);
+  Vec<double, 2> x{0.5, 0.0};
+  for (int k = 0; k < 30; ++k) {
+    const ControlTick& tick = iterated.tick(step * k, x);
+    const ControlTick& truth = converged.tick(step * k, x);
+    ASSERT_EQ(tick.provenance, Provenance::optimal);
+    if (k > 3) {
+      EXPECT_NEAR(tick.input[0].input()[0], truth.input[0].input()[0], 2e-3) << k;
+    }
+    const double w[] = {x[0], x[1], tick.input[0].input()[0], step * k, step};
+    ASSERT_EQ(plant->value(w, x.data()), IntegrationStatus::success);
+  }
+  EXPECT_LT(x.norm(), 0.05);
+}
+
+TEST(NoAllocation, InATickOfALinearQuadraticAndOfANonlinearProblem) {
+  for (const Back which : {Back::riccati, Back::sparse}) {
+    RecedingHorizonController controller = controller_for(gate(0.537), which);
+    RecedingHorizonController nonlinear = controller_for(pendulum(), which);
+    VectorXd x = VectorXd::Constant(1, 0.6);
+    VectorXd y = Vec<double, 2>{0.5, 0.0};
+    controller.tick(-step, x);
+    nonlinear.tick(-step, y);
+    const testing::AllocationCount count;
+    long failures = 0;
+    for (int k = 0; k < 12; ++k) {
+      if (k == 5) controller.retime("open", 0.612);
+      const ControlTick& tick = controller.tick(step * k, k == 3 ? unknown : x);
+      failures += tick.provenance != Provenance::optimal ? 1 : 0;
+      nonlinear.prepare(step * k);
+      failures += nonlinear.feedback(y).provenance != Provenance::optimal ? 1 : 0;
+      x[0] -= 0.05;
+      y *= 0.9;
+    }
+    EXPECT_EQ(count.made(), 0) << static_cast<int>(which);
+    EXPECT_EQ(failures, 1);
+  }
 }
 
 }  // namespace

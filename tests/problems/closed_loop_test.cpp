@@ -5,6 +5,7 @@
 
 #include "problems/push_recovery/simulation.hpp"
 #include "robots/icub/icub.hpp"
+#include "tests/support/count_allocations.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -37,7 +38,7 @@ void expect_every_solve_optimal(const RunLog& log) {
   }
 }
 
-class StepRecovers : public testing::TestWithParam<double> {};
+class StepRecovers : public ::testing::TestWithParam<double> {};
 
 TEST_P(StepRecovers, FromThePush) {
   const Config config = pushed_by(GetParam());
@@ -47,7 +48,7 @@ TEST_P(StepRecovers, FromThePush) {
   expect_every_solve_optimal(outcome.log);
 }
 
-INSTANTIATE_TEST_SUITE_P(Impulses, StepRecovers, testing::Values(6.0, 8.0));
+INSTANTIATE_TEST_SUITE_P(Impulses, StepRecovers, ::testing::Values(6.0, 8.0));
 
 TEST(ClosedLoop, WithoutAStepEightNewtonSecondsAreAFall) {
   Config config = pushed_by(8.0);
@@ -87,6 +88,93 @@ TEST(ClosedLoop, SmallPushIsCaughtStanding) {
   const Outcome outcome = run(pushed_by(2.0));
   EXPECT_TRUE(outcome.verdict.recovered) << outcome.verdict.reason;
   EXPECT_EQ(outcome.log.touchdown, infinity);
+}
+
+TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
+  const Config config = pushed_by(6.0);
+  const RunLog log = run(config).log;
+  ASSERT_LT(log.touchdown, infinity);
+  const RobotDescription robot = icub();
+  std::vector<std::unique_ptr<Planner>> planners;
+  for (const SolverChoice solver :
+       {SolverChoice::riccati, SolverChoice::sparse, SolverChoice::ipopt}) {
+    Config c = config;
+    c.solver = solver;
+    planners.push_back(make_mpc(c, robot, log.final_scene));
+  }
+  // Through the push, the swing and the landing; what each plans is not applied.
+  Vec<double, 12> applied = log.samples.front().wrenches;
+  std::size_t tick = 0;
+  for (const Sample& s : log.samples) {
+    if (s.time > log.touchdown + 0.3 || tick == log.ticks.size()) break;
+    if (s.time < log.ticks[tick].time - same_instant) {
+      applied = s.wrenches;
+      continue;
+    }
+    Measurement measured{s.time, s.gamma, applied, {}};
+    measured.contact_force = applied.head<3>() + applied.segment<3>(6);
+    std::vector<double> costs;
+    for (const auto& planner : planners) {
+      const ControlTick& t = planner->tick(measured, log.final_scene, log.touchdown);
+      ASSERT_EQ(t.provenance, Provenance::optimal) << s.time;
+      const Solution plan = planner->controller().report();
+      EXPECT_LT(plan.kkt.scaled(), 1e-7) << s.time;
+      costs.push_back(plan.cost);
+    }
+    for (const double cost : costs) EXPECT_NEAR(cost, costs.front(), 1e-7 * cost) << s.time;
+    applied = s.wrenches;
+    ++tick;
+  }
+  EXPECT_GT(tick, 90u);
+}
+
+// One tick in five has no time to solve, up to five in a row.
+TEST(ClosedLoop, RecoversWithOneTickInFiveDenied) {
+  for (const int seed : {1, 2, 3}) {
+    Config config = pushed_by(6.0);
+    config.missed_share = 0.2;
+    config.missed_seed = seed;
+    const Outcome outcome = run(config);
+    EXPECT_TRUE(outcome.verdict.recovered) << seed << ": " << outcome.verdict.reason;
+    long missed = 0;
+    for (const TickRecord& t : outcome.log.ticks)
+      missed += t.status == SolveStatus::time_limit ? 1 : 0;
+    const double share =
+        static_cast<double>(missed) / static_cast<double>(outcome.log.ticks.size());
+    EXPECT_NEAR(share, 0.2, 0.06) << seed;
+    const LoopStatistics& loop = outcome.log.loop;
+    EXPECT_EQ(loop.all().count(), static_cast<long>(outcome.log.ticks.size()));
+    EXPECT_EQ(loop.count(Provenance::feasible) + loop.count(Provenance::shifted), missed);
+    EXPECT_EQ(loop.count(Provenance::fallback), 0);
+  }
+}
+
+TEST(ClosedLoop, ATickOfThePlannerDoesNotAllocate) {
+  const Config config = pushed_by(6.0);
+  const RobotDescription robot = icub();
+  for (const SolverChoice solver : {SolverChoice::riccati, SolverChoice::sparse}) {
+    Config c = config;
+    c.solver = solver;
+    Scene scene = simulate(config, robot).final_scene;
+    scene.two_feet = true;
+    const auto planner = make_mpc(c, robot, scene);
+    Measurement measured;
+    measured.gamma << robot.default_posture().com, Vec<double, 6>::Zero();
+    measured.applied[2] = measured.contact_force[2] = robot.mass * 9.81;
+    planner->tick(measured, scene, 0.1);
+    const testing::AllocationCount count;
+    long optimal = 0;
+    for (int k = 1; k < 20; ++k) {
+      measured.time = 0.01 * k;
+      measured.gamma[4] = -1e-3 * k;
+      const ControlTick& t = planner->tick(measured, scene, 0.1034);
+      optimal += t.provenance == Provenance::optimal ? 1 : 0;
+      measured.applied = t.input[0].input();
+      measured.contact_force = measured.applied.head<3>() + measured.applied.segment<3>(6);
+    }
+    EXPECT_EQ(count.made(), 0) << name_of(solver);
+    EXPECT_EQ(optimal, 19) << name_of(solver);
+  }
 }
 
 TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {

@@ -1,0 +1,28 @@
+// The real-time iteration: one quadratic model per tick, made before the measurement arrives and
+// solved after it (Diehl, Bock, Schloeder 2005). The start of the problem stands in rows, so that
+// the measurement only changes bounds. A linear-quadratic program is its own model: one solve is
+// exact, and nothing is linearised again that did not change.
+#pragma once
+
+#include <memory>
+
+#include "framework/mpc/real_time_solver.hpp"
+#include "framework/solver/sqp.hpp"
+
+namespace saltus {
+
+struct RealTimeIteration {
+  double tolerance = 1e-8;  ///< of the quadratic program
+  int max_iterations = 100;
+  /// Of nonlinear programs; an exact Hessian is convexified block by block.
+  Curvature curvature = Curvature::gauss_newton;
+  double convexity_floor = 1e-6;  ///< see Sqp
+};
+
+/// For the program given and no other. After construction nothing allocates. Throws DefinitionError
+/// when the program offers no Hessian.
+std::unique_ptr<RealTimeSolver> make_real_time_iteration(const NonlinearProgram& program,
+                                                         const RealTimeIteration& options,
+                                                         const QpSolverFactory& make_qp_solver);
+
+}  // namespace saltus

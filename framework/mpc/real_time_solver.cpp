@@ -1,0 +1,42 @@
+#include "framework/mpc/real_time_solver.hpp"
+
+#include <exception>
+#include <utility>
+
+namespace saltus {
+namespace {
+
+class FullSolve final : public RealTimeSolver {
+ public:
+  FullSolve(std::unique_ptr<Solver> solver, bool use_multipliers)
+      : solver_(std::move(solver)), use_multipliers_(use_multipliers) {}
+
+  void prepare(NonlinearProgram&, const NlpPoint&) noexcept override {}
+
+  TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
+                      QpClock::time_point deadline) noexcept override try {
+    solver_->set_deadline(deadline);
+    NlpResult r = solver_->solve(program, point, warm && use_multipliers_);
+    point = std::move(r.point);
+    return {r.status, r.iterations, r.objective, r.kkt.scaled(), r.kkt.feasibility};
+  } catch (const std::exception&) {
+    TickResult failed;
+    failed.status = SolveStatus::numerical_failure;
+    return failed;
+  }
+
+  std::string name() const override { return solver_->name(); }
+
+ private:
+  std::unique_ptr<Solver> solver_;
+  bool use_multipliers_;
+};
+
+}  // namespace
+
+std::unique_ptr<RealTimeSolver> make_real_time_solver(std::unique_ptr<Solver> solver,
+                                                      bool use_multipliers) {
+  return std::make_unique<FullSolve>(std::move(solver), use_multipliers);
+}
+
+}  // namespace saltus

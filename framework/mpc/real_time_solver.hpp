@@ -1,0 +1,40 @@
+// The seam between the controller and its solvers: what can be done before the measurement, and
+// what is left to do after it.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "framework/core/bounds.hpp"
+#include "framework/qp/qp_result.hpp"
+#include "framework/solver/solver.hpp"
+
+namespace saltus {
+
+/// What a solve came to; the point is the caller's.
+struct TickResult {
+  SolveStatus status = SolveStatus::invalid_problem;
+  int iterations = 0;
+  double objective = 0.0;
+  double kkt = infinity;        ///< residual of the program, or of the model that was solved
+  double violation = infinity;  ///< largest one of a row or bound
+};
+
+class RealTimeSolver {
+ public:
+  virtual ~RealTimeSolver() = default;
+  /// Whatever does not need the measured state. `guess` is where the program will be solved.
+  virtual void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept = 0;
+  /// `point` holds the guess (with `warm` its multipliers count too) and receives the solution, or
+  /// what there was of it when the deadline passed.
+  virtual TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
+                              QpClock::time_point deadline) noexcept = 0;
+  virtual std::string name() const = 0;
+};
+
+/// Any solver of nonlinear programs: everything is done after the measurement, and may allocate.
+/// Interior-point methods for whole programs gain little from multipliers that are only near.
+std::unique_ptr<RealTimeSolver> make_real_time_solver(std::unique_ptr<Solver> solver,
+                                                      bool use_multipliers = false);
+
+}  // namespace saltus

@@ -1,0 +1,23 @@
+#include "framework/mpc/riccati_qp.hpp"
+
+#include <utility>
+
+#include "framework/qp/staged_solver.hpp"
+
+namespace saltus {
+
+QpSolverFactory riccati_qp_solver(const MultipleShooting& shooting, RiccatiOptions options,
+                                  std::span<const qp::RiccatiKernel> kernels) {
+  return [structure = shooting.stages(), options, kernels](
+             const SparsityPattern& hessian, const SparsityPattern& rows, const QpOptions& asked) {
+    RiccatiOptions all = options;
+    all.tolerance = asked.tolerance;
+    all.max_iterations = asked.max_iterations;
+    return make_staged_qp_solver(SparseQp(hessian, rows), structure,
+                                 [all, kernels](const StageQp& capacity) {
+                                   return make_riccati_solver(capacity, all, kernels);
+                                 });
+  };
+}
+
+}  // namespace saltus
