@@ -132,21 +132,48 @@ class InteriorPoint {
   static constexpr double floor_of_products = 2e-3, enough_on_average = 1e-2;
   static constexpr int longest_trust = 6;
   static constexpr double suspicious_step = 1e-2;
+  static constexpr int cycle = 4;
+  static constexpr double hoped_fall = 0.9, cautious_centring = 0.3, cautious_second_order = 0.5;
 
   bool begin(System& system, const QpOptions& options, bool warm) {
+    cautious_ = false;
+    least_mu_ = infinite;
+    steps_without_fall_ = 0;
     shortest_step_ = 1.0;
     last_step_ = 1.0;
     trusted_steps_ = 0;
     has_residuals_ = false;
     tolerance_ = options.tolerance;
     if (warm)
-      start_warm(system, options.warm_barrier, point_, work_);
+      return begin_warm(system, options);
     else if (options.start == QpStart::guess)
       start_at_guess(system, options.start_barrier, point_, work_);
     else
       return start_least_squares(system, point_, work_, gradient_, residuals_.equality);
     return true;
   }
+
+  // One full Newton step from the lifted point: exact if what binds is what bound before. How badly
+  // gaps and multipliers then contradict each other says how far the neighbour is.
+  bool begin_warm(System& system, const QpOptions& options) {
+    const Lengths size(system);
+    lift_products(system, options.warm_barrier, point_, work_);
+    evaluate(system, size);
+    weigh(system, point_, weights_);
+    if (!system.factor(weights_.data())) return false;
+    predictor_target(system, point_, target_);
+    direction(system, size);
+    add(point_.v, step_.v, 1.0, size.variables);
+    add(point_.y, step_.y, 1.0, size.equalities);
+    add(point_.lambda, step_.lambda, 1.0, size.sides);
+    const double distance = mean_mismatch(system, point_, work_);
+    lift_products(
+        system,
+        std::clamp(barrier_per_mismatch * distance, least_warm_barrier, options.start_barrier),
+        point_, work_);
+    return true;
+  }
+  static constexpr double barrier_per_mismatch = 1e-2, least_warm_barrier = 1e-6;
 
   // A step of length a leaves (1 - a) of every linear residual: as long as the optimum is far, that
   // is taken for granted. The last word is always the residual of the problem itself.
@@ -226,9 +253,17 @@ class InteriorPoint {
     affine.primal = affine.dual = std::fmin(1.0, std::fmin(affine.primal, affine.dual));
     // Corrector: products to sigma mu, with the second-order term of the predictor.
     const double after = mean_product_after(system, point_, step_, affine, size.products);
+    // Mehrotra's method can cycle. Once mu has not fallen, it is held nearer to the central path.
+    const bool falls = residuals_.mu < hoped_fall * least_mu_;
+    least_mu_ = std::fmin(least_mu_, residuals_.mu);
+    steps_without_fall_ = falls ? 0 : steps_without_fall_ + 1;
+    cautious_ = cautious_ || steps_without_fall_ >= cycle;
+    const double least_centring = cautious_ ? cautious_centring : 0.0;
     const double wanted =
-        std::fmax(centring(residuals_.mu, after) * residuals_.mu, floor_of_products * tolerance_);
-    corrector_target(system, point_, step_, wanted, target_);
+        std::fmax(std::fmax(centring(residuals_.mu, after), least_centring) * residuals_.mu,
+                  floor_of_products * tolerance_);
+    corrector_target(system, point_, step_, wanted, cautious_ ? cautious_second_order : 1.0,
+                     target_);
     direction(system, size);
     StepLengths length = damped_steps(point_, step_, size.first_soft, size.sides, residuals_.mu);
     for (int round = 0; round < centrality_corrections && length.primal < short_step; ++round) {
@@ -306,6 +341,9 @@ class InteriorPoint {
   SideTarget target_;
   AlignedArray weights_, work_, gradient_;
   CertificateSpace scratch_;
+  bool cautious_ = false;
+  double least_mu_ = infinite;
+  int steps_without_fall_ = 0;
   double shortest_step_ = 1.0, last_step_ = 1.0, requested_ = 1e-8;
   double tolerance_ = 1e-8, acceptable_ = 1e-8;  // the same in units of the multipliers
   int trusted_steps_ = 0;

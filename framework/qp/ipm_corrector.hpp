@@ -41,14 +41,15 @@ void predictor_target(System& system, const Iterate& p, SideTarget& target) {
 /// Target of the corrector: products to `wanted`, second-order term included.
 template <class System>
 void corrector_target(System& system, const Iterate& p, const Iterate& predictor, double wanted,
-                      SideTarget& target) {
+                      double second_order, SideTarget& target) {
   for (int i = 0; i < system.sides(); i += lanes) {
-    const Lanes correction =
-        load(&predictor.s[i]) * load(&predictor.lambda[i]) - load(system.active() + i) * wanted;
+    const Lanes correction = load(&predictor.s[i]) * load(&predictor.lambda[i]) * second_order -
+                             load(system.active() + i) * wanted;
     store(&target.side[i], load(&p.lambda[i]) + correction / load(&p.s[i]));
   }
   for (int i = system.first_soft(); i < system.sides(); i += lanes) {
-    const Lanes correction = load(&predictor.t[i]) * load(&predictor.tau[i]) - wanted;
+    const Lanes correction =
+        load(&predictor.t[i]) * load(&predictor.tau[i]) * second_order - wanted;
     store(&target.soft[i],
           (load(&p.tau[i]) + correction / load(&p.t[i])) * load(system.active() + i));
   }

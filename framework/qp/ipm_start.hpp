@@ -88,7 +88,7 @@ bool start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
 /// Keeps v, y and lambda of a neighbouring problem; slack and multiplier of every side are lifted
 /// just enough for their product to reach the barrier.
 template <class System>
-void start_warm(System& system, double barrier, Iterate& point, AlignedArray& work) {
+void lift_products(System& system, double barrier, Iterate& point, AlignedArray& work) {
   const double least = std::sqrt(barrier);
   system.multiply(point.v.data(), work.data());
   for (int i = 0; i < system.sides(); ++i) {
@@ -117,6 +117,18 @@ void start_warm(System& system, double barrier, Iterate& point, AlignedArray& wo
       point.tau[i] =
           std::max(system.l1()[i] + system.l2()[i] * point.t[i] - lambda, barrier / point.t[i]);
   }
+}
+
+/// Mean over the sides of |gap x multiplier|: zero where one of the two vanishes, as at an optimum.
+template <class System>
+double mean_mismatch(System& system, const Iterate& point, AlignedArray& work) {
+  system.multiply(point.v.data(), work.data());
+  double total = 0.0, count = 0.0;
+  for (int i = 0; i < system.sides(); ++i) {
+    total += std::fabs((work[i] - system.beta()[i]) * point.lambda[i]) * system.active()[i];
+    count += system.active()[i];
+  }
+  return count > 0.0 ? total / count : 0.0;
 }
 
 }  // namespace saltus::qp

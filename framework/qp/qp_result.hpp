@@ -33,12 +33,12 @@ struct QpOptions {
   /// Barrier parameter of a start at a guess, in units of the cost.
   double start_barrier = 0.03;
   /// Smallest slack and multiplier of a warm start are chosen so that their products are this.
-  double warm_barrier = 1e-3;
+  double warm_barrier = 3e-3;
 };
 
 struct QpResult {
   QpStatus status = QpStatus::invalid_problem;
-  int iterations = 0;
+  int iterations = 0;  ///< predictor-corrector steps; a warm or least-squares start adds one solve
   double objective = 0.0;
   double residual = 0.0;   ///< KKT residual at the point, unscaled
   double violation = 0.0;  ///< largest violation of a hard row, bound or equality at the point

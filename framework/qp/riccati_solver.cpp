@@ -26,10 +26,7 @@ class RiccatiSolver final : public StageQpSolver {
     if (!warm && options_.roll_out) system_.roll_out(iterate.v.data());
     result = method_.solve(system_, options_, deadline_, warm);
     system_.unpack_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
-    const StageQpResidual residual = kkt_residual(qp, point);
     result.objective = objective(qp, point);
-    result.residual = residual.largest();
-    result.violation = residual.feasibility;
     return result;
   }
 
