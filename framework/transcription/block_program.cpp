@@ -91,6 +91,7 @@ void BlockProgram::set_constant(int block, int argument, double value) {
   if (constant == value) return;
   constant = value;
   Compiled& c = compiled_[block];
+  c.argument[argument] = value;  // shares are added when it is gathered
   if (!c.reads[argument]) return;
   c.level = Level::none;
   c.has_entries = c.has_hessian = false;
@@ -106,7 +107,9 @@ void BlockProgram::set_weight(int block, int output, double value) {
 
 void BlockProgram::compile_block(const Block& block, Compiled& c) const {
   const Function& f = block.function;
-  c.argument = VectorXd::Zero(f.inputs());
+  c.argument = block.constants;
+  for (int i = 0; i < f.inputs(); ++i)
+    if (!block.shares[i].empty()) c.shared.push_back(i);
   c.value = VectorXd::Zero(f.outputs());
   c.weights = VectorXd::Zero(f.outputs());
   c.entries.assign(f.jacobian_pattern().entries(), 0.0);
@@ -142,10 +145,12 @@ void BlockProgram::set_variable_cost(int variable, double linear, double quadrat
   ++revision_;
 }
 
-void BlockProgram::gather(const Block& block, const double* w, VectorXd& argument) const {
-  argument = block.constants;
-  for (std::size_t i = 0; i < block.shares.size(); ++i)
-    for (const VariableShare& s : block.shares[i]) argument[i] += s.factor * w[s.variable];
+void BlockProgram::gather(const Block& block, Compiled& c, const double* w) {
+  for (const int i : c.shared) {
+    double sum = block.constants[i];
+    for (const VariableShare& s : block.shares[i]) sum += s.factor * w[s.variable];
+    c.argument[i] = sum;
+  }
 }
 
 void BlockProgram::move_to(const double* w) {
@@ -156,7 +161,7 @@ void BlockProgram::move_to(const double* w) {
 
 void BlockProgram::update(const Block& block, Compiled& c, const double* w, Level level) {
   if (c.point == point_ && c.level >= level) return;
-  gather(block, w, c.argument);
+  gather(block, c, w);
   // The slopes of an affine block are those of any point.
   if (level == Level::values || (c.is_affine && c.has_entries)) {
     block.function.value(c.argument.data(), c.value.data());
@@ -176,6 +181,9 @@ bool BlockProgram::evaluate(const double* w, Level level) {
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const Block& block = blocks_[i];
     Compiled& c = compiled_[i];
+    const bool in_force = std::any_of(block.outputs.begin(), block.outputs.end(),
+                                      [&](const BlockOutput& o) { return counts(o); });
+    if (!in_force) continue;
     update(block, c, w, level);
     for (int o = 0; o < c.value.size(); ++o)
       if (!std::isfinite(c.value[o]) && counts(block.outputs[o])) finite_ = false;
@@ -217,7 +225,7 @@ bool BlockProgram::constraints(const double* w, double* g) {
   for (std::size_t i = 0; i < blocks_.size(); ++i)
     for (int o = 0; o < compiled_[i].value.size(); ++o) {
       const BlockOutput& output = blocks_[i].outputs[o];
-      if (output.row != BlockOutput::objective && std::isfinite(compiled_[i].value[o]))
+      if (output.row != BlockOutput::objective && !is_off(output.row))
         g[output.row] += output.factor * compiled_[i].value[o];
     }
   return true;
@@ -230,8 +238,7 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
   for (std::size_t i = 0; i < blocks_.size(); ++i)
     for (const Scatter& s : compiled_[i].jacobian) {
       const double entry = compiled_[i].entries[s.from];
-      if (std::isfinite(entry) || !is_off(blocks_[i].outputs[s.output].row))
-        entries[s.to] += s.factor * entry;
+      if (!is_off(blocks_[i].outputs[s.output].row)) entries[s.to] += s.factor * entry;
     }
   return std::all_of(entries, entries + jacobian_pattern_.entries(),
                      [](double e) { return std::isfinite(e); });
@@ -254,14 +261,14 @@ bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, 
       const bool cost = output.row == BlockOutput::objective;
       c.weights[o] = cost ? sigma * output.factor : output.factor * lambda[output.row];
       // Gauss-Newton: constraints do not curve. Interval functions keep the costs they carry.
-      if (curvature == Curvature::gauss_newton && !cost) c.weights[o] = 0.0;
+      if (!cost && (curvature == Curvature::gauss_newton || is_off(output.row))) c.weights[o] = 0.0;
       any = any || c.weights[o] != 0.0;
     }
     if (!any) continue;
     const bool known = c.has_hessian && (c.is_quadratic || c.hessian_point == point_) &&
                        c.hessian_curvature == curvature && c.hessian_weights == c.weights;
     if (!known) {
-      gather(block, w, c.argument);
+      gather(block, c, w);
       block.function.hessian(c.argument.data(), c.weights.data(), c.hessian_entries.data(),
                              curvature);
       c.has_hessian = true;
@@ -279,7 +286,7 @@ bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, 
 
 void BlockProgram::evaluate_block(int block, const double* w, double* outputs) {
   Compiled& c = compiled_[block];
-  gather(blocks_[block], w, c.argument);
+  gather(blocks_[block], c, w);
   blocks_[block].function.value(c.argument.data(), outputs);
 }
 

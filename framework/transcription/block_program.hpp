@@ -97,7 +97,8 @@ class BlockProgram : public NonlinearProgram {
                Curvature curvature) override;
 
  private:
-  // A row without bounds: its term is not in force, and what it says there does not count.
+  // A row without bounds: its term is not in force. It is not evaluated, and its blocks add nothing
+  // to its value and derivatives.
   bool is_off(int row) const { return row_lower_[row] == -infinity && row_upper_[row] == infinity; }
   bool counts(const BlockOutput& output) const {
     return output.factor != 0.0 && (output.row == BlockOutput::objective || !is_off(output.row));
@@ -112,7 +113,8 @@ class BlockProgram : public NonlinearProgram {
   };
   struct Compiled {
     std::vector<Scatter> jacobian, gradient, hessian;
-    VectorXd argument, value, weights;
+    VectorXd argument, value, weights;  // argument: constants, once gathered with the shares
+    std::vector<int> shared;            // arguments that have shares
     std::vector<double> entries, hessian_entries;
     std::vector<char> reads;   // per argument: whether the function depends on it
     std::vector<int> degrees;  // of the outputs, in the block's variables
@@ -128,7 +130,7 @@ class BlockProgram : public NonlinearProgram {
     VectorXd hessian_weights;
   };
 
-  void gather(const Block& block, const double* w, VectorXd& argument) const;
+  static void gather(const Block& block, Compiled& compiled, const double* w);
   void move_to(const double* w);
   bool evaluate(const double* w, Level level);
   void update(const Block& block, Compiled& compiled, const double* w, Level level);

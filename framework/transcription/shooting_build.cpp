@@ -60,6 +60,7 @@ ShootingProgram::ShootingProgram(OptimalControlProblem problem,
   build_total_time();
   build_slacks();
   finish();
+  place_data();
   refresh();
 }
 

@@ -88,7 +88,8 @@ class ShootingProgram final : public BlockProgram {
                                        std::vector<BlockOutput> outputs, bool with_length);
   int new_rows(int count, const std::string& what);
 
-  void refresh_constants();
+  void refresh_times();
+  void place_data();
   void refresh_input_bounds(int j);
   void refresh_state_bounds(int j);
   void refresh_unknowns();

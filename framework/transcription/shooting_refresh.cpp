@@ -85,7 +85,7 @@ VectorXd ShootingProgram::parameters_of(int phase, const VectorXd* w) const {
 // --- what follows the grid ----------------------------------------------------------------------
 
 void ShootingProgram::refresh() {
-  refresh_constants();
+  refresh_times();
   refresh_start();
   refresh_unknowns();
   for (int j = 0; j < grid_.phases(); ++j) {
@@ -98,12 +98,18 @@ void ShootingProgram::refresh() {
   refresh_changes();
 }
 
-void ShootingProgram::refresh_constants() {
+void ShootingProgram::refresh_times() {
   for (const PlacedBlock& b : placed_) {
-    const int j = b.place.phase;
     set_constant(b.block, b.time_argument, known_time(b.place));
     if (b.length_argument >= 0)
-      set_constant(b.block, b.length_argument, grid_.interval(j, b.place.interval).length0);
+      set_constant(b.block, b.length_argument,
+                   grid_.interval(b.place.phase, b.place.interval).length0);
+  }
+}
+
+void ShootingProgram::place_data() {
+  for (const PlacedBlock& b : placed_) {
+    const int j = b.place.phase;
     if (b.parameter_argument < 0) continue;
     for (int i = 0; i < data[j].size(); ++i)
       if (layout_.parameter(j, i) < 0) set_constant(b.block, b.parameter_argument + i, data[j][i]);
