@@ -2,20 +2,22 @@
 
 #include <cmath>
 #include <numbers>
-#include <random>
 
+#include "benchmarks/uniform.hpp"
 #include "robots/capture_point.hpp"
 #include "robots/support_polygon.hpp"
 
 namespace saltus::bench {
 namespace {
 
-constexpr double mass = 33.0, gravity = 9.81, height = 0.53, dt = 0.01;  // kg, m/s^2, m, s
-constexpr double force_unit = 100.0, torque_unit = 10.0;                 // N, Nm
+constexpr double gravity = 9.81, height = 0.53;  // m/s^2, m
+constexpr double mass = StepRecovery::mass, dt = StepRecovery::tick;
+constexpr double force_unit = StepRecovery::force_unit, torque_unit = StepRecovery::torque_unit;
 constexpr int cone_rows = 15;
 using Matrix9 = Mat<double, 9, 9>;
 using Matrix96 = Mat<double, 9, 6>;
-const Vec<double, 3> left_foot(0.0, 0.07, 0.0), right_foot(0.05, -0.15, 0.0);
+const Vec<double, 3> left_foot(StepRecovery::left_foot.data());
+const Vec<double, 3> right_foot(StepRecovery::right_foot.data());
 const FootRectangle sole{between(-0.07, 0.10), between(-0.03, 0.03)};
 
 Mat<double, 3, 3> cross_matrix(const Vec<double, 3>& a) {
@@ -61,14 +63,10 @@ CentroidalState nominal_start() {
   return x;
 }
 
-CentroidalState random_start(std::uint64_t seed) {
-  std::mt19937_64 engine(seed);
-  // The standard's distributions differ between libraries; this does not.
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1.0p-53;
-  };
+CentroidalState random_start(std::uint64_t seed, const Bounds& push) {
+  Uniform uniform(seed);
   CentroidalState x = nominal_start();
-  const double speed = uniform(0.2, 0.3), angle = uniform(-0.4, 0.4);
+  const double speed = uniform(push.lower, push.upper), angle = uniform(-0.4, 0.4);
   const double within[3] = {0.010, 0.005, 0.005}, momentum[3] = {0.4, 0.4, 0.1};
   for (int i = 0; i < 3; ++i) x[i] += uniform(-within[i], within[i]);
   x[3] = speed * std::sin(angle);

@@ -1,9 +1,12 @@
 // The step recovery of a humanoid as a quadratic program in stages: the instance on which solvers
-// are compared. All numbers of the recipe are here; they are not those of the push_recovery problem.
+// are compared. All numbers of the recipe are here; they are not those of the push_recovery
+// problem.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
+#include "framework/core/bounds.hpp"
 #include "framework/qp/stage_qp.hpp"
 
 namespace saltus::bench {
@@ -13,13 +16,21 @@ using CentroidalState = Vec<double, 9>;
 
 struct StepRecovery {
   int intervals = 15;
-  int landing = 7;  ///< first stage with both feet; >= intervals: the landing is beyond the horizon
+  int landing = 7;  ///< first stage with both feet; > intervals: the landing is beyond the horizon
+
+  static constexpr double mass = 33.0, tick = 0.01;                  // kg, s
+  static constexpr double force_unit = 100.0, torque_unit = 10.0;    // of the inputs; N, Nm
+  static constexpr std::array<double, 3> left_foot{0.0, 0.07, 0.0};  // m
+  static constexpr std::array<double, 3> right_foot{0.05, -0.15, 0.0};
 };
 
 CentroidalState nominal_start();
-/// Pushed towards -y by 0.2 to 0.3 m/s within 0.4 rad, position within (10, 5, 5) mm of the nominal
-/// one, angular momentum within (0.4, 0.4, 0.1) Nms.
-CentroidalState random_start(std::uint64_t seed);
+/// Pushed towards -y within 0.4 rad by a speed in m/s (of the recipe unless said), position within
+/// (10, 5, 5) mm of the nominal one, angular momentum within (0.4, 0.4, 0.1) Nms.
+CentroidalState random_start(std::uint64_t seed, const Bounds& push = between(0.2, 0.3));
+/// So fast that the capture point meets the edge of the hull after the landing at stage 7 of 15;
+/// all have a solution.
+inline constexpr Bounds binding_push{0.9, 1.0};
 
 /// Inputs are wrenches divided by 100 N and 10 Nm: stance foot, then the other one.
 StageQp step_recovery_qp(const StepRecovery& options, const CentroidalState& start);

@@ -3,8 +3,15 @@
 
 #include "framework/app/program.hpp"
 #include "problems/push_recovery/run.hpp"
+#ifdef SALTUS_HAS_LATENCY_BENCH  // absent where the benchmarks are not built
+#include "benchmarks/latency.hpp"
+#endif
 
 int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
-  return saltus::saltus_main(argc, argv, problems);
+  std::vector<saltus::Verb> verbs;
+#ifdef SALTUS_HAS_LATENCY_BENCH
+  verbs.push_back(saltus::bench::verb());
+#endif
+  return saltus::saltus_main(argc, argv, problems, verbs);
 }

@@ -1,0 +1,41 @@
+// Which problems are timed, and which times are compared.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "benchmarks/measurement.hpp"
+
+namespace saltus::bench {
+
+/// What is asked for: cases whose name contains `only`, `solves` solves of each at least.
+struct Selection {
+  int solves = 1000;
+  std::string only = {};
+
+  bool wants(const std::string& name) const { return name.find(only) != std::string::npos; }
+};
+
+/// Cases on the same instances, solved in turns so that their times can be compared even on a
+/// machine that is not idle.
+struct CaseGroup {
+  std::vector<std::string> names;
+  std::function<std::vector<CaseResult>(const Selection&)> run;  ///< those that are wanted
+};
+
+std::vector<CaseGroup> step_recovery_cases();
+std::vector<CaseGroup> sequence_cases();  // throws InputError if the recorded problems are missing
+std::vector<CaseGroup> box_cases();
+std::vector<CaseGroup> chain_cases();  // likewise
+std::vector<CaseGroup> latency_cases();
+
+/// scale x median of one case / median of another.
+struct Comparison {
+  std::string name, numerator, denominator;
+  double scale = 1.0;
+  double limit = 0.0;  ///< what is aimed at
+};
+std::vector<Comparison> comparisons();
+
+}  // namespace saltus::bench

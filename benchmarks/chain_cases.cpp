@@ -1,0 +1,60 @@
+// The hanging chain: how long do linearisation and quadratic programs of a nonlinear one take?
+#include <algorithm>
+#include <numeric>
+
+#include "benchmarks/cases.hpp"
+#include "benchmarks/chain_sqp.hpp"
+#include "benchmarks/data_file.hpp"
+#include "framework/qp/riccati_kernels.hpp"
+#include "framework/qp/riccati_solver.hpp"
+
+namespace saltus::bench {
+namespace {
+
+const std::string whole_name = "chain/solve", linearisation_name = "chain/linearisation",
+                  qp_name = "chain/qp";
+
+std::vector<CaseResult> run(const Selection& selection) {
+  constexpr int nx = HangingChain::nx, nu = HangingChain::nu;
+  static constexpr qp::RiccatiKernel kernels[] = {qp::riccati_kernel<nx, nu, nx>(),
+                                                  qp::riccati_kernel<0, nu, nx>(),
+                                                  qp::riccati_kernel<nx, 0, 0>()};
+  ChainProgram program(read_chain(data_file("hanging_chain.json")));
+  // The steps of the SQP end far below the tolerance of the nonlinear program.
+  RiccatiOptions options;
+  options.tolerance = 0.1 * accepted_residual;
+  const auto solver = make_riccati_solver(program.qp(), options, kernels);
+
+  Measurement whole(whole_name), linearisation(linearisation_name), qp(qp_name);
+  solve_chain(program, *solver);  // cold caches
+  // Several programs are solved on the way: fewer solves of the whole give as many of them.
+  const int solves = std::max(1, selection.solves / 5);
+  for (int i = 1; i <= solves; ++i) {
+    const ChainSolve solve = solve_chain(program, *solver);
+    QpResult total;
+    total.status = QpStatus::optimal;
+    double microseconds = solve.last_linearisation;
+    linearisation.count(solve.last_linearisation, total, 0.0, i);
+    for (const ChainSolve::Step& step : solve.steps) {
+      microseconds += step.linearisation + step.qp;
+      linearisation.count(step.linearisation, total, 0.0, i);
+      qp.count(step.qp, step.result, step.qp_residual, i);
+    }
+    for (const ChainSolve::Step& step : solve.steps) {
+      total.iterations += step.result.iterations;
+      if (step.result.status != QpStatus::optimal) total.status = step.result.status;
+    }
+    whole.count(microseconds, total, solve.residual, i);
+    whole.detail("SQP steps", static_cast<double>(solve.steps.size()));
+  }
+  std::vector<CaseResult> results;
+  for (const Measurement* m : {&whole, &linearisation, &qp})
+    if (selection.wants(m->name())) results.push_back(m->result());
+  return results;
+}
+
+}  // namespace
+
+std::vector<CaseGroup> chain_cases() { return {{{whole_name, linearisation_name, qp_name}, run}}; }
+
+}  // namespace saltus::bench

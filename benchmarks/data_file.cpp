@@ -1,0 +1,37 @@
+#include "benchmarks/data_file.hpp"
+
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "framework/core/error.hpp"
+
+namespace saltus::bench {
+
+std::filesystem::path data_file(const std::string& name) {
+  return std::filesystem::path(SALTUS_BENCHMARK_DATA) / name;
+}
+
+nlohmann::json read_json(const std::filesystem::path& file) {
+  std::ifstream stream(file);
+  if (!stream) throw InputError(fmt::format("cannot read '{}'", file.string()));
+  nlohmann::json value = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  if (value.is_discarded()) throw InputError(fmt::format("'{}' is not JSON", file.string()));
+  return value;
+}
+
+VectorXd vector_of(const nlohmann::json& list, int size, const std::filesystem::path& file) {
+  if (!list.is_array() || static_cast<int>(list.size()) != size)
+    throw InputError(fmt::format("'{}' must hold a list of {} numbers where it holds {}",
+                                 file.string(), size, list.dump().substr(0, 40)));
+  VectorXd values(size);
+  for (int i = 0; i < size; ++i) {
+    if (!list[i].is_number())
+      throw InputError(fmt::format("'{}' holds {} where a number must be", file.string(),
+                                   list[i].dump().substr(0, 40)));
+    values[i] = list[i].get<double>();
+  }
+  return values;
+}
+
+}  // namespace saltus::bench

@@ -1,0 +1,41 @@
+// `saltus bench latency`: how fast are the structured solvers on this machine?
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "benchmarks/cases.hpp"
+#include "framework/app/program.hpp"
+
+namespace saltus::bench {
+
+struct LatencyReport {
+  double calibration_us = 0.0;
+  std::vector<CaseResult> cases;
+  std::vector<Comparison> comparisons;  ///< those whose cases were timed
+
+  const CaseResult* find(const std::string& name) const;
+  double ratio(const Comparison& comparison) const;
+  int failures() const;
+};
+
+/// Runs the cases that are wanted; `observe` hears of every one as it ends. Throws InputError if
+/// there is none, or a file of recorded problems is missing.
+LatencyReport measure_latency(const Selection& selection,
+                              const std::function<void(const CaseResult&)>& observe = {});
+
+struct LatencyRequest {
+  Selection selection;
+  std::optional<std::filesystem::path> json;
+};
+/// What follows `bench latency`. Throws InputError.
+LatencyRequest parse_latency_request(std::span<const std::string> arguments);
+
+/// The verb `bench`.
+Verb verb();
+
+}  // namespace saltus::bench

@@ -1,0 +1,64 @@
+// Times solves, and checks each of them against the data of its problem.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "benchmarks/statistics.hpp"
+#include "framework/qp/stage_solver.hpp"
+
+namespace saltus::bench {
+
+/// KKT residual above which a solve counts as failed, whatever its solver says.
+inline constexpr double accepted_residual = 1e-8;
+
+struct Failure {
+  std::uint64_t seed = 0;  ///< which instance of its case
+  QpStatus status = QpStatus::invalid_problem;
+  double residual = 0.0;
+};
+
+/// A further figure of a case, e.g. how many rows bind on average.
+struct Detail {
+  std::string name;
+  double value = 0.0;
+};
+
+struct CaseResult {
+  std::string name;
+  int n = 0;
+  Spread microseconds;
+  double iterations_mean = 0.0;
+  int iterations_max = 0;
+  double kkt_max = 0.0;
+  std::vector<Failure> failures;
+  std::vector<Detail> details;
+};
+
+class Measurement {
+ public:
+  explicit Measurement(std::string name) { result_.name = std::move(name); }
+
+  const std::string& name() const { return result_.name; }
+  /// Solves and counts it. Of the time only the solver's share is taken.
+  void solve(StageQpSolver& solver, const StageQp& qp, StagePoint& point, bool warm,
+             std::uint64_t seed);
+  /// Counts what was solved and timed elsewhere.
+  void count(double microseconds, const QpResult& result, double residual, std::uint64_t seed);
+  /// Adds to a figure of which the mean over all solves is told.
+  void detail(const std::string& name, double value);
+
+  CaseResult result() const;
+
+ private:
+  CaseResult result_;
+  std::vector<double> times_;
+  double iterations_ = 0.0;
+};
+
+/// How many rows of a group, or bounds of the program, have a multiplier that is not zero.
+int binding_rows(const StageQp& qp, const StagePoint& point, int stage, int group);
+int binding_bounds(const StageQp& qp, const StagePoint& point);
+
+}  // namespace saltus::bench

@@ -1,0 +1,65 @@
+// The recipe's batches: how long does a cold solve of the step recovery take?
+#include "benchmarks/cases.hpp"
+#include "benchmarks/contenders.hpp"
+#include "benchmarks/step_recovery_kernels.hpp"
+#include "benchmarks/step_recovery_qp.hpp"
+
+namespace saltus::bench {
+namespace {
+
+struct Batch {
+  std::string name;
+  StepRecovery options;
+  Bounds push = between(0.2, 0.3);  // m/s
+  int fewer = 1;                    // of so many solves one
+  bool with_run_time_sizes = false;
+};
+
+std::string with_run_time_sizes(const std::string& name) { return name + ",run-time-sizes"; }
+
+std::vector<CaseResult> run(const Batch& batch, const Selection& selection) {
+  const StageQp capacity = step_recovery_qp(batch.options, nominal_start());
+  Contenders contenders(selection);
+  contenders.add(batch.name, capacity, from_standing(), step_recovery_kernels);
+  if (batch.with_run_time_sizes)
+    contenders.add(with_run_time_sizes(batch.name), capacity, from_standing(), {});
+  const int solves = std::max(1, selection.solves / batch.fewer);
+  for (int seed = 1; seed <= solves && !contenders.empty(); ++seed) {
+    const StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
+    contenders.solve(qp, standing_guess(qp), seed, [&](Measurement& m, const StagePoint& point) {
+      // Capture-point rows are the group after those of the feet.
+      int binding = 0;
+      for (int k = std::max(batch.options.landing, 1); k < qp.intervals(); ++k)
+        binding += binding_rows(qp, point, k, 2);
+      if (batch.options.landing <= qp.intervals())
+        binding += binding_rows(qp, point, qp.intervals(), 0);
+      m.detail("binding capture-point rows", binding);
+    });
+  }
+  return contenders.results();
+}
+
+}  // namespace
+
+std::vector<CaseGroup> step_recovery_cases() {
+  const int beyond = 1 << 20;
+  const std::vector<Batch> batches{
+      {.name = "recipe/kI=7", .options = {15, 7}, .with_run_time_sizes = true},
+      {.name = "recipe/no-impact", .options = {15, beyond}},
+      {.name = "recipe/kI=0", .options = {15, 0}},
+      {.name = "recipe/N=30", .options = {30, 7}},
+      {.name = "recipe/N=60", .options = {60, 7}},
+      {.name = "recipe/N=150", .options = {150, 7}},
+      {.name = "recipe/N=1500", .options = {1500, 7}, .fewer = 50},
+      {.name = "recipe/binding", .options = {15, 7}, .push = binding_push}};
+  std::vector<CaseGroup> groups;
+  for (const Batch& batch : batches) {
+    CaseGroup& group = groups.emplace_back();
+    group.names = {batch.name};
+    if (batch.with_run_time_sizes) group.names.push_back(with_run_time_sizes(batch.name));
+    group.run = [batch](const Selection& selection) { return run(batch, selection); };
+  }
+  return groups;
+}
+
+}  // namespace saltus::bench

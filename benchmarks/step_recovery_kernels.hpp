@@ -1,0 +1,24 @@
+// The sizes that occur in the step-recovery program, known to the compiler: 9 states, and 6 inputs
+// with one foot as with two, whose wrenches have a common resultant. The start is fixed (no states
+// in its stage) and the end has no inputs.
+#pragma once
+
+#include "framework/qp/riccati_kernels.hpp"
+#include "framework/qp/riccati_solver.hpp"
+
+namespace saltus::bench {
+
+// 12 inputs: should the solver not take the resultant.
+inline constexpr qp::RiccatiKernel step_recovery_kernels[] = {
+    qp::riccati_kernel<9, 6, 9>(), qp::riccati_kernel<0, 6, 9>(), qp::riccati_kernel<9, 0, 0>(),
+    qp::riccati_kernel<9, 12, 9>(), qp::riccati_kernel<0, 12, 9>()};
+
+/// Cold starts at the static wrench and the states that it leads to.
+inline RiccatiOptions from_standing() {
+  RiccatiOptions options;
+  options.start = QpStart::guess;
+  options.roll_out = true;
+  return options;
+}
+
+}  // namespace saltus::bench
