@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "benchmarks/thread_clock.hpp"
+#include "framework/core/bounds.hpp"
 
 namespace saltus::bench {
 namespace {
@@ -31,8 +32,8 @@ void Measurement::count(double microseconds, const QpResult& result, double resi
   times_.push_back(microseconds);
   iterations_ += result.iterations;
   result_.iterations_max = std::max(result_.iterations_max, result.iterations);
-  // Not std::max, which would drop a NaN.
-  if (!(residual <= result_.kkt_max)) result_.kkt_max = residual;
+  // Not std::max, which would drop a NaN; infinity stays the largest.
+  if (!(residual <= result_.kkt_max)) result_.kkt_max = std::isnan(residual) ? infinity : residual;
   if (result.status != QpStatus::optimal || !(residual <= accepted_residual))
     result_.failures.push_back({seed, result.status, residual});
 }

