@@ -28,9 +28,10 @@ ExitStatus run_latency(std::span<const std::string> arguments) {
   const LatencyRequest request = parse_latency_request(arguments);
   std::optional<OutputFolder> folder;
   if (request.json) folder = folder_of(*request.json);
-  fmt::print("{}", table_head());
-  const LatencyReport report = measure_latency(request.selection, [](const CaseResult& result) {
-    fmt::print("{}", table_line(result));
+  bool begun = false;  // no head above a sentence that nothing was measured
+  const LatencyReport report = measure_latency(request.selection, [&](const CaseResult& result) {
+    fmt::print("{}{}", begun ? "" : table_head(), table_line(result));
+    begun = true;
     std::fflush(stdout);
   });
   fmt::print("{}", closing_text(report));
