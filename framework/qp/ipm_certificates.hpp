@@ -18,10 +18,9 @@ struct CertificateSpace {
         gradient(variables),
         direction(variables),
         equality(equalities),
-        equality_at_zero(equalities),
         side(sides) {}
   AlignedArray zero_v, zero_y, zero_lambda, lambda, cost_gradient, gradient, direction;
-  AlignedArray equality, equality_at_zero, side;
+  AlignedArray equality, side;
 };
 
 /// No point within this multiple of the iterate's size satisfies the rows: taken as infeasible.
@@ -40,41 +39,48 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
   system.evaluate(v.data(), y.data(), w.lambda.data(), w.gradient.data(), w.equality.data(),
                   w.side.data());
   // Seen from v: lambda'(beta - G v) + y'(E v - e) > (E'y - G'lambda)'d for all d of the ball.
-  double value = 0.0, rest = 0.0, size = 1.0;
-  for (int i = 0; i < system.first_soft(); ++i)
+  double value = 0.0, rest = 0.0, size = 1.0, multipliers = 0.0;
+  for (int i = 0; i < system.first_soft(); ++i) {
     value += w.lambda[i] * (system.beta()[i] - w.side[i]);
-  for (int i = 0; i < system.equalities(); ++i) value += y[i] * w.equality[i];
+    multipliers += w.lambda[i];
+  }
+  for (int i = 0; i < system.equalities(); ++i) {
+    value += y[i] * w.equality[i];
+    multipliers += std::fabs(y[i]);
+  }
   for (int i = 0; i < system.variables(); ++i) {
     rest += std::fabs(w.gradient[i] - w.cost_gradient[i]);
     size = std::fmax(size, std::fabs(v[i]));
   }
-  return value > certified_radius * size * rest;
+  // Where the rows hold to rounding there is nothing to prove.
+  constexpr double rounding = 1e-9;
+  return value > certified_radius * size * rest && value > rounding * multipliers;
 }
 
-/// A direction d = v / |v| with H d = 0, E d = 0, G d >= 0 (hard sides) and g'd < 0, each within a
-/// millionth, where |v| has run away.
+/// Whether d = v / |v| is a direction with H d = 0, E d = 0, G d >= 0 (hard sides) and g'd < 0,
+/// each within a millionth. Only asked where |v| has run away.
 template <class System>
-bool is_unbounded(System& system, const Iterate& p, CertificateSpace& w) {
-  constexpr double millionth = 1e-6;
+bool is_unbounded(System& system, const AlignedArray& v, CertificateSpace& w) {
+  constexpr double millionth = 1e-6, far = 1e6;
   double size = 0.0;
-  for (int i = 0; i < system.variables(); ++i) size = std::fmax(size, std::fabs(p.v[i]));
-  if (size < 1e6) return false;
-  for (int i = 0; i < system.variables(); ++i) w.direction[i] = p.v[i] / size;
+  for (int i = 0; i < system.variables(); ++i) size = std::fmax(size, std::fabs(v[i]));
+  if (!(size >= far)) return false;
+  for (int i = 0; i < system.variables(); ++i) w.direction[i] = v[i] / size;
   system.evaluate(w.zero_v.data(), w.zero_y.data(), w.zero_lambda.data(), w.cost_gradient.data(),
-                  w.equality_at_zero.data(), w.side.data());
-  system.evaluate(w.direction.data(), w.zero_y.data(), w.zero_lambda.data(), w.gradient.data(),
                   w.equality.data(), w.side.data());
+  system.apply(w.direction.data(), w.zero_y.data(), w.zero_lambda.data(), w.gradient.data(),
+               w.equality.data(), w.side.data());
   double descent = 0.0, scale = 0.0, curvature = 0.0;
   for (int i = 0; i < system.variables(); ++i) {
     descent += w.cost_gradient[i] * w.direction[i];
     scale = std::fmax(scale, std::fabs(w.cost_gradient[i]));
-    curvature = std::fmax(curvature, std::fabs(w.gradient[i] - w.cost_gradient[i]));
+    curvature = std::fmax(curvature, std::fabs(w.gradient[i]));
   }
-  if (descent >= -millionth * scale || curvature > millionth * scale) return false;
+  if (!(descent < -millionth * scale) || !(curvature <= millionth * scale)) return false;
   for (int i = 0; i < system.equalities(); ++i)
-    if (std::fabs(w.equality[i] - w.equality_at_zero[i]) > millionth) return false;
+    if (!(std::fabs(w.equality[i]) <= millionth)) return false;
   for (int i = 0; i < system.first_soft(); ++i)
-    if (w.side[i] * system.active()[i] < -millionth) return false;
+    if (!(w.side[i] * system.active()[i] >= -millionth)) return false;
   return true;
 }
 

@@ -12,22 +12,32 @@
 
 namespace saltus::qp {
 
+/// Changes of smaller slacks drown in the rounding of the rows.
+inline constexpr double tiny_slack = 1e-11;
+
 /// Mehrotra's centring: the better the predictor alone would do, the less is kept.
 inline double centring(double mu, double mu_after_predictor) {
   const double ratio = mu > 0.0 ? std::clamp(mu_after_predictor / mu, 0.0, 1.0) : 0.0;
   return ratio * ratio * ratio;
 }
 
-/// Condensed weights of the sides.
+/// Condensed weights of the sides; returns the largest.
 template <class System>
-void weigh(System& system, const Iterate& p, AlignedArray& weights) {
-  for (int i = 0; i < system.first_soft(); i += lanes)
-    store(&weights[i], load(&p.lambda[i]) / load(&p.s[i]));
+double weigh(System& system, const Iterate& p, AlignedArray& weights) {
+  Lanes most{};
+  for (int i = 0; i < system.first_soft(); i += lanes) {
+    const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
+    store(&weights[i], w);
+    most = larger(most, w);
+  }
   for (int i = system.first_soft(); i < system.sides(); i += lanes) {
     const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
     const Lanes rest = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]);
-    store(&weights[i], w * rest / (rest + w));
+    const Lanes both = w * rest / (rest + w);
+    store(&weights[i], both);
+    most = larger(most, both);
   }
+  return largest(most);
 }
 
 /// Target of the predictor: all products to zero.
@@ -116,6 +126,49 @@ void recover_sides(System& system, const Iterate& p, const Residuals& r, const S
     store(&step.s[i], y + dt);
     store(&step.lambda[i], -load(&target.side[i]) - w * (y + dt));
     store(&step.tau[i], (-load(&target.soft[i]) - u * dt) * active);
+  }
+}
+
+/// The part of dlambda = -offset - weight (G dv + residual) that does not depend on dv.
+template <class System>
+void side_offset(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
+                 AlignedArray& offset) {
+  for (int i = 0; i < system.first_soft(); i += lanes) store(&offset[i], load(&target.side[i]));
+  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
+    const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
+    const Lanes D = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]) + w;
+    const Lanes e = load(&r.soft[i]) + load(&target.side[i]) + load(&target.soft[i]);
+    store(&offset[i], load(&target.side[i]) - w * e / D);
+  }
+}
+
+/// step.s holds G dv and step.lambda is known; completes ds and, on soft sides, dt and dtau. The
+/// linear equations hold whatever dlambda is, except where a variable is so small that they have no
+/// digits of it: it follows from its product.
+template <class System>
+void recover_from_multipliers(System& system, const Iterate& p, const Residuals& r,
+                              const SideTarget& target, Iterate& step) {
+  const Lanes tiny = broadcast(tiny_slack);
+  for (int i = 0; i < system.sides(); i += lanes) {
+    const Lanes s = load(&p.s[i]), lambda = load(&p.lambda[i]);
+    const Lanes from_rows = load(&step.s[i]) + load(&r.side[i]);
+    const Lanes from_multiplier = -(load(&target.side[i]) + load(&step.lambda[i])) * s / lambda;
+    if (i < system.first_soft()) {
+      store(&step.s[i], smaller(tiny, lambda) > s ? from_multiplier : from_rows);
+      continue;
+    }
+    const Lanes t = load(&p.t[i]), tau = load(&p.tau[i]), u = tau / t;
+    const Lanes w = lambda / s, rest = load(system.l2() + i) + u;
+    const Lanes active = load(system.active() + i);
+    const Lanes pull = load(&step.lambda[i]) - load(&r.soft[i]);
+    const Lanes small_dt = (pull - load(&target.soft[i])) / rest;
+    const Lanes dt = (rest > w ? small_dt : from_multiplier - from_rows) * active;
+    const Lanes ds = rest > w && smaller(tiny, lambda) < s ? from_rows + dt : from_multiplier;
+    const Lanes from_price = load(system.l2() + i) * dt - pull;
+    const Lanes from_product = -load(&target.soft[i]) - u * dt;
+    store(&step.t[i], dt);
+    store(&step.s[i], active > 0.0 ? ds : from_rows);
+    store(&step.tau[i], (smaller(tiny, t) > tau ? from_product : from_price) * active);
   }
 }
 

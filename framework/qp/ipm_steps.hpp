@@ -34,14 +34,13 @@ inline StepLengths largest_steps(const Iterate& p, const Iterate& step, int firs
   return {length(largest(primal)), length(largest(dual))};
 }
 
-/// The step that is taken: not quite to the boundary, closer to it as the optimum nears, and the
-/// same for both, so that every linear residual shrinks by the same share.
-inline StepLengths damped_steps(const Iterate& p, const Iterate& step, int first_soft, int sides,
-                                double mu) {
+/// The length of the step that is taken: not quite to the boundary, closer to it as the optimum
+/// nears, and the same for both, so that every linear residual shrinks by the same share.
+inline double damped_step(const Iterate& p, const Iterate& step, int first_soft, int sides,
+                          double mu) {
   const double fraction = std::clamp(1.0 - mu, 0.995, 0.9999);
   const StepLengths longest = largest_steps(p, step, first_soft, sides);
-  const double length = std::min(1.0, fraction * std::min(longest.primal, longest.dual));
-  return {length, length};
+  return std::min(1.0, fraction * std::min(longest.primal, longest.dual));
 }
 
 }  // namespace saltus::qp

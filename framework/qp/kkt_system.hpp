@@ -26,6 +26,10 @@ concept KktSystem = requires(T system, const double* in, double* out) {
   { system.l2() } -> std::convertible_to<const double*>;
   // H v + g + E'y - G'lambda, E v - e, and G v at (v, y, lambda).
   system.evaluate(in, in, in, out, out, out);
+  // The same without g, e: H v + E'y - G'lambda, E v, G v.
+  system.apply(in, in, in, out, out, out);
+  // 1/2 v'Hv + g'v.
+  { system.cost(in) } -> std::convertible_to<double>;
   // Prepares solve() for the weights of the sides; false when the factor broke down.
   { system.factor(in) } -> std::convertible_to<bool>;
   // Solves (H + G'WG) dv + E'dy = -rv, E dv = -ry. Arguments: rv, ry, dv, dy.

@@ -27,6 +27,12 @@ class RiccatiSolver final : public StageQpSolver {
     result = method_.solve(system_, options_, deadline_, warm);
     system_.unpack_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
     result.objective = objective(qp, point);
+    // At an optimum the method has seen them; on its way there it may have taken them for granted.
+    if (result.status != QpStatus::optimal) {
+      const StageQpResidual residual = kkt_residual(qp, point);
+      result.residual = residual.largest();
+      result.violation = residual.feasibility;
+    }
     return result;
   }
 

@@ -7,9 +7,11 @@
 namespace saltus::qp {
 namespace {
 
-// Equality rows enter as a quadratic price 1/this on what the step leaves of them; their
-// multipliers make up for it, so that at the solution they hold exactly.
-constexpr double equality_regularisation = 1e-9;
+// Equality rows enter with a quadratic price on what the step leaves of them; their multipliers
+// make up for it, so that at the solution they hold exactly. It must outweigh sides that depend on
+// them.
+constexpr double least_equality_price = 1e9, most_equality_price = 1e15;
+constexpr double equality_price_per_weight = 10.0;
 // Added to the Hessian when a step is computed, never to the problem: a proximal term.
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
@@ -477,25 +479,28 @@ void RiccatiSystem::Packer::groups(int k) {
   }
 }
 
-// An equality of the fixed start alone: it holds or it contradicts.
+// A hard row of the fixed start alone: it holds or it contradicts.
 bool RiccatiSystem::Packer::is_settled(int k, int g, int row) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[g];
-  double free = 0.0, size = std::fabs(group.lower[row]), value = -group.lower[row];
+  const double l = group.lower[row], u = group.upper[row];
+  double free = 0.0, value = 0.0, size = 0.0;
   for (int c = 0; c < static_cast<int>(group.columns.size()); ++c) {
     const int j = group.columns[c];
     const double m = group.M(row, c);
-    if (j >= s.nx) {
-      free = std::max(free, std::fabs(m));
-      continue;
-    }
-    value += m * qp.start[j];
     size = std::max(size, std::fabs(m));
+    if (j >= s.nx)
+      free = std::max(free, std::fabs(m));
+    else
+      value += m * qp.start[j];
   }
+  if (std::isfinite(l)) size = std::max(size, std::fabs(l));
+  if (std::isfinite(u)) size = std::max(size, std::fabs(u));
   // Of what is left after the arithmetic that made the rows.
   constexpr double rounding = 1e-13, agreement = 1e-9;
-  if (free > rounding * size) return false;
-  if (std::fabs(value) > agreement * std::max(1.0, size)) system.contradiction_ = true;
+  if (free > (l == u ? rounding * size : 0.0)) return false;
+  const double missing = std::max(l - value, value - u);
+  if (missing > agreement * std::max(1.0, size)) system.contradiction_ = true;
   return true;
 }
 
@@ -521,7 +526,7 @@ void RiccatiSystem::Packer::add_group(int k, int g, bool equalities) {
       return;
     }
     if ((l == u && !group.soft) != equalities || (l == -infinity && u == infinity)) continue;
-    if (p.constant_states > 0 && l == u && !group.soft && is_settled(k, g, i)) {
+    if (p.constant_states > 0 && !group.soft && is_settled(k, g, i)) {
       continue;
     }
     source[rows++] = i;
@@ -1088,6 +1093,31 @@ void RiccatiSystem::evaluate(const double* v, const double* y, const double* lam
   multiply(v, side);
 }
 
+void RiccatiSystem::apply(const double* v, const double* y, const double* lambda,
+                          double* stationarity, double* equality, double* side) {
+  products<false>(v, y, stationarity, equality);
+  add_sides<-1>(lambda, stationarity);
+  multiply(v, side);
+}
+
+double RiccatiSystem::cost(const double* v) {
+  double* slope = work_.data();
+  double total = 0.0;
+  // v'(1/2 H v + g) of one block.
+  const auto add = [&](int size, const double* H, const double* g, const double* at) {
+    multiply_vector<Update::set>(size, size, H, padded(size), at, slope);
+    for (int i = 0; i < size; ++i) total += (0.5 * slope[i] + g[i]) * at[i];
+  };
+  for (const PackedStage& p : stages_) {
+    const int m = p.sweep.nu, ldm = padded(m);
+    const double* main = v + p.v_at;
+    add(p.sweep.nx + m, p.H, p.g, main);
+    for (int part = 0; part + 1 < p.parts; ++part)
+      add(m, p.R + part * ldm * m, p.r + part * ldm, main + p.sweep.ld + part * ldm);
+  }
+  return total;
+}
+
 // --- factorisation ------------------------------------------------------------------------------
 
 void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
@@ -1098,7 +1128,7 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
       Lanes sum{};
       if (b.lower_at >= 0) sum += load(weights + b.lower_at + i);
       if (b.upper_at >= 0) sum += load(weights + b.upper_at + i);
-      if (b.equality_at >= 0) sum = broadcast(1.0 / equality_regularisation);
+      if (b.equality_at >= 0) sum = broadcast(equality_price_);
       store(row_weights + i, sum);
     }
     double* H = b.part == 0 ? p.sweep.M : p.R_work + (b.part - 1) * padded(p.sweep.nu) * p.sweep.nu;
@@ -1137,7 +1167,15 @@ void RiccatiSystem::factor_parts(PackedStage& p) {
 }
 
 bool RiccatiSystem::factor(const double* weights) {
-  if (has_equality_rows_) std::copy(weights, weights + sides_, weights_.data());
+  if (has_equality_rows_) {
+    Lanes most{};
+    for (int i = 0; i < sides_; i += lanes) {
+      store(&weights_[i], load(weights + i));
+      most = larger(most, load(weights + i));
+    }
+    equality_price_ = std::clamp(equality_price_per_weight * largest(most), least_equality_price,
+                                 most_equality_price);
+  }
   const double* P = nullptr;
   int ld_P = 0;
   int replaced = 0;
@@ -1220,7 +1258,7 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
   }
 }
 
-// Equality rows E dv = -equality, regularised: dy = (E dv + equality) / regularisation.
+// Equality rows E dv = -equality, priced: dy = price (E dv + equality).
 void RiccatiSystem::solve_with_rows(const double* gradient, const double* equality, double* dv,
                                     double* dy) {
   double* scaled = row_work_.data();
@@ -1229,7 +1267,7 @@ void RiccatiSystem::solve_with_rows(const double* gradient, const double* equali
     for (const RowBlock& b : p.rows) {
       if (b.equality_at < 0) continue;
       for (int i = 0; i < padded(b.rows); i += lanes)
-        store(scaled + i, load(equality + b.equality_at + i) / equality_regularisation);
+        store(scaled + i, load(equality + b.equality_at + i) * equality_price_);
       b.kernel->add_transposed(b, scaled, 1.0, gradient_.data() + b.v_at);
     }
   sweep(gradient_.data(), equality, dv, dy);
@@ -1239,8 +1277,7 @@ void RiccatiSystem::solve_with_rows(const double* gradient, const double* equali
       double* out = dy + b.equality_at;
       b.kernel->multiply(b, dv + b.v_at, 1.0, out);
       for (int i = 0; i < padded(b.rows); i += lanes)
-        store(out + i,
-              (load(out + i) + load(equality + b.equality_at + i)) / equality_regularisation);
+        store(out + i, (load(out + i) + load(equality + b.equality_at + i)) * equality_price_);
     }
 }
 

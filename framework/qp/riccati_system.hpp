@@ -90,6 +90,9 @@ class RiccatiSystem {
   const double* l2() const { return l2_.data(); }
   void evaluate(const double* v, const double* y, const double* lambda, double* stationarity,
                 double* equality, double* side);
+  void apply(const double* v, const double* y, const double* lambda, double* stationarity,
+             double* equality, double* side);
+  double cost(const double* v);
   bool factor(const double* weights);
   void solve(const double* gradient, const double* equality, double* dv, double* dy);
   void multiply(const double* v, double* side);
@@ -127,6 +130,7 @@ class RiccatiSystem {
   AlignedArray gradient_, residual_v_, residual_y_, correction_v_, correction_y_;
   int max_variables_ = 0, max_equalities_ = 0, max_sides_ = 0;
   int variables_ = 0, equalities_ = 0, sides_ = 0, first_soft_ = 0;
+  double equality_price_ = 0.0;
   int replaced_pivots_ = 0, reduced_stages_ = 0;
   bool has_equality_rows_ = false, contradiction_ = false;
 };

@@ -211,20 +211,35 @@ void SparseSystem::add_hessian_times(const double* v, double* out) const {
 
 void SparseSystem::evaluate(const double* v, const double* y, const double* lambda,
                             double* stationarity, double* equality, double* side) {
+  apply(v, y, lambda, stationarity, equality, side);
+  for (int i = 0; i < n_; ++i) stationarity[i] += gradient_[i];
+  for (std::size_t i = 0; i < equality_rows_.size(); ++i) equality[i] -= equality_[i];
+}
+
+void SparseSystem::apply(const double* v, const double* y, const double* lambda,
+                         double* stationarity, double* equality, double* side) {
   multiply_rows(v);
   spread(v, side);
   for (std::size_t i = 0; i < equality_rows_.size(); ++i)
-    equality[i] = row_work_[equality_rows_[i]] - equality_[i];
+    equality[i] = row_work_[equality_rows_[i]];
   for (int i = static_cast<int>(equality_rows_.size()); i < equalities(); ++i) equality[i] = 0.0;
 
   multiply_transposed(lambda, stationarity);
-  for (int i = 0; i < n_; ++i) stationarity[i] = gradient_[i] - stationarity[i];
+  for (int i = 0; i < n_; ++i) stationarity[i] = -stationarity[i];
   for (std::size_t i = 0; i < equality_rows_.size(); ++i) {
     const int row = equality_rows_[i];
     for (int e = row_pattern_.row_begin(row); e < row_pattern_.row_end(row); ++e)
       stationarity[row_pattern_.col(e)] += rows_[e] * y[i];
   }
   add_hessian_times(v, stationarity);
+}
+
+double SparseSystem::cost(const double* v) {
+  double total = 0.0;
+  for (int i = 0; i < n_; ++i) total += gradient_[i] * v[i];
+  hessian_pattern_.for_each(
+      [&](int i, int j, int e) { total += (i == j ? 0.5 : 1.0) * hessian_[e] * v[i] * v[j]; });
+  return total;
 }
 
 void SparseSystem::multiply_rows(const double* v) {

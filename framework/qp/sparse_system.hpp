@@ -55,6 +55,9 @@ class SparseSystem {
   const double* l2() const { return prices_.data(); }
   void evaluate(const double* v, const double* y, const double* lambda, double* stationarity,
                 double* equality, double* side);
+  void apply(const double* v, const double* y, const double* lambda, double* stationarity,
+             double* equality, double* side);
+  double cost(const double* v);
   bool factor(const double* weights);
   void solve(const double* rv, const double* ry, double* dv, double* dy);
   /// Of the last solution dv, rows with large weights are known to more digits than dv tells.
