@@ -44,6 +44,13 @@ class InteriorPoint {
                  bool warm) {
     QpResult result;
     result.status = QpStatus::numerical_failure;
+    restart(system, options);
+    if (warm && starts_at_optimum(system)) {
+      result.status = QpStatus::optimal;
+      result.residual = residuals_.at_point().largest;
+      result.violation = residuals_.at_point().feasibility;
+      return result;
+    }
     if (!begin(system, options, warm)) return result;
     for (int iteration = 0;; ++iteration) {
       result.iterations = iteration;
@@ -92,13 +99,23 @@ class InteriorPoint {
   static constexpr double second_order[] = {1.0, 0.5, 0.0};  // share, by caution
   static constexpr double barrier_per_mismatch = 1e-2, least_warm_barrier = 1e-6;
 
-  bool begin(System& system, const QpOptions& options, bool warm) {
+  void restart(System& system, const QpOptions& options) {
     caution_ = 0;
     least_mu_ = infinite;
     steps_without_fall_ = 0;
     last_step_ = 1.0;
     residuals_.reset(system);
     convergence_.reset(options.tolerance);
+  }
+
+  bool starts_at_optimum(System& system) {
+    convergence_.weigh_multipliers(system, point_);
+    if (!take_literally(system, convergence_.tolerance(), point_, work_)) return false;
+    residuals_.follow(system, point_, 1.0, convergence_.acceptable());
+    return convergence_.reached(system, point_, residuals_);
+  }
+
+  bool begin(System& system, const QpOptions& options, bool warm) {
     if (warm) return begin_warm(system, options);
     if (options.start == QpStart::least_squares)
       return start_least_squares(system, point_, work_, gradient_, equality_);
@@ -109,6 +126,7 @@ class InteriorPoint {
   // One full Newton step from the lifted point: exact if what binds is what bound before. How badly
   // gaps and multipliers then contradict each other says how far the neighbour is.
   bool begin_warm(System& system, const QpOptions& options) {
+    residuals_.reset(system);
     lift_products(system, options.warm_barrier, point_, work_);
     residuals_.evaluate(system, point_);
     if (!newton_.factor(system, point_, /*careful=*/false)) return false;

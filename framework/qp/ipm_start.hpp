@@ -85,6 +85,27 @@ bool start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
   return true;
 }
 
+/// Slacks as v leaves them. False where a side is missed, or a product left, by more than the
+/// tolerance: v, y and lambda are no optimum then, and the rest is not completed.
+template <class System>
+bool take_literally(System& system, double tolerance, Iterate& point, AlignedArray& work) {
+  system.multiply(point.v.data(), work.data());
+  for (int i = 0; i < system.sides(); ++i) {
+    const bool active = system.active()[i] != 0.0;
+    const bool soft = i >= system.first_soft() && active;
+    const double gap = work[i] - system.beta()[i];
+    point.s[i] = point.t[i] = point.tau[i] = 1.0;
+    if (!active) continue;
+    point.s[i] = std::max(gap, 0.0);
+    if (point.s[i] * point.lambda[i] > tolerance || (!soft && gap < -tolerance)) return false;
+    if (!soft) continue;
+    point.t[i] = std::max(-gap, 0.0);
+    point.tau[i] = std::max(system.l1()[i] + system.l2()[i] * point.t[i] - point.lambda[i], 0.0);
+    if (point.t[i] * point.tau[i] > tolerance) return false;
+  }
+  return true;
+}
+
 /// Keeps v, y and lambda of a neighbouring problem; slack and multiplier of every side are lifted
 /// just enough for their product to reach the barrier.
 template <class System>

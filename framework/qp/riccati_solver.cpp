@@ -1,10 +1,33 @@
 #include "framework/qp/riccati_solver.hpp"
 
+#include <cmath>
+
 #include "framework/qp/interior_point.hpp"
 #include "framework/qp/riccati_system.hpp"
 
 namespace saltus {
 namespace {
+
+bool is_finite(const Stage& s, int next) {
+  const int nx = s.nx, nu = s.nu;
+  if (next > 0 && !(s.A.topLeftCorner(next, nx).allFinite() &&
+                    s.B.topLeftCorner(next, nu).allFinite() && s.b.head(next).allFinite()))
+    return false;
+  for (const RowGroup& g : s.groups) {
+    if (!g.M.topLeftCorner(g.rows, static_cast<int>(g.columns.size())).allFinite()) return false;
+    if (g.soft && !(g.l1.head(g.rows).allFinite() && g.l2.head(g.rows).allFinite())) return false;
+  }
+  return s.Q.topLeftCorner(nx, nx).allFinite() && s.S.topLeftCorner(nu, nx).allFinite() &&
+         s.R.topLeftCorner(nu, nu).allFinite() && s.q.head(nx).allFinite() &&
+         s.r.head(nu).allFinite() && std::isfinite(s.constant);
+}
+
+bool is_finite(const StageQp& qp) {
+  const int stages = static_cast<int>(qp.stages.size());
+  for (int k = 0; k < stages; ++k)
+    if (!is_finite(qp.stages[k], k + 1 < stages ? qp.stages[k + 1].nx : 0)) return false;
+  return !qp.fixed_start || qp.start.head(qp.stages.front().nx).allFinite();
+}
 
 class RiccatiSolver final : public StageQpSolver {
  public:
@@ -27,6 +50,9 @@ class RiccatiSolver final : public StageQpSolver {
     result = method_.solve(system_, options_, deadline_, warm);
     system_.unpack_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
     result.objective = objective(qp, point);
+    // With data that are not numbers there is none: only asked where there is no optimum.
+    if ((result.status != QpStatus::optimal || !std::isfinite(result.objective)) && !is_finite(qp))
+      result.status = QpStatus::invalid_problem;
     // At an optimum the method has seen them; on its way there it may have taken them for granted.
     if (result.status != QpStatus::optimal) {
       const StageQpResidual residual = kkt_residual(qp, point);
