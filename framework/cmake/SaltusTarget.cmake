@@ -26,7 +26,8 @@ if(SALTUS_MARCH)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # With wide vectors gcc complains about its own intrinsics (undefined registers, GCC bug 105593)
     # and about vector loops of Eigen that small matrices never enter. Portable builds still check.
-    target_compile_options(saltus_flags INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds
+    target_compile_options(saltus_flags INTERFACE -Wno-maybe-uninitialized -Wno-uninitialized
+                                                  -Wno-array-bounds
                                                   -Wno-stringop-overflow -Wno-stringop-overread)
   endif()
 endif()
