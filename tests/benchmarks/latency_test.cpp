@@ -19,10 +19,9 @@ constexpr int solves = 3;  // sanitizers are slow
 
 // Instances that have an optimum and on which the solver falls short, as of 2026-11-21. The verb
 // counts and prints them as failed like any other; here they do not hide a new one.
-//   recipe/binding 47: said to be optimal with complementarity 2.8e-8; the sparse solver reaches
-//   1e-10. box/18x3 39: the interior-point method gives up at 3e-3, with either linear algebra.
+//   box/18x3 39: the interior-point method gives up at 3e-3, with either linear algebra.
 bool is_known(const std::string& name, std::uint64_t seed) {
-  return (name == "recipe/binding" && seed == 47) || (name.starts_with("box/18x3") && seed == 39);
+  return name.starts_with("box/18x3") && seed == 39;
 }
 
 void expect_optimal(const std::string& only) {
