@@ -40,8 +40,25 @@ class InteriorPoint {
   /// is left in it.
   Iterate& point() { return point_; }
 
+  /// What breaks down numerically is tried once more from the other kind of start.
   QpResult solve(System& system, const QpOptions& options, QpClock::time_point deadline,
                  bool warm) {
+    const QpResult first = attempt(system, options, deadline, warm);
+    if (first.status != QpStatus::numerical_failure) return first;
+    constexpr double far_from_the_sides = 1.0;
+    QpOptions other = options;
+    other.start =
+        !warm && options.start == QpStart::least_squares ? QpStart::guess : QpStart::least_squares;
+    other.start_barrier = std::max(options.start_barrier, far_from_the_sides);
+    std::fill_n(point_.v.data(), system.variables(), 0.0);
+    QpResult second = attempt(system, other, deadline, false);
+    second.iterations += first.iterations;
+    return second;
+  }
+
+ private:
+  QpResult attempt(System& system, const QpOptions& options, QpClock::time_point deadline,
+                   bool warm) {
     QpResult result;
     result.status = QpStatus::numerical_failure;
     restart(system, options);
@@ -82,7 +99,6 @@ class InteriorPoint {
     return result;
   }
 
- private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   // Centrality correctors (Gondzio) where the step is short, and what they must bring.
   static constexpr int centrality_corrections = 1;

@@ -17,22 +17,14 @@ constexpr int solves = 100;  // as --quick
 constexpr int solves = 3;  // sanitizers are slow
 #endif
 
-// Instances that have an optimum and on which the solver falls short, as of 2026-11-21. The verb
-// counts and prints them as failed like any other; here they do not hide a new one.
-//   box/18x3 39: the interior-point method gives up at 3e-3, with either linear algebra.
-bool is_known(const std::string& name, std::uint64_t seed) {
-  return name.starts_with("box/18x3") && seed == 39;
-}
-
 void expect_optimal(const std::string& only) {
   const LatencyReport report = measure_latency({.solves = solves, .only = only});
   for (const CaseResult& result : report.cases) {
     EXPECT_GT(result.n, 0) << result.name;
     // A residual above 1e-8 is a failure whatever the solver says: see Measurement::count.
     for (const Failure& f : result.failures) {
-      if (!is_known(result.name, f.seed))
-        ADD_FAILURE() << result.name << " seed " << f.seed << ": " << describe(f.status) << ", "
-                      << f.residual;
+      ADD_FAILURE() << result.name << " seed " << f.seed << ": " << describe(f.status) << ", "
+                    << f.residual;
     }
   }
 }
