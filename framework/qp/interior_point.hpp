@@ -181,8 +181,7 @@ class InteriorPoint {
     // Predictor: all products to zero.
     predictor_target(system, point_, target_);
     newton_.solve(system, point_, r, target_, step_);
-    StepLengths affine = largest_steps(point_, step_, soft, sides);
-    affine.primal = affine.dual = std::fmin(1.0, std::fmin(affine.primal, affine.dual));
+    const double affine = std::fmin(1.0, largest_step(point_, step_, soft, sides));
     // Corrector: products to `wanted`, with the second-order term of the predictor.
     const double after = mean_product_after(system, point_, step_, affine, residuals_.products());
     watch_for_cycles(r.mu);
@@ -215,8 +214,7 @@ class InteriorPoint {
   double descending(System& system, double length) const {
     const double mu = residuals_.at_point().mu;
     for (int halvings = 0; halvings < most_halvings; ++halvings) {
-      const double after =
-          mean_product_after(system, point_, step_, {length, length}, residuals_.products());
+      const double after = mean_product_after(system, point_, step_, length, residuals_.products());
       if (after <= (1.0 - expected_fall * length) * mu) break;
       length *= 0.5;
     }

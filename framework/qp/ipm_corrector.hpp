@@ -8,7 +8,6 @@
 #include <algorithm>
 
 #include "framework/qp/ipm_iterate.hpp"
-#include "framework/qp/ipm_steps.hpp"
 
 namespace saltus::qp {
 
@@ -90,19 +89,26 @@ void centrality_target(System& system, const Iterate& p, const Iterate& step, do
   }
 }
 
-/// gradient = what the sides add to the right-hand side before G': target + W residual, with t
-/// eliminated on soft sides.
+/// The part of dlambda = -offset - weight (G dv + residual) that does not depend on dv.
 template <class System>
-void side_gradient(System& system, const Iterate& p, const Residuals& r,
-                   const AlignedArray& weights, const SideTarget& target, AlignedArray& gradient) {
-  for (int i = 0; i < system.first_soft(); i += lanes)
-    store(&gradient[i], load(&target.side[i]) + load(&weights[i]) * load(&r.side[i]));
+void side_offset(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
+                 AlignedArray& offset) {
+  for (int i = 0; i < system.first_soft(); i += lanes) store(&offset[i], load(&target.side[i]));
   for (int i = system.first_soft(); i < system.sides(); i += lanes) {
     const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
     const Lanes D = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]) + w;
     const Lanes e = load(&r.soft[i]) + load(&target.side[i]) + load(&target.soft[i]);
-    store(&gradient[i], load(&target.side[i]) - w * e / D + load(&weights[i]) * load(&r.side[i]));
+    store(&offset[i], load(&target.side[i]) - w * e / D);
   }
+}
+
+/// gradient = what the sides add to the right-hand side before G': offset + W residual.
+template <class System>
+void side_gradient(System& system, const Iterate& p, const Residuals& r,
+                   const AlignedArray& weights, const SideTarget& target, AlignedArray& gradient) {
+  side_offset(system, p, r, target, gradient);
+  for (int i = 0; i < system.sides(); i += lanes)
+    store(&gradient[i], load(&gradient[i]) + load(&weights[i]) * load(&r.side[i]));
 }
 
 /// step.s holds G dv; completes ds, dlambda and, on soft sides, dt and dtau.
@@ -126,19 +132,6 @@ void recover_sides(System& system, const Iterate& p, const Residuals& r, const S
     store(&step.s[i], y + dt);
     store(&step.lambda[i], -load(&target.side[i]) - w * (y + dt));
     store(&step.tau[i], (-load(&target.soft[i]) - u * dt) * active);
-  }
-}
-
-/// The part of dlambda = -offset - weight (G dv + residual) that does not depend on dv.
-template <class System>
-void side_offset(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
-                 AlignedArray& offset) {
-  for (int i = 0; i < system.first_soft(); i += lanes) store(&offset[i], load(&target.side[i]));
-  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
-    const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
-    const Lanes D = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]) + w;
-    const Lanes e = load(&r.soft[i]) + load(&target.side[i]) + load(&target.soft[i]);
-    store(&offset[i], load(&target.side[i]) - w * e / D);
   }
 }
 
@@ -174,15 +167,15 @@ void recover_from_multipliers(System& system, const Iterate& p, const Residuals&
 
 /// Mean product of the sides after a step of this length.
 template <class System>
-double mean_product_after(System& system, const Iterate& p, const Iterate& step,
-                          const StepLengths& length, double products) {
+double mean_product_after(System& system, const Iterate& p, const Iterate& step, double length,
+                          double products) {
   Lanes total{};
   for (int i = 0; i < system.sides(); i += lanes)
-    total += (load(&p.s[i]) + load(&step.s[i]) * length.primal) *
-             (load(&p.lambda[i]) + load(&step.lambda[i]) * length.dual);
+    total += (load(&p.s[i]) + load(&step.s[i]) * length) *
+             (load(&p.lambda[i]) + load(&step.lambda[i]) * length);
   for (int i = system.first_soft(); i < system.sides(); i += lanes)
-    total += (load(&p.t[i]) + load(&step.t[i]) * length.primal) *
-             (load(&p.tau[i]) + load(&step.tau[i]) * length.dual) * load(system.active() + i);
+    total += (load(&p.t[i]) + load(&step.t[i]) * length) *
+             (load(&p.tau[i]) + load(&step.tau[i]) * length) * load(system.active() + i);
   return products > 0.0 ? sum(total) / products : 0.0;
 }
 

@@ -23,7 +23,6 @@ struct Residuals {
   AlignedArray soft;          ///< l1 + l2 t - lambda - tau
   double mu = 0.0;            ///< mean product s lambda and t tau
   double largest_product = 0.0;
-  double stationary = 0.0;   ///< of stationarity and soft
   double largest = 0.0;      ///< of all of the above
   double feasibility = 0.0;  ///< of equality and side
 };

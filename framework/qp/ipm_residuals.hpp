@@ -106,8 +106,9 @@ class ResidualTracker {
     for (int i = system.first_soft(); i < system.sides(); i += lanes)
       soft = larger(soft, magnitude(load(&r.soft[i])));
     for (int i = 0; i < system.variables(); i += lanes) total += load(&r.stationarity[i]);
-    r.stationary = std::fmax(largest_magnitude(r.stationarity, system.variables()), largest(soft));
-    r.largest = std::fmax(std::fmax(r.feasibility, r.largest_product), r.stationary);
+    const double stationary =
+        std::fmax(largest_magnitude(r.stationarity, system.variables()), largest(soft));
+    r.largest = std::fmax(std::fmax(r.feasibility, r.largest_product), stationary);
     // fmax ignores NaN: a sum does not.
     r.largest += 0.0 * (r.mu + sum(total));
   }

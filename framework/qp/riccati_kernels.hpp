@@ -84,6 +84,15 @@ SALTUS_INLINE void strip(int vectors, int depth, const double* A, int lda, const
   if (vectors - v == 1) rest.template operator()<1>();
 }
 
+// What whole strips of four have left over.
+template <Update update>
+SALTUS_INLINE void last_strip(int columns, int vectors, int depth, const double* A, int lda,
+                              const double* B, int step_i, int step_j, double* out, int ldo) {
+  if (columns == 3) strip<update, 3>(vectors, depth, A, lda, B, step_i, step_j, out, ldo);
+  if (columns == 2) strip<update, 2>(vectors, depth, A, lda, B, step_i, step_j, out, ldo);
+  if (columns == 1) strip<update, 1>(vectors, depth, A, lda, B, step_i, step_j, out, ldo);
+}
+
 /// out (+/-)= A B for out with `columns` columns of `rows` entries.
 template <Update update>
 SALTUS_INLINE void multiply(int rows, int columns, int depth, const double* A, int lda,
@@ -92,13 +101,8 @@ SALTUS_INLINE void multiply(int rows, int columns, int depth, const double* A, i
   int j = 0;
   for (; j + 4 <= columns; j += 4)
     strip<update, 4>(vectors, depth, A, lda, B + j * step_j, step_i, step_j, out + j * ldo, ldo);
-  const double* rest = B + j * step_j;
-  if (columns - j == 3)
-    strip<update, 3>(vectors, depth, A, lda, rest, step_i, step_j, out + j * ldo, ldo);
-  if (columns - j == 2)
-    strip<update, 2>(vectors, depth, A, lda, rest, step_i, step_j, out + j * ldo, ldo);
-  if (columns - j == 1)
-    strip<update, 1>(vectors, depth, A, lda, rest, step_i, step_j, out + j * ldo, ldo);
+  last_strip<update>(columns - j, vectors, depth, A, lda, B + j * step_j, step_i, step_j,
+                     out + j * ldo, ldo);
 }
 
 /// The same for the upper triangle of a symmetric result.
@@ -109,14 +113,8 @@ SALTUS_INLINE void multiply_upper(int columns, int depth, const double* A, int l
   for (; j + 4 <= columns; j += 4)
     strip<update, 4>(padded(j + 4) / lanes, depth, A, lda, B + j * step_j, step_i, step_j,
                      out + j * ldo, ldo);
-  const double* rest = B + j * step_j;
-  const int vectors = padded(columns) / lanes;
-  if (columns - j == 3)
-    strip<update, 3>(vectors, depth, A, lda, rest, step_i, step_j, out + j * ldo, ldo);
-  if (columns - j == 2)
-    strip<update, 2>(vectors, depth, A, lda, rest, step_i, step_j, out + j * ldo, ldo);
-  if (columns - j == 1)
-    strip<update, 1>(vectors, depth, A, lda, rest, step_i, step_j, out + j * ldo, ldo);
+  last_strip<update>(columns - j, padded(columns) / lanes, depth, A, lda, B + j * step_j, step_i,
+                     step_j, out + j * ldo, ldo);
 }
 
 // V vectors of y (+/-)= A x; two sums where one would wait for its own additions.
@@ -161,9 +159,8 @@ SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int l
 template <int NX, int NU, int NN>
 struct RiccatiStage {
   /// M += flow' P flow, then eliminates the inputs. P: next x next, leading dimension ld_P.
-  /// `work`: ld_next x n. Pivots at or below `least_pivot` are replaced;
-  /// returns how many.
-  static int factor(SweepStage& s, const double* P, int ld_P, double* work, double least_pivot) {
+  /// `work`: ld_next x n. Pivots at or below `least_pivot` are replaced.
+  static void factor(SweepStage& s, const double* P, int ld_P, double* work, double least_pivot) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
@@ -172,7 +169,6 @@ struct RiccatiStage {
       multiply<Update::set>(nn, n, nn, P, ld_P, s.flow, 1, ld_next, work, ld_next);
       multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, s.M, ld);
     }
-    int replaced = 0;
     for (int j = 0; j < nu; ++j) s.pivot[j] = s.M[(nx + j) * (ld + 1)];
     for (int j = nu - 1; j >= 0; --j) {
       double* column = s.M + (nx + j) * ld;
@@ -181,7 +177,6 @@ struct RiccatiStage {
       // What rounding has left of a stiff direction: it stays where it is in this step.
       if (!(pivot > least_pivot + lost_digits * s.pivot[j])) {
         pivot = s.pivot[j] > least_pivot ? s.pivot[j] : least_pivot;
-        ++replaced;
       }
       const double inverse = 1.0 / pivot;
       s.pivot[j] = inverse;
@@ -200,7 +195,6 @@ struct RiccatiStage {
       multiply_upper<Update::subtract>(nx, nu, s.L, ld, s.M + nx * ld, ld, 1, s.M, ld);
     for (int j = 1; j < nx; ++j)
       for (int i = 0; i < j; ++i) s.M[j + i * ld] = s.M[i + j * ld];
-    return replaced;
   }
 
   /// s.p: gradient in, cost-to-go out. `gap`: defect A x + B u + b - x_next; `P`, `p` of the next
@@ -277,7 +271,7 @@ struct RiccatiStage {
 /// The functions of one combination of sizes, behind pointers.
 struct RiccatiKernel {
   int nx, nu, next;  ///< -1: any
-  int (*factor)(SweepStage&, const double*, int, double*, double);
+  void (*factor)(SweepStage&, const double*, int, double*, double);
   void (*backward)(SweepStage&, const double*, int, const double*, const double*, double*);
   void (*forward)(const SweepStage&, const double*, int, const double*, const double*, double*,
                   double*, double*);

@@ -100,8 +100,6 @@ class RiccatiSystem {
 
   /// Whether equality rows of a fixed start alone do not hold.
   bool contradicts_itself() const { return contradiction_; }
-  /// Since the last pack(): pivots that had to be replaced.
-  int replaced_pivots() const { return replaced_pivots_; }
   /// Stages whose inputs were reduced to their resultant.
   int reduced_stages() const { return reduced_stages_; }
 
@@ -131,7 +129,7 @@ class RiccatiSystem {
   int max_variables_ = 0, max_equalities_ = 0, max_sides_ = 0;
   int variables_ = 0, equalities_ = 0, sides_ = 0, first_soft_ = 0;
   double equality_price_ = 0.0;
-  int replaced_pivots_ = 0, reduced_stages_ = 0;
+  int reduced_stages_ = 0;
   bool has_equality_rows_ = false, contradiction_ = false;
 };
 

@@ -32,20 +32,6 @@ constexpr double required =
 // with SALTUS_ALL_SEEDS set all of them.
 int share_for_sparse(int share) { return std::getenv("SALTUS_ALL_SEEDS") ? 1 : share; }
 
-double multiplier_scale(const StagePoint& point) {
-  double scale = 1.0;
-  const auto take = [&](const VectorXd& v) {
-    if (v.size() > 0) scale = std::max(scale, v.lpNorm<Eigen::Infinity>());
-  };
-  for (const StagePoint::AtStage& z : point.stages) {
-    take(z.costate);
-    take(z.x_bound);
-    take(z.u_bound);
-    for (const VectorXd& g : z.group) take(g);
-  }
-  return scale;
-}
-
 QpResult solve_cold(const StageQp& qp, StagePoint& point) {
   point = StagePoint(qp);
   return make_riccati_solver(qp)->solve(qp, point, /*warm=*/false);

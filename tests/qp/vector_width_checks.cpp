@@ -8,24 +8,6 @@
 #include "tests/support/random_qp.hpp"
 
 namespace saltus::testing {
-namespace {
-
-double multiplier_scale(const StagePoint& point) {
-  double scale = 1.0;
-  const auto take = [&](const VectorXd& v) {
-    if (v.size() > 0) scale = std::max(scale, v.lpNorm<Eigen::Infinity>());
-  };
-  for (const StagePoint::AtStage& z : point.stages) {
-    take(z.costate);
-    take(z.x_bound);
-    take(z.u_bound);
-    for (const VectorXd& g : z.group) take(g);
-  }
-  return scale;
-}
-
-}  // namespace
-
 WidthReport solve_random_programs(int programs, bool fixed_sizes) {
   static constexpr qp::RiccatiKernel fixed[] = {
       qp::riccati_kernel<5, 3, 5>(), qp::riccati_kernel<0, 3, 5>(), qp::riccati_kernel<5, 0, 0>(),

@@ -346,4 +346,18 @@ RandomQp random_qp(std::uint64_t seed, const RandomQpOptions& options) {
   return Builder(seed, options).build();
 }
 
+double multiplier_scale(const StagePoint& point) {
+  double scale = 1.0;
+  const auto take = [&](const VectorXd& v) {
+    if (v.size() > 0) scale = std::max(scale, v.lpNorm<Eigen::Infinity>());
+  };
+  for (const StagePoint::AtStage& z : point.stages) {
+    take(z.costate);
+    take(z.x_bound);
+    take(z.u_bound);
+    for (const VectorXd& g : z.group) take(g);
+  }
+  return scale;
+}
+
 }  // namespace saltus::testing

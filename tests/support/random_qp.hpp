@@ -57,4 +57,7 @@ struct RandomQp {
 };
 RandomQp random_qp(std::uint64_t seed, const RandomQpOptions& options = {});
 
+/// Unit in which residuals of a point count: its largest multiplier, at least 1.
+double multiplier_scale(const StagePoint& point);
+
 }  // namespace saltus::testing
