@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "framework/qp/sparse_solver.hpp"
-#include "problems/reference_cases.hpp"
+#include "problems/library/catalogue.hpp"
 #include "tests/solver/small_programs.hpp"
 #include "tests/support/dense_qp_solver.hpp"
 #include "tests/support/event_problems.hpp"

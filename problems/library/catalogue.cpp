@@ -1,22 +1,19 @@
-#include "problems/reference_cases.hpp"
+#include "problems/library/catalogue.hpp"
 
 #include <fmt/format.h>
 
 #include "framework/core/error.hpp"
 #include "framework/core/text.hpp"
-#include "problems/bryson_denham/problem.hpp"
-#include "problems/interior_point/problem.hpp"
-#include "problems/pendulum_on_cart/problem.hpp"
-#include "problems/phase_transition/problem.hpp"
+#include "problems/library/cases.hpp"
 
 namespace saltus {
 
 const std::vector<ReferenceCase>& reference_cases() {
   static const std::vector<ReferenceCase> cases{
-      bryson_denham::reference(),
-      interior_point::reference(),
-      phase_transition::reference(),
-      pendulum_on_cart::reference(),
+      library::bryson_denham(),
+      library::interior_point(),
+      library::phase_transition(),
+      library::pendulum_on_cart(),
   };
   return cases;
 }

@@ -9,12 +9,11 @@
 // Guess: the start throughout, no input.
 // Source: acados, examples/acados_python/mocp_transition_example, with the passage at 0.4 s; no
 // value is printed there, the reference was computed independently.
-#pragma once
-
 #include "integrators/runge_kutta.hpp"
-#include "problems/reference_case.hpp"
+#include "problems/library/cases.hpp"
 
-namespace saltus::phase_transition {
+namespace saltus::library {
+namespace {
 
 struct Acceleration {
   template <class S>
@@ -30,7 +29,7 @@ struct Velocity {
   }
 };
 
-inline OptimalControlProblem problem() {
+OptimalControlProblem problem() {
   const auto state = [](const auto&, const auto& x) { return x; };
   const auto input = [](const auto&, const auto&, const auto& u) { return u; };
 
@@ -54,7 +53,9 @@ inline OptimalControlProblem problem() {
   return ocp;
 }
 
-inline ReferenceCase reference() {
+}  // namespace
+
+ReferenceCase phase_transition() {
   return {.id = "C02",
           .name = "phase_transition",
           .exercises = "different state dimensions, a jump, a cost of the passage, node costs",
@@ -66,4 +67,4 @@ inline ReferenceCase reference() {
           .tolerance = 1e-9};  // the solver's; 5e-13 are lost in the digits
 }
 
-}  // namespace saltus::phase_transition
+}  // namespace saltus::library

@@ -6,12 +6,11 @@
 // the cost is ((a^2 + b^2) cosh T - 2 a b) / sinh T. The input jumps at the point: it is an event.
 // Guess: the start throughout, no input.
 // Source: Becerra, PSOPT examples ("interior point constraint"), which finds 0.9205314.
-#pragma once
-
 #include "integrators/runge_kutta.hpp"
-#include "problems/reference_case.hpp"
+#include "problems/library/cases.hpp"
 
-namespace saltus::interior_point {
+namespace saltus::library {
+namespace {
 
 struct Velocity {
   template <class S>
@@ -20,7 +19,7 @@ struct Velocity {
   }
 };
 
-inline OptimalControlProblem problem() {
+OptimalControlProblem problem() {
   const auto cost = [](const auto&, const auto& x, const auto& u) {
     return x[0] * x[0] + u[0] * u[0];
   };
@@ -38,7 +37,9 @@ inline OptimalControlProblem problem() {
   return ocp;
 }
 
-inline ReferenceCase reference() {
+}  // namespace
+
+ReferenceCase interior_point() {
   return {.id = "B22",
           .name = "interior_point",
           .exercises = "a condition between two phases, an input that jumps there",
@@ -51,4 +52,4 @@ inline ReferenceCase reference() {
           .tolerance = 1e-9};
 }
 
-}  // namespace saltus::interior_point
+}  // namespace saltus::library

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/reference_case.hpp"
+#include "problems/library/reference_case.hpp"
 
 namespace saltus {
 

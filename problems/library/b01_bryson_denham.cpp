@@ -8,14 +8,13 @@
 // says that the middle phase runs at the ceiling: to level out as high as possible is cheapest.
 // Guess: the start throughout, no input, 0.3 s for each phase.
 // Source: Bryson and Ho, Applied Optimal Control, sec. 3.11.
-#pragma once
-
 #include "integrators/runge_kutta.hpp"
-#include "problems/reference_case.hpp"
+#include "problems/library/cases.hpp"
 
-namespace saltus::bryson_denham {
+namespace saltus::library {
+namespace {
 
-inline constexpr double ceiling_height = 1.0 / 9.0;  // m
+constexpr double ceiling_height = 1.0 / 9.0;  // m
 
 struct Block {
   template <class S>
@@ -24,7 +23,7 @@ struct Block {
   }
 };
 
-inline OptimalControlProblem problem() {
+OptimalControlProblem problem() {
   const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
   const auto height = [](const auto&, const auto& x) { return x[0]; };
   const auto speed = [](const auto&, const auto& x) { return x[1]; };
@@ -52,7 +51,9 @@ inline OptimalControlProblem problem() {
   return ocp;
 }
 
-inline ReferenceCase reference() {
+}  // namespace
+
+ReferenceCase bryson_denham() {
   return {.id = "B01",
           .name = "bryson_denham",
           .exercises = "three phases of free duration, their sum given, piecewise linear inputs",
@@ -66,4 +67,4 @@ inline ReferenceCase reference() {
           .switching_times = {1.0 / 3.0, 2.0 / 3.0}};
 }
 
-}  // namespace saltus::bryson_denham
+}  // namespace saltus::library

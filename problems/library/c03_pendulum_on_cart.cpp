@@ -7,14 +7,13 @@
 // at 3928.8 and elsewhere. The guess here is part of the case: theta falls linearly from pi to 0,
 // everything else is zero.
 // Source: acados, examples/acados_python/pendulum_on_cart; the optimum was computed independently.
-#pragma once
-
 #include <numbers>
 
 #include "integrators/runge_kutta.hpp"
-#include "problems/reference_case.hpp"
+#include "problems/library/cases.hpp"
 
-namespace saltus::pendulum_on_cart {
+namespace saltus::library {
+namespace {
 
 struct CartPole {
   double cart = 1.0;      // kg
@@ -33,7 +32,7 @@ struct CartPole {
   }
 };
 
-inline OptimalControlProblem problem() {
+OptimalControlProblem problem() {
   const auto state = [](const auto&, const auto& x) { return x; };
   const auto force = [](const auto&, const auto&, const auto& u) { return u; };
   const Vec<double, 4> Q{2e3, 2e3, 2e-2, 2e-2};
@@ -50,7 +49,9 @@ inline OptimalControlProblem problem() {
   return ocp;
 }
 
-inline ReferenceCase reference() {
+}  // namespace
+
+ReferenceCase pendulum_on_cart() {
   return {.id = "C03",
           .name = "pendulum_on_cart",
           .exercises = "nonlinear dynamics, an interpolated guess among local minima, node costs",
@@ -63,4 +64,4 @@ inline ReferenceCase reference() {
           .tolerance = 3e-9};  // half a unit of the ninth digit
 }
 
-}  // namespace saltus::pendulum_on_cart
+}  // namespace saltus::library

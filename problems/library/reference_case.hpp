@@ -6,25 +6,34 @@
 #include <vector>
 
 #include "framework/ocp/problem.hpp"
+#include "framework/solver/solver.hpp"
 #include "framework/transcription/multiple_shooting.hpp"
+#include "problems/library/checked_value.hpp"
 
 namespace saltus {
 
 struct ReferenceCase {
   std::string id;         ///< short and stable, as in the literature list: "B01"
-  std::string name;       ///< of the folder in problems/
+  std::string name;       ///< of the file in problems/library: "bryson_denham"
   std::string exercises;  ///< what of the framework it puts to the test
   std::string source;     ///< where the statement and the optimum come from
 
   std::function<OptimalControlProblem()> problem;  ///< with its guess
   ShootingOptions options;
 
-  double optimum = 0.0;
-  int digits = 0;          ///< of the optimum that are known
+  double optimum = 0.0;  ///< of the cost that is minimised; its negative where a value is maximised
+  int digits = 0;        ///< of the optimum that are known
   double tolerance = 0.0;  ///< on the cost, relative to 1 + |optimum|, and its reason in the file
   /// Ends of all phases but the last, s; empty where they are given or unknown.
   std::vector<double> switching_times = {};
   double switching_tolerance = 1e-4;  ///< s; the cost is flat in them, so that digits are lost
+
+  /// How far path constraints may be missed between the nodes, in their own units.
+  double between_nodes = 1e-6;
+  /// What else is known of the solution: states, inputs, multipliers.
+  std::function<std::vector<CheckedValue>(const Solution&)> more = {};
+  /// Where the usual limit does not do, with its reason in the file.
+  int max_iterations = 500;
 };
 
 }  // namespace saltus
