@@ -41,9 +41,10 @@ TEST_P(Reference, ReachesTheKnownOptimumFromItsOwnGuess) {
   EXPECT_NEAR(solution.cost, c.optimum, c.tolerance * (1.0 + std::abs(c.optimum)));
   EXPECT_LE(c.tolerance, c.digits >= 8 ? 1e-6 : 1e-4);         // what is asked of every case
   EXPECT_LT(solution.kkt.scaled(), 100.0 * solver_tolerance);  // ours is not scaled by rows
-  if (c.more)
+  if (c.more) {
     for (const CheckedValue& v : c.more(solution))
       EXPECT_NEAR(v.value, v.reference, v.tolerance) << v.name;
+  }
   if (c.switching_times.empty()) return;
   const std::vector<double> times = switching_times(solution);
   ASSERT_EQ(times.size(), c.switching_times.size());
