@@ -1,4 +1,5 @@
-// The jump between two phases: x+ = g(t, x-, p), where dimensions may change.
+// The jump between two phases: x+ = g(t, x-, p), where dimensions may change. The same from the end
+// of the last phase to the start of the first one closes the problem (close()).
 #pragma once
 
 #include <string>
@@ -13,6 +14,7 @@ namespace saltus {
 struct Jump {
   std::string name = "identity";
   Function map;
+  int nx = 0, np = 0;  ///< states and parameters that the map takes; np = 0: it reads none
 
   /// The argument z of the map; p may be longer than what the map takes.
   VectorXd argument(double t, const VectorXd& x, const VectorXd& p) const {
@@ -32,7 +34,7 @@ struct Jump {
 /// parameters of (t, x, no input, p), that returns the state with which the next phase begins.
 template <int nx, int np = 0, class F>
 Jump jump(std::string name, F formula) {
-  return {std::move(name), make_function<nx, 0, np>(std::move(formula))};
+  return {std::move(name), make_function<nx, 0, np>(std::move(formula)), nx, np};
 }
 
 }  // namespace saltus

@@ -81,6 +81,15 @@ class Phase {
                      std::nullopt);
   }
 
+  /// The phase ends where the guard, a scalar of (t, x) that may read parameters, passes zero in
+  /// the given direction: a terminal constraint guard = 0 that decides the free duration.
+  template <class F>
+  Phase& ends_when(std::string event, F guard, Crossing crossing) {
+    constrain(event, TermPlace::phase_end, std::move(guard), {exactly(0.0)}, {}, std::nullopt);
+    d_.end_guards.push_back({std::move(event), d_.terms.back().function, crossing});
+    return *this;
+  }
+
   // --- costs -------------------------------------------------------------------------------
   /// Integral of the scalar formula over the window.
   template <class F>

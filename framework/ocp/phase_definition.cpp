@@ -162,6 +162,11 @@ void PhaseDefinition::check() const {
     if (!term_names.insert(term.name).second)
       fail(*this, fmt::format("two terms are called '{}'", term.name));
   }
+  if (end_guards.size() > 1)
+    fail(*this, fmt::format("it ends at event '{}' and at event '{}', but one guard decides when a "
+                            "phase ends; state the other one with reach()",
+                            end_guards[0].event, end_guards[1].event));
+  for (const EndGuard& guard : end_guards) check_end_guard(*this, guard);
   std::vector<int> group_of(sizes.nu, -1);
   for (const int first : resultants) {
     if (resultant_size < 1 || first < 0 || first + resultant_size > sizes.nu)

@@ -8,6 +8,7 @@
 #include "framework/model/arguments.hpp"
 #include "framework/model/function.hpp"
 #include "framework/model/integrator.hpp"
+#include "framework/ocp/end_guard.hpp"
 #include "framework/ocp/guess.hpp"
 #include "framework/ocp/term.hpp"
 #include "framework/ocp/window.hpp"
@@ -47,6 +48,7 @@ struct PhaseDefinition {
   std::vector<ComponentBounds> input_bounds;
   std::vector<ComponentBounds> state_bounds;
   std::vector<Term> terms;
+  std::vector<EndGuard> end_guards;        ///< at most one; a term of its name keeps it at zero
   std::vector<ParameterBlock> parameters;  ///< concatenated they are p
   /// Weights of 1/2 |u_k - u_(k-1)|^2 for piecewise constant inputs; empty: no such cost.
   VectorXd input_change_weight;

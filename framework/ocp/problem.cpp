@@ -64,6 +64,11 @@ OptimalControlProblem& OptimalControlProblem::append(Jump jump, PhaseDefinition 
   return *this;
 }
 
+OptimalControlProblem& OptimalControlProblem::close(Jump jump) {
+  closing_ = std::move(jump);
+  return *this;
+}
+
 bool OptimalControlProblem::set_softness(std::string_view weight_name, double weight) {
   bool found = false;
   for (PhaseDefinition& phase : phases_)
@@ -97,12 +102,12 @@ void check_jump(const PhaseDefinition& from, const Jump& jump, const PhaseDefini
                                         from.sizes.nx, to.sizes.nx));
     return;
   }
-  const int with_parameters = 1 + from.sizes.nx + from.sizes.np;
-  if (jump.map.inputs() != with_parameters && jump.map.inputs() != 1 + from.sizes.nx)
+  const bool reads_other = jump.np != 0 && jump.np != from.sizes.np;
+  if (jump.nx != from.sizes.nx || reads_other)
     throw DefinitionError(
-        fmt::format("{}: it takes {} arguments, but the phase has {} (time, {} "
-                    "states, {} parameters)",
-                    where, jump.map.inputs(), with_parameters, from.sizes.nx, from.sizes.np));
+        fmt::format("{}: it is made for {} states and {} parameters, but the phase that ends has "
+                    "{} states and {} parameters",
+                    where, jump.nx, jump.np, from.sizes.nx, from.sizes.np));
   if (jump.map.outputs() != to.sizes.nx)
     throw DefinitionError(fmt::format("{}: it returns {} states, but the phase it enters has {}",
                                       where, jump.map.outputs(), to.sizes.nx));
@@ -147,6 +152,7 @@ void OptimalControlProblem::check() const {
   }
   for (std::size_t j = 1; j < phases_.size(); ++j)
     check_jump(phases_[j - 1], jumps_[j], phases_[j]);
+  if (closing_) check_jump(phases_.back(), *closing_, phases_.front());
 
   const PhaseDefinition& first = phases_.front();
   if (static_cast<int>(start_bounds_.size()) != first.sizes.nx ||
@@ -183,6 +189,10 @@ void OptimalControlProblem::check() const {
                         name, i, all.lower, all.upper));
     }
 
+  check_times();
+}
+
+void OptimalControlProblem::check_times() const {
   double shortest = 0.0, longest = 0.0;
   for (const PhaseDefinition& phase : phases_) {
     shortest += phase.duration.lower;
@@ -193,6 +203,19 @@ void OptimalControlProblem::check() const {
     throw DefinitionError(fmt::format(
         "problem '{}': the total time [{}, {}] s cannot be met by phases that last {} to {} s",
         name_, total_time_.lower, total_time_.upper, shortest, longest));
+  // One free duration and a total that is given: the guard has nothing left to decide.
+  const PhaseDefinition* free_phase = nullptr;
+  int free_durations = 0;
+  for (const PhaseDefinition& phase : phases_)
+    if (phase.has_free_duration()) {
+      ++free_durations;
+      free_phase = &phase;
+    }
+  if (total_time_.is_equality() && free_durations == 1 && !free_phase->end_guards.empty())
+    throw DefinitionError(fmt::format(
+        "phase '{}', event '{}': the total time is fixed at {} s and no other phase has a free "
+        "duration, so the event cannot decide when the phase ends",
+        free_phase->name, free_phase->end_guards.front().event, total_time_.lower));
 }
 
 }  // namespace saltus

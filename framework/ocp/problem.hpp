@@ -2,6 +2,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,6 +45,10 @@ class OptimalControlProblem {
     return append(std::move(jump), phase.definition());
   }
 
+  /// Closes the problem: it begins with the state with which it ends (a periodic course), or with
+  /// what the jump makes of it. The start may then be free (start_within()).
+  OptimalControlProblem& close(Jump jump = Jump{});
+
   /// Events to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
   OptimalControlProblem& costs(CostRule rule);
@@ -59,6 +64,8 @@ class OptimalControlProblem {
   const std::vector<PhaseDefinition>& phases() const { return phases_; }
   /// jumps()[j] leads into phase j; the first is never used.
   const std::vector<Jump>& jumps() const { return jumps_; }
+  /// From the end of the last phase to the start of the first; empty: the problem is open.
+  const std::optional<Jump>& closing() const { return closing_; }
   const std::vector<Bounds>& start_bounds() const { return start_bounds_; }
   const VectorXd& start_guess() const { return start_guess_; }
   double start_time() const { return start_time_; }
@@ -73,10 +80,12 @@ class OptimalControlProblem {
 
  private:
   OptimalControlProblem& append(Jump jump, PhaseDefinition phase);
+  void check_times() const;
 
   std::string name_;
   std::vector<PhaseDefinition> phases_;
   std::vector<Jump> jumps_;
+  std::optional<Jump> closing_;
   std::vector<Bounds> start_bounds_;
   VectorXd start_guess_;
   double start_time_ = 0.0;

@@ -8,6 +8,7 @@
 
 #include "framework/core/error.hpp"
 #include "framework/core/text.hpp"
+#include "framework/transcription/crossing_report.hpp"
 #include "framework/transcription/shooting_program.hpp"
 #include "framework/transcription/shooting_stages.hpp"
 #include "framework/transcription/violation.hpp"
@@ -283,8 +284,13 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     }
     start += T;
   }
-  point.w.segment(layout().state(0, 0), problem().phases().front().sizes.nx) =
-      problem().start_guess().cwiseQuotient(problem().phases().front().nominal_state);
+  // A start that is given, or bounded, is not the trajectory's to decide.
+  const PhaseDefinition& first = problem().phases().front();
+  for (int i = 0; i < first.sizes.nx; ++i) {
+    double& x = point.w[layout().state(0, 0) + i];
+    const Bounds& b = program_->start_bounds[i];
+    x = std::clamp(x, b.lower / first.nominal_state[i], b.upper / first.nominal_state[i]);
+  }
   return point;
 }
 
@@ -400,6 +406,9 @@ Solution MultipleShooting::interpret(NlpResult result) {
     solution.softness = softness_use(*program_, w);
     for (int j = 0; j < grid().phases(); ++j)
       solution.durations.push_back(program_->duration_of(j, &w));
+    solution.crossings = guard_crossings(problem(), solution.trajectory);
+    const std::string doubt = describe_doubtful(solution.crossings);
+    if (solution.ok() && !doubt.empty()) solution.message += "; " + doubt;
   }
   const PhaseDefinition& first = problem().phases().front();
   if (result.point.lambda.size() == program_->rows())

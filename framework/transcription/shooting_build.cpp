@@ -54,9 +54,10 @@ ShootingProgram::ShootingProgram(OptimalControlProblem problem,
   }
   build_start();
   for (int j = 0; j < grid_.phases(); ++j) {
-    if (j > 0) build_jump(j);
+    if (j > 0) jump_rows_.push_back(build_jump(problem_.jumps()[j], j - 1, j));
     build_phase(j, integrator);
   }
+  if (problem_.closing()) closing_row_ = build_jump(*problem_.closing(), grid_.phases() - 1, 0);
   build_total_time();
   build_slacks();
   finish();
@@ -257,41 +258,44 @@ void ShootingProgram::build_changes(int j) {
     }
 }
 
-void ShootingProgram::build_jump(int j) {
-  const PhaseDefinition& from = problem_.phases()[j - 1];
-  const PhaseDefinition& to = problem_.phases()[j];
-  const Jump& jump = problem_.jumps()[j];
-  const int end = grid_.intervals(j - 1);
+// x+ - g(t, x-, p) = 0, divided by the nominal state of the phase that begins.
+int ShootingProgram::build_jump(const Jump& jump, int ends, int begins) {
+  const PhaseDefinition& from = problem_.phases()[ends];
+  const PhaseDefinition& to = problem_.phases()[begins];
+  const int end = grid_.intervals(ends);
+  const bool closes = begins <= ends;
   const int first_row = new_rows(
-      to.sizes.nx,
-      fmt::format("jump '{}' from phase '{}' to phase '{}', state", jump.name, from.name, to.name));
-  jump_rows_.push_back(first_row);
+      to.sizes.nx, closes ? fmt::format("closing '{}' from the end of phase '{}' to the start of "
+                                        "phase '{}', state",
+                                        jump.name, from.name, to.name)
+                          : fmt::format("jump '{}' from phase '{}' to phase '{}', state", jump.name,
+                                        from.name, to.name));
   for (int i = 0; i < to.sizes.nx; ++i) {
     bound_row(first_row + i, 0.0, 0.0);
-    add_linear(first_row + i, layout_.state(j, 0) + i, 1.0);
+    add_linear(first_row + i, layout_.state(begins, 0) + i, 1.0);
   }
   if (!jump.map) {
     for (int i = 0; i < to.sizes.nx; ++i)
-      add_linear(first_row + i, layout_.state(j - 1, end) + i,
+      add_linear(first_row + i, layout_.state(ends, end) + i,
                  -from.nominal_state[i] / to.nominal_state[i]);
-    return;
+    return first_row;
   }
   const int n = jump.map.inputs();
   const int first_parameter = 1 + from.sizes.nx;
-  const Place place{.phase = j - 1, .node = end};
+  const Place place{.phase = ends, .node = end};
   Block block{jump.map, no_shares(n), VectorXd::Zero(n), {}};
   block.shares[0] = time_shares(place);
   for (int i = 0; i < from.sizes.nx; ++i)
-    block.shares[1 + i] = {{layout_.state(j - 1, end) + i, from.nominal_state[i]}};
+    block.shares[1 + i] = {{layout_.state(ends, end) + i, from.nominal_state[i]}};
   for (int i = 0; first_parameter + i < n; ++i)
-    if (layout_.parameter(j - 1, i) >= 0)
-      block.shares[first_parameter + i] = {
-          {layout_.parameter(j - 1, i), from.nominal_parameter(i)}};
+    if (layout_.parameter(ends, i) >= 0)
+      block.shares[first_parameter + i] = {{layout_.parameter(ends, i), from.nominal_parameter(i)}};
   for (int i = 0; i < to.sizes.nx; ++i)
     block.outputs.push_back({first_row + i, -1.0 / to.nominal_state[i]});
   PlacedBlock placed{add_block(std::move(block)), place, 0, -1, first_parameter};
   if (n == first_parameter) placed.parameter_argument = -1;
   placed_.push_back(placed);
+  return first_row;
 }
 
 void ShootingProgram::build_total_time() {

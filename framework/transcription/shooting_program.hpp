@@ -51,6 +51,8 @@ class ShootingProgram final : public BlockProgram {
   int start_row() const { return start_row_; }
   /// First row of the jump into a phase; of the first phase there is none.
   int jump_row(int phase) const { return jump_rows_[phase - 1]; }
+  /// First row that joins the end of the last phase to the start of the first; -1: none.
+  int closing_row() const { return closing_row_; }
   int total_time_row() const { return total_time_row_; }  ///< -1: none
 
   /// Absolute time of a place for durations as in w (null: the reference durations), s.
@@ -80,7 +82,7 @@ class ShootingProgram final : public BlockProgram {
   void build_intervals(int j, const Function& flow, int nq);
   void build_running(int j, int t, bool integrated);
   void build_changes(int j);
-  void build_jump(int j);
+  int build_jump(const Jump& jump, int ends, int begins);  // first row
   void build_total_time();
   void build_slacks();
   void add_row_site(int j, int t, const shooting::Place& place, bool state_only);
@@ -103,6 +105,7 @@ class ShootingProgram final : public BlockProgram {
   Layout layout_;
 
   int start_row_ = 0;
+  int closing_row_ = -1;
   int total_time_row_ = -1;
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase

@@ -80,6 +80,11 @@ StageStructure stage_structure(const ShootingProgram& program) {
     for (auto& [stage, group] : rows) structure.stages[stage].groups.push_back(std::move(group));
   }
 
+  // The closing rows stand at the end; what they use of the first state is carried there.
+  if (program.closing_row() >= 0)
+    for (int i = 0; i < phases.front().sizes.nx; ++i)
+      structure.stages.back().groups.push_back({program.closing_row() + i});
+
   int last_free = -1;  // phase
   for (int j = 0; j < grid.phases(); ++j) {
     for (int i = 0; i < phases[j].sizes.np; ++i)

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "framework/model/crossing.hpp"
 #include "framework/solver/solver.hpp"
 #include "framework/transcription/trajectory.hpp"
 
@@ -14,6 +15,21 @@ struct SoftnessUse {
   std::string phase, term;
   double largest = 0.0;  ///< violation in the term's own units
   double time = 0.0;     ///< s, where it is largest
+};
+
+/// How the guard that ends a phase passed zero there.
+struct GuardCrossing {
+  std::string phase, event;
+  Crossing declared = {};     ///< the direction asked for
+  double time = 0.0;          ///< s, end of the phase
+  double rate = 0.0;          ///< g_t + g_x f at x-, in the guard's units per second
+  bool grazes = false;        ///< the rate is as good as zero: the time is not well defined
+  double early_amount = 0.0;  ///< above zero: it had passed zero that way before, by so much
+  double early_time = 0.0;    ///< s, where that was
+
+  bool is_as_declared() const {
+    return !grazes && crossing_sign(declared) * rate > 0.0 && early_amount == 0.0;
+  }
 };
 
 /// The share of a named cost in the total.
@@ -31,6 +47,8 @@ struct Solution {
   std::vector<double> durations;  ///< of the phases, s
   std::vector<CostShare> costs;
   std::vector<SoftnessUse> softness;
+  /// Of every phase that ends by a guard. What is not as declared is said in the message too.
+  std::vector<GuardCrossing> crossings;
   KktResidual kkt;  ///< recomputed from the program
   int iterations = 0;
   double seconds = 0.0;  ///< wall clock of the solver

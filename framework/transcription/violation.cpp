@@ -28,7 +28,7 @@ struct Violation {
   }
 };
 
-// Among what the user wrote: hard terms, bounds on states and the total time.
+// Among what the user wrote: hard terms, bounds on states, the closing and the total time.
 Violation worst_of_terms(ShootingProgram& program, const VectorXd& w) {
   Violation worst;
   VectorXd g(program.rows());
@@ -42,6 +42,9 @@ Violation worst_of_terms(ShootingProgram& program, const VectorXd& w) {
     if (term.soft) continue;
     for (int i = 0; i < term.function.outputs(); ++i) consider_row(site.first_row + i);
   }
+  if (program.closing_row() >= 0)
+    for (int i = 0; i < program.problem().phases().front().sizes.nx; ++i)
+      consider_row(program.closing_row() + i);
   if (program.total_time_row() >= 0) consider_row(program.total_time_row());
   for (int j = 0; j < program.grid().phases(); ++j) {
     const PhaseDefinition& phase = program.problem().phases()[j];

@@ -59,6 +59,8 @@ const auto two = [](const auto& t, const auto& x) {
   return Vec<S, 2>{x[0], x[0]};
 };
 
+const auto first = [](const auto&, const auto& x) { return x[0]; };
+
 const std::vector<Mistake>& mistakes() {
   static const std::vector<Mistake> list{
       // --- terms
@@ -235,6 +237,71 @@ const std::vector<Mistake>& mistakes() {
       {"GuessOutsideTheDuration",
        free_phase([](Motion& m) { m.guess_duration(7.0); }),
        {"phase 'motion'", "7", "[0.5, 2]"}},
+      {"InfiniteDuration",
+       [] {
+         Motion m{"motion", Velocity{}, exactly(infinity)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "finite"}},
+      {"EmptyDuration",
+       [] {
+         Motion m{"motion", Velocity{}, between(2.0, 1.0)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "duration [2, 1] s", "empty"}},
+      // --- guards
+      {"GuardOfAFixedPhase",
+       phase([](Motion& m) { m.ends_when("landing", first, Crossing::falling); }),
+       {"phase 'motion'", "event 'landing'", "fixed at 1 s", "reach()"}},
+      {"GuardWithTwoRows",
+       free_phase([](Motion& m) { m.ends_when("landing", two, Crossing::falling); }),
+       {"phase 'motion'", "event 'landing'", "one number", "2 rows"}},
+      {"GuardOfAnInput",
+       free_phase([](Motion& m) { m.ends_when("landing", input, Crossing::falling); }),
+       {"phase 'motion'", "'landing'", "input"}},
+      {"TwoGuards",
+       free_phase([](Motion& m) {
+         m.ends_when("landing", first, Crossing::falling)
+             .ends_when(
+                 "noon", [](auto t, auto) { return t - 1.0; }, Crossing::rising);
+       }),
+       {"phase 'motion'", "'landing'", "'noon'", "reach()"}},
+      {"GuardThatNothingMoves",
+       free_phase([](Motion& m) {
+         m.ends_when(
+             "landing", [](auto, auto x) { return 0.0 * x[0] + 1.0; }, Crossing::falling);
+       }),
+       {"phase 'motion'", "event 'landing'", "do not move the guard"}},
+      {"GuardOfAConservedQuantity",
+       [] {
+         Phase<2, 0> swing{"swing",
+                           [](auto, auto x) {
+                             return decltype(x){x[1], -x[0]};
+                           },
+                           between(0.5, 2.0)};
+         swing.ends_when(
+             "energy", [](auto, auto x) { return x[0] * x[0] + x[1] * x[1] - 1.0; },
+             Crossing::rising);
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({0.5, 0}).then(swing), ten);
+       },
+       {"phase 'swing'", "event 'energy'", "do not move the guard"}},
+      {"GuardThatOnlyRises",
+       free_phase([](Motion& m) {
+         m.ends_when(
+             "noon", [](auto t, auto) { return t - 1.0; }, Crossing::falling);
+       }),
+       {"phase 'motion'", "event 'noon'", "changes by 1 per second", "falling"}},
+      {"GuardWithoutTimeToDecide",
+       [] {
+         Motion m{"motion", Velocity{}, between(0.5, 2.0)};
+         m.ends_when("landing", first, Crossing::falling);
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m).total_time(exactly(1.0)), ten);
+       },
+       {"phase 'motion'", "event 'landing'", "total time is fixed at 1 s"}},
       // --- problem
       {"NoPhase",
        problem([](OptimalControlProblem& ocp, Motion&) { ocp.start_at({1}); }),
@@ -261,7 +328,32 @@ const std::vector<Mistake>& mistakes() {
          ocp.start_at({1}).then(m).then(
              m, jump<2>("kick", [](const auto&, const auto& x) { return x[0]; }));
        }),
-       {"jump 'kick'", "from phase 'motion'", "3 arguments"}},
+       {"jump 'kick'", "from phase 'motion'", "made for 2 states and 0 parameters",
+        "has 1 states"}},
+      {"JumpWithAsManyArguments",  // 1 + 2 + 1 = 1 + 3 + 0
+       [] {
+         Phase<3, 1> wide{"wide", [](auto, auto x, auto) { return x; }, exactly(1.0)};
+         OptimalControlProblem ocp("errors");
+         const auto kick = [](const auto&, const auto& x, const auto&, const auto& p) {
+           using S = std::decay_t<decltype(x[0])>;
+           return Vec<S, 3>{x[0], x[1], p[0]};
+         };
+         ocp.start_at({0, 0, 0}).then(wide).then(wide, jump<2, 1>("kick", kick));
+         const MultipleShooting shooting(ocp, ten);
+       },
+       {"jump 'kick'", "from phase 'wide' to phase 'wide'", "2 states and 1 parameters",
+        "3 states and 0 parameters"}},
+      {"ClosingSizes",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         const Phase<2, 1> wide{"wide", [](const auto&, const auto& x) { return x; }, exactly(1.0)};
+         ocp.start_at({1}).then(m).then(wide, jump<1>("split", two)).close();
+       }),
+       {"phase 'wide' to phase 'motion'", "2 states become 1", "jump map"}},
+      {"ClosingResult",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_at({1}).then(m).close(jump<1>("kick", two));
+       }),
+       {"jump 'kick'", "phase 'motion' to phase 'motion'", "returns 2 states", "has 1"}},
       {"JumpResult",
        problem([](OptimalControlProblem& ocp, Motion& m) {
          ocp.start_at({1}).then(m).then(m, jump<1>("kick", two));

@@ -180,6 +180,15 @@ TEST(Stages, OfFreeDurationsAndSizesThatChange) {
   expect_stages(ocp.total_time(at_most(25.0)));
 }
 
+// The start is carried to the end, through phases and through a jump that changes it.
+TEST(Stages, OfAClosedProblem) {
+  OptimalControlProblem ocp = late_unknown(between(-3.0, 3.0));
+  ocp.start_within({between(-2.0, 2.0)}, Vec<double, 1>{0.5});
+  expect_stages(ocp.close());
+  expect_stages(ocp.close(jump<1, 1>(
+      "drop", [](auto t, auto x, auto, auto p) { return decltype(x)(0.5 * x + t * p); })));
+}
+
 TEST(Stages, OfAStartThatIsFreeOrPartlySo) {
   for (const Bounds bounds : {between(-1.0, 1.5), exactly(1.0), unbounded()}) {
     OptimalControlProblem ocp = two_gears::problem();

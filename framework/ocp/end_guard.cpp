@@ -1,0 +1,122 @@
+#include "framework/ocp/end_guard.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "framework/core/error.hpp"
+#include "framework/ocp/phase_definition.hpp"
+
+namespace saltus {
+namespace {
+
+// Points z of the phase, reproducible: around its guesses, some near and some far, so that a guard
+// that is flat in places is not taken for one that never moves.
+class SeededPoints {
+ public:
+  explicit SeededPoints(const PhaseDefinition& phase) : phase_(phase) {}
+
+  VectorXd next() {
+    constexpr double spreads[] = {1.0, 10.0, 100.0};  // in nominal magnitudes
+    const double spread = spreads[count_++ % 3];
+    const Arguments& a = phase_.sizes;
+    VectorXd z(a.size());
+    const double fraction = 0.5 * (1.0 + symmetric());
+    const double longest =
+        std::isfinite(phase_.duration.upper) ? phase_.duration.upper : phase_.duration_guess;
+    z[a.t()] = fraction * longest;
+    const auto course = [&](const Guess& guess, int size) -> VectorXd {
+      return guess.is_given() ? guess.at(fraction) : VectorXd::Zero(size);
+    };
+    const VectorXd x = course(phase_.state_guess, a.nx), u = course(phase_.input_guess, a.nu);
+    for (int i = 0; i < a.nx; ++i)
+      z[a.x(i)] = within(x[i] + spread * phase_.nominal_state[i] * symmetric(),
+                         whole(phase_.state_bounds, i));
+    for (int i = 0; i < a.nu; ++i)
+      z[a.u(i)] = within(u[i] + spread * phase_.nominal_input[i] * symmetric(),
+                         whole(phase_.input_bounds, i));
+    int p = 0;
+    for (const ParameterBlock& block : phase_.parameters)
+      for (int i = 0; i < block.value.size(); ++i, ++p)
+        z[a.p(p)] = block.unknown
+                        ? within(block.value[i] + block.nominal[i] * symmetric(), block.bounds[i])
+                        : block.value[i];
+    return z;
+  }
+
+ private:
+  // In [-1, 1]; the distributions of the standard library differ between libraries.
+  double symmetric() { return 2.0 * (random_() / 4294967295.0) - 1.0; }
+  static Bounds whole(const std::vector<ComponentBounds>& list, int component) {
+    Bounds all;
+    for (const ComponentBounds& b : list)
+      if (b.component == component && b.window.is_whole()) {
+        all.lower = std::max(all.lower, b.bounds.lower);
+        all.upper = std::min(all.upper, b.bounds.upper);
+      }
+    return all;
+  }
+  static double within(double value, const Bounds& b) {
+    return std::max(b.lower, std::min(b.upper, value));
+  }
+
+  const PhaseDefinition& phase_;
+  std::mt19937 random_{20};
+  int count_ = 0;
+};
+
+}  // namespace
+
+bool GuardRate::grazes() const { return !(std::abs(value) > grazing_share * scale); }
+
+GuardRate guard_rate(const PhaseDefinition& phase, const Function& guard, const VectorRef& z) {
+  const Arguments& a = phase.sizes;
+  const VectorXd f = phase.dynamics(z);
+  const MatrixXd slopes = guard.dense_jacobian(z);
+  const Eigen::RowVectorXd g_x = slopes.row(0).segment(a.x(), a.nx);
+  GuardRate rate;
+  rate.value = slopes(0, a.t()) + g_x * f;
+  rate.scale =
+      std::abs(slopes(0, a.t())) + g_x.transpose().cwiseProduct(phase.nominal_state).norm() *
+                                       f.cwiseQuotient(phase.nominal_state).norm();
+  return rate;
+}
+
+void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard) {
+  const auto fail = [&](const std::string& what) {
+    throw DefinitionError(fmt::format("phase '{}', event '{}': {}", phase.name, guard.event, what));
+  };
+  if (guard.guard.outputs() != 1)
+    fail(fmt::format("a guard must be one number, but it has {} rows", guard.guard.outputs()));
+  if (!phase.has_free_duration())
+    fail(
+        fmt::format("the duration is fixed at {} s, so the event cannot decide when the phase "
+                    "ends; give the duration an interval, or state the condition with reach()",
+                    phase.duration.lower));
+  constexpr int tried = 48;
+  constexpr double rounding = 1e-12;  // of sums of a few products
+  SeededPoints points(phase);
+  int finite = 0, moving = 0;
+  double lowest = infinity, highest = -infinity;
+  for (int i = 0; i < tried; ++i) {
+    const GuardRate rate = guard_rate(phase, guard.guard, points.next());
+    if (!std::isfinite(rate.value) || !std::isfinite(rate.scale)) continue;  // outside its domain
+    ++finite;
+    if (std::abs(rate.value) > rounding * rate.scale) ++moving;
+    lowest = std::min(lowest, rate.value);
+    highest = std::max(highest, rate.value);
+  }
+  if (finite == 0) return;  // nothing can be said before the solve; the solution reports the rate
+  if (moving == 0)
+    fail(
+        "the dynamics do not move the guard (its rate g_t + g_x f is zero wherever it was tried), "
+        "so it never crosses zero");
+  const double size = std::max(std::abs(lowest), std::abs(highest));
+  if (highest - lowest <= rounding * size && crossing_sign(guard.crossing) * lowest < 0.0)
+    fail(fmt::format("the guard always changes by {:.6g} per second, so it never crosses zero {}",
+                     lowest, describe(guard.crossing)));
+}
+
+}  // namespace saltus

@@ -1,0 +1,45 @@
+// A phase that ends where its guard passes zero: what decides its duration, and whether the guard
+// can decide it at all.
+//
+// The end is the condition g(t, x-) = 0. It defines the time of the event only where the guard
+// crosses zero with a rate,
+//     dg/dt = g_t + g_x f(t, x-, u) != 0     (transversality),
+// because dt/dx = -g_x / (g_t + g_x f). With the rate zero the trajectory grazes the surface, and
+// the event time has no derivative (framework/design/conventions.md).
+#pragma once
+
+#include <string>
+
+#include "framework/model/crossing.hpp"
+#include "framework/model/function.hpp"
+
+namespace saltus {
+
+struct PhaseDefinition;
+
+struct EndGuard {
+  std::string event;
+  Function guard;  ///< z = (t | x | u | p) -> one number; must not read u
+  Crossing crossing = Crossing::falling;
+};
+
+/// Rate of a guard along the dynamics, in the guard's units per second.
+struct GuardRate {
+  double value = 0.0;
+  /// Size of what it is made of, |g_t| + |g_x N| |N^-1 f| with the nominal states N.
+  double scale = 0.0;
+
+  /// Below this share of the scale the crossing counts as grazing: the event time would carry
+  /// errors of the state a million times enlarged.
+  static constexpr double grazing_share = 1e-6;
+  bool grazes() const;
+};
+/// At z = (t | x- | u | p) of the phase. Allocates.
+GuardRate guard_rate(const PhaseDefinition& phase, const Function& guard, const VectorRef& z);
+
+/// Throws DefinitionError naming phase and event when the guard cannot end the phase: its duration
+/// is fixed, the guard is not one number, or it never crosses zero in that direction because the
+/// dynamics do not move it (tried at seeded points around the guesses, within the bounds).
+void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard);
+
+}  // namespace saltus

@@ -1,0 +1,94 @@
+#include "framework/transcription/crossing_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace saltus {
+namespace {
+
+// What counts as being on a side of zero: a share of the largest value that the guard takes in the
+// phase. After a jump it often starts at zero, and a solver leaves it there within its tolerance.
+constexpr double side_share = 1e-6;
+
+VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorXd& u,
+                  const VectorXd& p) {
+  VectorXd z(a.size());
+  z << t, x, u, p;
+  return z;
+}
+
+// The furthest that the guard had been beyond zero after having been before it: t and amount.
+void find_early_crossing(const std::vector<std::pair<double, double>>& course, GuardCrossing& c) {
+  double largest = 0.0;
+  for (const auto& [t, g] : course) largest = std::max(largest, std::abs(g));
+  const double side = side_share * largest;
+  bool was_before = false;
+  for (const auto& [t, g] : course) {
+    was_before = was_before || g < -side;
+    if (!was_before || g <= std::max(side, c.early_amount)) continue;
+    c.early_amount = g;
+    c.early_time = t;
+  }
+}
+
+}  // namespace
+
+std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
+                                           const Trajectory& trajectory) {
+  std::vector<GuardCrossing> crossings;
+  for (std::size_t j = 0; j < problem.phases().size(); ++j) {
+    const PhaseDefinition& phase = problem.phases()[j];
+    if (phase.end_guards.empty()) continue;
+    const EndGuard& guard = phase.end_guards.front();
+    const VectorXd& p = trajectory.phases()[j].parameters;
+    const int nu = phase.sizes.nu;
+    GuardCrossing c{.phase = phase.name, .event = guard.event, .declared = guard.crossing};
+    std::vector<std::pair<double, double>> course;  // t, guard with rising as the direction
+    const TrajectoryPiece* last = nullptr;
+    for (const TrajectoryPiece& piece : trajectory.pieces()) {
+      if (piece.phase != static_cast<int>(j)) continue;
+      last = &piece;
+      const VectorXd z =
+          argument(phase.sizes, piece.start, piece.state, piece.coefficients.head(nu), p);
+      course.emplace_back(piece.start, crossing_sign(guard.crossing) * guard.guard(z)[0]);
+    }
+    if (last == nullptr) continue;
+    find_early_crossing(course, c);
+    c.time = last->end();
+    const VectorXd z =
+        argument(phase.sizes, c.time, last->end_state, last->coefficients.tail(nu), p);
+    const GuardRate rate = guard_rate(phase, guard.guard, z);
+    c.rate = rate.value;
+    c.grazes = rate.grazes();
+    crossings.push_back(std::move(c));
+  }
+  return crossings;
+}
+
+std::string describe_doubtful(const std::vector<GuardCrossing>& crossings) {
+  for (const GuardCrossing& c : crossings) {
+    if (c.is_as_declared()) continue;
+    const std::string where =
+        fmt::format("event '{}' that ends phase '{}' at t = {:.6g} s", c.event, c.phase, c.time);
+    if (c.grazes)
+      return fmt::format(
+          "{} grazes its guard (rate {:.3g} per second): its time is not well "
+          "defined",
+          where, c.rate);
+    if (crossing_sign(c.declared) * c.rate < 0.0)
+      return fmt::format(
+          "{} is crossed the wrong way: the guard changes by {:.3g} per second, but "
+          "is declared {}",
+          where, c.rate, describe(c.declared));
+    return fmt::format(
+        "{} is not the first: the guard had passed zero {} before, by {:.3g} at "
+        "t = {:.6g} s",
+        where, describe(c.declared), c.early_amount, c.early_time);
+  }
+  return {};
+}
+
+}  // namespace saltus

@@ -1,0 +1,117 @@
+// Phases that end where a guard passes zero: the time is found, and what is not a proper crossing
+// is said.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "framework/solver/ipopt.hpp"
+#include "framework/transcription/multiple_shooting.hpp"
+#include "integrators/runge_kutta.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr double gravity = 9.81;  // m/s^2
+
+struct Ball {  // x = (height m, speed m/s), u = lift m/s^2
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0] - gravity};
+  }
+};
+const auto height = [](const auto&, const auto& x) { return x[0]; };
+const auto speed = [](const auto&, const auto& x) { return x[1]; };
+const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+
+Phase<2, 1> flight(const std::string& name) {
+  Phase<2, 1> phase{name, Ball{}, between(0.05, 2.0)};
+  phase.inputs(InputCourse::piecewise_linear_continuous)
+      .minimise("effort", effort)
+      .guess_duration(0.5);
+  return phase;
+}
+Jump bounce(double restitution) {
+  return jump<2>("bounce", [restitution](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{x[0], -restitution * x[1]};
+  });
+}
+Solution solve_by_ipopt(const OptimalControlProblem& ocp) {
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 8, .integrator = runge_kutta4()});
+  return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+}
+
+// From (1, 0) to (1, 0) in one second with one bounce, restitution 0.8, least effort. A flight from
+// (q0, v0) to (q1, v1) in T costs 2 a^2/T - 6 a d/T^2 + 6 d^2/T^3 with a = v1 - v0 + g T and
+// d = q1 - q0 - v0 T + g T^2/2; the minimum over the time and speed of the impact is below. Ramps
+// represent the optimal input exactly.
+TEST(EndGuard, FindsTheTimeOfAnImpact) {
+  OptimalControlProblem ocp("bounce");
+  Phase<2, 1> fall = flight("fall"), rise = flight("rise");
+  fall.ends_when("impact", height, Crossing::falling);
+  rise.reach("height", height, exactly(1.0)).reach("speed", speed, exactly(0.0));
+  ocp.start_at({1, 0}).then(fall).then(rise, bounce(0.8)).total_time(exactly(1.0));
+  ocp.costs(CostRule::integrated);
+  const Solution s = solve_by_ipopt(ocp);
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.cost, 2.570651595764464, 1e-9);
+  EXPECT_NEAR(s.durations[0], 0.470504556810741, 1e-9);
+  EXPECT_NEAR(s.trajectory.state_before(s.durations[0])[1], -4.640109107887904, 1e-8);
+  ASSERT_EQ(s.crossings.size(), 1u);
+  const GuardCrossing& c = s.crossings.front();
+  EXPECT_EQ(c.phase, "fall");
+  EXPECT_EQ(c.event, "impact");
+  EXPECT_NEAR(c.time, s.durations[0], 1e-12);
+  EXPECT_NEAR(c.rate, -4.640109107887904, 1e-8);  // the rate of the height is the speed
+  EXPECT_TRUE(c.is_as_declared());
+  EXPECT_EQ(s.message, describe(SolveStatus::optimal));
+}
+
+// The same event declared the other way is a solution of the program; the message says what it is.
+TEST(EndGuard, CrossedTheWrongWayIsSaid) {
+  OptimalControlProblem ocp("wrong way");
+  Phase<2, 1> fall = flight("fall");
+  fall.bound_input(0, exactly(0.0)).ends_when("impact", height, Crossing::rising);
+  const Solution s = solve_by_ipopt(ocp.start_at({1, 0}).then(fall));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.durations[0], std::sqrt(2.0 / gravity), 1e-9);
+  EXPECT_FALSE(s.crossings.front().is_as_declared());
+  for (const char* part : {"'impact'", "'fall'", "0.45152", "wrong way", "rising"})
+    EXPECT_NE(s.message.find(part), std::string::npos) << part << " is not in: " << s.message;
+}
+
+// Thrown up with the speed that just reaches the ceiling.
+TEST(EndGuard, ThatIsGrazedIsSaid) {
+  OptimalControlProblem ocp("grazing");
+  Phase<2, 1> climb = flight("climb");
+  climb.bound_input(0, exactly(0.0))
+      .ends_when(
+          "ceiling", [](const auto&, const auto& x) { return x[0] - 1.0; }, Crossing::rising);
+  ocp.start_within({exactly(0.0), unbounded()}, Vec<double, 2>{0.0, 4.0});
+  climb.minimise_at_end("energy", [](const auto&, const auto& x) { return x[1] * x[1]; });
+  const Solution s = solve_by_ipopt(ocp.then(climb));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_TRUE(s.crossings.front().grazes) << s.crossings.front().rate;
+  EXPECT_NE(s.message.find("event 'ceiling'"), std::string::npos) << s.message;
+  EXPECT_NE(s.message.find("grazes"), std::string::npos) << s.message;
+}
+
+// A later crossing of the same surface also has guard = 0. The sine falls through zero
+// at pi and at 3 pi.
+TEST(EndGuard, ThatHadBeenCrossedBeforeIsSaid) {
+  const auto still = [](const auto&, const auto& x) { return std::decay_t<decltype(x)>(0.0 * x); };
+  Phase<1, 0> wait{"wait", still, between(0.1, 12.0)};
+  wait.ends_when(
+          "noon", [](const auto& t, const auto& x) { return sin(t) + 0.0 * x[0]; },
+          Crossing::falling)
+      .guess_duration(9.0);
+  OptimalControlProblem ocp("later");
+  const Solution s = solve_by_ipopt(ocp.start_at({0}).then(wait));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.durations[0], 3.0 * M_PI, 1e-8);  // not the first, by the guess
+  EXPECT_GT(s.crossings.front().early_amount, 0.1);
+  EXPECT_NE(s.message.find("not the first"), std::string::npos) << s.message;
+}
+
+}  // namespace
+}  // namespace saltus
