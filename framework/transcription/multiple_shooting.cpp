@@ -8,6 +8,7 @@
 
 #include "framework/core/error.hpp"
 #include "framework/core/text.hpp"
+#include "framework/transcription/between_nodes.hpp"
 #include "framework/transcription/crossing_report.hpp"
 #include "framework/transcription/shooting_program.hpp"
 #include "framework/transcription/shooting_stages.hpp"
@@ -425,7 +426,12 @@ Solution solve(MultipleShooting& shooting, Solver& solver) {
 
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
   const bool warm = start.lambda.size() == shooting.nlp().rows();
-  return shooting.interpret(solver.solve(shooting.nlp(), start, warm));
+  Solution solution = shooting.interpret(solver.solve(shooting.nlp(), start, warm));
+  if (!solution.trajectory.empty()) {
+    const auto violations = violations_between_nodes(shooting, solution.trajectory);
+    solution.between_nodes = violations.empty() ? PathViolation{} : violations.front();
+  }
+  return solution;
 }
 
 }  // namespace saltus

@@ -74,7 +74,8 @@ class MultipleShooting {
   std::string integrator_name_;
 };
 
-/// Solves from the problem's own guess, or from `start` (warm if it has multipliers).
+/// Solves from the problem's own guess, or from `start` (warm if it has multipliers), and measures
+/// what happens between the nodes.
 Solution solve(MultipleShooting& shooting, Solver& solver);
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start);
 

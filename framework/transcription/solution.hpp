@@ -1,6 +1,7 @@
 // What a solve of an optimal control problem returns.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,13 @@ struct SoftnessUse {
   std::string phase, term;
   double largest = 0.0;  ///< violation in the term's own units
   double time = 0.0;     ///< s, where it is largest
+};
+
+/// A path constraint that does not hold.
+struct PathViolation {
+  std::string phase, term;
+  double amount = 0.0;  ///< in the term's own units
+  double time = 0.0;    ///< s, where it is largest
 };
 
 /// How the guard that ends a phase passed zero there.
@@ -49,6 +57,9 @@ struct Solution {
   std::vector<SoftnessUse> softness;
   /// Of every phase that ends by a guard. What is not as declared is said in the message too.
   std::vector<GuardCrossing> crossings;
+  /// The largest violation of a hard path constraint between the nodes, where the program does not
+  /// look (amount 0: none). Measured by solve(), not in control loops: then it is empty.
+  std::optional<PathViolation> between_nodes;
   KktResidual kkt;  ///< recomputed from the program
   int iterations = 0;
   double seconds = 0.0;  ///< wall clock of the solver

@@ -1,0 +1,149 @@
+// Path constraints between the nodes: what is reported there, and that refinement makes it vanish.
+#include "framework/transcription/between_nodes.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/solver/ipopt.hpp"
+#include "integrators/runge_kutta.hpp"
+
+namespace saltus {
+namespace {
+
+struct Block {  // x = (height m, speed m/s), u = force per mass
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+const auto height = [](const auto&, const auto& x) { return x[0]; };
+const auto speed = [](const auto&, const auto& x) { return x[1]; };
+const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+
+// Bryson and Denham's block as one phase: from the ground back to the ground in one second under a
+// ceiling at l, with the least effort 1/2 int u^2. For l <= 1/6 it slides along the ceiling and
+// J = 4 / (9 l); for 1/6 <= l <= 1/4 it touches it at t = 1/2 and J = 2 + 6 (1 - 4 l)^2.
+Phase<2, 1> block() {
+  Phase<2, 1> phase{"block", Block{}, exactly(1.0)};
+  phase.inputs(InputCourse::piecewise_linear_continuous)
+      .minimise("effort", effort)
+      .reach("ground", height, exactly(0.0))
+      .reach("landing speed", speed, exactly(-1.0));
+  return phase;
+}
+OptimalControlProblem bryson_denham(const Phase<2, 1>& phase) {
+  OptimalControlProblem ocp("Bryson-Denham");
+  ocp.start_at({0, 1}).then(phase).costs(CostRule::integrated);
+  return ocp;
+}
+SolverFactory ipopt() {
+  return [](const MultipleShooting&) { return make_solver(saltus::Ipopt{.tolerance = 1e-11}); };
+}
+ShootingOptions intervals(int n) {
+  return {.intervals_per_phase = n, .integrator = runge_kutta4()};
+}
+
+TEST(BetweenNodes, TheBulgeIsMeasured) {
+  // Five intervals: the top lies in the middle of the third one.
+  Phase<2, 1> phase = block();
+  phase.keep("ceiling", height, at_most(0.2));
+  MultipleShooting shooting(bryson_denham(phase), intervals(5));
+  const Solution s = solve(shooting, *ipopt()(shooting));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_LT(s.cost, 2.24 - 1e-4);
+  ASSERT_TRUE(s.between_nodes.has_value());
+  EXPECT_EQ(s.between_nodes->phase, "block");
+  EXPECT_EQ(s.between_nodes->term, "ceiling");
+  EXPECT_NEAR(s.between_nodes->time, 0.5, 0.2 / 21.0);  // one sample
+  const double top = s.trajectory.state(0.5)[0] - 0.2;
+  EXPECT_GT(top, 1e-3);
+  EXPECT_NEAR(s.between_nodes->amount, top, top / 400.0);
+}
+
+TEST(BetweenNodes, BoundsOfStatesCountAndSoftTermsDoNot) {
+  Phase<2, 1> phase = block();
+  phase.bound_state(0, at_most(0.2)).keep("soft", height, at_most(0.01), {}, soft("soft", 1e-3));
+  MultipleShooting shooting(bryson_denham(phase), intervals(5));
+  const Solution s = solve(shooting, *ipopt()(shooting));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_EQ(s.between_nodes->term, "bounds of state 0");
+  EXPECT_LT(s.between_nodes->amount, 0.1);
+}
+
+TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
+  Phase<2, 1> phase = block();
+  phase.keep("ceiling", height, at_most(0.2), Window{.to = 0.35});
+  phase.keep("floor", height, at_least(-1.0));
+  MultipleShooting shooting(bryson_denham(phase), intervals(5));
+  const Solution s = solve(shooting, *ipopt()(shooting));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_GT(s.trajectory.state(0.5)[0], 0.2);  // beyond the window it rises
+  EXPECT_LE(s.between_nodes->time, 0.35);
+  EXPECT_LT(s.between_nodes->amount, 1e-8);
+}
+
+TEST(BetweenNodes, ControlLoopsDoNotMeasure) {
+  MultipleShooting shooting(bryson_denham(block()), intervals(5));
+  const NlpResult result =
+      ipopt()(shooting)->solve(shooting.nlp(), shooting.initial_guess(), false);
+  EXPECT_FALSE(shooting.interpret(result).between_nodes.has_value());
+}
+
+TEST(Refinement, ReachesTheOptimumFromBelow) {
+  Phase<2, 1> phase = block();
+  phase.keep("ceiling", height, at_most(1.0 / 9.0));
+  double before = 0.0, bulge = infinity;
+  for (const int rounds : {1, 2, 3, 4}) {
+    const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), ipopt(),
+                                            {.tolerance = 1e-8, .rounds = rounds});
+    ASSERT_TRUE(r.solution.ok()) << r.solution.message;
+    ASSERT_EQ(r.violations.size(), static_cast<std::size_t>(rounds)) << r.message;
+    EXPECT_GT(r.solution.cost, before);
+    EXPECT_LT(r.solution.cost, 4.0 + 1e-9);  // the solver's tolerance
+    EXPECT_LT(r.violations.back(), bulge);
+    before = r.solution.cost;
+    bulge = r.violations.back();
+  }
+}
+
+TEST(Refinement, SaysWhatWasReached) {
+  Phase<2, 1> phase = block();
+  phase.keep("ceiling", height, at_most(1.0 / 9.0));
+  const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), ipopt());
+  EXPECT_TRUE(r.reached) << r.message;
+  EXPECT_LE(r.violations.back(), 1e-6);
+  EXPECT_LE(r.solution.between_nodes->amount, 1e-6);
+  EXPECT_NEAR(r.solution.cost, 4.0, 1e-6);
+  const RefinedSolution limited = solve_refined(bryson_denham(phase), intervals(10), ipopt(),
+                                                {.tolerance = 1e-9, .most_intervals = 45});
+  EXPECT_FALSE(limited.reached);
+  EXPECT_EQ(limited.intervals.front(), 40);
+  EXPECT_NE(limited.message.find("45 intervals"), std::string::npos) << limited.message;
+  EXPECT_NE(limited.message.find("'ceiling' of phase 'block'"), std::string::npos)
+      << limited.message;
+}
+
+// Two phases, one of which needs it.
+TEST(Refinement, OnlyWhereItIsNeeded) {
+  Phase<2, 1> phase = block(), after{"after", Block{}, exactly(0.5)};
+  phase.keep("ceiling", height, at_most(0.2));
+  after.minimise("effort", effort).keep("low", height, at_most(5.0));
+  OptimalControlProblem ocp = bryson_denham(phase);
+  const RefinedSolution r = solve_refined(ocp.then(after), intervals(5), ipopt());
+  EXPECT_TRUE(r.reached) << r.message;
+  EXPECT_NEAR(r.solution.cost, 2.24, 1e-8);  // with a node at the top the ramps are exact
+  EXPECT_EQ(r.intervals, (std::vector<int>{20, 5}));
+}
+
+TEST(Refinement, OfWhatCannotBeSolvedSaysSo) {
+  Phase<2, 1> phase = block();
+  phase.keep("ceiling", height, at_most(0.2)).keep("floor", height, at_least(0.3));
+  const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(5), ipopt());
+  EXPECT_FALSE(r.reached);
+  EXPECT_FALSE(r.solution.ok());
+  EXPECT_NE(r.message.find("not solved"), std::string::npos) << r.message;
+}
+
+}  // namespace
+}  // namespace saltus
