@@ -15,6 +15,7 @@
 #include <cstdio>
 
 #include "framework/core/error.hpp"
+#include "integrators/hybrid_schemes.hpp"
 #include "integrators/interval_field.hpp"
 #include "integrators/sundials_support.hpp"
 
@@ -370,6 +371,7 @@ class ArkodeScheme final : public IntegratorScheme {
       fail("needs at least one step, but max_steps = " + std::to_string(options.max_steps));
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
+    refuse_events(problem, "ARKODE");
     return std::make_unique<Arkode>(problem, options_);
   }
   std::string name() const override {

@@ -232,6 +232,41 @@ void IntervalField::pull_back(double s, const double* gradient, const RowMajorMa
   }
 }
 
+void IntervalField::explicit_rate(const double* entries, double* rate) const {
+  explicit_slope(dynamics_.jacobian_pattern(), entries, rate);
+  if (running_cost_)
+    explicit_slope(running_cost_.jacobian_pattern(), entries + dynamics_entries_, rate + nx_);
+  for (int r = 0; r < outputs(); ++r) rate[r] *= h_;
+}
+
+void IntervalField::differential(const SparsityPattern& pattern, const double* entries, double s,
+                                 const RowMajorMatrix& sensitivity, RowMajorMatrix& result) const {
+  const int n = directions();
+  for (int r = 0; r < pattern.rows(); ++r) {
+    double* row = result.data() + r * n;
+    std::fill_n(row, n, 0.0);
+    for (int e = pattern.row_begin(r); e < pattern.row_end(r); ++e) {
+      const int col = pattern.col(e);
+      if (is_state(col))
+        add_multiple(n, entries[e], sensitivity.data() + (col - 1) * n, row);
+      else
+        for (const Share& share : shares_[col]) row[share.direction] += entries[e] * share.at(s);
+    }
+  }
+}
+
+void IntervalField::explicit_slope(const SparsityPattern& pattern, const double* entries,
+                                   double* slope) const {
+  std::fill_n(slope, pattern.rows(), 0.0);
+  pattern.for_each([&](int r, int col, int e) {
+    const int input = col - sizes_.u();
+    if (col == sizes_.t())
+      slope[r] += entries[e] * h_;
+    else if (shape_ == InputShape::linear && input >= 0 && input < nu_)
+      slope[r] += entries[e] * (c_[nu_ + input] - c_[input]);
+  });
+}
+
 void IntervalField::scatter(const RowMajorMatrix& sensitivity, MatrixXd& derivative) const {
   derivative.setZero();
   for (int d = 0; d < directions(); ++d)

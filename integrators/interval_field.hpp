@@ -70,6 +70,15 @@ class IntervalField {
   void pull_back(double s, const double* gradient, const RowMajorMatrix& sensitivity,
                  double* along) const;
 
+  /// dF/ds at fixed state: h (phi_t h + phi_u du/ds), outputs() entries.
+  void explicit_rate(const double* entries, double* rate) const;
+  /// The differential m_z dz (outputs of m x directions) of another function of z, given the
+  /// entries of its Jacobian, along the state directions `sensitivity`.
+  void differential(const SparsityPattern& pattern, const double* entries, double s,
+                    const RowMajorMatrix& sensitivity, RowMajorMatrix& result) const;
+  /// The slope m_z dz/ds of that function at fixed state: m_t h + m_u du/ds.
+  void explicit_slope(const SparsityPattern& pattern, const double* entries, double* slope) const;
+
   /// Writes a sensitivity (outputs x directions) into the columns of d end / d w, others zero.
   void scatter(const RowMajorMatrix& sensitivity, MatrixXd& derivative) const;
   /// Writes a lower triangle over directions into the symmetric matrix over w, others zero.

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "framework/core/error.hpp"
+#include "integrators/hybrid_schemes.hpp"
 #include "integrators/interval_field.hpp"
 
 namespace saltus {
@@ -241,6 +242,7 @@ class RungeKuttaScheme final : public IntegratorScheme {
                             std::to_string(options_.steps) + ".");
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
+    if (!problem.switching.empty()) return hybrid_runge_kutta(problem, tableau_, options_.steps);
     return std::make_unique<RungeKutta>(problem, tableau_, options_.steps);
   }
   std::string name() const override {

@@ -16,6 +16,7 @@
 
 #include "framework/core/error.hpp"
 #include "integrators/affine_flow.hpp"
+#include "integrators/hybrid_schemes.hpp"
 #include "integrators/interval_field.hpp"
 
 namespace saltus {
@@ -491,6 +492,7 @@ class ZeroOrderHold final : public Integrator {
 class ZeroOrderHoldScheme final : public IntegratorScheme {
  public:
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
+    refuse_events(problem, "the exact zero-order hold");
     return std::make_unique<ZeroOrderHold>(problem);
   }
   std::string name() const override { return "exact zero-order hold"; }

@@ -71,6 +71,8 @@ class Function {
   }
 
   bool reads(int input) const { return body_->reads(input); }
+  /// Whether both are handles on one body.
+  bool is(const Function& other) const { return body_ == other.body_; }
 
   void value(const double* z, double* y) const { body_->value(z, y); }
   void jacobian(const double* z, double* y, double* entries) const {

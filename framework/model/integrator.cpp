@@ -26,6 +26,21 @@ const char* describe(IntegrationStatus status) {
       return "the error control could not go on with any step size";
     case IntegrationStatus::library_failure:
       return "the integration library reported a failure";
+    case IntegrationStatus::grazing:
+      return "a guard is touched without being crossed, where no derivative exists";
+    case IntegrationStatus::ambiguous_start:
+      return "the state is on a guard along which it moves, so that the mode is undecided";
+    case IntegrationStatus::non_unique:
+      return "both fields push away from the surface on which the state is: the motion is not "
+             "unique";
+    case IntegrationStatus::beyond_guard:
+      return "the state is behind a guard, where no mode is in force";
+    case IntegrationStatus::accumulation:
+      return "events accumulate (Zeno), or there are more than the limit";
+    case IntegrationStatus::sliding_input:
+      return "the motion slides on a guard that reads an input which changes in the interval";
+    case IntegrationStatus::backward:
+      return "an interval with events cannot be integrated backward in time";
   }
   return "unknown integration status";
 }

@@ -8,6 +8,7 @@
 
 #include "framework/model/arguments.hpp"
 #include "framework/model/function.hpp"
+#include "framework/model/switching_system.hpp"
 
 namespace saltus {
 
@@ -29,6 +30,9 @@ struct IntervalProblem {
   bool differentiate_time = false;
   /// Typical magnitudes of the states (nx; empty means ones): they scale absolute tolerances.
   VectorXd nominal_state = {};
+  /// Modes and state-triggered events; empty: `dynamics` everywhere. Otherwise `dynamics` are
+  /// those of the first mode, and the mode at the start follows from the state.
+  SwitchingSystem switching = {};
 
   int nq() const { return running_cost ? running_cost.outputs() : 0; }
   int coefficients() const {
@@ -57,6 +61,14 @@ enum class IntegrationStatus {
   too_many_steps,   ///< the step limit was reached before the end of the interval
   step_too_small,   ///< error control or the nonlinear solver failed repeatedly
   library_failure,  ///< any other code of the underlying library
+  // Of intervals with events; see framework/design/events.md.
+  grazing,          ///< a guard is touched without being crossed: no derivative exists
+  ambiguous_start,  ///< on a guard whose rate of change is zero: no mode is distinguished
+  non_unique,       ///< on a surface that both fields push away from
+  beyond_guard,     ///< no mode fits the state, or a reset leads behind or onto a guard
+  accumulation,     ///< events without end in finite time (Zeno), or more than the limit
+  sliding_input,    ///< sliding on a guard that reads an input which is not constant
+  backward,         ///< negative length: a reset cannot be undone
 };
 const char* describe(IntegrationStatus status);
 
@@ -89,6 +101,10 @@ class Integrator {
   /// contribute their own Gauss-Newton matrix along first-order sensitivities.
   virtual IntegrationStatus hessian(const double* w, const double* weights, MatrixXd& hessian,
                                     Curvature curvature);
+
+  /// A sentence on the most recent call that failed, with time, mode and event where there are
+  /// any; empty if none failed or the status says all there is to say.
+  virtual std::string failure() const { return {}; }
 
  private:
   IntervalProblem problem_;

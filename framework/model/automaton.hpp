@@ -1,0 +1,67 @@
+// A hybrid automaton as the user writes it: named modes, and events that lead from one to another.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "framework/core/error.hpp"
+#include "framework/model/make_function.hpp"
+#include "framework/model/switching_system.hpp"
+
+namespace saltus {
+
+/// Modes and events over nx states, nu inputs and np parameters. Formulas are callables of (t, x),
+/// (t, x, u) or (t, x, u, p): dynamics return dx/dt, a guard one number, a reset the state after
+/// the event. Modes are declared before the events that use them.
+template <int nx, int nu = 0, int np = 0>
+class Automaton {
+ public:
+  template <class Dynamics>
+  Automaton& mode(std::string name, Dynamics dynamics) {
+    system_.modes.push_back({std::move(name), make_function<nx, nu, np>(std::move(dynamics))});
+    return *this;
+  }
+  /// From one mode to another without a jump of the state.
+  template <class Guard>
+  Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
+                   Crossing direction) {
+    return add(std::move(name), from, to, make_function<nx, nu, np>(std::move(guard)), direction,
+               {});
+  }
+  /// The same with x+ = reset(t, x-, ...).
+  template <class Guard, class Reset>
+  Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
+                   Crossing direction, Reset reset) {
+    return add(std::move(name), from, to, make_function<nx, nu, np>(std::move(guard)), direction,
+               make_function<nx, nu, np>(std::move(reset)));
+  }
+  /// Two fields that share a surface: `below` holds where guard < 0, `above` where guard > 0. The
+  /// motion crosses, or slides where both push into the surface (Filippov).
+  template <class Guard>
+  Automaton& surface(const std::string& name, const std::string& below, const std::string& above,
+                     Guard guard) {
+    const Function function = make_function<nx, nu, np>(std::move(guard));
+    add(name, below, above, function, Crossing::rising, {});
+    return add(name, above, below, function, Crossing::falling, {});
+  }
+
+  const SwitchingSystem& system() const { return system_; }
+
+ private:
+  Automaton& add(std::string name, const std::string& from, const std::string& to, Function guard,
+                 Crossing direction, Function reset) {
+    system_.transitions.push_back(
+        {name, find(name, from), find(name, to), std::move(guard), direction, std::move(reset)});
+    return *this;
+  }
+  int find(const std::string& event, const std::string& name) const {
+    const int index = system_.mode_index(name);
+    if (index < 0)
+      throw DefinitionError("event '" + event + "': there is no mode '" + name + "' yet.");
+    return index;
+  }
+
+  SwitchingSystem system_;
+};
+
+}  // namespace saltus

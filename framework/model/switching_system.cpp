@@ -1,0 +1,64 @@
+#include "framework/model/switching_system.hpp"
+
+#include <set>
+
+#include "framework/core/error.hpp"
+#include "framework/model/structure.hpp"
+
+namespace saltus {
+namespace {
+
+void check_function(const std::string& what, const Function& function, const Arguments& sizes,
+                    int outputs) {
+  if (!function) throw DefinitionError(what + " is missing.");
+  if (function.inputs() != sizes.size())
+    throw DefinitionError(what + " must take (t, x, u, p) of " + std::to_string(sizes.size()) +
+                          " entries, but takes " + std::to_string(function.inputs()) + ".");
+  if (function.outputs() != outputs)
+    throw DefinitionError(what + " must return " + std::to_string(outputs) +
+                          " entries, but returns " + std::to_string(function.outputs()) + ".");
+}
+
+}  // namespace
+
+int SwitchingSystem::mode_index(const std::string& name) const {
+  for (std::size_t m = 0; m < modes.size(); ++m)
+    if (modes[m].name == name) return static_cast<int>(m);
+  return -1;
+}
+
+void SwitchingSystem::check(const Arguments& sizes, int nq) const {
+  if (empty()) return;
+  const int count = static_cast<int>(modes.size());
+  std::set<std::string> names;
+  for (const Mode& mode : modes) {
+    if (!names.insert(mode.name).second)
+      throw DefinitionError("two modes are called '" + mode.name + "'.");
+    check_function("mode '" + mode.name + "': the dynamics", mode.dynamics, sizes, sizes.nx);
+    if (mode.running_cost)
+      check_function("mode '" + mode.name + "': the running cost", mode.running_cost, sizes, nq);
+  }
+  for (const Transition& transition : transitions) {
+    const std::string event = "event '" + transition.name + "': ";
+    for (const int mode : {transition.from, transition.to})
+      if (mode < 0 || mode >= count)
+        throw DefinitionError(event + "there is no mode " + std::to_string(mode) + "; there are " +
+                              std::to_string(count) + ", counted from 0.");
+    const std::string between =
+        "event '" + transition.name + "' of mode '" + modes[transition.from].name + "': ";
+    if (transition.from == transition.to && !transition.reset)
+      throw DefinitionError(between +
+                            "it changes neither mode nor state; give it a reset or "
+                            "another mode to go to.");
+    check_function(between + "the guard", transition.guard, sizes, 1);
+    if (transition.reset) check_function(between + "the reset", transition.reset, sizes, sizes.nx);
+    if (!depends_on(transition.guard, sizes.t()) &&
+        !depends_on_any(transition.guard, sizes.x(), sizes.nx) &&
+        !depends_on_any(transition.guard, sizes.u(), sizes.nu))
+      throw DefinitionError(between +
+                            "the guard depends neither on the state nor on time, so that "
+                            "nothing can cross it.");
+  }
+}
+
+}  // namespace saltus

@@ -1,0 +1,50 @@
+// Dynamics with state-triggered events, once the formulas are erased: modes, and transitions
+// between them where a guard crosses zero.
+//
+// In a mode every guard of a transition that leaves it is "not yet crossed": negative for a rising
+// guard, positive for a falling one. Where a guard reaches zero, the transition is taken: the
+// state jumps to the reset, if there is one, and the dynamics of the next mode hold. Two
+// transitions without reset, one in each direction through the same guard, divide the state space
+// into two fields; where both push into the surface the motion slides on it (Filippov).
+// framework/design/events.md has the conventions and the sensitivities.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "framework/model/arguments.hpp"
+#include "framework/model/crossing.hpp"
+#include "framework/model/function.hpp"
+
+namespace saltus {
+
+/// One field: x' = dynamics(z), z = (t | x | u | p).
+struct Mode {
+  std::string name;
+  Function dynamics;           ///< nx outputs
+  Function running_cost = {};  ///< nq outputs; empty: the running cost of the interval
+};
+
+/// mode `from` -> mode `to` where guard(z) crosses zero.
+struct Transition {
+  std::string name;
+  int from = 0;  ///< index into modes
+  int to = 0;
+  Function guard;  ///< 1 output
+  Crossing direction = Crossing::rising;
+  Function reset = {};  ///< x+ of z = (t | x- | u | p), nx outputs; empty: x+ = x-
+};
+
+struct SwitchingSystem {
+  std::vector<Mode> modes;
+  std::vector<Transition> transitions;
+
+  bool empty() const { return transitions.empty(); }
+  /// Index of the mode of this name, or -1.
+  int mode_index(const std::string& name) const;
+  /// Throws DefinitionError naming mode and event: sizes that do not match, modes that do not
+  /// exist, a guard that depends neither on the state nor on time or input.
+  void check(const Arguments& sizes, int nq) const;
+};
+
+}  // namespace saltus

@@ -1,0 +1,94 @@
+// Integration of an interval with state-triggered events, and its derivatives through them.
+//
+// At an event s* of guard g, with A the derivative of y(s) at fixed s and B = dy/ds before it,
+//   ds* = -(g_x A + g_w) / (g_x B + g_s),   dy- = A + B ds*,   dx+ = R_x dx- + R_w + R_s ds*,
+// and the flow goes on from the moving instant: A+ = dy+ - F+ ds*, which is the saltation matrix
+// written as the chain rule. Start, length and inputs act through g_w, R_w and the slopes in s.
+// framework/design/events.md derives this and states all conventions.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "integrators/hybrid_locator.hpp"
+#include "integrators/hybrid_modes.hpp"
+#include "integrators/hybrid_simulation.hpp"
+#include "integrators/hybrid_stepper.hpp"
+
+namespace saltus {
+
+/// Makes the scheme for a problem and its modes.
+using MakeStepper =
+    std::function<std::unique_ptr<FlowStepper>(const IntervalProblem&, const HybridModes&)>;
+
+/// Events of one interval; more count as accumulation.
+inline constexpr int most_events = 1000;
+
+class HybridIntegrator final : public Integrator {
+ public:
+  HybridIntegrator(const IntervalProblem& problem, const MakeStepper& make_stepper);
+
+  IntegrationStatus value(const double* w, double* end) override;
+  IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) override;
+  std::string failure() const override;
+
+  /// Appends the events of the following calls to `events` (not owned); null ends it. Recording
+  /// allocates, integration itself does not.
+  void record(std::vector<HybridEvent>* events) { recorded_ = events; }
+  /// The mode in which the next calls start; -1: the one that follows from the state.
+  void start_in(int mode) { given_mode_ = mode; }
+  /// Where the last successful call ended; sliding modes have indices of their own.
+  int end_mode() const { return mode_; }
+  const std::string& mode_name(int mode) const { return modes_[mode].name; }
+
+ private:
+  // What is on hand at the present instant s_: y_, and with sensitivities its total derivative
+  // total_ and the derivative moving_ of s_ itself.
+  IntegrationStatus run(const double* w, bool sensitivities);
+  IntegrationStatus choose_mode();
+  IntegrationStatus judge_start(int mode);
+  IntegrationStatus settle(bool after_jump, int partner, bool left_sliding, int fired);
+  IntegrationStatus flow(bool& finished);
+  IntegrationStatus fire(int guard);
+  IntegrationStatus enter_sliding(int guard);
+  void hold_instant();
+  bool moves_away(int mode, int guard);
+  IntegrationStatus project();
+  IntegrationStatus watch_accumulation(const OutgoingGuard& guard);
+  IntegrationStatus fail(IntegrationStatus status, int guard = -1);
+  double time_at(double s) const { return t0_ + s * h_; }
+  int states() const { return problem().arguments.nx; }
+
+  struct Failure {
+    IntegrationStatus status = IntegrationStatus::success;
+    double time = 0.0;
+    int mode = -1, guard = -1;
+  };
+  // Of one guard function: when it fired, for the test of accumulation.
+  struct Repetition {
+    double last = -1.0, gap = -1.0, ratio = -1.0;
+    int regular = 0;
+  };
+
+  HybridModes modes_;
+  GuardEvaluator guards_;
+  std::unique_ptr<FlowStepper> stepper_;
+  EventLocator locator_;
+  std::vector<GuardSide> sides_;
+  std::vector<GuardSample> samples_;
+  std::vector<HybridEvent>* recorded_ = nullptr;
+  int given_mode_ = -1;
+
+  double t0_ = 0.0, h_ = 0.0, s_ = 0.0;
+  int mode_ = 0, events_ = 0;
+  bool sensitivities_ = false;
+  Failure failure_;
+  std::vector<std::vector<Repetition>> repetitions_;  // per mode and guard
+  std::vector<double> y_, ahead_, slope_, z_, phi_, entries_, reset_slope_, guard_slope_;
+  std::vector<double> moving_;
+  RowMajorMatrix total_, held_, guard_row_, reset_rows_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,20 @@
+// The schemes that integrate intervals with events.
+#pragma once
+
+#include <memory>
+
+#include "integrators/cvodes.hpp"
+#include "integrators/hybrid_integrator.hpp"
+#include "integrators/runge_kutta.hpp"
+
+namespace saltus {
+
+std::unique_ptr<Integrator> hybrid_runge_kutta(const IntervalProblem& problem,
+                                               const ButcherTableau& tableau, int steps);
+std::unique_ptr<Integrator> hybrid_cvodes(const IntervalProblem& problem,
+                                          const CvodesOptions& options);
+
+/// For schemes that do not integrate events. Throws DefinitionError naming those that do.
+void refuse_events(const IntervalProblem& problem, const char* scheme);
+
+}  // namespace saltus

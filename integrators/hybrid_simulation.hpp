@@ -1,0 +1,53 @@
+// Simulation of a hybrid system: states at requested times, every event with its derivatives, and
+// the derivative of the end. The mode is carried along from interval to interval.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "framework/model/integrator.hpp"
+
+namespace saltus {
+
+enum class EventKind {
+  crosses,  ///< another field, the state goes on
+  jumps,    ///< the state is reset
+  slides,   ///< sliding begins
+  leaves,   ///< sliding ends
+};
+const char* describe(EventKind kind);
+
+/// An event as it happened.
+struct HybridEvent {
+  double time = 0.0;  ///< s
+  EventKind kind = EventKind::crosses;
+  std::string name, mode_before, mode_after;
+  VectorXd before, after;  ///< x-, x+
+  /// d time / d w of the interval (x0 | c | p | t0 | h); those of a simulation: / d (x0 | p) of all
+  /// of it.
+  VectorXd time_derivative;
+};
+
+struct HybridSimulation {
+  IntegrationStatus status = IntegrationStatus::success;
+  std::string message;  ///< a sentence; on failure with time, mode and event
+  int intervals = 0;    ///< integrated successfully
+  VectorXd times;       ///< as given, n + 1
+  MatrixXd states;      ///< nx x (n + 1), behind an event at that time; NaN after a failure
+  MatrixXd costs;       ///< nq x (n + 1), accumulated from the first time on
+  std::vector<HybridEvent> events;
+  std::string end_mode;
+  MatrixXd derivative;  ///< d (x | q)(end) / d (x0 | p), (nx + nq) x (nx + np)
+};
+
+/// Integrates `problem`, which must have events, from times[0] to times[n], which must not
+/// decrease, from x0 (nx), with the inputs of `coefficients` (coefficients() x n) between times.
+/// `start_mode` names the mode at the start; empty: the one that follows from the state.
+/// Throws DefinitionError when sizes do not match, times decrease, the mode does not exist or the
+/// scheme does not handle events.
+HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem problem,
+                                 const VectorRef& x0, const VectorRef& times,
+                                 const Eigen::Ref<const MatrixXd>& coefficients,
+                                 const VectorRef& parameters, const std::string& start_mode = {});
+
+}  // namespace saltus
