@@ -130,6 +130,11 @@ void check_window(const PhaseDefinition& phase, const Window& window, const Sche
                   const std::string& what) {
   check_instant(phase, window.from, schedule, what);
   check_instant(phase, window.to, schedule, what);
+  try {
+    schedule.mask_of(window.modes);
+  } catch (const DefinitionError& e) {
+    throw DefinitionError(fmt::format("phase '{}', {}: {}", phase.name, what, e.what()));
+  }
   if (window.from && window.to && !window.from->is_event() && !window.to->is_event() &&
       !(window.from->seconds() < window.to->seconds()))
     throw DefinitionError(fmt::format("phase '{}', {}: the window [{}, {}) s is empty", phase.name,

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 #include "framework/core/error.hpp"
@@ -12,64 +12,214 @@
 namespace saltus {
 namespace {
 
-void check_order(const std::vector<Event>& events) {
+constexpr std::size_t most_modes = 64;  // bits of a mask
+
+[[noreturn]] void fail(const std::string& what) { throw DefinitionError("schedule: " + what); }
+
+std::string suggestion(std::string_view given, const std::vector<std::string>& known) {
+  const std::string near = nearest_name(given, known);
+  return near.empty() ? "" : "; did you mean '" + near + "'?";
+}
+
+void check_time(std::string_view event, double time) {
+  if (std::isnan(time)) fail(fmt::format("event '{}' has time NaN", event));
+}
+
+void check_pair(const Event& before, const Event& after) {
+  if (after.time < before.time)
+    fail(
+        fmt::format("event '{}' at {} s comes after event '{}' at {} s in the order of "
+                    "modes, so its time must not be smaller",
+                    after.name.view(), after.time, before.name.view(), before.time));
+}
+
+void check_order(std::span<const Event> events) {
   for (std::size_t i = 0; i < events.size(); ++i) {
-    if (std::isnan(events[i].time))
-      throw DefinitionError(fmt::format("schedule: event '{}' has time NaN", events[i].name));
-    if (i > 0 && events[i].time < events[i - 1].time)
-      throw DefinitionError(
-          fmt::format("schedule: event '{}' at {} s comes after event '{}' at {} s in the order of "
-                      "modes, so its time must not be smaller",
-                      events[i].name, events[i].time, events[i - 1].name, events[i - 1].time));
+    check_time(events[i].name, events[i].time);
+    if (i > 0) check_pair(events[i - 1], events[i]);
   }
 }
 
 }  // namespace
 
 Schedule::Schedule(std::vector<std::string> modes, std::vector<Event> events)
-    : modes_(std::move(modes)), events_(std::move(events)) {
-  if (modes_.size() != events_.size() + 1)
-    throw DefinitionError(
-        fmt::format("schedule: {} modes need {} events between them, but {} were given",
-                    modes_.size(), modes_.empty() ? 0 : modes_.size() - 1, events_.size()));
-  std::set<std::string> names;
-  for (const Event& e : events_)
-    if (!names.insert(e.name).second)
-      throw DefinitionError(fmt::format("schedule: two events are called '{}'", e.name));
-  check_order(events_);
+    : events_(std::move(events)), count_(events_.size()) {
+  if (modes.size() != count_ + 1)
+    fail(fmt::format("{} modes need {} events between them, but {} were given", modes.size(),
+                     modes.empty() ? 0 : modes.size() - 1, count_));
+  for (std::size_t i = 0; i < count_; ++i)
+    if (index_of(events_[i].name) != static_cast<int>(i))
+      fail(fmt::format("two events are called '{}'", events_[i].name.view()));
+  check_order(this->events());
+  declare(modes);
+  for (const std::string& mode : modes) sequence_.push_back(number_of(mode));
+}
+
+Schedule& Schedule::declare(const std::vector<std::string>& modes) {
+  std::vector<std::string> names = *names_;
+  for (const std::string& mode : modes)
+    if (std::find(names.begin(), names.end(), mode) == names.end()) names.push_back(mode);
+  if (names.size() > most_modes)
+    fail(fmt::format("{} different modes, but there may be at most {}", names.size(), most_modes));
+  names_ = std::make_shared<const std::vector<std::string>>(std::move(names));
+  return *this;
+}
+
+Schedule& Schedule::reserve(int events) {
+  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  if (events < static_cast<int>(count_))
+    fail(fmt::format("room for {} events, but it has {} already", events, count_));
+  events_.resize(events);
+  sequence_.resize(events + 1);
+  return *this;
 }
 
 int Schedule::index_of(std::string_view event) const {
-  for (std::size_t i = 0; i < events_.size(); ++i)
-    if (events_[i].name == event) return static_cast<int>(i);
+  for (std::size_t i = 0; i < count_; ++i)
+    if (events_[i].name.view() == event) return static_cast<int>(i);
   std::vector<std::string> names;
-  for (const Event& e : events_) names.push_back(e.name);
-  const std::string near = nearest_name(event, names);
-  throw DefinitionError(fmt::format("schedule: there is no event '{}'{}", event,
-                                    near.empty() ? "" : "; did you mean '" + near + "'?"));
+  for (const Event& e : events()) names.push_back(e.name.str());
+  fail(fmt::format("there is no event '{}'{}", event, suggestion(event, names)));
+}
+
+bool Schedule::contains(std::string_view event) const {
+  return std::any_of(events().begin(), events().end(),
+                     [&](const Event& e) { return e.name.view() == event; });
+}
+
+int Schedule::number_of(std::string_view mode) const {
+  const auto found = std::find(names_->begin(), names_->end(), mode);
+  if (found == names_->end())
+    fail(fmt::format("there is no mode '{}'{}", mode, suggestion(mode, *names_)));
+  return static_cast<int>(found - names_->begin());
+}
+
+std::uint64_t Schedule::mask_of(std::span<const std::string> modes) const {
+  std::uint64_t mask = 0;
+  for (const std::string& mode : modes) mask |= std::uint64_t{1} << number_of(mode);
+  return mask;
 }
 
 double Schedule::time_of(std::string_view event) const { return events_[index_of(event)].time; }
 
 const std::string& Schedule::mode_at(double t) const {
-  std::size_t mode = 0;
-  while (mode < events_.size() && events_[mode].time <= t) ++mode;
-  return modes_[mode];
+  int i = 0;
+  while (i < static_cast<int>(count_) && events_[i].time <= t) ++i;
+  return mode(i);
+}
+
+// --- edits --------------------------------------------------------------------------------------
+
+void Schedule::insert(std::string_view mode, std::string_view event, double time) {
+  const int number = number_of(mode);
+  const Event added{event, time};
+  check_time(event, time);
+  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  if (contains(event)) fail(fmt::format("two events are called '{}'", event));
+  if (count_ == events_.size())
+    fail(
+        fmt::format("event '{}' with mode '{}' would be number {}, but the declared capacity is "
+                    "{}; ask for more with reserve()",
+                    event, mode, count_ + 1, events_.size()));
+  std::size_t at = count_++;
+  for (; at > 0 && events_[at - 1].time > time; --at) {
+    events_[at] = events_[at - 1];
+    sequence_[at + 1] = sequence_[at];
+  }
+  events_[at] = added;
+  sequence_[at + 1] = number;
+}
+
+void Schedule::erase(std::string_view event) {
+  const auto at = static_cast<std::size_t>(index_of(event));
+  for (std::size_t i = at; i + 1 < count_; ++i) {
+    events_[i] = events_[i + 1];
+    sequence_[i + 1] = sequence_[i + 2];
+  }
+  --count_;
+}
+
+void Schedule::replace(std::string_view event, std::string_view mode) {
+  const int at = index_of(event);
+  sequence_[at + 1] = number_of(mode);
+}
+
+void Schedule::replace_first(std::string_view mode) {
+  const int number = number_of(mode);
+  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  sequence_[0] = number;
+}
+
+void Schedule::forget_until(double t) {
+  std::size_t over = 0;
+  while (over < count_ && events_[over].time <= t) ++over;
+  if (over == 0) return;
+  for (std::size_t i = over; i < count_; ++i) events_[i - over] = events_[i];
+  for (std::size_t i = over; i <= count_; ++i) sequence_[i - over] = sequence_[i];
+  count_ -= over;
 }
 
 void Schedule::retime(std::string_view event, double time) {
   const int i = index_of(event);
   const double old = std::exchange(events_[i].time, time);
   try {
-    check_order(events_);
+    check_order(events());
   } catch (...) {
     events_[i].time = old;
     throw;
   }
 }
 
+void Schedule::retime_from(std::string_view event, double time) {
+  const auto first = static_cast<std::size_t>(index_of(event));
+  check_time(event, time);
+  if (first > 0) check_pair(events_[first - 1], {event, time});
+  const double later = time - events_[first].time;
+  // What lies infinitely far away stays there; order is kept in spite of rounding.
+  double before = events_[first].time = time;
+  for (std::size_t i = first + 1; i < count_; ++i) {
+    if (std::isfinite(later)) events_[i].time += later;
+    before = events_[i].time = std::max(events_[i].time, before);
+  }
+}
+
+void Schedule::confirm(std::string_view event, double time) {
+  const int at = index_of(event);
+  check_time(event, time);
+  for (int i = 0; i < at; ++i) events_[i].time = std::min(events_[i].time, time);
+  retime_from(event, time);
+}
+
+void Schedule::hold(std::string_view event, double now, double lead) {
+  if (!(std::isfinite(now) && lead >= 0.0 && std::isfinite(lead)))
+    fail(
+        fmt::format("event '{}' cannot be held {} s ahead of {} s: expected numbers and a lead "
+                    "that is not negative",
+                    event, lead, now));
+  if (time_of(event) < now + lead) retime_from(event, now + lead);
+}
+
 void Schedule::shift(double elapsed) {
-  for (Event& e : events_) e.time -= elapsed;
+  for (std::size_t i = 0; i < count_; ++i) events_[i].time -= elapsed;
+}
+
+void Schedule::adopt(const Schedule& other) {
+  if (&other == this) return;
+  if (other.count_ > events_.size())
+    fail(
+        fmt::format("it has {} events, but the declared capacity is {}; ask for more with "
+                    "reserve()",
+                    other.count_, events_.size()));
+  if (other.sequence_.empty() != sequence_.empty())
+    fail("a schedule with modes cannot take the place of one without, nor the reverse");
+  if (sequence_.empty()) return;
+  if (other.names_ != names_)
+    for (std::size_t i = 0; i <= other.count_; ++i) number_of(other.mode(static_cast<int>(i)));
+  count_ = other.count_;
+  std::copy_n(other.events_.begin(), count_, events_.begin());
+  for (std::size_t i = 0; i <= count_; ++i)
+    sequence_[i] =
+        other.names_ == names_ ? other.sequence_[i] : number_of(other.mode(static_cast<int>(i)));
 }
 
 }  // namespace saltus

@@ -1,9 +1,11 @@
 // When does a term act? Instants, and the window between two of them.
 #pragma once
 
+#include <concepts>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace saltus {
 
@@ -33,14 +35,22 @@ enum class Clock { phase, absolute };
 /// The half-open interval [from, to). Conventions, see framework/design/conventions.md:
 /// inputs and running costs act in [from, to); a window without `to` includes the end of the
 /// phase; a constraint on states alone also holds at the left limit of `to`. Without `from` the
-/// window opens with the phase.
+/// window opens with the phase. With `modes` the window is cut down to where one of them is in
+/// force: one half-open interval from event to event for each time that a mode occurs.
 struct Window {
   std::optional<Instant> from = std::nullopt;
   std::optional<Instant> to = std::nullopt;
   Clock clock = Clock::phase;
+  std::vector<std::string> modes = {};  ///< names that the problem's Schedule knows; empty: any
 
-  bool is_whole() const { return !from && !to; }
+  bool is_whole() const { return !from && !to && modes.empty(); }
 };
+
+/// While one of these modes is in force, however often they occur: during("left", "both").
+template <std::convertible_to<std::string>... Names>
+requires(sizeof...(Names) > 0) Window during(Names... modes) {
+  return {.modes = {std::string(std::move(modes))...}};
+}
 
 /// Instants of time closer than this (s) are one instant: an event this close to a node is that
 /// node. Far below any sampling time in use, far above the rounding of times in double precision.

@@ -5,19 +5,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "framework/core/error.hpp"
 
 namespace saltus {
 namespace {
 
+// visit(window, describe) with a function that makes the name of whose it is.
 template <class Visit>
 void for_each_window(const PhaseDefinition& phase, Visit&& visit) {
-  for (const Term& t : phase.terms) visit(t.window, "term '" + t.name + "'");
+  for (const Term& t : phase.terms) visit(t.window, [&] { return "term '" + t.name + "'"; });
   for (const ComponentBounds& b : phase.input_bounds)
-    visit(b.window, fmt::format("input {}", b.component));
+    visit(b.window, [&] { return fmt::format("input {}", b.component); });
   for (const ComponentBounds& b : phase.state_bounds)
-    visit(b.window, fmt::format("state {}", b.component));
+    visit(b.window, [&] { return fmt::format("state {}", b.component); });
 }
 
 }  // namespace
@@ -38,9 +40,8 @@ Grid::Grid(const OptimalControlProblem& problem, const std::vector<int>& base_in
     collect_instants(phase, grid);
     if (grid.is_free) place_free(grid, phase);
     known_start = known_start && !grid.is_free;
-    const int slots = grid.is_free ? 0 : static_cast<int>(grid.slots.size());
     if (!grid.is_free) {
-      grid.intervals.resize(grid.base_intervals + slots);
+      grid.intervals.resize(grid.base_intervals + grid.slots.size() + grid.cuts.size());
       grid.offsets.resize(grid.intervals.size() + 1);
       grid.event_node.resize(grid.intervals.size() + 1);
     }
@@ -79,10 +80,40 @@ void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const
     grid.slots.push_back(*instant);
     grid.clocks.push_back(clock);
   };
-  for_each_window(phase, [&](const Window& window, const std::string& who) {
+  for_each_window(phase, [&](const Window& window, const auto& describe) {
+    const std::string who = describe();
+    if (!window.modes.empty()) {
+      if (!grid.has_known_start || grid.is_free)
+        throw DefinitionError(fmt::format(
+            "phase '{}', {}: its window refers to the mode '{}', but the start or the duration of "
+            "the phase is free; use phase time",
+            phase.name, who, window.modes.front()));
+      grid.has_modes = true;
+    }
     add(window.from, window.clock, who);
     add(window.to, window.clock, who);
   });
+  if (!grid.has_modes) return;
+  grid.cuts.resize(schedule_.capacity());
+  for (std::size_t i = grid.slots.size(); i-- > 0;)  // among the cuts anyway
+    if (grid.slots[i].is_event()) {
+      grid.slots.erase(grid.slots.begin() + static_cast<std::ptrdiff_t>(i));
+      grid.clocks.erase(grid.clocks.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+}
+
+void Grid::check_events(const OptimalControlProblem& problem, const Schedule& schedule) {
+  for (const PhaseDefinition& phase : problem.phases()) {
+    const auto check = [&](const Window& window, const auto& describe) {
+      for (const std::optional<Instant>* instant : {&window.from, &window.to})
+        if (*instant && (*instant)->is_event() && !schedule.contains((*instant)->event()))
+          throw DefinitionError(
+              fmt::format("phase '{}', {}: its window refers to event '{}', which is not in the "
+                          "new schedule",
+                          phase.name, describe(), (*instant)->event()));
+    };
+    for_each_window(phase, check);
+  }
 }
 
 double Grid::nominal_length(int phase) const {
@@ -107,13 +138,31 @@ double Grid::snap(const PhaseGrid& grid, double offset) {
 }
 
 void Grid::place(const Schedule& schedule, double start_time) {
-  schedule_ = schedule;
+  schedule_.adopt(schedule);
   double start = start_time;
   for (PhaseGrid& grid : phases_) {
     grid.start = start;
     if (!grid.is_free) place_fixed(grid);
     start += grid.duration;
   }
+}
+
+// Puts a node at an offset, which may lie outside the phase; returns the offset that it got.
+double Grid::insert_node(PhaseGrid& grid, std::size_t& count, double at) {
+  const bool inside = at >= 0.0 && at <= grid.duration;
+  const double wanted = at;
+  at = std::clamp(at, 0.0, grid.duration);
+  // Two events closer than an instant are one.
+  for (std::size_t i = 0; i < count; ++i)
+    if (std::abs(grid.offsets[i] - at) <= same_instant) at = grid.offsets[i];
+  std::size_t i = count++;
+  for (; i > 0 && grid.offsets[i - 1] > at; --i) {
+    grid.offsets[i] = grid.offsets[i - 1];
+    grid.event_node[i] = grid.event_node[i - 1];
+  }
+  grid.offsets[i] = at;
+  grid.event_node[i] = inside ? 1 : 0;
+  return inside ? at : wanted;
 }
 
 void Grid::place_fixed(PhaseGrid& grid) {
@@ -125,21 +174,12 @@ void Grid::place_fixed(PhaseGrid& grid) {
     grid.offsets[count] = T * i / n;
     grid.event_node[count++] = 0;
   }
-  for (std::size_t s = 0; s < grid.slots.size(); ++s) {
-    double at = snap(grid, instant_offset(grid, grid.slots[s], grid.clocks[s]));
-    const bool inside = at >= 0.0 && at <= T;
-    at = std::clamp(at, 0.0, T);
-    // Two events closer than an instant are one.
-    for (std::size_t i = 0; i < count; ++i)
-      if (std::abs(grid.offsets[i] - at) <= same_instant) at = grid.offsets[i];
-    std::size_t i = count++;
-    for (; i > 0 && grid.offsets[i - 1] > at; --i) {
-      grid.offsets[i] = grid.offsets[i - 1];
-      grid.event_node[i] = grid.event_node[i - 1];
-    }
-    grid.offsets[i] = at;
-    grid.event_node[i] = inside ? 1 : 0;
-  }
+  for (std::size_t s = 0; s < grid.slots.size(); ++s)
+    insert_node(grid, count, snap(grid, instant_offset(grid, grid.slots[s], grid.clocks[s])));
+  const std::span<const Event> events = schedule_.events();
+  for (std::size_t i = 0; i < grid.cuts.size(); ++i)  // without an event: an empty slot at the end
+    grid.cuts[i] = insert_node(
+        grid, count, i < events.size() ? snap(grid, events[i].time - grid.start) : infinity);
   for (const double mark : grid.marks)
     for (std::size_t i = 0; i < count; ++i)
       if (std::abs(grid.offsets[i] - mark) <= same_instant) grid.event_node[i] = 1;
@@ -200,25 +240,45 @@ PhaseWindow Grid::resolve(int phase, const Window& window) const {
   PhaseWindow result{-infinity, infinity};
   if (window.from) result.from = snap(grid, instant_offset(grid, *window.from, window.clock));
   if (window.to) result.to = snap(grid, instant_offset(grid, *window.to, window.clock));
+  result.modes = schedule_.mask_of(window.modes);
   return result;
 }
 
 double Grid::node_offset(int phase, int node) const { return phases_[phase].offsets[node]; }
 
+// Whether `visit` holds for one of the intervals [from, to) that the window consists of.
+template <class Visit>
+bool Grid::any_span(const PhaseGrid& grid, const PhaseWindow& window, Visit&& visit) const {
+  if (window.modes == 0) return visit(window.from, window.to);
+  const int last = static_cast<int>(schedule_.events().size());
+  for (int i = 0; i <= last; ++i) {
+    if (!(window.modes >> schedule_.number_of_mode(i) & 1)) continue;
+    const double from = std::max(window.from, i > 0 ? grid.cuts[i - 1] : -infinity);
+    const double to = std::min(window.to, i < last ? grid.cuts[i] : infinity);
+    // Limits of a mode and of the window that are one node may differ by less than an instant.
+    if (to - from > same_instant && visit(from, to)) return true;
+  }
+  return false;
+}
+
 bool Grid::interval_in(int phase, int k, const PhaseWindow& window) const {
   const PhaseGrid& grid = phases_[phase];
   if (grid.intervals[k].is_empty()) return false;
   constexpr double slack = 0.999 * same_instant;  // distinct nodes are farther apart
-  return grid.offsets[k] >= window.from - slack && grid.offsets[k + 1] <= window.to + slack;
+  return any_span(grid, window, [&](double from, double to) {
+    return grid.offsets[k] >= from - slack && grid.offsets[k + 1] <= to + slack;
+  });
 }
 
 bool Grid::node_in(int phase, int node, const PhaseWindow& window) const {
   const PhaseGrid& grid = phases_[phase];
   const bool superseded =
       node + 1 < static_cast<int>(grid.offsets.size()) && grid.intervals[node].is_empty();
-  if (superseded || !(window.from < window.to)) return false;
+  if (superseded) return false;
   constexpr double slack = 0.999 * same_instant;
-  return grid.offsets[node] >= window.from - slack && grid.offsets[node] <= window.to + slack;
+  return any_span(grid, window, [&](double from, double to) {
+    return from < to && grid.offsets[node] >= from - slack && grid.offsets[node] <= to + slack;
+  });
 }
 
 }  // namespace saltus

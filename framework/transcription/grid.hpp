@@ -2,6 +2,7 @@
 // of constant size.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "framework/ocp/problem.hpp"
@@ -25,10 +26,12 @@ struct GridInterval {
 struct PhaseWindow {
   double from = 0.0;
   double to = infinity;
+  std::uint64_t modes = 0;  ///< bits of Schedule::mask_of; 0: whatever the mode
 };
 
 /// Intervals of all phases. The number per phase is fixed at construction: the base intervals and
-/// one slot for every instant a window names. place() moves the events, never the sizes.
+/// one slot for every instant a window names; where a window names a mode, one slot for every event
+/// that the schedule has room for. place() moves the events, never the sizes.
 class Grid {
  public:
   /// `base_intervals[j]` >= 1. Throws DefinitionError when a window of a phase with unknown start
@@ -49,6 +52,10 @@ class Grid {
   /// Recomputes the nodes of fixed phases for new event times or a new start time. No allocation.
   void place(const Schedule& schedule, double start_time);
 
+  /// Throws DefinitionError, naming phase, term and event, when a window names an event that is
+  /// not in the schedule.
+  static void check_events(const OptimalControlProblem& problem, const Schedule& schedule);
+
   PhaseWindow resolve(int phase, const Window& window) const;
   /// Running costs and inputs: the interval lies in [from, to). Empty intervals are in no window.
   bool interval_in(int phase, int k, const PhaseWindow& window) const;
@@ -68,6 +75,8 @@ class Grid {
     std::vector<Instant> slots;   // instants with a slot of their own
     std::vector<Clock> clocks;    // of each slot
     std::vector<double> marks;    // fixed instants that coincide with base nodes
+    bool has_modes = false;       // every event of the live schedule cuts
+    std::vector<double> cuts;     // where they do, rounded to nodes; outside the phase as they are
     std::vector<double> offsets;  // of the nodes, at the reference duration
     std::vector<char> event_node;
     std::vector<GridInterval> intervals;
@@ -75,6 +84,9 @@ class Grid {
 
   void collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const;
   void place_fixed(PhaseGrid& grid);
+  static double insert_node(PhaseGrid& grid, std::size_t& count, double at);
+  template <class Visit>
+  bool any_span(const PhaseGrid& grid, const PhaseWindow& window, Visit&& visit) const;
   void place_free(PhaseGrid& grid, const PhaseDefinition& phase);
   double instant_offset(const PhaseGrid& grid, const Instant& instant, Clock clock) const;
   static double snap(const PhaseGrid& grid, double offset);

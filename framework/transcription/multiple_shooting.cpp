@@ -147,13 +147,13 @@ void MultipleShooting::retime(std::string_view event, double time) {
 }
 
 void MultipleShooting::set_schedule(const Schedule& schedule) {
-  for (const Event& e : problem().schedule().events()) schedule.index_of(e.name);
-  program_->schedule_before = problem().schedule();
-  program_->problem().editable_schedule() = schedule;
+  Grid::check_events(problem(), schedule);
+  program_->schedule_before.adopt(problem().schedule());
+  program_->problem().editable_schedule().adopt(schedule);
   try {
     replace_grid();
   } catch (const DefinitionError&) {  // bounds of different windows now exclude one another
-    program_->problem().editable_schedule() = program_->schedule_before;
+    program_->problem().editable_schedule().adopt(program_->schedule_before);
     replace_grid();
     throw;
   }

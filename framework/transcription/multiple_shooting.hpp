@@ -50,6 +50,8 @@ class MultipleShooting {
   void start_time(double t);
   void set_data(std::string_view parameter, const VectorRef& value);
   void retime(std::string_view event, double time);
+  /// Other events, modes and times, within the modes and the capacity that the problem's schedule
+  /// declares. Events that windows name must be there.
   void set_schedule(const Schedule& schedule);
   /// The input applied before the horizon, for penalise_change(); until given, the first interval
   /// is not charged. NaN marks an entry that did not exist then: it is not charged either.

@@ -43,6 +43,7 @@ ShootingProgram::ShootingProgram(OptimalControlProblem problem,
                                  const IntegratorChoice& integrator)
     : start_time(problem.start_time()),
       start_bounds(problem.start_bounds()),
+      schedule_before(problem.schedule()),
       problem_(std::move(problem)),
       grid_(problem_, base_intervals),
       layout_(problem_, grid_, *this) {
