@@ -13,6 +13,7 @@ QpSolverFactory riccati_qp_solver(const MultipleShooting& shooting, RiccatiOptio
     RiccatiOptions all = options;
     all.tolerance = asked.tolerance;
     all.max_iterations = asked.max_iterations;
+    all.convex = asked.convex;
     return make_staged_qp_solver(SparseQp(hessian, rows), structure,
                                  [all, kernels](const StageQp& capacity) {
                                    return make_riccati_solver(capacity, all, kernels);

@@ -9,6 +9,7 @@
 #include "framework/qp/ipm_certificates.hpp"
 #include "framework/qp/ipm_convergence.hpp"
 #include "framework/qp/ipm_corrector.hpp"
+#include "framework/qp/ipm_inertia.hpp"
 #include "framework/qp/ipm_iterate.hpp"
 #include "framework/qp/ipm_newton.hpp"
 #include "framework/qp/ipm_residuals.hpp"
@@ -120,6 +121,8 @@ class InteriorPoint {
     least_mu_ = infinite;
     steps_without_fall_ = 0;
     last_step_ = 1.0;
+    system.expect_convex(options.convex);
+    inertia_.reset(options.convex);
     residuals_.reset(system);
     convergence_.reset(options.tolerance);
   }
@@ -133,8 +136,14 @@ class InteriorPoint {
 
   bool begin(System& system, const QpOptions& options, bool warm) {
     if (warm) return begin_warm(system, options);
-    if (options.start == QpStart::least_squares)
-      return start_least_squares(system, point_, work_, gradient_, equality_);
+    if (options.start == QpStart::least_squares) {
+      const bool factored = inertia_.correct([&](double shift) {
+        system.set_shift(shift);
+        return system.factor(system.active());
+      });
+      if (factored) start_least_squares(system, point_, work_, gradient_, equality_);
+      return factored;
+    }
     start_at_guess(system, options.start_barrier, point_, work_);
     return true;
   }
@@ -145,7 +154,7 @@ class InteriorPoint {
     residuals_.reset(system);
     lift_products(system, options.warm_barrier, point_, work_);
     residuals_.evaluate(system, point_);
-    if (!newton_.factor(system, point_, /*careful=*/false)) return false;
+    if (!factor(system, /*careful=*/false)) return false;
     predictor_target(system, point_, target_);
     newton_.solve(system, point_, residuals_.at_point(), target_, step_);
     add(point_.v, step_.v, 1.0, 0, system.variables());
@@ -158,6 +167,13 @@ class InteriorPoint {
         point_, work_);
     residuals_.reset(system);
     return true;
+  }
+
+  bool factor(System& system, bool careful) {
+    const bool done = inertia_.correct(
+        [&](double shift) { return newton_.factor(system, point_, careful, shift); });
+    if (inertia_.shift() > 0.0) residuals_.distrust();
+    return done;
   }
 
   // The last step points where the iterates run to, even before they have got there.
@@ -177,7 +193,7 @@ class InteriorPoint {
   bool advance(System& system) {
     const Residuals& r = residuals_.at_point();
     const int soft = system.first_soft(), sides = system.sides();
-    if (!newton_.factor(system, point_, residuals_.lost_digits())) return false;
+    if (!factor(system, residuals_.lost_digits())) return false;
     // Predictor: all products to zero.
     predictor_target(system, point_, target_);
     newton_.solve(system, point_, r, target_, step_);
@@ -249,6 +265,7 @@ class InteriorPoint {
   Convergence<System> convergence_;
   NewtonStep<System> newton_;
   AlignedArray work_, gradient_, equality_;
+  InertiaCorrection inertia_;
   CertificateSpace certificates_;
   int caution_ = 0;
   double least_mu_ = infinite, last_step_ = 1.0;

@@ -35,8 +35,10 @@ class NewtonStep {
         best_(variables, equalities, sides) {}
 
   /// For the steps from this iterate, which are refined where weights are large or `careful` says
-  /// so; false when the factorisation broke down.
-  bool factor(System& system, const Iterate& p, bool careful) {
+  /// so; false as system.factor() says, which adds shift I to H.
+  bool factor(System& system, const Iterate& p, bool careful, double shift = 0.0) {
+    shift_ = shift;
+    system.set_shift(shift);
     stiff_ = weigh(system, p, weights_) > stiff_weight || careful;
     return stiff_ ? factor_lifted(system) : system.factor(weights_.data());
   }
@@ -150,6 +152,8 @@ class NewtonStep {
       accumulate(step.y, correction_y_, equalities);
       system.apply(step.v.data(), step.y.data(), step.lambda.data(), residual_v_.data(),
                    residual_y_.data(), side_residual_.data());
+      for (int i = 0; i < variables && shift_ > 0.0; i += lanes)
+        store(&residual_v_[i], load(&residual_v_[i]) + load(&step.v[i]) * shift_);
     }
   }
 
@@ -167,6 +171,7 @@ class NewtonStep {
   AlignedArray residual_v_, correction_v_, residual_y_, correction_y_;
   Iterate best_;
   bool stiff_ = false;
+  double shift_ = 0.0;
   int level_ = 0;
 };
 

@@ -31,6 +31,8 @@ class ResidualTracker {
     for (int i = 0; i < system.sides(); ++i)
       products_ += system.active()[i] * (i < system.first_soft() ? 1.0 : 2.0);
   }
+  /// The next step leaves other residuals than follow() takes for granted.
+  void distrust() { known_ = false; }
   /// Whether rows were met worse after a step than they should have been: digits were lost.
   bool lost_digits() const { return lost_digits_; }
   /// How many s lambda and t tau there are.

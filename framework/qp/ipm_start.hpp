@@ -33,9 +33,9 @@ void start_at_guess(System& system, double barrier, Iterate& point, AlignedArray
 
 /// Mehrotra's start, which needs no guess: the point that meets the sides best in the least-squares
 /// sense, its distances to them taken as slacks and, with the other sign, as multipliers, and both
-/// shifted until they are positive. False when the factorisation broke down.
+/// shifted until they are positive. The system was factored with weights of 1.
 template <class System>
-bool start_least_squares(System& system, Iterate& point, AlignedArray& work, AlignedArray& gradient,
+void start_least_squares(System& system, Iterate& point, AlignedArray& work, AlignedArray& gradient,
                          AlignedArray& equality) {
   const int sides = system.sides(), variables = system.variables();
   for (int i = 0; i < variables; ++i) point.v[i] = 0.0;
@@ -45,7 +45,6 @@ bool start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
                   equality.data(), work.data());
   system.multiply_transposed(system.beta(), point.v.data());
   for (int i = 0; i < variables; ++i) gradient[i] -= point.v[i];
-  if (!system.factor(system.active())) return false;
   system.solve(gradient.data(), equality.data(), point.v.data(), point.y.data());
   system.multiply(point.v.data(), work.data());
   double least = 0.0, most = 0.0;
@@ -82,7 +81,6 @@ bool start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
     point.lambda[i] = 0.5 * price;
     point.tau[i] = 0.5 * price;
   }
-  return true;
 }
 
 /// Slacks as v leaves them. False where a side is missed, or a product left, by more than the

@@ -30,9 +30,14 @@ concept KktSystem = requires(T system, const double* in, double* out) {
   system.apply(in, in, in, out, out, out);
   // 1/2 v'Hv + g'v.
   { system.cost(in) } -> std::convertible_to<double>;
-  // Prepares solve() for the weights of the sides; false when the factor broke down.
+  // Whether H is convex where E v = e; if not, a multiple of I is added to it by factor() and
+  // solve(), and by nobody else.
+  system.expect_convex(bool());
+  system.set_shift(double());
+  // Prepares solve() for the weights of the sides; false when the factor broke down, and where no
+  // convexity is expected also when H + shift I + G'WG is not convex where E v = 0.
   { system.factor(in) } -> std::convertible_to<bool>;
-  // Solves (H + G'WG) dv + E'dy = -rv, E dv = -ry. Arguments: rv, ry, dv, dy.
+  // Solves (H + shift I + G'WG) dv + E'dy = -rv, E dv = -ry. Arguments: rv, ry, dv, dy.
   system.solve(in, in, out, out);
   // out = G in, and out = G' in.
   system.multiply(in, out);

@@ -34,6 +34,8 @@ struct QpOptions {
   double start_barrier = 0.03;
   /// Smallest slack and multiplier of a warm start are chosen so that their products are this.
   double warm_barrier = 3e-3;
+  /// False: the Hessian may be indefinite, and a local solution is what is asked for.
+  bool convex = true;
 };
 
 struct QpResult {

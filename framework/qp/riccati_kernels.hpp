@@ -30,13 +30,16 @@ struct SweepStage {
   /// n x n, upper triangle: before factor() cost and barrier, after it P in the leading nx x nx
   /// (both triangles).
   double* M = nullptr;
-  double* L = nullptr;      ///< ld x nu: unit upper factor, without its diagonal
-  double* pivot = nullptr;  ///< nu: inverse pivots
-  double* p = nullptr;      ///< ld: gradient; after backward() of the cost to go, eliminated below
+  double* L = nullptr;       ///< ld x nu: unit upper factor, without its diagonal
+  double* pivot = nullptr;   ///< nu: inverse pivots
+  bool curves_down = false;  ///< set by factor() when it met a pivot that is clearly negative
+  double* p = nullptr;       ///< ld: gradient; after backward() of the cost to go, eliminated below
 };
 
 /// A pivot this small beside the diagonal it began as is nothing but rounding.
 inline constexpr double lost_digits = 1e-15;
+/// A pivot below minus this, relative to 1 + the diagonal it began as, is more than rounding.
+inline constexpr double clearly_negative = 1e-12;
 
 enum class Update { set, add, subtract };
 
@@ -176,6 +179,8 @@ struct RiccatiStage {
       double pivot = column[nx + j];
       // What rounding has left of a stiff direction: it stays where it is in this step.
       if (!(pivot > least_pivot + lost_digits * s.pivot[j])) {
+        if (pivot < -clearly_negative * (1.0 + (s.pivot[j] < 0.0 ? -s.pivot[j] : s.pivot[j])))
+          s.curves_down = true;
         pivot = s.pivot[j] > least_pivot ? s.pivot[j] : least_pivot;
       }
       const double inverse = 1.0 / pivot;

@@ -424,12 +424,17 @@ bool RiccatiSystem::factor(const double* weights) {
     SweepStage& w = p.sweep;
     const int n = w.nx + w.nu;
     for (int i = 0; i < w.ld * n; i += lanes) store(w.M + i, load(p.H + i));
-    for (int i = 0; i < n; ++i) w.M[i * (w.ld + 1)] += proximal_weight;
+    for (int i = 0; i < n; ++i) w.M[i * (w.ld + 1)] += proximal_weight + shift_;
     const int further = (p.parts - 1) * padded(w.nu) * w.nu;
     for (int i = 0; i < further; i += lanes) store(p.R_work + i, load(p.R + i));
+    for (int part = 1; part < p.parts && shift_ > 0.0; ++part)
+      for (int i = 0; i < w.nu; ++i)
+        p.R_work[(part - 1) * padded(w.nu) * w.nu + i * (padded(w.nu) + 1)] += shift_;
     add_rows(p, weights);
     if (p.parts > 1) factor_parts(p);
+    w.curves_down = false;
     p.kernel->factor(w, P, ld_P, work_.data(), least_pivot);
+    if (w.curves_down && !expects_convex_) return false;
     P = w.M;
     ld_P = w.ld;
     for (int j = 0; j < w.nu; ++j) check += w.pivot[j];
@@ -484,7 +489,8 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
       store(&side_work_[i], load(&side_work_[i]) * load(&weights_[i]));
     add_sides<1>(side_work_.data(), residual_v_.data());
     for (int i = 0; i < variables_; i += lanes)
-      store(&residual_v_[i], load(&residual_v_[i]) + load(gradient + i));
+      store(&residual_v_[i],
+            load(&residual_v_[i]) + load(gradient + i) + load(dv + i) * broadcast(shift_));
     for (int i = 0; i < equalities_; i += lanes)
       store(&residual_y_[i], load(&residual_y_[i]) + load(equality + i));
     solve_with_rows(residual_v_.data(), residual_y_.data(), correction_v_.data(),

@@ -93,6 +93,8 @@ class RiccatiSystem {
   void apply(const double* v, const double* y, const double* lambda, double* stationarity,
              double* equality, double* side);
   double cost(const double* v);
+  void expect_convex(bool convex) { expects_convex_ = convex; }
+  void set_shift(double shift) { shift_ = shift; }
   bool factor(const double* weights);
   void solve(const double* gradient, const double* equality, double* dv, double* dy);
   void multiply(const double* v, double* side);
@@ -129,7 +131,9 @@ class RiccatiSystem {
   int max_variables_ = 0, max_equalities_ = 0, max_sides_ = 0;
   int variables_ = 0, equalities_ = 0, sides_ = 0, first_soft_ = 0;
   double equality_price_ = 0.0;
+  double shift_ = 0.0;
   int reduced_stages_ = 0;
+  bool expects_convex_ = true;
   bool has_equality_rows_ = false, contradiction_ = false;
 };
 

@@ -114,7 +114,9 @@ void SparseLdl::set(int entry, double value) {
   static_cast<double*>(handle_->matrix->x)[handle_->slot[entry]] = value;
 }
 
-bool SparseLdl::factor() {
+// Calls visit(pivot, expected sign) for the pivots in turn, until it says false.
+template <class Visit>
+bool SparseLdl::factor_and_visit(Visit visit) {
   Handle& h = *handle_;
   const int n = rows();
   double no_shift[2] = {0.0, 0.0};
@@ -125,9 +127,22 @@ bool SparseLdl::factor() {
   const double* value = static_cast<const double*>(h.factor->x);
   for (int j = 0; j < n; ++j) {
     const double pivot = value[start[j]];  // the diagonal of L is 1, and its place holds D
-    if (!(pivot * h.signs[j] > 0.0) || !std::isfinite(pivot)) return false;
+    if (!std::isfinite(pivot) || !visit(pivot, h.signs[j])) return false;
   }
   return true;
+}
+
+bool SparseLdl::factor() {
+  return factor_and_visit([](double pivot, signed char sign) { return pivot * sign > 0.0; });
+}
+
+bool SparseLdl::factor_with_inertia() {
+  int surplus = 0;  // of positive pivots
+  return factor_and_visit([&](double pivot, signed char sign) {
+           surplus += (pivot > 0.0) - (sign > 0);
+           return pivot != 0.0;
+         }) &&
+         surplus == 0;
 }
 
 // Written out because cholmod_solve2 allocates anew in each call, whatever work space it is given.

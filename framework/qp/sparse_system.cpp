@@ -283,7 +283,9 @@ bool SparseSystem::factor(const double* weights) {
   }
   for (int i = n_; i < n_ + m_; ++i) diagonal_[i] = -1.0 / std::max(diagonal_[i], least_weight);
   for (const int row : equality_rows_) diagonal_[n_ + row] = 0.0;
+  diagonal_.head(n_).array() += shift_;
 
+  if (!expects_convex_) return factor_with(regularisations[level_]);
   for (std::size_t tried = 0; tried < regularisations.size(); ++tried) {
     if (factor_with(regularisations[level_])) return true;
     next_level();
@@ -301,7 +303,7 @@ bool SparseSystem::factor_with(double regularisation) {
   for (int i = 0; i < n_; ++i)
     ldl_.set(diagonal_slot_[i], hessian_diagonal_[i] + diagonal_[i] + rho);
   for (int i = n_; i < n_ + m_; ++i) ldl_.set(diagonal_slot_[i], diagonal_[i] - delta);
-  return ldl_.factor();
+  return expects_convex_ ? ldl_.factor() : ldl_.factor_with_inertia();
 }
 
 void SparseSystem::multiply_matrix(const double* x, double* out) const {

@@ -58,6 +58,8 @@ class SparseSystem {
   void apply(const double* v, const double* y, const double* lambda, double* stationarity,
              double* equality, double* side);
   double cost(const double* v);
+  void expect_convex(bool convex) { expects_convex_ = convex; }
+  void set_shift(double shift) { shift_ = shift; }
   bool factor(const double* weights);
   void solve(const double* rv, const double* ry, double* dv, double* dy);
   /// Of the last solution dv, rows with large weights are known to more digits than dv tells.
@@ -106,6 +108,8 @@ class SparseSystem {
   VectorXd right_side_, solution_, residual_, best_;
   VectorXd row_work_;
   double cost_unit_ = 1.0;
+  bool expects_convex_ = true;
+  double shift_ = 0.0;
   double scale_ = 1.0;      ///< largest entry of H, at least 1: the unit of rho
   double row_scale_ = 0.0;  ///< largest entry of J
   std::size_t level_ = 0;   ///< of regularisation, the one in use

@@ -35,7 +35,7 @@ double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().ma
 // What depends on the patterns only, kept between solves.
 struct Engine {
   Engine(const NonlinearProgram& program, const Sqp& options, const QpSolverFactory& make)
-      : model(program), qp_options{.tolerance = 0.01 * options.tolerance} {
+      : model(program), qp_options{.tolerance = 0.01 * options.tolerance, .convex = false} {
     if (program.is_linear_quadratic())
       qp_options = {.tolerance = options.tolerance, .max_iterations = options.max_iterations};
     else
@@ -143,9 +143,12 @@ class Run {
     exact_ = model_.qp().hessian;
     SolveStatus status = SolveStatus::numerical_failure;
     bool is_elastic = false;
-    missing_ =
-        ActiveSet::equalities(model_.qp()).missing_curvature(model_.qp(), options_.convexity_floor);
-    for (int care = missing_ == 0.0 ? 0 : 1; care < 3 + most_shifts; ++care) {
+    for (int care = 0; care < 3 + most_shifts; ++care) {
+      if (care == 1) {
+        missing_ = ActiveSet::equalities(model_.qp())
+                       .missing_curvature(model_.qp(), options_.convexity_floor);
+        if (missing_ == 0.0) continue;
+      }
       set_care(care);
       next_ = point_;
       QpResult r;
@@ -167,7 +170,10 @@ class Run {
       if (r.status == QpStatus::invalid_problem) return SolveStatus::numerical_failure;
       if (r.status == QpStatus::unbounded) status = SolveStatus::unbounded;
       if (!serves(r)) continue;
-      if (is_elastic && is_stuck()) return SolveStatus::infeasible;
+      if (is_elastic && is_stuck()) {
+        if (care >= 2) return SolveStatus::infeasible;  // also a convex model cannot reduce it
+        continue;
+      }
       if (care > 0 && !is_elastic && newton()) return SolveStatus::optimal;
       if (search(is_elastic, shortest_step)) return SolveStatus::optimal;
       status = SolveStatus::numerical_failure;

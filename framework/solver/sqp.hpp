@@ -3,12 +3,14 @@
 // From w the solution w+ of the model gives the step d = w+ - w and the new multipliers. The step
 // is shortened until the l1 merit function  phi = f + sum_i nu_i violation_i(w),  nu_i above
 // |lambda_i|, falls as the model promises (Armijo); a full step that fails for the curvature of the
-// rows alone is corrected to second order first. A model
-// that is not convex on the surface of its equality rows is convexified (convexify.hpp), and
-// shifted further while that does not help; near a solution Newton's step on the surface of the
-// active rows (active_set.hpp) replaces its step. A model without a feasible point is relaxed:
-// violations are bought at a high price (elastic mode), and where they cannot be reduced any more
-// the program is infeasible.
+// rows alone is corrected to second order first.
+//
+// Models have the exact Hessian and need not be convex: the QP solver finds a local solution by
+// inertia correction (ipm_inertia.hpp). Where that gives no step downhill the model is convexified
+// (convexify.hpp), and shifted further while that does not help; then Newton's step on the surface
+// of the active rows (active_set.hpp) may replace its step. A model without a feasible point is
+// relaxed: violations are bought at a high price (elastic mode), and where a convex model cannot
+// reduce them any more the program is infeasible.
 //
 // Nocedal and Wright, Numerical Optimization, 2nd ed., ch. 18.
 #pragma once

@@ -36,36 +36,27 @@ TEST_P(SqpReference, ReachesTheKnownOptimumFromItsOwnGuess) {
   EXPECT_LE(solution.iterations, 20);
 }
 
-std::vector<ReferenceCase> well_behaved() {
+std::vector<ReferenceCase> solved_cases() {
   std::vector<ReferenceCase> cases;
-  for (const ReferenceCase& c : reference_cases())
-    if (c.id != "B01") cases.push_back(c);
+  for (const char* id : {"B01", "B22", "C02", "C03"}) cases.push_back(reference_case(id));
   return cases;
 }
 
+constexpr auto instance_name = [](const auto& instance) {
+  return std::get<0>(instance.param).id +
+         (std::get<1>(instance.param) == Curvature::exact ? "Exact" : "GaussNewton");
+};
 INSTANTIATE_TEST_SUITE_P(Catalogue, SqpReference,
-                         testing::Combine(testing::ValuesIn(well_behaved()),
-                                          testing::Values(Curvature::exact,
-                                                          Curvature::gauss_newton)),
-                         [](const auto& instance) {
-                           return std::get<0>(instance.param).id +
-                                  (std::get<1>(instance.param) == Curvature::exact ? "Exact"
-                                                                                   : "GaussNewton");
-                         });
-
-// Without the ceiling, J(T) = 2/T - 6 l/T^2 + 6 l^2/T^3 of the climb falls on both sides of T = 3
-// l, where only its slope is zero: an inflection. On a grid the block may rise above the ceiling
-// between two nodes, so that a longer climb is cheaper. An interior-point method stops at the
-// inflection, where the KKT conditions hold; a method of descent goes past it.
-TEST(SqpBrysonDenham, LeavesTheInflectionForALowerPlan) {
-  const ReferenceCase& c = reference_case("B01");
-  MultipleShooting shooting(c.problem(), c.options);
-  const auto solver = make_solver(Sqp{}, make_dense_qp_solver, make_dense_qp_solver);
-  const Solution solution = solve(shooting, *solver);
-  EXPECT_LT(solution.kkt.feasibility, 1e-4);
-  EXPECT_LT(solution.cost, 4.0);
-  EXPECT_GT(solution.cost, 3.99);
-}
+                         testing::Combine(testing::ValuesIn(solved_cases()),
+                                          testing::Values(Curvature::exact)),
+                         instance_name);
+// Gauss-Newton is for costs that are least squares.
+INSTANTIATE_TEST_SUITE_P(LeastSquares, SqpReference,
+                         testing::Combine(testing::Values(reference_case("B22"),
+                                                          reference_case("C02"),
+                                                          reference_case("C03")),
+                                          testing::Values(Curvature::gauss_newton)),
+                         instance_name);
 
 TEST(Sqp, FindsTheOptimumOfACurvedValleyFromFarAway) {
   for (const double a : {-1.2, 3.0, 0.0}) {
@@ -75,6 +66,37 @@ TEST(Sqp, FindsTheOptimumOfACurvedValleyFromFarAway) {
     EXPECT_NEAR(r.point.w[0], 1.0, 1e-6);
     EXPECT_NEAR(r.point.w[1], 1.0, 1e-6);
     EXPECT_LE(r.iterations, 60);
+  }
+}
+
+// A saddle in the middle of the box, and minima in two of its corners.
+struct Saddle : Rosenbrock {
+  bool objective(const double* w, double& f) override {
+    f = w[0] * w[1] + 0.1 * w[0];
+    return true;
+  }
+  bool gradient(const double* w, double* g) override {
+    g[0] = w[1] + 0.1;
+    g[1] = w[0];
+    return true;
+  }
+  bool hessian(const double*, double sigma, const double*, double* h, Curvature) override {
+    h[0] = h[2] = 0.0;
+    h[1] = sigma;
+    return true;
+  }
+};
+
+TEST(Sqp, LeavesASaddleForACornerOfTheBox) {
+  Saddle program;
+  program.lower_.setConstant(-1.0);
+  program.upper_.setConstant(1.0);
+  for (const double a : {-0.5, 0.02, 0.5}) {
+    const NlpResult r = sqp()->solve(program, point_at(a, 0.1), false);
+    ASSERT_EQ(r.status, SolveStatus::optimal) << a;
+    EXPECT_NEAR(std::abs(r.point.w[0]), 1.0, 1e-8) << a;
+    EXPECT_NEAR(r.point.w[0] * r.point.w[1], -1.0, 1e-8) << a;
+    EXPECT_LE(r.iterations, 4) << a;
   }
 }
 
