@@ -6,9 +6,9 @@
 
 #include "benchmarks/latency.hpp"
 #include "benchmarks/latency_output.hpp"
+#include "framework/app/argument_reader.hpp"
 #include "framework/app/output_folder.hpp"
 #include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
 
 namespace saltus::bench {
 namespace {
@@ -16,18 +16,10 @@ namespace {
 constexpr int quick_solves = 100;
 constexpr const char* usage = "bench latency [--quick] [--json FILE] [--only PATTERN]";
 
-// Proved writable before minutes are spent on measuring.
-OutputFolder folder_of(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!file.has_filename() || std::filesystem::is_directory(file, error))
-    throw InputError(fmt::format("--json needs a file, but '{}' is a folder", file.string()));
-  return OutputFolder(file.has_parent_path() ? file.parent_path() : ".");
-}
-
 ExitStatus run_latency(std::span<const std::string> arguments) {
   const LatencyRequest request = parse_latency_request(arguments);
   std::optional<OutputFolder> folder;
-  if (request.json) folder = folder_of(*request.json);
+  if (request.json) folder = folder_of_file("--json", *request.json);
   bool begun = false;  // no head above a sentence that nothing was measured
   const LatencyReport report = measure_latency(request.selection, [&](const CaseResult& result) {
     fmt::print("{}{}", begun ? "" : table_head(), table_line(result));
@@ -43,38 +35,21 @@ ExitStatus run_latency(std::span<const std::string> arguments) {
 
 LatencyRequest parse_latency_request(std::span<const std::string> arguments) {
   LatencyRequest request;
-  bool quick = false, only = false;
-  for (std::size_t i = 0; i < arguments.size(); ++i) {
-    const std::size_t equals =
-        arguments[i].starts_with("--") ? arguments[i].find('=') : std::string::npos;
-    const std::string flag = arguments[i].substr(0, equals);
-    const auto once = [&](bool before) {
-      if (before) throw InputError(fmt::format("{} is given twice", flag));
-    };
-    const auto value = [&]() -> std::string {
-      const bool joined = equals != std::string::npos;
-      if (!joined && (i + 1 == arguments.size() || arguments[i + 1].starts_with("--")))
-        throw InputError(fmt::format("{} needs a value", flag));
-      const std::string text = joined ? arguments[i].substr(equals + 1) : arguments[++i];
-      if (text.empty()) throw InputError(fmt::format("{} needs a value", flag));
-      return text;
-    };
-    if (flag == "--quick" && equals == std::string::npos) {
-      once(quick);
-      quick = true;
+  ArgumentReader reader(arguments);
+  while (!reader.at_end()) {
+    const std::string flag = reader.next();
+    if (flag == "--quick") {
+      reader.once();
+      reader.refuse_value();
       request.selection.solves = quick_solves;
     } else if (flag == "--json") {
-      once(request.json.has_value());
-      request.json = value();
+      reader.once();
+      request.json = reader.require_value("FILE");
     } else if (flag == "--only") {
-      once(only);
-      only = true;
-      request.selection.only = value();
+      reader.once();
+      request.selection.only = reader.require_value("PATTERN");
     } else {
-      const std::string meant = nearest_name(flag, {"--quick", "--json", "--only"});
-      throw InputError(meant.empty() || meant == flag
-                           ? fmt::format("'{}' is not understood; usage: {}", arguments[i], usage)
-                           : fmt::format("unknown flag '{}'; did you mean '{}'?", flag, meant));
+      reader.reject({"--quick", "--json", "--only"}, usage);
     }
   }
   return request;

@@ -3,13 +3,14 @@
 
 #include "framework/app/program.hpp"
 #include "problems/push_recovery/run.hpp"
+#include "problems/suite/suite.hpp"
 #ifdef SALTUS_HAS_LATENCY_BENCH  // absent where the benchmarks are not built
 #include "benchmarks/latency.hpp"
 #endif
 
 int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
-  std::vector<saltus::Verb> verbs;
+  std::vector<saltus::Verb> verbs{saltus::suite_verb()};
 #ifdef SALTUS_HAS_LATENCY_BENCH
   verbs.push_back(saltus::bench::verb());
 #endif

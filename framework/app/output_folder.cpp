@@ -74,4 +74,11 @@ void OutputFolder::write(std::string_view name, const CsvTable& table) const {
   write(name, std::string_view(table.text()));
 }
 
+OutputFolder folder_of_file(std::string_view flag, const fs::path& file) {
+  std::error_code error;
+  if (!file.has_filename() || fs::is_directory(file, error))
+    throw InputError(fmt::format("{} needs a file, but '{}' is a folder", flag, file.string()));
+  return OutputFolder(file.has_parent_path() ? file.parent_path() : ".");
+}
+
 }  // namespace saltus

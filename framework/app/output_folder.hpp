@@ -29,4 +29,8 @@ class OutputFolder {
   std::filesystem::path path_;
 };
 
+/// The folder of a file that `flag` names, proved writable before the work begins that fills the
+/// file. Throws InputError if it cannot be, or if the name is a folder's.
+OutputFolder folder_of_file(std::string_view flag, const std::filesystem::path& file);
+
 }  // namespace saltus

@@ -5,6 +5,7 @@
 #include "framework/core/error.hpp"
 #include "framework/core/text.hpp"
 #include "problems/library/cases.hpp"
+#include "problems/library/simulations.hpp"
 
 namespace saltus {
 
@@ -14,6 +15,16 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::interior_point(),
       library::phase_transition(),
       library::pendulum_on_cart(),
+  };
+  return cases;
+}
+
+const std::vector<SimulationCase>& simulation_cases() {
+  static const std::vector<SimulationCase> cases{
+      library::van_der_pol_stiff(),
+      library::robertson_kinetics(),
+      library::restricted_three_body(),
+      library::matrix_exponential(),
   };
   return cases;
 }

@@ -5,11 +5,14 @@
 #include <vector>
 
 #include "problems/library/reference_case.hpp"
+#include "problems/library/simulation_case.hpp"
 
 namespace saltus {
 
-/// All cases, in the order of their ids.
+/// All optimisation problems, in the order of their ids.
 const std::vector<ReferenceCase>& reference_cases();
+/// All simulations and closed forms, in the order of their ids.
+const std::vector<SimulationCase>& simulation_cases();
 
 /// The case with this id or name. Throws InputError that suggests the nearest one.
 const ReferenceCase& reference_case(const std::string& id_or_name);

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <string>
+#include <utility>
 
 namespace saltus {
 
@@ -11,10 +13,41 @@ struct CheckedValue {
   double value = 0.0;      ///< ours
   double reference = 0.0;  ///< published, computed independently, or in closed form
   double tolerance = 0.0;  ///< absolute
-  int digits = 0;          ///< of the reference that are known
+  int digits = 0;          ///< of the reference that are known; 0: not said, or a residual
 
   double error() const { return std::abs(value - reference); }
   bool is_met() const { return error() <= tolerance; }  // false for NaN
+
+  /// error / |reference|; where the reference is zero, the error itself.
+  double relative_error() const {
+    return reference == 0.0 ? error() : error() / std::abs(reference);
+  }
+  /// The error in units of what is allowed; infinite for NaN.
+  double share_of_tolerance() const {
+    if (is_met() && error() == 0.0) return 0.0;
+    const double share = error() / tolerance;
+    return std::isnan(share) ? std::numeric_limits<double>::infinity() : share;
+  }
+  /// How many significant digits agree with the known ones: the error is at most half a unit of
+  /// the last that does, and half a unit of the last known one, which may itself be rounded.
+  int digits_reached() const {
+    const double relative_unit = std::pow(10.0, leading_power()) / scale();
+    int reached = 0;
+    for (int k = 1; k <= digits; ++k)
+      if (relative_error() <= 0.5 * relative_unit * (std::pow(10.0, 1 - k) + last_place()))
+        reached = k;
+    return reached;
+  }
+
+ private:
+  double scale() const { return reference == 0.0 ? 1.0 : std::abs(reference); }
+  double leading_power() const { return std::floor(std::log10(scale())); }
+  double last_place() const { return std::pow(10.0, 1 - digits); }
 };
+
+/// A residual that should vanish, and how large it may be.
+inline CheckedValue residual_of(std::string name, double value, double at_most) {
+  return {.name = std::move(name), .value = value, .tolerance = at_most};
+}
 
 }  // namespace saltus

@@ -32,6 +32,11 @@ struct ReferenceCase {
   double between_nodes = 1e-6;
   /// What else is known of the solution: states, inputs, multipliers.
   std::function<std::vector<CheckedValue>(const Solution&)> more = {};
+  /// How far the plan may be from its replay by CVODES at 1e-12, relative to max(nominal, |state|);
+  /// the fixed steps of the cases are good to 1e-10.
+  double replay = 1e-8;
+  /// False where the flow is too unstable to replay more than single intervals; why is in the file.
+  bool replay_from_start = true;
   /// Where the usual limit does not do, with its reason in the file.
   int max_iterations = 500;
 };

@@ -3,13 +3,14 @@
 
 #include "framework/core/error.hpp"
 #include "integrators/runge_kutta.hpp"
-#include "tests/integrators/reference_problems.hpp"
+#include "problems/library/initial_value_problems.hpp"
 #include "tests/integrators/support.hpp"
 
 namespace saltus {
 namespace {
 
 using namespace test;
+using namespace library;
 
 class CvodesBothMethods : public testing::TestWithParam<CvodesMethod> {};
 INSTANTIATE_TEST_SUITE_P(Methods, CvodesBothMethods,

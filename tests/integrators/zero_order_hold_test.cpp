@@ -92,54 +92,6 @@ TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
   EXPECT_LE(relative_error(end[1], 9.0 / 2000.0), 1e-13);
 }
 
-// Cases D12 and A04: a switched linear system, J = int x'x, one switching time.
-struct SwitchedFirst {
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
-    return {-x[0], x[0] + 2.0 * x[1]};
-  }
-};
-struct SwitchedSecond {
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
-    return {x[0] + x[1], x[0] - 2.0 * x[1]};
-  }
-};
-
-struct SwitchedCost {
-  double cost;
-  double slope;  // in the switching time
-  VectorXd state_at_switch;
-};
-
-SwitchedCost switched_cost(double tau) {
-  IntervalProblem first, second;
-  first.arguments = second.arguments = {2, 0, 0};
-  first.differentiate_time = second.differentiate_time = true;
-  first.running_cost = second.running_cost =
-      make_function<2, 0, 0>([](const auto&, const auto& x) { return x[0] * x[0] + x[1] * x[1]; });
-  first.dynamics = make_function<2, 0, 0>(SwitchedFirst{});
-  second.dynamics = make_function<2, 0, 0>(SwitchedSecond{});
-  const auto before = zero_order_hold()->make(first), after = zero_order_hold()->make(second);
-  const VectorXd w1 = (VectorXd(4) << 1.0, 1.0, 0.0, tau).finished();
-  const VectorXd end1 = end_of(*before, w1);
-  const VectorXd w2 = (VectorXd(4) << end1[0], end1[1], tau, 1.0 - tau).finished();
-  const VectorXd end2 = end_of(*after, w2);
-  const MatrixXd d1 = jacobian_of(*before, w1), d2 = jacobian_of(*after, w2);
-  const double slope = d1(2, 3) + d2(2, 0) * d1(0, 3) + d2(2, 1) * d1(1, 3) - d2(2, 3);
-  return {end1[2] + end2[2], slope, end1.head(2)};
-}
-
-TEST(ZeroOrderHold, ReproducesTheSwitchedLinearSystem) {
-  const SwitchedCost optimum = switched_cost(0.26486609904077944);
-  EXPECT_LE(relative_error(optimum.cost, 5.2545429449232242), 1e-13);
-  EXPECT_LE(std::abs(optimum.slope), 1e-12);
-  const SwitchedCost half = switched_cost(0.5);
-  EXPECT_LE(relative_error(half.cost, 7.0335958076682), 1e-13);
-  EXPECT_LE(relative_error(half.slope, 15.9805362377523), 1e-13);
-  EXPECT_NEAR(half.state_at_switch[1], 3.42219888, 1e-8);
-}
-
 TEST(ZeroOrderHold, RepeatedPairsComeFromTheCacheUnchanged) {
   const auto integrator = zero_order_hold()->make(affine_problem(InputShape::linear, true, true));
   const VectorXd first = affine_point(InputShape::linear, 0.3);

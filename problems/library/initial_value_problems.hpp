@@ -1,10 +1,30 @@
-// Initial value problems with published or independently computed answers.
+// Initial value problems with published or independently computed answers, as the simulations of
+// the library and the tests of the integrators state them.
 #pragma once
+
+#include <cmath>
 
 #include "framework/model/integrator.hpp"
 #include "framework/model/make_function.hpp"
 
-namespace saltus::test {
+namespace saltus::library {
+
+/// End state and running costs; NaN where the integration failed.
+inline VectorXd integrate(Integrator& integrator, const VectorXd& w) {
+  VectorXd end(integrator.outputs());
+  if (integrator.value(w.data(), end.data()) != IntegrationStatus::success)
+    end.setConstant(std::nan(""));
+  return end;
+}
+
+/// Their derivatives with respect to w; NaN where the integration failed.
+inline MatrixXd sensitivities(Integrator& integrator, const VectorXd& w) {
+  VectorXd end(integrator.outputs());
+  MatrixXd derivative(integrator.outputs(), w.size());
+  if (integrator.jacobian(w.data(), end.data(), derivative) != IntegrationStatus::success)
+    derivative.setConstant(std::nan(""));
+  return derivative;
+}
 
 /// y1' = y2, y2' = a (1 - y1^2) y2 - b y1; stiff for large a. No derivatives wanted.
 inline IntervalProblem van_der_pol(double b, double a) {
@@ -67,4 +87,4 @@ inline VectorXd arenstorf_point() {
       .finished();
 }
 
-}  // namespace saltus::test
+}  // namespace saltus::library

@@ -1,0 +1,64 @@
+// Robertson's chemical kinetics: rates that differ by nine orders, over five decades of time, and
+// the sensitivities to the three rate constants.
+//
+//   y1' = p2 y2 y3 - p1 y1, y2' = p1 y1 - p2 y2 y3 - p3 y2^2, y3' = p3 y2^2
+//   y(0) = (1, 0, 0), p = (0.04, 1e4, 3e7)
+//
+// Source: Robertson 1966; Hairer and Wanner, sec. IV.1; CVODES, example cvsRoberts_FSA.
+#include <fmt/format.h>
+
+#include "integrators/cvodes.hpp"
+#include "problems/library/initial_value_problems.hpp"
+#include "problems/library/simulations.hpp"
+
+namespace saltus::library {
+namespace {
+
+// Global errors of CVODES at a local one of 1e-12, with a margin of ten.
+constexpr double of_state = 1e-9, of_sensitivity = 1e-8;
+
+void check_states(Integrator& integrator, std::vector<CheckedValue>& values) {
+  const std::vector<std::pair<double, Vec<double, 3>>> known{
+      {0.4, {0.985172113861, 3.38639537898e-5, 1.47940221852e-2}},
+      {40.0, {0.715827068719, 9.18553476456e-6, 0.284163745746}},
+      {4e4, {3.89833770855e-2, 1.62176831591e-7, 0.961016460738}}};
+  for (const auto& [time, reference] : known) {
+    const VectorXd y = integrate(integrator, robertson_point(time));
+    for (int i = 0; i < 3; ++i)
+      values.push_back({fmt::format("y{}({:g})", i + 1, time), y[i], reference[i],
+                        of_state * std::abs(reference[i]), 12});
+  }
+}
+
+void check_sensitivities(Integrator& integrator, std::vector<CheckedValue>& values) {
+  Mat<double, 3, 3> known;
+  known << -0.355952565984, 9.54238142759e-8, -1.58317663551e-11,  //
+      3.90254405381e-4, -2.13096103022e-10, -5.29004109321e-13,    //
+      0.355562311578, -9.52107181728e-8, 1.63607704645e-11;
+  const MatrixXd dy = sensitivities(integrator, robertson_point(0.4));
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k)
+      values.push_back({fmt::format("dy{}/dp{}(0.4)", i + 1, k + 1), dy(i, 3 + k), known(i, k),
+                        of_sensitivity * std::abs(known(i, k)), 12});
+}
+
+std::vector<CheckedValue> run() {
+  const auto integrator =
+      cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13})->make(robertson());
+  std::vector<CheckedValue> values;
+  check_states(*integrator, values);
+  check_sensitivities(*integrator, values);
+  return values;
+}
+
+}  // namespace
+
+SimulationCase robertson_kinetics() {
+  return {.id = "D02",
+          .name = "robertson_kinetics",
+          .exercises = "CVODES on stiff kinetics, forward sensitivities to parameters",
+          .source = "Robertson 1966; CVODES cvsRoberts_FSA; recomputed independently",
+          .run = run};
+}
+
+}  // namespace saltus::library

@@ -1,0 +1,41 @@
+// A satellite between earth and moon on Arenstorf's orbit, which closes after one period; it passes
+// both bodies so closely that errors grow by a factor of 1e4 to 1e5.
+//
+//   y1'' = y1 + 2 y2' - (1 - mu) (y1 + mu) / r1^3 - mu (y1 - 1 + mu) / r2^3
+//   y2'' = y2 - 2 y1' - (1 - mu) y2 / r1^3 - mu y2 / r2^3
+//
+// Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sec. II.0.
+#include "integrators/arkode.hpp"
+#include "problems/library/initial_value_problems.hpp"
+#include "problems/library/simulations.hpp"
+
+namespace saltus::library {
+namespace {
+
+constexpr double closing_error = 1e-8;  // a local error of 1e-13 grown along the orbit
+
+std::vector<CheckedValue> run() {
+  const auto integrator =
+      arkode({.order = 8, .tolerance = 1e-13, .absolute_tolerance = 1e-15})->make(arenstorf());
+  const VectorXd w = arenstorf_point();
+  const VectorXd end = integrate(*integrator, w);
+  const int digits[] = {15, 1, 1, 16};  // of a zero: decimals
+  const char* names[] = {"y1(T)", "y2(T)", "y1'(T)", "y2'(T)"};
+  std::vector<CheckedValue> values;
+  for (int i = 0; i < 4; ++i)
+    values.push_back({names[i], end[i], w[i], closing_error * (1.0 + std::abs(w[i])),
+                      w[i] == 0.0 ? 0 : digits[i]});
+  return values;
+}
+
+}  // namespace
+
+SimulationCase restricted_three_body() {
+  return {.id = "D06",
+          .name = "restricted_three_body",
+          .exercises = "ARKODE (order 8) on an orbit that must close",
+          .source = "Arenstorf 1963; Hairer, Norsett and Wanner, sec. II.0",
+          .run = run};
+}
+
+}  // namespace saltus::library

@@ -1,0 +1,133 @@
+#include "problems/library/run_case.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "framework/mpc/riccati_qp.hpp"
+#include "framework/qp/sparse_solver.hpp"
+#include "framework/solver/ipopt.hpp"
+#include "framework/solver/sqp.hpp"
+#include "framework/transcription/replay.hpp"
+#include "integrators/cvodes.hpp"
+
+namespace saltus {
+namespace {
+
+// A solve that does not come to an end must not hold up those that follow it.
+constexpr double time_limit = 120.0;  // s
+// A flow that magnifies more makes of rounding what the replay from the start would measure.
+constexpr double steady_growth = 1e4;
+
+CaseOutcome outcome_for(const auto& c) {
+  CaseOutcome outcome;
+  outcome.id = c.id;
+  outcome.name = c.name;
+  outcome.exercises = c.exercises;
+  outcome.source = c.source;
+  return outcome;
+}
+
+void check_switching_times(const ReferenceCase& c, const Solution& solution,
+                           std::vector<CheckedValue>& checked) {
+  double t = solution.trajectory.start_time();
+  for (std::size_t j = 0; j < c.switching_times.size(); ++j) {
+    t += j < solution.durations.size() ? solution.durations[j] : std::nan("");
+    checked.push_back({.name = fmt::format("switching time {}", j + 1),
+                       .value = t,
+                       .reference = c.switching_times[j],
+                       .tolerance = c.switching_tolerance});
+  }
+}
+
+// The plan integrated again must be the plan.
+void check_replay(const ReferenceCase& c, const Solution& solution,
+                  std::vector<CheckedValue>& checked) {
+  const ReplayReport report = replay(c.problem(), solution.trajectory,
+                                     cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14}));
+  const auto figure = [&](double value) { return report.completed ? value : std::nan(""); };
+  checked.push_back(residual_of("replay per interval", figure(report.from_nodes), c.replay));
+  if (!c.replay_from_start) return;
+  checked.push_back(residual_of("growth of the flow", figure(report.flow_growth), steady_growth));
+  checked.push_back(residual_of("replay from the start", figure(report.from_start), c.replay));
+}
+
+}  // namespace
+
+const char* name_of(SolverChoice choice) {
+  switch (choice) {
+    case SolverChoice::ipopt:
+      return "ipopt";
+    case SolverChoice::sparse:
+      return "sparse";
+    case SolverChoice::riccati:
+      return "riccati";
+  }
+  return "unknown";
+}
+
+std::unique_ptr<Solver> make_case_solver(const MultipleShooting& shooting, SolverChoice choice,
+                                         int max_iterations) {
+  if (choice == SolverChoice::ipopt)
+    return make_solver(saltus::Ipopt{.tolerance = library_solver_tolerance,
+                                     .max_iterations = max_iterations,
+                                     .time_limit = time_limit});
+  const Sqp sqp{.tolerance = library_solver_tolerance,
+                .max_iterations = max_iterations,
+                .time_limit = time_limit};
+  const QpSolverFactory sparse = make_sparse_qp_solver;
+  return make_solver(sqp, choice == SolverChoice::sparse ? sparse : riccati_qp_solver(shooting),
+                     sparse);
+}
+
+Solution solve_case(const ReferenceCase& c, SolverChoice choice) {
+  MultipleShooting shooting(c.problem(), c.options);
+  return solve(shooting, *make_case_solver(shooting, choice, c.max_iterations));
+}
+
+CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
+  CaseOutcome outcome = outcome_for(c);
+  outcome.status = solution.message;
+  outcome.iterations = solution.iterations;
+  outcome.seconds = solution.seconds;
+  std::vector<CheckedValue>& checked = outcome.checked;
+  checked.push_back({.name = "cost",
+                     .value = solution.cost,
+                     .reference = c.optimum,
+                     .tolerance = c.tolerance * (1.0 + std::abs(c.optimum)),
+                     .digits = c.digits});
+  if (!solution.ok()) return outcome;  // failed
+  check_switching_times(c, solution, checked);
+  if (c.more)
+    for (CheckedValue& v : c.more(solution)) checked.push_back(std::move(v));
+  checked.push_back(residual_of("KKT residual", solution.kkt.scaled(), library_kkt_limit));
+  check_replay(c, solution, checked);
+  outcome.verdict = judge(checked);
+  return outcome;
+}
+
+CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice) {
+  CaseOutcome outcome = outcome_for(c);
+  try {
+    return check_case(c, solve_case(c, choice));
+  } catch (const DefinitionError& error) {
+    outcome.status = error.what();
+    if (choice == SolverChoice::riccati) outcome.verdict = Verdict::not_applicable;
+  }
+  return outcome;
+}
+
+CaseOutcome run_case(const SimulationCase& c) {
+  CaseOutcome outcome = outcome_for(c);
+  const auto start = std::chrono::steady_clock::now();
+  outcome.checked = c.run();
+  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  outcome.verdict = judge(outcome.checked);
+  outcome.status = "simulated";
+  bring_worst_to_front(outcome.checked);
+  return outcome;
+}
+
+}  // namespace saltus

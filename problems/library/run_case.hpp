@@ -1,0 +1,40 @@
+// Solves a case of the library with a solver of choice and compares everything that is known of it.
+#pragma once
+
+#include <string>
+
+#include "problems/library/case_outcome.hpp"
+#include "problems/library/reference_case.hpp"
+#include "problems/library/simulation_case.hpp"
+
+namespace saltus {
+
+enum class SolverChoice {
+  ipopt,
+  sparse,   ///< our SQP, its quadratic programs by sparse linear algebra
+  riccati,  ///< our SQP, its quadratic programs stage by stage
+};
+const char* name_of(SolverChoice choice);
+
+/// Scaled KKT error asked of the solvers: two orders below the accuracy asked of the costs, so that
+/// what is measured is the transcription.
+inline constexpr double library_solver_tolerance = 1e-10;
+/// Of our own residual, which is not scaled by rows.
+inline constexpr double library_kkt_limit = 100.0 * library_solver_tolerance;
+
+/// A solver for programs of `shooting`. Throws DefinitionError where `riccati` does not apply.
+std::unique_ptr<Solver> make_case_solver(const MultipleShooting& shooting, SolverChoice choice,
+                                         int max_iterations);
+
+/// Cold, from the case's own guess.
+Solution solve_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt);
+
+/// Compares cost, switching times, KKT residual, violations between the nodes, the replay with a
+/// tighter integrator, and whatever else the case knows.
+CaseOutcome check_case(const ReferenceCase& c, const Solution& solution);
+
+/// Both. A definition that does not fit the solver is not_applicable; never throws DefinitionError.
+CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt);
+CaseOutcome run_case(const SimulationCase& c);
+
+}  // namespace saltus

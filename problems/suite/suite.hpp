@@ -1,0 +1,49 @@
+// `saltus suite`: does the framework reproduce what others published?
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "framework/app/program.hpp"
+#include "problems/library/run_case.hpp"
+
+namespace saltus {
+
+/// A case of any kind, as the suite runs it.
+struct SuiteCase {
+  std::string id, name;
+  std::function<CaseOutcome(SolverChoice)> run;
+};
+/// Every case of the library: optimisation problems, quadratic programs and simulations, by id.
+std::vector<SuiteCase> suite_cases();
+
+struct SuiteRequest {
+  std::string only;  ///< part of an id or name, in any case; empty: all
+  SolverChoice solver = SolverChoice::ipopt;
+  std::optional<std::filesystem::path> json;
+};
+/// What follows `suite`. Throws InputError.
+SuiteRequest parse_suite_request(std::span<const std::string> arguments);
+
+struct SuiteReport {
+  SolverChoice solver = SolverChoice::ipopt;
+  std::vector<CaseOutcome> outcomes;
+
+  int count(Verdict verdict) const;
+  /// solver_failed if a case missed its tolerance or its solver gave up.
+  ExitStatus exit_status() const;
+};
+
+/// Runs the cases that are wanted; `observe` hears of every one as it ends. A case that throws has
+/// failed. Throws InputError, with the nearest name, if no case is wanted.
+SuiteReport run_suite(std::span<const SuiteCase> cases, const SuiteRequest& request,
+                      const std::function<void(const CaseOutcome&)>& observe = {});
+
+/// The verb `suite`.
+Verb suite_verb(std::function<std::vector<SuiteCase>()> cases = suite_cases);
+
+}  // namespace saltus

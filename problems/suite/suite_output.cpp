@@ -1,0 +1,96 @@
+#include "problems/suite/suite_output.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+namespace saltus {
+namespace {
+
+constexpr const char* row = "{:<26} {:>19} {:>19} {:>8} {:>6} {:>8} {:>4} {:>7} {:<7} {}\n";
+
+// As many digits as are known; 14 fill the column.
+std::string number(double value, int digits) {
+  return fmt::format("{:.{}g}", value, digits > 0 ? std::min(digits, 14) : 6);
+}
+
+}  // namespace
+
+std::string table_head() {
+  return fmt::format(row, "case", "value", "reference", "error", "digits", "between", "it",
+                     "time s", "status", "exercises");
+}
+
+std::string table_line(const CaseOutcome& o) {
+  std::string value = "-", reference = "-", error = "-", digits = "-", what = o.exercises;
+  if (!o.checked.empty()) {
+    const CheckedValue& shown = o.checked.front();
+    value = number(shown.value, shown.digits);
+    reference = number(shown.reference, shown.digits);
+    error = fmt::format("{:.1e}", shown.relative_error());
+    if (shown.name != "cost") what += "; shown: " + shown.name;
+    if (shown.digits > 0) digits = fmt::format("{}/{}", shown.digits_reached(), shown.digits);
+  }
+  return fmt::format(row, o.id + " " + o.name, value, reference, error, digits,
+                     o.between_nodes ? fmt::format("{:.0e}", *o.between_nodes) : "-",
+                     o.iterations > 0 ? std::to_string(o.iterations) : "-",
+                     fmt::format("{:.3f}", o.seconds), word_for(o.verdict), what);
+}
+
+std::string closing_text(const SuiteReport& report) {
+  std::string text = "\n";
+  for (const CaseOutcome& o : report.outcomes)
+    if (o.verdict != Verdict::met)
+      for (const std::string& reason : o.reasons())
+        text += fmt::format("{} {} {}: {}\n", o.id, o.name, word_for(o.verdict), reason);
+  if (text.size() > 1) text += "\n";
+  const int skipped = report.count(Verdict::skipped), idle = report.count(Verdict::not_applicable);
+  text += fmt::format("{} of {} within tolerance with solver={}", report.count(Verdict::met),
+                      static_cast<int>(report.outcomes.size()) - skipped - idle,
+                      name_of(report.solver));
+  if (skipped > 0) text += fmt::format(", {} skipped", skipped);
+  if (idle > 0) text += fmt::format(", {} not for this solver", idle);
+  return text + "\n";
+}
+
+nlohmann::ordered_json to_json(const SuiteReport& report) {
+  using Json = nlohmann::ordered_json;
+  const auto digits = [](int known, int figure) { return known > 0 ? Json(figure) : Json(); };
+  Json cases = Json::array();
+  for (const CaseOutcome& o : report.outcomes) {
+    Json checked = Json::array();
+    for (const CheckedValue& v : o.checked)
+      checked.push_back({{"name", v.name},
+                         {"value", v.value},
+                         {"reference", v.reference},
+                         {"error", v.error()},
+                         {"relative_error", v.relative_error()},
+                         {"tolerance", v.tolerance},
+                         {"digits_reached", digits(v.digits, v.digits_reached())},
+                         {"digits_known", digits(v.digits, v.digits)},
+                         {"met", v.is_met()}});
+    Json reasons = Json::array();
+    if (o.verdict != Verdict::met) reasons = o.reasons();
+    cases.push_back({{"id", o.id},
+                     {"name", o.name},
+                     {"exercises", o.exercises},
+                     {"source", o.source},
+                     {"verdict", word_for(o.verdict)},
+                     {"status", o.status},
+                     {"iterations", o.iterations},
+                     {"seconds", o.seconds},
+                     {"between_nodes", o.between_nodes ? Json(*o.between_nodes) : Json()},
+                     {"checked", checked},
+                     {"reasons", reasons}});
+  }
+  return {{"solver", name_of(report.solver)},
+          {"within_tolerance", report.count(Verdict::met)},
+          {"missed", report.count(Verdict::missed)},
+          {"failed", report.count(Verdict::failed)},
+          {"skipped", report.count(Verdict::skipped)},
+          {"not_applicable", report.count(Verdict::not_applicable)},
+          {"cases", cases}};
+}
+
+}  // namespace saltus

@@ -1,0 +1,209 @@
+// Does the suite tell what is right from what is wrong, and say why?
+#include "problems/suite/suite.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "framework/core/error.hpp"
+#include "problems/library/catalogue.hpp"
+#include "problems/suite/suite_output.hpp"
+
+namespace saltus {
+namespace {
+
+SuiteCase made_up(const std::string& id, Verdict verdict, std::vector<CheckedValue> checked) {
+  return {id, id + "_name", [=](SolverChoice) {
+            CaseOutcome outcome;
+            outcome.exercises = "the suite";
+            outcome.verdict = verdict == Verdict::met ? judge(checked) : verdict;
+            outcome.status = "as made up";
+            outcome.checked = checked;
+            outcome.iterations = 12;
+            outcome.seconds = 0.25;
+            return outcome;
+          }};
+}
+
+const CheckedValue right{"cost", 4.0000004, 4.0, 1e-6, 8};
+const CheckedValue wrong{"x(3)[0]", 0.5, 0.25, 1e-3, 2};
+
+std::vector<SuiteCase> one_wrong() {
+  return {made_up("X01", Verdict::met, {right}), made_up("X02", Verdict::met, {right, wrong}),
+          made_up("X03", Verdict::skipped, {})};
+}
+
+SuiteRequest parse(const std::vector<std::string>& arguments) {
+  return parse_suite_request(arguments);
+}
+
+std::string complaint_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(CheckedValues, DigitsThatAgree) {
+  const auto reached = [](double value, double reference, int digits) {
+    return CheckedValue{"", value, reference, 0.0, digits}.digits_reached();
+  };
+  EXPECT_EQ(reached(3.14159, 3.14159, 6), 6);
+  EXPECT_EQ(reached(3.1415926, 3.14159, 6), 6);  // the reference is rounded
+  EXPECT_EQ(reached(3.1412, 3.14159, 6), 4);     // 3.141|6
+  EXPECT_EQ(reached(3.9997, 4.0, 16), 4);
+  EXPECT_EQ(reached(4.1, 3.1, 6), 0);
+  EXPECT_EQ(reached(-8.928e-4, -8.92809e-4, 6), 4);
+  EXPECT_EQ(reached(std::nan(""), 1.0, 6), 0);
+  EXPECT_EQ(reached(1e-9, 0.0, 16), 9);  // decimals
+}
+
+TEST(CheckedValues, NothingIsMetByWhatIsNoNumber) {
+  const CheckedValue v{"x", std::nan(""), 1.0, 1e3, 6};
+  EXPECT_FALSE(v.is_met());
+  EXPECT_EQ(judge({right, v}), Verdict::missed);
+  EXPECT_EQ(judge({}), Verdict::missed);
+  std::vector<CheckedValue> values{right, v, wrong};
+  bring_worst_to_front(values);
+  EXPECT_TRUE(std::isnan(values.front().value));
+}
+
+TEST(SuiteCommandLine, TakesFlagsInBothForms) {
+  const SuiteRequest request =
+      parse({"--only", "bryson", "--set", "solver=sparse", "--json=a.json"});
+  EXPECT_EQ(request.only, "bryson");
+  EXPECT_EQ(request.solver, SolverChoice::sparse);
+  EXPECT_EQ(request.json, std::filesystem::path("a.json"));
+  EXPECT_EQ(parse({}).solver, SolverChoice::ipopt);
+  EXPECT_EQ(parse({"--set=solver=riccati"}).solver, SolverChoice::riccati);
+}
+
+TEST(SuiteCommandLine, SaysWhatIsWrong) {
+  const auto complaint = [](std::vector<std::string> words) {
+    return complaint_of([&] { parse(words); });
+  };
+  EXPECT_TRUE(contains(complaint({"--onli", "B"}), "did you mean '--only'"));
+  EXPECT_TRUE(contains(complaint({"B01"}), "usage: suite"));
+  EXPECT_TRUE(contains(complaint({"--only"}), "--only needs a value"));
+  EXPECT_TRUE(contains(complaint({"--only", "a", "--only", "b"}), "given twice"));
+  EXPECT_TRUE(contains(complaint({"--set", "solver=ipop"}), "did you mean 'ipopt'"));
+  EXPECT_TRUE(contains(complaint({"--set", "solvr=ipopt"}), "did you mean 'solver'"));
+  EXPECT_TRUE(contains(complaint({"--set", "solver"}), "KEY=VALUE"));
+  EXPECT_TRUE(contains(complaint({"--json", "--only"}), "--json needs a value"));
+  EXPECT_TRUE(contains(complaint_of([] {
+                         suite_verb(one_wrong).run(std::vector<std::string>{"--json", "/"});
+                       }),
+                       "--json needs a file"));
+}
+
+TEST(Suite, PatternsMatchIdsAndNamesInAnyCase) {
+  const auto count = [](const std::string& pattern) {
+    return run_suite(one_wrong(), {.only = pattern, .json = {}}).outcomes.size();
+  };
+  EXPECT_EQ(count(""), 3u);
+  EXPECT_EQ(count("x0"), 3u);
+  EXPECT_EQ(count("X02_n"), 1u);
+  const std::vector<SuiteCase> all = suite_cases();
+  EXPECT_TRUE(contains(complaint_of([&] { run_suite(all, {.only = "brison", .json = {}}); }),
+                       "did you mean 'bryson'"));
+  EXPECT_TRUE(contains(complaint_of([&] { run_suite(all, {.only = "E99", .json = {}}); }), "E99"));
+}
+
+TEST(Suite, ACaseThatMissesItsToleranceIsReported) {
+  int seen = 0;
+  const SuiteReport report =
+      run_suite(one_wrong(), {.only = "", .json = {}}, [&](const CaseOutcome&) { ++seen; });
+  EXPECT_EQ(seen, 3);
+  EXPECT_EQ(report.exit_status(), ExitStatus::solver_failed);
+  const std::string text = closing_text(report);
+  EXPECT_TRUE(
+      contains(text, "X02 X02_name MISSED: x(3)[0] is 0.5 in place of 0.25: off by 2.5e-01"))
+      << text;
+  EXPECT_FALSE(contains(text, "X01")) << text;
+  EXPECT_TRUE(contains(text, "1 of 2 within tolerance with solver=ipopt, 1 skipped")) << text;
+}
+
+TEST(Suite, SkippedCasesAreNotWrong) {
+  const SuiteReport report = run_suite(one_wrong(), {.only = "X03", .json = {}});
+  EXPECT_EQ(report.exit_status(), ExitStatus::ok);
+  EXPECT_TRUE(contains(closing_text(report), "0 of 0 within tolerance"));
+}
+
+TEST(Suite, ACaseThatThrowsHasFailedAndTheOthersGoOn) {
+  std::vector<SuiteCase> cases = one_wrong();
+  cases[0].run = [](SolverChoice) -> CaseOutcome { throw std::runtime_error("no such thing"); };
+  const SuiteReport report = run_suite(cases, {.only = "", .json = {}});
+  ASSERT_EQ(report.outcomes.size(), 3u);
+  EXPECT_EQ(report.outcomes[0].verdict, Verdict::failed);
+  EXPECT_TRUE(contains(closing_text(report), "X01 X01_name FAILED: no such thing"));
+}
+
+TEST(Suite, LinesStandBelowTheirHead) {
+  const std::string head = table_head();
+  const CaseOutcome outcome = run_suite(one_wrong(), {.only = "X01", .json = {}}).outcomes[0];
+  const std::string line = table_line(outcome);
+  EXPECT_TRUE(contains(line, "X01 X01_name")) << line;
+  EXPECT_TRUE(contains(line, "4.0000004")) << line;
+  EXPECT_TRUE(contains(line, "1.0e-07")) << line;
+  EXPECT_TRUE(contains(line, "7/8")) << line;
+  EXPECT_TRUE(contains(line, "0.250")) << line;
+  EXPECT_EQ(head.find("exercises"), line.find("the suite")) << head << line;
+  EXPECT_EQ(head.find("status"), line.find("ok")) << head << line;
+}
+
+TEST(Suite, WritesJsonWithEverything) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("saltus_suite_" + std::to_string(::getpid()));
+  const std::filesystem::path file = folder / "suite.json";
+  EXPECT_EQ(suite_verb(one_wrong).run(std::vector<std::string>{"--json", file.string()}),
+            ExitStatus::solver_failed);
+  std::ifstream stream(file);
+  const nlohmann::json json = nlohmann::json::parse(stream);
+  std::filesystem::remove_all(folder);
+  EXPECT_EQ(json.at("solver"), "ipopt");
+  EXPECT_EQ(json.at("within_tolerance"), 1);
+  EXPECT_EQ(json.at("missed"), 1);
+  EXPECT_EQ(json.at("skipped"), 1);
+  ASSERT_EQ(json.at("cases").size(), 3u);
+  const nlohmann::json& missed = json.at("cases")[1];
+  EXPECT_EQ(missed.at("id"), "X02");
+  EXPECT_EQ(missed.at("verdict"), "MISSED");
+  EXPECT_EQ(missed.at("iterations"), 12);
+  EXPECT_TRUE(missed.at("between_nodes").is_null());
+  ASSERT_EQ(missed.at("checked").size(), 2u);
+  EXPECT_EQ(missed.at("checked")[0].at("value").get<double>(), 4.0000004);  // every digit
+  EXPECT_EQ(missed.at("checked")[0].at("digits_reached"), 7);
+  EXPECT_EQ(missed.at("checked")[1].at("met"), false);
+  EXPECT_EQ(missed.at("reasons").size(), 1u);
+}
+
+// The whole way, with a real case whose reference is wrong in the seventh digit.
+TEST(Suite, AWrongReferenceIsFound) {
+  ReferenceCase c = reference_case("B22");
+  c.optimum *= 1.0 + 1e-5;
+  const CaseOutcome outcome = run_case(c);
+  EXPECT_EQ(outcome.verdict, Verdict::missed);
+  ASSERT_EQ(outcome.reasons().size(), 1u);
+  EXPECT_TRUE(contains(outcome.reasons()[0], "cost is 0.9205"));
+}
+
+TEST(Suite, EveryChoiceOfSolverSolvesALinearQuadraticCase) {
+  for (const SolverChoice solver :
+       {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
+    const CaseOutcome outcome = run_case(reference_case("C02"), solver);
+    EXPECT_EQ(outcome.verdict, Verdict::met) << name_of(solver);
+    for (const std::string& reason : outcome.reasons()) ADD_FAILURE() << reason;
+  }
+}
+
+}  // namespace
+}  // namespace saltus
