@@ -10,8 +10,12 @@ namespace saltus::library {
 
 // --- B: several phases
 // ----------------------------------------------------------------------------
-ReferenceCase bryson_denham();   // B01
-ReferenceCase interior_point();  // B22
+ReferenceCase bryson_denham();      // B01
+ReferenceCase brachistochrone();    // B03
+ReferenceCase particle_steering();  // B11
+ReferenceCase maximum_range();      // B15
+ReferenceCase interior_point();     // B22
+ReferenceCase van_der_pol();        // B25
 
 // --- C: model predictive control
 // ------------------------------------------------------------------

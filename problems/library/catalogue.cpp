@@ -11,10 +11,14 @@ namespace saltus {
 
 const std::vector<ReferenceCase>& reference_cases() {
   static const std::vector<ReferenceCase> cases{
-      library::bryson_denham(),
-      library::interior_point(),
-      library::phase_transition(),
-      library::pendulum_on_cart(),
+      library::bryson_denham(),      // B01
+      library::brachistochrone(),    // B03
+      library::particle_steering(),  // B11
+      library::maximum_range(),      // B15
+      library::interior_point(),     // B22
+      library::van_der_pol(),        // B25
+      library::phase_transition(),   // C02
+      library::pendulum_on_cart(),   // C03
   };
   return cases;
 }
