@@ -91,6 +91,11 @@ void RecedingHorizonController::retime(std::string_view event, double time) {
   is_prepared_ = false;  // the guess stands on the grid before
 }
 
+void RecedingHorizonController::set_schedule(const Schedule& schedule) {
+  shooting_->set_schedule(schedule);
+  is_prepared_ = false;
+}
+
 void RecedingHorizonController::set_previous_input(const VectorRef& input) {
   if ((input.array().abs() == infinity).any())
     has_bad_data_ = true;

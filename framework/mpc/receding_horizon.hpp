@@ -71,6 +71,9 @@ class RecedingHorizonController {
   // of throwing.
   void set_data(std::string_view parameter, const VectorRef& value);
   void retime(std::string_view event, double time);
+  /// An event that came early or late: Schedule::confirm and hold on a copy of the schedule, which
+  /// is then set here.
+  void set_schedule(const Schedule& schedule);
   void set_previous_input(const VectorRef& input);
 
   /// Everything for the tick at absolute time t that does not need the measurement; optional.

@@ -9,9 +9,26 @@ namespace saltus {
 
 using namespace shooting;
 
+namespace {
+
+// Same variables in the same units, no jump, and a border that moves with the horizon.
+bool is_continuation(const OptimalControlProblem& problem, int next) {
+  const PhaseDefinition& a = problem.phases()[next - 1];
+  const PhaseDefinition& b = problem.phases()[next];
+  return a.sizes.nx == b.sizes.nx && a.sizes.nu == b.sizes.nu && !problem.jumps()[next].map &&
+         !a.has_free_duration() && !b.has_free_duration() && a.input_shape() == b.input_shape() &&
+         a.nominal_state == b.nominal_state && a.nominal_input == b.nominal_input;
+}
+
+}  // namespace
+
 PlanShift::PlanShift(const ShootingProgram& program) {
   const Grid& grid = program.grid();
-  for (int j = 0; j < grid.phases(); ++j) old_.emplace_back(grid.intervals(j));
+  for (int j = 0; j < grid.phases(); ++j) {
+    first_site_.push_back(j == 0 ? 0 : first_site_.back() + grid.intervals(j - 1));
+    goes_on_after_.push_back(j + 1 < grid.phases() && is_continuation(program.problem(), j + 1));
+    old_.emplace_back(grid.intervals(j));
+  }
   new_ = old_;
   const std::vector<RowSite>& sites = program.row_sites();
   for (std::size_t i = 0; i < sites.size(); ++i) {
@@ -46,11 +63,20 @@ void PlanShift::remember(const ShootingProgram& program, const VectorXd& w) {
   fill_times(program, w, old_);
 }
 
+// Within the phase, or in the one that was there at that time.
+PlanShift::Spot PlanShift::find_across(int phase, double t, bool from_left) const {
+  const double rounding = 1e-9;  // s, as below
+  while (goes_on_after_[phase] && t > old_[phase].back().end() + rounding) ++phase;
+  while (phase > 0 && goes_on_after_[phase - 1] && t < old_[phase].front().start - rounding)
+    --phase;
+  return find(phase, t, from_left);
+}
+
 // At a node the interval that starts there, or from the left the one that ends.
 PlanShift::Spot PlanShift::find(int phase, double t, bool from_left) const {
   const std::vector<Interval>& intervals = old_[phase];
   const double rounding = 1e-9;  // s; far below the distance of two nodes
-  Spot spot{-1, 0.0};
+  Spot spot{phase, -1, 0.0};
   for (int k = 0; k < static_cast<int>(intervals.size()); ++k) {
     if (intervals[k].length == 0.0) continue;
     const bool begun =
@@ -58,7 +84,7 @@ PlanShift::Spot PlanShift::find(int phase, double t, bool from_left) const {
     if (spot.interval >= 0 && !begun) break;
     spot.interval = k;
   }
-  if (spot.interval < 0) return {0, 0.0};
+  if (spot.interval < 0) return {phase, 0, 0.0};
   const Interval& i = intervals[spot.interval];
   spot.fraction = std::clamp((t - i.start) / i.length, 0.0, 1.0);
   return spot;
@@ -102,7 +128,8 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
     const int nx = phase.sizes.nx;
     const Interval& now = new_[j][k];
     const auto interpolate_state = [&](int node, const Spot& spot) {
-      const int first = layout.state(j, spot.interval), last = layout.state(j, spot.interval + 1);
+      const int first = layout.state(spot.phase, spot.interval);
+      const int last = layout.state(spot.phase, spot.interval + 1);
       const int to = layout.state(j, node), near = spot.fraction < 0.5 ? first : last;
       for (int i = 0; i < nx; ++i) {
         guess.w[to + i] =
@@ -110,42 +137,41 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
         if (dual) guess.z[to + i] = plan.z[near + i];
       }
     };
-    interpolate_state(k, find(j, now.start, false));
-    const Spot end = find(j, now.end(), true);
+    interpolate_state(k, find_across(j, now.start, false));
+    const Spot end = find_across(j, now.end(), true);
     if (k + 1 == grid.intervals(j)) interpolate_state(k + 1, end);
 
-    const Spot middle = find(j, now.start + 0.5 * now.length, false);
+    const Spot middle = find_across(j, now.start + 0.5 * now.length, false);
     const int nc = (phase.input_shape() == InputShape::linear ? 2 : 1) * phase.sizes.nu;
-    const double longer = now.length / std::max(old_[j][middle.interval].length, 1e-12);
+    const double longer = now.length / std::max(old_[middle.phase][middle.interval].length, 1e-12);
     for (int i = 0; i < nc; ++i) {
-      const int from = layout.input(j, middle.interval) + i, to = layout.input(j, k) + i;
+      const int from = layout.input(middle.phase, middle.interval) + i, to = layout.input(j, k) + i;
       guess.w[to] = plan.w[from];
       if (dual) guess.z[to] = longer * plan.z[from];  // costs are per unit of time
     }
     if (!dual) continue;
 
     // Costates: of node k + 1, in the rows that define it.
-    const IntervalSite* sites = &site - k;  // of this phase, interval by interval
-    const int before = end.interval > 0 ? sites[end.interval - 1].first_row
-                       : j == 0         ? program.start_row()
-                                        : program.jump_row(j);
-    const int after = sites[end.interval].first_row;
-    for (int i = 0; i < nx; ++i)
-      guess.lambda[site.first_row + i] =
-          (1.0 - end.fraction) * plan.lambda[before + i] + end.fraction * plan.lambda[after + i];
-    if (j == 0 && k == 0) {
-      const Spot first = find(0, now.start, false);
-      const int left =
-          first.interval > 0 ? sites[first.interval - 1].first_row : program.start_row();
-      const int right = sites[first.interval].first_row;
+    const auto old_site = [&](const Spot& spot) {
+      return program.interval_sites()[first_site_[spot.phase] + spot.interval];
+    };
+    const auto interpolate_costate = [&](int row, const Spot& spot) {
+      const int before = spot.interval > 0 ? old_site({spot.phase, spot.interval - 1}).first_row
+                         : spot.phase == 0 ? program.start_row()
+                                           : program.jump_row(spot.phase);
+      const int after = old_site(spot).first_row;
       for (int i = 0; i < nx; ++i)
-        guess.lambda[program.start_row() + i] = (1.0 - first.fraction) * plan.lambda[left + i] +
-                                                first.fraction * plan.lambda[right + i];
-    }
-    if (site.continuity_row >= 0 && sites[middle.interval].continuity_row >= 0)
+        guess.lambda[row + i] = (1.0 - spot.fraction) * plan.lambda[before + i] +
+                                spot.fraction * plan.lambda[after + i];
+    };
+    interpolate_costate(site.first_row, end);
+    if (k == 0)
+      interpolate_costate(j == 0 ? program.start_row() : program.jump_row(j),
+                          find_across(j, now.start, false));
+    const int continuity = old_site(middle).continuity_row;
+    if (site.continuity_row >= 0 && continuity >= 0)
       for (int i = 0; i < phase.sizes.nu; ++i)
-        guess.lambda[site.continuity_row + i] =
-            plan.lambda[sites[middle.interval].continuity_row + i];
+        guess.lambda[site.continuity_row + i] = plan.lambda[continuity + i];
   }
 
   const std::vector<RowSite>& sites = program.row_sites();

@@ -4,7 +4,8 @@
 // and rows keep their numbers, but not their times. States and costates (multipliers of the
 // dynamics) are interpolated between the old nodes; inputs, other multipliers and slacks are those
 // of the old interval or node nearest in time. Beyond its end the plan goes on with its last
-// values.
+// values. Phases of fixed duration move with the horizon: their plan is looked up across the border
+// between them, if nothing jumps there. Free phases end at the instants at which they ended.
 #pragma once
 
 #include <vector>
@@ -31,9 +32,9 @@ class PlanShift {
     double start = 0.0, length = 0.0;  // absolute, s; length 0: an empty slot
     double end() const { return start + length; }
   };
-  // Where an instant lies in the old grid of a phase.
+  // Where an instant lies in the old grid.
   struct Spot {
-    int interval = 0;
+    int phase = 0, interval = 0;
     double fraction = 0.0;
   };
   // Rows of one term in one phase, one site per node or per interval.
@@ -43,6 +44,7 @@ class PlanShift {
     std::vector<int> sites;
   };
   Spot find(int phase, double t, bool from_left) const;
+  Spot find_across(int phase, double t, bool from_left) const;
   int nearest_node(int phase, double t) const;
   static void fill_times(const ShootingProgram& program, const VectorXd& w,
                          std::vector<std::vector<Interval>>& times);
@@ -50,6 +52,8 @@ class PlanShift {
   std::vector<std::vector<Interval>> old_;          // per phase
   mutable std::vector<std::vector<Interval>> new_;  // scratch
   std::vector<Family> families_;
+  std::vector<int> first_site_;      // of each phase among the intervals
+  std::vector<char> goes_on_after_;  // whether the next phase is this one's continuation
 };
 
 }  // namespace saltus

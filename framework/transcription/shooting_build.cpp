@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "framework/core/error.hpp"
@@ -43,6 +44,8 @@ ShootingProgram::ShootingProgram(OptimalControlProblem problem,
                                  const IntegratorChoice& integrator)
     : start_time(problem.start_time()),
       start_bounds(problem.start_bounds()),
+      previous_input(VectorXd::Constant(problem.phases().front().sizes.nu,
+                                        std::numeric_limits<double>::quiet_NaN())),
       schedule_before(problem.schedule()),
       problem_(std::move(problem)),
       grid_(problem_, base_intervals),

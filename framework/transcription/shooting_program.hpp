@@ -34,7 +34,7 @@ class ShootingProgram final : public BlockProgram {
   double start_time = 0.0;           ///< absolute, s
   std::vector<Bounds> start_bounds;  ///< of the first state
   std::vector<VectorXd> data;        ///< p of each phase: data, and guesses of unknowns
-  VectorXd previous_input;           ///< empty until given
+  VectorXd previous_input;           ///< NaN until given
   Schedule schedule_before;          ///< to take a change back
 
   OptimalControlProblem& problem() { return problem_; }

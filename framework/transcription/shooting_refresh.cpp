@@ -307,7 +307,6 @@ void ShootingProgram::refresh_changes() {
     const auto empty = [&](int k) { return grid_.interval(j, k).is_empty(); };
     bool neighbours = !empty(site.to) && (site.from < 0 || !empty(site.from));
     for (int k = site.from + 1; k < site.to; ++k) neighbours = neighbours && empty(k);
-    if (site.from < 0) neighbours = neighbours && previous_input.size() > 0;
     const double nominal = grid_.nominal_length(j);
     const double before = site.from < 0 ? nominal : interval_length(j, site.from);
     const double mean = 0.5 * (before + interval_length(j, site.to));

@@ -1,0 +1,117 @@
+// A plan on the grid of the next solve: on its own grid it is itself, later it is the rest of
+// itself, with several phases and free durations too.
+#include "framework/transcription/plan_shift.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/qp/sparse_solver.hpp"
+#include "framework/solver/kkt.hpp"
+#include "framework/solver/sqp.hpp"
+#include "framework/transcription/shooting_program.hpp"
+#include "tests/problems/two_gears.hpp"
+#include "tests/support/event_problems.hpp"
+#include "tests/support/walking_problem.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+
+std::unique_ptr<Solver> sqp() {
+  return make_solver(Sqp{.tolerance = 1e-9}, make_sparse_qp_solver, make_sparse_qp_solver);
+}
+
+MultipleShooting gears() {
+  OptimalControlProblem car = two_gears::problem();
+  return {car, {.intervals_per_phase = 20, .integrator = runge_kutta4()}};
+}
+
+// A plan, and the same moved on by `elapsed` along itself.
+struct Moved {
+  Solution plan;
+  NlpPoint guess;
+};
+Moved move_on(MultipleShooting& shooting, double elapsed) {
+  Moved m{solve(shooting, *sqp()), {}};
+  EXPECT_TRUE(m.plan.ok()) << m.plan.message;
+  PlanShift shift(shooting.program());
+  shift.remember(shooting.program(), m.plan.point.w);
+  const double start = m.plan.trajectory.start_time() + elapsed;
+  shooting.start_at(start, m.plan.trajectory.state(start));
+  shift.apply(shooting.program(), m.plan.point, m.guess);
+  return m;
+}
+
+void expect_near(const VectorXd& a, const VectorXd& b, double tolerance) {
+  ASSERT_EQ(a.size(), b.size());
+  for (int i = 0; i < a.size(); ++i) ASSERT_NEAR(a[i], b[i], tolerance) << i;
+}
+
+TEST(PlanShift, OnItsOwnGridAPlanIsItself) {
+  MultipleShooting car = gears();
+  const Moved m = move_on(car, 0.0);
+  // Rounding of the durations, which are recovered from instants.
+  constexpr double rounding = 1e-11;
+  expect_near(m.guess.w, m.plan.point.w, rounding);
+  expect_near(m.guess.lambda, m.plan.point.lambda, rounding);
+  // Multipliers that a solver leaves at sides that do not exist are not taken over.
+  expect_near(m.guess.z, m.plan.point.z, 1e-8);
+
+  MultipleShooting walk = walking_problem(walking_schedule());
+  const Moved n = move_on(walk, 0.0);
+  EXPECT_LT(kkt_residual(walk.nlp(), n.guess).scaled(), 1e-8);
+}
+
+TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
+  constexpr double elapsed = 0.3;  // s
+  MultipleShooting car = gears();
+  const NlpPoint cold = car.initial_guess();
+  const Moved m = move_on(car, elapsed);
+  const auto duration = [&](int j) {
+    return m.guess.w[car.layout().duration(j)] * car.problem().phases()[j].nominal_duration;
+  };
+  EXPECT_NEAR(duration(0), m.plan.durations[0] - elapsed, 1e-9);
+  EXPECT_NEAR(duration(1), m.plan.durations[1], 1e-9);
+
+  const Solution warm = solve(car, *sqp(), m.guess);
+  const Solution anew = solve(car, *sqp());
+  ASSERT_TRUE(warm.ok() && anew.ok());
+  EXPECT_NEAR(warm.cost, anew.cost, 1e-7 * anew.cost);
+  RecordProperty("warm_iterations", warm.iterations);
+  EXPECT_LT(warm.iterations, anew.iterations);
+  // What is left of a plan: its costates are those of the new one up to the change of the grid,
+  // which cuts the first phase into other intervals.
+  const double scale = warm.point.lambda.cwiseAbs().maxCoeff();
+  for (const shooting::IntervalSite& site : car.program().interval_sites())
+    for (int i = 0; i < 2; ++i)
+      EXPECT_NEAR(m.guess.lambda[site.first_row + i], warm.point.lambda[site.first_row + i],
+                  0.02 * scale)
+          << site.phase << " " << site.interval;
+}
+
+TEST(PlanShift, AFreePhaseThatIsOverIsAsShortAsItMayBe) {
+  MultipleShooting car = gears();
+  const Solution plan = solve(car, *sqp());
+  const Moved m = move_on(car, plan.durations[0] - 0.2);
+  EXPECT_NEAR(m.guess.w[car.layout().duration(0)], 0.5, 1e-12);  // the shortest allowed
+  EXPECT_TRUE(m.guess.w.allFinite() && m.guess.lambda.allFinite() && m.guess.z.allFinite());
+}
+
+TEST(PlanShift, FixedPhasesMoveWithTheHorizonAndThePlanAcrossTheirBorder) {
+  constexpr double elapsed = 0.1;  // s, one interval: all nodes keep their times
+  MultipleShooting walk = walking_problem(walking_schedule());
+  const Moved m = move_on(walk, elapsed);
+  const Trajectory& old = m.plan.trajectory;
+  const Trajectory moved = walk.trajectory(m.guess.w);
+  for (const TrajectoryPiece& piece : moved.pieces()) {
+    if (piece.end() > old.end_time() + 1e-9) continue;
+    expect_near(piece.state, old.state(piece.start), 1e-9);
+    expect_near(piece.end_state, old.state_before(piece.end()), 1e-9);
+    expect_near(piece.coefficients, old.input(piece.start + 0.5 * piece.length), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace saltus
