@@ -51,6 +51,9 @@ class Grid {
 
   /// Recomputes the nodes of fixed phases for new event times or a new start time. No allocation.
   void place(const Schedule& schedule, double start_time);
+  /// Another duration (s) of a fixed phase, for the next place(). Limits of windows that stood on
+  /// a node have no slot, and do not move with it.
+  void set_duration(int phase, double duration) { phases_[phase].duration = duration; }
 
   /// Throws DefinitionError, naming phase, term and event, when a window names an event that is
   /// not in the schedule.

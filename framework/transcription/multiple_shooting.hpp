@@ -39,6 +39,8 @@ class MultipleShooting {
   const Layout& layout() const;
   /// What nlp() is, with its places: for PlanShift.
   const ShootingProgram& program() const { return *program_; }
+  /// The same, for OptimumDerivatives, which moves what is none of its variables and takes it back.
+  ShootingProgram& editable_program() { return *program_; }
   /// Stages of nlp(): a node of a phase each, with the interval that begins there.
   StageStructure stages() const;
 

@@ -307,9 +307,6 @@ void ShootingProgram::build_total_time() {
   if (shares.empty() || problem_.total_time().is_free()) return;
   total_time_row_ = new_rows(1, "total time, row");
   for (const VariableShare& s : shares) add_linear(total_time_row_, s.variable, s.factor);
-  const double known = known_start(grid_.phases()) - start_time;
-  bound_row(total_time_row_, problem_.total_time().lower - known,
-            problem_.total_time().upper - known);
 }
 
 // Slacks come last, so that everything before them keeps its place whatever is soft:

@@ -91,6 +91,7 @@ class ShootingProgram final : public BlockProgram {
   int new_rows(int count, const std::string& what);
 
   void refresh_times();
+  void refresh_total_time();
   void place_data();
   void refresh_input_bounds(int j);
   void refresh_state_bounds(int j);

@@ -17,7 +17,7 @@ using namespace shooting;
 double ShootingProgram::known_start(int phase) const {
   double t = start_time;
   for (int i = 0; i < phase; ++i)
-    if (layout_.duration(i) < 0) t += problem_.phases()[i].duration.lower;
+    if (layout_.duration(i) < 0) t += grid_.reference_duration(i);
   return t;
 }
 
@@ -39,7 +39,7 @@ double ShootingProgram::known_time(const Place& place) const {
   if (place.node < grid_.intervals(place.phase))
     return start + grid_.interval(place.phase, place.node).offset0;
   const bool is_free = layout_.duration(place.phase) >= 0;
-  return start + (is_free ? 0.0 : problem_.phases()[place.phase].duration.lower);
+  return start + (is_free ? 0.0 : grid_.reference_duration(place.phase));
 }
 
 std::vector<VariableShare> ShootingProgram::time_shares(const Place& place) const {
@@ -86,6 +86,7 @@ VectorXd ShootingProgram::parameters_of(int phase, const VectorXd* w) const {
 
 void ShootingProgram::refresh() {
   refresh_times();
+  refresh_total_time();
   refresh_start();
   refresh_unknowns();
   for (int j = 0; j < grid_.phases(); ++j) {
@@ -105,6 +106,13 @@ void ShootingProgram::refresh_times() {
       set_constant(b.block, b.length_argument,
                    grid_.interval(b.place.phase, b.place.interval).length0);
   }
+}
+
+void ShootingProgram::refresh_total_time() {
+  if (total_time_row_ < 0) return;
+  const double known = known_start(grid_.phases()) - start_time;
+  bound_row(total_time_row_, problem_.total_time().lower - known,
+            problem_.total_time().upper - known);
 }
 
 void ShootingProgram::place_data() {

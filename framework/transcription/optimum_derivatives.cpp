@@ -1,0 +1,235 @@
+#include "framework/transcription/optimum_derivatives.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "framework/core/error.hpp"
+#include "framework/core/text.hpp"
+#include "framework/transcription/shooting_program.hpp"
+#include "framework/transcription/theta_differences.hpp"
+
+namespace saltus {
+namespace {
+
+// First steps of the extrapolation. Times act through lengths of intervals, which bound the step of
+// the integrator; parameters through formulas that vary with their magnitude.
+constexpr double step_of_interval = 0.1;
+constexpr double step_of_parameter = 0.05;
+constexpr double smallest_of_parameter = 1e-7;
+constexpr double smallest_magnitude = 1e-3;  // of the nominal value
+// Above this estimate the differences are not what a derivative should be.
+constexpr double inaccurate = 1e-5;
+
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
+// What stands at a node leaves it within the smallest step.
+StepRange time_steps(const Grid& grid) {
+  double shortest = infinity;
+  for (int j = 0; j < grid.phases(); ++j)
+    if (grid.nominal_length(j) > 0.0) shortest = std::min(shortest, grid.nominal_length(j));
+  if (!std::isfinite(shortest)) shortest = 1.0;
+  return {step_of_interval * shortest, 2.0 * same_instant};
+}
+
+OptimumSystem system_of(MultipleShooting& shooting, const Solution& solution) {
+  const NonlinearProgram& program = shooting.nlp();
+  if (solution.point.w.size() != program.variables() ||
+      solution.point.lambda.size() != program.rows())
+    throw DefinitionError(fmt::format(
+        "derivatives of the optimum of problem '{}': the solution has {} variables and {} "
+        "multipliers, expected {} and {}",
+        shooting.problem().name(), solution.point.w.size(), solution.point.lambda.size(),
+        program.variables(), program.rows()));
+  return {shooting.nlp(), solution.point};
+}
+
+}  // namespace
+
+OptimumDerivatives::OptimumDerivatives(MultipleShooting& shooting, const Solution& solution)
+    : shooting_(&shooting), system_(system_of(shooting, solution)) {}
+
+// --- results ------------------------------------------------------------------------------------
+
+OptimumDerivative OptimumDerivatives::unchanged() const {
+  OptimumDerivative result;
+  OptimumMovement none;
+  none.w = VectorXd::Zero(shooting_->nlp().variables());
+  finish(result, true, none, 1.0);
+  return result;
+}
+
+void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
+                                const OptimumMovement& moved, double rate) const {
+  const PhaseDefinition& first = shooting_->problem().phases().front();
+  const Grid& grid = shooting_->grid();
+  if (!system_.is_factored()) result.cost = unknown;
+  if (solved)
+    result.w = rate * moved.w;
+  else
+    result.w.setConstant(shooting_->nlp().variables(), unknown);
+  int k = 0;  // the first interval in which time passes
+  while (k + 1 < grid.intervals(0) && grid.interval(0, k).is_empty()) ++k;
+  result.first_input = result.w.segment(shooting_->layout().input(0, k), first.sizes.nu)
+                           .cwiseProduct(first.nominal_input);
+  if (result.message.empty()) result.message = system_.message();
+  if (result.message.empty() && !solved)
+    result.message = "the plan cannot follow: the constraints that hold do not allow the change";
+  if (result.message.empty()) result.message = moved.one_sided;
+  if (result.message.empty() && result.difference_error > inaccurate)
+    result.message =
+        fmt::format("differences of the program agree to {:.1g} only", result.difference_error);
+  result.reliable = result.message.empty();
+}
+
+OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, StepRange steps,
+                                                     const std::function<void(double)>& move) {
+  OptimumDerivative result;
+  ThetaRates rates;
+  const DifferenceStatus status =
+      difference(shooting_->editable_program(), system_, steps, move, rates);
+  if (status != DifferenceStatus::success) {
+    result.cost = unknown;
+    result.message =
+        status == DifferenceStatus::kink
+            ? fmt::format(
+                  "costs or constraints have a kink at the present {}: a formula that "
+                  "switches there, or a sample of a reference at a node",
+                  name)
+            : fmt::format(
+                  "other constraints or costs are in force on either side of the present {}: an "
+                  "event or a limit of a window stands at a node, or at another event",
+                  name);
+    finish(result, false, {}, 1.0);
+    return result;
+  }
+  const NlpPoint& point = system_.point();
+  result.cost = rates.objective + point.lambda.dot(rates.rows) - point.z.dot(rates.bounds);
+  result.difference_error = rates.error;
+  OptimumMovement moved;
+  const bool solved = system_.solve(rates, moved);
+  finish(result, solved, moved, 1.0);
+  return result;
+}
+
+// L has the term z (w_i - theta / nominal).
+OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
+  OptimumDerivative result;
+  result.cost = -system_.point().z[variable] / nominal;
+  OptimumMovement moved;
+  const bool solved = system_.hold(variable, moved);
+  finish(result, solved, moved, 1.0 / nominal);
+  return result;
+}
+
+// --- what may change ----------------------------------------------------------------------------
+
+OptimumDerivative OptimumDerivatives::wrt_event(std::string_view event) {
+  ShootingProgram& program = shooting_->editable_program();
+  const double time = shooting_->problem().schedule().time_of(event);
+  if (!std::isfinite(time)) return unchanged();
+  const Schedule before = shooting_->problem().schedule();
+  return by_differences(fmt::format("time of event '{}', {} s", event, time),
+                        time_steps(shooting_->grid()), [&](double d) {
+                          Schedule& schedule = program.problem().editable_schedule();
+                          schedule.adopt(before);
+                          if (d != 0.0) schedule.retime(event, time + d);
+                          program.grid().place(schedule, program.start_time);
+                          program.refresh();
+                        });
+}
+
+OptimumDerivative OptimumDerivatives::wrt_start_time() {
+  ShootingProgram& program = shooting_->editable_program();
+  const double time = program.start_time;
+  return by_differences(fmt::format("start time, {} s", time), time_steps(shooting_->grid()),
+                        [&](double d) {
+                          program.start_time = time + d;
+                          program.grid().place(shooting_->problem().schedule(), time + d);
+                          program.refresh();
+                        });
+}
+
+OptimumDerivative OptimumDerivatives::wrt_duration(int phase) {
+  ShootingProgram& program = shooting_->editable_program();
+  if (phase < 0 || phase >= shooting_->grid().phases())
+    throw DefinitionError(
+        fmt::format("problem '{}' has {} phases, but derivatives with respect "
+                    "to the duration of phase {} were asked for",
+                    shooting_->problem().name(), shooting_->grid().phases(), phase));
+  const PhaseDefinition& definition = shooting_->problem().phases()[phase];
+  if (const int v = shooting_->layout().duration(phase); v >= 0)
+    return by_holding(v, definition.nominal_duration);
+  const double duration = shooting_->grid().reference_duration(phase);
+  return by_differences(fmt::format("duration of phase '{}', {} s", definition.name, duration),
+                        time_steps(shooting_->grid()), [&](double d) {
+                          program.grid().set_duration(phase, duration + d);
+                          program.grid().place(shooting_->problem().schedule(), program.start_time);
+                          program.refresh();
+                        });
+}
+
+OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i) {
+  ShootingProgram& program = shooting_->editable_program();
+  std::vector<std::pair<int, int>> places;  // phase, entry of p
+  std::vector<std::string> names;
+  const ParameterBlock* found = nullptr;
+  for (int j = 0; j < shooting_->grid().phases(); ++j) {
+    int first = 0;
+    for (const ParameterBlock& block : shooting_->problem().phases()[j].parameters) {
+      names.push_back(block.name);
+      if (block.name == name) {
+        found = &block;
+        places.emplace_back(j, first + i);
+      }
+      first += static_cast<int>(block.value.size());
+    }
+  }
+  if (found == nullptr) {
+    const std::string near = nearest_name(name, names);
+    throw DefinitionError(fmt::format("problem '{}' has no parameter '{}'{}",
+                                      shooting_->problem().name(), name,
+                                      near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+  if (i < 0 || i >= found->value.size())
+    throw DefinitionError(fmt::format("parameter '{}' has {} entries, but entry {} was asked for",
+                                      name, found->value.size(), i));
+  if (found->unknown)
+    return by_holding(shooting_->layout().parameter(places.front().first, places.front().second),
+                      found->nominal[i]);
+  const double value = program.data[places.front().first][places.front().second];
+  const double magnitude = std::max(std::abs(value), smallest_magnitude * found->nominal[i]);
+  return by_differences(fmt::format("entry {} of parameter '{}', {}", i, name, value),
+                        {step_of_parameter * magnitude, smallest_of_parameter * magnitude},
+                        [&](double d) {
+                          for (const auto& [j, entry] : places)
+                            program.set_data(j, entry, value + d);
+                        });
+}
+
+OptimumDerivative OptimumDerivatives::wrt_start(int i) {
+  const ShootingProgram& program = shooting_->program();
+  const PhaseDefinition& first = shooting_->problem().phases().front();
+  if (i < 0 || i >= first.sizes.nx)
+    throw DefinitionError(
+        fmt::format("the start of problem '{}' has {} states, but entry {} was "
+                    "asked for",
+                    shooting_->problem().name(), first.sizes.nx, i));
+  const int row = program.start_row() + i;
+  if (system_.row_side(row) == 0)
+    return by_holding(shooting_->layout().state(0, 0) + i, first.nominal_state[i]);
+  // The side of a row: g - side falls as theta grows.
+  OptimumDerivative result;
+  const double rate = 1.0 / first.nominal_state[i];
+  result.cost = -system_.point().lambda[row] * rate;
+  OptimumRates rates = system_.no_rates();
+  rates.rows[row] = -rate;
+  OptimumMovement moved;
+  const bool solved = system_.solve(rates, moved);
+  finish(result, solved, moved, 1.0);
+  return result;
+}
+
+}  // namespace saltus
