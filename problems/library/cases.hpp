@@ -7,13 +7,18 @@ namespace saltus::library {
 
 // --- A: switched and hybrid systems
 // ---------------------------------------------------------------
+ReferenceCase three_modes();              // A01
+ReferenceCase linear_quadratic_switch();  // A02
+ReferenceCase switched_autonomous();      // A04
 
 // --- B: several phases
 // ----------------------------------------------------------------------------
 ReferenceCase bryson_denham();      // B01
 ReferenceCase brachistochrone();    // B03
+ReferenceCase bang_bang();          // B05
 ReferenceCase particle_steering();  // B11
 ReferenceCase maximum_range();      // B15
+ReferenceCase moon_lander();        // B18
 ReferenceCase interior_point();     // B22
 ReferenceCase van_der_pol();        // B25
 

@@ -11,14 +11,19 @@ namespace saltus {
 
 const std::vector<ReferenceCase>& reference_cases() {
   static const std::vector<ReferenceCase> cases{
-      library::bryson_denham(),      // B01
-      library::brachistochrone(),    // B03
-      library::particle_steering(),  // B11
-      library::maximum_range(),      // B15
-      library::interior_point(),     // B22
-      library::van_der_pol(),        // B25
-      library::phase_transition(),   // C02
-      library::pendulum_on_cart(),   // C03
+      library::three_modes(),              // A01
+      library::linear_quadratic_switch(),  // A02
+      library::switched_autonomous(),      // A04
+      library::bryson_denham(),            // B01
+      library::brachistochrone(),          // B03
+      library::bang_bang(),                // B05
+      library::particle_steering(),        // B11
+      library::maximum_range(),            // B15
+      library::moon_lander(),              // B18
+      library::interior_point(),           // B22
+      library::van_der_pol(),              // B25
+      library::phase_transition(),         // C02
+      library::pendulum_on_cart(),         // C03
   };
   return cases;
 }

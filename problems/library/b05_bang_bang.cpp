@@ -1,0 +1,68 @@
+// A car that can brake twice as hard as it accelerates: 300 m from rest to rest in least time.
+//
+//   min T   x'' = u, -2 <= u <= 1   x(0) = 0, x(T) = 300 m, at rest at both ends
+//
+// Closed form for limits a forward, b backward, over the distance D: T = sqrt(2 D (a + b) / (a b)),
+// and the switch is at T b / (a + b). The input is constant in each of two phases, its value to be
+// found.
+// Guess: the start throughout, no input, ten seconds for each phase.
+// Source: ICLOCS2 examples, two-phase bang-bang; closed form.
+#include "integrators/runge_kutta.hpp"
+#include "problems/library/cases.hpp"
+
+namespace saltus::library {
+namespace {
+
+struct Car {  // x = (position m, speed m/s), u = acceleration m/s^2
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+
+OptimalControlProblem problem() {
+  const auto position = [](const auto&, const auto& x) { return x[0]; };
+  const auto speed = [](const auto&, const auto& x) { return x[1]; };
+  const auto clock = [](const auto& t, const auto&) { return t; };
+
+  Phase<2, 1> accelerate{"accelerate", Car{}, between(1.0, 100.0)};
+  Phase<2, 1> brake{"brake", Car{}, between(1.0, 100.0)};
+  for (auto* phase : {&accelerate, &brake})
+    phase->bound_input(0, between(-2.0, 1.0))
+        .nominal(Vec<double, 2>{100.0, 10.0}, Vec<double, 1>{1.0})
+        .nominal_duration(10.0)
+        .guess_duration(10.0);
+  brake.reach("distance", position, exactly(300.0))
+      .reach("at rest", speed, exactly(0.0))
+      .minimise_at_end("time", clock);
+
+  OptimalControlProblem ocp("bang-bang");
+  ocp.start_at({0, 0}).then(accelerate).then(brake);
+  return ocp;
+}
+
+std::vector<CheckedValue> more(const Solution& s) {
+  return {{"u before the switch", s.trajectory.input(10.0)[0], 1.0, 1e-7, 16},
+          {"u after the switch", s.trajectory.input(25.0)[0], -2.0, 1e-7, 16},
+          {"top speed", s.trajectory.state(s.durations[0])[1], 20.0, 1e-6, 16}};
+}
+
+}  // namespace
+
+ReferenceCase bang_bang() {
+  return {.id = "B05",
+          .name = "bang_bang",
+          .exercises = "least time, two free durations, constant inputs to be found",
+          .source = "ICLOCS2 examples; closed form",
+          .problem = problem,
+          // Parabolas: one interval per phase is exact.
+          .options = {.intervals_per_phase = 1, .integrator = runge_kutta4()},
+          .optimum = 30.0,
+          .digits = 16,
+          .tolerance = 1e-9,  // the solver's
+          .switching_times = {20.0},
+          .switching_tolerance = 1e-7,  // both durations are decided by the constraints
+          .more = more};
+}
+
+}  // namespace saltus::library
