@@ -10,12 +10,16 @@ namespace saltus::library {
 ReferenceCase three_modes();              // A01
 ReferenceCase linear_quadratic_switch();  // A02
 ReferenceCase switched_autonomous();      // A04
+ReferenceCase fishing_relaxed();          // A08
+ReferenceCase double_tank();              // A11
 
 // --- B: several phases
 // ----------------------------------------------------------------------------
 ReferenceCase bryson_denham();      // B01
 ReferenceCase brachistochrone();    // B03
 ReferenceCase bang_bang();          // B05
+ReferenceCase goddard_rocket();     // B07
+ReferenceCase catalyst_mixing();    // B10
 ReferenceCase particle_steering();  // B11
 ReferenceCase maximum_range();      // B15
 ReferenceCase moon_lander();        // B18
@@ -24,7 +28,9 @@ ReferenceCase van_der_pol();        // B25
 
 // --- C: model predictive control
 // ------------------------------------------------------------------
-ReferenceCase phase_transition();  // C02
-ReferenceCase pendulum_on_cart();  // C03
+ReferenceCase phase_transition();       // C02
+ReferenceCase pendulum_on_cart();       // C03
+ReferenceCase step_recovery_landing();  // C09, first instance
+ReferenceCase step_recovery_waiting();  // C09, second instance
 
 }  // namespace saltus::library

@@ -14,9 +14,13 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::three_modes(),              // A01
       library::linear_quadratic_switch(),  // A02
       library::switched_autonomous(),      // A04
+      library::fishing_relaxed(),          // A08
+      library::double_tank(),              // A11
       library::bryson_denham(),            // B01
       library::brachistochrone(),          // B03
       library::bang_bang(),                // B05
+      library::goddard_rocket(),           // B07
+      library::catalyst_mixing(),          // B10
       library::particle_steering(),        // B11
       library::maximum_range(),            // B15
       library::moon_lander(),              // B18
@@ -24,6 +28,8 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::van_der_pol(),              // B25
       library::phase_transition(),         // C02
       library::pendulum_on_cart(),         // C03
+      library::step_recovery_landing(),    // C09
+      library::step_recovery_waiting(),    // C09
   };
   return cases;
 }

@@ -1,0 +1,64 @@
+// Two tanks, one above the other: the inflow w is to bring the lower one to a level of 3 and hold
+// it there.
+//
+//   min int_0^10 2 (x2 - 3)^2   x1' = 1 + w - sqrt(x1), x2' = sqrt(x1) - sqrt(x2), 0 <= w <= 1
+//   x(0) = (2, 2)
+//
+// Full inflow first, then a singular arc, w = sqrt(3) - 1 near its end. The optimum enters the arc
+// by ever faster switching; to land on it without overshoot costs 1.8e-5 more (4.731349). The
+// inflow of the second phase is piecewise constant: a few of the switches are found.
+// Guess: both levels at the desired 3, no inflow, five time units for each phase.
+// Source: Sager, mintOC.de, double tank; the relaxed optimum was computed independently.
+#include "integrators/runge_kutta.hpp"
+#include "problems/library/cases.hpp"
+
+namespace saltus::library {
+namespace {
+
+struct Tanks {  // x = (upper level, lower level), w = inflow
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& w) const {
+    const S out_of_upper = sqrt(x[0]), out_of_lower = sqrt(x[1]);
+    return {1.0 + w[0] - out_of_upper, out_of_upper - out_of_lower};
+  }
+};
+
+OptimalControlProblem problem() {
+  const auto lower_level = [](const auto&, const auto& x) { return x[1]; };
+  const Vec<double, 2> desired{3.0, 3.0};
+  const Bounds part = between(0.5, 9.5);  // of the ten time units
+
+  Phase<2, 1> fill{"fill", Tanks{}, part}, hold{"hold", Tanks{}, part};
+  fill.bound_input(0, exactly(1.0));
+  hold.bound_input(0, between(0.0, 1.0));
+  OptimalControlProblem ocp("double tank");
+  ocp.start_at({2, 2});
+  for (auto* phase : {&fill, &hold}) {
+    phase
+        ->track("lower level", lower_level, Vec<double, 1>{4.0}, Window{},
+                Reference(Vec<double, 1>{3.0}))
+        .bound_state(0, at_least(0.1))  // where the roots are defined
+        .bound_state(1, at_least(0.1))
+        .guess_state(Guess::constant(desired))
+        .guess_duration(5.0);
+    ocp.then(*phase);
+  }
+  ocp.total_time(exactly(10.0)).costs(CostRule::integrated);
+  return ocp;
+}
+
+}  // namespace
+
+ReferenceCase double_tank() {
+  return {.id = "A11",
+          .name = "double_tank",
+          .exercises = "bang, then singular, with chattering in between",
+          .source = "mintOC, relaxed; computed independently to six digits",
+          .problem = problem,
+          .options = {.intervals = {6, 30}, .integrator = runge_kutta8()},
+          .optimum = 4.731305,
+          .digits = 6,
+          .tolerance = 1e-5};  // pieces of 0.15 s do not chatter as fast as the optimum
+}
+
+}  // namespace saltus::library
