@@ -37,8 +37,7 @@ std::vector<int> colour(const std::vector<std::vector<int>>& neighbours, int& co
 }  // namespace
 
 bool difference_gradients(NonlinearProgram& program, const NlpPoint& point,
-                          std::vector<double>& hessian) {
-  const SparsityPattern& pattern = program.hessian_pattern();
+                          const SparsityPattern& pattern, std::vector<double>& hessian) {
   const int n = program.variables();
   std::vector<double> jacobian(program.jacobian_pattern().entries());
   const auto gradient = [&](const VectorXd& w, VectorXd& result) {

@@ -86,8 +86,10 @@ OptimumSystem::~OptimumSystem() = default;
 OptimumSystem::OptimumSystem(OptimumSystem&&) noexcept = default;
 OptimumSystem& OptimumSystem::operator=(OptimumSystem&&) noexcept = default;
 
-OptimumSystem::OptimumSystem(NonlinearProgram& program, const NlpPoint& optimum)
-    : program_(&program), point_(optimum) {
+OptimumSystem::OptimumSystem(NonlinearProgram& program, const NlpPoint& optimum,
+                             SparsityPattern curvature)
+    : program_(&program), point_(optimum), pattern_(std::move(curvature)) {
+  if (program.supports(Curvature::exact)) pattern_ = program.hessian_pattern();
   // A Gauss-Newton Hessian would serve for solving, but its optimum moves differently.
   hessian_name_ = program.supports(Curvature::exact) ? "exact" : "differences of gradients";
   if (point_.z.size() != program.variables()) point_.z = VectorXd::Zero(program.variables());
@@ -206,11 +208,11 @@ double OptimumSystem::defect() const {
 
 bool OptimumSystem::factor() {
   NonlinearProgram& p = *program_;
-  curvature_.resize(p.hessian_pattern().entries());
+  curvature_.resize(pattern_.entries());
   const bool known = p.supports(Curvature::exact)
                          ? p.hessian(point_.w.data(), 1.0, point_.lambda.data(), curvature_.data(),
                                      Curvature::exact)
-                         : difference_gradients(p, point_, curvature_);
+                         : difference_gradients(p, point_, pattern_, curvature_);
   if (!known) return false;
 
   place_.assign(p.variables(), -1);
@@ -237,7 +239,7 @@ bool OptimumSystem::factor() {
     if (i != j) entries.emplace_back(j, i, value);
   };
   for (int i = 0; i < size; ++i) entries.emplace_back(i, i, 0.0);
-  p.hessian_pattern().for_each([&](int r, int c, int e) {
+  pattern_.for_each([&](int r, int c, int e) {
     if (place_[r] >= 0 && place_[c] >= 0) add(place_[r], place_[c], curvature_[e]);
   });
   p.jacobian_pattern().for_each([&](int r, int c, int e) {
@@ -279,7 +281,7 @@ bool OptimumSystem::solve(const OptimumRates& rates, OptimumMovement& moved) con
       x[place_[i]] = -rates.gradient[i];
   for (std::size_t k = 0; k < row_of_.size(); ++k)
     x[free_ + static_cast<int>(k)] = -rates.rows[row_of_[k]];
-  p.hessian_pattern().for_each([&](int r, int c, int e) {
+  pattern_.for_each([&](int r, int c, int e) {
     if (place_[r] >= 0 && place_[c] < 0) x[place_[r]] -= curvature_[e] * moved.w[c];
     if (place_[c] >= 0 && place_[r] < 0) x[place_[c]] -= curvature_[e] * moved.w[r];
   });
@@ -394,7 +396,7 @@ std::string OptimumSystem::one_sided(const OptimumRates& rates,
     rows[r] += jacobian_[e] * moved.w[c];
     gradient[c] += jacobian_[e] * moved.lambda[r];
   });
-  p.hessian_pattern().for_each([&](int r, int c, int e) {
+  pattern_.for_each([&](int r, int c, int e) {
     gradient[r] += curvature_[e] * moved.w[c];
     if (r != c) gradient[c] += curvature_[e] * moved.w[r];
   });

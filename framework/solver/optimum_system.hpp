@@ -44,8 +44,9 @@ struct OptimumMovement {
 /// one of the optimum when it is constructed.
 class OptimumSystem {
  public:
-  /// `optimum`: w and lambda; bound multipliers are computed.
-  OptimumSystem(NonlinearProgram& program, const NlpPoint& optimum);
+  /// `curvature`: lower triangle of the second derivatives that there may be. The program's own
+  /// pattern has those that it delivers; others are found by differences.
+  OptimumSystem(NonlinearProgram& program, const NlpPoint& optimum, SparsityPattern curvature);
   ~OptimumSystem();
   OptimumSystem(OptimumSystem&&) noexcept;
   OptimumSystem& operator=(OptimumSystem&&) noexcept;
@@ -94,6 +95,7 @@ class OptimumSystem {
 
   NonlinearProgram* program_;
   NlpPoint point_;
+  SparsityPattern pattern_;  // of curvature_
   std::vector<int> row_sides_, bound_sides_;
   std::string message_, hessian_name_;
   double residual_ = 0.0;

@@ -1,8 +1,9 @@
 // Derivatives of the optima of known problems: the impact time of the push recovery, costates of a
-// switched system with free switching times.
+// switched system with free switching times, an integrator without second derivatives.
 #include <gtest/gtest.h>
 
 #include "framework/transcription/optimum_derivatives.hpp"
+#include "integrators/cvodes.hpp"
 #include "tests/problems/push_recovery_cases.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/resolved_derivatives.hpp"
@@ -91,6 +92,41 @@ TEST(OptimumOf, FreeSwitchingTimesHasTheCostatesAtItsStart) {
   EXPECT_NEAR(first.w[shooting.layout().duration(0)] + first.w[shooting.layout().duration(1)] +
                   first.w[shooting.layout().duration(2)],
               0.0, 1e-9);
+}
+
+struct Spring {  // x'' = u - k x (1 + x^2)
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u, const Vec<S, 1>& k) const {
+    return {x[1], u[0] - k[0] * x[0] * (1.0 + x[0] * x[0])};
+  }
+};
+
+OptimumDerivative of_stiffness(const IntegratorChoice& integrator, std::string& hessian) {
+  Phase<2, 1, 1> phase{"spring", Spring{}, exactly(1.5)};
+  phase.data("k", Vec<double, 1>{2.0})
+      .track("state", state, Vec<double, 2>{2.0, 1.0})
+      .track("effort", input, Vec<double, 1>{0.1});
+  OptimalControlProblem ocp("spring");
+  ocp.start_at({1, 0}).costs(CostRule::integrated).then(phase);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 6, .integrator = integrator});
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-8}));
+  EXPECT_TRUE(s.ok()) << s.message;
+  OptimumDerivatives derivatives(shooting, s);
+  hessian = derivatives.hessian();
+  return derivatives.wrt_parameter("k");
+}
+
+TEST(OptimumOf, AdaptiveIntegratorsIsCurvedByDifferencesOfGradients) {
+  std::string exact, differences;
+  const OptimumDerivative fixed = of_stiffness(runge_kutta8({.steps = 4}), exact);
+  const OptimumDerivative adaptive =
+      of_stiffness(cvodes({.tolerance = 1e-10, .absolute_tolerance = 1e-12}), differences);
+  EXPECT_EQ(exact, "exact");
+  EXPECT_EQ(differences, "differences of gradients");
+  EXPECT_TRUE(adaptive.reliable) << adaptive.message;
+  // The integrator's tolerance, divided by the steps of the differences.
+  EXPECT_NEAR(adaptive.cost, fixed.cost, 1e-6);
+  EXPECT_NEAR(adaptive.first_input[0], fixed.first_input[0], 1e-4);
 }
 
 }  // namespace
