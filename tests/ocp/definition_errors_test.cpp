@@ -129,6 +129,17 @@ const std::vector<Mistake>& mistakes() {
       {"EventInAFreePhase",
        free_phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.to = event("impact")}); }),
        {"phase 'motion'", "term 'lane'", "phase time"}},
+      {"UnknownMode",
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), during("a", "bb")); }),
+       {"phase 'motion'", "term 'lane'", "no mode 'bb'", "did you mean 'b'"}},
+      {"ModeWithoutASchedule",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_at({1}).then(m.bound_input(0, exactly(0.0), during("a")));
+       }),
+       {"phase 'motion'", "input 0", "no mode 'a'"}},
+      {"ModeInAFreePhase",
+       free_phase([](Motion& m) { m.keep("lane", state, at_most(1.0), during("a")); }),
+       {"phase 'motion'", "term 'lane'", "mode 'a'", "phase time"}},
       // --- bounds of components
       {"InputIndex",
        phase([](Motion& m) { m.bound_input(1, at_most(1.0)); }),
