@@ -1,18 +1,19 @@
 // Sequential quadratic programming: quadratic models of the program, solved one after the other.
 //
 // From w the solution w+ of the model gives the step d = w+ - w and the new multipliers. The step
-// is shortened until the l1 merit function  phi = f + sum_i nu_i violation_i(w),  nu_i above
-// |lambda_i|, falls as the model promises (Armijo); a full step that fails for the curvature of the
-// rows alone is corrected to second order first.
+// is judged by the l1 merit function (l1_merit.hpp), corrected to second order where the curvature
+// of the rows alone makes it fail, and shortened where that does not help.
 //
 // Models have the exact Hessian and need not be convex: the QP solver finds a local solution by
-// inertia correction (ipm_inertia.hpp). Where that gives no step downhill the model is convexified
-// (convexify.hpp), and shifted further while that does not help; then Newton's step on the surface
-// of the active rows (active_set.hpp) may replace its step. A model without a feasible point is
-// relaxed: violations are bought at a high price (elastic mode), and where a convex model cannot
-// reduce them any more the program is infeasible.
+// inertia correction (ipm_inertia.hpp), confined to a box about w that follows the steps which were
+// accepted, because a far solution of an indefinite model says nothing. Where no box gives a step
+// downhill the model is convexified (convexify.hpp), and shifted further while that does not help.
+// A model without a feasible point is relaxed: violations are bought at a price (elastic mode),
+// and where a convex model at a high price cannot reduce them the program is infeasible. Of cold
+// starts the multipliers are estimated by least squares first.
 //
-// Nocedal and Wright, Numerical Optimization, 2nd ed., ch. 18.
+// Nocedal and Wright, Numerical Optimization, 2nd ed., ch. 18; Fletcher, Practical Methods of
+// Optimization, 2nd ed., sec. 14.4 (boxes and elastic mode).
 #pragma once
 
 #include <functional>

@@ -1,0 +1,292 @@
+#include "framework/solver/sqp_run.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace saltus {
+namespace {
+
+constexpr double shortest_step = 1e-7;   // a step this short means that the model is wrong
+constexpr double worthwhile_step = 0.1;  // below it a smaller box is tried first
+constexpr double box_shrinkage = 0.25, box_growth = 2.0;
+constexpr double box_reached = 0.9;   // by a step of this share of its radius
+constexpr int exact_models = 8;       // in smaller and smaller boxes, before they are convexified
+constexpr double first_shift = 1e-4;  // of convexified ones, relative to the largest entry
+constexpr int convex_models = 9;
+// Of violations in elastic mode, times the largest gradient and multiplier: low enough not to leave
+// large prices behind, until the question is whether they can be avoided at all.
+constexpr double elastic_price = 10.0, multiplier_price = 2.0, firm_price = 1e3;
+constexpr double acceptable_factor = 1e3;  // on the tolerance, where progress has stopped
+constexpr double largest_estimate = 1e3;   // larger estimates of multipliers are none
+constexpr double stalled = 1e-9;           // relative change of w, or of its violation
+
+double seconds_since(QpClock::time_point start) {
+  return std::chrono::duration<double>(QpClock::now() - start).count();
+}
+
+double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().maxCoeff(); }
+
+}  // namespace
+
+SqpEngine::SqpEngine(const NonlinearProgram& program, const Sqp& options,
+                     const QpSolverFactory& make)
+    : model(program), qp_options{.tolerance = 0.01 * options.tolerance, .convex = false} {
+  if (program.is_linear_quadratic())
+    qp_options = {.tolerance = options.tolerance, .max_iterations = options.max_iterations};
+  else
+    convexification = std::make_unique<Convexification>(model.qp().hessian_pattern);
+  qp = make(model.qp().hessian_pattern, model.qp().row_pattern, qp_options);
+  hessian_pattern = program.hessian_pattern();
+  std::vector<char> meets(program.variables(), 0);
+  hessian_pattern.for_each([&](int r, int c, int) {
+    if (r != c) meets[r] = meets[c] = 1;
+  });
+  for (int i = 0; i < program.variables(); ++i)
+    if (meets[i]) coupled.push_back(i);
+}
+
+bool SqpEngine::fits(const NonlinearProgram& p) const {
+  return hessian_pattern == p.hessian_pattern() && model.qp().row_pattern == p.jacobian_pattern() &&
+         p.is_linear_quadratic() == (convexification == nullptr);
+}
+
+SqpRun::SqpRun(NonlinearProgram& program, const Sqp& options, Curvature curvature,
+               SqpEngine& engine, const QpSolverFactory& relaxed, QpClock::time_point deadline)
+    : program_(program),
+      options_(options),
+      curvature_(curvature),
+      engine_(engine),
+      relaxed_(relaxed),
+      model_(engine.model),
+      deadline_(deadline),
+      merit_(program),
+      rows_(VectorXd::Zero(program.rows())) {
+  if (options.time_limit > 0.0)
+    deadline_ =
+        std::min(deadline_, begin_ + std::chrono::duration_cast<QpClock::duration>(
+                                         std::chrono::duration<double>(options.time_limit)));
+  engine_.qp->set_deadline(deadline_);
+}
+
+NlpResult SqpRun::solve(const NlpPoint& start, bool warm) {
+  NlpResult result;
+  point_.w = start.w.cwiseMax(program_.lower()).cwiseMin(program_.upper());
+  warm = warm && start.lambda.size() == program_.rows();
+  point_.lambda = warm ? start.lambda : VectorXd::Zero(program_.rows());
+  point_.z =
+      warm && start.z.size() == program_.variables() ? start.z : VectorXd::Zero(start.w.size());
+  result.status = program_.is_linear_quadratic() ? solve_once(warm) : iterate(warm);
+  result.iterations = iterations_;
+  result.hessian = curvature_ == Curvature::exact ? "exact" : "Gauss-Newton";
+  result.kkt = kkt_residual(program_, point_);
+  if (!program_.objective(point_.w.data(), result.objective) && is_success(result.status))
+    result.status = SolveStatus::evaluation_failed;
+  result.point = std::move(point_);
+  result.seconds = seconds_since(begin_);
+  return result;
+}
+
+SolveStatus SqpRun::solve_once(bool warm) {
+  if (!model_.linearise(program_, VectorXd::Zero(program_.variables()), point_.lambda, curvature_))
+    return SolveStatus::evaluation_failed;
+  const NlpPoint start = point_;
+  QpResult r = engine_.qp->solve(model_.qp(), point_, warm);
+  iterations_ = r.iterations;
+  const bool broke =
+      r.status == QpStatus::numerical_failure || r.status == QpStatus::iteration_limit;
+  if (warm && broke) {  // a warm start may be worse than none
+    point_ = start;
+    r = engine_.qp->solve(model_.qp(), point_, false);
+    iterations_ += r.iterations;
+  }
+  if (r.status == QpStatus::infeasible) {  // the least violation, for the report
+    point_ = start;
+    NlpPoint relaxed = point_;
+    if (serves(solve_elastic(relaxed, true))) point_ = relaxed;
+  }
+  return to_solve_status(r.status);
+}
+
+// Multipliers with which the cost balances best, |g + J'lambda + z| least, as if the rows held:
+// those of the step that follows -g as far as the linearised rows allow. Without them the first
+// model would know nothing of the curvature of the rows.
+void SqpRun::estimate_multipliers() {
+  if (!model_.linearise(program_, point_.w, point_.lambda, curvature_)) return;
+  VectorXd& hessian = model_.qp().hessian;
+  hessian.setZero();
+  engine_.convexification->add_to_diagonal(hessian, 1.0);
+  model_.hessian_changed();
+  rows_ = model_.constraints().cwiseMax(program_.row_lower()).cwiseMin(program_.row_upper());
+  model_.correct_rows(program_, point_.w, rows_);
+  NlpPoint balanced = point_;
+  const QpResult r = engine_.qp->solve(model_.qp(), balanced, false);
+  if (serves(r) && largest(balanced.lambda) <= largest_estimate) point_.lambda = balanced.lambda;
+}
+
+SolveStatus SqpRun::iterate(bool warm) {
+  if (!warm) estimate_multipliers();
+  for (;; ++iterations_) {
+    if (!model_.linearise(program_, point_.w, point_.lambda, curvature_))
+      return SolveStatus::evaluation_failed;
+    kkt_ = kkt_residual(program_, point_);
+    if (kkt_.scaled() <= options_.tolerance && (warm || iterations_ > 0))
+      return SolveStatus::optimal;
+    if (timed_out()) return SolveStatus::time_limit;
+    if (iterations_ >= options_.max_iterations) return SolveStatus::iteration_limit;
+    const SolveStatus status = step(warm || iterations_ > 0);
+    if (status == SolveStatus::optimal) continue;  // it was taken
+    if (status == SolveStatus::numerical_failure &&
+        kkt_.scaled() <= acceptable_factor * options_.tolerance)
+      return SolveStatus::acceptable;
+    return status;
+  }
+}
+
+// One step, `optimal` if it was taken. Models become more careful until one serves: confined to a
+// smaller box first, then convexified, from where on also short steps are taken.
+SolveStatus SqpRun::step(bool warm) {
+  exact_ = model_.qp().hessian;
+  const double unit = std::max(1.0, largest(exact_));
+  SolveStatus status = SolveStatus::numerical_failure;
+  bool is_elastic = false;
+  for (int model = 0; model < exact_models + convex_models; ++model) {
+    const int care = model - exact_models;
+    if (care < 0) {
+      if (model > 0) radius_ = box_shrinkage * std::min(radius_, length());
+      confine(radius_);
+    } else {
+      if (care == 0) is_elastic = false;
+      bend(care == 0 ? 0.0 : first_shift * std::pow(10.0, care - 1) * unit);
+      confine(infinity);
+    }
+    const QpResult r = solve_model(is_elastic, care >= 0, warm);
+    if (r.status == QpStatus::deadline) return SolveStatus::time_limit;
+    if (r.status == QpStatus::invalid_problem) return SolveStatus::numerical_failure;
+    if (r.status == QpStatus::unbounded) status = SolveStatus::unbounded;
+    if (!serves(r)) continue;
+    if (is_elastic && is_stuck()) {
+      if (care >= 0) return SolveStatus::infeasible;
+      continue;
+    }
+    const double alpha = search(is_elastic, care >= 0 ? shortest_step : worthwhile_step);
+    if (alpha > 0.0) return SolveStatus::optimal;
+    status = SolveStatus::numerical_failure;
+  }
+  return status;
+}
+
+// Largest change of a coupled variable from the point to next_.
+double SqpRun::length() const {
+  double most = 0.0;
+  for (const int i : engine_.coupled) most = std::max(most, std::abs(next_.w[i] - model_.w()[i]));
+  return most;
+}
+
+// The model's variables stay in a box about its point. Others than coupled ones have no curvature
+// that could be misjudged.
+void SqpRun::confine(double radius) {
+  model_.update_bounds(program_);
+  if (radius == infinity) return;
+  SparseQp& qp = model_.qp();
+  for (const int i : engine_.coupled) {
+    qp.lower[i] = std::max(qp.lower[i], model_.w()[i] - radius);
+    qp.upper[i] = std::min(qp.upper[i], model_.w()[i] + radius);
+  }
+}
+
+// Solves the model from the point, in elastic mode where it turns out to have no feasible point.
+QpResult SqpRun::solve_model(bool& is_elastic, bool firm, bool warm) {
+  QpResult r;
+  if (!is_elastic) {
+    next_ = point_;
+    r = engine_.qp->solve(model_.qp(), next_, warm);
+    // A warm start may be worse than none, or pass for the solution by the solver's own scale.
+    const bool stays = next_.w == point_.w;
+    if (warm && (!serves(r) || stays) && r.status != QpStatus::deadline) {
+      next_ = point_;
+      r = engine_.qp->solve(model_.qp(), next_, false);
+    }
+    is_elastic = r.status == QpStatus::infeasible;
+  }
+  if (!is_elastic) return r;
+  next_ = point_;
+  return solve_elastic(next_, firm);
+}
+
+bool SqpRun::serves(const QpResult& r) const {
+  return r.status == QpStatus::optimal || r.residual <= options_.tolerance;
+}
+
+// Convexified by blocks, and shifted.
+void SqpRun::bend(double shift) {
+  VectorXd& hessian = model_.qp().hessian;
+  hessian = exact_;
+  engine_.convexification->apply(hessian, options_.convexity_floor);
+  engine_.convexification->add_to_diagonal(hessian, shift);
+  model_.hessian_changed();
+}
+
+QpResult SqpRun::solve_elastic(NlpPoint& point, bool firm) {
+  if (engine_.elastic == nullptr)
+    engine_.elastic = std::make_unique<ElasticQp>(model_.qp(), relaxed_, engine_.qp_options);
+  const double factor = firm ? firm_price : elastic_price;
+  elastic_price_ = std::max(
+      {factor, factor * largest(model_.gradient()), multiplier_price * largest(point_.lambda)});
+  return engine_.elastic->solve(model_.qp(), elastic_price_, point, deadline_);
+}
+
+// Violations at the point that neither the relaxed model nor therefore the program can reduce.
+bool SqpRun::is_stuck() {
+  multiply(model_.qp().row_pattern, model_.qp().rows, next_.w - point_.w, rows_);
+  rows_ += model_.constraints();
+  const double before = total_violation(program_, model_.constraints());
+  return before > options_.tolerance &&
+         (total_violation(program_, rows_) >= (1.0 - 1e-6) * before ||
+          largest(next_.w - point_.w) <= stalled * (1.0 + largest(point_.w)));
+}
+
+// Takes as much of the step to next_ as the merit function likes, if that is more than `shortest`.
+// Returns the share, 0 for none.
+double SqpRun::search(bool is_elastic, double shortest) {
+  merit_.follow(next_.lambda, is_elastic ? elastic_price_ : 0.0);
+  merit_.begin(program_, model_);
+  const double promised = merit_.promised(program_, model_, next_.w);
+  if (promised > merit_.noise()) return 0.0;
+  if (merit_.falls(program_, next_.w, promised)) return take(next_.w, 1.0);
+  if (!is_elastic && corrected(promised)) return take(next_.w, 1.0);
+  const VectorXd d = next_.w - point_.w;
+  for (double alpha = 0.5; alpha > shortest; alpha *= 0.5) {
+    trial_ = point_.w + alpha * d;
+    if (merit_.falls(program_, trial_, alpha * promised)) return take(trial_, alpha);
+  }
+  return 0.0;
+}
+
+// Second-order correction of a step whose rows, as last evaluated, are what makes it fail.
+bool SqpRun::corrected(double promised) {
+  if (!merit_.rows().allFinite()) return false;
+  NlpPoint other = next_;
+  model_.correct_rows(program_, next_.w, merit_.rows());
+  const QpResult r = engine_.qp->solve(model_.qp(), other, true);
+  model_.correct_rows(program_, model_.w(), model_.constraints());
+  if (!serves(r) || !merit_.falls(program_, other.w, promised)) return false;
+  next_ = std::move(other);
+  return true;
+}
+
+// The box follows what was accepted.
+double SqpRun::take(const VectorXd& w, double alpha) {
+  const double size = length();
+  if (alpha < 1.0)
+    radius_ = std::min(radius_, box_growth * alpha * size);
+  else if (size >= box_reached * radius_)
+    radius_ *= box_growth;
+  point_.w = w.cwiseMax(program_.lower()).cwiseMin(program_.upper());
+  point_.lambda += alpha * (next_.lambda - point_.lambda);
+  point_.z += alpha * (next_.z - point_.z);
+  return alpha;
+}
+
+}  // namespace saltus

@@ -1,0 +1,70 @@
+// One run of sequential quadratic programming: from a start to where it ends.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "framework/solver/convexify.hpp"
+#include "framework/solver/elastic_qp.hpp"
+#include "framework/solver/l1_merit.hpp"
+#include "framework/solver/quadratic_model.hpp"
+#include "framework/solver/sqp.hpp"
+
+namespace saltus {
+
+/// What depends on the patterns only, kept between runs.
+struct SqpEngine {
+  SqpEngine(const NonlinearProgram& program, const Sqp& options, const QpSolverFactory& make);
+  bool fits(const NonlinearProgram& program) const;
+
+  QuadraticModel model;
+  QpOptions qp_options;
+  SparsityPattern hessian_pattern;  ///< of the program
+  std::unique_ptr<QpSolver> qp;
+  std::vector<int> coupled;                          ///< variables that meet others in the Hessian
+  std::unique_ptr<Convexification> convexification;  ///< of nonlinear programs
+  std::unique_ptr<ElasticQp> elastic;                ///< once it was needed
+};
+
+class SqpRun {
+ public:
+  SqpRun(NonlinearProgram& program, const Sqp& options, Curvature curvature, SqpEngine& engine,
+         const QpSolverFactory& relaxed, QpClock::time_point deadline);
+
+  NlpResult solve(const NlpPoint& start, bool warm);
+
+ private:
+  bool timed_out() const { return QpClock::now() >= deadline_; }
+  SolveStatus solve_once(bool warm);
+  SolveStatus iterate(bool warm);
+  void estimate_multipliers();
+  SolveStatus step(bool warm);
+  QpResult solve_model(bool& is_elastic, bool firm, bool warm);
+  QpResult solve_elastic(NlpPoint& point, bool firm);
+  bool serves(const QpResult& r) const;
+  void bend(double shift);
+  void confine(double radius);
+  double length() const;
+  bool is_stuck();
+  double search(bool is_elastic, double shortest);
+  bool corrected(double promised);
+  double take(const VectorXd& w, double alpha);
+
+  NonlinearProgram& program_;
+  const Sqp& options_;
+  Curvature curvature_;
+  SqpEngine& engine_;
+  const QpSolverFactory& relaxed_;
+  QuadraticModel& model_;
+  QpClock::time_point begin_ = QpClock::now(), deadline_;
+  NlpPoint point_, next_;
+  L1Merit merit_;
+  VectorXd rows_, trial_;
+  VectorXd exact_;            // Hessian as it came
+  double radius_ = infinity;  // largest change of the coupled variables
+  KktResidual kkt_;
+  double elastic_price_ = 0.0;
+  int iterations_ = 0;
+};
+
+}  // namespace saltus
