@@ -126,6 +126,32 @@ void check_instant(const PhaseDefinition& phase, const std::optional<Instant>& i
   }
 }
 
+// Events may move, but not past one another.
+void check_order(const PhaseDefinition& phase, const Window& window, const Schedule& schedule,
+                 const std::string& what) {
+  if (!window.from || !window.to || !window.from->is_event() || !window.to->is_event()) return;
+  const std::string &from = window.from->event(), &to = window.to->event();
+  if (schedule.index_of(from) >= schedule.index_of(to))
+    throw DefinitionError(
+        fmt::format("phase '{}', {}: the window from event '{}' to event '{}' is always empty, for "
+                    "the schedule has them in another order",
+                    phase.name, what, from, to));
+}
+
+// Limits in phase time are where they are, whatever the start.
+void check_reach(const PhaseDefinition& phase, const Window& window, const std::string& what) {
+  if (window.clock != Clock::phase) return;
+  const double longest = phase.duration.upper;
+  if (window.from && !window.from->is_event() && window.from->seconds() > longest)
+    throw DefinitionError(
+        fmt::format("phase '{}', {}: the window begins at {} s, but the phase lasts {} s at most",
+                    phase.name, what, window.from->seconds(), longest));
+  if (window.to && !window.to->is_event() && window.to->seconds() < 0.0)
+    throw DefinitionError(
+        fmt::format("phase '{}', {}: the window ends at {} s, before the phase begins", phase.name,
+                    what, window.to->seconds()));
+}
+
 void check_window(const PhaseDefinition& phase, const Window& window, const Schedule& schedule,
                   const std::string& what) {
   check_instant(phase, window.from, schedule, what);
@@ -139,6 +165,8 @@ void check_window(const PhaseDefinition& phase, const Window& window, const Sche
       !(window.from->seconds() < window.to->seconds()))
     throw DefinitionError(fmt::format("phase '{}', {}: the window [{}, {}) s is empty", phase.name,
                                       what, window.from->seconds(), window.to->seconds()));
+  check_order(phase, window, schedule, what);
+  check_reach(phase, window, what);
 }
 
 }  // namespace

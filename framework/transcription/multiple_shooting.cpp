@@ -357,7 +357,7 @@ std::vector<CostShare> cost_shares(ShootingProgram& program, const VectorXd& w) 
     if (!program.problem().phases()[site.phase].terms[site.term].soft) continue;
     for (const auto* slacks : {&site.slack_below, &site.slack_above})
       for (const int s : *slacks)
-        if (s >= 0) shares[index[site.phase][site.term]].value += program.variable_cost(s, w[s]);
+        if (s >= 0) shares[index[site.phase][site.term]].value += program.slack_cost(s, w);
   }
   return shares;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "framework/core/error.hpp"
+#include "framework/model/make_function.hpp"
 #include "framework/model/structure.hpp"
 #include "framework/ocp/cost_functions.hpp"
 #include "framework/transcription/interval_function.hpp"
@@ -309,10 +310,30 @@ void ShootingProgram::build_total_time() {
   for (const VariableShare& s : shares) add_linear(total_time_row_, s.variable, s.factor);
 }
 
+// Where the length of the interval that pays is unknown, the price is a function of both:
+// length(T) x slack, or half its square. Returns the block, -1 where the length is known.
+int ShootingProgram::add_price_block(const RowSite& site, int slack) {
+  const Term& term = problem_.phases()[site.phase].terms[site.term];
+  if (term.place != TermPlace::running || layout_.duration(site.phase) < 0) return -1;
+  const int k = paying_interval(site, grid_.resolve(site.phase, term.window));
+  if (k < 0) return -1;
+  const bool l1 = term.soft->penalty == Penalty::L1;
+  const Function price = times_length(
+      l1 ? make_function<1, 0, 0>([](const auto&, const auto& s) { return s[0]; })
+         : make_function<1, 0, 0>([](const auto&, const auto& s) { return 0.5 * s[0] * s[0]; }));
+  Block block{price, no_shares(price.inputs()), VectorXd::Zero(price.inputs()), {BlockOutput{}}};
+  const int length_argument = price.inputs() - 1;  // (t | slack | length)
+  block.shares[1] = {{slack, 1.0}};
+  block.shares[length_argument] = offset_shares(site.phase, grid_.interval(site.phase, k).length1);
+  block.constants[length_argument] = grid_.interval(site.phase, k).length0;
+  return add_block(std::move(block));
+}
+
 // Slacks come last, so that everything before them keeps its place whatever is soft:
 // lower <= g + s_below - s_above <= upper with s >= 0.
 void ShootingProgram::build_slacks() {
-  layout_.set_first_slack(variables());
+  first_slack_ = variables();
+  layout_.set_first_slack(first_slack_);
   for (RowSite& site : rows_) {
     const Term& term = problem_.phases()[site.phase].terms[site.term];
     site.slack_below.assign(term.function.outputs(), -1);
@@ -321,7 +342,10 @@ void ShootingProgram::build_slacks() {
     const auto add = [&](int row, double sign) {
       const int slack = add_variables(1);
       add_linear(row, slack, sign);
-      if (term.soft->penalty == Penalty::L2) declare_quadratic(slack);
+      price_blocks_.push_back(add_price_block(site, slack));
+      // With a free duration the price has mixed derivatives: a solver needs the diagonal as well,
+      // to make the program convex.
+      if (term.soft->penalty == Penalty::L2 || price_blocks_.back() >= 0) declare_quadratic(slack);
       return slack;
     };
     for (int i = 0; i < term.function.outputs(); ++i) {

@@ -61,6 +61,10 @@ class ShootingProgram final : public BlockProgram {
   double duration_of(int phase, const VectorXd* w) const;
   VectorXd parameters_of(int phase, const VectorXd* w) const;
   bool is_given_start(int phase, int node) const;
+  /// Block that prices a slack together with a free duration; -1: it has a price of its own.
+  int price_block(int slack) const { return price_blocks_[slack - first_slack_]; }
+  /// What a slack costs at w.
+  double slack_cost(int slack, const VectorXd& w);
   Bounds input_bounds(int phase, int interval, int component) const;
 
   std::string describe_row(int row) const override { return describe_row(row, nullptr); }
@@ -88,6 +92,7 @@ class ShootingProgram final : public BlockProgram {
   void add_row_site(int j, int t, const shooting::Place& place, bool state_only);
   shooting::PlacedBlock add_term_block(const Function& f, const shooting::Place& place,
                                        std::vector<BlockOutput> outputs, bool with_length);
+  int add_price_block(const shooting::RowSite& site, int slack);
   int new_rows(int count, const std::string& what);
 
   void refresh_times();
@@ -98,7 +103,7 @@ class ShootingProgram final : public BlockProgram {
   void refresh_unknowns();
   void refresh_continuity();
   void refresh_costs();
-  double penalty_length(const shooting::RowSite& site, const PhaseWindow& window) const;
+  int paying_interval(const shooting::RowSite& site, const PhaseWindow& window) const;
   bool is_pinned(int phase, int interval, int component) const;
 
   OptimalControlProblem problem_;
@@ -107,6 +112,8 @@ class ShootingProgram final : public BlockProgram {
 
   int start_row_ = 0;
   int closing_row_ = -1;
+  int first_slack_ = 0;
+  std::vector<int> price_blocks_;  // per slack
   int total_time_row_ = -1;
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase

@@ -240,20 +240,25 @@ void ShootingProgram::refresh_continuity() {
   }
 }
 
-// Running penalties are per unit of time: the length of the interval that starts at the place if
-// the window reaches into it, else of the one that ends there.
-double ShootingProgram::penalty_length(const RowSite& site, const PhaseWindow& window) const {
+// Running penalties are per unit of time: of the interval that starts at the place if the window
+// reaches into it, else of the one that ends there; -1: of none.
+int ShootingProgram::paying_interval(const RowSite& site, const PhaseWindow& window) const {
   const int j = site.phase;
   const Place& place = site.block.place;
-  if (!site.state_only) {
-    const bool both_ends = problem_.phases()[j].input_shape() == InputShape::linear;
-    return (both_ends ? 0.5 : 1.0) * interval_length(j, place.interval);
-  }
+  if (!site.state_only) return place.interval;
   if (place.node < grid_.intervals(j) && grid_.interval_in(j, place.node, window))
-    return interval_length(j, place.node);
+    return place.node;
   int k = place.node - 1;
   while (k >= 0 && grid_.interval(j, k).is_empty()) --k;
-  return k >= 0 && grid_.interval_in(j, k, window) ? interval_length(j, k) : 0.0;
+  return k >= 0 && grid_.interval_in(j, k, window) ? k : -1;
+}
+
+double ShootingProgram::slack_cost(int slack, const VectorXd& w) {
+  const int block = price_block(slack);
+  if (block < 0) return variable_cost(slack, w[slack]);
+  double price = 0.0;
+  evaluate_block(block, w.data(), &price);
+  return weight(block, 0) * price;
 }
 
 void ShootingProgram::refresh_rows() {
@@ -265,14 +270,19 @@ void ShootingProgram::refresh_rows() {
     last = &term;
     const Place& place = site.block.place;
     bool active = true;
-    double penalty = 1.0;
+    double share = 1.0, length = 1.0;
     if (term.place == TermPlace::running) {
       active = site.state_only ? grid_.node_in(site.phase, place.node, window) &&
                                      !is_given_start(site.phase, place.node)
                                : grid_.interval_in(site.phase, place.interval, window);
       if (term.soft) {
-        penalty = penalty_length(site, window);
-        active = active && penalty > 0.0;
+        const int k = paying_interval(site, window);
+        // Ramps have rows at both ends of an interval, which share it.
+        const bool halves =
+            !site.state_only && problem_.phases()[site.phase].input_shape() == InputShape::linear;
+        share = halves ? 0.5 : 1.0;
+        length = k < 0 ? 0.0 : interval_length(site.phase, k);
+        active = active && length > 0.0;
       }
     }
     for (int i = 0; i < term.function.outputs(); ++i) {
@@ -281,7 +291,12 @@ void ShootingProgram::refresh_rows() {
       for (const int slack : {site.slack_below[i], site.slack_above[i]}) {
         if (slack < 0) continue;
         bound_variable(slack, 0.0, active ? infinity : 0.0);
-        const double price = active ? term.soft->weight * penalty : 0.0;
+        const double rate = active ? term.soft->weight * share : 0.0;
+        if (price_block(slack) >= 0) {  // the length is in the block
+          set_weight(price_block(slack), 0, rate);
+          continue;
+        }
+        const double price = rate * length;
         const bool l1 = term.soft->penalty == Penalty::L1;
         set_variable_cost(slack, l1 ? price : 0.0, l1 ? 0.0 : price);
       }

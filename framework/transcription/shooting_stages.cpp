@@ -74,7 +74,14 @@ StageStructure stage_structure(const ShootingProgram& program) {
       for (int e = pattern.row_begin(row); e < pattern.row_end(row); ++e)
         stage = std::max(stage, stage_of[pattern.col(e)]);
       rows[stage].push_back(row);
-      if (site.slack_below[i] >= 0 || site.slack_above[i] >= 0)
+      bool eliminated = false;
+      for (const int slack : {site.slack_below[i], site.slack_above[i]}) {
+        if (slack < 0) continue;
+        // Where a free duration enters the price, the slack is an input of the row's stage.
+        eliminated = program.price_block(slack) < 0;
+        if (!eliminated) structure.stages[stage].inputs.push_back(slack);
+      }
+      if (eliminated)
         structure.soft_rows.push_back({row, site.slack_below[i], site.slack_above[i]});
     }
     for (auto& [stage, group] : rows) structure.stages[stage].groups.push_back(std::move(group));

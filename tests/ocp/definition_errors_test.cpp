@@ -123,6 +123,31 @@ const std::vector<Mistake>& mistakes() {
       {"NanWindow",
        phase([](Motion& m) { m.bound_input(0, at_most(1.0), {.from = nan}); }),
        {"phase 'motion'", "input 0", "NaN"}},
+      {"WindowAgainstTheOrderOfEvents",
+       [] {
+         Motion m{"motion", Velocity{}, exactly(1.0)};
+         m.keep("lane", state, at_most(1.0), {.from = event("lift"), .to = event("land")});
+         OptimalControlProblem ocp("errors");
+         ocp.schedule(Schedule({"a", "b", "c"}, {{"land", 0.2}, {"lift", 0.4}}));
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "term 'lane'", "'lift' to event 'land'", "another order"}},
+      {"WindowFromAnEventToItself",
+       phase([](Motion& m) {
+         m.bound_input(0, at_most(1.0), {.from = event("impact"), .to = event("impact")});
+       }),
+       {"phase 'motion'", "input 0", "'impact'", "always empty"}},
+      {"WindowBeyondThePhase",
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = 1.5}); }),
+       {"phase 'motion'", "term 'lane'", "begins at 1.5 s", "lasts 1 s"}},
+      {"WindowBeforeThePhase",
+       phase([](Motion& m) { m.bound_state(0, at_most(1.0), {.to = -0.5}); }),
+       {"phase 'motion'", "state 0", "ends at -0.5 s"}},
+      {"EventsThatPassOneAnother",
+       [] {
+         const Schedule s({"a", "b", "c"}, {{"land", 0.4}, {"lift", 0.2}});
+       },
+       {"event 'lift' at 0.2 s", "event 'land' at 0.4 s"}},
       {"WindowBeyondTheShortestDuration",
        free_phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.to = 0.6}); }),
        {"phase 'motion'", "term 'lane'", "0.6", "0.5"}},

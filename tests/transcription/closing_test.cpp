@@ -136,6 +136,22 @@ TEST(Closing, IsSolvedStageByStage) {
   }
 }
 
+// A start that is free is the trajectory's; one with bounds stays inside them, a given one is
+// given.
+TEST(Closing, GuessFromATrajectoryTakesItsStart) {
+  OptimalControlProblem ocp = oscillation();
+  MultipleShooting shooting(ocp.close(), {.intervals_per_phase = 6, .integrator = runge_kutta8()});
+  NlpPoint at = shooting.initial_guess();
+  at.w[shooting.layout().state(0, 0)] = 0.7;
+  const Trajectory trajectory = shooting.trajectory(at.w);
+  EXPECT_EQ(shooting.guess_from(trajectory).w[shooting.layout().state(0, 0)], 0.7);
+  ocp.start_within({between(0.0, 0.5), exactly(0.0)}, Vec<double, 2>{0.2, 0.0});
+  MultipleShooting bounded(ocp, {.intervals_per_phase = 6, .integrator = runge_kutta8()});
+  const NlpPoint guess = bounded.guess_from(trajectory);
+  EXPECT_EQ(guess.w[bounded.layout().state(0, 0)], 0.5);
+  EXPECT_EQ(guess.w[bounded.layout().state(0, 0) + 1], 0.0);
+}
+
 // What a closed course cannot meet is named.
 TEST(Closing, ThatIsImpossibleIsNamed) {
   Phase<1, 1> drift{"drift", [](auto, auto, auto u) { return decltype(u)(u); }, exactly(1.0)};

@@ -133,5 +133,41 @@ TEST(SoftCosts, AreTheirShareOfTheTotal) {
   EXPECT_NEAR(s.costs[0].value, 0.08, 1e-6);
 }
 
+// --- where the duration is free -----------------------------------------------------------------
+
+// x rests at 1 outside the lane x <= 0 and pays weight per second, L1: 0.5 T, L2: 0.25 T; the other
+// cost is 1 / T. So T = sqrt(1 / rate), far from the guess.
+TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
+  for (const Penalty penalty : {Penalty::L1, Penalty::L2}) {
+    for (const bool of_input : {false, true}) {
+      Phase<1, 1> phase{"wait", Velocity{}, between(0.2, 9.0)};
+      phase.bound_input(0, exactly(0.0))
+          .guess_duration(0.7)
+          .minimise_at_end("haste", [](auto t, auto) { return 1.0 / t; });
+      if (of_input)
+        phase.keep(
+            "lane", [](auto, auto x, auto u) { return decltype(x)(x + u); }, at_most(0.0), {},
+            soft("lane", 0.5, penalty));
+      else
+        phase.keep("lane", state, at_most(0.0), {}, soft("lane", 0.5, penalty));
+      OptimalControlProblem ocp("waiting");
+      // Within bounds, so that the start has its row.
+      ocp.start_within({between(1.0, 2.0)}, Vec<double, 1>{1.0}).then(phase);
+      MultipleShooting shooting(ocp, ten);
+      const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+      ASSERT_TRUE(s.ok()) << s.message;
+      const double rate = penalty == Penalty::L1 ? 0.5 : 0.25;
+      // Rows of a state stand at both ends of the phase: the last one pays once more for the last
+      // of the ten intervals.
+      const double paid = of_input ? rate : 1.1 * rate;
+      EXPECT_NEAR(s.durations[0], std::sqrt(1.0 / paid), 1e-6);
+      EXPECT_NEAR(s.cost, 2.0 * std::sqrt(paid), 1e-8);
+      ASSERT_EQ(s.costs.size(), 2u);
+      for (const CostShare& share : s.costs) EXPECT_NEAR(share.value, std::sqrt(paid), 1e-6);
+      EXPECT_NEAR(s.softness.front().largest, 1.0, 1e-7);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace saltus

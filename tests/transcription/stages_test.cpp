@@ -43,7 +43,14 @@ SparseQp linearise(NonlinearProgram& nlp, const VectorXd& w) {
 // A feasible and convex program with the same zeros, bounds and rows in force, but numbers at
 // random: what is linearised need be neither.
 void randomise(SparseQp& qp, VectorXd w, std::mt19937& random) {
-  const auto may_be_slack = [&](int v) { return qp.lower[v] == 0.0 && qp.upper[v] == infinity; };
+  // What is eliminated is alone in the Hessian.
+  std::vector<char> is_joined(qp.variables(), 0);
+  qp.hessian_pattern.for_each([&](int a, int b, int) {
+    if (a != b) is_joined[a] = is_joined[b] = 1;
+  });
+  const auto may_be_slack = [&](int v) {
+    return qp.lower[v] == 0.0 && qp.upper[v] == infinity && !is_joined[v];
+  };
   for (int v = 0; v < qp.variables(); ++v) {
     w[v] = std::clamp(w[v] + 0.1 * uniform(random), qp.lower[v], qp.upper[v]);
     if (!may_be_slack(v)) qp.gradient[v] += 0.1 * uniform(random);
@@ -178,6 +185,23 @@ TEST(Stages, OfFreeDurationsAndSizesThatChange) {
   OptimalControlProblem ocp = two_gears::problem();
   expect_stages(ocp);
   expect_stages(ocp.total_time(at_most(25.0)));
+}
+
+// What a slack costs depends on the duration: it is not eliminated.
+TEST(Stages, OfSoftRowsInAPhaseOfFreeDuration) {
+  for (const Penalty penalty : {Penalty::L1, Penalty::L2})
+    for (const InputCourse course :
+         {InputCourse::piecewise_constant, InputCourse::piecewise_linear}) {
+      Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
+      phase.inputs(course)
+          .track("effort", input, Vec<double, 1>{1.0})
+          .keep("lane", state, between(0.2, 0.4), {}, soft("lane", 2.0, penalty))
+          .keep("limit", input, at_least(-0.5), {}, soft("limit", 1.0, penalty))
+          .reach("end", state, exactly(0.1), soft("end", 3.0, penalty))
+          .minimise_at_end("time", [](auto t, auto) { return t; });
+      OptimalControlProblem ocp("free and soft");
+      expect_stages(ocp.start_at({1}).then(phase));
+    }
 }
 
 // The start is carried to the end, through phases and through a jump that changes it.
