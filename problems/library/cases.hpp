@@ -10,7 +10,9 @@ namespace saltus::library {
 ReferenceCase three_modes();              // A01
 ReferenceCase linear_quadratic_switch();  // A02
 ReferenceCase switched_autonomous();      // A04
+ReferenceCase fishing();                  // A06
 ReferenceCase fishing_relaxed();          // A08
+ReferenceCase f8_aircraft();              // A09
 ReferenceCase double_tank();              // A11
 
 // --- B: several phases

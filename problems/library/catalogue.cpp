@@ -14,7 +14,9 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::three_modes(),              // A01
       library::linear_quadratic_switch(),  // A02
       library::switched_autonomous(),      // A04
+      library::fishing(),                  // A06
       library::fishing_relaxed(),          // A08
+      library::f8_aircraft(),              // A09
       library::double_tank(),              // A11
       library::bryson_denham(),            // B01
       library::brachistochrone(),          // B03

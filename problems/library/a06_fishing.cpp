@@ -1,0 +1,71 @@
+// Predators and prey are fished to keep both near 1: when to fish, if only all or nothing is
+// possible and the boat goes out four times?
+//
+//   min int_0^12 (x1 - 1)^2 + (x2 - 1)^2      x(0) = (0.5, 0.7)
+//   x1' = x1 - x1 x2 - 0.4 x1 w, x2' = -x2 + x1 x2 - 0.2 x2 w     w = 0, 1, 0, 1, 0, 1, 0, 1, 0
+//
+// Guess: both populations at 1 throughout; the boat goes out at t = 2, comes in or goes out every
+// half time unit, and stays in after the fourth time. It is in or out for 0.05 at least: phases
+// that vanish take their switches with them, and from equal phases solvers end with one trip less
+// (1.3463).
+// Source: Sager, mintOC.de, Lotka Volterra fishing problem; the sequence from B. Stellato, S.
+// Ober-Bloebaum and P. Goulart, SwitchTimeOpt.jl (2017). The switching times printed there,
+// (2.44356, 4.12262, ..., 6.46604) with 1.34543556, are optimal for a linearised model; with them
+// this one costs 1.3452978. The reference was computed independently.
+#include <fmt/format.h>
+
+#include "integrators/runge_kutta.hpp"
+#include "problems/library/cases.hpp"
+
+namespace saltus::library {
+namespace {
+
+struct Populations {  // x = (prey, predators)
+  double fishing;     // w
+
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
+    const S meeting = x[0] * x[1];
+    return {x[0] - meeting - 0.4 * fishing * x[0], -x[1] + meeting - 0.2 * fishing * x[1]};
+  }
+};
+
+OptimalControlProblem problem() {
+  const auto deviation = [](const auto&, const auto& x) {
+    const auto a = x[0] - 1.0, b = x[1] - 1.0;
+    return a * a + b * b;
+  };
+  OptimalControlProblem ocp("fishing");
+  ocp.start_at({0.5, 0.7});
+  for (int i = 0; i < 9; ++i) {
+    const bool out = i % 2 == 1;
+    Phase<2, 0> phase{fmt::format("{} {}", out ? "fish" : "wait", i / 2 + 1),
+                      Populations{out ? 1.0 : 0.0}, between(0.05, 12.0)};
+    phase.minimise("deviation", deviation)
+        .guess_state(Guess::constant(Vec<double, 2>{1.0, 1.0}))
+        .guess_duration(i == 0   ? 2.0
+                        : i == 8 ? 6.5
+                                 : 0.5);
+    ocp.then(phase);
+  }
+  ocp.total_time(exactly(12.0)).costs(CostRule::integrated);
+  return ocp;
+}
+
+}  // namespace
+
+ReferenceCase fishing() {
+  return {.id = "A06",
+          .name = "fishing",
+          .exercises = "nine phases without inputs, eight free switching times",
+          .source = "mintOC and SwitchTimeOpt.jl; computed independently",
+          .problem = problem,
+          .options = {.intervals = {12, 8, 2, 2, 4, 2, 4, 2, 24}, .integrator = runge_kutta8()},
+          .optimum = 1.3452952183,
+          .digits = 11,
+          .tolerance = 1e-9,  // the solver's
+          .switching_times = {2.442039, 4.116872, 4.419770, 4.669964, 5.182837, 5.353706, 6.355744,
+                              6.452765}};
+}
+
+}  // namespace saltus::library
