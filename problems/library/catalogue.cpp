@@ -38,9 +38,8 @@ const std::vector<ReferenceCase>& reference_cases() {
 
 const std::vector<SimulationCase>& simulation_cases() {
   static const std::vector<SimulationCase> cases{
-      library::van_der_pol_stiff(),
-      library::robertson_kinetics(),
-      library::restricted_three_body(),
+      library::capture_point(),      library::van_der_pol_stiff(),
+      library::robertson_kinetics(), library::restricted_three_body(),
       library::matrix_exponential(),
   };
   return cases;

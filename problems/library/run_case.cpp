@@ -4,12 +4,12 @@
 
 #include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "framework/core/error.hpp"
 #include "framework/mpc/riccati_qp.hpp"
 #include "framework/qp/sparse_solver.hpp"
 #include "framework/solver/ipopt.hpp"
-#include "framework/solver/sqp.hpp"
 #include "framework/transcription/replay.hpp"
 #include "integrators/cvodes.hpp"
 
@@ -42,6 +42,19 @@ void check_switching_times(const ReferenceCase& c, const Solution& solution,
   }
 }
 
+// What the program does not see: path constraints inside the intervals.
+void check_between_nodes(const ReferenceCase& c, const Solution& solution, CaseOutcome& outcome) {
+  if (!solution.between_nodes) return;
+  const PathViolation& worst = *solution.between_nodes;
+  outcome.between_nodes = worst.amount;
+  const std::string place = worst.amount > 0.0
+                                ? fmt::format(", phase '{}', term '{}' at t = {:.4g} s",
+                                              worst.phase, worst.term, worst.time)
+                                : "";
+  outcome.checked.push_back(
+      residual_of("violation between the nodes" + place, worst.amount, c.between_nodes));
+}
+
 // The plan integrated again must be the plan.
 void check_replay(const ReferenceCase& c, const Solution& solution,
                   std::vector<CheckedValue>& checked) {
@@ -68,7 +81,7 @@ const char* name_of(SolverChoice choice) {
   return "unknown";
 }
 
-std::unique_ptr<Solver> make_case_solver(const MultipleShooting& shooting, SolverChoice choice,
+std::unique_ptr<Solver> make_case_solver(SolverChoice choice, QpSolverFactory staged,
                                          int max_iterations) {
   if (choice == SolverChoice::ipopt)
     return make_solver(saltus::Ipopt{.tolerance = library_solver_tolerance,
@@ -78,13 +91,14 @@ std::unique_ptr<Solver> make_case_solver(const MultipleShooting& shooting, Solve
                 .max_iterations = max_iterations,
                 .time_limit = time_limit};
   const QpSolverFactory sparse = make_sparse_qp_solver;
-  return make_solver(sqp, choice == SolverChoice::sparse ? sparse : riccati_qp_solver(shooting),
-                     sparse);
+  return make_solver(sqp, choice == SolverChoice::sparse ? sparse : std::move(staged), sparse);
 }
 
 Solution solve_case(const ReferenceCase& c, SolverChoice choice) {
   MultipleShooting shooting(c.problem(), c.options);
-  return solve(shooting, *make_case_solver(shooting, choice, c.max_iterations));
+  QpSolverFactory staged;
+  if (choice == SolverChoice::riccati) staged = riccati_qp_solver(shooting);
+  return solve(shooting, *make_case_solver(choice, std::move(staged), c.max_iterations));
 }
 
 CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
@@ -103,6 +117,7 @@ CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
   if (c.more)
     for (CheckedValue& v : c.more(solution)) checked.push_back(std::move(v));
   checked.push_back(residual_of("KKT residual", solution.kkt.scaled(), library_kkt_limit));
+  check_between_nodes(c, solution, outcome);
   check_replay(c, solution, checked);
   outcome.verdict = judge(checked);
   return outcome;

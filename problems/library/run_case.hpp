@@ -1,8 +1,9 @@
 // Solves a case of the library with a solver of choice and compares everything that is known of it.
 #pragma once
 
-#include <string>
+#include <memory>
 
+#include "framework/solver/sqp.hpp"
 #include "problems/library/case_outcome.hpp"
 #include "problems/library/reference_case.hpp"
 #include "problems/library/simulation_case.hpp"
@@ -22,8 +23,9 @@ inline constexpr double library_solver_tolerance = 1e-10;
 /// Of our own residual, which is not scaled by rows.
 inline constexpr double library_kkt_limit = 100.0 * library_solver_tolerance;
 
-/// A solver for programs of `shooting`. Throws DefinitionError where `riccati` does not apply.
-std::unique_ptr<Solver> make_case_solver(const MultipleShooting& shooting, SolverChoice choice,
+/// A solver as the suite asks for it; `staged` solves the quadratic programs of `riccati` and is
+/// not used otherwise.
+std::unique_ptr<Solver> make_case_solver(SolverChoice choice, QpSolverFactory staged,
                                          int max_iterations);
 
 /// Cold, from the case's own guess.

@@ -5,6 +5,7 @@
 
 namespace saltus::library {
 
+SimulationCase capture_point();          // C07
 SimulationCase van_der_pol_stiff();      // D01
 SimulationCase robertson_kinetics();     // D02
 SimulationCase restricted_three_body();  // D06

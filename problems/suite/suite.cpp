@@ -8,6 +8,7 @@
 
 #include "framework/core/error.hpp"
 #include "framework/core/text.hpp"
+#include "problems/library/c01_mpc_qps.hpp"
 #include "problems/library/catalogue.hpp"
 
 namespace saltus {
@@ -55,6 +56,7 @@ std::vector<SuiteCase> suite_cases() {
   std::vector<SuiteCase> cases;
   for (const ReferenceCase& c : reference_cases())
     cases.push_back({c.id, c.name, [&c](SolverChoice solver) { return run_case(c, solver); }});
+  cases.push_back({library::mpc_qps_id, library::mpc_qps_name, library::run_mpc_qps});
   for (const SimulationCase& c : simulation_cases())
     cases.push_back({c.id, c.name, [&c](SolverChoice) { return run_case(c); }});
   std::stable_sort(cases.begin(), cases.end(),

@@ -24,6 +24,9 @@ std::string table_head() {
 
 std::string table_line(const CaseOutcome& o) {
   std::string value = "-", reference = "-", error = "-", digits = "-", what = o.exercises;
+  std::string between = "-";
+  if (o.between_nodes)
+    between = *o.between_nodes > 0.0 ? fmt::format("{:.0e}", *o.between_nodes) : "0";
   if (!o.checked.empty()) {
     const CheckedValue& shown = o.checked.front();
     value = number(shown.value, shown.digits);
@@ -32,8 +35,7 @@ std::string table_line(const CaseOutcome& o) {
     if (shown.name != "cost") what += "; shown: " + shown.name;
     if (shown.digits > 0) digits = fmt::format("{}/{}", shown.digits_reached(), shown.digits);
   }
-  return fmt::format(row, o.id + " " + o.name, value, reference, error, digits,
-                     o.between_nodes ? fmt::format("{:.0e}", *o.between_nodes) : "-",
+  return fmt::format(row, o.id + " " + o.name, value, reference, error, digits, between,
                      o.iterations > 0 ? std::to_string(o.iterations) : "-",
                      fmt::format("{:.3f}", o.seconds), word_for(o.verdict), what);
 }

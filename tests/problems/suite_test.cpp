@@ -4,13 +4,17 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "framework/core/error.hpp"
+#include "problems/library/c01_mpc_qps.hpp"
 #include "problems/library/catalogue.hpp"
+#include "problems/library/quadratic_program.hpp"
 #include "problems/suite/suite_output.hpp"
+#include "tests/support/program_derivatives.hpp"
 
 namespace saltus {
 namespace {
@@ -202,6 +206,51 @@ TEST(Suite, EveryChoiceOfSolverSolvesALinearQuadraticCase) {
     const CaseOutcome outcome = run_case(reference_case("C02"), solver);
     EXPECT_EQ(outcome.verdict, Verdict::met) << name_of(solver);
     for (const std::string& reason : outcome.reasons()) ADD_FAILURE() << reason;
+  }
+}
+
+// The programs of C01 for solvers of programs in general.
+TEST(QuadraticPrograms, DerivativesAreThoseOfTheData) {
+  SparseQp qp(SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {2, 1}, {2, 2}}),
+              SparsityPattern::from_pairs(2, 3, {{0, 0}, {0, 2}, {1, 1}}));
+  qp.hessian << 2.0, -0.7, 0.4, 1.5;
+  qp.rows << 1.0, -2.0, 3.0;
+  qp.gradient << 0.3, -1.0, 0.6;
+  library::QuadraticProgram program(qp);
+  const NlpPoint point = testing_support::perturbed(program, VectorXd::LinSpaced(3, -0.5, 1.0), 11);
+  const auto errors = testing_support::derivative_errors(program, point);
+  // Differences of quadratic functions of order one: rounding over the step.
+  EXPECT_LT(errors.gradient, 1e-7);
+  EXPECT_LT(errors.jacobian, 1e-7);
+  EXPECT_LT(errors.hessian, 1e-7);
+  double f = 0.0;
+  ASSERT_TRUE(program.objective(point.w.data(), f));
+  EXPECT_EQ(f, objective(qp, point.w));
+}
+
+TEST(QuadraticPrograms, AreSkippedWithoutDataAndNotForSolversInStages) {
+  const char* variable = library::reference_data_variable;
+  const char* set = std::getenv(variable);
+  const std::string before = set == nullptr ? "" : set;
+  ::unsetenv(variable);
+  const CaseOutcome skipped = library::run_mpc_qps(SolverChoice::ipopt);
+  EXPECT_EQ(skipped.verdict, Verdict::skipped);
+  EXPECT_TRUE(contains(skipped.reasons().at(0), variable));
+  EXPECT_EQ(library::run_mpc_qps(SolverChoice::riccati).verdict, Verdict::not_applicable);
+  ::setenv(variable, "/no/such/folder", 1);
+  EXPECT_TRUE(contains(complaint_of([] { library::run_mpc_qps(SolverChoice::sparse); }),
+                       "/no/such/folder/mpc_qp/expected.csv"));
+  ::unsetenv(variable);
+  if (set != nullptr) ::setenv(variable, before.c_str(), 1);
+}
+
+TEST(QuadraticPrograms, ReachTheirOptimaWithEverySparseSolver) {
+  if (std::getenv(library::reference_data_variable) == nullptr)
+    GTEST_SKIP() << "SALTUS_REFERENCE_DATA does not name the reference data";
+  for (const SolverChoice solver : {SolverChoice::ipopt, SolverChoice::sparse}) {
+    const CaseOutcome outcome = library::run_mpc_qps(solver);
+    EXPECT_EQ(outcome.verdict, Verdict::met) << name_of(solver);
+    EXPECT_EQ(outcome.checked.size(), 7u + 7u + 6u * 16u);
   }
 }
 

@@ -1,4 +1,4 @@
-#include "tests/support/npz.hpp"
+#include "problems/library/npz.hpp"
 
 #include <bit>
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 #include "framework/core/error.hpp"
 
-namespace saltus::testing {
+namespace saltus::library {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the files are little-endian");
@@ -91,4 +91,4 @@ std::map<std::string, MatrixXd> read_npz(const std::string& path) {
   return arrays;
 }
 
-}  // namespace saltus::testing
+}  // namespace saltus::library

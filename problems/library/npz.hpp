@@ -8,10 +8,10 @@
 
 #include "framework/core/types.hpp"
 
-namespace saltus::testing {
+namespace saltus::library {
 
 /// By name, without ".npy"; vectors have one column. Arrays of other types, such as the None that
 /// stands for an absent one, are left out. Throws InputError if the file is not of this kind.
 std::map<std::string, MatrixXd> read_npz(const std::string& path);
 
-}  // namespace saltus::testing
+}  // namespace saltus::library

@@ -1,0 +1,149 @@
+#include "problems/library/c01_mpc_qps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <utility>
+
+#include "framework/core/error.hpp"
+#include "problems/library/npz.hpp"
+#include "problems/library/quadratic_program.hpp"
+
+namespace saltus::library {
+namespace {
+
+// Relative to 1 + |cost|: three orders below what is asked of costs with eight digits.
+constexpr double cost_tolerance = 1e-9;
+// Curvature is small along some directions: the optimum is known less well than its cost.
+constexpr double entry_tolerance = 1e-6;
+constexpr int max_iterations = 500;
+constexpr int digits = 13;
+
+// The patterns are those of the non-zero entries. What is absent is empty.
+SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data) {
+  const MatrixXd &P = data["P"], &G = data["G"], &A = data["A"];
+  const int n = static_cast<int>(P.rows()), inequalities = static_cast<int>(G.rows());
+  const int rows = inequalities + static_cast<int>(A.rows());
+  MatrixXd J(rows, n);
+  J << G, A;
+  std::vector<std::pair<int, int>> hessian, jacobian;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j <= i; ++j)
+      if (P(i, j) != 0.0) hessian.emplace_back(i, j);
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < n; ++j)
+      if (J(i, j) != 0.0) jacobian.emplace_back(i, j);
+  SparseQp qp(SparsityPattern::from_pairs(n, n, hessian),
+              SparsityPattern::from_pairs(rows, n, jacobian));
+  qp.hessian_pattern.for_each([&](int i, int j, int e) { qp.hessian[e] = P(i, j); });
+  qp.row_pattern.for_each([&](int i, int j, int e) { qp.rows[e] = J(i, j); });
+  qp.gradient = data["q"];
+  qp.row_upper << data["h"], data["b"];
+  qp.row_lower.tail(A.rows()) = data["b"];
+  if (data["lb"].size() > 0) qp.lower = data["lb"];
+  if (data["ub"].size() > 0) qp.upper = data["ub"];
+  return qp;
+}
+
+// "file,n,inequalities,equalities,has bounds,cost,active,x[0],x[1],..."
+MpcQp read_line(const std::string& line, const std::filesystem::path& data) {
+  std::istringstream stream(line);
+  std::vector<std::string> field;
+  for (std::string text; std::getline(stream, text, ',');) field.push_back(text);
+  if (field.size() < 8)
+    throw InputError(fmt::format("'{}' has a line that is too short: '{}'",
+                                 (data / "expected.csv").string(), line));
+  MpcQp program;
+  program.name = field[0].substr(0, field[0].rfind(".npz"));
+  program.qp = to_sparse_qp(read_npz((data / field[0]).string()));
+  program.cost = std::stod(field[5]);
+  // A vanishing cost and a singular P: the optimum of the quadruped has ties.
+  const bool is_unique = std::abs(program.cost) > 1e-12;
+  for (std::size_t i = 7; is_unique && i < field.size(); ++i)
+    program.x.push_back(std::stod(field[i]));
+  return program;
+}
+
+void check(const MpcQp& program, const NlpResult& result, std::vector<CheckedValue>& checked) {
+  const bool ok = is_success(result.status);
+  checked.push_back({program.name + " cost", ok ? result.objective : std::nan(""),
+                     std::abs(program.cost) > 1e-12 ? program.cost : 0.0,
+                     cost_tolerance * (1.0 + std::abs(program.cost)), digits});
+  checked.push_back(residual_of(program.name + " KKT residual",
+                                ok ? result.kkt.scaled() : std::nan(""), library_kkt_limit));
+  for (std::size_t i = 0; ok && i < program.x.size(); ++i)
+    checked.push_back({fmt::format("{} x[{}]", program.name, i), result.point.w[i], program.x[i],
+                       entry_tolerance * (1.0 + std::abs(program.x[i])), digits});
+}
+
+// The cost that is farthest off comes first: that is what the table shows.
+void bring_worst_cost_to_front(std::vector<CheckedValue>& checked) {
+  const auto costs_end =
+      std::stable_partition(checked.begin(), checked.end(),
+                            [](const CheckedValue& v) { return v.name.ends_with("cost"); });
+  const auto worst = std::max_element(checked.begin(), costs_end,
+                                      [](const CheckedValue& a, const CheckedValue& b) {
+                                        return a.share_of_tolerance() < b.share_of_tolerance();
+                                      });
+  std::iter_swap(checked.begin(), worst);
+}
+
+}  // namespace
+
+std::vector<MpcQp> read_mpc_qps(const std::filesystem::path& folder) {
+  const std::filesystem::path data = folder / "mpc_qp";
+  std::ifstream stream(data / "expected.csv");
+  if (!stream)
+    throw InputError(fmt::format("'{}' cannot be opened; {} must name the folder above mpc_qp",
+                                 (data / "expected.csv").string(), reference_data_variable));
+  std::vector<MpcQp> programs;
+  for (std::string line; std::getline(stream, line);)
+    if (!line.empty() && line[0] != '#') programs.push_back(read_line(line, data));
+  if (programs.empty())
+    throw InputError(fmt::format("'{}' lists no program", (data / "expected.csv").string()));
+  return programs;
+}
+
+CaseOutcome run_mpc_qps(SolverChoice choice) {
+  CaseOutcome outcome;
+  outcome.id = mpc_qps_id;
+  outcome.name = mpc_qps_name;
+  outcome.exercises = "quadratic programs of walking robots, dense and degenerate ones too";
+  outcome.source = "qpsolvers, mpc_qpbenchmark; optima computed independently";
+  if (choice == SolverChoice::riccati) {
+    outcome.verdict = Verdict::not_applicable;
+    outcome.status = "these programs do not fall into stages";
+    return outcome;
+  }
+  const char* folder = std::getenv(reference_data_variable);
+  if (folder == nullptr) {
+    outcome.verdict = Verdict::skipped;
+    outcome.status =
+        fmt::format("set {} to the folder with mpc_qp/expected.csv", reference_data_variable);
+    return outcome;
+  }
+  const auto solver = make_case_solver(choice, {}, max_iterations);
+  for (const MpcQp& known : read_mpc_qps(folder)) {
+    QuadraticProgram program(known.qp);
+    const NlpPoint start{VectorXd::Zero(program.variables()), VectorXd(), VectorXd()};
+    const NlpResult result = solver->solve(program, start, false);
+    check(known, result, outcome.checked);
+    outcome.iterations += result.iterations;
+    outcome.seconds += result.seconds;
+    outcome.status = describe(result.status);
+    if (is_success(result.status)) continue;
+    outcome.status = fmt::format("{}: {}", known.name, outcome.status);
+    bring_worst_cost_to_front(outcome.checked);
+    return outcome;  // failed
+  }
+  bring_worst_cost_to_front(outcome.checked);
+  outcome.verdict = judge(outcome.checked);
+  return outcome;
+}
+
+}  // namespace saltus::library
