@@ -8,7 +8,7 @@
 namespace saltus {
 namespace {
 
-constexpr const char* row = "{:<26} {:>19} {:>19} {:>8} {:>6} {:>8} {:>4} {:>7} {:<7} {}\n";
+constexpr const char* row = "{:<26} {:>20} {:>20} {:>8} {:>6} {:>8} {:>4} {:>7} {:<7} {}\n";
 
 // As many digits as are known; 14 fill the column.
 std::string number(double value, int digits) {
