@@ -94,7 +94,7 @@ void HybridModes::add_sliding(const IntervalProblem& problem, int m, int k) {
   const auto leave = [&](int target, int partner, const Function& f, double sign) {
     OutgoingGuard out;
     out.name = there.name;
-    out.function = guard_rate(sizes, guard, f, sign);
+    out.function = surface_rate(sizes, guard, f, sign);
     out.target = target;
     out.partner = partner;
     out.ends_sliding = true;

@@ -147,7 +147,7 @@ class SlidingMixBody final : public FirstOrderBody {
 
 }  // namespace
 
-Function guard_rate(const Arguments& sizes, Function guard, Function dynamics, double sign) {
+Function surface_rate(const Arguments& sizes, Function guard, Function dynamics, double sign) {
   return Function(
       std::make_shared<GuardRateBody>(sizes, std::move(guard), std::move(dynamics), sign));
 }

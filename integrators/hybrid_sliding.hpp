@@ -14,7 +14,7 @@
 namespace saltus {
 
 /// sign * (g_t + g_x f) as a function of z, with its exact gradient. Values and Jacobians only.
-Function guard_rate(const Arguments& sizes, Function guard, Function dynamics, double sign);
+Function surface_rate(const Arguments& sizes, Function guard, Function dynamics, double sign);
 
 /// (1 - a) below + a above, with a from the guard and the dynamics on both sides. `below` and
 /// `above` may be the dynamics themselves or running costs. Values and Jacobians only.

@@ -5,8 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "framework/model/automaton.hpp"
 #include "framework/model/make_function.hpp"
 #include "framework/ocp/phase_definition.hpp"
+#include "framework/ocp/phase_events.hpp"
 
 namespace saltus {
 
@@ -27,6 +29,30 @@ class Phase {
         duration.is_equality() ? duration.lower : 0.5 * (duration.lower + duration.upper);
     d_.nominal_state = Vec<double, nx>::Ones();
     d_.nominal_input = Vec<double, nu>::Ones();
+  }
+  /// Several modes with state-triggered events between them, all inside one phase; the mode at the
+  /// start of each interval follows from the state (framework/design/events.md).
+  Phase(std::string name, const Automaton<nx, nu, np>& automaton, Bounds duration)
+      : Phase(std::move(name), NoDynamics{}, duration) {
+    d_.switching = automaton.system();
+    if (!d_.switching.modes.empty()) d_.dynamics = d_.switching.modes.front().dynamics;
+  }
+
+  // --- events inside the phase -------------------------------------------------------------
+  /// The phase's dynamics hold where the guard is negative, `above` where it is positive. Where
+  /// both push onto the surface, the state slides on it (Filippov).
+  template <class Guard, class Field>
+  Phase& switch_at(const std::string& event, Guard guard, Field above) {
+    add_surface(d_, event, make_function<nx, nu, np>(std::move(guard)),
+                make_function<nx, nu, np>(std::move(above)));
+    return *this;
+  }
+  /// Where the guard crosses zero the state becomes reset(t, x, ...) and the phase goes on.
+  template <class Guard, class Reset>
+  Phase& on(const std::string& event, Guard guard, Crossing crossing, Reset reset) {
+    add_reset(d_, event, make_function<nx, nu, np>(std::move(guard)), crossing,
+              make_function<nx, nu, np>(std::move(reset)));
+    return *this;
   }
 
   // --- constraints -------------------------------------------------------------------------
@@ -176,6 +202,12 @@ class Phase {
   const PhaseDefinition& definition() const { return d_; }
 
  private:
+  struct NoDynamics {
+    template <class S>
+    Vec<S, nx> operator()(const S&, const Vec<S, nx>&) const {
+      return Vec<S, nx>::Zero();
+    }
+  };
   template <class F>
   Phase& constrain(std::string name, TermPlace place, F formula, std::vector<Bounds> bounds,
                    Window window, std::optional<Softness> softness) {

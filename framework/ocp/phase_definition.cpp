@@ -119,6 +119,11 @@ void PhaseDefinition::check() const {
   if (dynamics.outputs() != sizes.nx)
     fail(*this, fmt::format("the dynamics return {} entries, but the phase has {} states",
                             dynamics.outputs(), sizes.nx));
+  try {
+    switching.check(sizes, 0);
+  } catch (const DefinitionError& e) {
+    fail(*this, e.what());
+  }
   if (duration.is_empty() || duration.lower < 0.0)
     fail(*this, fmt::format("the duration [{}, {}] s is empty or negative", duration.lower,
                             duration.upper));

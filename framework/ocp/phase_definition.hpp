@@ -43,6 +43,8 @@ struct PhaseDefinition {
   Arguments sizes;
   Function dynamics;  ///< z = (t | x | u | p) -> dx/dt
   Bounds duration;    ///< s; equal sides: fixed
+  /// Events inside the phase; empty: none. Otherwise `dynamics` are those of the first mode.
+  SwitchingSystem switching;
 
   InputCourse input_course = InputCourse::piecewise_constant;
   std::vector<ComponentBounds> input_bounds;

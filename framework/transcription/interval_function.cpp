@@ -38,6 +38,11 @@ class Reach {
         Flags& state = reach_[a.x(i)];
         const Flags before = state;
         unite(state, of_output(problem.dynamics, i));
+        for (const Mode& mode : problem.switching.modes) unite(state, of_output(mode.dynamics, i));
+        for (const Transition& event : problem.switching.transitions) {
+          unite(state, of_output(event.guard, 0));  // through the time of the event
+          if (event.reset) unite(state, of_output(event.reset, i));
+        }
         if (problem.differentiate_time) state[w.h()] = 1;
         grew = grew || state != before;
       }
@@ -74,6 +79,11 @@ class IntervalFunction final : public FunctionBody {
       const bool is_state = i < problem.arguments.nx;
       Flags row = is_state ? reach.of_argument(problem.arguments.x(i))
                            : reach.of_output(problem.running_cost, i - problem.arguments.nx);
+      for (const Transition& event : problem.switching.transitions)
+        unite(row, reach.of_output(event.guard, 0));
+      for (const Mode& mode : problem.switching.modes)
+        if (!is_state && mode.running_cost)
+          unite(row, reach.of_output(mode.running_cost, i - problem.arguments.nx));
       if (problem.differentiate_time) row[w.h()] = 1;
       for (int j = 0; j < inputs(); ++j)
         if (row[j]) first.emplace_back(i, j);
@@ -105,7 +115,7 @@ class IntervalFunction final : public FunctionBody {
     const IntervalProblem& problem = integrator_->problem();
     const IntervalArguments w = integrator_->arguments();
     const Arguments& a = problem.arguments;
-    if (variable[w.t0()] || variable[w.h()]) return 3;
+    if (variable[w.t0()] || variable[w.h()] || !problem.switching.empty()) return 3;
     std::vector<char> in_model(a.size(), 0);
     for (int i = 0; i < a.nx + a.nu; ++i) in_model[a.x(i)] = 1;
     for (int i = 0; i < a.np; ++i) in_model[a.p(i)] = variable[w.p(i)];
@@ -121,8 +131,13 @@ class IntervalFunction final : public FunctionBody {
     const IntervalProblem& problem = integrator_->problem();
     const IntervalArguments w = integrator_->arguments();
     const auto model_reads = [&](int argument) {
-      return problem.dynamics.reads(argument) ||
-             (problem.running_cost && problem.running_cost.reads(argument));
+      const auto reads_it = [&](const Function& f) { return f && f.reads(argument); };
+      bool found = reads_it(problem.dynamics) || reads_it(problem.running_cost);
+      for (const Mode& mode : problem.switching.modes)
+        found = found || reads_it(mode.dynamics) || reads_it(mode.running_cost);
+      for (const Transition& event : problem.switching.transitions)
+        found = found || reads_it(event.guard) || reads_it(event.reset);
+      return found;
     };
     if (input == w.t0()) return model_reads(problem.arguments.t());
     if (input >= w.p() && input < w.t0()) return model_reads(problem.arguments.p(input - w.p()));

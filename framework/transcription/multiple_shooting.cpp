@@ -10,6 +10,7 @@
 #include "framework/core/text.hpp"
 #include "framework/transcription/between_nodes.hpp"
 #include "framework/transcription/crossing_report.hpp"
+#include "framework/transcription/integration_failure.hpp"
 #include "framework/transcription/shooting_program.hpp"
 #include "framework/transcription/shooting_stages.hpp"
 #include "framework/transcription/violation.hpp"
@@ -391,6 +392,10 @@ Solution MultipleShooting::interpret(NlpResult result) {
   if (!solution.ok() && result.point.w.size() == program_->variables()) {
     const std::string violation = name_violation(*program_, result.point.w);
     if (!violation.empty()) solution.message += "; " + violation;
+    if (result.status == SolveStatus::evaluation_failed) {
+      const std::string failure = name_integration_failure(*program_, result.point.w);
+      if (!failure.empty()) solution.message += "; " + failure;
+    }
   }
   solution.cost = result.objective;
   solution.kkt = result.kkt;

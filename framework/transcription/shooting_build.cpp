@@ -91,6 +91,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   IntervalProblem interval;
   interval.arguments = phase.sizes;
   interval.dynamics = phase.dynamics;
+  interval.switching = phase.switching;
   if (integrated && !running.empty()) interval.running_cost = stack(running);
   interval.shape = phase.input_shape();
   interval.nominal_state = phase.nominal_state;

@@ -1,0 +1,180 @@
+// Events inside the intervals of a multiple-shooting problem: definition, optimum, derivatives,
+// messages.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "framework/solver/ipopt.hpp"
+#include "framework/transcription/multiple_shooting.hpp"
+#include "integrators/cvodes.hpp"
+#include "integrators/runge_kutta.hpp"
+#include "integrators/zero_order_hold.hpp"
+
+namespace saltus {
+namespace {
+
+struct Speed {
+  double value;
+  template <class S>
+  S operator()(const S&, const Vec<S, 1>&) const {
+    return S(value);
+  }
+};
+
+// A17: x' = 3 below zero and 1 above; J = int_0^2 x^2 dt + (x(2) - 5/3)^2 over x(0).
+OptimalControlProblem switch_of_speed(double guess) {
+  const auto zero = [](const auto&, const auto& x) { return x[0]; };
+  Phase<1, 0> phase("drive", Speed{3.0}, exactly(2.0));
+  phase.switch_at("zero", zero, Speed{1.0})
+      .minimise("square", [](const auto&, const auto& x) { return x[0] * x[0]; })
+      .minimise_at_end(
+          "end", [](const auto&, const auto& x) { return (x[0] - 5.0 / 3.0) * (x[0] - 5.0 / 3.0); })
+      .guess_state(Guess::simulate());
+  OptimalControlProblem ocp("switch of speed");
+  ocp.start_within({between(-6.0, 0.0)}, VectorXd::Constant(1, guess)).then(phase);
+  ocp.costs(CostRule::integrated);
+  return ocp;
+}
+
+TEST(InnerEvents, OptimumThroughASwitch) {  // A17
+  for (const auto& scheme :
+       {runge_kutta4({.steps = 4}), cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14})})
+    for (const double guess : {-5.0, -3.0, -1.1})
+      for (const int intervals : {1, 7}) {
+        MultipleShooting shooting(switch_of_speed(guess),
+                                  {.intervals_per_phase = intervals, .integrator = scheme});
+        const Solution s = solve(shooting, *make_solver(Ipopt{.tolerance = 1e-9}));
+        ASSERT_TRUE(s.ok()) << s.message << " from " << guess;
+        EXPECT_NEAR(s.trajectory.state(0.0)[0], -1.427572232082767, 1e-6) << guess;
+        EXPECT_NEAR(s.cost, 1.523772775374957, 1e-9) << guess;
+      }
+}
+
+// A ball with a thruster above a moving floor: input and time in guard and reset, all free.
+OptimalControlProblem thrusted_ball(InputCourse course) {
+  Phase<2, 1, 1> phase(
+      "flight",
+      [](const auto& t, const auto& x, const auto& u, const auto& p) {
+        using V = std::decay_t<decltype(x)>;
+        return V{x[1], u[0] - p[0] + 0.1 * sin(t)};
+      },
+      between(0.5, 3.0));
+  phase.unknown("gravity", VectorXd::Constant(1, 9.81), between(5.0, 12.0))
+      .on(
+          "impact",
+          [](const auto& t, const auto& x, const auto& u) {
+            return x[0] - 0.05 * sin(3.0 * t) + 0.01 * u[0];
+          },
+          Crossing::falling,
+          [](const auto& t, const auto& x, const auto& u, const auto& p) {
+            using V = std::decay_t<decltype(x)>;
+            return V{x[0], -0.8 * x[1] + 0.15 * cos(3.0 * t) + 0.02 * u[0] * p[0]};
+          })
+      .inputs(course)
+      .minimise("effort", [](const auto&, const auto& x,
+                             const auto& u) { return u[0] * u[0] + 0.1 * x[0] * x[0]; })
+      .guess_duration(1.3)
+      .guess_state(Guess::simulate())
+      .guess_input(Guess::constant(VectorXd::Constant(1, 0.7)));
+  OptimalControlProblem ocp("thrusted ball");
+  ocp.start_at({1.0, 0.0}).start_time(0.2).then(phase).costs(CostRule::integrated);
+  return ocp;
+}
+
+// Jacobian and gradient against central differences, entry by entry.
+void expect_first_derivatives_match(NonlinearProgram& program, const VectorXd& at) {
+  const int n = program.variables(), m = program.rows();
+  constexpr double step = 1e-5, tolerance = 1e-7;  // truncation 1e-9 here, rounding 1e-10
+  std::vector<double> entries(program.jacobian_pattern().entries());
+  VectorXd slope(n), w = at, above(m), below(m);
+  ASSERT_TRUE(program.jacobian(at.data(), entries.data()));
+  ASSERT_TRUE(program.gradient(at.data(), slope.data()));
+  MatrixXd jacobian = MatrixXd::Zero(m, n);
+  program.jacobian_pattern().for_each([&](int r, int c, int e) { jacobian(r, c) = entries[e]; });
+  for (int i = 0; i < n; ++i) {
+    double f_above = 0.0, f_below = 0.0;
+    w[i] = at[i] + step;
+    ASSERT_TRUE(program.objective(w.data(), f_above));
+    ASSERT_TRUE(program.constraints(w.data(), above.data()));
+    w[i] = at[i] - step;
+    ASSERT_TRUE(program.objective(w.data(), f_below));
+    ASSERT_TRUE(program.constraints(w.data(), below.data()));
+    w[i] = at[i];
+    EXPECT_NEAR(slope[i], (f_above - f_below) / (2 * step), tolerance * (1 + std::abs(slope[i])));
+    for (int r = 0; r < m; ++r)
+      EXPECT_NEAR(jacobian(r, i), (above[r] - below[r]) / (2 * step),
+                  tolerance * (1 + std::abs(jacobian(r, i))))
+          << "row " << r << ", variable " << i;
+  }
+}
+
+TEST(InnerEvents, DerivativesOfTheProgram) {
+  for (const auto course : {InputCourse::piecewise_constant, InputCourse::piecewise_linear}) {
+    MultipleShooting shooting(thrusted_ball(course),
+                              {.intervals_per_phase = 4, .integrator = runge_kutta4({.steps = 3})});
+    expect_first_derivatives_match(shooting.nlp(), shooting.initial_guess().w);
+  }
+}
+
+template <class F>
+std::string refusal(F&& define) {
+  try {
+    define();
+  } catch (const DefinitionError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+TEST(InnerEvents, BadDefinitionsAreRefused) {
+  const auto zero = [](const auto&, const auto& x) { return x[0]; };
+  const auto shoot = [](const Phase<1, 0>& phase, const IntegratorChoice& scheme) {
+    OptimalControlProblem ocp;
+    ocp.start_at({-1.0}).then(phase);
+    MultipleShooting shooting(ocp, {.intervals_per_phase = 2, .integrator = scheme});
+  };
+  const std::string twice = refusal([&] {
+    Phase<1, 0> phase("drive", Speed{1.0}, exactly(1.0));
+    phase.switch_at("first", zero, Speed{2.0}).switch_at("second", zero, Speed{3.0});
+  });
+  EXPECT_NE(twice.find("phase 'drive', event 'second'"), std::string::npos) << twice;
+  const std::string flat = refusal([&] {
+    Phase<1, 0> phase("drive", Speed{1.0}, exactly(1.0));
+    phase.switch_at(
+        "never", [](const auto&, const auto&) { return 1.0; }, Speed{2.0});
+    shoot(phase, runge_kutta4());
+  });
+  EXPECT_NE(flat.find("'never'"), std::string::npos) << flat;
+  EXPECT_NE(flat.find("neither on the state nor on time"), std::string::npos) << flat;
+  const std::string scheme = refusal([&] {
+    Phase<1, 0> phase("drive", Speed{1.0}, exactly(1.0));
+    phase.switch_at("zero", zero, Speed{2.0});
+    shoot(phase, zero_order_hold());
+  });
+  EXPECT_NE(scheme.find("phase 'drive'"), std::string::npos) << scheme;
+  EXPECT_NE(scheme.find("use cvodes"), std::string::npos) << scheme;
+  EXPECT_NE(refusal([&] {
+              Automaton<1> automaton;
+              automaton.mode("a", Speed{1.0}).event("go", "a", "b", zero, Crossing::rising);
+            }).find("no mode 'b'"),
+            std::string::npos);
+}
+
+TEST(InnerEvents, TheMessageNamesTimeAndEvent) {
+  // Both fields push away from the start.
+  const auto zero = [](const auto&, const auto& x) { return x[0]; };
+  Phase<1, 0> phase("drive", Speed{-1.0}, exactly(1.0));
+  phase.switch_at("zero", zero, Speed{1.0}).reach("somewhere", zero, between(-5.0, 5.0));
+  OptimalControlProblem ocp;
+  ocp.start_within({between(-1.0, 1.0)}, VectorXd::Zero(1)).then(phase);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 2, .integrator = runge_kutta4()});
+  const Solution s = solve(shooting, *make_solver(Ipopt{}));
+  EXPECT_EQ(s.status, SolveStatus::evaluation_failed);
+  EXPECT_NE(s.message.find("phase 'drive', interval 0 from t = 0 s: at t = 0 s"), std::string::npos)
+      << s.message;
+  EXPECT_NE(s.message.find("event 'zero'"), std::string::npos) << s.message;
+}
+
+}  // namespace
+}  // namespace saltus
