@@ -1,0 +1,270 @@
+// Where events are hard: tangency, pairs inside one step, starts and ends on a guard, sliding on
+// moving surfaces, chains of modes. What cannot be integrated is said, with time, mode and event.
+#include "framework/core/error.hpp"
+#include "integrators/hybrid_integrator.hpp"
+#include "integrators/hybrid_simulation.hpp"
+#include "tests/integrators/hybrid_problems.hpp"
+#include "tests/integrators/support.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace test;
+
+struct Scheme {
+  const char* name;
+  IntegratorChoice choice;
+};
+void PrintTo(const Scheme& scheme, std::ostream* out) { *out << scheme.name; }
+
+class HybridEdges : public testing::TestWithParam<Scheme> {
+ protected:
+  HybridSimulation run(const IntervalProblem& problem, const VectorXd& x0, const VectorXd& times,
+                       const VectorXd& p = VectorXd(), const std::string& mode = {}) const {
+    return simulate_hybrid(GetParam().choice, problem, x0, times, MatrixXd(0, times.size() - 1), p,
+                           mode);
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
+                         testing::Values(Scheme{"adams", cvodes(tight_options)},
+                                         Scheme{"rk4", runge_kutta4({.steps = 1})},
+                                         Scheme{"rk8", runge_kutta8({.steps = 7})}),
+                         [](const auto& param) { return param.param.name; });
+
+// x = (height, speed, number of visits above the guard): a throw whose top passes `level`.
+IntervalProblem thrown(double level) {
+  Automaton<3> system;
+  const auto fall = [](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{x[1], -10.0 + 0.0 * x[2], 0.0 * x[2]};
+  };
+  const auto height = [level](const auto&, const auto& x) { return x[0] - level; };
+  system.mode("low", fall)
+      .mode("high", fall)
+      .event("up", "low", "high", height, Crossing::rising,
+             [](const auto&, const auto& x) {
+               return std::decay_t<decltype(x)>{x[0], x[1], x[2] + 1.0};
+             })
+      .event("down", "high", "low", height, Crossing::falling);
+  return hybrid_problem(system);
+}
+
+TEST_P(HybridEdges, APairOfCrossingsWithinOneStepIsFound) {
+  // v0 = 5: the top is 1.25 at t = 0.5, above 1.2499 for 9 ms only.
+  const HybridSimulation sim = run(thrown(1.2499), vec({0.0, 5.0, 0.0}), vec({0.0, 0.8}));
+  ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
+  ASSERT_EQ(sim.events.size(), 2u);
+  const double half = std::sqrt(2.0 * 1e-4 / 10.0);
+  EXPECT_NEAR(sim.events[0].time, 0.5 - half, 1e-10);
+  EXPECT_NEAR(sim.events[1].time, 0.5 + half, 1e-10);
+  EXPECT_NEAR(sim.states(2, 1), 1.0, 1e-14);
+  // ... and a top just below is none.
+  const HybridSimulation below = run(thrown(1.2501), vec({0.0, 5.0, 0.0}), vec({0.0, 0.8}));
+  ASSERT_EQ(below.status, IntegrationStatus::success) << below.message;
+  EXPECT_TRUE(below.events.empty());
+}
+
+TEST_P(HybridEdges, GrazingIsReported) {
+  const HybridSimulation sim = run(thrown(1.25), vec({0.0, 5.0, 0.0}), vec({0.0, 0.8}));
+  EXPECT_EQ(sim.status, IntegrationStatus::grazing) << sim.message;
+  EXPECT_NE(sim.message.find("t = 0.5"), std::string::npos) << sim.message;
+  EXPECT_NE(sim.message.find("mode 'low', event 'up'"), std::string::npos) << sim.message;
+}
+
+TEST_P(HybridEdges, StartOnAGuard) {
+  const VectorXd p = vec({9.81, 0.8}), times = vec({0.0, 0.3});
+  // Leaving it is no event; moving into it is one at once; resting on it is undecided.
+  const HybridSimulation leaves = run(bouncing_ball(), vec({0.0, 2.0}), times, p);
+  ASSERT_EQ(leaves.status, IntegrationStatus::success) << leaves.message;
+  EXPECT_TRUE(leaves.events.empty());
+  const HybridSimulation hits = run(bouncing_ball(), vec({0.0, -2.5}), times, p);
+  ASSERT_EQ(hits.status, IntegrationStatus::success) << hits.message;
+  ASSERT_EQ(hits.events.size(), 1u);
+  EXPECT_EQ(hits.events[0].time, 0.0);
+  EXPECT_LE((hits.states.col(1) - leaves.states.col(1)).cwiseAbs().maxCoeff(), 1e-12);
+  // d x+ / d x- there is the saltation matrix: Xi21 = -(1 + e) g / v.
+  EXPECT_NEAR(hits.derivative(1, 0), 1.8 * 9.81 / 2.5, 1e-9);
+  const HybridSimulation rests = run(bouncing_ball(), vec({0.0, 0.0}), times, p);
+  EXPECT_EQ(rests.status, IntegrationStatus::ambiguous_start);
+  EXPECT_NE(rests.message.find("t = 0 s"), std::string::npos) << rests.message;
+}
+
+TEST_P(HybridEdges, StartBehindAGuard) {
+  const VectorXd p = vec({9.81, 0.8});
+  // A shooting node just behind the jump of its predecessor: on its way back, and no second jump.
+  const HybridSimulation near = run(bouncing_ball(), vec({-1e-9, 2.0}), vec({0.0, 0.3}), p);
+  ASSERT_EQ(near.status, IntegrationStatus::success) << near.message;
+  EXPECT_TRUE(near.events.empty());
+  const HybridSimulation sinks = run(bouncing_ball(), vec({-0.1, -1.0}), vec({0.0, 0.3}), p);
+  EXPECT_EQ(sinks.status, IntegrationStatus::beyond_guard);
+  const HybridSimulation turns = run(bouncing_ball(), vec({-1.0, 0.5}), vec({0.0, 0.3}), p);
+  EXPECT_EQ(turns.status, IntegrationStatus::beyond_guard);
+  EXPECT_NE(turns.message.find("'flight'"), std::string::npos) << turns.message;
+}
+
+TEST_P(HybridEdges, AnEventAtTheEndIsNeitherLostNorTakenTwice) {
+  const VectorXd p = vec({9.81, 0.8});
+  const double t1 = std::sqrt(2.0 / 9.81);
+  const HybridSimulation whole = run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 1.0}), p);
+  // One ulp more or less, and what a solver's tolerance leaves: always one impact in all.
+  for (const double shift : {0.0, 1e-16, -1e-16, 1e-14, -1e-14, 1e-11, -1e-11, 1e-8, -1e-8}) {
+    const HybridSimulation cut =
+        run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, t1 + shift, 1.0}), p);
+    ASSERT_EQ(cut.status, IntegrationStatus::success) << cut.message << " " << shift;
+    EXPECT_EQ(cut.events.size(), 1u) << shift;
+    EXPECT_LE((cut.states.col(2) - whole.states.col(1)).cwiseAbs().maxCoeff(), 1e-11) << shift;
+    EXPECT_LE((cut.derivative - whole.derivative).cwiseAbs().maxCoeff(), 1e-8) << shift;
+  }
+  // At the end the state is the one behind the event.
+  const HybridSimulation end = run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, t1}), p);
+  EXPECT_NEAR(end.states(1, 1), 0.8 * 9.81 * t1, 1e-11);
+}
+
+TEST_P(HybridEdges, AResetBehindAGuardIsReported) {
+  Automaton<1> system;
+  system.mode("rise", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
+      .event(
+          "step", "rise", "rise", [](const auto&, const auto& x) { return x[0] - 1.0; },
+          Crossing::rising,
+          [](const auto&, const auto& x) { return std::decay_t<decltype(x)>{x[0] + 0.5}; });
+  const HybridSimulation sim = run(hybrid_problem(system), vec({0.0}), vec({0.0, 2.0}));
+  EXPECT_EQ(sim.status, IntegrationStatus::beyond_guard);
+  EXPECT_NE(sim.message.find("t = 1 s"), std::string::npos) << sim.message;
+  // The ball glued to the ground: the reset leaves it on the guard, pushing on.
+  const HybridSimulation glued =
+      run(bouncing_ball(), vec({1.0, 0.0}), vec({0.0, 1.0}), vec({9.81, -0.5}));
+  EXPECT_EQ(glued.status, IntegrationStatus::beyond_guard);
+  EXPECT_NE(glued.message.find("event 'impact'"), std::string::npos) << glued.message;
+}
+
+// x = (position, height over a surface that moves): slides on x_1 = 0.2 sin(2 t) p.
+IntervalProblem moving_surface() {
+  Automaton<2, 0, 1> system;
+  system
+      .mode("below",
+            [](const auto& t, const auto& x, const auto&, const auto& p) {
+              return std::decay_t<decltype(x)>{1.0 + 0.5 * x[1] * p[0], 2.0 + 0.3 * sin(t) - x[0]};
+            })
+      .mode("above",
+            [](const auto& t, const auto& x, const auto&, const auto& p) {
+              return std::decay_t<decltype(x)>{-0.5 * p[0] + x[1], -1.5 + 0.2 * t * x[0]};
+            })
+      .surface("moving", "below", "above",
+               [](const auto& t, const auto& x, const auto&, const auto& p) {
+                 return x[1] - 0.2 * sin(2.0 * t) * p[0] + 0.1 * x[0] * x[0];
+               });
+  IntervalProblem problem = hybrid_problem(system);
+  problem.running_cost =
+      make_function<2, 0, 1>([](const auto& t, const auto& x, const auto&, const auto& p) {
+        return x[0] * x[0] + t * x[1] * p[0];
+      });
+  return problem;
+}
+
+TEST(HybridSliding, FollowsAMovingSurfaceWithExactDerivatives) {
+  for (const auto& scheme : {cvodes(tight_options), runge_kutta8({.steps = 30})}) {
+    const auto integrator = scheme->make(moving_surface());
+    auto& hybrid = dynamic_cast<HybridIntegrator&>(*integrator);
+    std::vector<HybridEvent> events;
+    hybrid.record(&events);
+    const VectorXd w = vec({0.1, -0.5, 1.1, 0.2, 0.9});  // x0, p, t0, h
+    const VectorXd end = end_of(*integrator, w);
+    hybrid.record(nullptr);
+    ASSERT_EQ(events.size(), 1u);
+    EXPECT_EQ(events[0].kind, EventKind::slides);
+    const double t = w[3] + w[4];
+    EXPECT_NEAR(end[1], 0.2 * std::sin(2.0 * t) * w[2] - 0.1 * end[0] * end[0], 1e-14);
+    // Differences at the integrator's tolerance of 1e-12.
+    expect_jacobian_matches(*integrator, w, 1e-8);
+  }
+}
+
+TEST(HybridSliding, LeavesWithExactDerivatives) {
+  // The field above turns: leaves where 0.3 (t - 1) - 0.2 p x_0 = 0.
+  Automaton<2, 0, 1> system;
+  system
+      .mode("below",
+            [](const auto&, const auto& x) {
+              return std::decay_t<decltype(x)>{1.0 + 0.2 * x[0], 1.0 + 0.1 * x[0]};
+            })
+      .mode("above",
+            [](const auto& t, const auto& x, const auto&, const auto& p) {
+              return std::decay_t<decltype(x)>{0.5 * p[0] + x[1],
+                                               0.6 * (t - 1.0) - 0.2 * p[0] * x[0]};
+            })
+      .surface("floor", "below", "above",
+               [](const auto&, const auto& x) { return x[1] + 0.1 * x[0]; });
+  for (const auto& scheme : {cvodes(tight_options), runge_kutta8({.steps = 60})}) {
+    const auto integrator = scheme->make(hybrid_problem(system));
+    auto& hybrid = dynamic_cast<HybridIntegrator&>(*integrator);
+    std::vector<HybridEvent> events;
+    hybrid.record(&events);
+    const VectorXd w = vec({0.1, -0.3, 0.4, 0.0, 3.0});
+    end_of(*integrator, w);
+    hybrid.record(nullptr);
+    ASSERT_EQ(events.size(), 2u);
+    EXPECT_EQ(events[0].kind, EventKind::slides);
+    EXPECT_EQ(events[1].kind, EventKind::leaves);
+    EXPECT_EQ(events[1].mode_after, "above");
+    expect_jacobian_matches(*integrator, w, 1e-8);
+  }
+}
+
+TEST(HybridSliding, OnAnInputThatChangesIsRefused) {
+  Automaton<1, 1> system;
+  system.mode("below", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
+      .mode("above", [](const auto&, const auto& x) { return -1.0 + 0.0 * x[0]; })
+      .surface("input", "below", "above",
+               [](const auto&, const auto& x, const auto& u) { return x[0] - u[0]; });
+  const auto scheme = runge_kutta8({.steps = 5});
+  const auto constant = scheme->make(hybrid_problem(system));
+  VectorXd end(1);
+  const VectorXd w = vec({0.0, 0.3, 0.0, 1.0});
+  EXPECT_EQ(constant->value(w.data(), end.data()), IntegrationStatus::success);
+  EXPECT_NEAR(end[0], 0.3, 1e-14);
+  const auto linear = scheme->make(hybrid_problem(system, InputShape::linear));
+  const VectorXd w_linear = vec({0.0, 0.3, 0.3, 0.0, 1.0});
+  EXPECT_EQ(linear->value(w_linear.data(), end.data()), IntegrationStatus::sliding_input);
+}
+
+TEST(HybridModes, RunThroughAChainWithHysteresis) {
+  // A thermostat: x' = -x (off) or 2 - x (on), between 0.5 and 1.5; both modes fit in between.
+  Automaton<1> system;
+  system.mode("off", [](const auto&, const auto& x) { return -1.0 * x[0]; })
+      .mode("on", [](const auto&, const auto& x) { return 2.0 - x[0]; })
+      .event(
+          "cold", "off", "on", [](const auto&, const auto& x) { return x[0] - 0.5; },
+          Crossing::falling)
+      .event(
+          "warm", "on", "off", [](const auto&, const auto& x) { return x[0] - 1.5; },
+          Crossing::rising);
+  const double leg = std::log(3.0);  // s, each
+  const VectorXd times = vec({0.0, 0.3, 1.0, 2.0, 5.0});
+  const HybridSimulation sim = simulate_hybrid(runge_kutta8({.steps = 40}), hybrid_problem(system),
+                                               vec({0.5}), times, MatrixXd(0, 4), VectorXd(), "on");
+  ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
+  ASSERT_EQ(sim.events.size(), 4u);
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_NEAR(sim.events[i].time, (i + 1) * leg, 1e-11);
+    EXPECT_EQ(sim.events[i].name, i % 2 == 0 ? "warm" : "cold");
+  }
+  EXPECT_EQ(sim.end_mode, "on");
+  EXPECT_THROW(simulate_hybrid(runge_kutta8(), hybrid_problem(system), vec({0.5}), times,
+                               MatrixXd(0, 4), VectorXd(), "warm"),
+               DefinitionError);
+}
+
+TEST(HybridModes, LengthZeroAndNegative) {
+  const auto integrator = runge_kutta8()->make(bouncing_ball());
+  VectorXd w = vec({1.0, -2.0, 9.81, 0.8, 0.0, 0.0});
+  EXPECT_EQ(end_of(*integrator, w), w.head(2));
+  const MatrixXd derivative = jacobian_of(*integrator, w);
+  EXPECT_EQ(derivative(0, 0), 1.0);
+  EXPECT_EQ(derivative(0, 5), -2.0);
+  EXPECT_EQ(derivative(1, 5), -9.81);
+  VectorXd end(2);
+  w[5] = -0.1;
+  EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::backward);
+}
+
+}  // namespace
+}  // namespace saltus
