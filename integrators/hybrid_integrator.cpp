@@ -13,11 +13,7 @@ constexpr double regular_ratio = 0.1;
 // which integration stops when what is left is this fraction of the interval.
 constexpr int regular_gaps = 4;
 constexpr double left_of_interval = 1e-6;
-// Events that may happen at one instant, one after the other.
-constexpr int most_at_once = 16;
 constexpr int most_projections = 20;
-// Of the interval: how far ahead one looks where the rate of a guard is zero.
-constexpr double a_little_later = 1e-4;
 
 }  // namespace
 
@@ -110,96 +106,6 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   for (bool finished = false; status == IntegrationStatus::success && !finished;)
     status = flow(finished);
   return status;
-}
-
-// --- the mode at the start ------------------------------------------------------------------
-
-// Whether the mode fits the state, by its guards: sets sides_. Returns success, beyond_guard where
-// a guard is crossed already, grazing where a guard is about to be crossed at this very instant,
-// or ambiguous_start.
-IntegrationStatus HybridIntegrator::judge_start(int mode) {
-  const FlowMode& m = modes_[mode];
-  guards_.sample(m, s_, y_.data(), samples_.data());
-  IntegrationStatus verdict = IntegrationStatus::success;
-  for (std::size_t k = 0; k < m.guards.size(); ++k) {
-    const GuardSample& g = samples_[k];
-    sides_[k] = GuardSide::inside;
-    if (g.is_on()) {
-      const bool tangent = g.is_tangent();
-      if (tangent && !moves_away(mode, static_cast<int>(k)))
-        return IntegrationStatus::ambiguous_start;
-      sides_[k] = GuardSide::departing;
-      if (!tangent && g.rate > 0.0) verdict = IntegrationStatus::grazing;
-    } else if (!(g.value < 0.0)) {
-      return IntegrationStatus::beyond_guard;
-    }
-  }
-  return verdict;
-}
-
-// Where the rate of a guard is zero, its own rate decides: whether the motion leaves the guard into
-// the mode.
-bool HybridIntegrator::moves_away(int mode, int guard) {
-  const FlowMode& m = modes_[mode];
-  m.field->argument(s_, y_.data(), z_.data());
-  m.field->value(z_.data(), phi_.data());
-  for (int r = 0; r < outputs(); ++r) ahead_[r] = y_[r] + a_little_later * h_ * phi_[r];
-  const GuardSample later = guards_.sample(m, guard, s_ + a_little_later, ahead_.data());
-  return later.rate < 0.0 && !later.is_tangent();
-}
-
-// First a mode inside all its guards, or on one of them and moving away from it; then one that has
-// an event at this very instant; then one behind a guard to which it returns (a shooting node just
-// behind the reset of the event before it).
-IntegrationStatus HybridIntegrator::choose_mode() {
-  if (given_mode_ >= modes_.declared()) {  // sliding goes on
-    mode_ = given_mode_;
-    return settle(false, -1, false, -1);
-  }
-  const int first = std::max(given_mode_, 0);
-  const int last = given_mode_ >= 0 ? given_mode_ : modes_.declared() - 1;
-  bool tangent = false;
-  int tangent_mode = first;
-  for (int m = first; m <= last; ++m) {
-    const IntegrationStatus verdict = judge_start(m);
-    if (verdict == IntegrationStatus::ambiguous_start) {
-      tangent = true;
-      tangent_mode = m;
-    }
-    if (verdict != IntegrationStatus::success) continue;
-    mode_ = m;
-    for (std::size_t k = 0; k < modes_[m].guards.size(); ++k) {
-      const OutgoingGuard& guard = modes_[m].guards[k];
-      if (sides_[k] != GuardSide::departing || guard.partner < 0) continue;
-      const GuardSample other = guards_.sample(modes_[guard.target], guard.partner, s_, y_.data());
-      if (other.is_tangent()) return fail(IntegrationStatus::ambiguous_start, static_cast<int>(k));
-      if (other.rate < 0.0) return fail(IntegrationStatus::non_unique, static_cast<int>(k));
-    }
-    return IntegrationStatus::success;
-  }
-  for (int m = first; m <= last; ++m) {
-    if (judge_start(m) != IntegrationStatus::grazing) continue;
-    mode_ = m;
-    return settle(false, -1, false, -1);
-  }
-  if (tangent) {
-    mode_ = tangent_mode;
-    return fail(IntegrationStatus::ambiguous_start);
-  }
-  for (int m = first; m <= last; ++m) {
-    guards_.sample(modes_[m], s_, y_.data(), samples_.data());
-    bool returns = true;
-    for (std::size_t k = 0; k < modes_[m].guards.size(); ++k) {
-      const GuardSample& g = samples_[k];
-      sides_[k] = g.value < 0.0 ? GuardSide::inside : GuardSide::returning;
-      if (sides_[k] == GuardSide::returning && !(g.rate < 0.0 && !g.is_tangent())) returns = false;
-    }
-    if (!returns) continue;
-    mode_ = m;
-    return IntegrationStatus::success;
-  }
-  mode_ = first;
-  return fail(IntegrationStatus::beyond_guard);
 }
 
 // --- between events -------------------------------------------------------------------------
@@ -355,60 +261,6 @@ IntegrationStatus HybridIntegrator::fire(int k) {
   mode_ = guard.target;
   const bool same = came_from == mode_;
   return settle(static_cast<bool>(guard.reset), guard.partner, guard.ends_sliding, same ? k : -1);
-}
-
-// After a jump or at the start: what the guards of mode_ say at this instant. `partner` is the
-// guard on whose surface the state is for certain, `fired` one that must not fire at once again.
-IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool left_sliding,
-                                           int fired) {
-  for (int hops = 0; hops <= most_at_once; ++hops) {
-    const FlowMode& mode = modes_[mode_];
-    guards_.sample(mode, s_, y_.data(), samples_.data());
-    int now = -1;
-    bool moved = false;
-    for (std::size_t i = 0; i < mode.guards.size() && !moved; ++i) {
-      const int k = static_cast<int>(i);
-      const OutgoingGuard& guard = mode.guards[k];
-      const GuardSample& g = samples_[k];
-      if (!std::isfinite(g.value)) return fail(IntegrationStatus::not_finite, k);
-      sides_[k] = GuardSide::inside;
-      if (k == partner && left_sliding) {
-        sides_[k] = GuardSide::departing;
-      } else if (k == partner || g.is_on()) {
-        sides_[k] = GuardSide::departing;
-        bool pushes = g.rate > 0.0;
-        if (g.is_tangent()) {  // at the edge of sliding, sliding decides
-          pushes = k == partner && guard.slide >= 0;
-          if (!pushes && !moves_away(mode_, k)) return fail(IntegrationStatus::ambiguous_start, k);
-        }
-        if (pushes && now < 0) now = k;
-      } else if (g.value > 0.0) {
-        // Behind a surface that divides two fields the other field holds.
-        if (!after_jump || guard.partner < 0) return fail(IntegrationStatus::beyond_guard, k);
-        mode_ = guard.target;
-        partner = fired = -1;
-        moved = true;
-      }
-    }
-    if (moved) continue;
-    if (now < 0) return IntegrationStatus::success;
-    if (now == partner && mode.guards[now].slide >= 0) return enter_sliding(now);
-    if (now == fired) return fail(IntegrationStatus::beyond_guard, now);
-    hold_instant();
-    return fire(now);
-  }
-  return fail(IntegrationStatus::accumulation);
-}
-
-IntegrationStatus HybridIntegrator::enter_sliding(int k) {
-  mode_ = modes_[mode_].guards[k].slide;
-  const FlowMode& mode = modes_[mode_];
-  if (mode.unsupported) return fail(IntegrationStatus::sliding_input);
-  if (recorded_ != nullptr && !recorded_->empty()) {
-    recorded_->back().kind = EventKind::slides;
-    recorded_->back().mode_after = mode.name;
-  }
-  return settle(false, -1, false, -1);
 }
 
 // held_ and slope_ at s_ from total_ and moving_, in the field of mode_.

@@ -14,6 +14,7 @@ ReferenceCase fishing();                  // A06
 ReferenceCase fishing_relaxed();          // A08
 ReferenceCase f8_aircraft();              // A09
 ReferenceCase double_tank();              // A11
+ReferenceCase switch_of_speed();          // A17
 
 // --- B: several phases
 // ----------------------------------------------------------------------------

@@ -18,6 +18,7 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::fishing_relaxed(),          // A08
       library::f8_aircraft(),              // A09
       library::double_tank(),              // A11
+      library::switch_of_speed(),          // A17
       library::bryson_denham(),            // B01
       library::brachistochrone(),          // B03
       library::bang_bang(),                // B05
@@ -38,8 +39,15 @@ const std::vector<ReferenceCase>& reference_cases() {
 
 const std::vector<SimulationCase>& simulation_cases() {
   static const std::vector<SimulationCase> cases{
-      library::capture_point(),      library::van_der_pol_stiff(),
-      library::robertson_kinetics(), library::restricted_three_body(),
+      library::switched_oscillator(),
+      library::filippov_cases(),
+      library::capture_point(),
+      library::van_der_pol_stiff(),
+      library::robertson_kinetics(),
+      library::restricted_three_body(),
+      library::bouncing_ball_simulation(),
+      library::saltation_matrix(),
+      library::spring_leg_stance(),
       library::matrix_exponential(),
   };
   return cases;
