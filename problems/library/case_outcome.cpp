@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "framework/core/text.hpp"
+
 namespace saltus {
 
 const char* word_for(Verdict verdict) {
@@ -35,6 +37,17 @@ std::vector<std::string> CaseOutcome::reasons() const {
                           v.name, v.value, v.reference, v.error(), v.tolerance));
   }
   return sentences;
+}
+
+std::string CaseOutcome::reason_in_brief() const {
+  const std::vector<std::string> all = reasons();
+  if (all.size() < 2) return all.empty() ? status : all.front();
+  std::vector<std::string> others;
+  for (const CheckedValue& v : checked)
+    if (!v.is_met()) others.push_back(v.name);
+  others.erase(others.begin());
+  others.erase(std::unique(others.begin(), others.end()), others.end());
+  return fmt::format("{}; outside too: {}", all.front(), join_names(others));
 }
 
 Verdict judge(const std::vector<CheckedValue>& checked) {

@@ -21,6 +21,7 @@ const char* word_for(Verdict verdict);
 
 struct CaseOutcome {
   std::string id, name, exercises, source;
+  bool is_simulation = false;  ///< no solver took part
   Verdict verdict = Verdict::failed;
   std::string status;  ///< a sentence of the solver, or why the case did not run
   /// Everything that was compared; first what the table shows: the cost, of simulations the value
@@ -34,6 +35,8 @@ struct CaseOutcome {
   bool is_wrong() const { return verdict == Verdict::missed || verdict == Verdict::failed; }
   /// A sentence for each checked value outside its tolerance; of failures the status.
   std::vector<std::string> reasons() const;
+  /// The first of them, and the names of what else is outside its tolerance.
+  std::string reason_in_brief() const;
 };
 
 /// met or missed, by the checked values.

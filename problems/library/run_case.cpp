@@ -136,6 +136,7 @@ CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice) {
 
 CaseOutcome run_case(const SimulationCase& c) {
   CaseOutcome outcome = outcome_for(c);
+  outcome.is_simulation = true;
   const auto start = std::chrono::steady_clock::now();
   outcome.checked = c.run();
   outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -44,13 +44,17 @@ std::string closing_text(const SuiteReport& report) {
   std::string text = "\n";
   for (const CaseOutcome& o : report.outcomes)
     if (o.verdict != Verdict::met)
-      for (const std::string& reason : o.reasons())
-        text += fmt::format("{} {} {}: {}\n", o.id, o.name, word_for(o.verdict), reason);
+      text += fmt::format("{} {} {}: {}\n", o.id, o.name, word_for(o.verdict), o.reason_in_brief());
   if (text.size() > 1) text += "\n";
   const int skipped = report.count(Verdict::skipped), idle = report.count(Verdict::not_applicable);
   text += fmt::format("{} of {} within tolerance with solver={}", report.count(Verdict::met),
                       static_cast<int>(report.outcomes.size()) - skipped - idle,
                       name_of(report.solver));
+  int missing = 0, simulated = 0;
+  for (const CaseOutcome& o : report.outcomes)
+    if (o.is_simulation) ++(o.verdict == Verdict::met ? simulated : missing);
+  if (simulated + missing > 0)
+    text += fmt::format(" ({} of {} simulations among them)", simulated, simulated + missing);
   if (skipped > 0) text += fmt::format(", {} skipped", skipped);
   if (idle > 0) text += fmt::format(", {} not for this solver", idle);
   return text + "\n";
@@ -78,6 +82,7 @@ nlohmann::ordered_json to_json(const SuiteReport& report) {
                      {"name", o.name},
                      {"exercises", o.exercises},
                      {"source", o.source},
+                     {"kind", o.is_simulation ? "simulation" : "optimisation"},
                      {"verdict", word_for(o.verdict)},
                      {"status", o.status},
                      {"iterations", o.iterations},

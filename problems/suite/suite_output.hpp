@@ -13,7 +13,7 @@ namespace saltus {
 /// largest violation of a path constraint between the nodes.
 std::string table_head();
 std::string table_line(const CaseOutcome& outcome);
-/// Why cases miss their tolerances, a sentence per check, and how many do not.
+/// Why cases miss their tolerances, a sentence each, and how many do not.
 std::string closing_text(const SuiteReport& report);
 
 /// Everything at full precision, with all checked values.

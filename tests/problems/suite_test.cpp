@@ -136,6 +136,15 @@ TEST(Suite, ACaseThatMissesItsToleranceIsReported) {
   EXPECT_TRUE(contains(text, "1 of 2 within tolerance with solver=ipopt, 1 skipped")) << text;
 }
 
+TEST(Suite, SeveralMissesAreOneSentence) {
+  CheckedValue residual = residual_of("KKT residual", 0.5, 1e-8);
+  const std::vector<SuiteCase> cases{made_up("X04", Verdict::met, {right, wrong, residual, wrong})};
+  const SuiteReport report = run_suite(cases, {.only = "", .json = {}});
+  EXPECT_EQ(report.outcomes[0].reasons().size(), 3u);
+  const std::string text = closing_text(report);
+  EXPECT_TRUE(contains(text, "is allowed; outside too: KKT residual and x(3)[0]\n")) << text;
+}
+
 TEST(Suite, SkippedCasesAreNotWrong) {
   const SuiteReport report = run_suite(one_wrong(), {.only = "X03", .json = {}});
   EXPECT_EQ(report.exit_status(), ExitStatus::ok);
