@@ -11,7 +11,8 @@
 #include "integrators/cvodes.hpp"
 #include "integrators/hybrid_simulation.hpp"
 
-namespace saltus::library {
+// A namespace of its own: a case of the catalogue may carry the name of a system.
+namespace saltus::library::inline hybrid_systems {
 
 /// An automaton as the problem of an interval; everything is differentiated.
 template <int nx, int nu, int np>
@@ -132,4 +133,4 @@ inline VectorXd numbers(std::initializer_list<double> values) {
   return Eigen::Map<const VectorXd>(values.begin(), static_cast<Eigen::Index>(values.size()));
 }
 
-}  // namespace saltus::library
+}  // namespace saltus::library::inline hybrid_systems
