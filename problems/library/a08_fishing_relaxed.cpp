@@ -4,6 +4,8 @@
 //   min int_0^12 (x1 - 1)^2 + (x2 - 1)^2      x(0) = (0.5, 0.7)
 //   x1' = x1 - x1 x2 - 0.4 x1 w, x2' = -x2 + x1 x2 - 0.2 x2 w     0 <= w <= 1
 //
+// On the arc the effort stays 10 % below its bound: at the bound the third phase could do the work
+// of the second, on a coarser grid, and solvers may end with that at its shortest.
 // Guess: both populations at 1 throughout, no fishing, all three phases equally long.
 // Source: Sager, mintOC.de, Lotka Volterra fishing problem, relaxed: 1.34408. Further digits were
 // computed independently.
@@ -26,13 +28,13 @@ OptimalControlProblem problem() {
     const auto a = x[0] - 1.0, b = x[1] - 1.0;
     return a * a + b * b;
   };
-  const Bounds part = between(0.1, 12.0);  // of the twelve time units
+  const Bounds part = between(0.1, 11.8);  // of the twelve time units
 
   Phase<2, 1> wait{"wait", Populations{}, part}, all{"fish", Populations{}, part};
   Phase<2, 1> singular{"singular", Populations{}, part};
   wait.bound_input(0, exactly(0.0));
   all.bound_input(0, exactly(1.0));
-  singular.bound_input(0, between(0.0, 1.0)).inputs(InputCourse::piecewise_linear_continuous);
+  singular.bound_input(0, between(0.0, 0.9)).inputs(InputCourse::piecewise_linear_continuous);
 
   OptimalControlProblem ocp("relaxed fishing");
   ocp.start_at({0.5, 0.7});
@@ -47,7 +49,7 @@ OptimalControlProblem problem() {
 }
 
 std::vector<CheckedValue> more(const Solution& s) {
-  // The singular effort leaves its bound almost tangentially: the cost hardly tells where.
+  // The cost hardly tells where the arc begins.
   return {{"t1", s.durations[0], 2.436700, 1e-4, 7},
           {"t2", s.durations[0] + s.durations[1], 3.941971, 1e-2, 3}};
 }
@@ -60,10 +62,10 @@ ReferenceCase fishing_relaxed() {
           .exercises = "bang, bang, singular: two free switching times and a singular input",
           .source = "mintOC, relaxed; more digits computed independently",
           .problem = problem,
-          .options = {.intervals = {8, 6, 40}, .integrator = runge_kutta8()},
+          .options = {.intervals = {8, 6, 20}, .integrator = runge_kutta8({.steps = 2})},
           .optimum = 1.344081198,
           .digits = 10,
-          .tolerance = 1e-6,  // linear pieces of the singular input
+          .tolerance = 1e-8,  // linear pieces of the effort on the arc, the last digit
           .more = more};
 }
 
