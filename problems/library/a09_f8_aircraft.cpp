@@ -1,5 +1,5 @@
 // An F-8 Crusader out of a stall in least time: the tail deflection jumps between its two limits,
-// four arcs, up first.
+// four arcs, the positive one first.
 //
 //   x0' = -0.877 x0 + x2 - 0.088 x0 x2 + 0.47 x0^2 - 0.019 x1^2 - x0^2 x2 + 3.846 x0^3
 //         - 0.215 w + 0.28 x0^2 w + 0.47 x0 w^2 + 0.63 w^3

@@ -7,9 +7,9 @@
 // Full inflow first, at the end a singular arc with w = sqrt(3) - 1. The optimum appears to enter
 // the arc by ever faster switching; to land on it without overshoot costs 4.4e-5 more (4.731349).
 // The inflow of the second phase is piecewise constant, and a few of the switches are found. Plans
-// that switch at other times cost the same to 1e-6: only the cost is a reference. Guess: both
-// levels at the desired 3, no inflow, five time units for each phase. Source: Sager, mintOC.de,
-// double tank; the relaxed optimum was computed independently.
+// that switch at other times cost the same to 1e-6: only the cost is a reference.
+// Guess: both levels at the desired 3, no inflow, five time units for each phase.
+// Source: Sager, mintOC.de, double tank; the relaxed optimum was computed independently.
 #include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
 

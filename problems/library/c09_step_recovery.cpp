@@ -3,7 +3,7 @@
 // of problems/push_recovery/problem.cpp, here with round numbers, hard capture point rows, costs
 // summed at the nodes and a friction pyramid of four circumscribed edges: a quadratic program.
 //
-// Guess: the desired state throughout, no wrenches.
+// Guess: the start throughout, no wrenches.
 // Source: S. Dafarra, F. Romano and F. Nori, A receding horizon push recovery strategy for
 // balancing the iCub humanoid robot, which prints 10 ms and 15 intervals but no instance; these two
 // were constructed and solved independently, to a gap of 1e-9.
