@@ -30,6 +30,9 @@ struct Sqp {
   double time_limit = 0.0;   ///< s of wall clock, 0: none
   /// Hessian of the Lagrangian, or Gauss-Newton; the one of the two that the program supports.
   Curvature curvature = Curvature::exact;
+  /// Largest change of a variable in the first step of a cold start, in nominal magnitudes. Longer
+  /// ones take durations to their bounds, from where other local optima are nearer.
+  double first_box = 1.0;
   /// Smallest eigenvalue after convexification, relative to the largest of its block.
   double convexity_floor = 1e-6;
 };

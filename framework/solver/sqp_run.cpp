@@ -20,7 +20,8 @@ constexpr int convex_models = 9;
 constexpr double elastic_price = 10.0, multiplier_price = 2.0, firm_price = 1e3;
 constexpr double acceptable_factor = 1e3;  // on the tolerance, where progress has stopped
 constexpr double largest_estimate = 1e3;   // larger estimates of multipliers are none
-constexpr double stalled = 1e-9;           // relative change of w, or of its violation
+constexpr double inexact = 1e-3;  // residual of a model that serves, relative to the program's
+constexpr double stalled = 1e-9;  // relative change of w, or of its violation
 
 double seconds_since(QpClock::time_point start) {
   return std::chrono::duration<double>(QpClock::now() - start).count();
@@ -127,6 +128,7 @@ void SqpRun::estimate_multipliers() {
 
 SolveStatus SqpRun::iterate(bool warm) {
   if (!warm) estimate_multipliers();
+  radius_ = warm ? infinity : options_.first_box;
   for (;; ++iterations_) {
     if (!model_.linearise(program_, point_.w, point_.lambda, curvature_))
       return SolveStatus::evaluation_failed;
@@ -171,6 +173,7 @@ SolveStatus SqpRun::step(bool warm) {
       continue;
     }
     const double alpha = search(is_elastic, care >= 0 ? shortest_step : worthwhile_step);
+    if (alpha > 0.0 && care >= 0) radius_ = infinity;  // boxes did not help
     if (alpha > 0.0) return SolveStatus::optimal;
     status = SolveStatus::numerical_failure;
   }
@@ -210,13 +213,17 @@ QpResult SqpRun::solve_model(bool& is_elastic, bool firm, bool warm) {
     }
     is_elastic = r.status == QpStatus::infeasible;
   }
-  if (!is_elastic) return r;
+  if (!is_elastic) {
+    if (serves(r)) largest_multiplier_ = largest(next_.lambda);
+    return r;
+  }
   next_ = point_;
   return solve_elastic(next_, firm);
 }
 
 bool SqpRun::serves(const QpResult& r) const {
-  return r.status == QpStatus::optimal || r.residual <= options_.tolerance;
+  return r.status == QpStatus::optimal ||
+         r.residual <= std::max(options_.tolerance, inexact * kkt_.scaled());
 }
 
 // Convexified by blocks, and shifted.
@@ -233,7 +240,7 @@ QpResult SqpRun::solve_elastic(NlpPoint& point, bool firm) {
     engine_.elastic = std::make_unique<ElasticQp>(model_.qp(), relaxed_, engine_.qp_options);
   const double factor = firm ? firm_price : elastic_price;
   elastic_price_ = std::max(
-      {factor, factor * largest(model_.gradient()), multiplier_price * largest(point_.lambda)});
+      {factor, factor * largest(model_.gradient()), multiplier_price * largest_multiplier_});
   return engine_.elastic->solve(model_.qp(), elastic_price_, point, deadline_);
 }
 

@@ -33,12 +33,21 @@ TEST_P(SqpReference, ReachesTheKnownOptimumFromItsOwnGuess) {
   EXPECT_NEAR(solution.cost, c.optimum, c.tolerance * (1.0 + std::abs(c.optimum)));
   EXPECT_LT(solution.kkt.scaled(), 1e-8);
   EXPECT_EQ(shooting.nlp().is_linear_quadratic(), c.id == "B22" || c.id == "C02");
-  EXPECT_LE(solution.iterations, 20);
+  if (c.switching_times.empty()) return;
+  double t = 0.0;
+  for (std::size_t j = 0; j < c.switching_times.size(); ++j)
+    EXPECT_NEAR(t += solution.durations[j], c.switching_times[j], c.switching_tolerance) << j;
+  EXPECT_LE(solution.iterations, 60);  // 5 to 25 were measured, 44 for B07
 }
 
+// Not among them: B01 on three phases. Its optimum is an inflection of the cost over the length of
+// the climb, and on a grid a lower plan lies beyond it; a method of descent goes there. A01: two
+// optima are near its guess, and rounding decides for one.
 std::vector<ReferenceCase> solved_cases() {
   std::vector<ReferenceCase> cases;
-  for (const char* id : {"B01", "B22", "C02", "C03"}) cases.push_back(reference_case(id));
+  for (const char* id : {"A02", "A04", "A08", "A11", "B03", "B05", "B07", "B10", "B11", "B15",
+                         "B18", "B22", "C02", "C03"})
+    cases.push_back(reference_case(id));
   return cases;
 }
 
@@ -118,8 +127,10 @@ TEST(Sqp, MultipliersHaveTheSignOfTheSideThatHolds) {
 TEST(Sqp, IsIndifferentToTheSolverOfItsModels) {
   const ReferenceCase& c = reference_case("C03");
   MultipleShooting shooting(c.problem(), c.options);
-  const auto dense = make_solver(Sqp{}, make_dense_qp_solver, make_dense_qp_solver);
-  const Solution one = solve(shooting, *dense), other = solve(shooting, *sqp());
+  // The dense solver knows nothing of indefinite models.
+  const Sqp options{.curvature = Curvature::gauss_newton};
+  const auto dense = make_solver(options, make_dense_qp_solver, make_dense_qp_solver);
+  const Solution one = solve(shooting, *dense), other = solve(shooting, *sqp(options));
   ASSERT_TRUE(one.ok() && other.ok());
   EXPECT_NEAR(one.cost, other.cost, 1e-9 * one.cost);
 }
