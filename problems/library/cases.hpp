@@ -14,20 +14,26 @@ ReferenceCase fishing();                  // A06
 ReferenceCase fishing_relaxed();          // A08
 ReferenceCase f8_aircraft();              // A09
 ReferenceCase double_tank();              // A11
+ReferenceCase turbo_car();                // A14
 ReferenceCase switch_of_speed();          // A17
+ReferenceCase juggled_ball();             // A20
 
 // --- B: several phases
 // ----------------------------------------------------------------------------
-ReferenceCase bryson_denham();      // B01
-ReferenceCase brachistochrone();    // B03
-ReferenceCase bang_bang();          // B05
-ReferenceCase goddard_rocket();     // B07
-ReferenceCase catalyst_mixing();    // B10
-ReferenceCase particle_steering();  // B11
-ReferenceCase maximum_range();      // B15
-ReferenceCase moon_lander();        // B18
-ReferenceCase interior_point();     // B22
-ReferenceCase van_der_pol();        // B25
+ReferenceCase bryson_denham();       // B01
+ReferenceCase brachistochrone();     // B03
+ReferenceCase bang_bang();           // B05
+ReferenceCase goddard_rocket();      // B07
+ReferenceCase delta_iii();           // B09
+ReferenceCase catalyst_mixing();     // B10
+ReferenceCase particle_steering();   // B11
+ReferenceCase hang_glider();         // B12
+ReferenceCase maximum_range();       // B15
+ReferenceCase hyper_sensitive();     // B16
+ReferenceCase moon_lander();         // B18
+ReferenceCase two_phase_tracking();  // B21
+ReferenceCase interior_point();      // B22
+ReferenceCase van_der_pol();         // B25
 
 // --- C: model predictive control
 // ------------------------------------------------------------------

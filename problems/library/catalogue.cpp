@@ -18,15 +18,21 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::fishing_relaxed(),          // A08
       library::f8_aircraft(),              // A09
       library::double_tank(),              // A11
+      library::turbo_car(),                // A14
       library::switch_of_speed(),          // A17
+      library::juggled_ball(),             // A20
       library::bryson_denham(),            // B01
       library::brachistochrone(),          // B03
       library::bang_bang(),                // B05
       library::goddard_rocket(),           // B07
+      library::delta_iii(),                // B09
       library::catalyst_mixing(),          // B10
       library::particle_steering(),        // B11
+      library::hang_glider(),              // B12
       library::maximum_range(),            // B15
+      library::hyper_sensitive(),          // B16
       library::moon_lander(),              // B18
+      library::two_phase_tracking(),       // B21
       library::interior_point(),           // B22
       library::van_der_pol(),              // B25
       library::phase_transition(),         // C02

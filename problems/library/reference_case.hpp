@@ -12,6 +12,15 @@
 
 namespace saltus {
 
+/// How the derivatives of a small program of the case are checked against central differences. What
+/// differs from these figures has its reason in the file of the case.
+struct DerivativeCheck {
+  int intervals = 5;        ///< at most, per phase
+  double radius = 0.05;     ///< distance of the point from the guess, in scaled variables
+  double step = 1e-5;       ///< of the differences, in scaled variables
+  double tolerance = 1e-6;  ///< relative to 1 + |entry|
+};
+
 struct ReferenceCase {
   std::string id;         ///< short and stable, as in the literature list: "B01"
   std::string name;       ///< of the file in problems/library: "bryson_denham"
@@ -37,6 +46,7 @@ struct ReferenceCase {
   double replay = 1e-8;
   /// False where the flow is too unstable to replay more than single intervals; why is in the file.
   bool replay_from_start = true;
+  DerivativeCheck derivatives = {};
   /// Where the usual limit does not do, with its reason in the file.
   int max_iterations = 500;
 };

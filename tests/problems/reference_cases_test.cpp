@@ -30,14 +30,16 @@ TEST_P(Reference, ReachesEverythingThatIsKnownFromItsOwnGuess) {
 TEST_P(Reference, DerivativesOfTheProgramAreExact) {
   const ReferenceCase& c = GetParam();
   ShootingOptions few = c.options;
-  few.intervals_per_phase = std::min(few.intervals_per_phase, 5);
-  for (int& n : few.intervals) n = std::min(n, 5);
+  few.intervals_per_phase = std::min(few.intervals_per_phase, c.derivatives.intervals);
+  for (int& n : few.intervals) n = std::min(n, c.derivatives.intervals);
   MultipleShooting shooting(c.problem(), few);
-  const NlpPoint point = testing_support::perturbed(shooting.nlp(), shooting.initial_guess().w, 7);
-  const auto errors = testing_support::derivative_errors(shooting.nlp(), point);
-  EXPECT_LT(errors.gradient, 1e-6);  // relative to 1 + |entry|, rounding of costs up to 1e4
-  EXPECT_LT(errors.jacobian, 1e-6);
-  EXPECT_LT(errors.hessian, 1e-6);
+  const NlpPoint point = testing_support::perturbed(shooting.nlp(), shooting.initial_guess().w, 7,
+                                                    c.derivatives.radius);
+  const auto errors = testing_support::derivative_errors(shooting.nlp(), point, Curvature::exact,
+                                                         c.derivatives.step);
+  EXPECT_LT(errors.gradient, c.derivatives.tolerance);
+  EXPECT_LT(errors.jacobian, c.derivatives.tolerance);
+  EXPECT_LT(errors.hessian, c.derivatives.tolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, Reference, testing::ValuesIn(reference_cases()),

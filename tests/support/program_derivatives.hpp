@@ -25,8 +25,9 @@ inline NlpPoint perturbed(const NonlinearProgram& program, const VectorXd& w, un
   return point;
 }
 
+/// Steps h: variables are scaled, so that 1e-5 leaves 1e-10 of truncation and 1e-11 of rounding.
 inline DerivativeErrors derivative_errors(NonlinearProgram& program, const NlpPoint& point,
-                                          Curvature curvature = Curvature::exact) {
+                                          Curvature curvature = Curvature::exact, double h = 1e-5) {
   const int n = program.variables(), m = program.rows();
   const double sigma = 0.7;  // any weight of the cost
   const auto dense_jacobian = [&](const VectorXd& w) {
@@ -59,7 +60,6 @@ inline DerivativeErrors derivative_errors(NonlinearProgram& program, const NlpPo
   };
   VectorXd w = point.w, above(m), below(m);
   for (int i = 0; i < n; ++i) {
-    const double h = 1e-5;  // variables are scaled; truncation 1e-10, rounding 1e-11
     double f_above = 0.0, f_below = 0.0;
     w[i] = point.w[i] + h;
     EXPECT_TRUE(program.objective(w.data(), f_above) &&
