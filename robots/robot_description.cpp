@@ -21,13 +21,15 @@ class Section {
     if (!node_.IsMap()) fail("", "must be a set of keys with values");
     for (const auto& entry : node_) {
       const std::string key = entry.first.as<std::string>();
-      if (std::find(keys_.begin(), keys_.end(), key) != keys_.end())
-        fail(key, "stands twice; keep one");
+      if (has(key)) fail(key, "stands twice; keep one");
       keys_.push_back(key);
     }
   }
 
   const std::vector<std::string>& keys() const { return keys_; }
+  bool has(const std::string& key) const {
+    return std::find(keys_.begin(), keys_.end(), key) != keys_.end();
+  }
 
   void allow_only(const std::vector<std::string>& known) const {
     for (const std::string& key : keys_) {
@@ -75,7 +77,7 @@ class Section {
     return path_.empty() ? key : path_ + "." + key;
   }
   YAML::Node require(const std::string& key) const {
-    if (std::find(keys_.begin(), keys_.end(), key) == keys_.end()) fail(key, "is missing; add it");
+    if (!has(key)) fail(key, "is missing; add it");
     return node_[key];
   }
   double number(const YAML::Node& node, const std::string& key) const {
@@ -113,9 +115,20 @@ StandingPosture read_posture(const Section& section, const std::string& name) {
   return posture;
 }
 
+ActuatedJoint read_joint(const Section& section, const std::string& name) {
+  section.allow_only({"position", "effort"});
+  ActuatedJoint joint{name, std::nullopt, std::nullopt};
+  if (section.has("position")) joint.position = section.range("position");
+  if (section.has("effort")) {
+    joint.effort = section.number("effort");
+    if (!(*joint.effort > 0.0)) section.fail("effort", "must be positive");
+  }
+  return joint;
+}
+
 RobotDescription read(const Section& file) {
   file.allow_only({"name", "source", "mass", "soles", "contact_plane_offset", "left_foot",
-                   "right_foot", "postures"});
+                   "right_foot", "base", "joints", "postures"});
   RobotDescription robot;
   robot.name = file.text("name");
   robot.mass = file.number("mass");
@@ -128,6 +141,12 @@ RobotDescription read(const Section& file) {
   robot.contact_plane_offset = file.number("contact_plane_offset");
   robot.left_foot = read_foot(file.section("left_foot"));
   robot.right_foot = read_foot(file.section("right_foot"));
+  if (file.has("base")) robot.base = file.text("base");
+  if (file.has("joints")) {
+    const Section joints = file.section("joints");
+    for (const std::string& name : joints.keys())
+      robot.joints.push_back(read_joint(joints.section(name), name));
+  }
   const Section postures = file.section("postures");
   for (const std::string& name : postures.keys())
     robot.postures.push_back(read_posture(postures.section(name), name));

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,13 @@ struct StandingPosture {
   Posture joints;                                      // rad; joints that are not named are at zero
 };
 
+/// A joint with a motor.
+struct ActuatedJoint {
+  std::string name;
+  std::optional<Bounds> position;  ///< rad; not given: that of the URDF
+  std::optional<double> effort;    ///< largest torque, Nm; not given: that of the URDF
+};
+
 struct RobotDescription {
   std::string name;
   std::string source;                     // where the figures come from, a clause for reports
@@ -35,6 +43,8 @@ struct RobotDescription {
   double contact_plane_offset = 0.0;      // m, of the contact plane along z of the sole links
   FootRectangle left_foot, right_foot;    // in the contact frames
   std::vector<StandingPosture> postures;  // the first is the default
+  std::string base;                       // link that floats; for the whole body only
+  std::vector<ActuatedJoint> joints;  // likewise, in the order of torques; all others are frozen
 
   /// Throws InputError that suggests the nearest name.
   const StandingPosture& posture(const std::string& posture_name) const;

@@ -39,6 +39,11 @@ foreach(part klu btf cholmod amd colamd camd ccolamd suitesparseconfig)
   target_link_libraries(saltus_suitesparse INTERFACE ${SALTUS_${part}_LIBRARY})
 endforeach()
 
+# Simulation of the whole body. Its headers are not warning-free.
+find_package(DART 6.12 REQUIRED COMPONENTS collision-bullet collision-ode CONFIG)
+add_library(saltus_dart_packages INTERFACE)
+target_link_libraries(saltus_dart_packages INTERFACE dart dart-collision-bullet dart-collision-ode)
+
 if(SALTUS_BUILD_TESTS OR NOT DEFINED SALTUS_BUILD_TESTS)
   find_package(GTest REQUIRED)
   include(GoogleTest)

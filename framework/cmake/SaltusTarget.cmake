@@ -20,7 +20,10 @@ target_compile_options(saltus_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtu
                                               $<$<BOOL:${SALTUS_WERROR}>:-Werror>)
 # Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
 # types layout-compatible whatever -march is chosen.
-target_compile_definitions(saltus_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
+# Without the second definition Eigen would still allocate its own way where -march has wide vectors,
+# and a matrix that DART allocated could not be freed here.
+target_compile_definitions(saltus_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16
+                                                  EIGEN_MALLOC_ALREADY_ALIGNED=1)
 if(SALTUS_MARCH)
   target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

@@ -1,0 +1,12 @@
+// Equations of motion by DART.
+#pragma once
+
+#include <memory>
+
+#include "robots/whole_body/dynamics_model.hpp"
+
+namespace saltus {
+
+std::unique_ptr<DynamicsModel> make_dart_dynamics(const FloatingRobot& robot);
+
+}  // namespace saltus

@@ -1,0 +1,159 @@
+#include "robots/dart/dart_plant.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <dart/collision/CollisionObject.hpp>
+#include <dart/collision/bullet/BulletCollisionDetector.hpp>
+#include <dart/collision/dart/DARTCollisionDetector.hpp>
+#include <dart/collision/fcl/FCLCollisionDetector.hpp>
+#include <dart/collision/ode/OdeCollisionDetector.hpp>
+#include <dart/constraint/BoxedLcpConstraintSolver.hpp>
+#include <dart/constraint/DantzigBoxedLcpSolver.hpp>
+#include <dart/constraint/PgsBoxedLcpSolver.hpp>
+#include <dart/simulation/World.hpp>
+
+#include "robots/capture_point.hpp"
+#include "robots/dart/dart_skeleton.hpp"
+
+namespace saltus {
+namespace {
+
+namespace dd = ::dart::dynamics;
+namespace dc = ::dart::collision;
+
+constexpr double ground_size = 20.0, ground_depth = 0.2;  // m
+
+::dart::collision::CollisionDetectorPtr detector(DartCollision choice) {
+  switch (choice) {
+    case DartCollision::dart:
+      return dc::DARTCollisionDetector::create();
+    case DartCollision::fcl:
+      return dc::FCLCollisionDetector::create();
+    case DartCollision::bullet:
+      return dc::BulletCollisionDetector::create();
+    case DartCollision::ode:
+      return dc::OdeCollisionDetector::create();
+  }
+  return nullptr;
+}
+
+const char* describe(DartCollision choice) {
+  constexpr const char* names[] = {"DART's own", "FCL", "Bullet", "ODE"};
+  return names[static_cast<int>(choice)];
+}
+
+dd::SkeletonPtr ground(double friction) {
+  dd::SkeletonPtr skeleton = dd::Skeleton::create("ground");
+  dd::BodyNode* body = skeleton->createJointAndBodyNodePair<dd::WeldJoint>().second;
+  dd::ShapeNode* shape = body->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(
+      std::make_shared<dd::BoxShape>(Vec<double, 3>(ground_size, ground_size, ground_depth)));
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation()[2] = -0.5 * ground_depth;
+  shape->setRelativeTransform(pose);
+  shape->getDynamicsAspect()->setFrictionCoeff(friction);
+  return skeleton;
+}
+
+class DartPlant final : public Plant {
+ public:
+  DartPlant(const FloatingRobot& robot, const DartOptions& options)
+      : options_(options),
+        world_(::dart::simulation::World::create()),
+        view_(dart_engine::make_skeleton(robot), robot),
+        feet_{robot.left_sole, robot.right_sole},
+        torques_(VectorXd::Zero(robot.joints())),
+        limits_(robot.joints()) {
+    for (int i = 0; i < robot.joints(); ++i) limits_[i] = robot.bodies[i + 1].effort;
+    const dd::SkeletonPtr& skeleton = view_.skeleton();
+    for (dd::BodyNode* body : skeleton->getBodyNodes())
+      for (dd::ShapeNode* shape : body->getShapeNodesWith<dd::DynamicsAspect>())
+        shape->getDynamicsAspect()->setFrictionCoeff(options.friction);
+    for (int i = 0; i < robot.joints(); ++i)
+      skeleton->getDof(view_.dof(6 + i))->setDampingCoefficient(options.joint_friction);
+    world_->setGravity({0.0, 0.0, -standard_gravity});
+    world_->setTimeStep(options.step);
+    auto lcp = options.lcp == DartLcp::dantzig
+                   ? ::dart::constraint::BoxedLcpSolverPtr(
+                         std::make_shared<::dart::constraint::DantzigBoxedLcpSolver>())
+                   : std::make_shared<::dart::constraint::PgsBoxedLcpSolver>();
+    world_->setConstraintSolver(
+        std::make_unique<::dart::constraint::BoxedLcpConstraintSolver>(std::move(lcp)));
+    world_->getConstraintSolver()->setCollisionDetector(detector(options.collision));
+    ground_ = ground(options.friction);
+    world_->addSkeleton(ground_);
+    world_->addSkeleton(skeleton);
+    view_.read(state_);
+  }
+
+  void reset(const WholeBodyState& state) override {
+    world_->reset();
+    view_.write(state);
+    view_.read(state_);
+    contacts_[0] = contacts_[1] = {};
+  }
+  void set_torques(const VectorXd& torques) override {
+    torques_ = torques.cwiseMax(-limits_).cwiseMin(limits_);
+  }
+  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
+    view_.body(body)->addExtForce(force, point, /*isForceLocal=*/false, /*isOffsetLocal=*/true);
+  }
+
+  void step() override {
+    for (int i = 0; i < view_.joints(); ++i)
+      view_.skeleton()->setForce(view_.dof(6 + i), torques_[i]);
+    world_->step();
+    view_.read(state_);
+    read_contacts();
+  }
+
+  double time() const override { return world_->getTime(); }
+  const WholeBodyState& state() const override { return state_; }
+  const FootContact& contact(Side side) const override {
+    return contacts_[side == Side::left ? 0 : 1];
+  }
+  std::string name() const override {
+    return fmt::format("DART {}.{}.{}, {} collision detection, {} LCP solver", DART_MAJOR_VERSION,
+                       DART_MINOR_VERSION, DART_PATCH_VERSION, describe(options_.collision),
+                       options_.lcp == DartLcp::dantzig ? "Dantzig's" : "projected Gauss-Seidel");
+  }
+
+ private:
+  // Forces act at the state before the step; the soles have hardly moved since.
+  void read_contacts() {
+    contacts_[0] = contacts_[1] = {};
+    for (const dc::Contact& c : world_->getLastCollisionResult().getContacts()) {
+      const dd::BodyNode* first = body_of(c.collisionObject1);
+      const dd::BodyNode* second = body_of(c.collisionObject2);
+      for (int foot = 0; foot < 2; ++foot) {
+        const dd::BodyNode* body = view_.body(feet_[foot].body);
+        if (first != body && second != body) continue;
+        const Vec<double, 3> force = first == body ? c.force : Vec<double, 3>(-c.force);
+        const Vec<double, 3> origin = (body->getWorldTransform() * feet_[foot].pose).translation();
+        contacts_[foot].touches = true;
+        contacts_[foot].wrench.head<3>() += force;
+        contacts_[foot].wrench.tail<3>() += (c.point - origin).cross(force);
+      }
+    }
+  }
+  static const dd::BodyNode* body_of(const dc::CollisionObject* object) {
+    return object->getShapeFrame()->asShapeNode()->getBodyNodePtr().get();
+  }
+
+  DartOptions options_;
+  ::dart::simulation::WorldPtr world_;
+  dart_engine::SkeletonView view_;
+  dd::SkeletonPtr ground_;
+  FloatingRobot::Frame feet_[2];
+  VectorXd torques_, limits_;
+  WholeBodyState state_;
+  FootContact contacts_[2];
+};
+
+}  // namespace
+
+std::unique_ptr<Plant> make_dart_plant(const FloatingRobot& robot, const DartOptions& options) {
+  return std::make_unique<DartPlant>(robot, options);
+}
+
+}  // namespace saltus

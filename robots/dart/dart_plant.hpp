@@ -1,0 +1,20 @@
+// The robot simulated by DART.
+#pragma once
+
+#include <memory>
+
+#include "robots/whole_body/plant.hpp"
+
+namespace saltus {
+
+enum class DartCollision { dart, fcl, bullet, ode };
+enum class DartLcp { dantzig, pgs };
+
+struct DartOptions : PlantOptions {
+  DartCollision collision = DartCollision::bullet;
+  DartLcp lcp = DartLcp::dantzig;
+};
+
+std::unique_ptr<Plant> make_dart_plant(const FloatingRobot& robot, const DartOptions& options);
+
+}  // namespace saltus

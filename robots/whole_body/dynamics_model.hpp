@@ -1,0 +1,45 @@
+// The equations of motion of a FloatingRobot, whoever computes them.
+#pragma once
+
+#include "robots/whole_body/floating_robot.hpp"
+#include "robots/whole_body/whole_body_state.hpp"
+
+namespace saltus {
+
+enum class Side { left, right };
+inline Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
+
+/// A sole, and how it moves: with nu = (base twist | dq), twist = J nu and d twist / dt =
+/// J dnu/dt + drift. Twists are (angular | linear of the contact frame's origin), world axes.
+struct SoleMotion {
+  Eigen::Isometry3d pose;
+  Vec<double, 6> twist;
+  MatrixXd jacobian;     ///< 6 x (6 + n)
+  Vec<double, 6> drift;  ///< (dJ/dt) nu
+};
+
+/// M dnu/dt + h = (0 | tau) + sum_i J_i' w_i with nu = (base twist | dq) as in WholeBodyState and
+/// w_i = (torque about the contact frame's origin | force), world axes. After update() everything
+/// belongs to that state; nothing allocates then.
+class DynamicsModel {
+ public:
+  virtual ~DynamicsModel() = default;
+  virtual void update(const WholeBodyState& state) = 0;
+
+  virtual int joints() const = 0;
+  virtual double mass() const = 0;
+  const MatrixXd& mass_matrix() const { return mass_matrix_; }  ///< (6 + n) x (6 + n)
+  const VectorXd& bias() const { return bias_; }  ///< h: gravity, Coriolis, centrifugal; 6 + n
+  const SoleMotion& sole(Side side) const { return side == Side::left ? left_ : right_; }
+  const Vec<double, 3>& com() const { return com_; }                    ///< m
+  const Vec<double, 3>& com_velocity() const { return com_velocity_; }  ///< m/s
+  const Vec<double, 3>& angular_momentum() const { return momentum_; }  ///< about the CoM, Nms
+
+ protected:
+  MatrixXd mass_matrix_;
+  VectorXd bias_;
+  SoleMotion left_, right_;
+  Vec<double, 3> com_, com_velocity_, momentum_;
+};
+
+}  // namespace saltus

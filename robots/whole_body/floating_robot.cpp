@@ -1,0 +1,179 @@
+#include "robots/whole_body/floating_robot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "framework/core/text.hpp"
+
+namespace saltus {
+namespace {
+
+std::string suggestion(const std::string& name, const std::vector<std::string>& known) {
+  const std::string near = nearest_name(name, known);
+  return near.empty() ? "" : fmt::format("; did you mean \"{}\"?", near);
+}
+
+Mat<double, 3, 3> parallel_axis(double mass, const Vec<double, 3>& r) {
+  return mass * (r.squaredNorm() * Mat<double, 3, 3>::Identity() - r * r.transpose());
+}
+
+// Adds a mass to a body; everything in the body's frame.
+void merge(FloatingRobot::Body& body, double mass, const Vec<double, 3>& com,
+           const Mat<double, 3, 3>& inertia) {
+  if (mass <= 0.0) return;
+  const double total = body.mass + mass;
+  const Vec<double, 3> centre = (body.mass * body.com + mass * com) / total;
+  body.inertia = body.inertia + parallel_axis(body.mass, body.com - centre) + inertia +
+                 parallel_axis(mass, com - centre);
+  body.com = centre;
+  body.mass = total;
+}
+
+const ActuatedJoint* actuated(const RobotDescription& robot, const std::string& joint) {
+  for (const ActuatedJoint& a : robot.joints)
+    if (a.name == joint) return &a;
+  return nullptr;
+}
+
+std::string origin_xml(const Eigen::Isometry3d& pose) {
+  const Mat<double, 3, 3> R = pose.linear();  // roll, pitch, yaw about fixed axes
+  const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
+  const double yaw = std::atan2(R(1, 0), R(0, 0)), roll = std::atan2(R(2, 1), R(2, 2));
+  const Vec<double, 3> p = pose.translation();
+  return fmt::format("<origin xyz=\"{:.17g} {:.17g} {:.17g}\" rpy=\"{:.17g} {:.17g} {:.17g}\"/>",
+                     p[0], p[1], p[2], roll, pitch, yaw);
+}
+
+std::string link_xml(const FloatingRobot::Body& b) {
+  const Mat<double, 3, 3>& I = b.inertia;
+  Eigen::Isometry3d com = Eigen::Isometry3d::Identity();
+  com.translation() = b.com;
+  std::string text = fmt::format(
+      "<link name=\"{}\"><inertial>{}<mass value=\"{:.17g}\"/><inertia ixx=\"{:.17g}\" "
+      "ixy=\"{:.17g}\" ixz=\"{:.17g}\" iyy=\"{:.17g}\" iyz=\"{:.17g}\" "
+      "izz=\"{:.17g}\"/></inertial>",
+      b.name, origin_xml(com), b.mass, I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2));
+  for (const UrdfBox& box : b.boxes)
+    text += fmt::format(
+        "<collision>{}<geometry><box size=\"{:.17g} {:.17g} {:.17g}\"/></geometry></collision>",
+        origin_xml(box.pose), box.size[0], box.size[1], box.size[2]);
+  return text + "</link>\n";
+}
+
+}  // namespace
+
+int FloatingRobot::joint_index(const std::string& joint) const {
+  std::vector<std::string> known;
+  for (int i = 0; i < joints(); ++i) {
+    if (bodies[i + 1].joint == joint) return i;
+    known.push_back(bodies[i + 1].joint);
+  }
+  throw InputError(
+      fmt::format("{}: no motor moves a joint \"{}\"{}", name, joint, suggestion(joint, known)));
+}
+
+int FloatingRobot::body_index(const std::string& body) const {
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].name == body) return static_cast<int>(i);
+    known.push_back(bodies[i].name);
+  }
+  throw InputError(
+      fmt::format("{}: there is no link \"{}\"{}", name, body, suggestion(body, known)));
+}
+
+VectorXd FloatingRobot::joint_positions(const Posture& posture) const {
+  VectorXd q = VectorXd::Zero(joints());
+  for (const auto& [joint, position] : posture) q[joint_index(joint)] = position;
+  return q;
+}
+
+FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot) {
+  const std::vector<UrdfLink>& links = model.links();
+  const std::vector<std::string> moving = model.moving_joint_names();
+  for (const ActuatedJoint& a : robot.joints)
+    if (std::find(moving.begin(), moving.end(), a.name) == moving.end())
+      throw InputError(fmt::format("{}: there is no joint \"{}\" that can move{}", model.source(),
+                                   a.name, suggestion(a.name, moving)));
+
+  FloatingRobot result;
+  result.name = robot.name;
+  // Every link belongs to a body; its pose in the body's frame.
+  std::vector<int> body_of(links.size(), 0);
+  std::vector<Eigen::Isometry3d> pose(links.size(), Eigen::Isometry3d::Identity());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const UrdfLink& link = links[i];
+    const ActuatedJoint* motor = link.parent < 0 ? nullptr : actuated(robot, link.joint.name);
+    if (link.parent < 0 || motor != nullptr) {
+      FloatingRobot::Body body;
+      body.name = link.name;
+      if (motor != nullptr) {
+        body.parent = body_of[link.parent];
+        body.joint = link.joint.name;
+        body.origin = pose[link.parent] * link.joint.origin;
+        body.axis = link.joint.axis;
+        body.position = motor->position.value_or(link.joint.position);
+        body.effort = motor->effort.value_or(link.joint.effort);
+      }
+      body_of[i] = static_cast<int>(result.bodies.size());
+      result.bodies.push_back(std::move(body));
+    } else {
+      body_of[i] = body_of[link.parent];
+      pose[i] = pose[link.parent] * link.joint.origin;
+    }
+    FloatingRobot::Body& body = result.bodies[body_of[i]];
+    const Mat<double, 3, 3> R = pose[i].linear();
+    if (link.mass > 0.0)
+      merge(body, link.mass, pose[i] * link.com, R * link.inertia * R.transpose());
+    for (const UrdfBox& box : link.collision_boxes)
+      body.boxes.push_back({pose[i] * box.pose, box.size});
+    result.total_mass += link.mass;
+    // Users name links, whichever of them leads the group: the base by the name in the file.
+    if (link.name == robot.base) {
+      if (body_of[i] != 0)
+        throw InputError(
+            fmt::format("{}: \"{}\" is not fixed to the root link \"{}\"; name a base that is",
+                        model.source(), robot.base, links.front().name));
+      result.bodies.front().name = link.name;
+    }
+  }
+  model.link_index(robot.base);  // throws if there is none
+  const auto sole = [&](const std::string& link) {
+    const int i = model.link_index(link);
+    FloatingRobot::Frame frame{body_of[i], pose[i]};
+    frame.pose.translate(Vec<double, 3>(0.0, 0.0, robot.contact_plane_offset));
+    return frame;
+  };
+  result.left_sole = sole(robot.left_sole);
+  result.right_sole = sole(robot.right_sole);
+  for (const FloatingRobot::Body& b : result.bodies)
+    if (!(b.mass > 0.0))
+      throw InputError(fmt::format("{}: the links that move with joint \"{}\" have no mass",
+                                   model.source(), b.joint));
+  return result;
+}
+
+std::string to_urdf(const FloatingRobot& robot, bool free_base) {
+  std::string text = fmt::format("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", robot.name);
+  if (free_base)
+    text += fmt::format(
+        "<mujoco><compiler balanceinertia=\"false\" strippath=\"false\"/></mujoco>\n<link "
+        "name=\"world\"/>\n"
+        "<joint name=\"base\" type=\"floating\"><parent link=\"world\"/><child "
+        "link=\"{}\"/></joint>\n",
+        robot.bodies.front().name);
+  for (const FloatingRobot::Body& b : robot.bodies) text += link_xml(b);
+  for (const FloatingRobot::Body& b : robot.bodies) {
+    if (b.parent < 0) continue;
+    text += fmt::format(
+        "<joint name=\"{}\" type=\"revolute\">{}<parent link=\"{}\"/><child link=\"{}\"/>"
+        "<axis xyz=\"{:.17g} {:.17g} {:.17g}\"/><limit lower=\"{:.17g}\" upper=\"{:.17g}\" "
+        "effort=\"{:.17g}\" velocity=\"1000\"/></joint>\n",
+        b.joint, origin_xml(b.origin), robot.bodies[b.parent].name, b.name, b.axis[0], b.axis[1],
+        b.axis[2], b.position.lower, b.position.upper, b.effort);
+  }
+  return text + "</robot>\n";
+}
+
+}  // namespace saltus

@@ -1,0 +1,57 @@
+// The robot as simulators and whole-body controllers see it: a free base, the joints that have
+// motors, and nothing else. Every other joint of the URDF is frozen, links that move together are
+// one body, massless frames are gone.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "robots/robot_description.hpp"
+#include "robots/urdf_model.hpp"
+
+namespace saltus {
+
+struct FloatingRobot {
+  struct Body {
+    std::string name;           ///< of the link that leads the group
+    int parent = -1;            ///< -1: the base
+    std::string joint;          ///< to the parent; empty for the base
+    Eigen::Isometry3d origin =  ///< joint frame in the parent's frame, position zero
+        Eigen::Isometry3d::Identity();
+    Vec<double, 3> axis = Vec<double, 3>::UnitX();          ///< of the joint, in the joint frame
+    Bounds position;                                        ///< rad
+    double effort = infinity;                               ///< largest torque, Nm
+    double mass = 0.0;                                      ///< kg
+    Vec<double, 3> com = Vec<double, 3>::Zero();            ///< in the body's frame, m
+    Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  ///< about the CoM, kg m^2
+    std::vector<UrdfBox> boxes;  ///< collision boxes, in the body's frame
+  };
+  /// A frame fixed to a body.
+  struct Frame {
+    int body = 0;
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the body's frame
+  };
+
+  std::string name;
+  std::vector<Body> bodies;     ///< the base first, every parent before its children
+  Frame left_sole, right_sole;  ///< contact frames: origin in the contact plane
+  double total_mass = 0.0;
+
+  int joints() const { return static_cast<int>(bodies.size()) - 1; }
+  /// Index of the joint that leads to bodies[i + 1]. Throws InputError that suggests the nearest.
+  int joint_index(const std::string& joint) const;
+  /// Index of the body that carries this link's name. Throws InputError that suggests the nearest.
+  int body_index(const std::string& body) const;
+  VectorXd joint_positions(const Posture& posture) const;
+};
+
+/// Keeps the joints that `robot` lists as actuated and freezes all others at zero. Throws
+/// InputError, naming the robot's file and the joint, when a joint is missing from the URDF or
+/// cannot move, or the base link is not its root's group.
+FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot);
+
+/// As a URDF of its own: bodies, joints with limits, collision boxes; no meshes, no transmissions.
+/// `free_base`: with a `world` link and a floating joint, as MuJoCo wants it.
+std::string to_urdf(const FloatingRobot& robot, bool free_base);
+
+}  // namespace saltus

@@ -1,0 +1,40 @@
+// A simulated robot on level ground, whichever engine computes it.
+#pragma once
+
+#include <string>
+
+#include "robots/whole_body/dynamics_model.hpp"
+
+namespace saltus {
+
+/// What the ground does to a foot.
+struct FootContact {
+  bool touches = false;
+  Vec<double, 6> wrench = Vec<double, 6>::Zero();  ///< (force N | torque Nm about the origin of the
+                                                   ///< contact frame), world axes
+};
+
+struct PlantOptions {
+  double step = 1e-3;           ///< s
+  double friction = 1.0;        ///< Coulomb, of the ground
+  double joint_friction = 0.0;  ///< viscous, Nm s/rad
+};
+
+/// Torques in, motion out. One call is one step of the engine.
+class Plant {
+ public:
+  virtual ~Plant() = default;
+  virtual void reset(const WholeBodyState& state) = 0;
+  /// Joint torques for the next step(s), Nm; cut to the limits of the robot.
+  virtual void set_torques(const VectorXd& torques) = 0;
+  /// A force (world axes, N) at a point of a body (its own frame, m) during the next step only.
+  virtual void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) = 0;
+  virtual void step() = 0;
+
+  virtual double time() const = 0;  ///< s
+  virtual const WholeBodyState& state() const = 0;
+  virtual const FootContact& contact(Side side) const = 0;
+  virtual std::string name() const = 0;
+};
+
+}  // namespace saltus

@@ -1,0 +1,275 @@
+#include "robots/whole_body/whole_body_controller.hpp"
+
+#include <algorithm>
+
+#include "framework/qp/riccati_solver.hpp"
+#include "robots/capture_point.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr int left = 0, right = 1;
+// Order of the groups of rows.
+constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 4;
+
+Mat<double, 3, 3> skew(const Vec<double, 3>& a) {
+  Mat<double, 3, 3> S;
+  S << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
+  return S;
+}
+
+StageQp capacity(int joints, const ContactCone cones[2]) {
+  const int all = joints + 12;
+  StageCapacity stage{0, all, {}};
+  for (const int foot : {left, right}) stage.groups.push_back({cones[foot].rows(), 6, false});
+  stage.groups.push_back({joints, all, false});
+  stage.groups.push_back({12, all, true});
+  stage.groups.push_back({joints, joints, true});
+  return StageQp({stage});
+}
+
+}  // namespace
+
+struct WholeBodyController::Program {
+  Program(const FloatingRobot& robot, const ContactConeOptions& left_contact,
+          const ContactConeOptions& right_contact, const WholeBodyWeights& weights_in,
+          const WholeBodyGains& gains_in)
+      : n(robot.joints()),
+        weights(weights_in),
+        gains(gains_in),
+        cones{contact_cone(left_contact), contact_cone(right_contact)},
+        qp(capacity(n, cones)),
+        point(qp),
+        effort(n),
+        lower(n),
+        upper(n) {
+    for (int i = 0; i < n; ++i) {
+      effort[i] = robot.bodies[i + 1].effort;
+      lower[i] = robot.bodies[i + 1].position.lower;
+      upper[i] = robot.bodies[i + 1].position.upper;
+    }
+    RiccatiOptions options;
+    options.tolerance = 1e-6;
+    options.max_iterations = 40;
+    solver = make_riccati_solver(qp, options);
+    const int all = n + 12;
+    wrench_to_world.setZero(12, 12);
+    base.resize(6, all);
+    base_0.resize(6);
+    contact_base.resize(6, 12);
+    torque.resize(n, all);
+    torque_0.resize(n);
+    task.resize(6, all);
+    command.torques = VectorXd::Zero(n);
+    command.joint_acceleration = VectorXd::Zero(n);
+  }
+
+  int n;
+  WholeBodyWeights weights;
+  WholeBodyGains gains;
+  ContactCone cones[2];
+  StageQp qp;
+  StagePoint point;
+  VectorXd effort, lower, upper;
+  std::unique_ptr<StageQpSolver> solver;
+
+  MatrixXd wrench_to_world;  // 12 x 12: sole axes (force | torque) -> world (torque | force)
+  MatrixXd base;             // base acceleration = base z + base_0
+  VectorXd base_0;
+  MatrixXd contact_base;
+  MatrixXd torque;  // torques = torque z + torque_0
+  VectorXd torque_0;
+  MatrixXd task;
+  WholeBodyCommand command;
+  int standing[2] = {-1, -1};  // first column of the wrench of each foot, -1: in the air
+  int size = 0;
+
+  void build(const DynamicsModel& model, const WholeBodyState& state, const WholeBodyTasks& tasks);
+  void add_cost(int rows, const Vec<double, 6>& wanted, double weight);
+  void add_foot_acceleration(const SoleMotion& sole);
+};
+
+// 1/2 weight |task z - wanted|^2 for the first rows of `task`.
+void WholeBodyController::Program::add_cost(int rows, const Vec<double, 6>& wanted, double weight) {
+  Stage& stage = qp.stages[0];
+  const auto J = task.topLeftCorner(rows, size);
+  stage.R.topLeftCorner(size, size).noalias() += weight * J.transpose() * J;
+  stage.r.head(size).noalias() -= weight * J.transpose() * wanted.head(rows);
+}
+
+// task z + offset = d twist / dt; the offset is returned in task's place by the caller.
+void WholeBodyController::Program::add_foot_acceleration(const SoleMotion& sole) {
+  task.leftCols(size).noalias() = sole.jacobian.leftCols(6) * base.leftCols(size);
+  task.leftCols(n) += sole.jacobian.rightCols(n);
+}
+
+void WholeBodyController::Program::build(const DynamicsModel& model, const WholeBodyState& state,
+                                         const WholeBodyTasks& tasks) {
+  const MatrixXd& M = model.mass_matrix();
+  const VectorXd& h = model.bias();
+  const SoleMotion* soles[2] = {&model.sole(Side::left), &model.sole(Side::right)};
+  size = n;
+  for (const int foot : {left, right}) {
+    standing[foot] = -1;
+    if (!(foot == left ? tasks.left_stands : tasks.right_stands)) continue;
+    standing[foot] = size;
+    size += 6;
+  }
+  Stage& stage = qp.stages[0];
+  stage.nx = 0;
+  stage.nu = size;
+
+  // The base's equations: M_bb a + M_bj d2q + h_b = J_b' w.
+  const Eigen::LLT<Mat<double, 6, 6>> factor(Mat<double, 6, 6>(M.topLeftCorner<6, 6>()));
+  base.leftCols(n) = -M.topRightCorner(6, n);
+  torque.leftCols(n) = M.bottomRightCorner(n, n);
+  for (const int foot : {left, right}) {
+    if (standing[foot] < 0) continue;
+    const Mat<double, 3, 3> R = soles[foot]->pose.linear();
+    Mat<double, 6, 6> world = Mat<double, 6, 6>::Zero();  // (torque | force)
+    world.bottomLeftCorner<3, 3>() = R;
+    world.topRightCorner<3, 3>() = R;
+    base.middleCols(standing[foot], 6).noalias() =
+        soles[foot]->jacobian.leftCols<6>().transpose() * world;
+    torque.middleCols(standing[foot], 6).noalias() =
+        -soles[foot]->jacobian.rightCols(n).transpose() * world;
+  }
+  factor.solveInPlace(base.leftCols(size));
+  Vec<double, 6> rest = -h.head<6>();
+  factor.solveInPlace(rest);
+  base_0 = rest;
+  torque.leftCols(size).noalias() += M.bottomLeftCorner(n, 6) * base.leftCols(size);
+  torque_0.noalias() = h.tail(n) + M.bottomLeftCorner(n, 6) * base_0;
+
+  // Costs.
+  stage.R.topLeftCorner(size, size).setZero();
+  stage.r.head(size).setZero();
+  for (int i = 0; i < n; ++i) {
+    const double wanted =
+        gains.posture * (tasks.posture[i] - state.q[i]) - gains.posture_damping * state.dq[i];
+    stage.R(i, i) += weights.posture;
+    stage.r[i] -= weights.posture * wanted;
+  }
+  task.leftCols(size).setZero();
+  for (const int foot : {left, right}) {
+    if (standing[foot] < 0) continue;
+    const Mat<double, 3, 3> R = soles[foot]->pose.linear();
+    task.block<3, 3>(0, standing[foot]) = R;
+  }
+  Vec<double, 6> wanted = Vec<double, 6>::Zero();
+  wanted.head<3>() = tasks.force + Vec<double, 3>(0.0, 0.0, model.mass() * standard_gravity);
+  add_cost(3, wanted, weights.linear_momentum);
+  task.leftCols(size).setZero();
+  for (const int foot : {left, right}) {
+    if (standing[foot] < 0) continue;
+    const Mat<double, 3, 3> R = soles[foot]->pose.linear();
+    task.block<3, 3>(0, standing[foot]) = skew(soles[foot]->pose.translation() - model.com()) * R;
+    task.block<3, 3>(0, standing[foot] + 3) = R;
+  }
+  wanted.head<3>() = tasks.torque;
+  add_cost(3, wanted, weights.angular_momentum);
+  for (const int foot : {left, right}) {
+    if (standing[foot] >= 0) {
+      for (int i = 0; i < 6; ++i) {
+        stage.R(standing[foot] + i, standing[foot] + i) += weights.wrench;
+        stage.r[standing[foot] + i] -= weights.wrench * tasks.wrenches[6 * foot + i];
+      }
+    } else {
+      add_foot_acceleration(*soles[foot]);
+      wanted = tasks.swing_acceleration - soles[foot]->drift -
+               soles[foot]->jacobian.leftCols<6>() * base_0;
+      add_cost(6, wanted, weights.swing_foot);
+    }
+  }
+
+  // Rows.
+  RowGroup& torques = stage.groups[torque_group];
+  torques.rows = n;
+  torques.columns.resize(size);
+  for (int i = 0; i < size; ++i) torques.columns[i] = i;
+  torques.M.topLeftCorner(n, size) = torque.leftCols(size);
+  torques.lower.head(n) = -effort - torque_0;
+  torques.upper.head(n) = effort - torque_0;
+
+  RowGroup& stance = stage.groups[stance_group];
+  stance.soft = true;
+  stance.rows = 0;
+  stance.columns = torques.columns;
+  for (const int foot : {left, right}) {
+    RowGroup& cone = stage.groups[cone_group + foot];
+    cone.rows = 0;
+    if (standing[foot] < 0) continue;
+    cone.rows = cones[foot].rows();
+    cone.columns.resize(6);
+    for (int i = 0; i < 6; ++i) cone.columns[i] = standing[foot] + i;
+    cone.M = cones[foot].A;
+    cone.lower.setConstant(-infinity);
+    cone.upper = cones[foot].b;
+
+    add_foot_acceleration(*soles[foot]);
+    stance.M.block(stance.rows, 0, 6, size) = task.leftCols(size);
+    wanted = -gains.stance_damping * soles[foot]->twist - soles[foot]->drift -
+             soles[foot]->jacobian.leftCols<6>() * base_0;
+    stance.lower.segment<6>(stance.rows) = wanted;
+    stance.upper.segment<6>(stance.rows) = wanted;
+    stance.rows += 6;
+  }
+  stance.l1.setConstant(weights.stance_price);
+  stance.l2.setZero();
+
+  RowGroup& limits = stage.groups[limit_group];
+  limits.soft = true;
+  limits.rows = n;
+  limits.columns.resize(n);
+  for (int i = 0; i < n; ++i) limits.columns[i] = i;
+  limits.M.topLeftCorner(n, n).setIdentity();
+  const double T = gains.limit_horizon;
+  limits.lower = (2.0 / (T * T)) * (lower - state.q - T * state.dq);
+  limits.upper = (2.0 / (T * T)) * (upper - state.q - T * state.dq);
+  limits.l1.setConstant(weights.limit_price);
+  limits.l2.setZero();
+}
+
+WholeBodyController::WholeBodyController(const FloatingRobot& robot,
+                                         const ContactConeOptions& left_contact,
+                                         const ContactConeOptions& right_contact,
+                                         const WholeBodyWeights& weights,
+                                         const WholeBodyGains& gains)
+    : program_(std::make_unique<Program>(robot, left_contact, right_contact, weights, gains)) {}
+WholeBodyController::~WholeBodyController() = default;
+
+const WholeBodyCommand& WholeBodyController::control(const DynamicsModel& model,
+                                                     const WholeBodyState& state,
+                                                     const WholeBodyTasks& tasks) noexcept {
+  Program& p = *program_;
+  p.build(model, state, tasks);
+  const QpResult r = p.solver->solve(p.qp, p.point, false);
+  p.command.status = r.status;
+  p.command.iterations = r.iterations;
+  if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return p.command;
+  const auto z = p.point.stages[0].u.head(p.size);
+  p.command.joint_acceleration = z.head(p.n);
+  p.command.torques.noalias() = p.torque.leftCols(p.size) * z;
+  p.command.torques += p.torque_0;
+  p.command.torques = p.command.torques.cwiseMax(-p.effort).cwiseMin(p.effort);
+  p.command.wrenches.setZero();
+  for (const int foot : {left, right})
+    if (p.standing[foot] >= 0)
+      p.command.wrenches.segment<6>(6 * foot) = z.segment<6>(p.standing[foot]);
+  const auto excess = [&](int group) {
+    const RowGroup& g = p.qp.stages[0].groups[group];
+    double most = 0.0;
+    for (int i = 0; i < g.rows; ++i) {
+      double value = 0.0;
+      for (std::size_t c = 0; c < g.columns.size(); ++c)
+        value += g.M(i, static_cast<int>(c)) * z[g.columns[c]];
+      most = std::max({most, g.lower[i] - value, value - g.upper[i]});
+    }
+    return most;
+  };
+  p.command.stance_slip = excess(stance_group);
+  p.command.limit_excess = excess(limit_group);
+  return p.command;
+}
+
+}  // namespace saltus
