@@ -37,8 +37,9 @@ const char* name_of(SolverChoice choice) {
 }
 
 void declare_settings(Settings& s, Config& c) {
-  s.choice<PlantChoice>("plant", c.plant, {{"centroidal", PlantChoice::centroidal}},
-                        "what is pushed");
+  s.choice<PlantChoice>("plant", c.plant,
+                        {{"centroidal", PlantChoice::centroidal}, {"dart", PlantChoice::dart}},
+                        "what is pushed: the centroidal model, or the whole body in DART");
   s.text("robot.urdf", c.urdf,
          "URDF of the robot; empty: the official model if it was fetched, else the "
          "figures that come with the program");
@@ -125,6 +126,25 @@ void declare_settings(Settings& s, Config& c) {
                : fmt::format("contact.fz_min ({}) exceeds contact.fz_max ({})", c.normal_force_min,
                              c.normal_force_max);
   });
+  s.text("push.link", c.push.link, "whole body: the link that is pushed");
+  s.number("control.period", c.control_period, "s", "of the whole-body controller", above(0.0));
+  s.number("plant.step", c.plant_step, "s", "of the simulator", above(0.0));
+  s.number("plant.friction", c.ground_friction, "", "of the ground", above(0.0));
+  s.number("plant.joint_friction", c.joint_friction, "Nm s/rad", "viscous", at_least(0.0));
+  s.choice<DartCollision>("dart.collision", c.collision,
+                          {{"dart", DartCollision::dart},
+                           {"fcl", DartCollision::fcl},
+                           {"bullet", DartCollision::bullet},
+                           {"ode", DartCollision::ode}},
+                          "collision detector");
+  s.choice<DartLcp>("dart.lcp", c.lcp, {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
+                    "contact solver");
+  WholeBodyWeights& w = c.whole_body;
+  s.number("whole_body.linear_momentum", w.linear_momentum, "1/N^2", "weight", at_least(0.0));
+  s.number("whole_body.angular_momentum", w.angular_momentum, "1/(Nm)^2", "weight", at_least(0.0));
+  s.number("whole_body.posture", w.posture, "s^4/rad^2", "weight", above(0.0));
+  s.number("whole_body.swing_foot", w.swing_foot, "s^4/m^2", "weight", at_least(0.0));
+  s.number("whole_body.wrench", w.wrench, "1/N^2", "weight", above(0.0));
   declare_weights(s, c.weights);
   s.flag("pictures", c.pictures, "draw the pictures at the end (needs python3 with matplotlib)");
 }

@@ -6,13 +6,15 @@
 
 #include "framework/app/settings.hpp"
 #include "problems/push_recovery/problem.hpp"
+#include "robots/dart/dart_plant.hpp"
+#include "robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::push_recovery {
 
 enum class SolverChoice { riccati, sparse, ipopt };
 const char* name_of(SolverChoice choice);
 enum class ControllerChoice { mpc, capture_point };
-enum class PlantChoice { centroidal };
+enum class PlantChoice { centroidal, dart };
 enum class Target { sole_midpoint, centroid };
 enum class StepTrigger { push, icp };
 enum class Placement { predicted, fixed };
@@ -22,6 +24,7 @@ struct Push {
   Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
   double duration = 0.1;                     ///< s
   double start = 2.4;                        ///< s
+  std::string link = "chest";                ///< whole body: the link that is pushed
 };
 
 struct Step {
@@ -62,6 +65,15 @@ struct Config {
   double torsional_friction = 0.0133;  ///< m
   double normal_force_min = 10.0;      ///< N
   double normal_force_max = 1000.0;
+
+  // Whole body.
+  double control_period = 0.002;  ///< s
+  double plant_step = 0.001;      ///< s
+  double ground_friction = 1.0;
+  double joint_friction = 0.0;  ///< viscous, Nm s/rad
+  DartCollision collision = DartCollision::bullet;
+  DartLcp lcp = DartLcp::dantzig;
+  WholeBodyWeights whole_body;
 
   Weights weights;
   bool pictures = true;

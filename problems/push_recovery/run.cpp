@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "problems/push_recovery/full_body.hpp"
 #include "problems/push_recovery/simulation.hpp"
 #include "robots/icub/icub.hpp"
 
@@ -63,7 +64,7 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
       {"robot", log.robot.name},
       {"robot_source", log.robot.source},
       {"mass_kg", log.robot.mass},
-      {"plant", "centroidal"},
+      {"plant", log.plant},
       {"controller", config.controller == ControllerChoice::mpc ? "mpc" : "capture_point"},
       {"solver", name_of(config.solver)},
       {"solver_name", log.solver},
@@ -155,6 +156,15 @@ std::optional<std::filesystem::path> urdf_of(const Config& config) {
   return std::nullopt;
 }
 
+// The whole body needs the URDF itself.
+std::filesystem::path urdf_of_body(const Config& config) {
+  const auto urdf = urdf_of(config);
+  if (!urdf)
+    throw InputError(
+        "the whole body needs the robot's URDF, which was not fetched; name it with --urdf FILE");
+  return *urdf;
+}
+
 ExitStatus run(const Config& config, const RunContext& context) {
   const RobotDescription robot = icub(urdf_of(config));
   fmt::print("robot: {}, {:.2f} kg ({})\n", robot.name, robot.mass, robot.source);
@@ -162,10 +172,13 @@ ExitStatus run(const Config& config, const RunContext& context) {
              config.push.start);
 
   const bool live = isatty(fileno(stdout)) != 0;
-  const RunLog log = simulate(config, robot, [live](double t) {
+  const auto progress = [live](double t) {
     if (live) fmt::print("\rt = {:.2f} s", t);
     if (live) std::fflush(stdout);
-  });
+  };
+  const RunLog log = config.plant == PlantChoice::centroidal
+                         ? simulate(config, robot, progress)
+                         : simulate_full_body(config, robot, urdf_of_body(config), progress);
   if (live) fmt::print("\n");
   const Verdict verdict = judge(config, log);
   const Json json = summary(config, log, verdict);
@@ -183,6 +196,15 @@ ExitStatus run(const Config& config, const RunContext& context) {
   fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
              log.solver, 1e3 * log.loop.all().median(), json["failures"].get<int>(),
              json["deadline_misses"].get<int>());
+  if (config.plant != PlantChoice::centroidal) {
+    const double simulated = log.samples.back().time;
+    fmt::print(
+        "{}: per simulated second {:.3f} s planner, {:.3f} s whole-body control, {:.3f} s plant; "
+        "{} "
+        "of {} control steps not solved\n",
+        log.plant, log.plan_seconds / simulated, log.control_seconds / simulated,
+        log.plant_seconds / simulated, log.control_failures, log.control_calls);
+  }
   fmt::print("results in {}\n", context.output.path().string());
   const bool failed = json["failures"].get<int>() > 0 || log.numerical_failure;
   return failed ? ExitStatus::solver_failed : ExitStatus::ok;

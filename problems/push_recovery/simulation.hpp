@@ -8,6 +8,7 @@
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/planner.hpp"
 #include "robots/robot_description.hpp"
+#include "robots/whole_body/whole_body_state.hpp"
 
 namespace saltus::push_recovery {
 
@@ -34,16 +35,30 @@ struct TickRecord {
   double softness = 0.0;  ///< largest violation of the hull in the plan, m
 };
 
+/// What the whole body does at the instant of the sample with the same index.
+struct BodySample {
+  WholeBodyState state;
+  VectorXd torques;                         ///< Nm
+  Vec<double, 12> planned;                  ///< wrenches of the plan, sole axes
+  Vec<double, 6> left, right;               ///< measured (force | torque), world axes
+  Eigen::Isometry3d left_sole, right_sole;  ///< contact frames
+};
+
 struct RunLog {
   RobotDescription robot;
   Scene final_scene;
   std::vector<Sample> samples;
+  std::vector<BodySample> body;  ///< of the whole body only
   std::vector<TickRecord> ticks;
   LoopStatistics loop;
   std::string solver;
   double touchdown = infinity;  ///< s; infinite: the foot never landed
   bool stopped_early = false;
-  std::string stop_reason;         ///< when stopped early
+  std::string stop_reason;  ///< when stopped early
+  std::string plant = "centroidal";
+  long control_calls = 0, control_failures = 0;  ///< of the whole-body controller
+  /// Wall clock of the parts of the whole body's loop, s.
+  double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate
 };
 

@@ -1,0 +1,278 @@
+#include "problems/push_recovery/full_body.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "framework/ocp/window.hpp"
+#include "problems/push_recovery/capture_point_controller.hpp"
+#include "robots/capture_point.hpp"
+#include "robots/dart/dart_dynamics.hpp"
+#include "robots/dart/dart_plant.hpp"
+#include "robots/whole_body/swing_foot.hpp"
+#include "robots/whole_body/whole_body_controller.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+// Beyond these the robot lies on the ground, whatever follows, m.
+constexpr double fallen_height = 0.30, fallen_distance = 1.0;
+// A foot has landed when the ground carries this much, N, in the second half of its swing.
+constexpr double landed_force = 20.0;
+
+// Adds the time of its life to a sum.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() {
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+  }
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+class FullBodyLoop {
+ public:
+  FullBodyLoop(const Config& config, const RobotDescription& robot,
+               const std::filesystem::path& urdf)
+      : config_(config),
+        model_(UrdfModel::read(urdf)),
+        body_(floating_robot(model_, robot)),
+        push_force_(config.push.direction.normalized() *
+                    (config.push.impulse / config.push.duration)),
+        push_body_(body_.body_index(config.push.link)),
+        scene_(initial_scene(config, robot)),
+        steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
+        dynamics_(make_dart_dynamics(body_)),
+        plant_(make_dart_plant(body_, plant_options(config))),
+        planner_(config.controller == ControllerChoice::mpc
+                     ? make_mpc(config, robot, scene_)
+                     : make_capture_point_controller(config, robot, scene_)),
+        controller_(body_, contact_options(config, robot.left_foot),
+                    contact_options(config, robot.right_foot), config.whole_body) {
+    log_.robot = robot;
+    WholeBodyState start;
+    const Posture& posture = robot.default_posture().joints;
+    Eigen::Isometry3d sole =
+        model_.link_pose(robot.left_sole, model_.links().front().name, posture);
+    sole.translate(Vec<double, 3>(0.0, 0.0, robot.contact_plane_offset));
+    start.base = sole.inverse();
+    start.q = body_.joint_positions(posture);
+    start.dq = VectorXd::Zero(body_.joints());
+    plant_->reset(start);
+    dynamics_->update(plant_->state());
+    swing_.hold(dynamics_->sole(Side::right).pose);
+    tasks_.right_stands = false;
+    tasks_.posture = start.q;
+    applied_[2] = body_.total_mass * standard_gravity;
+  }
+
+  RunLog run(const std::function<void(double)>& progress) {
+    const long per_control = std::lround(config_.control_period / config_.plant_step);
+    const long per_plan = std::lround(config_.mpc_step / config_.plant_step);
+    for (long k = 0; !log_.stopped_early; ++k) {
+      const double t = static_cast<double>(k) * config_.plant_step;
+      if (t > end_time() - same_instant) break;
+      if (k % per_control == 0) {
+        Stopwatch watch(log_.control_seconds);
+        dynamics_->update(plant_->state());
+      }
+      detect_landing(t);
+      if (k % per_plan == 0) {
+        if (progress) progress(t);
+        plan(t);
+      }
+      if (k % per_control == 0) control(t);
+      step(t);
+      if (k % per_control == 0) record(t);
+    }
+    log_.final_scene = scene_;
+    log_.loop = planner_->controller().statistics();
+    log_.solver = planner_->controller().solver_name();
+    log_.plant = plant_->name();
+    return std::move(log_);
+  }
+
+ private:
+  static DartOptions plant_options(const Config& config) {
+    DartOptions options;
+    options.step = config.plant_step;
+    options.friction = config.ground_friction;
+    options.joint_friction = config.joint_friction;
+    options.collision = config.collision;
+    options.lcp = config.lcp;
+    return options;
+  }
+
+  static Scene initial_scene(const Config& config, const RobotDescription& robot) {
+    Scene scene;
+    scene.left_foot = robot.left_foot;
+    scene.right_foot = robot.right_foot;
+    scene.right.position = robot.default_posture().right_foot;
+    scene.right.position[2] = 0.0;  // the ground is level
+    scene.com_height = robot.default_posture().com[2];
+    scene.target = config.target;
+    return scene;
+  }
+
+  double end_time() const {
+    const double settled = rest_after + rest_length;
+    if (has_landed()) return log_.touchdown + settled;
+    const double push_end = config_.push.start + config_.push.duration;
+    return std::max(push_end, steps_.is_stepping() ? steps_.landing_time() : 0.0) + settled;
+  }
+  bool has_landed() const { return log_.touchdown < infinity; }
+  // While the foot is late the landing is held just ahead.
+  double impact_time(double t) const {
+    if (has_landed()) return log_.touchdown;
+    return std::max(steps_.landing_time(), t + config_.mpc_step);
+  }
+
+  Vec<double, 9> gamma() const {
+    Vec<double, 9> g;
+    g << dynamics_->com(), dynamics_->com_velocity(), dynamics_->angular_momentum();
+    return g;
+  }
+
+  void detect_landing(double t) {
+    if (!swing_.is_under_way() || has_landed()) return;
+    const FootContact& contact = plant_->contact(Side::right);
+    const double half = steps_.landing_time() - 0.5 * config_.step.duration;
+    if (t < half || contact.wrench[2] < landed_force) return;
+    log_.touchdown = t;
+    scene_.right.position = dynamics_->sole(Side::right).pose.translation();
+    tasks_.right_stands = true;
+  }
+
+  void plan(double t) {
+    Stopwatch watch(log_.plan_seconds);
+    const Vec<double, 9> measured = gamma();
+    const double omega = pendulum_frequency(measured[2]);
+    steps_.update(t, capture_point<double, 2>(measured.head<2>(), measured.segment<2>(3), omega),
+                  omega);
+    if (steps_.is_stepping() && !has_landed()) {
+      if (!swing_.is_under_way()) swing_.start(t, steps_.landing_time());
+      scene_.right.position = steps_.place();
+      scene_.two_feet = true;
+      swing_.aim(steps_.landing_time(), steps_.place());
+    }
+    Vec<double, 3> force = Vec<double, 3>::Zero();
+    force += dynamics_->sole(Side::left).pose.linear() * applied_.segment<3>(0);
+    force += dynamics_->sole(Side::right).pose.linear() * applied_.segment<3>(6);
+    const Measurement m{t, measured, applied_, force};
+    tick_ = &planner_->tick(m, scene_, impact_time(t));
+    record_tick(t);
+  }
+
+  void control(double t) {
+    Stopwatch watch(log_.control_seconds);
+    const InputPiece* piece = &tick_->input[0];
+    for (const InputPiece& p : tick_->input)
+      if (p.start <= t + same_instant) piece = &p;
+    tasks_.wrenches = piece->input();
+    tasks_.force = Vec<double, 3>(0.0, 0.0, -body_.total_mass * standard_gravity);
+    tasks_.torque.setZero();
+    for (const Side side : {Side::left, Side::right}) {
+      const int first = side == Side::left ? 0 : 6;
+      if (side == Side::right && !tasks_.right_stands) tasks_.wrenches.tail<6>().setZero();
+      const SoleMotion& sole = dynamics_->sole(side);
+      const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
+      tasks_.force += f;
+      tasks_.torque += sole.pose.linear() * tasks_.wrenches.segment<3>(first + 3) +
+                       (sole.pose.translation() - dynamics_->com()).cross(f);
+    }
+    swing_.advance(t);
+    tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(Side::right));
+    const WholeBodyCommand& command = controller_.control(*dynamics_, plant_->state(), tasks_);
+    if (command.status != QpStatus::optimal) ++log_.control_failures;
+    ++log_.control_calls;
+    command_ = &command;
+    plant_->set_torques(command.torques);
+    applied_ = command.wrenches;
+  }
+
+  void step(double t) {
+    Stopwatch watch(log_.plant_seconds);
+    const double into_push = t - config_.push.start;
+    if (into_push > -same_instant && into_push < config_.push.duration - same_instant) {
+      plant_->push(push_body_, push_force_, Vec<double, 3>::Zero());
+      pushed_ = push_force_;
+    } else {
+      pushed_.setZero();
+    }
+    plant_->step();
+    if (!plant_->state().is_finite()) {
+      log_.numerical_failure = true;
+      stop(fmt::format("the plant could not be integrated at {:.3f} s", t));
+    }
+  }
+
+  void record(double t) {
+    const Vec<double, 9> g = gamma();
+    const double omega = pendulum_frequency(std::max(g[2], 0.01));
+    Sample s{t,        g,       capture_point<double, 2>(g.head<2>(), g.segment<2>(3), omega),
+             applied_, pushed_, has_landed()};
+    log_.samples.push_back(std::move(s));
+    BodySample b;
+    b.planned = tasks_.wrenches;
+    b.state = plant_->state();
+    b.torques = command_->torques;
+    b.left = plant_->contact(Side::left).wrench;
+    b.right = plant_->contact(Side::right).wrench;
+    b.left_sole = dynamics_->sole(Side::left).pose;
+    b.right_sole = dynamics_->sole(Side::right).pose;
+    log_.body.push_back(std::move(b));
+    if (g[2] < fallen_height || g.head<2>().norm() > fallen_distance)
+      stop(fmt::format("fell at {:.2f} s", t));
+  }
+
+  void record_tick(double t) {
+    TickRecord r;
+    r.time = t;
+    r.provenance = tick_->provenance;
+    r.status = tick_->status;
+    r.message = describe(tick_->status);
+    r.seconds = tick_->seconds;
+    r.iterations = tick_->iterations;
+    r.cost = tick_->objective;
+    r.kkt = tick_->kkt;
+    log_.ticks.push_back(std::move(r));
+  }
+
+  void stop(std::string reason) {
+    log_.stopped_early = true;
+    log_.stop_reason = std::move(reason);
+  }
+
+  const Config& config_;
+  UrdfModel model_;
+  FloatingRobot body_;
+  Vec<double, 3> push_force_, pushed_ = Vec<double, 3>::Zero();
+  int push_body_;
+  Scene scene_;
+  StepLogic steps_;
+  std::unique_ptr<DynamicsModel> dynamics_;
+  std::unique_ptr<Plant> plant_;
+  std::unique_ptr<Planner> planner_;
+  WholeBodyController controller_;
+  SwingFoot swing_;
+  WholeBodyTasks tasks_;
+  const ControlTick* tick_ = nullptr;
+  const WholeBodyCommand* command_ = nullptr;
+  Vec<double, 12> applied_ = Vec<double, 12>::Zero();
+  RunLog log_;
+};
+
+}  // namespace
+
+RunLog simulate_full_body(const Config& config, const RobotDescription& robot,
+                          const std::filesystem::path& urdf,
+                          const std::function<void(double)>& progress) {
+  return FullBodyLoop(config, robot, urdf).run(progress);
+}
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,12 @@
+// The closed loop on the whole body: planner at its period, whole-body controller above it, plant.
+#pragma once
+
+#include "problems/push_recovery/simulation.hpp"
+
+namespace saltus::push_recovery {
+
+RunLog simulate_full_body(const Config& config, const RobotDescription& robot,
+                          const std::filesystem::path& urdf,
+                          const std::function<void(double time)>& progress = {});
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,77 @@
+#include "robots/whole_body/swing_foot.hpp"
+
+#include <algorithm>
+
+namespace saltus {
+namespace {
+
+constexpr double shortest = 0.01;  // s to go: below it the course is not bent any more
+
+// One step of the quintic from (p, v, a) to rest at `goal` in T.
+void minimum_jerk(double goal, double T, double dt, double& p, double& v, double& a) {
+  if (T <= shortest) {  // coast to rest
+    const double left = std::max(T, dt);
+    p += (goal - p) * std::min(1.0, dt / left);
+    v = 0.0;
+    a = 0.0;
+    return;
+  }
+  const double jerk = (60.0 * (goal - p) - (36.0 * v + 9.0 * a * T) * T) / (T * T * T);
+  p += dt * (v + dt * (0.5 * a + dt * jerk / 6.0));
+  v += dt * (a + 0.5 * dt * jerk);
+  a += dt * jerk;
+}
+
+}  // namespace
+
+void SwingFoot::hold(const Eigen::Isometry3d& pose) {
+  under_way_ = false;
+  position_ = place_ = pose.translation();
+  velocity_.setZero();
+  acceleration_.setZero();
+  // Level, with the heading that it has.
+  const double yaw = std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));
+  rotation_ = Eigen::AngleAxisd(yaw, Vec<double, 3>::UnitZ()).toRotationMatrix();
+}
+
+void SwingFoot::start(double t, double landing_time) {
+  under_way_ = true;
+  now_ = t;
+  landing_time_ = landing_time;
+  apex_time_ = 0.5 * (t + landing_time);
+}
+
+void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
+  landing_time_ = landing_time;
+  place_ = place;
+}
+
+void SwingFoot::advance(double t) {
+  const double dt = t - now_;
+  now_ = t;
+  if (!under_way_ || dt <= 0.0) return;
+  for (int i = 0; i < 2; ++i)
+    minimum_jerk(place_[i], landing_time_ - t, dt, position_[i], velocity_[i], acceleration_[i]);
+  if (t < apex_time_) {
+    minimum_jerk(place_[2] + options_.clearance, apex_time_ - t, dt, position_[2], velocity_[2],
+                 acceleration_[2]);
+  } else if (t < landing_time_) {
+    minimum_jerk(place_[2], landing_time_ - t, dt, position_[2], velocity_[2], acceleration_[2]);
+  } else {
+    position_[2] -= options_.late_speed * dt;
+    velocity_[2] = -options_.late_speed;
+    acceleration_[2] = 0.0;
+  }
+}
+
+Vec<double, 6> SwingFoot::acceleration(const SoleMotion& sole) const {
+  const Eigen::AngleAxisd turn(rotation_ * sole.pose.linear().transpose());
+  Vec<double, 6> result;
+  result.head<3>() =
+      options_.stiffness * turn.angle() * turn.axis() - options_.damping * sole.twist.head<3>();
+  result.tail<3>() = acceleration_ + options_.stiffness * (position_ - sole.pose.translation()) +
+                     options_.damping * (velocity_ - sole.twist.tail<3>());
+  return result;
+}
+
+}  // namespace saltus

@@ -1,0 +1,42 @@
+// The course of the foot that steps: where it should be, and the acceleration that brings it there.
+#pragma once
+
+#include "robots/whole_body/dynamics_model.hpp"
+
+namespace saltus {
+
+struct SwingOptions {
+  double clearance = 0.03;                   ///< m, of the sole above the ground at mid-swing
+  double stiffness = 400.0, damping = 40.0;  ///< 1/s^2, 1/s
+  double late_speed = 0.1;  ///< m/s, downward, when the ground is not where it was expected
+};
+
+/// Minimum jerk towards a place and a landing time that may change while the foot is under way; the
+/// sole stays level and lands with zero velocity. World axes, m, s.
+class SwingFoot {
+ public:
+  explicit SwingFoot(const SwingOptions& options = {}) : options_(options) {}
+
+  /// Holds this pose until start().
+  void hold(const Eigen::Isometry3d& pose);
+  void start(double t, double landing_time);
+  /// The place of the contact frame, its height that of the ground.
+  void aim(double landing_time, const Vec<double, 3>& place);
+  bool is_under_way() const { return under_way_; }
+
+  /// Moves the reference on to t.
+  void advance(double t);
+  /// d twist / dt (angular | linear) that follows the reference from the motion measured.
+  Vec<double, 6> acceleration(const SoleMotion& sole) const;
+  const Vec<double, 3>& reference() const { return position_; }
+
+ private:
+  SwingOptions options_;
+  bool under_way_ = false;
+  double now_ = 0.0, apex_time_ = 0.0, landing_time_ = 0.0;
+  Vec<double, 3> position_ = Vec<double, 3>::Zero(), velocity_ = Vec<double, 3>::Zero(),
+                 acceleration_ = Vec<double, 3>::Zero(), place_ = Vec<double, 3>::Zero();
+  Mat<double, 3, 3> rotation_ = Mat<double, 3, 3>::Identity();
+};
+
+}  // namespace saltus
