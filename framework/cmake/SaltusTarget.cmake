@@ -26,6 +26,14 @@ target_compile_definitions(saltus_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16
                                                   EIGEN_MALLOC_ALREADY_ALIGNED=1)
 if(SALTUS_MARCH)
   target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
+  # gcc 12 loads a wide constant such as {1, 1, 0, 0} that it stores in one piece as a broadcast of its
+  # first half where -march has AVX-512: {exactly(1), exactly(0)} became [1, 1] twice. Pieces of 16
+  # bytes, as without -march, leave vector loops alone.
+  include(CheckCXXCompilerFlag)
+  check_cxx_compiler_flag(-mmove-max=128 SALTUS_HAS_MOVE_MAX)
+  if(SALTUS_HAS_MOVE_MAX)
+    target_compile_options(saltus_flags INTERFACE -mmove-max=128 -mstore-max=128)
+  endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # With wide vectors gcc complains about its own intrinsics (undefined registers, GCC bug 105593)
     # and about vector loops of Eigen that small matrices never enter. Portable builds still check.

@@ -193,7 +193,7 @@ ReferenceCase delta_iii() {
       .options = {.intervals = {6, 6, 6, 24}, .integrator = runge_kutta8()},
       .optimum = -7529.712296,
       .digits = 10,
-      .tolerance = 1e-6,  // linear pieces leave an excess of order h^4
+      .tolerance = 1e-6,      // linear pieces leave an excess of order h^4
       .between_nodes = 1e-2,  // of |u|^2, which has no effect there; altitude holds
       .more = more,
       // A twentieth of the radius below ground the density is e^44 times as large, and in longer

@@ -1,73 +1,153 @@
-// Whole-body control of iCub in DART: needs the URDF, whose file SALTUS_ICUB_URDF names.
+// The whole body of iCub, reduced to its motors, controlled and simulated by DART. Needs the URDF,
+// whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <cstdio>
+
 #include "robots/capture_point.hpp"
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
 #include "robots/icub/icub.hpp"
+#include "robots/whole_body/swing_foot.hpp"
 #include "robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus {
 namespace {
 
-WholeBodyState standing(const FloatingRobot& robot, const UrdfModel& model, const RobotDescription& d, const StandingPosture& posture) {
-  WholeBodyState state;
-  Eigen::Isometry3d sole = model.link_pose(d.left_sole, model.links().front().name, posture.joints);
-  sole.translate(Vec<double, 3>(0, 0, d.contact_plane_offset));
-  state.base = sole.inverse();
-  state.q = robot.joint_positions(posture.joints);
-  state.dq = VectorXd::Zero(robot.joints());
-  return state;
+class WholeBody : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* file = std::getenv("SALTUS_ICUB_URDF");
+    if (file == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
+    urdf = std::make_unique<UrdfModel>(UrdfModel::read(file));
+    description = icub(file);
+    robot = floating_robot(*urdf, description);
+    const Posture& posture = description.default_posture().joints;
+    Eigen::Isometry3d sole =
+        urdf->link_pose(description.left_sole, urdf->links().front().name, posture);
+    sole.translate(Vec<double, 3>(0.0, 0.0, description.contact_plane_offset));
+    start.base = sole.inverse();
+    start.q = robot.joint_positions(posture);
+    start.dq = VectorXd::Zero(robot.joints());
+  }
+
+  std::unique_ptr<UrdfModel> urdf;
+  RobotDescription description;
+  FloatingRobot robot;
+  WholeBodyState start;
+};
+
+TEST_F(WholeBody, HasItsMotorsAndNoMassIsLost) {
+  EXPECT_EQ(robot.joints(), 23);
+  double mass = 0.0;
+  for (const FloatingRobot::Body& b : robot.bodies) mass += b.mass;
+  EXPECT_NEAR(mass, 33.0617, 1e-3);
+  EXPECT_NEAR(mass, urdf->total_mass(), 1e-12);
 }
 
-TEST(WholeBody, Stands) {
-  const char* file = std::getenv("SALTUS_ICUB_URDF");
-  if (!file) GTEST_SKIP();
-  const UrdfModel urdf = UrdfModel::read(file);
-  const RobotDescription d = icub(file);
-  const FloatingRobot robot = floating_robot(urdf, d);
-  EXPECT_EQ(robot.joints(), 23);
-  EXPECT_NEAR(robot.total_mass, 33.06, 0.005);
-  auto model = make_dart_dynamics(robot);
-  DartOptions options;
-  auto plant = make_dart_plant(robot, options);
-  WholeBodyState state = standing(robot, urdf, d, d.posture("left_stance"));
-  plant->reset(state);
+TEST_F(WholeBody, ModelAgreesWithTheUrdf) {
+  const auto model = make_dart_dynamics(robot);
+  model->update(start);
+  // Left contact frame at the origin: the CoM as the description has it, computed from the URDF.
+  EXPECT_LT((model->com() - description.default_posture().com).norm(), 1e-9);
+  EXPECT_LT((model->sole(Side::left).pose.matrix() - MatrixXd::Identity(4, 4)).norm(), 1e-9);
+  EXPECT_LT((model->sole(Side::right).pose.translation() - description.default_posture().right_foot)
+                .norm(),
+            1e-9);
+  // The base carries the weight, in its own axes; the linear block of M is the mass.
+  const Vec<double, 3> weight = model->bias().segment<3>(3);
+  EXPECT_NEAR(weight.norm(), urdf->total_mass() * standard_gravity, 1e-9);
+  EXPECT_NEAR(model->mass_matrix()(3, 3), urdf->total_mass(), 1e-9);
+}
+
+// Twists and drifts against differences along a motion.
+TEST_F(WholeBody, SolesMoveAsTheirJacobiansSay) {
+  const auto model = make_dart_dynamics(robot);
+  WholeBodyState state = start;
+  for (int i = 0; i < robot.joints(); ++i) state.dq[i] = 0.3 * std::sin(1.0 + i);
+  const double h = 1e-6;
+  WholeBodyState before = state, after = state;
+  before.q -= h * state.dq;  // the base rests
+  after.q += h * state.dq;
+  model->update(before);
+  const SoleMotion a = model->sole(Side::right);
+  const Vec<double, 3> com_a = model->com();
+  model->update(after);
+  const SoleMotion b = model->sole(Side::right);
+  const Vec<double, 3> com_b = model->com();
+  model->update(state);
+  const SoleMotion& sole = model->sole(Side::right);
+  constexpr double tolerance = 1e-7;  // h^2 and rounding / h
+  EXPECT_LT(
+      ((b.pose.translation() - a.pose.translation()) / (2.0 * h) - sole.twist.tail<3>()).norm(),
+      tolerance);
+  EXPECT_LT(((com_b - com_a) / (2.0 * h) - model->com_velocity()).norm(), tolerance);
+  EXPECT_LT(((b.twist - a.twist) / (2.0 * h) - sole.drift).norm(), tolerance);
+}
+
+TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
+  const auto model = make_dart_dynamics(robot);
+  const auto plant = make_dart_plant(robot, {});
+  plant->reset(start);
   model->update(plant->state());
-  printf("com %g %g %g  mass %g bias %g\n", model->com()[0], model->com()[1], model->com()[2], model->mass(), model->bias()[5]);
-  ContactConeOptions cl; cl.foot = d.left_foot; ContactConeOptions cr; cr.foot = d.right_foot;
-  WholeBodyController c(robot, cl, cr);
+  ContactConeOptions left, right;
+  left.foot = description.left_foot;
+  right.foot = description.right_foot;
+  WholeBodyController controller(robot, left, right);
+  SwingFoot swing;
+  swing.hold(model->sole(Side::right).pose);
   WholeBodyTasks tasks;
   tasks.right_stands = false;
-  tasks.posture = state.q;
+  tasks.posture = start.q;
   tasks.wrenches[2] = model->mass() * standard_gravity;
-  const Vec<double, 3> com0(0.0, 0.0, model->com()[2]);
-  const double push = std::getenv("PUSH") ? atof(std::getenv("PUSH")) : 0;
+  const Vec<double, 3> above_the_foot(0.0, 0.0, model->com()[2]);
   const int chest = robot.body_index("chest");
-  int it = 0, calls = 0;
-  const auto right0 = model->sole(Side::right).pose;
-  for (int k = 0; k < 4000; ++k) {
+  constexpr double impulse = 4.0, push_start = 0.5, push_length = 0.1;  // N s, s
+  for (int k = 0; k < 3000; ++k) {
+    const double t = 1e-3 * k;
     if (k % 2 == 0) {
       model->update(plant->state());
-      tasks.force = model->mass() * (50.0 * (com0 - model->com()) - 14.0 * model->com_velocity());
+      tasks.force =
+          model->mass() * (50.0 * (above_the_foot - model->com()) - 14.0 * model->com_velocity());
       tasks.torque = -5.0 * model->angular_momentum();
-      const auto& s = model->sole(Side::right);
-      Eigen::AngleAxisd e(right0.linear() * s.pose.linear().transpose());
-      tasks.swing_acceleration.head<3>() = 100 * e.angle() * e.axis() - 20 * s.twist.head<3>();
-      tasks.swing_acceleration.tail<3>() = 100 * (right0.translation() - s.pose.translation()) - 20 * s.twist.tail<3>();
-      const auto& cmd = c.control(*model, plant->state(), tasks);
-      plant->set_torques(cmd.torques);
-      it += cmd.iterations; ++calls;
-      if (k % 200 == 0)
-        printf("%5.3f com %7.4f %7.4f %7.4f H %6.3f fz %7.2f (%d) plan %7.2f it %d st %d slip %.2g lim %.2g tmax %.1f\n", plant->time(), model->com()[0], model->com()[1],
-               model->com()[2], model->angular_momentum().norm(), plant->contact(Side::left).wrench[2], plant->contact(Side::left).touches, cmd.wrenches[2], cmd.iterations, (int)cmd.status, cmd.stance_slip, cmd.limit_excess, cmd.torques.cwiseAbs().maxCoeff());
+      tasks.swing_acceleration = swing.acceleration(model->sole(Side::right));
+      const WholeBodyCommand& command = controller.control(*model, plant->state(), tasks);
+      ASSERT_EQ(command.status, QpStatus::optimal) << t;
+      ASSERT_LT(command.stance_slip, 1e-6) << t;
+      for (int i = 0; i < robot.joints(); ++i)
+        ASSERT_LE(std::abs(command.torques[i]), robot.bodies[i + 1].effort) << t;
+      plant->set_torques(command.torques);
     }
-    if (k >= 1000 && k < 1100) plant->push(chest, {0, -push / 0.1, 0}, {0, 0, 0});
+    if (t >= push_start && t < push_start + push_length)
+      plant->push(chest, {0.0, -impulse / push_length, 0.0}, Vec<double, 3>::Zero());
     plant->step();
   }
-  printf("%s: %d calls, %.1f it\n", plant->name().c_str(), calls, double(it) / calls);
+  EXPECT_LT((model->com() - above_the_foot).norm(), 0.005);
+  EXPECT_LT(model->com_velocity().norm(), 0.01);
+  EXPECT_NEAR(plant->contact(Side::left).wrench[2], model->mass() * standard_gravity, 2.0);
+  EXPECT_FALSE(plant->contact(Side::right).touches);
+  EXPECT_LT(model->sole(Side::left).pose.translation().norm(), 0.005);  // it did not hop
+}
+
+TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
+  SwingFoot swing;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translation() << 0.0, -0.13, 0.005;
+  swing.hold(pose);
+  swing.start(1.0, 1.6);
+  swing.aim(1.6, {0.0, -0.25, 0.0});
+  double highest = 0.0;
+  Vec<double, 3> last = swing.reference();
+  double speed = 0.0;
+  for (int k = 1; k <= 300; ++k) {
+    swing.advance(1.0 + 0.002 * k);
+    highest = std::max(highest, swing.reference()[2]);
+    speed = (swing.reference() - last).norm() / 0.002;
+    last = swing.reference();
+  }
+  EXPECT_NEAR(highest, 0.03, 0.002);
+  EXPECT_LT((last - Vec<double, 3>(0.0, -0.25, 0.0)).norm(), 1e-4);
+  EXPECT_LT(speed, 0.02);
 }
 
 }  // namespace

@@ -1,0 +1,29 @@
+// Bounds given row by row arrive row by row, whatever the compiler makes of the constants.
+#include <gtest/gtest.h>
+
+#include "framework/ocp/phase.hpp"
+
+namespace saltus {
+namespace {
+
+struct Block {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+
+// gcc 12 with AVX-512 made [1, 1] of both (framework/cmake/SaltusTarget.cmake).
+TEST(Bounds, EachRowKeepsItsOwn) {
+  Phase<2, 1> phase{"block", Block{}, exactly(1.0)};
+  phase.reach("end", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)})
+      .begin_with(
+          "start", [](auto, auto x) { return x[0]; }, exactly(2.0));
+  const Term& end = phase.definition().terms.front();
+  ASSERT_EQ(end.bounds.size(), 2u);
+  EXPECT_EQ(end.bounds[0], exactly(1.0));
+  EXPECT_EQ(end.bounds[1], exactly(0.0));
+}
+
+}  // namespace
+}  // namespace saltus
