@@ -44,6 +44,27 @@ find_package(DART 6.12 REQUIRED COMPONENTS collision-bullet collision-ode CONFIG
 add_library(saltus_dart_packages INTERFACE)
 target_link_libraries(saltus_dart_packages INTERFACE dart dart-collision-bullet dart-collision-ode)
 
+# A second simulator, optional. Debian's own config file names OpenGL and the headers of qhull, which
+# the package does not bring along and simulation does not need.
+find_path(SALTUS_MUJOCO_INCLUDE_DIR mujoco/mujoco.h)
+find_library(SALTUS_MUJOCO_LIBRARY mujoco)
+mark_as_advanced(SALTUS_MUJOCO_INCLUDE_DIR SALTUS_MUJOCO_LIBRARY)
+set(SALTUS_HAS_MUJOCO OFF)
+if(SALTUS_MUJOCO_INCLUDE_DIR AND SALTUS_MUJOCO_LIBRARY)
+  file(STRINGS ${SALTUS_MUJOCO_INCLUDE_DIR}/mujoco/mujoco.h version_line REGEX "mjVERSION_HEADER")
+  string(REGEX MATCH "[0-9]+$" SALTUS_MUJOCO_VERSION "${version_line}")
+  # Release 3 reads descriptions from memory by other calls.
+  if(SALTUS_MUJOCO_VERSION GREATER_EQUAL 222 AND SALTUS_MUJOCO_VERSION LESS 300)
+    set(SALTUS_HAS_MUJOCO ON)
+    add_library(saltus_mujoco_package INTERFACE)
+    target_include_directories(saltus_mujoco_package SYSTEM INTERFACE ${SALTUS_MUJOCO_INCLUDE_DIR})
+    target_link_libraries(saltus_mujoco_package INTERFACE ${SALTUS_MUJOCO_LIBRARY})
+  endif()
+endif()
+if(NOT SALTUS_HAS_MUJOCO)
+  message(STATUS "No MuJoCo 2.2.2 to 2.x: plant=mujoco will say so")
+endif()
+
 if(SALTUS_BUILD_TESTS OR NOT DEFINED SALTUS_BUILD_TESTS)
   find_package(GTest REQUIRED)
   include(GoogleTest)

@@ -37,9 +37,12 @@ const char* name_of(SolverChoice choice) {
 }
 
 void declare_settings(Settings& s, Config& c) {
-  s.choice<PlantChoice>("plant", c.plant,
-                        {{"centroidal", PlantChoice::centroidal}, {"dart", PlantChoice::dart}},
-                        "what is pushed: the centroidal model, or the whole body in DART");
+  s.choice<PlantChoice>(
+      "plant", c.plant,
+      {{"centroidal", PlantChoice::centroidal},
+       {"dart", PlantChoice::dart},
+       {"mujoco", PlantChoice::mujoco}},
+      "what is pushed: the centroidal model, or the whole body in DART or MuJoCo");
   s.text("robot.urdf", c.urdf,
          "URDF of the robot; empty: the official model if it was fetched, else the "
          "figures that come with the program");

@@ -14,7 +14,7 @@ namespace saltus::push_recovery {
 enum class SolverChoice { riccati, sparse, ipopt };
 const char* name_of(SolverChoice choice);
 enum class ControllerChoice { mpc, capture_point };
-enum class PlantChoice { centroidal, dart };
+enum class PlantChoice { centroidal, dart, mujoco };
 enum class Target { sole_midpoint, centroid };
 enum class StepTrigger { push, icp };
 enum class Placement { predicted, fixed };

@@ -11,6 +11,7 @@
 #include "robots/capture_point.hpp"
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
+#include "robots/mujoco/mujoco_plant.hpp"
 #include "robots/whole_body/swing_foot.hpp"
 #include "robots/whole_body/whole_body_controller.hpp"
 
@@ -48,7 +49,7 @@ class FullBodyLoop {
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
         dynamics_(make_dart_dynamics(body_)),
-        plant_(make_dart_plant(body_, plant_options(config))),
+        plant_(make_plant(body_, config)),
         planner_(config.controller == ControllerChoice::mpc
                      ? make_mpc(config, robot, scene_)
                      : make_capture_point_controller(config, robot, scene_)),
@@ -98,14 +99,15 @@ class FullBodyLoop {
   }
 
  private:
-  static DartOptions plant_options(const Config& config) {
+  static std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const Config& config) {
     DartOptions options;
     options.step = config.plant_step;
     options.friction = config.ground_friction;
     options.joint_friction = config.joint_friction;
     options.collision = config.collision;
     options.lcp = config.lcp;
-    return options;
+    if (config.plant == PlantChoice::mujoco) return make_mujoco_plant(robot, options);
+    return make_dart_plant(robot, options);
   }
 
   static Scene initial_scene(const Config& config, const RobotDescription& robot) {

@@ -9,8 +9,8 @@ namespace saltus {
 enum class Side { left, right };
 inline Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
 
-/// A sole, and how it moves: with nu = (base twist | dq), twist = J nu and d twist / dt =
-/// J dnu/dt + drift. Twists are (angular | linear of the contact frame's origin), world axes.
+/// A sole, and how it moves: with nu of DynamicsModel, twist = J nu and d twist / dt =
+/// J dnu/dt + drift. Its twists are (angular | linear of the contact frame's origin), world axes.
 struct SoleMotion {
   Eigen::Isometry3d pose;
   Vec<double, 6> twist;
@@ -18,9 +18,9 @@ struct SoleMotion {
   Vec<double, 6> drift;  ///< (dJ/dt) nu
 };
 
-/// M dnu/dt + h = (0 | tau) + sum_i J_i' w_i with nu = (base twist | dq) as in WholeBodyState and
-/// w_i = (torque about the contact frame's origin | force), world axes. After update() everything
-/// belongs to that state; nothing allocates then.
+/// M dnu/dt + h = (0 | tau) + sum_i J_i' w_i with nu = (base twist | dq), the base twist as in
+/// WholeBodyState but in the base's own axes, and w_i = (torque about the contact frame's origin |
+/// force), world axes. After update() everything belongs to that state; nothing allocates then.
 class DynamicsModel {
  public:
   virtual ~DynamicsModel() = default;

@@ -1,0 +1,123 @@
+#include "robots/mujoco/mujoco_plant.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "robots/mujoco/mujoco_model.hpp"
+
+namespace saltus {
+namespace {
+
+class MujocoPlant final : public Plant {
+ public:
+  MujocoPlant(const FloatingRobot& robot, const PlantOptions& options)
+      : engine_(robot, options),
+        feet_{robot.left_sole, robot.right_sole},
+        torques_(VectorXd::Zero(robot.joints())),
+        limits_(robot.joints()) {
+    for (int i = 0; i < robot.joints(); ++i) limits_[i] = robot.bodies[i + 1].effort;
+    finish(engine_.begin_step());
+  }
+
+  void reset(const WholeBodyState& state) override {
+    engine_.write(state);
+    contacts_[0] = contacts_[1] = {};
+    has_failed_ = false;
+    finish(engine_.begin_step());
+  }
+  void set_torques(const VectorXd& torques) override {
+    torques_ = torques.cwiseMax(-limits_).cwiseMin(limits_);
+  }
+  // MuJoCo applies forces at the body's CoM.
+  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
+    const int b = engine_.body(body);
+    const mjData& d = engine_.data();
+    const Vec<double, 3> com = Eigen::Map<const Vec<double, 3>>(d.xipos + 3 * b);
+    Eigen::Map<Vec<double, 6>> applied(d.xfrc_applied + 6 * b);
+    applied.head<3>() += force;
+    applied.tail<3>() += (engine_.pose(b) * point - com).cross(force);
+  }
+
+  // Between two steps kinematics and contacts are those of the present state, so that a push acts
+  // where the body is.
+  void step() override {
+    if (has_failed_) return;
+    mjData& d = engine_.data();
+    for (int i = 0; i < engine_.joints(); ++i) d.qfrc_applied[engine_.joint_dof(i)] = torques_[i];
+    bool done = engine_.end_step();
+    if (done) read_contacts();
+    mju_zero(d.xfrc_applied, 6 * engine_.model().nbody);
+    done = done && engine_.begin_step();
+    finish(done);
+  }
+
+  double time() const override { return engine_.data().time; }
+  const WholeBodyState& state() const override { return state_; }
+  const FootContact& contact(Side side) const override {
+    return contacts_[side == Side::left ? 0 : 1];
+  }
+  std::string name() const override {
+    return fmt::format("MuJoCo {}, elliptic friction cones", mj_versionString());
+  }
+
+ private:
+  // MuJoCo puts the robot back to its start when numbers leave their range: that is no motion.
+  void finish(bool done) {
+    engine_.read(state_);
+    has_failed_ = !done || engine_.has_warnings() || !state_.is_finite();
+    if (has_failed_) state_.q.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+
+  // Forces, points and poses alike belong to the state before the step.
+  void read_contacts() {
+    contacts_[0] = contacts_[1] = {};
+    const mjModel& m = engine_.model();
+    const mjData& d = engine_.data();
+    for (int c = 0; c < d.ncon; ++c) {
+      const mjContact& contact = d.contact[c];
+      if (contact.efc_address < 0) continue;  // takes no part in the dynamics
+      const int first = m.geom_bodyid[contact.geom1], second = m.geom_bodyid[contact.geom2];
+      Vec<double, 6> local;  // (force | torque) on the second geom, in the contact's frame
+      mj_contactForce(&m, &d, c, local.data());
+      using Frame = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;  // a row for each axis
+      const Eigen::Map<const Frame> axes(contact.frame);
+      const Eigen::Map<const Vec<double, 3>> point(contact.pos);
+      for (int foot = 0; foot < 2; ++foot) {
+        const int body = engine_.body(feet_[foot].body);
+        if (first != body && second != body) continue;
+        const double sign = second == body ? 1.0 : -1.0;
+        const Vec<double, 3> force = sign * (axes.transpose() * local.head<3>());
+        const Vec<double, 3> torque = sign * (axes.transpose() * local.tail<3>());
+        const Vec<double, 3> origin = (engine_.pose(body) * feet_[foot].pose).translation();
+        contacts_[foot].touches = true;
+        contacts_[foot].wrench.head<3>() += force;
+        contacts_[foot].wrench.tail<3>() += torque + (point - origin).cross(force);
+      }
+    }
+  }
+
+  mujoco_engine::Model engine_;
+  FloatingRobot::Frame feet_[2];
+  VectorXd torques_, limits_;
+  bool has_failed_ = false;
+  WholeBodyState state_;
+  FootContact contacts_[2];
+};
+
+}  // namespace
+
+bool has_mujoco() { return true; }
+
+std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot& robot, const PlantOptions& options) {
+  return std::make_unique<MujocoPlant>(robot, options);
+}
+
+MatrixXd mujoco_mass_matrix(const FloatingRobot& robot, const WholeBodyState& state) {
+  mujoco_engine::Model engine(robot, {});
+  engine.write(state);
+  if (!engine.begin_step()) throw InputError("MuJoCo cannot compute the mass matrix there");
+  return engine.mass_matrix();
+}
+
+}  // namespace saltus

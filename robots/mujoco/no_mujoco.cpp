@@ -1,0 +1,21 @@
+// In place of the plant where MuJoCo is not installed.
+#include "robots/mujoco/mujoco_plant.hpp"
+
+namespace saltus {
+namespace {
+
+[[noreturn]] void refuse() {
+  throw InputError(
+      "this program was built without MuJoCo; install libmujoco-dev and configure again, or take "
+      "another plant");
+}
+
+}  // namespace
+
+bool has_mujoco() { return false; }
+
+std::unique_ptr<Plant> make_mujoco_plant(const FloatingRobot&, const PlantOptions&) { refuse(); }
+
+MatrixXd mujoco_mass_matrix(const FloatingRobot&, const WholeBodyState&) { refuse(); }
+
+}  // namespace saltus

@@ -1,0 +1,317 @@
+// MuJoCo as a second engine: it must see the same robot as DART, obey the laws of motion, and agree
+// on what comes of a push. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <random>
+
+#include "problems/push_recovery/full_body.hpp"
+#include "robots/capture_point.hpp"
+#include "robots/dart/dart_dynamics.hpp"
+#include "robots/dart/dart_plant.hpp"
+#include "robots/icub/icub.hpp"
+#include "robots/mujoco/mujoco_plant.hpp"
+#include "robots/whole_body/whole_body_controller.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr unsigned seed = 7;
+
+class Mujoco : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* file = std::getenv("SALTUS_ICUB_URDF");
+    if (file == nullptr)
+      GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF of iCubGazeboV2_5";
+    if (!has_mujoco()) GTEST_SKIP() << "built without MuJoCo";
+    urdf_path = file;
+    description = icub(file);
+    const UrdfModel urdf = UrdfModel::read(file);
+    robot = floating_robot(urdf, description);
+    // On the left foot, contact frame at the origin of the world.
+    const Posture& posture = description.default_posture().joints;
+    Eigen::Isometry3d sole =
+        urdf.link_pose(description.left_sole, urdf.links().front().name, posture);
+    sole.translate(Vec<double, 3>(0.0, 0.0, description.contact_plane_offset));
+    start.base = sole.inverse();
+    start.q = robot.joint_positions(posture);
+    start.dq = VectorXd::Zero(robot.joints());
+    dynamics = make_dart_dynamics(robot);
+    RecordProperty("seed", static_cast<int>(seed));
+  }
+
+  VectorXd random(int n, double scale) {
+    std::uniform_real_distribution<double> uniform(-scale, scale);
+    return VectorXd::NullaryExpr(n, [&] { return uniform(numbers); });
+  }
+  // High above the ground, turned, every joint and the base in motion.
+  WholeBodyState flying() {
+    WholeBodyState s = start;
+    const Vec<double, 3> axis = random(3, 1.0);
+    s.base.linear() = Eigen::AngleAxisd(1.2, axis.normalized()).toRotationMatrix();
+    s.base.translation() = Vec<double, 3>(0.3, -0.2, 3.0);
+    s.base_twist = random(6, 1.0);
+    s.dq = random(robot.joints(), 1.0);
+    return s;
+  }
+  // Of the whole robot about the world's origin: (angular | linear).
+  Vec<double, 6> momentum(const WholeBodyState& state) {
+    dynamics->update(state);
+    Vec<double, 6> h;
+    h.tail<3>() = dynamics->mass() * dynamics->com_velocity();
+    h.head<3>() = dynamics->angular_momentum() + dynamics->com().cross(h.tail<3>());
+    return h;
+  }
+
+  std::filesystem::path urdf_path;
+  RobotDescription description;
+  FloatingRobot robot;
+  WholeBodyState start;
+  std::unique_ptr<DynamicsModel> dynamics;
+  std::mt19937 numbers{seed};
+};
+
+TEST_F(Mujoco, HasTheMassMatrixOfDart) {
+  for (int trial = 0; trial < 3; ++trial) {
+    WholeBodyState state = flying();
+    state.q += random(robot.joints(), 0.5);
+    dynamics->update(state);
+    const MatrixXd mass_matrix = mujoco_mass_matrix(robot, state);
+    // The sum of the bodies. The file's own sum is 33.0617 kg.
+    EXPECT_NEAR(mass_matrix(3, 3), 33.0617, 5e-5);
+    // MuJoCo rounds where it diagonalises the inertias: measured 1.2e-8 of 33 kg.
+    EXPECT_LT((mass_matrix - dynamics->mass_matrix()).cwiseAbs().maxCoeff(), 1e-6);
+  }
+}
+
+TEST_F(Mujoco, GivesBackTheStateItWasGiven) {
+  const auto plant = make_mujoco_plant(robot, {});
+  const WholeBodyState given = flying();
+  plant->reset(given);
+  const WholeBodyState& s = plant->state();
+  constexpr double rounding = 1e-13;
+  EXPECT_LT((s.base.matrix() - given.base.matrix()).cwiseAbs().maxCoeff(), rounding);
+  EXPECT_LT((s.base_twist - given.base_twist).cwiseAbs().maxCoeff(), rounding);
+  EXPECT_LT((s.q - given.q).cwiseAbs().maxCoeff(), rounding);
+  EXPECT_LT((s.dq - given.dq).cwiseAbs().maxCoeff(), rounding);
+  EXPECT_EQ(plant->time(), 0.0);
+}
+
+// Torques, pushes, gravity and Coriolis forces at once: one very short step shows the acceleration.
+TEST_F(Mujoco, AcceleratesAsDartDoes) {
+  PlantOptions options;
+  options.step = 1e-6;
+  options.joint_friction = 0.3;
+  DartOptions dart_options;
+  static_cast<PlantOptions&>(dart_options) = options;
+  const auto mujoco = make_mujoco_plant(robot, options);
+  const auto dart = make_dart_plant(robot, dart_options);
+  for (int trial = 0; trial < 3; ++trial) {
+    const WholeBodyState state = flying();
+    const VectorXd torques = random(robot.joints(), 100.0);  // beyond the limits, too
+    const Vec<double, 3> force = random(3, 50.0), point = random(3, 0.2);
+    const int chest = robot.body_index("chest");
+    VectorXd acceleration[2];
+    int k = 0;
+    for (Plant* plant : {mujoco.get(), dart.get()}) {
+      plant->reset(state);
+      plant->set_torques(torques);
+      plant->push(chest, force, point);
+      plant->push(chest, 0.5 * force, -point);  // pushes add up
+      plant->step();
+      VectorXd& a = acceleration[k++];
+      a.resize(6 + robot.joints());
+      a << plant->state().base_twist - state.base_twist, plant->state().dq - state.dq;
+      a /= options.step;
+    }
+    // The engines hold different velocities constant over the step of 1e-6 s, and differences of
+    // velocities lose digits; measured 2e-8.
+    const double scale = acceleration[1].cwiseAbs().maxCoeff();
+    EXPECT_GT(scale, 10.0);
+    EXPECT_LT((acceleration[0] - acceleration[1]).cwiseAbs().maxCoeff(), 1e-6 * scale);
+  }
+}
+
+TEST_F(Mujoco, FallsFreely) {
+  const auto plant = make_mujoco_plant(robot, {});
+  WholeBodyState state = start;
+  state.base.translation()[2] += 1.0;
+  plant->reset(state);
+  for (int k = 0; k < 100; ++k) plant->step();
+  EXPECT_NEAR(plant->time(), 0.1, 1e-12);
+  const Vec<double, 6> twist = plant->state().base_twist;
+  // Gravity moves all bodies alike, so that no joint moves, to rounding.
+  EXPECT_NEAR(twist[5], -standard_gravity * 0.1, 1e-9);
+  EXPECT_LT(twist.head<5>().cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(plant->state().dq.cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_FALSE(plant->contact(Side::left).touches);
+}
+
+// The robot lands on its left foot, slipping, turning and with slack joints: what the soles report
+// must be what changes its momentum, linear and angular.
+TEST_F(Mujoco, ContactWrenchesChangeTheMomentum) {
+  PlantOptions options;
+  options.step = 1e-4;
+  options.friction = 0.5;
+  const auto plant = make_mujoco_plant(robot, options);
+  WholeBodyState state = start;
+  state.base.translation() += Vec<double, 3>(0.2, 0.1, 0.005);
+  state.base_twist << 0.1, 0.2, 0.3, 0.4, 0.2, -0.3;
+  plant->reset(state);
+  Vec<double, 6> expected = momentum(state), impulse = Vec<double, 6>::Zero();
+  const double weight = robot.total_mass * standard_gravity;
+  double normal = 0.0, tangential = 0.0;
+  long allocations = 0;
+  for (int k = 0; k < 1500; ++k) {
+    dynamics->update(plant->state());
+    const Vec<double, 3> com = dynamics->com();
+    const Vec<double, 3> sole[2] = {dynamics->sole(Side::left).pose.translation(),
+                                    dynamics->sole(Side::right).pose.translation()};
+    const saltus::testing::AllocationCount count;
+    plant->step();
+    allocations += count.made();
+    Vec<double, 6> rate;
+    rate.tail<3>() = Vec<double, 3>(0.0, 0.0, -weight);
+    rate.head<3>() = com.cross(rate.tail<3>());
+    for (const Side side : {Side::left, Side::right}) {
+      const Vec<double, 6>& w = plant->contact(side).wrench;
+      const Vec<double, 3>& origin = sole[side == Side::left ? 0 : 1];
+      rate.tail<3>() += w.head<3>();
+      rate.head<3>() += w.tail<3>() + origin.cross(w.head<3>());
+      normal += w[2];
+      tangential += w.head<2>().norm();
+      // The cone is round and exact.
+      EXPECT_LE(w.head<2>().norm(), options.friction * w[2] + 1e-6);
+    }
+    impulse += options.step * rate;
+  }
+  EXPECT_GT(options.step * normal, 5.0);  // Ns: there was a landing worth the name
+  EXPECT_GT(tangential, 0.1 * normal);    // and friction
+  EXPECT_EQ(allocations, 0);
+  expected += impulse;
+  const Vec<double, 6> found = momentum(plant->state());
+  // First order in the step of 0.1 ms: measured 0.004 of a normal impulse of 38 Ns.
+  EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), 0.01) << found.transpose() << "\n"
+                                                            << expected.transpose();
+}
+
+TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
+  const auto plant = make_mujoco_plant(robot, {});
+  plant->reset(start);
+  dynamics->update(start);
+  ContactConeOptions left, right;
+  left.foot = description.left_foot;
+  right.foot = description.right_foot;
+  WholeBodyController controller(robot, left, right);
+  WholeBodyTasks tasks;
+  const double weight = robot.total_mass * standard_gravity;
+  tasks.right_stands = false;
+  tasks.posture = start.q;
+  tasks.wrenches[2] = weight;
+  const Vec<double, 3> com = dynamics->com();
+  Vec<double, 6> mean = Vec<double, 6>::Zero();
+  constexpr int steps = 2000, last = 200;  // of 1 ms
+  for (int k = 0; k < steps; ++k) {
+    if (k % 2 == 0) {
+      dynamics->update(plant->state());
+      tasks.force =
+          robot.total_mass * (50.0 * (com - dynamics->com()) - 14.0 * dynamics->com_velocity());
+      tasks.torque = -5.0 * dynamics->angular_momentum();
+      tasks.swing_acceleration = -20.0 * dynamics->sole(Side::right).twist;
+      const WholeBodyCommand& command = controller.control(*dynamics, plant->state(), tasks);
+      ASSERT_EQ(command.status, QpStatus::optimal) << k;
+      plant->set_torques(command.torques);
+    }
+    plant->step();
+    ASSERT_TRUE(plant->state().is_finite()) << k;
+    EXPECT_FALSE(plant->contact(Side::right).touches) << k;
+    if (k >= steps - last) mean += plant->contact(Side::left).wrench / last;
+  }
+  dynamics->update(plant->state());
+  // What the ground carries is the weight, but for what still moves: measured 3e-7 of it, and a
+  // CoM 0.02 mm away at 0.004 mm/s. The limits leave room for another release of MuJoCo.
+  EXPECT_NEAR(mean[2], weight, 1e-4 * weight);
+  EXPECT_LT(mean.head<2>().norm(), 1e-4 * weight);
+  EXPECT_LT((dynamics->com() - com).norm(), 1e-3);
+  EXPECT_LT(dynamics->com_velocity().norm(), 1e-3);
+  const Vec<double, 3> sole = dynamics->sole(Side::left).pose.translation();
+  EXPECT_LT(sole.head<2>().norm(), 1e-4);  // no slip
+  // The centre of pressure lies under the CoM.
+  const Vec<double, 2> pressure(-mean[4] / mean[2], mean[3] / mean[2]);
+  EXPECT_LT((pressure + sole.head<2>() - dynamics->com().head<2>()).norm(), 1e-4);
+}
+
+TEST_F(Mujoco, FailsWithoutASoundAndSaysSo) {
+  const auto plant = make_mujoco_plant(robot, {});
+  plant->reset(start);
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
+  plant->push(0, {1e200, 0.0, 0.0}, {0.0, 0.0, 0.0});
+  for (int k = 0; k < 3; ++k) plant->step();
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_FALSE(std::filesystem::exists("MUJOCO_LOG.TXT"));
+  EXPECT_FALSE(plant->state().is_finite());
+  plant->reset(start);
+  plant->step();
+  EXPECT_TRUE(plant->state().is_finite());
+
+  FloatingRobot impossible = robot;
+  impossible.bodies[3].inertia = Vec<double, 3>(1.0, 1.0, 5.0).asDiagonal();
+  try {
+    make_mujoco_plant(impossible, {});
+    ADD_FAILURE() << "an inertia that no body can have was accepted";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("inertia"), std::string::npos) << e.what();
+  }
+}
+
+TEST(WithoutMujoco, ThePlantSaysSo) {
+  if (has_mujoco()) GTEST_SKIP() << "built with MuJoCo";
+  try {
+    make_mujoco_plant({}, {});
+    ADD_FAILURE() << "there is no MuJoCo to make a plant of";
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("built without MuJoCo"), std::string::npos) << e.what();
+  }
+}
+
+class MujocoStep : public Mujoco, public ::testing::WithParamInterface<double> {};
+
+TEST_P(MujocoStep, RecoversAsInDart) {
+  using namespace push_recovery;
+  Config config;
+  config.push.impulse = GetParam();
+  config.push.start = 0.4;
+  double lowest[2], touchdown[2];
+  for (const int k : {0, 1}) {
+    config.plant = k == 0 ? PlantChoice::dart : PlantChoice::mujoco;
+    const RunLog log = simulate_full_body(config, description, urdf_path);
+    const Verdict verdict = judge(config, log);
+    EXPECT_TRUE(verdict.recovered) << log.plant << ": " << verdict.reason;
+    EXPECT_LT(log.touchdown, infinity) << log.plant;
+    EXPECT_EQ(log.control_failures, 0) << log.plant;
+    lowest[k] = infinity;
+    for (const Sample& s : log.samples) lowest[k] = std::min(lowest[k], s.capture_point[1]);
+    touchdown[k] = log.touchdown;
+    const std::string engine = k == 0 ? "dart" : "mujoco";
+    RecordProperty(engine + "_lowest_capture_point", std::to_string(lowest[k]));
+    RecordProperty(engine + "_touchdown", std::to_string(touchdown[k]));
+    RecordProperty(engine + "_settling", std::to_string(verdict.icp_settling));
+    RecordProperty(engine + "_com_error", std::to_string(verdict.final_com_error));
+    RecordProperty(engine + "_plant_seconds",
+                   std::to_string(log.plant_seconds / log.samples.back().time));
+  }
+  // What two engines may differ by and still be called the same robot.
+  EXPECT_NEAR(lowest[0], lowest[1], 0.005);        // m
+  EXPECT_NEAR(touchdown[0], touchdown[1], 0.020);  // s
+}
+
+INSTANTIATE_TEST_SUITE_P(Push, MujocoStep, ::testing::Values(4.0, 5.0, 6.0),
+                         [](const auto& p) { return std::to_string(static_cast<int>(p.param)); });
+
+}  // namespace
+}  // namespace saltus
