@@ -131,9 +131,9 @@ void declare_settings(Settings& s, Config& c) {
   });
   s.text("push.link", c.push.link, "whole body: the link that is pushed");
   s.number("control.period", c.control_period, "s", "of the whole-body controller", above(0.0));
-  s.number("plant.step", c.plant_step, "s", "of the simulator", above(0.0));
-  s.number("plant.friction", c.ground_friction, "", "of the ground", above(0.0));
-  s.number("plant.joint_friction", c.joint_friction, "Nm s/rad", "viscous", at_least(0.0));
+  s.number("simulator.step", c.plant_step, "s", "of its engine", above(0.0));
+  s.number("simulator.friction", c.ground_friction, "", "of the ground", above(0.0));
+  s.number("simulator.joint_friction", c.joint_friction, "Nm s/rad", "viscous", at_least(0.0));
   s.choice<DartCollision>("dart.collision", c.collision,
                           {{"dart", DartCollision::dart},
                            {"fcl", DartCollision::fcl},
