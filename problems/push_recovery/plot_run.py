@@ -2,7 +2,8 @@
 """Pictures of a push recovery run, after the figures of the paper.
 
 Usage: plot_run.py RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
-capture_point.png and forces.png beside them.
+capture_point.png and forces.png beside them. A run on the whole body (body.csv, robot.json) also
+gets measured_forces.png, feet.png and torques.png.
 """
 
 import csv
@@ -48,6 +49,58 @@ def save(figure, axes, folder, name, begin, end):
     plt.close(figure)
 
 
+def draw_measured_forces(body, summary, folder, begin, end, what):
+    figure, axes = new_axes(f"Vertical forces, {what}", "force [N]")
+    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+        axes.plot(body["t"], body[f"{foot}_measured_fz"], color=color, alpha=0.25, linewidth=0.7)
+        axes.plot(body["t"], body[f"{foot}_filtered_fz"], color=color,
+                  label=f"{foot}, mean over 20 ms")
+        axes.step(body["t"], body[f"{foot}_planned_fz"], where="post", color=color, linestyle="--",
+                  label=f"{foot}, planned")
+    mark_events(axes, summary)
+    # Single samples of a landing are far above everything else.
+    shown = [f for foot in ("left", "right") for kind in ("filtered", "planned")
+             for t, f in zip(body["t"], body[f"{foot}_{kind}_fz"]) if begin <= t <= end]
+    axes.set_ylim(-0.05 * max(shown), 1.15 * max(shown))
+    save(figure, axes, folder, "measured_forces.png", begin, end)
+
+
+def draw_feet(body, summary, folder, begin, end, what):
+    figure, panels = plt.subplots(3, 1, figsize=(6.4, 6.0), sharex=True, constrained_layout=True)
+    for axes, label in zip(panels, ("right sole y [m]", "height [mm]", "slip [mm]")):
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+        mark_events(axes, summary)
+    panels[0].set_title(f"Soles, {what}")
+    panels[0].plot(body["t"], body["right_sole_y"], color="tab:orange")
+    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+        for axes, quantity in ((panels[1], "sole_z"), (panels[2], "slip")):
+            axes.plot(body["t"], [1e3 * v for v in body[f"{foot}_{quantity}"]], color=color,
+                      label=foot)
+    panels[1].legend(fontsize="small", ncols=2)
+    panels[2].set_xlabel("t [s]")
+    save(figure, panels[2], folder, "feet.png", begin, end)
+
+
+def draw_torques(body, robot, summary, folder, begin, end, what):
+    figure, axes = new_axes(f"Joint torques, {what}", "share of the limit")
+    shares = {}
+    for entry in robot["bodies"]:
+        joint, limit = entry["joint"], entry["effort"]
+        if joint and limit:
+            shares[joint] = [tau / limit for tau in body["tau_" + joint]]
+    largest = sorted(shares, key=lambda joint: max(abs(s) for s in shares[joint]), reverse=True)
+    for joint in reversed(largest[6:]):
+        axes.plot(body["t"], shares[joint], color="0.8", linewidth=0.6)
+    for joint in largest[:6]:
+        axes.plot(body["t"], shares[joint], linewidth=1.0, label=joint)
+    axes.axhline(1.0, color="tab:red", linewidth=0.8)
+    axes.axhline(-1.0, color="tab:red", linewidth=0.8)
+    axes.set_ylim(-1.05, 1.05)
+    mark_events(axes, summary)
+    save(figure, axes, folder, "torques.png", begin, end)
+
+
 def main(folder):
     table = read_table(os.path.join(folder, "trajectory.csv"))
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
@@ -86,6 +139,15 @@ def main(folder):
     axes.step(t, table["right_fz"], where="post", label="right foot")
     mark_events(axes, summary)
     save(figure, axes, folder, "forces.png", begin, end)
+
+    if not os.path.exists(os.path.join(folder, "body.csv")):
+        return
+    body = read_table(os.path.join(folder, "body.csv"))
+    with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:
+        robot = json.load(file)
+    draw_measured_forces(body, summary, folder, begin, end, what)
+    draw_feet(body, summary, folder, begin, end, what)
+    draw_torques(body, robot, summary, folder, begin, end, what)
 
 
 if __name__ == "__main__":

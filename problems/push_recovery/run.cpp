@@ -9,8 +9,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <vector>
 
+#include "problems/push_recovery/body_output.hpp"
 #include "problems/push_recovery/full_body.hpp"
 #include "problems/push_recovery/simulation.hpp"
 #include "robots/icub/icub.hpp"
@@ -130,10 +132,32 @@ CsvTable tick_table(const RunLog& log) {
   return table;
 }
 
-// Runs the picture script without a shell. Pictures are a service: their absence is said, not
-// fatal.
-void draw_pictures(const OutputFolder& output) {
-  const std::string script = SALTUS_SOURCE_DIR "/problems/push_recovery/plot_run.py";
+// Settings that differ from their defaults. Both texts list the same keys in the same order, each
+// line "key: value  # unit" or, of a section, "key:"; two spaces per level.
+Json changed_settings(const std::string& effective_config) {
+  Config config;
+  Settings settings;
+  declare_settings(settings, config);
+  std::istringstream given(effective_config), defaults(settings.to_yaml());
+  Json changed = Json::array();
+  std::vector<std::string> sections;
+  for (std::string line, standard; std::getline(given, line) && std::getline(defaults, standard);) {
+    const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
+    const std::size_t colon = line.find(':', indent);
+    if (colon == std::string::npos) continue;
+    sections.resize(indent / 2);
+    sections.push_back(line.substr(indent, colon - indent));
+    if (line == standard || colon + 2 > line.size()) continue;
+    changed.push_back({{"key", fmt::format("{}", fmt::join(sections, "."))},
+                       {"value", line.substr(colon + 2)},
+                       {"default", standard.substr(colon + 2)}});
+  }
+  return changed;
+}
+
+// Runs a script without a shell. Pictures are a service: their absence is said, not fatal.
+void draw(const OutputFolder& output, const char* what, const std::string& file) {
+  const std::string script = SALTUS_SOURCE_DIR "/problems/push_recovery/" + file;
   const std::string folder = output.path().string();
   std::fflush(nullptr);
   const pid_t child = fork();
@@ -145,7 +169,7 @@ void draw_pictures(const OutputFolder& output) {
   }
   int status = 0;
   if (child < 0 || waitpid(child, &status, 0) < 0 || status != 0)
-    fmt::print(stderr, "no pictures: python3 with matplotlib could not draw them ({})\n", script);
+    fmt::print(stderr, "no {}: python3 could not run {}\n", what, script);
 }
 
 // The setting, else the official model if the set-up fetched it, else the figures built in.
@@ -165,8 +189,14 @@ std::filesystem::path urdf_of_body(const Config& config) {
   return *urdf;
 }
 
+std::optional<FloatingRobot> body_of(const Config& config, const RobotDescription& robot) {
+  if (config.plant == PlantChoice::centroidal) return std::nullopt;
+  return floating_robot(UrdfModel::read(urdf_of_body(config)), robot);
+}
+
 ExitStatus run(const Config& config, const RunContext& context) {
   const RobotDescription robot = icub(urdf_of(config));
+  const std::optional<FloatingRobot> body = body_of(config, robot);
   fmt::print("robot: {}, {:.2f} kg ({})\n", robot.name, robot.mass, robot.source);
   fmt::print("push: {} N s in {} s at {} s\n", config.push.impulse, config.push.duration,
              config.push.start);
@@ -181,13 +211,22 @@ ExitStatus run(const Config& config, const RunContext& context) {
                          : simulate_full_body(config, robot, urdf_of_body(config), progress);
   if (live) fmt::print("\n");
   const Verdict verdict = judge(config, log);
-  const Json json = summary(config, log, verdict);
+  Json json = summary(config, log, verdict);
+  json["changed_settings"] = changed_settings(context.effective_config);
+  if (body) {
+    json["push_link"] = config.push.link;
+    json["body"] = body_figures(log, *body);
+  }
 
   context.output.write("config.yaml", std::string_view(context.effective_config));
   context.output.write("trajectory.csv", trajectory_table(log));
   context.output.write("ticks.csv", tick_table(log));
+  if (body) write_body(context.output, log, *body);
   context.output.write("summary.json", json);
-  if (config.pictures) draw_pictures(context.output);
+  if (config.pictures) {
+    draw(context.output, "pictures (they need matplotlib)", "plot_run.py");
+    draw(context.output, "report", "report.py");
+  }
 
   fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",

@@ -1,0 +1,367 @@
+// The program of the replay page: builds the robot from its joints, puts it into the pose of any
+// instant, and draws the forces on it. The page defines robot, scene_data, motion and packed.
+"use strict";
+
+// ---- Motion: channel by channel, low + step * level -------------------------------------------
+const bytes = Uint8Array.from(atob(packed), c => c.charCodeAt(0));
+const levels = new DataView(bytes.buffer);
+const channel = {};
+motion.channels.forEach(([name, low, step], index) => { channel[name] = { index, low, step }; });
+
+function at_frame(name, frame) {
+  const c = channel[name];
+  return c.low + c.step * levels.getUint16(2 * (c.index * motion.frames + frame), true);
+}
+// Linear between frames: slow motion shall not stutter.
+function value(name, position) {
+  const frame = Math.min(Math.floor(position), motion.frames - 1);
+  const next = Math.min(frame + 1, motion.frames - 1);
+  const share = position - frame;
+  return (1 - share) * at_frame(name, frame) + share * at_frame(name, next);
+}
+const vector = (prefix, position) =>
+  new THREE.Vector3(...["x", "y", "z"].map(e => value(prefix + e, position)));
+
+// ---- World: z up, x forward, metres -----------------------------------------------------------
+THREE.Object3D.DefaultUp.set(0, 0, 1);
+const view = document.getElementById("view");
+let renderer;
+try {
+  renderer = new THREE.WebGLRenderer({ antialias: true });
+} catch (error) {
+  view.textContent = "This browser offers no WebGL, which the replay needs.";
+  throw error;
+}
+view.appendChild(renderer.domElement);
+const world = new THREE.Scene();
+world.background = new THREE.Color(0xf4f6f8);
+const camera = new THREE.PerspectiveCamera(35, 1, 0.05, 50);
+const orbit = new THREE.OrbitControls(camera, renderer.domElement);
+const centre = new THREE.Vector3(0, -0.1, 0.42);
+const cameras = { oblique: [2.1, -1.1, 0.95], front: [2.5, -0.1, 0.55], side: [0.0, -2.6, 0.55],
+                  top: [-0.01, -0.1, 2.6] };
+function look_from(name) {
+  camera.position.set(...cameras[name]);
+  orbit.target.copy(centre);
+  orbit.update();
+}
+
+world.add(new THREE.HemisphereLight(0xffffff, 0x99a0a6, 0.75));
+const sun = new THREE.DirectionalLight(0xffffff, 0.55);
+sun.position.set(1.5, -1.0, 3.0);
+sun.castShadow = true;
+sun.shadow.mapSize.set(2048, 2048);
+Object.assign(sun.shadow.camera, { left: -1.2, right: 1.2, top: 1.2, bottom: -1.2 });
+world.add(sun);
+renderer.shadowMap.enabled = true;
+
+const ground = new THREE.Mesh(new THREE.PlaneGeometry(8, 8),
+                              new THREE.MeshLambertMaterial({ color: 0xe3e7ea }));
+ground.position.z = -0.002;
+ground.receiveShadow = true;
+world.add(ground);
+const grid = new THREE.GridHelper(4, 40, 0x90a4ae, 0xcfd8dc);  // squares of 0.1 m
+grid.rotation.x = Math.PI / 2;
+world.add(grid);
+
+// Polygons on the ground, slightly above it.
+function polygon(corners, color, height, opacity) {
+  const group = new THREE.Group();
+  if (corners) {
+    const fill = new THREE.Mesh(
+      new THREE.ShapeGeometry(new THREE.Shape(corners.map(c => new THREE.Vector2(...c)))),
+      new THREE.MeshBasicMaterial({ color, transparent: true, opacity }));
+    const edge = new THREE.LineLoop(
+      new THREE.BufferGeometry().setFromPoints(corners.map(c => new THREE.Vector3(...c, 0))),
+      new THREE.LineBasicMaterial({ color: 0x388e3c }));
+    group.add(fill, edge);
+  }
+  group.position.z = height;
+  world.add(group);
+  return group;
+}
+const hull_standing = polygon(scene_data.left_sole, 0xa5d6a7, 0.003, 0.6);
+const hull_both = polygon(scene_data.hull || scene_data.left_sole, 0xa5d6a7, 0.003, 0.6);
+
+// ---- Robot: shapes are schematic, made from joint distances and masses ------------------------
+const light_grey = new THREE.MeshLambertMaterial({ color: 0xdfe3e8 });
+const dark_grey = new THREE.MeshLambertMaterial({ color: 0x546e7a });
+const density = 1400;  // kg/m^3, for the thickness of a link
+
+function add_mesh(parent, geometry, material) {
+  const mesh = new THREE.Mesh(geometry, material);
+  mesh.castShadow = true;
+  parent.add(mesh);
+  return mesh;
+}
+const ball = (parent, place, radius, material) =>
+  add_mesh(parent, new THREE.SphereGeometry(radius, 24, 16), material).position.copy(place);
+
+function capsule(parent, from, to, radius, material) {
+  const along = to.clone().sub(from);
+  const tube = add_mesh(parent, new THREE.CylinderGeometry(radius, radius, along.length(), 24),
+                        material);
+  tube.position.copy(from).addScaledVector(along, 0.5);
+  tube.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.clone().normalize());
+  ball(parent, from, radius, material);
+  ball(parent, to, radius, material);
+}
+
+const xyz = list => new THREE.Vector3(...list);
+const rotation = q => new THREE.Quaternion(q[1], q[2], q[3], q[0]);
+const links = robot.bodies.map(body => {
+  const frame = new THREE.Group(), link = new THREE.Group();  // the joint, and what it turns
+  frame.position.copy(xyz(body.position));
+  frame.quaternion.copy(rotation(body.rotation));
+  frame.add(link);
+  return { body, frame, link, axis: xyz(body.axis).normalize(), children: [] };
+});
+links.forEach((l, i) => {
+  (l.body.parent < 0 ? world : links[l.body.parent].link).add(l.frame);
+  if (l.body.parent >= 0) links[l.body.parent].children.push(i);
+});
+
+const short = 0.03;  // m: joints nearer than this are one joint to the eye
+// The mass of bodies that sit at one point belongs to the last of them.
+function thickness(index, length) {
+  let mass = links[index].body.mass / Math.max(1, links[index].children.length);
+  for (let i = index; links[i].body.parent > 0 && links[i].frame.position.length() < short;) {
+    i = links[i].body.parent;
+    mass += links[i].body.mass;
+  }
+  const radius = Math.sqrt(mass / (density * Math.PI * length));
+  return Math.min(Math.max(radius, 0.02), 0.055, 0.45 * length);
+}
+const sole_frames = ["left_sole", "right_sole"].map(name => {
+  const data = robot[name], frame = new THREE.Group();
+  frame.position.copy(xyz(data.position));
+  frame.quaternion.copy(rotation(data.rotation));
+  links[data.body].link.add(frame);
+  const height = 0.02, x = data.foot_x, y = data.foot_y;
+  const plate = add_mesh(frame, new THREE.BoxGeometry(x[1] - x[0], y[1] - y[0], height), dark_grey);
+  plate.position.set((x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height / 2);
+  return frame;
+});
+links.forEach((l, i) => {
+  const origin = new THREE.Vector3();
+  for (const c of l.children) {
+    const to = links[c].frame.position;
+    if (to.length() > short) capsule(l.link, origin, to, thickness(i, to.length()), light_grey);
+    ball(l.link, to, 0.028, dark_grey);
+  }
+  const sole = sole_frames.find(s => s.parent === l.link);
+  if (sole) capsule(l.link, origin, sole.position.clone().multiplyScalar(0.75), 0.025, light_grey);
+  // A rod's CoM lies half-way to its end.
+  if (l.children.length === 0 && !sole) {
+    const end = xyz(l.body.com).multiplyScalar(2);
+    if (end.length() > short) capsule(l.link, origin, end, thickness(i, end.length()), light_grey);
+  }
+  for (const box of l.body.boxes) {
+    if (sole) break;  // the plate stands for them
+    const mesh = add_mesh(l.link, new THREE.BoxGeometry(...box.size), light_grey);
+    mesh.position.copy(xyz(box.position));
+    mesh.quaternion.copy(rotation(box.rotation));
+  }
+});
+
+// ---- Poses ------------------------------------------------------------------------------------
+function pose(position) {
+  const base = links[0].frame;
+  base.position.copy(vector("base_", position));
+  base.quaternion.copy(rotation(["w", "x", "y", "z"].map(e => value("base_q" + e, position))));
+  base.quaternion.normalize();
+  for (const l of links)
+    if (l.body.joint)
+      l.link.quaternion.setFromAxisAngle(l.axis, value("q_" + l.body.joint, position));
+  world.updateMatrixWorld(true);
+}
+
+// A head above the highest body that carries several limbs, so that one sees where the robot looks:
+// the model's own is frozen to that body and has no place of its own here.
+pose(0);
+(function add_head() {
+  const height = l => new THREE.Vector3().setFromMatrixPosition(l.link.matrixWorld).z;
+  const trunk = links.slice(1).filter(l => l.children.length > 1)
+    .sort((a, b) => height(b) - height(a))[0];
+  if (!trunk || height(trunk) < height(links[0])) return;
+  const tops = trunk.children.map(c =>
+    new THREE.Vector3().setFromMatrixPosition(links[c].frame.matrixWorld));
+  const neck = tops.reduce((a, b) => a.add(b), new THREE.Vector3())
+    .multiplyScalar(1 / trunk.children.length);
+  const turn = new THREE.Quaternion().setFromRotationMatrix(trunk.link.matrixWorld).conjugate();
+  const head = new THREE.Group();  // axes of the base at the start: x forward
+  head.position.copy(trunk.link.worldToLocal(neck.clone()));
+  head.quaternion.copy(turn);
+  trunk.link.add(head);
+  capsule(head, new THREE.Vector3(0, 0, 0), new THREE.Vector3(0, 0, 0.08), 0.025, dark_grey);
+  ball(head, new THREE.Vector3(0, 0, 0.15), 0.075, light_grey);
+  for (const side of [-1, 1])
+    ball(head, new THREE.Vector3(0.065, 0.028 * side, 0.165), 0.016, dark_grey);
+})();
+
+// ---- What is drawn with it --------------------------------------------------------------------
+// Arrows in front of the robot: forces are what one wants to see.
+function make_arrow(color, radius) {
+  const group = new THREE.Group();
+  const material = new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.9,
+                                                 depthTest: false });
+  const shaft = new THREE.Mesh(new THREE.CylinderGeometry(radius, radius, 1, 16), material);
+  const tip = new THREE.Mesh(new THREE.ConeGeometry(2.6 * radius, 1, 20), material);
+  group.add(shaft, tip);
+  group.renderOrder = shaft.renderOrder = tip.renderOrder = 2;
+  world.add(group);
+  return (from, along) => {
+    const length = along.length(), head = Math.min(0.05, 0.5 * length);
+    group.visible = length > 0.005;
+    if (!group.visible) return;
+    group.position.copy(from);
+    group.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.clone().normalize());
+    shaft.scale.y = length - head;
+    shaft.position.y = (length - head) / 2;
+    tip.scale.y = head;
+    tip.position.y = length - head / 2;
+  };
+}
+const metres_per_newton = 0.0012, push_metres_per_newton = 0.004;
+const foot_arrows = [make_arrow(0x2e7d32, 0.008), make_arrow(0x2e7d32, 0.008)];
+const push_arrow = make_arrow(0xd32f2f, 0.011);
+
+function marker(color, radius) {
+  const mesh = new THREE.Mesh(new THREE.SphereGeometry(radius, 24, 16), new THREE.MeshBasicMaterial(
+    { color, depthTest: false, transparent: true }));
+  mesh.renderOrder = 3;
+  world.add(mesh);
+  return mesh;
+}
+const com_mark = marker(0x1565c0, 0.022), icp_mark = marker(0xef6c00, 0.016);
+const plumb = new THREE.Line(
+  new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3(0, 0, -1)]),
+  new THREE.LineBasicMaterial({ color: 0x1565c0 }));
+world.add(plumb);
+
+function trail(color, point) {
+  const points = [];
+  for (let i = 0; i < motion.frames; ++i) points.push(point(i));
+  const line = new THREE.Line(new THREE.BufferGeometry().setFromPoints(points),
+                              new THREE.LineBasicMaterial({ color }));
+  line.frustumCulled = false;
+  world.add(line);
+  return line;
+}
+const com_trail = trail(0x1565c0, i => vector("com_", i).setZ(0.005));
+const icp_trail =
+  trail(0xef6c00, i => new THREE.Vector3(value("icp_x", i), value("icp_y", i), 0.006));
+
+function draw_force(arrow, side, position) {
+  const foot = side === 0 ? "left" : "right", name = e => value(`${foot}_filtered_${e}`, position);
+  const force = new THREE.Vector3(name("fx"), name("fy"), name("fz"));
+  const loaded = force.z > 5;  // N: below there is no centre of pressure worth the name
+  const place = loaded ? new THREE.Vector3(-name("ty") / force.z, name("tx") / force.z, 0)
+                       : new THREE.Vector3();
+  const sole = sole_frames[side];
+  const turned = force.clone().transformDirection(sole.matrixWorld).setLength(
+    loaded ? force.length() * metres_per_newton : 0);
+  arrow(sole.localToWorld(place), turned);
+  return force.z;
+}
+
+const figures = document.getElementById("figures");
+const newtons = f => String(Math.round(f)).padStart(4, "\u2007") + " N";  // figure spaces
+function show(position) {
+  pose(position);
+  const two_feet = value("two_feet", Math.floor(position)) > 0.5;
+  hull_standing.visible = !two_feet;
+  hull_both.visible = two_feet;
+  const com = vector("com_", position);
+  com_mark.position.copy(com);
+  plumb.position.copy(com);
+  plumb.scale.z = com.z;
+  icp_mark.position.set(value("icp_x", position), value("icp_y", position), 0.006);
+  const frame = Math.floor(position) + 1;
+  com_trail.geometry.setDrawRange(0, frame);
+  icp_trail.geometry.setDrawRange(0, frame);
+  const forces = foot_arrows.map((arrow, side) => draw_force(arrow, side, position));
+  const push = vector("push_", Math.floor(position));
+  const along = push.clone().multiplyScalar(push_metres_per_newton);
+  const pushed = links.find(l => l.body.name === scene_data.push_link) || links[0];
+  const place = new THREE.Vector3().setFromMatrixPosition(pushed.link.matrixWorld);
+  push_arrow(place.sub(along).addScaledVector(along.clone().normalize(), -0.08), along);
+  const planned = side => newtons(value(side + "_planned_fz", position));
+  figures.textContent =
+    `left foot  ${newtons(forces[0])}, planned ${planned("left")}\n` +
+    `right foot ${newtons(forces[1])}, planned ${planned("right")}\n` +
+    (push.length() > 0.5 ? `push ${push.length().toFixed(0)} N` :
+     two_feet ? "both feet stand" : "left foot stands");
+}
+
+// ---- Time -------------------------------------------------------------------------------------
+const play = document.getElementById("play"), scrub = document.getElementById("scrub");
+const clock = document.getElementById("clock"), speed = document.getElementById("speed");
+scrub.max = motion.frames - 1;
+let position = 0, playing = false, last = null;
+const time_of = p => motion.start + p / motion.rate;
+
+function refresh() {
+  scrub.value = Math.round(position);
+  clock.textContent = time_of(position).toFixed(2) + " s";
+  play.textContent = playing ? "Pause" : "Play";
+  show(position);
+  renderer.render(world, camera);
+}
+function go(p) {
+  position = Math.min(Math.max(p, 0), motion.frames - 1);
+  refresh();
+}
+function set_playing(on) {
+  if (on && position >= motion.frames - 1) position = 0;
+  playing = on;
+  last = null;
+  refresh();
+}
+// #t=1.0 holds the replay there; #t=1.0&view=front also chooses the view.
+function from_address() {
+  const wish = new URLSearchParams(location.hash.slice(1));
+  if (wish.has("view") && cameras[wish.get("view")]) {
+    document.getElementById("camera").value = wish.get("view");
+    look_from(wish.get("view"));
+  }
+  const t = parseFloat(wish.get("t"));
+  if (!Number.isFinite(t)) return false;
+  playing = false;
+  go((t - motion.start) * motion.rate);
+  return true;
+}
+play.onclick = () => set_playing(!playing);
+scrub.oninput = () => { playing = false; go(Number(scrub.value)); };
+document.getElementById("camera").onchange = e => { look_from(e.target.value); refresh(); };
+window.onhashchange = from_address;
+window.onkeydown = e => {
+  if (e.target.tagName === "SELECT") return;
+  if (e.key === " ") set_playing(!playing);
+  else if (e.key === "ArrowLeft") { playing = false; go(position - 1); }
+  else if (e.key === "ArrowRight") { playing = false; go(position + 1); }
+  else return;
+  e.preventDefault();
+};
+function resize() {
+  renderer.setPixelRatio(window.devicePixelRatio);
+  renderer.setSize(view.clientWidth, view.clientHeight);
+  camera.aspect = view.clientWidth / view.clientHeight;
+  camera.updateProjectionMatrix();
+  refresh();
+}
+window.onresize = resize;
+orbit.addEventListener("change", () => { if (!playing) renderer.render(world, camera); });
+function tick(now) {
+  if (playing) {
+    if (last !== null) position += (now - last) / 1000 * Number(speed.value) * motion.rate;
+    last = now;
+    if (position >= motion.frames - 1) { position = motion.frames - 1; playing = false; }
+    refresh();
+  }
+  requestAnimationFrame(tick);
+}
+look_from("oblique");
+resize();
+if (!from_address()) set_playing(true);
+requestAnimationFrame(tick);

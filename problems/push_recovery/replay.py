@@ -1,0 +1,121 @@
+"""Packs a run on the whole body into one page in which the robot moves.
+
+The page is replay_template.html with three.js, replay.js, the robot's shape and the motion put in:
+100 frames per second, every channel quantised to 16 bits between its least and largest value.
+"""
+
+import array
+import base64
+import csv
+import html
+import json
+import os
+import re
+import sys
+
+FRAME_RATE = 100.0  # 1/s
+LEVELS = 65535  # of a channel
+THREE = "/usr/share/javascript/three"  # of the Debian package libjs-three
+COPYRIGHT = "/usr/share/doc/libjs-three/copyright"
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+WRENCH = ("fx", "fy", "fz", "tx", "ty")
+
+
+def read_rows(path):
+    """Header and rows of numbers."""
+    with open(path, newline="", encoding="utf-8") as file:
+        reader = csv.reader(file)
+        header = next(reader)
+        return header, [[float(entry) for entry in row] for row in reader]
+
+
+def frame_indices(times):
+    """The sample nearest to each frame."""
+    indices, i = [], 0
+    count = int((times[-1] - times[0]) * FRAME_RATE + 1e-6) + 1
+    for frame in range(count):
+        t = times[0] + frame / FRAME_RATE
+        while i + 1 < len(times) and abs(times[i + 1] - t) <= abs(times[i] - t):
+            i += 1
+        indices.append(i)
+    return indices
+
+
+def channels_of(robot, body, trajectory):
+    """Names of the channels in the page and the columns they come from."""
+    joints = [entry["joint"] for entry in robot["bodies"] if entry["joint"]]
+    chosen = [(body, "base_" + e) for e in ("x", "y", "z", "qw", "qx", "qy", "qz")]
+    chosen += [(body, "q_" + joint) for joint in joints]
+    chosen += [(body, f"{foot}_filtered_{e}") for foot in ("left", "right") for e in WRENCH]
+    chosen += [(body, f"{foot}_planned_fz") for foot in ("left", "right")]
+    chosen += [(trajectory, name) for name in ("com_x", "com_y", "com_z", "icp_x", "icp_y",
+                                               "push_x", "push_y", "push_z", "two_feet")]
+    return [(name, [row[header.index(name)] for row in rows])
+            for (header, rows), name in chosen]
+
+
+def quantise(values):
+    """(least value, step, levels); a constant channel has step zero."""
+    low, high = min(values), max(values)
+    step = (high - low) / LEVELS
+    return low, step, [round((v - low) / step) if step > 0.0 else 0 for v in values]
+
+
+def pack(channels, indices):
+    """Channel by channel, each all frames, as little-endian uint16."""
+    data, table = array.array("H"), []
+    for name, column in channels:
+        low, step, levels = quantise([column[i] for i in indices])
+        table.append([name, low, step])
+        data.extend(levels)
+    if sys.byteorder == "big":
+        data.byteswap()
+    return table, base64.b64encode(data.tobytes()).decode("ascii")
+
+
+def script(path):
+    with open(path, encoding="utf-8") as file:
+        return file.read().replace("</script", "<\\/script")
+
+
+def licence():
+    """What the licence of three.js asks to be kept with it."""
+    if not os.path.exists(COPYRIGHT):
+        return "three.js, copyright the three.js authors, MIT licence"
+    with open(COPYRIGHT, encoding="utf-8") as file:
+        found = re.search(r"^License: Expat\n(?: .*\n)+", file.read(), re.MULTILINE)
+    text = found.group(0) if found else ""
+    return "three.js, copyright the three.js authors, MIT licence\n" + text.replace("--", "- -")
+
+
+def json_text(value):
+    return json.dumps(value, separators=(",", ":")).replace("</", "<\\/")
+
+
+def page(folder, summary):
+    """The text of replay.html. Raises FileNotFoundError when three.js is not installed."""
+    library = script(os.path.join(THREE, "three.min.js"))
+    controls = script(os.path.join(THREE, "examples/js/controls/OrbitControls.js"))
+    with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:
+        robot = json.load(file)
+    body = read_rows(os.path.join(folder, "body.csv"))
+    trajectory = read_rows(os.path.join(folder, "trajectory.csv"))
+    times = [row[0] for row in body[1]]
+    if times != [row[0] for row in trajectory[1]]:
+        sys.exit(f"body.csv and trajectory.csv in {folder} are not of one run")
+    indices = frame_indices(times)
+    table, data = pack(channels_of(robot, body, trajectory), indices)
+    outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]
+    title = f"{summary['robot']}, {summary['push_impulse_ns']:g} N s, {summary['plant']}: {outcome}"
+    scene = {key: summary.get(key) for key in ("left_sole", "right_sole", "hull", "target",
+                                               "touchdown_s", "push_start_s", "push_duration_s",
+                                               "push_link")}
+    motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}
+    with open(os.path.join(HERE, "replay_template.html"), encoding="utf-8") as file:
+        text = file.read()
+    parts = {"TITLE": html.escape(title), "LICENCE": licence(), "THREE": library,
+             "CONTROLS": controls, "PROGRAM": script(os.path.join(HERE, "replay.js")),
+             "ROBOT": json_text(robot), "SCENE": json_text(scene),
+             "MOTION": json_text(motion), "DATA": data}
+    return re.sub(r"@@([A-Z]+)@@", lambda match: parts[match.group(1)], text)

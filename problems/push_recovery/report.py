@@ -1,0 +1,159 @@
+#!/usr/bin/env python3
+"""One page about a push recovery run, and a replay of it when it was run on the whole body.
+
+Usage: report.py RESULTS, a folder with summary.json and what plot_run.py drew; writes report.html
+and, where body.csv and robot.json lie, replay.html. Both open without a network.
+"""
+
+import base64
+import html
+import json
+import os
+import sys
+
+import replay
+
+PICTURES = [  # file, caption
+    ("capture_point.png", "Capture point and hull"),
+    ("com.png", "Centre of mass"),
+    ("forces.png", "Vertical forces, as commanded"),
+    ("measured_forces.png", "Vertical forces, planned and measured"),
+    ("feet.png", "Soles: place, height and slip"),
+    ("torques.png", "Joint torques as a share of their limits"),
+]
+
+FIGURES = [  # key of summary.json ("body." of its section), text, unit, factor, decimals
+    ("end_s", "Length of the run", "s", 1, 2),
+    ("touchdown_s", "Touch-down", "s", 1, 3),
+    ("icp_settling_s", "Capture point within 1 cm of its final place after", "s", 1, 3),
+    ("final_com_error_m", "Final CoM error", "mm", 1e3, 1),
+    ("com_height_min_m", "Lowest CoM", "m", 1, 3),
+    ("com_height_max_m", "Highest CoM", "m", 1, 3),
+    ("angular_momentum_max", "Largest angular momentum", "Nms", 1, 2),
+    ("icp_slack_max_m", "Hull given up by the plans, at most", "mm", 1e3, 2),
+    ("body.left_force_peak_n", "Peak force of the left foot (mean over 20 ms)", "N", 1, 0),
+    ("body.right_force_peak_n", "Peak force of the right foot (mean over 20 ms)", "N", 1, 0),
+    ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
+    ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
+    ("body.torque_share_max", "Largest torque, share of its limit", "%", 100, 0),
+    ("body.torque_share_joint", "  at the joint", "", 1, 0),
+    ("solves", "Solves of the planner", "", 1, 0),
+    ("solve_us.median", "Median time of a solve", "ms", 1e-3, 3),
+    ("solve_us.p99", "99 % of the solves within", "ms", 1e-3, 3),
+    ("failures", "Solves that failed", "", 1, 0),
+    ("kkt_max", "Largest KKT residual", "", 1, None),
+    ("body.planner_s_per_s", "CPU per simulated second: planner", "s", 1, 3),
+    ("body.whole_body_control_s_per_s", "CPU per simulated second: whole-body control", "s", 1, 3),
+    ("body.plant_s_per_s", "CPU per simulated second: simulator", "s", 1, 3),
+    ("body.control_failures", "Control steps not solved", "", 1, 0),
+]
+
+STYLE = """
+body { font: 16px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em;
+       color: #222; background: #fff; }
+.verdict { padding: .6em 1em; border-radius: 6px; color: #fff; font-size: 1.25em; }
+.good { background: #2e7d32; } .bad { background: #b3261e; }
+table { border-collapse: collapse; } td, th { padding: .15em .9em .15em 0; text-align: left; }
+td.number { text-align: right; font-variant-numeric: tabular-nums; }
+figure { display: inline-block; margin: 0 1em 1em 0; width: 30em; max-width: 100%; }
+img { width: 100%; } figcaption { color: #555; } code { font-size: .95em; }
+"""
+
+
+def look_up(summary, key):
+    value = summary
+    for part in key.split("."):
+        if not isinstance(value, dict) or value.get(part) is None:
+            return None
+        value = value[part]
+    return value
+
+
+def figure_row(summary, key, text, unit, factor, decimals):
+    value = look_up(summary, key)
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        shown = html.escape(value)
+    elif decimals is None:
+        shown = f"{value * factor:.1e}"
+    else:
+        shown = f"{value * factor:.{decimals}f}"
+    return (f'<tr><td>{html.escape(text)}</td><td class="number">{shown}</td>'
+            f"<td>{unit}</td></tr>\n")
+
+
+def settings_table(summary):
+    changed = summary.get("changed_settings", [])
+    if not changed:
+        return "<p>All settings have their defaults.</p>"
+    rows = "".join(
+        "<tr>" + "".join(f"<td><code>{html.escape(str(entry[part]))}</code></td>"
+                         for part in ("key", "value", "default")) + "</tr>\n"
+        for entry in changed)
+    return f"<table><tr><th>setting</th><th>value</th><th>default</th></tr>\n{rows}</table>"
+
+
+def picture(folder, name, caption):
+    path = os.path.join(folder, name)
+    if not os.path.exists(path):
+        return ""
+    with open(path, "rb") as file:
+        data = base64.b64encode(file.read()).decode("ascii")
+    return (f'<figure><img alt="{html.escape(caption)}" src="data:image/png;base64,{data}">'
+            f"<figcaption>{html.escape(caption)}</figcaption></figure>\n")
+
+
+def report(folder, summary, with_replay):
+    verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
+    title = f"Push recovery: {summary['push_impulse_ns']:g} N s"
+    link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
+    rows = "".join(figure_row(summary, *figure) for figure in FIGURES)
+    pictures = "".join(picture(folder, *entry) for entry in PICTURES)
+    return f"""<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>
+<style>{STYLE}</style></head><body>
+<h1>{html.escape(title)}</h1>
+<p class="verdict {'good' if summary['recovered'] else 'bad'}">{html.escape(verdict)}</p>
+<p>{html.escape(summary['robot'])}, {summary['mass_kg']:.2f} kg, in
+{html.escape(summary['plant'])}; push of {summary['push_impulse_ns']:g} N s in
+{summary['push_duration_s']:g} s at {summary['push_start_s']:g} s; controller
+{html.escape(summary['controller'])}, solver {html.escape(summary['solver_name'])}, stepping
+{'allowed' if summary['stepping'] else 'not allowed'}.</p>
+{link}
+<h2>Figures</h2>
+<table>{rows}</table>
+<h2>Settings that differ from their defaults</h2>
+{settings_table(summary)}
+<h2>Pictures</h2>
+{pictures or '<p>None were drawn.</p>'}
+</body></html>
+"""
+
+
+def write(folder, name, text):
+    partial = os.path.join(folder, "." + name)
+    with open(partial, "w", encoding="utf-8") as file:
+        file.write(text)
+    os.replace(partial, os.path.join(folder, name))
+
+
+def main(folder):
+    with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+        summary = json.load(file)
+    page = None
+    if os.path.exists(os.path.join(folder, "body.csv")):
+        try:
+            page = replay.page(folder, summary)
+        except FileNotFoundError as error:
+            print(f"no replay: {error.filename} is missing (package libjs-three has three.js)",
+                  file=sys.stderr)
+    if page is not None:
+        write(folder, "replay.html", page)
+    write(folder, "report.html", report(folder, summary, page is not None))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])

@@ -1,0 +1,177 @@
+// The files of a run on the whole body. With SALTUS_ICUB_URDF and SALTUS_BODY_RUN=FOLDER a real run
+// is written into that folder, pictures and replay included.
+#include "problems/push_recovery/body_output.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "framework/core/error.hpp"
+#include "problems/push_recovery/run.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+constexpr double period = 0.002;  // s
+constexpr int samples = 40;
+constexpr int landing = 20;  // sample from which both feet stand
+// Between sums of at most forty numbers below 1000.
+constexpr double rounding = 1e-9;
+
+FloatingRobot two_joints() {
+  FloatingRobot robot;
+  robot.name = "hopper";
+  robot.total_mass = 3.0;
+  FloatingRobot::Body base, thigh, shin;
+  base.name = "trunk";
+  thigh.name = "thigh";
+  thigh.parent = 0;
+  thigh.joint = "hip";
+  thigh.effort = 10.0;
+  shin.name = "shin";
+  shin.parent = 1;
+  shin.joint = "knee";
+  shin.effort = 20.0;
+  shin.boxes.push_back({Eigen::Isometry3d::Identity(), {0.2, 0.1, 0.02}});
+  robot.bodies = {base, thigh, shin};
+  robot.left_sole.body = robot.right_sole.body = 2;
+  return robot;
+}
+
+// The left sole is turned by 90 degrees about z and slides; the right one lands and slides.
+RunLog made_up_log() {
+  RunLog log;
+  for (int i = 0; i < samples; ++i) {
+    Sample s;
+    s.time = i * period;
+    s.gamma.setZero();
+    s.capture_point.setZero();
+    s.wrenches.setZero();
+    s.push.setZero();
+    s.two_feet = i >= landing;
+    log.samples.push_back(s);
+    BodySample b;
+    b.state.q = VectorXd::Constant(2, 0.1 * i);
+    b.state.dq = VectorXd::Zero(2);
+    b.torques = Vec<double, 2>(-0.1 * i, 0.1 * i);
+    b.planned.setConstant(5.0);
+    b.left << 1.0, 2.0, i, 0.0, 0.0, 0.0;
+    b.right.setZero();
+    b.left_sole = b.right_sole = Eigen::Isometry3d::Identity();
+    b.left_sole.rotate(Eigen::AngleAxisd(std::acos(0.0), Vec<double, 3>::UnitZ()));
+    b.left_sole.translation()[0] = 1e-4 * i;
+    b.right_sole.translation()[1] = -1e-3 * i;
+    log.body.push_back(b);
+  }
+  return log;
+}
+
+struct Table {
+  std::vector<std::string> columns;
+  std::vector<std::vector<double>> rows;
+  double at(int row, const std::string& column) const {
+    const auto found = std::find(columns.begin(), columns.end(), column);
+    EXPECT_NE(found, columns.end()) << column;
+    if (found == columns.end()) return std::nan("");
+    return rows.at(static_cast<std::size_t>(row))
+        .at(static_cast<std::size_t>(found - columns.begin()));
+  }
+};
+
+Table parse(const CsvTable& csv) {
+  Table table;
+  std::istringstream text(csv.text());
+  for (std::string line; std::getline(text, line);) {
+    std::istringstream entries(line);
+    std::vector<double> row;
+    for (std::string entry; std::getline(entries, entry, ',');) {
+      if (table.rows.empty() && std::isalpha(entry.front()) != 0)
+        table.columns.push_back(entry);
+      else
+        row.push_back(std::stod(entry));
+    }
+    if (!row.empty()) table.rows.push_back(row);
+  }
+  return table;
+}
+
+TEST(BodyOutput, OneFiniteRowPerSampleWithEveryQuantity) {
+  const Table table = parse(body_table(made_up_log(), two_joints()));
+  // t, base, two joints with angle and torque, three kinds of two wrenches, two soles, slips.
+  const std::size_t width = 1 + 7 + 2 * 2 + 3 * 2 * 6 + 2 * 7 + 2;
+  EXPECT_EQ(table.columns.size(), width);
+  ASSERT_EQ(table.rows.size(), static_cast<std::size_t>(samples));
+  for (const auto& row : table.rows) {
+    ASSERT_EQ(row.size(), width);
+    for (const double value : row) EXPECT_TRUE(std::isfinite(value));
+  }
+  EXPECT_EQ(table.at(7, "q_knee"), 0.1 * 7);
+  EXPECT_EQ(table.at(7, "tau_hip"), -0.1 * 7);
+  EXPECT_EQ(table.at(7, "right_planned_tz"), 5.0);
+  EXPECT_EQ(table.at(7, "base_qw"), 1.0);
+  EXPECT_NEAR(table.at(7, "left_sole_qz"), std::sqrt(0.5), rounding);
+}
+
+TEST(BodyOutput, MeasuredWrenchesAreTurnedIntoTheSoleAndAveragedOverTheFilter) {
+  const Table table = parse(body_table(made_up_log(), two_joints()));
+  EXPECT_NEAR(table.at(3, "left_measured_fx"), 2.0, rounding);  // the world's y is the sole's x
+  EXPECT_NEAR(table.at(3, "left_measured_fy"), -1.0, rounding);
+  EXPECT_NEAR(table.at(3, "left_measured_fz"), 3.0, rounding);
+  const int window = static_cast<int>(std::lround(wrench_filter / period));
+  // The force is the index of its sample: its mean lies half a window back, or half-way to zero.
+  EXPECT_NEAR(table.at(30, "left_filtered_fz"), 30.0 - 0.5 * (window - 1), rounding);
+  EXPECT_NEAR(table.at(4, "left_filtered_fz"), 2.0, rounding);
+}
+
+TEST(BodyOutput, SlipCountsFromWhereTheSoleStood) {
+  const Table table = parse(body_table(made_up_log(), two_joints()));
+  EXPECT_NEAR(table.at(30, "left_slip"), 1e-4 * 30, rounding);
+  EXPECT_EQ(table.at(landing - 1, "right_slip"), 0.0);
+  EXPECT_NEAR(table.at(30, "right_slip"), 1e-3 * (30 - landing), rounding);
+}
+
+TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {
+  const auto figures = body_figures(made_up_log(), two_joints());
+  EXPECT_NEAR(figures["torque_share_max"].get<double>(), 0.1 * (samples - 1) / 10.0, rounding);
+  EXPECT_EQ(figures["torque_share_joint"], "hip");
+  EXPECT_NEAR(figures["left_slip_max_m"].get<double>(), 1e-4 * (samples - 1), rounding);
+}
+
+TEST(BodyOutput, ShapeHasEveryBodyAndItsBoxes) {
+  const auto shape = robot_shape(two_joints(), made_up_log());
+  ASSERT_EQ(shape["bodies"].size(), 3u);
+  EXPECT_EQ(shape["bodies"][2]["parent"], 1);
+  EXPECT_EQ(shape["bodies"][2]["joint"], "knee");
+  EXPECT_EQ(shape["bodies"][2]["boxes"][0]["size"][1], 0.1);
+  EXPECT_EQ(shape["left_sole"]["body"], 2);
+}
+
+TEST(BodyOutput, LogThatDoesNotFitTheRobotIsRefused) {
+  RunLog log = made_up_log();
+  log.body.back().torques.resize(3);
+  EXPECT_THROW(body_table(log, two_joints()), DefinitionError);
+  log = made_up_log();
+  log.body.pop_back();
+  EXPECT_THROW(body_table(log, two_joints()), DefinitionError);
+}
+
+TEST(BodyOutput, RealRun) {
+  const char* folder = std::getenv("SALTUS_BODY_RUN");
+  const char* urdf = std::getenv("SALTUS_ICUB_URDF");
+  if (folder == nullptr || urdf == nullptr)
+    GTEST_SKIP() << "SALTUS_BODY_RUN and SALTUS_ICUB_URDF do not name a folder and a URDF";
+  RunRequest request;
+  request.out = folder;
+  for (const char* setting : {"plant=dart", "push.impulse=6", "push.start=0.6"})
+    request.assignments.push_back(parse_set_argument(setting));
+  EXPECT_EQ(entry().run(request), ExitStatus::ok);
+  for (const char* file : {"body.csv", "robot.json", "summary.json"})
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::path(folder) / file)) << file;
+}
+
+}  // namespace
+}  // namespace saltus::push_recovery
