@@ -206,6 +206,7 @@ class FullBodyLoop {
     } else {
       pushed_.setZero();
     }
+    before_ = plant_->state();
     plant_->step();
     if (!plant_->state().is_finite()) {
       log_.numerical_failure = true;
@@ -221,7 +222,7 @@ class FullBodyLoop {
     log_.samples.push_back(std::move(s));
     BodySample b;
     b.planned = tasks_.wrenches;
-    b.state = plant_->state();
+    b.state = before_;
     b.torques = command_->torques;
     b.left = plant_->contact(Side::left).wrench;
     b.right = plant_->contact(Side::right).wrench;
@@ -263,6 +264,7 @@ class FullBodyLoop {
   WholeBodyController controller_;
   SwingFoot swing_;
   WholeBodyTasks tasks_;
+  WholeBodyState before_;  // of the last step
   const ControlTick* tick_ = nullptr;
   const WholeBodyCommand* command_ = nullptr;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();

@@ -61,7 +61,8 @@ def draw_measured_forces(body, summary, folder, begin, end, what):
     # Single samples of a landing are far above everything else.
     shown = [f for foot in ("left", "right") for kind in ("filtered", "planned")
              for t, f in zip(body["t"], body[f"{foot}_{kind}_fz"]) if begin <= t <= end]
-    axes.set_ylim(-0.05 * max(shown), 1.15 * max(shown))
+    highest = max(shown, default=1.0)
+    axes.set_ylim(-0.05 * highest, 1.15 * highest)
     save(figure, axes, folder, "measured_forces.png", begin, end)
 
 
@@ -140,7 +141,7 @@ def main(folder):
     mark_events(axes, summary)
     save(figure, axes, folder, "forces.png", begin, end)
 
-    if not os.path.exists(os.path.join(folder, "body.csv")):
+    if "body" not in summary:  # a body.csv that lies here is of an older run
         return
     body = read_table(os.path.join(folder, "body.csv"))
     with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:

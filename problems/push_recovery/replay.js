@@ -73,7 +73,8 @@ function polygon(corners, color, height, opacity) {
       new THREE.MeshBasicMaterial({ color, transparent: true, opacity }));
     const edge = new THREE.LineLoop(
       new THREE.BufferGeometry().setFromPoints(corners.map(c => new THREE.Vector3(...c, 0))),
-      new THREE.LineBasicMaterial({ color: 0x388e3c }));
+      new THREE.LineBasicMaterial({ color: 0x388e3c, depthTest: false }));
+    edge.renderOrder = 1;  // seen through the feet
     group.add(fill, edge);
   }
   group.position.z = height;
@@ -83,7 +84,7 @@ function polygon(corners, color, height, opacity) {
 const hull_standing = polygon(scene_data.left_sole, 0xa5d6a7, 0.003, 0.6);
 const hull_both = polygon(scene_data.hull || scene_data.left_sole, 0xa5d6a7, 0.003, 0.6);
 
-// ---- Robot: shapes are schematic, made from joint distances and masses ------------------------
+// ---- Robot: a frame per joint, and in it the link that the joint turns ------------------------
 const light_grey = new THREE.MeshLambertMaterial({ color: 0xdfe3e8 });
 const dark_grey = new THREE.MeshLambertMaterial({ color: 0x546e7a });
 const density = 1400;  // kg/m^3, for the thickness of a link
@@ -121,6 +122,18 @@ links.forEach((l, i) => {
   if (l.body.parent >= 0) links[l.body.parent].children.push(i);
 });
 
+function pose(position) {
+  const base = links[0].frame;
+  base.position.copy(vector("base_", position));
+  base.quaternion.copy(rotation(["w", "x", "y", "z"].map(e => value("base_q" + e, position))));
+  base.quaternion.normalize();
+  for (const l of links)
+    if (l.body.joint)
+      l.link.quaternion.setFromAxisAngle(l.axis, value("q_" + l.body.joint, position));
+  world.updateMatrixWorld(true);
+}
+
+// ---- Shapes: schematic, made from joint distances and masses ----------------------------------
 const short = 0.03;  // m: joints nearer than this are one joint to the eye
 // The mass of bodies that sit at one point belongs to the last of them.
 function thickness(index, length) {
@@ -142,7 +155,41 @@ const sole_frames = ["left_sole", "right_sole"].map(name => {
   plate.position.set((x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height / 2);
   return frame;
 });
-links.forEach((l, i) => {
+// The trunk: the highest of the bodies above the base that carry several limbs. What lies between
+// base and trunk is one spine to the eye.
+pose(0);
+const height_of = l => new THREE.Vector3().setFromMatrixPosition(l.link.matrixWorld).z;
+const trunk = links.slice(1)
+  .filter(l => l.children.length > 1 && height_of(l) > height_of(links[0]))
+  .sort((a, b) => height_of(b) - height_of(a))[0];
+const spine = [];
+for (let l = trunk; l && l.body.parent >= 0; l = links[l.body.parent]) spine.unshift(l);
+
+// Bars from the middle of the limbs to each of them, one to `end`, all in the link's frame.
+function draw_hub(l, end, bar, stem) {
+  const places = l.children.map(c => links[c]).filter(limb => !spine.includes(limb))
+    .map(limb => limb.frame.position);
+  const middle = places.reduce((sum, p) => sum.add(p), new THREE.Vector3())
+    .divideScalar(Math.max(1, places.length));
+  for (const place of places) capsule(l.link, middle, place, bar, light_grey);
+  if (end) capsule(l.link, middle, end, stem, light_grey);
+  return middle;
+}
+
+// A head, so that one sees where the robot looks; that of the model is frozen to the trunk and has
+// no place of its own here. Axes of the world at the start: x forward.
+function draw_head(neck) {
+  const head = new THREE.Group();
+  head.position.copy(neck);
+  head.quaternion.setFromRotationMatrix(trunk.link.matrixWorld).conjugate();
+  trunk.link.add(head);
+  capsule(head, new THREE.Vector3(0, 0, 0), new THREE.Vector3(0, 0, 0.08), 0.025, dark_grey);
+  ball(head, new THREE.Vector3(0, 0, 0.15), 0.075, light_grey);
+  for (const side of [-1, 1])
+    ball(head, new THREE.Vector3(0.065, 0.028 * side, 0.165), 0.016, dark_grey);
+}
+
+function draw_link(l, i) {
   const origin = new THREE.Vector3();
   for (const c of l.children) {
     const to = links[c].frame.position;
@@ -150,54 +197,30 @@ links.forEach((l, i) => {
     ball(l.link, to, 0.028, dark_grey);
   }
   const sole = sole_frames.find(s => s.parent === l.link);
-  if (sole) capsule(l.link, origin, sole.position.clone().multiplyScalar(0.75), 0.025, light_grey);
+  if (sole) return capsule(l.link, origin, sole.position.clone().multiplyScalar(0.75), 0.025,
+                           light_grey);
   // A rod's CoM lies half-way to its end.
-  if (l.children.length === 0 && !sole) {
+  if (l.children.length === 0) {
     const end = xyz(l.body.com).multiplyScalar(2);
     if (end.length() > short) capsule(l.link, origin, end, thickness(i, end.length()), light_grey);
   }
   for (const box of l.body.boxes) {
-    if (sole) break;  // the plate stands for them
     const mesh = add_mesh(l.link, new THREE.BoxGeometry(...box.size), light_grey);
     mesh.position.copy(xyz(box.position));
     mesh.quaternion.copy(rotation(box.rotation));
   }
-});
-
-// ---- Poses ------------------------------------------------------------------------------------
-function pose(position) {
-  const base = links[0].frame;
-  base.position.copy(vector("base_", position));
-  base.quaternion.copy(rotation(["w", "x", "y", "z"].map(e => value("base_q" + e, position))));
-  base.quaternion.normalize();
-  for (const l of links)
-    if (l.body.joint)
-      l.link.quaternion.setFromAxisAngle(l.axis, value("q_" + l.body.joint, position));
-  world.updateMatrixWorld(true);
 }
 
-// A head above the highest body that carries several limbs, so that one sees where the robot looks:
-// the model's own is frozen to that body and has no place of its own here.
-pose(0);
-(function add_head() {
-  const height = l => new THREE.Vector3().setFromMatrixPosition(l.link.matrixWorld).z;
-  const trunk = links.slice(1).filter(l => l.children.length > 1)
-    .sort((a, b) => height(b) - height(a))[0];
-  if (!trunk || height(trunk) < height(links[0])) return;
-  const tops = trunk.children.map(c =>
-    new THREE.Vector3().setFromMatrixPosition(links[c].frame.matrixWorld));
-  const neck = tops.reduce((a, b) => a.add(b), new THREE.Vector3())
-    .multiplyScalar(1 / trunk.children.length);
-  const turn = new THREE.Quaternion().setFromRotationMatrix(trunk.link.matrixWorld).conjugate();
-  const head = new THREE.Group();  // axes of the base at the start: x forward
-  head.position.copy(trunk.link.worldToLocal(neck.clone()));
-  head.quaternion.copy(turn);
-  trunk.link.add(head);
-  capsule(head, new THREE.Vector3(0, 0, 0), new THREE.Vector3(0, 0, 0.08), 0.025, dark_grey);
-  ball(head, new THREE.Vector3(0, 0, 0.15), 0.075, light_grey);
-  for (const side of [-1, 1])
-    ball(head, new THREE.Vector3(0.065, 0.028 * side, 0.165), 0.016, dark_grey);
-})();
+links.forEach((l, i) => {
+  if (trunk && i === 0) {
+    draw_hub(l, spine[0].frame.position, 0.045, 0.06);
+  } else if (l === trunk) {
+    const waist = new THREE.Vector3().setFromMatrixPosition(spine[0].frame.matrixWorld);
+    draw_head(draw_hub(l, l.link.worldToLocal(waist), 0.042, 0.066));
+  } else if (!spine.includes(l)) {
+    draw_link(l, i);
+  }
+});
 
 // ---- What is drawn with it --------------------------------------------------------------------
 // Arrows in front of the robot: forces are what one wants to see.

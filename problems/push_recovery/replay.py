@@ -107,7 +107,8 @@ def page(folder, summary):
     indices = frame_indices(times)
     table, data = pack(channels_of(robot, body, trajectory), indices)
     outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]
-    title = f"{summary['robot']}, {summary['push_impulse_ns']:g} N s, {summary['plant']}: {outcome}"
+    engine = summary["plant"].split(",")[0]
+    title = f"{summary['robot']}, {summary['push_impulse_ns']:g} N s, {engine}: {outcome}"
     scene = {key: summary.get(key) for key in ("left_sole", "right_sole", "hull", "target",
                                                "touchdown_s", "push_start_s", "push_duration_s",
                                                "push_link")}

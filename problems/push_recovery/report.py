@@ -2,7 +2,7 @@
 """One page about a push recovery run, and a replay of it when it was run on the whole body.
 
 Usage: report.py RESULTS, a folder with summary.json and what plot_run.py drew; writes report.html
-and, where body.csv and robot.json lie, replay.html. Both open without a network.
+and, of a run on the whole body (body.csv, robot.json), replay.html. Both open without a network.
 """
 
 import base64
@@ -17,6 +17,8 @@ PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),
     ("com.png", "Centre of mass"),
     ("forces.png", "Vertical forces, as commanded"),
+]
+BODY_PICTURES = [
     ("measured_forces.png", "Vertical forces, planned and measured"),
     ("feet.png", "Soles: place, height and slip"),
     ("torques.png", "Joint torques as a share of their limits"),
@@ -36,15 +38,16 @@ FIGURES = [  # key of summary.json ("body." of its section), text, unit, factor,
     ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
     ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
     ("body.torque_share_max", "Largest torque, share of its limit", "%", 100, 0),
-    ("body.torque_share_joint", "  at the joint", "", 1, 0),
+    ("body.torque_share_joint", "at the joint", "", 1, 0),
     ("solves", "Solves of the planner", "", 1, 0),
     ("solve_us.median", "Median time of a solve", "ms", 1e-3, 3),
     ("solve_us.p99", "99 % of the solves within", "ms", 1e-3, 3),
     ("failures", "Solves that failed", "", 1, 0),
     ("kkt_max", "Largest KKT residual", "", 1, None),
-    ("body.planner_s_per_s", "CPU per simulated second: planner", "s", 1, 3),
-    ("body.whole_body_control_s_per_s", "CPU per simulated second: whole-body control", "s", 1, 3),
-    ("body.plant_s_per_s", "CPU per simulated second: simulator", "s", 1, 3),
+    ("body.planner_s_per_s", "Wall clock per simulated second: planner", "s", 1, 3),
+    ("body.whole_body_control_s_per_s", "Wall clock per simulated second: whole-body control", "s",
+     1, 3),
+    ("body.plant_s_per_s", "Wall clock per simulated second: simulator", "s", 1, 3),
     ("body.control_failures", "Control steps not solved", "", 1, 0),
 ]
 
@@ -55,7 +58,7 @@ body { font: 16px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 62em;
 .good { background: #2e7d32; } .bad { background: #b3261e; }
 table { border-collapse: collapse; } td, th { padding: .15em .9em .15em 0; text-align: left; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
-figure { display: inline-block; margin: 0 1em 1em 0; width: 30em; max-width: 100%; }
+figure { display: inline-block; margin: 0 .8em 1em 0; width: 29em; max-width: 100%; }
 img { width: 100%; } figcaption { color: #555; } code { font-size: .95em; }
 """
 
@@ -89,9 +92,10 @@ def settings_table(summary):
         return "<p>All settings have their defaults.</p>"
     rows = "".join(
         "<tr>" + "".join(f"<td><code>{html.escape(str(entry[part]))}</code></td>"
-                         for part in ("key", "value", "default")) + "</tr>\n"
+                         for part in ("key", "value", "default", "unit")) + "</tr>\n"
         for entry in changed)
-    return f"<table><tr><th>setting</th><th>value</th><th>default</th></tr>\n{rows}</table>"
+    return ("<table><tr><th>setting</th><th>value</th><th>default</th><th>unit</th></tr>\n"
+            f"{rows}</table>")
 
 
 def picture(folder, name, caption):
@@ -109,7 +113,8 @@ def report(folder, summary, with_replay):
     title = f"Push recovery: {summary['push_impulse_ns']:g} N s"
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
     rows = "".join(figure_row(summary, *figure) for figure in FIGURES)
-    pictures = "".join(picture(folder, *entry) for entry in PICTURES)
+    drawn = PICTURES + (BODY_PICTURES if "body" in summary else [])
+    pictures = "".join(picture(folder, *entry) for entry in drawn)
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>
 <style>{STYLE}</style></head><body>
@@ -142,7 +147,7 @@ def main(folder):
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
     page = None
-    if os.path.exists(os.path.join(folder, "body.csv")):
+    if "body" in summary:  # else a body.csv that lies here is of an older run
         try:
             page = replay.page(folder, summary)
         except FileNotFoundError as error:

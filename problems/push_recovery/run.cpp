@@ -148,9 +148,17 @@ Json changed_settings(const std::string& effective_config) {
     sections.resize(indent / 2);
     sections.push_back(line.substr(indent, colon - indent));
     if (line == standard || colon + 2 > line.size()) continue;
-    changed.push_back({{"key", fmt::format("{}", fmt::join(sections, "."))},
-                       {"value", line.substr(colon + 2)},
-                       {"default", standard.substr(colon + 2)}});
+    const std::string unit_mark = "  # ";
+    const std::size_t unit = line.rfind(unit_mark);
+    const auto value = [&](const std::string& text) {
+      const std::size_t end = unit == std::string::npos ? text.size() : text.rfind(unit_mark);
+      return text.substr(colon + 2, end - colon - 2);
+    };
+    changed.push_back(
+        {{"key", fmt::format("{}", fmt::join(sections, "."))},
+         {"value", value(line)},
+         {"default", value(standard)},
+         {"unit", unit == std::string::npos ? "" : line.substr(unit + unit_mark.size())}});
   }
   return changed;
 }

@@ -1,5 +1,6 @@
 // The files of a run on the whole body. With SALTUS_ICUB_URDF and SALTUS_BODY_RUN=FOLDER a real run
-// is written into that folder, pictures and replay included.
+// is written into that folder, pictures and replay included; SALTUS_BODY_SETTINGS="KEY=VALUE ..."
+// changes its settings.
 #include "problems/push_recovery/body_output.hpp"
 
 #include <gtest/gtest.h>
@@ -166,7 +167,10 @@ TEST(BodyOutput, RealRun) {
     GTEST_SKIP() << "SALTUS_BODY_RUN and SALTUS_ICUB_URDF do not name a folder and a URDF";
   RunRequest request;
   request.out = folder;
-  for (const char* setting : {"plant=dart", "push.impulse=6", "push.start=0.6"})
+  const char* more = std::getenv("SALTUS_BODY_SETTINGS");
+  std::istringstream settings(std::string("plant=dart ") +
+                              (more == nullptr ? "push.impulse=6 push.start=0.6" : more));
+  for (std::string setting; settings >> setting;)
     request.assignments.push_back(parse_set_argument(setting));
   EXPECT_EQ(entry().run(request), ExitStatus::ok);
   for (const char* file : {"body.csv", "robot.json", "summary.json"})
