@@ -14,16 +14,17 @@ set(SALTUS_MARCH "" CACHE STRING "Value of -march for the numerical code; empty 
 option(SALTUS_WERROR "Treat warnings as errors" ON)
 option(SALTUS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 
+# What every object needs, and with it the instructions of the processor.
+add_library(saltus_baseline_flags INTERFACE)
 add_library(saltus_flags INTERFACE)
-target_include_directories(saltus_flags INTERFACE ${CMAKE_SOURCE_DIR})
-target_compile_options(saltus_flags INTERFACE -Wall -Wextra -Wshadow -Wnon-virtual-dtor
-                                              $<$<BOOL:${SALTUS_WERROR}>:-Werror>)
+target_link_libraries(saltus_flags INTERFACE saltus_baseline_flags)
+target_include_directories(saltus_baseline_flags INTERFACE ${CMAKE_SOURCE_DIR})
+target_compile_options(saltus_baseline_flags INTERFACE
+                       -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+                       $<$<BOOL:${SALTUS_WERROR}>:-Werror>)
 # Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
 # types layout-compatible whatever -march is chosen.
-# Without the second definition Eigen would still allocate its own way where -march has wide vectors,
-# and a matrix that DART allocated could not be freed here.
-target_compile_definitions(saltus_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16
-                                                  EIGEN_MALLOC_ALREADY_ALIGNED=1)
+target_compile_definitions(saltus_baseline_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 if(SALTUS_MARCH)
   target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
   # gcc 12 loads a wide constant such as {1, 1, 0, 0} that it stores in one piece as a broadcast of its
@@ -43,9 +44,9 @@ if(SALTUS_MARCH)
   endif()
 endif()
 if(SALTUS_SANITIZE)
-  target_compile_options(saltus_flags INTERFACE -fsanitize=address,undefined
+  target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=address,undefined
                                                 -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  target_link_options(saltus_flags INTERFACE -fsanitize=address,undefined)
+  target_link_options(saltus_baseline_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
 # saltus_layer(NAME SOURCES a.cpp ... DEPENDS saltus::core ... [PRIVATE_DEPENDS ...])

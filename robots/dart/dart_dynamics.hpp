@@ -7,6 +7,7 @@
 
 namespace saltus {
 
-std::unique_ptr<DynamicsModel> make_dart_dynamics(const FloatingRobot& robot);
+__attribute__((visibility("default"))) std::unique_ptr<DynamicsModel> make_dart_dynamics(
+    const FloatingRobot& robot);
 
 }  // namespace saltus

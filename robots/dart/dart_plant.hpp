@@ -15,6 +15,7 @@ struct DartOptions : PlantOptions {
   DartLcp lcp = DartLcp::dantzig;
 };
 
-std::unique_ptr<Plant> make_dart_plant(const FloatingRobot& robot, const DartOptions& options);
+__attribute__((visibility("default"))) std::unique_ptr<Plant> make_dart_plant(
+    const FloatingRobot& robot, const DartOptions& options);
 
 }  // namespace saltus

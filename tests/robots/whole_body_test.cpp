@@ -137,9 +137,9 @@ TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
   swing.start(1.0, 1.6);
   swing.aim(1.6, {0.0, -0.25, 0.0});
   double highest = 0.0;
-  Vec<double, 3> last = swing.reference();
+  Vec<double, 3> last = swing.reference();  // up to 2 ms before the landing
   double speed = 0.0;
-  for (int k = 1; k <= 300; ++k) {
+  for (int k = 1; k < 300; ++k) {
     swing.advance(1.0 + 0.002 * k);
     highest = std::max(highest, swing.reference()[2]);
     speed = (swing.reference() - last).norm() / 0.002;
