@@ -25,6 +25,11 @@ target_compile_options(saltus_baseline_flags INTERFACE
 # Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
 # types layout-compatible whatever -march is chosen.
 target_compile_definitions(saltus_baseline_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
+# Programs export nothing: a shared library would otherwise take their instances of Eigen's inline
+# functions, built for another processor, in place of its own.
+target_link_options(saltus_flags INTERFACE
+                    -Wl,--exclude-libs,ALL
+                    -Wl,--version-script=${CMAKE_SOURCE_DIR}/framework/cmake/nothing_exported.map)
 if(SALTUS_MARCH)
   target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
   # gcc 12 loads a wide constant such as {1, 1, 0, 0} that it stores in one piece as a broadcast of its
