@@ -12,7 +12,8 @@
 #include "integrators/hybrid_simulation.hpp"
 
 // A namespace of its own: a case of the catalogue may carry the name of a system.
-namespace saltus::library::inline hybrid_systems {
+namespace saltus::library {
+inline namespace hybrid_systems {
 
 /// An automaton as the problem of an interval; everything is differentiated.
 template <int nx, int nu, int np>
@@ -133,4 +134,5 @@ inline VectorXd numbers(std::initializer_list<double> values) {
   return Eigen::Map<const VectorXd>(values.begin(), static_cast<Eigen::Index>(values.size()));
 }
 
-}  // namespace saltus::library::inline hybrid_systems
+}  // namespace hybrid_systems
+}  // namespace saltus::library
