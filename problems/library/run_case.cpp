@@ -69,18 +69,6 @@ void check_replay(const ReferenceCase& c, const Solution& solution,
 
 }  // namespace
 
-const char* name_of(SolverChoice choice) {
-  switch (choice) {
-    case SolverChoice::ipopt:
-      return "ipopt";
-    case SolverChoice::sparse:
-      return "sparse";
-    case SolverChoice::riccati:
-      return "riccati";
-  }
-  return "unknown";
-}
-
 std::unique_ptr<Solver> make_case_solver(SolverChoice choice, QpSolverFactory staged,
                                          int max_iterations) {
   if (choice == SolverChoice::ipopt)

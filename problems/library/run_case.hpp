@@ -3,19 +3,13 @@
 
 #include <memory>
 
+#include "framework/solver/solver_choice.hpp"
 #include "framework/solver/sqp.hpp"
 #include "problems/library/case_outcome.hpp"
 #include "problems/library/reference_case.hpp"
 #include "problems/library/simulation_case.hpp"
 
 namespace saltus {
-
-enum class SolverChoice {
-  ipopt,
-  sparse,   ///< our SQP, its quadratic programs by sparse linear algebra
-  riccati,  ///< our SQP, its quadratic programs stage by stage
-};
-const char* name_of(SolverChoice choice);
 
 /// Scaled KKT error asked of the solvers: two orders below the accuracy asked of the costs, so that
 /// what is measured is the transcription.

@@ -24,18 +24,6 @@ void declare_weights(Settings& s, Weights& w) {
 
 }  // namespace
 
-const char* name_of(SolverChoice choice) {
-  switch (choice) {
-    case SolverChoice::riccati:
-      return "riccati";
-    case SolverChoice::sparse:
-      return "sparse";
-    case SolverChoice::ipopt:
-      return "ipopt";
-  }
-  return "unknown";
-}
-
 void declare_settings(Settings& s, Config& c) {
   s.choice<PlantChoice>(
       "plant", c.plant,
@@ -52,10 +40,7 @@ void declare_settings(Settings& s, Config& c) {
       {{"mpc", ControllerChoice::mpc}, {"capture_point", ControllerChoice::capture_point}},
       "receding horizon, or the capture-point controller without prediction");
   s.choice<SolverChoice>(
-      "solver", c.solver,
-      {{"riccati", SolverChoice::riccati},
-       {"sparse", SolverChoice::sparse},
-       {"ipopt", SolverChoice::ipopt}},
+      "solver", c.solver, solver_choices(),
       "solver of the optimal control problem: stage by stage, one sparse system, "
       "or as a nonlinear program");
   s.flag("stepping", c.stepping, "may the robot step?");

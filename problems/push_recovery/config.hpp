@@ -5,14 +5,13 @@
 #include <string>
 
 #include "framework/app/settings.hpp"
+#include "framework/solver/solver_choice.hpp"
 #include "problems/push_recovery/problem.hpp"
 #include "robots/dart/dart_plant.hpp"
 #include "robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::push_recovery {
 
-enum class SolverChoice { riccati, sparse, ipopt };
-const char* name_of(SolverChoice choice);
 enum class ControllerChoice { mpc, capture_point };
 enum class PlantChoice { centroidal, dart, mujoco };
 enum class Target { sole_midpoint, centroid };

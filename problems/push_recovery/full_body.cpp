@@ -8,6 +8,7 @@
 
 #include "framework/ocp/window.hpp"
 #include "problems/push_recovery/capture_point_controller.hpp"
+#include "problems/push_recovery/closed_loop.hpp"
 #include "robots/capture_point.hpp"
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
@@ -18,8 +19,6 @@
 namespace saltus::push_recovery {
 namespace {
 
-// Beyond these the robot lies on the ground, whatever follows, m.
-constexpr double fallen_height = 0.30, fallen_distance = 1.0;
 // A foot has landed when the ground carries this much, N, in the second half of its swing.
 constexpr double landed_force = 20.0;
 
@@ -43,8 +42,7 @@ class FullBodyLoop {
       : config_(config),
         model_(UrdfModel::read(urdf)),
         body_(floating_robot(model_, robot)),
-        push_force_(config.push.direction.normalized() *
-                    (config.push.impulse / config.push.duration)),
+        push_force_(push_force(config.push)),
         push_body_(body_.body_index(config.push.link)),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
@@ -56,14 +54,7 @@ class FullBodyLoop {
         controller_(body_, contact_options(config, robot.left_foot),
                     contact_options(config, robot.right_foot), config.whole_body) {
     log_.robot = robot;
-    WholeBodyState start;
-    const Posture& posture = robot.default_posture().joints;
-    Eigen::Isometry3d sole =
-        model_.link_pose(robot.left_sole, model_.links().front().name, posture);
-    sole.translate(Vec<double, 3>(0.0, 0.0, robot.contact_plane_offset));
-    start.base = sole.inverse();
-    start.q = body_.joint_positions(posture);
-    start.dq = VectorXd::Zero(body_.joints());
+    const WholeBodyState start = standing_state(body_, model_, robot, robot.default_posture());
     plant_->reset(start);
     dynamics_->update(plant_->state());
     swing_.hold(dynamics_->sole(Side::right).pose);
@@ -77,7 +68,7 @@ class FullBodyLoop {
     const long per_plan = std::lround(config_.mpc_step / config_.plant_step);
     for (long k = 0; !log_.stopped_early; ++k) {
       const double t = static_cast<double>(k) * config_.plant_step;
-      if (t > end_time() - same_instant) break;
+      if (t > end_time(config_.push, steps_, log_.touchdown) - same_instant) break;
       if (k % per_control == 0) {
         Stopwatch watch(log_.control_seconds);
         dynamics_->update(plant_->state());
@@ -86,6 +77,7 @@ class FullBodyLoop {
       if (k % per_plan == 0) {
         if (progress) progress(t);
         plan(t);
+        log_.ticks.push_back(tick_record(t, *tick_, planner_->controller()));
       }
       if (k % per_control == 0) control(t);
       step(t);
@@ -110,23 +102,6 @@ class FullBodyLoop {
     return make_dart_plant(robot, options);
   }
 
-  static Scene initial_scene(const Config& config, const RobotDescription& robot) {
-    Scene scene;
-    scene.left_foot = robot.left_foot;
-    scene.right_foot = robot.right_foot;
-    scene.right.position = robot.default_posture().right_foot;
-    scene.right.position[2] = 0.0;  // the ground is level
-    scene.com_height = robot.default_posture().com[2];
-    scene.target = config.target;
-    return scene;
-  }
-
-  double end_time() const {
-    const double settled = rest_after + rest_length;
-    if (has_landed()) return log_.touchdown + settled;
-    const double push_end = config_.push.start + config_.push.duration;
-    return std::max(push_end, steps_.is_stepping() ? steps_.landing_time() : 0.0) + settled;
-  }
   bool has_landed() const { return log_.touchdown < infinity; }
   // While the foot is late the landing is held just ahead.
   double impact_time(double t) const {
@@ -167,7 +142,6 @@ class FullBodyLoop {
     force += dynamics_->sole(Side::right).pose.linear() * applied_.segment<3>(6);
     const Measurement m{t, measured, applied_, force};
     tick_ = &planner_->tick(m, scene_, impact_time(t));
-    record_tick(t);
   }
 
   void control(double t) {
@@ -199,8 +173,7 @@ class FullBodyLoop {
 
   void step(double t) {
     Stopwatch watch(log_.plant_seconds);
-    const double into_push = t - config_.push.start;
-    if (into_push > -same_instant && into_push < config_.push.duration - same_instant) {
+    if (is_pushed(config_.push, t)) {
       plant_->push(push_body_, push_force_, Vec<double, 3>::Zero());
       pushed_ = push_force_;
     } else {
@@ -229,21 +202,7 @@ class FullBodyLoop {
     b.left_sole = dynamics_->sole(Side::left).pose;
     b.right_sole = dynamics_->sole(Side::right).pose;
     log_.body.push_back(std::move(b));
-    if (g[2] < fallen_height || g.head<2>().norm() > fallen_distance)
-      stop(fmt::format("fell at {:.2f} s", t));
-  }
-
-  void record_tick(double t) {
-    TickRecord r;
-    r.time = t;
-    r.provenance = tick_->provenance;
-    r.status = tick_->status;
-    r.message = describe(tick_->status);
-    r.seconds = tick_->seconds;
-    r.iterations = tick_->iterations;
-    r.cost = tick_->objective;
-    r.kkt = tick_->kkt;
-    log_.ticks.push_back(std::move(r));
+    if (has_fallen(g)) stop(fmt::format("fell at {:.2f} s", t));
   }
 
   void stop(std::string reason) {

@@ -8,6 +8,7 @@
 #include "framework/ocp/window.hpp"
 #include "integrators/cvodes.hpp"
 #include "problems/push_recovery/capture_point_controller.hpp"
+#include "problems/push_recovery/closed_loop.hpp"
 #include "robots/capture_point.hpp"
 #include "robots/centroidal_plant.hpp"
 
@@ -16,15 +17,12 @@ namespace {
 
 // The plant is the truth: far tighter than anything that is compared with it.
 constexpr double plant_tolerance = 1e-11;
-// Beyond these the robot lies on the ground, whatever follows, m.
-constexpr double fallen_height = 0.30, fallen_distance = 1.0;
 
 class ClosedLoop {
  public:
   ClosedLoop(const Config& config, const RobotDescription& robot)
       : config_(config),
-        push_force_(config.push.direction.normalized() *
-                    (config.push.impulse / config.push.duration)),
+        push_force_(push_force(config.push)),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
         plant_(robot.mass, start_state(robot),
@@ -44,7 +42,7 @@ class ClosedLoop {
     const double h = config_.mpc_step;
     for (long k = 0; !log_.stopped_early; ++k) {
       const double t = static_cast<double>(k) * h;
-      if (t > end_time() - same_instant) break;
+      if (t > end_time(config_.push, steps_, log_.touchdown) - same_instant) break;
       if (progress) progress(t);
       tick(t);
     }
@@ -62,24 +60,6 @@ class ClosedLoop {
     return gamma;
   }
 
-  static Scene initial_scene(const Config& config, const RobotDescription& robot) {
-    Scene scene;
-    scene.left_foot = robot.left_foot;
-    scene.right_foot = robot.right_foot;
-    scene.right.position = robot.default_posture().right_foot;
-    scene.right.position[2] = 0.0;  // the ground is level
-    scene.com_height = robot.default_posture().com[2];
-    scene.target = config.target;
-    return scene;
-  }
-
-  double end_time() const {
-    const double settled = rest_after + rest_length;
-    if (log_.touchdown < infinity) return log_.touchdown + settled;
-    const double push_end = config_.push.start + config_.push.duration;
-    return std::max(push_end, steps_.is_stepping() ? steps_.landing_time() : 0.0) + settled;
-  }
-
   void tick(double t) {
     const Vec<double, 9> gamma = plant_.state();
     const double omega = pendulum_frequency(gamma[2]);
@@ -90,7 +70,7 @@ class ClosedLoop {
     }
     const Measurement measured{t, gamma, applied_, plant_.contact_force(applied_)};
     const ControlTick& control = planner_->tick(measured, scene_, steps_.landing_time());
-    record_tick(t, control);
+    log_.ticks.push_back(tick_record(t, control, planner_->controller()));
     for (const InputPiece& piece : control.input) {
       applied_ = piece.input();
       apply(piece);
@@ -117,17 +97,13 @@ class ClosedLoop {
       }
       now_ = t = next;
       const Vec<double, 9>& gamma = plant_.state();
-      if (gamma[2] < fallen_height || gamma.head<2>().norm() > fallen_distance)
-        return stop(fmt::format("fell at {:.2f} s", t));
+      if (has_fallen(gamma)) return stop(fmt::format("fell at {:.2f} s", t));
     }
   }
 
   // What holds from time t on.
   void enter(double t) {
-    const double into_push = t - config_.push.start;
-    const bool pushed =
-        into_push > -same_instant && into_push < config_.push.duration - same_instant;
-    plant_.push = pushed ? push_force_ : Vec<double, 3>(0.0, 0.0, 0.0);
+    plant_.push = is_pushed(config_.push, t) ? push_force_ : Vec<double, 3>(0.0, 0.0, 0.0);
     if (!plant_.right.in_contact && t > steps_.landing_time() - same_instant) {
       plant_.right = {scene_.right, true};
       log_.touchdown = t;
@@ -144,21 +120,6 @@ class ClosedLoop {
                   plant_.push,
                   plant_.right.in_contact};
     log_.samples.push_back(std::move(sample));
-  }
-
-  void record_tick(double t, const ControlTick& control) {
-    TickRecord r;
-    r.time = t;
-    r.provenance = control.provenance;
-    const Solution plan = planner_->controller().report();
-    r.status = plan.status;
-    r.message = plan.message;
-    r.seconds = control.seconds;
-    r.iterations = plan.iterations;
-    r.cost = plan.cost;
-    r.kkt = plan.kkt.scaled();
-    for (const SoftnessUse& use : plan.softness) r.softness = std::max(r.softness, use.largest);
-    log_.ticks.push_back(std::move(r));
   }
 
   void stop(std::string reason) {

@@ -52,10 +52,7 @@ SuiteRequest parse_suite_request(std::span<const std::string> arguments) {
     }
   }
   Settings settings;
-  settings.choice("solver", request.solver,
-                  {{"ipopt", SolverChoice::ipopt},
-                   {"riccati", SolverChoice::riccati},
-                   {"sparse", SolverChoice::sparse}},
+  settings.choice("solver", request.solver, solver_choices(),
                   "what solves the optimisation problems");
   settings.apply(assignments);
   return request;

@@ -36,31 +36,6 @@ const ActuatedJoint* actuated(const RobotDescription& robot, const std::string& 
   return nullptr;
 }
 
-std::string origin_xml(const Eigen::Isometry3d& pose) {
-  const Mat<double, 3, 3> R = pose.linear();  // roll, pitch, yaw about fixed axes
-  const double pitch = std::atan2(-R(2, 0), std::hypot(R(0, 0), R(1, 0)));
-  const double yaw = std::atan2(R(1, 0), R(0, 0)), roll = std::atan2(R(2, 1), R(2, 2));
-  const Vec<double, 3> p = pose.translation();
-  return fmt::format("<origin xyz=\"{:.17g} {:.17g} {:.17g}\" rpy=\"{:.17g} {:.17g} {:.17g}\"/>",
-                     p[0], p[1], p[2], roll, pitch, yaw);
-}
-
-std::string link_xml(const FloatingRobot::Body& b) {
-  const Mat<double, 3, 3>& I = b.inertia;
-  Eigen::Isometry3d com = Eigen::Isometry3d::Identity();
-  com.translation() = b.com;
-  std::string text = fmt::format(
-      "<link name=\"{}\"><inertial>{}<mass value=\"{:.17g}\"/><inertia ixx=\"{:.17g}\" "
-      "ixy=\"{:.17g}\" ixz=\"{:.17g}\" iyy=\"{:.17g}\" iyz=\"{:.17g}\" "
-      "izz=\"{:.17g}\"/></inertial>",
-      b.name, origin_xml(com), b.mass, I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2));
-  for (const UrdfBox& box : b.boxes)
-    text += fmt::format(
-        "<collision>{}<geometry><box size=\"{:.17g} {:.17g} {:.17g}\"/></geometry></collision>",
-        origin_xml(box.pose), box.size[0], box.size[1], box.size[2]);
-  return text + "</link>\n";
-}
-
 }  // namespace
 
 int FloatingRobot::joint_index(const std::string& joint) const {
@@ -154,26 +129,16 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
   return result;
 }
 
-std::string to_urdf(const FloatingRobot& robot, bool free_base) {
-  std::string text = fmt::format("<?xml version=\"1.0\"?>\n<robot name=\"{}\">\n", robot.name);
-  if (free_base)
-    text += fmt::format(
-        "<mujoco><compiler balanceinertia=\"false\" strippath=\"false\"/></mujoco>\n<link "
-        "name=\"world\"/>\n"
-        "<joint name=\"base\" type=\"floating\"><parent link=\"world\"/><child "
-        "link=\"{}\"/></joint>\n",
-        robot.bodies.front().name);
-  for (const FloatingRobot::Body& b : robot.bodies) text += link_xml(b);
-  for (const FloatingRobot::Body& b : robot.bodies) {
-    if (b.parent < 0) continue;
-    text += fmt::format(
-        "<joint name=\"{}\" type=\"revolute\">{}<parent link=\"{}\"/><child link=\"{}\"/>"
-        "<axis xyz=\"{:.17g} {:.17g} {:.17g}\"/><limit lower=\"{:.17g}\" upper=\"{:.17g}\" "
-        "effort=\"{:.17g}\" velocity=\"1000\"/></joint>\n",
-        b.joint, origin_xml(b.origin), robot.bodies[b.parent].name, b.name, b.axis[0], b.axis[1],
-        b.axis[2], b.position.lower, b.position.upper, b.effort);
-  }
-  return text + "</robot>\n";
+WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
+                              const RobotDescription& description, const StandingPosture& posture) {
+  WholeBodyState state;
+  Eigen::Isometry3d sole =
+      model.link_pose(description.left_sole, model.links().front().name, posture.joints);
+  sole.translate(Vec<double, 3>(0.0, 0.0, description.contact_plane_offset));
+  state.base = sole.inverse();
+  state.q = robot.joint_positions(posture.joints);
+  state.dq = VectorXd::Zero(robot.joints());
+  return state;
 }
 
 }  // namespace saltus

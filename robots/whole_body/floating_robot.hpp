@@ -8,6 +8,7 @@
 
 #include "robots/robot_description.hpp"
 #include "robots/urdf_model.hpp"
+#include "robots/whole_body/whole_body_state.hpp"
 
 namespace saltus {
 
@@ -50,8 +51,8 @@ struct FloatingRobot {
 /// cannot move, or the base link is not its root's group.
 FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot);
 
-/// As a URDF of its own: bodies, joints with limits, collision boxes; no meshes, no transmissions.
-/// `free_base`: with a `world` link and a floating joint, as MuJoCo wants it.
-std::string to_urdf(const FloatingRobot& robot, bool free_base);
+/// At rest in the posture, the contact frame of the left sole at the origin of the world.
+WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
+                              const RobotDescription& description, const StandingPosture& posture);
 
 }  // namespace saltus

@@ -11,24 +11,11 @@ namespace {
 
 using namespace test;
 
-struct Scheme {
-  const char* name;
-  IntegratorChoice choice;
-};
-void PrintTo(const Scheme& scheme, std::ostream* out) { *out << scheme.name; }
-
-class HybridEdges : public testing::TestWithParam<Scheme> {
- protected:
-  HybridSimulation run(const IntervalProblem& problem, const VectorXd& x0, const VectorXd& times,
-                       const VectorXd& p = VectorXd(), const std::string& mode = {}) const {
-    return simulate_hybrid(GetParam().choice, problem, x0, times, MatrixXd(0, times.size() - 1), p,
-                           mode);
-  }
-};
+class HybridEdges : public HybridSchemeTest {};
 INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
-                         testing::Values(Scheme{"adams", cvodes(tight_options)},
-                                         Scheme{"rk4", runge_kutta4({.steps = 1})},
-                                         Scheme{"rk8", runge_kutta8({.steps = 7})}),
+                         testing::Values(HybridScheme{"adams", cvodes(tight_options)},
+                                         HybridScheme{"rk4", runge_kutta4({.steps = 1})},
+                                         HybridScheme{"rk8", runge_kutta8({.steps = 7})}),
                          [](const auto& param) { return param.param.name; });
 
 // x = (height, speed, number of visits above the guard): a throw whose top passes `level`.

@@ -9,25 +9,12 @@ namespace {
 
 using namespace test;
 
-struct Scheme {
-  const char* name;
-  IntegratorChoice choice;
-};
-void PrintTo(const Scheme& scheme, std::ostream* out) { *out << scheme.name; }
-
-class HybridSchemes : public testing::TestWithParam<Scheme> {
- protected:
-  HybridSimulation run(const IntervalProblem& problem, const VectorXd& x0, const VectorXd& times,
-                       const VectorXd& p = VectorXd(), const std::string& mode = {}) const {
-    return simulate_hybrid(GetParam().choice, problem, x0, times, MatrixXd(0, times.size() - 1), p,
-                           mode);
-  }
-};
+class HybridSchemes : public HybridSchemeTest {};
 INSTANTIATE_TEST_SUITE_P(Schemes, HybridSchemes,
-                         testing::Values(Scheme{"adams", cvodes(tight_options)},
-                                         Scheme{"bdf", cvodes({.tolerance = 2e-14,
-                                                               .absolute_tolerance = 1e-16})},
-                                         Scheme{"rk8", runge_kutta8({.steps = 150})}),
+                         testing::Values(HybridScheme{"adams", cvodes(tight_options)},
+                                         HybridScheme{"bdf", cvodes({.tolerance = 2e-14,
+                                                                     .absolute_tolerance = 1e-16})},
+                                         HybridScheme{"rk8", runge_kutta8({.steps = 150})}),
                          [](const auto& param) { return param.param.name; });
 
 const VectorXd ball_parameters = vec({9.81, 0.8});

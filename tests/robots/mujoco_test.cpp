@@ -31,14 +31,7 @@ class Mujoco : public ::testing::Test {
     description = icub(file);
     const UrdfModel urdf = UrdfModel::read(file);
     robot = floating_robot(urdf, description);
-    // On the left foot, contact frame at the origin of the world.
-    const Posture& posture = description.default_posture().joints;
-    Eigen::Isometry3d sole =
-        urdf.link_pose(description.left_sole, urdf.links().front().name, posture);
-    sole.translate(Vec<double, 3>(0.0, 0.0, description.contact_plane_offset));
-    start.base = sole.inverse();
-    start.q = robot.joint_positions(posture);
-    start.dq = VectorXd::Zero(robot.joints());
+    start = standing_state(robot, urdf, description, description.default_posture());
     dynamics = make_dart_dynamics(robot);
     RecordProperty("seed", static_cast<int>(seed));
   }

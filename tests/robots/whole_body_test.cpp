@@ -22,13 +22,7 @@ class WholeBody : public testing::Test {
     urdf = std::make_unique<UrdfModel>(UrdfModel::read(file));
     description = icub(file);
     robot = floating_robot(*urdf, description);
-    const Posture& posture = description.default_posture().joints;
-    Eigen::Isometry3d sole =
-        urdf->link_pose(description.left_sole, urdf->links().front().name, posture);
-    sole.translate(Vec<double, 3>(0.0, 0.0, description.contact_plane_offset));
-    start.base = sole.inverse();
-    start.q = robot.joint_positions(posture);
-    start.dq = VectorXd::Zero(robot.joints());
+    start = standing_state(robot, *urdf, description, description.default_posture());
   }
 
   std::unique_ptr<UrdfModel> urdf;

@@ -1,0 +1,19 @@
+// The solvers a user can choose among, by name.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace saltus {
+
+enum class SolverChoice {
+  ipopt,
+  sparse,   ///< our own, quadratic programs by sparse linear algebra
+  riccati,  ///< our own, quadratic programs stage by stage
+};
+/// As users write them, for Settings::choice().
+const std::vector<std::pair<std::string, SolverChoice>>& solver_choices();
+const char* name_of(SolverChoice choice);
+
+}  // namespace saltus

@@ -1,0 +1,25 @@
+// What the closed loops on the centroidal model and on the whole body have in common.
+#pragma once
+
+#include "problems/push_recovery/simulation.hpp"
+#include "problems/push_recovery/step_logic.hpp"
+
+namespace saltus::push_recovery {
+
+/// On the left foot in the robot's default posture, the right foot beside it.
+Scene initial_scene(const Config& config, const RobotDescription& robot);
+
+/// World axes, N.
+Vec<double, 3> push_force(const Push& push);
+bool is_pushed(const Push& push, double t);
+
+/// Whether the robot lies on the ground, whatever follows.
+bool has_fallen(const Vec<double, 9>& gamma);
+
+/// When enough has been seen to judge (s); `touchdown` is infinite until the foot has landed.
+double end_time(const Push& push, const StepLogic& steps, double touchdown);
+
+/// What the tick came to, costs and residuals recomputed. Allocates.
+TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonController& controller);
+
+}  // namespace saltus::push_recovery
