@@ -8,7 +8,7 @@
 #include "framework/solver/solver_choice.hpp"
 #include "problems/push_recovery/problem.hpp"
 #include "robots/dart/dart_plant.hpp"
-#include "robots/whole_body/whole_body_controller.hpp"
+#include "robots/whole_body/inverse_dynamics_controller.hpp"
 
 namespace saltus::push_recovery {
 

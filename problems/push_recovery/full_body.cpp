@@ -13,8 +13,8 @@
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
 #include "robots/mujoco/mujoco_plant.hpp"
+#include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "robots/whole_body/swing_foot.hpp"
-#include "robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -51,8 +51,9 @@ class FullBodyLoop {
         planner_(config.controller == ControllerChoice::mpc
                      ? make_mpc(config, robot, scene_)
                      : make_capture_point_controller(config, robot, scene_)),
-        controller_(body_, contact_options(config, robot.left_foot),
-                    contact_options(config, robot.right_foot), config.whole_body) {
+        controller_(make_inverse_dynamics_controller(
+            body_, contact_options(config, robot.left_foot),
+            contact_options(config, robot.right_foot), config.whole_body)) {
     log_.robot = robot;
     const WholeBodyState start = standing_state(body_, model_, robot, robot.default_posture());
     plant_->reset(start);
@@ -163,7 +164,7 @@ class FullBodyLoop {
     }
     swing_.advance(t);
     tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(Side::right));
-    const WholeBodyCommand& command = controller_.control(*dynamics_, plant_->state(), tasks_);
+    const WholeBodyCommand& command = controller_->control(*dynamics_, plant_->state(), tasks_);
     if (command.status != QpStatus::optimal) ++log_.control_failures;
     ++log_.control_calls;
     command_ = &command;
@@ -220,7 +221,7 @@ class FullBodyLoop {
   std::unique_ptr<DynamicsModel> dynamics_;
   std::unique_ptr<Plant> plant_;
   std::unique_ptr<Planner> planner_;
-  WholeBodyController controller_;
+  std::unique_ptr<WholeBodyController> controller_;
   SwingFoot swing_;
   WholeBodyTasks tasks_;
   WholeBodyState before_;  // of the last step

@@ -1,35 +1,10 @@
-// Joint torques from what is asked of momentum, feet and posture: one quadratic program per call.
-//
-// Unknowns: joint accelerations and the wrenches of the feet on the ground. The six equations of
-// the free base give its acceleration, d2q and wrenches the torques, so that both are affine in the
-// unknowns. Hard: torque limits and contact cones, which some accelerations always meet. Soft, at
-// named prices: stance feet do not move, joints stay within limits. The rest is weighed.
+// Joint torques from what is asked of momentum, feet and posture, whichever method finds them.
 #pragma once
 
-#include <memory>
-#include <optional>
-
 #include "framework/qp/qp_result.hpp"
-#include "robots/contact_cone.hpp"
 #include "robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
-
-struct WholeBodyWeights {
-  double linear_momentum = 1.0;    ///< per N^2
-  double angular_momentum = 10.0;  ///< per (Nm)^2
-  double posture = 0.1;            ///< per (rad/s^2)^2
-  double swing_foot = 1000.0;      ///< per (m/s^2)^2 and (rad/s^2)^2
-  double wrench = 1e-3;            ///< of the difference to the planned wrenches, per N^2, (Nm)^2
-  double stance_price = 1e4;       ///< L1, per m/s^2 and rad/s^2
-  double limit_price = 1e3;        ///< L1, per rad/s^2
-};
-
-struct WholeBodyGains {
-  double posture = 100.0, posture_damping = 20.0;  ///< 1/s^2, 1/s
-  double stance_damping = 50.0;  ///< 1/s, on what is left of a stance foot's twist
-  double limit_horizon = 0.05;   ///< s, in which no joint may reach its limit
-};
 
 /// What is asked for; wrenches (fx, fy, fz, tx, ty, tz) in the axes of their sole.
 struct WholeBodyTasks {
@@ -55,18 +30,11 @@ struct WholeBodyCommand {
 
 class WholeBodyController {
  public:
-  WholeBodyController(const FloatingRobot& robot, const ContactConeOptions& left,
-                      const ContactConeOptions& right, const WholeBodyWeights& weights = {},
-                      const WholeBodyGains& gains = {});
-  ~WholeBodyController();
+  virtual ~WholeBodyController() = default;
   /// The model must be at `state`. Does not allocate. When the program is not solved the torques of
   /// the last call stay.
-  const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
-                                  const WholeBodyTasks& tasks) noexcept;
-
- private:
-  struct Program;
-  std::unique_ptr<Program> program_;
+  virtual const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
+                                          const WholeBodyTasks& tasks) noexcept = 0;
 };
 
 }  // namespace saltus

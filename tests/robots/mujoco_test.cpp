@@ -12,7 +12,7 @@
 #include "robots/dart/dart_plant.hpp"
 #include "robots/icub/icub.hpp"
 #include "robots/mujoco/mujoco_plant.hpp"
-#include "robots/whole_body/whole_body_controller.hpp"
+#include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {
@@ -198,7 +198,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
   ContactConeOptions left, right;
   left.foot = description.left_foot;
   right.foot = description.right_foot;
-  WholeBodyController controller(robot, left, right);
+  const auto controller = make_inverse_dynamics_controller(robot, left, right);
   WholeBodyTasks tasks;
   const double weight = robot.total_mass * standard_gravity;
   tasks.right_stands = false;
@@ -214,7 +214,7 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
           robot.total_mass * (50.0 * (com - dynamics->com()) - 14.0 * dynamics->com_velocity());
       tasks.torque = -5.0 * dynamics->angular_momentum();
       tasks.swing_acceleration = -20.0 * dynamics->sole(Side::right).twist;
-      const WholeBodyCommand& command = controller.control(*dynamics, plant->state(), tasks);
+      const WholeBodyCommand& command = controller->control(*dynamics, plant->state(), tasks);
       ASSERT_EQ(command.status, QpStatus::optimal) << k;
       plant->set_torques(command.torques);
     }

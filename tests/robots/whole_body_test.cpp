@@ -8,8 +8,8 @@
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
 #include "robots/icub/icub.hpp"
+#include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "robots/whole_body/swing_foot.hpp"
-#include "robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus {
 namespace {
@@ -87,7 +87,7 @@ TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
   ContactConeOptions left, right;
   left.foot = description.left_foot;
   right.foot = description.right_foot;
-  WholeBodyController controller(robot, left, right);
+  const auto controller = make_inverse_dynamics_controller(robot, left, right);
   SwingFoot swing;
   swing.hold(model->sole(Side::right).pose);
   WholeBodyTasks tasks;
@@ -105,7 +105,7 @@ TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
           model->mass() * (50.0 * (above_the_foot - model->com()) - 14.0 * model->com_velocity());
       tasks.torque = -5.0 * model->angular_momentum();
       tasks.swing_acceleration = swing.acceleration(model->sole(Side::right));
-      const WholeBodyCommand& command = controller.control(*model, plant->state(), tasks);
+      const WholeBodyCommand& command = controller->control(*model, plant->state(), tasks);
       ASSERT_EQ(command.status, QpStatus::optimal) << t;
       ASSERT_LT(command.stance_slip, 1e-6) << t;
       for (int i = 0; i < robot.joints(); ++i)

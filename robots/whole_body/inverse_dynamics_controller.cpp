@@ -1,4 +1,4 @@
-#include "robots/whole_body/whole_body_controller.hpp"
+#include "robots/whole_body/inverse_dynamics_controller.hpp"
 
 #include <algorithm>
 
@@ -28,12 +28,11 @@ StageQp capacity(int joints, const ContactCone cones[2]) {
   return StageQp({stage});
 }
 
-}  // namespace
-
-struct WholeBodyController::Program {
-  Program(const FloatingRobot& robot, const ContactConeOptions& left_contact,
-          const ContactConeOptions& right_contact, const WholeBodyWeights& weights_in,
-          const WholeBodyGains& gains_in)
+class InverseDynamicsController final : public WholeBodyController {
+ public:
+  InverseDynamicsController(const FloatingRobot& robot, const ContactConeOptions& left_contact,
+                            const ContactConeOptions& right_contact,
+                            const WholeBodyWeights& weights_in, const WholeBodyGains& gains_in)
       : n(robot.joints()),
         weights(weights_in),
         gains(gains_in),
@@ -64,6 +63,10 @@ struct WholeBodyController::Program {
     command.joint_acceleration = VectorXd::Zero(n);
   }
 
+  const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
+                                  const WholeBodyTasks& tasks) noexcept override;
+
+ private:
   int n;
   WholeBodyWeights weights;
   WholeBodyGains gains;
@@ -90,7 +93,7 @@ struct WholeBodyController::Program {
 };
 
 // 1/2 weight |task z - wanted|^2 for the first rows of `task`.
-void WholeBodyController::Program::add_cost(int rows, const Vec<double, 6>& wanted, double weight) {
+void InverseDynamicsController::add_cost(int rows, const Vec<double, 6>& wanted, double weight) {
   Stage& stage = qp.stages[0];
   const auto J = task.topLeftCorner(rows, size);
   stage.R.topLeftCorner(size, size).noalias() += weight * J.transpose() * J;
@@ -98,13 +101,13 @@ void WholeBodyController::Program::add_cost(int rows, const Vec<double, 6>& want
 }
 
 // task z + offset = d twist / dt; the offset is returned in task's place by the caller.
-void WholeBodyController::Program::add_foot_acceleration(const SoleMotion& sole) {
+void InverseDynamicsController::add_foot_acceleration(const SoleMotion& sole) {
   task.leftCols(size).noalias() = sole.jacobian.leftCols(6) * base.leftCols(size);
   task.leftCols(n) += sole.jacobian.rightCols(n);
 }
 
-void WholeBodyController::Program::build(const DynamicsModel& model, const WholeBodyState& state,
-                                         const WholeBodyTasks& tasks) {
+void InverseDynamicsController::build(const DynamicsModel& model, const WholeBodyState& state,
+                                      const WholeBodyTasks& tasks) {
   const MatrixXd& M = model.mass_matrix();
   const VectorXd& h = model.bias();
   const SoleMotion* soles[2] = {&model.sole(Side::left), &model.sole(Side::right)};
@@ -230,34 +233,24 @@ void WholeBodyController::Program::build(const DynamicsModel& model, const Whole
   limits.l2.setZero();
 }
 
-WholeBodyController::WholeBodyController(const FloatingRobot& robot,
-                                         const ContactConeOptions& left_contact,
-                                         const ContactConeOptions& right_contact,
-                                         const WholeBodyWeights& weights,
-                                         const WholeBodyGains& gains)
-    : program_(std::make_unique<Program>(robot, left_contact, right_contact, weights, gains)) {}
-WholeBodyController::~WholeBodyController() = default;
-
-const WholeBodyCommand& WholeBodyController::control(const DynamicsModel& model,
-                                                     const WholeBodyState& state,
-                                                     const WholeBodyTasks& tasks) noexcept {
-  Program& p = *program_;
-  p.build(model, state, tasks);
-  const QpResult r = p.solver->solve(p.qp, p.point, false);
-  p.command.status = r.status;
-  p.command.iterations = r.iterations;
-  if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return p.command;
-  const auto z = p.point.stages[0].u.head(p.size);
-  p.command.joint_acceleration = z.head(p.n);
-  p.command.torques.noalias() = p.torque.leftCols(p.size) * z;
-  p.command.torques += p.torque_0;
-  p.command.torques = p.command.torques.cwiseMax(-p.effort).cwiseMin(p.effort);
-  p.command.wrenches.setZero();
+const WholeBodyCommand& InverseDynamicsController::control(const DynamicsModel& model,
+                                                           const WholeBodyState& state,
+                                                           const WholeBodyTasks& tasks) noexcept {
+  build(model, state, tasks);
+  const QpResult r = solver->solve(qp, point, false);
+  command.status = r.status;
+  command.iterations = r.iterations;
+  if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return command;
+  const auto z = point.stages[0].u.head(size);
+  command.joint_acceleration = z.head(n);
+  command.torques.noalias() = torque.leftCols(size) * z;
+  command.torques += torque_0;
+  command.torques = command.torques.cwiseMax(-effort).cwiseMin(effort);
+  command.wrenches.setZero();
   for (const int foot : {left, right})
-    if (p.standing[foot] >= 0)
-      p.command.wrenches.segment<6>(6 * foot) = z.segment<6>(p.standing[foot]);
+    if (standing[foot] >= 0) command.wrenches.segment<6>(6 * foot) = z.segment<6>(standing[foot]);
   const auto excess = [&](int group) {
-    const RowGroup& g = p.qp.stages[0].groups[group];
+    const RowGroup& g = qp.stages[0].groups[group];
     double most = 0.0;
     for (int i = 0; i < g.rows; ++i) {
       double value = 0.0;
@@ -267,9 +260,19 @@ const WholeBodyCommand& WholeBodyController::control(const DynamicsModel& model,
     }
     return most;
   };
-  p.command.stance_slip = excess(stance_group);
-  p.command.limit_excess = excess(limit_group);
-  return p.command;
+  command.stance_slip = excess(stance_group);
+  command.limit_excess = excess(limit_group);
+  return command;
+}
+
+}  // namespace
+
+std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(
+    const FloatingRobot& robot, const ContactConeOptions& left_contact,
+    const ContactConeOptions& right_contact, const WholeBodyWeights& weights,
+    const WholeBodyGains& gains) {
+  return std::make_unique<InverseDynamicsController>(robot, left_contact, right_contact, weights,
+                                                     gains);
 }
 
 }  // namespace saltus
