@@ -1,12 +1,10 @@
 #include "problems/push_recovery/run.hpp"
 
 #include <fmt/format.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -14,6 +12,7 @@
 
 #include "problems/push_recovery/body_output.hpp"
 #include "problems/push_recovery/full_body.hpp"
+#include "problems/push_recovery/run_support.hpp"
 #include "problems/push_recovery/simulation.hpp"
 #include "robots/icub/icub.hpp"
 
@@ -163,40 +162,6 @@ Json changed_settings(const std::string& effective_config) {
   return changed;
 }
 
-// Runs a script without a shell. Pictures are a service: their absence is said, not fatal.
-void draw(const OutputFolder& output, const char* what, const std::string& file) {
-  const std::string script = SALTUS_SOURCE_DIR "/problems/push_recovery/" + file;
-  const std::string folder = output.path().string();
-  std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
-    // The system's own python3 first: that is the one whose packages the set-up installs.
-    for (const char* python : {"/usr/bin/python3", "python3"})
-      execlp(python, python, script.c_str(), folder.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  int status = 0;
-  if (child < 0 || waitpid(child, &status, 0) < 0 || status != 0)
-    fmt::print(stderr, "no {}: python3 could not run {}\n", what, script);
-}
-
-// The setting, else the official model if the set-up fetched it, else the figures built in.
-std::optional<std::filesystem::path> urdf_of(const Config& config) {
-  if (!config.urdf.empty()) return config.urdf;
-  const char* fetched = std::getenv("SALTUS_ICUB_URDF");
-  if (fetched != nullptr && *fetched != '\0' && std::filesystem::exists(fetched)) return fetched;
-  return std::nullopt;
-}
-
-// The whole body needs the URDF itself.
-std::filesystem::path urdf_of_body(const Config& config) {
-  const auto urdf = urdf_of(config);
-  if (!urdf)
-    throw InputError(
-        "the whole body needs the robot's URDF, which was not fetched; name it with --urdf FILE");
-  return *urdf;
-}
-
 std::optional<FloatingRobot> body_of(const Config& config, const RobotDescription& robot) {
   if (config.plant == PlantChoice::centroidal) return std::nullopt;
   return floating_robot(UrdfModel::read(urdf_of_body(config)), robot);
@@ -232,8 +197,8 @@ ExitStatus run(const Config& config, const RunContext& context) {
   if (body) write_body(context.output, log, *body);
   context.output.write("summary.json", json);
   if (config.pictures) {
-    draw(context.output, "pictures (they need matplotlib)", "plot_run.py");
-    draw(context.output, "report", "report.py");
+    draw(context.output.path(), "pictures (they need matplotlib)", "plot_run.py");
+    draw(context.output.path(), "report", "report.py");
   }
 
   fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);

@@ -1,0 +1,22 @@
+// What `run push_recovery` and `map` share: where the robot's file lies, and the picture scripts.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "problems/push_recovery/config.hpp"
+
+namespace saltus::push_recovery {
+
+/// The setting, else the official model if the set-up fetched it, else none: the figures built in.
+std::optional<std::filesystem::path> urdf_of(const Config& config);
+
+/// The same for the whole body, which needs the URDF itself. Throws InputError without one.
+std::filesystem::path urdf_of_body(const Config& config);
+
+/// Runs a python script of this folder on a folder of results, without a shell. Pictures are a
+/// service: the absence of `what` is said on the error stream, not fatal.
+void draw(const std::filesystem::path& results, const char* what, const std::string& script);
+
+}  // namespace saltus::push_recovery
