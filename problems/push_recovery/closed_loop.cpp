@@ -22,6 +22,11 @@ Scene initial_scene(const Config& config, const RobotDescription& robot) {
   return scene;
 }
 
+RobotDescription believed_robot(const Config& config, RobotDescription robot) {
+  robot.mass *= 1.0 + config.mass_error;
+  return robot;
+}
+
 Vec<double, 3> push_force(const Push& push) {
   return push.direction.normalized() * (push.impulse / push.duration);
 }

@@ -9,6 +9,9 @@ namespace saltus::push_recovery {
 /// On the left foot in the robot's default posture, the right foot beside it.
 Scene initial_scene(const Config& config, const RobotDescription& robot);
 
+/// The robot that the controllers believe in: its mass with Config::mass_error.
+RobotDescription believed_robot(const Config& config, RobotDescription robot);
+
 /// World axes, N.
 Vec<double, 3> push_force(const Push& push);
 bool is_pushed(const Push& push, double t);

@@ -22,6 +22,18 @@ void declare_weights(Settings& s, Weights& w) {
            "price of a capture point outside the hull; 0 forbids it", at_least(0.0));
 }
 
+void declare_noise(Settings& s, MeasurementNoise& n) {
+  s.number("noise.position", n.position, "m", "whole body: standard deviation, base's position",
+           at_least(0.0));
+  s.number("noise.angle", n.angle, "rad", "base's orientation and joints", at_least(0.0));
+  s.number("noise.velocity", n.velocity, "m/s", "base's velocity, as an estimator leaves it",
+           at_least(0.0));
+  s.number("noise.angular_velocity", n.angular_velocity, "rad/s",
+           "angular velocity of the base, velocities of the joints, likewise", at_least(0.0));
+  s.number("noise.force", n.force, "", "relative, wrenches measured at the feet", at_least(0.0));
+  s.integer("noise.seed", n.seed, "", "which noise", at_least(0.0));
+}
+
 }  // namespace
 
 void declare_settings(Settings& s, Config& c) {
@@ -44,6 +56,9 @@ void declare_settings(Settings& s, Config& c) {
       "solver of the optimal control problem: stage by stage, one sparse system, "
       "or as a nonlinear program");
   s.flag("stepping", c.stepping, "may the robot step?");
+  s.number("model.mass_error", c.mass_error, "",
+           "relative error of all masses and inertias in the controllers' model",
+           between(-0.5, 1.0));
   s.choice<Target>("target", c.target,
                    {{"sole_midpoint", Target::sole_midpoint}, {"centroid", Target::centroid}},
                    "where the CoM shall come to rest after the step");
@@ -119,6 +134,9 @@ void declare_settings(Settings& s, Config& c) {
   s.number("simulator.step", c.plant_step, "s", "of its engine", above(0.0));
   s.number("simulator.friction", c.ground_friction, "", "of the ground", above(0.0));
   s.number("simulator.joint_friction", c.joint_friction, "Nm s/rad", "viscous", at_least(0.0));
+  s.integer("simulator.delay_ticks", c.delay_ticks, "", "control periods by which torques are late",
+            between(0.0, 100.0));
+  declare_noise(s, c.noise);
   s.choice<DartCollision>("dart.collision", c.collision,
                           {{"dart", DartCollision::dart},
                            {"fcl", DartCollision::fcl},

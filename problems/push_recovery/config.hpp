@@ -9,6 +9,7 @@
 #include "problems/push_recovery/problem.hpp"
 #include "robots/dart/dart_plant.hpp"
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
+#include "robots/whole_body/measured_plant.hpp"
 
 namespace saltus::push_recovery {
 
@@ -44,6 +45,8 @@ struct Config {
   ControllerChoice controller = ControllerChoice::mpc;
   SolverChoice solver = SolverChoice::riccati;
   bool stepping = true;
+  /// Relative error of all masses and inertias in the controllers' model; the plant has none.
+  double mass_error = 0.0;
   Target target = Target::sole_midpoint;
   Push push;
   Step step;
@@ -72,6 +75,8 @@ struct Config {
   double joint_friction = 0.0;  ///< viscous, Nm s/rad
   DartCollision collision = DartCollision::bullet;
   DartLcp lcp = DartLcp::dantzig;
+  int delay_ticks = 0;     ///< periods of control by which the torques are late
+  MeasurementNoise noise;  ///< of what the controllers see
   WholeBodyWeights whole_body;
 
   Weights weights;

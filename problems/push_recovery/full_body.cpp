@@ -46,22 +46,25 @@ class FullBodyLoop {
         push_body_(body_.body_index(config.push.link)),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
-        dynamics_(make_dart_dynamics(body_)),
-        plant_(make_plant(body_, config)),
-        planner_(config.controller == ControllerChoice::mpc
-                     ? make_mpc(config, robot, scene_)
-                     : make_capture_point_controller(config, robot, scene_)),
+        believed_(with_masses_scaled(body_, 1.0 + config.mass_error)),
+        dynamics_(make_dart_dynamics(believed_)),
+        plant_(make_plant(body_, config), config.noise, config.delay_ticks),
+        planner_(
+            config.controller == ControllerChoice::mpc
+                ? make_mpc(config, believed_robot(config, robot), scene_)
+                : make_capture_point_controller(config, believed_robot(config, robot), scene_)),
         controller_(make_inverse_dynamics_controller(
-            body_, contact_options(config, robot.left_foot),
+            believed_, contact_options(config, robot.left_foot),
             contact_options(config, robot.right_foot), config.whole_body)) {
     log_.robot = robot;
     const WholeBodyState start = standing_state(body_, model_, robot, robot.default_posture());
-    plant_->reset(start);
-    dynamics_->update(plant_->state());
+    if (!config.noise.is_zero() || config.mass_error != 0.0) truth_ = make_dart_dynamics(body_);
+    plant_.reset(start);
+    update_dynamics();
     swing_.hold(dynamics_->sole(Side::right).pose);
     tasks_.right_stands = false;
     tasks_.posture = start.q;
-    applied_[2] = body_.total_mass * standard_gravity;
+    applied_[2] = believed_.total_mass * standard_gravity;
   }
 
   RunLog run(const std::function<void(double)>& progress) {
@@ -72,7 +75,7 @@ class FullBodyLoop {
       if (t > end_time(config_.push, steps_, log_.touchdown) - same_instant) break;
       if (k % per_control == 0) {
         Stopwatch watch(log_.control_seconds);
-        dynamics_->update(plant_->state());
+        update_dynamics();
       }
       detect_landing(t);
       if (k % per_plan == 0) {
@@ -85,9 +88,10 @@ class FullBodyLoop {
       if (k % per_control == 0) record(t);
     }
     log_.final_scene = scene_;
+    if (has_landed()) log_.final_scene.right.position = landed_at_;
     log_.loop = planner_->controller().statistics();
     log_.solver = planner_->controller().solver_name();
-    log_.plant = plant_->name();
+    log_.plant = plant_.name();
     return std::move(log_);
   }
 
@@ -110,25 +114,33 @@ class FullBodyLoop {
     return std::max(steps_.landing_time(), t + config_.mpc_step);
   }
 
-  Vec<double, 9> gamma() const {
+  // The controllers' model at what is measured; the truth, for the log, where that differs.
+  void update_dynamics() {
+    dynamics_->update(plant_.state());
+    if (truth_ != nullptr) truth_->update(plant_.truth().state());
+  }
+  const DynamicsModel& truth() const { return truth_ != nullptr ? *truth_ : *dynamics_; }
+
+  static Vec<double, 9> gamma(const DynamicsModel& model) {
     Vec<double, 9> g;
-    g << dynamics_->com(), dynamics_->com_velocity(), dynamics_->angular_momentum();
+    g << model.com(), model.com_velocity(), model.angular_momentum();
     return g;
   }
 
   void detect_landing(double t) {
     if (!swing_.is_under_way() || has_landed()) return;
-    const FootContact& contact = plant_->contact(Side::right);
+    const FootContact& contact = plant_.contact(Side::right);
     const double half = steps_.landing_time() - 0.5 * config_.step.duration;
     if (t < half || contact.wrench[2] < landed_force) return;
     log_.touchdown = t;
     scene_.right.position = dynamics_->sole(Side::right).pose.translation();
+    landed_at_ = truth().sole(Side::right).pose.translation();
     tasks_.right_stands = true;
   }
 
   void plan(double t) {
     Stopwatch watch(log_.plan_seconds);
-    const Vec<double, 9> measured = gamma();
+    const Vec<double, 9> measured = gamma(*dynamics_);
     const double omega = pendulum_frequency(measured[2]);
     steps_.update(t, capture_point<double, 2>(measured.head<2>(), measured.segment<2>(3), omega),
                   omega);
@@ -151,7 +163,7 @@ class FullBodyLoop {
     for (const InputPiece& p : tick_->input)
       if (p.start <= t + same_instant) piece = &p;
     tasks_.wrenches = piece->input();
-    tasks_.force = Vec<double, 3>(0.0, 0.0, -body_.total_mass * standard_gravity);
+    tasks_.force = Vec<double, 3>(0.0, 0.0, -believed_.total_mass * standard_gravity);
     tasks_.torque.setZero();
     for (const Side side : {Side::left, Side::right}) {
       const int first = side == Side::left ? 0 : 6;
@@ -164,32 +176,32 @@ class FullBodyLoop {
     }
     swing_.advance(t);
     tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(Side::right));
-    const WholeBodyCommand& command = controller_->control(*dynamics_, plant_->state(), tasks_);
+    const WholeBodyCommand& command = controller_->control(*dynamics_, plant_.state(), tasks_);
     if (command.status != QpStatus::optimal) ++log_.control_failures;
     ++log_.control_calls;
     command_ = &command;
-    plant_->set_torques(command.torques);
+    plant_.set_torques(command.torques);
     applied_ = command.wrenches;
   }
 
   void step(double t) {
     Stopwatch watch(log_.plant_seconds);
     if (is_pushed(config_.push, t)) {
-      plant_->push(push_body_, push_force_, Vec<double, 3>::Zero());
+      plant_.push(push_body_, push_force_, Vec<double, 3>::Zero());
       pushed_ = push_force_;
     } else {
       pushed_.setZero();
     }
-    before_ = plant_->state();
-    plant_->step();
-    if (!plant_->state().is_finite()) {
+    before_ = plant_.truth().state();
+    plant_.step();
+    if (!plant_.truth().state().is_finite()) {
       log_.numerical_failure = true;
       stop(fmt::format("the plant could not be integrated at {:.3f} s", t));
     }
   }
 
   void record(double t) {
-    const Vec<double, 9> g = gamma();
+    const Vec<double, 9> g = gamma(truth());
     const double omega = pendulum_frequency(std::max(g[2], 0.01));
     Sample s{t,        g,       capture_point<double, 2>(g.head<2>(), g.segment<2>(3), omega),
              applied_, pushed_, has_landed()};
@@ -198,10 +210,10 @@ class FullBodyLoop {
     b.planned = tasks_.wrenches;
     b.state = before_;
     b.torques = command_->torques;
-    b.left = plant_->contact(Side::left).wrench;
-    b.right = plant_->contact(Side::right).wrench;
-    b.left_sole = dynamics_->sole(Side::left).pose;
-    b.right_sole = dynamics_->sole(Side::right).pose;
+    b.left = plant_.truth().contact(Side::left).wrench;
+    b.right = plant_.truth().contact(Side::right).wrench;
+    b.left_sole = truth().sole(Side::left).pose;
+    b.right_sole = truth().sole(Side::right).pose;
     log_.body.push_back(std::move(b));
     if (has_fallen(g)) stop(fmt::format("fell at {:.2f} s", t));
   }
@@ -218,13 +230,15 @@ class FullBodyLoop {
   int push_body_;
   Scene scene_;
   StepLogic steps_;
-  std::unique_ptr<DynamicsModel> dynamics_;
-  std::unique_ptr<Plant> plant_;
+  FloatingRobot believed_;  // by the controllers
+  std::unique_ptr<DynamicsModel> dynamics_, truth_;
+  MeasuredPlant plant_;
   std::unique_ptr<Planner> planner_;
   std::unique_ptr<WholeBodyController> controller_;
   SwingFoot swing_;
   WholeBodyTasks tasks_;
   WholeBodyState before_;  // of the last step
+  Vec<double, 3> landed_at_ = Vec<double, 3>::Zero();
   const ControlTick* tick_ = nullptr;
   const WholeBodyCommand* command_ = nullptr;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();

@@ -29,9 +29,10 @@ class ClosedLoop {
                cvodes({.method = CvodesMethod::Adams,
                        .tolerance = plant_tolerance,
                        .absolute_tolerance = plant_tolerance})),
-        planner_(config.controller == ControllerChoice::mpc
-                     ? make_mpc(config, robot, scene_)
-                     : make_capture_point_controller(config, robot, scene_)) {
+        planner_(
+            config.controller == ControllerChoice::mpc
+                ? make_mpc(config, believed_robot(config, robot), scene_)
+                : make_capture_point_controller(config, believed_robot(config, robot), scene_)) {
     log_.robot = robot;
     plant_.left = {scene_.left, true};
     plant_.right = {scene_.right, false};

@@ -129,6 +129,15 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
   return result;
 }
 
+FloatingRobot with_masses_scaled(FloatingRobot robot, double factor) {
+  for (FloatingRobot::Body& body : robot.bodies) {
+    body.mass *= factor;
+    body.inertia *= factor;
+  }
+  robot.total_mass *= factor;
+  return robot;
+}
+
 WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
                               const RobotDescription& description, const StandingPosture& posture) {
   WholeBodyState state;

@@ -51,6 +51,10 @@ struct FloatingRobot {
 /// cannot move, or the base link is not its root's group.
 FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot);
 
+/// The same robot with all masses and inertias times `factor` > 0: what a model that errs says of
+/// it.
+FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
+
 /// At rest in the posture, the contact frame of the left sole at the origin of the world.
 WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
                               const RobotDescription& description, const StandingPosture& posture);
