@@ -134,8 +134,9 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     world.topRightCorner<3, 3>() = R;
     base.middleCols(standing[foot], 6).noalias() =
         soles[foot]->jacobian.leftCols<6>().transpose() * world;
+    const Mat<double, 6, 6> reaction = -world;  // the minus in the product would allocate
     torque.middleCols(standing[foot], 6).noalias() =
-        -soles[foot]->jacobian.rightCols(n).transpose() * world;
+        soles[foot]->jacobian.rightCols(n).transpose() * reaction;
   }
   factor.solveInPlace(base.leftCols(size));
   Vec<double, 6> rest = -h.head<6>();
