@@ -203,7 +203,8 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
           {"whole_body_control_s_per_s", per_second(log.control_seconds)},
           {"plant_s_per_s", per_second(log.plant_seconds)},
           {"control_steps", log.control_calls},
-          {"control_failures", log.control_failures}};
+          {"control_failures", log.control_failures},
+          {"control_cuts", log.control_cuts}};
 }
 
 void write_body(const OutputFolder& output, const RunLog& log, const FloatingRobot& robot) {

@@ -36,11 +36,6 @@ void declare_noise(Settings& s, MeasurementNoise& n) {
 
 }  // namespace
 
-const char* describe(PushShape shape) {
-  constexpr const char* names[] = {"rectangle", "half_sine", "triangle"};
-  return names[static_cast<int>(shape)];
-}
-
 void declare_settings(Settings& s, Config& c) {
   s.choice<PlantChoice>(
       "plant", c.plant,
@@ -72,11 +67,6 @@ void declare_settings(Settings& s, Config& c) {
   s.vector("push.direction", c.push.direction, "", "direction of the push, world axes");
   s.number("push.duration", c.push.duration, "s", "how long it lasts", above(0.0));
   s.number("push.start", c.push.start, "s", "when it begins", at_least(0.0));
-  s.choice<PushShape>("push.shape", c.push.shape,
-                      {{describe(PushShape::rectangle), PushShape::rectangle},
-                       {describe(PushShape::half_sine), PushShape::half_sine},
-                       {describe(PushShape::triangle), PushShape::triangle}},
-                      "of the force over time; the impulse is the same");
   s.rule({"push.direction"},
          [&c] { return c.push.direction.norm() > 0.0 ? "" : "push.direction must not be zero"; });
 
@@ -139,9 +129,7 @@ void declare_settings(Settings& s, Config& c) {
                : fmt::format("contact.fz_min ({}) exceeds contact.fz_max ({})", c.normal_force_min,
                              c.normal_force_max);
   });
-  s.text("push.link", c.push.link,
-         "whole body: the link that is pushed (the centroidal model: CoM)");
-  s.vector("push.point", c.push.point, "m", "whole body: where on that link, in its frame");
+  s.text("push.link", c.push.link, "whole body: the link that is pushed");
   s.number("control.period", c.control_period, "s", "of the whole-body controller", above(0.0));
   s.number("simulator.step", c.plant_step, "s", "of its engine", above(0.0));
   s.number("simulator.friction", c.ground_friction, "", "of the ground", above(0.0));
@@ -157,12 +145,28 @@ void declare_settings(Settings& s, Config& c) {
                           "collision detector");
   s.choice<DartLcp>("dart.lcp", c.lcp, {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
                     "contact solver");
+  s.choice<WholeBodyChoice>(
+      "whole_body.controller", c.whole_body_controller,
+      {{"inverse_dynamics", WholeBodyChoice::inverse_dynamics},
+       {"momentum", WholeBodyChoice::momentum}},
+      "one program over accelerations and wrenches, or the momentum control of the literature "
+      "(wrenches first, then torques)");
   WholeBodyWeights& w = c.whole_body;
   s.number("whole_body.linear_momentum", w.linear_momentum, "1/N^2", "weight", at_least(0.0));
   s.number("whole_body.angular_momentum", w.angular_momentum, "1/(Nm)^2", "weight", at_least(0.0));
   s.number("whole_body.posture", w.posture, "s^4/rad^2", "weight", above(0.0));
   s.number("whole_body.swing_foot", w.swing_foot, "s^4/m^2", "weight", at_least(0.0));
   s.number("whole_body.wrench", w.wrench, "1/N^2", "weight", above(0.0));
+  MomentumOptions& m = c.momentum;
+  s.number("momentum.linear_momentum", m.linear_momentum, "1/N^2", "weight", at_least(0.0));
+  s.number("momentum.angular_momentum", m.angular_momentum, "1/(Nm)^2", "weight", at_least(0.0));
+  s.number("momentum.wrench", m.wrench, "1/N^2", "weight of the difference to the plan",
+           above(0.0));
+  s.number("momentum.torque", m.torque, "1/(Nm)^2", "weight", at_least(0.0));
+  s.number("momentum.posture", m.posture, "1/s^2", "stiffness", at_least(0.0));
+  s.number("momentum.posture_damping", m.posture_damping, "1/s", "", at_least(0.0));
+  s.number("momentum.swing_regularisation", m.swing_regularisation, "m/(s^2 Nm)",
+           "of the pseudo-inverse", above(0.0));
   declare_weights(s, c.weights);
   s.flag("pictures", c.pictures, "draw the pictures at the end (needs python3 with matplotlib)");
 }

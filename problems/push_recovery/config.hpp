@@ -10,26 +10,23 @@
 #include "robots/dart/dart_plant.hpp"
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "robots/whole_body/measured_plant.hpp"
+#include "robots/whole_body/momentum_controller.hpp"
 
 namespace saltus::push_recovery {
 
 enum class ControllerChoice { mpc, capture_point };
 enum class PlantChoice { centroidal, dart, mujoco };
+enum class WholeBodyChoice { inverse_dynamics, momentum };
 enum class Target { sole_midpoint, centroid };
 enum class StepTrigger { push, icp };
 enum class Placement { predicted, fixed };
-enum class PushShape { rectangle, half_sine, triangle };
 
 struct Push {
   double impulse = 7.0;                      ///< N s
   Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
   double duration = 0.1;                     ///< s
   double start = 2.4;                        ///< s
-  PushShape shape = PushShape::rectangle;    ///< of the force over time; the impulse is the same
-  /// Whole body: the link of the URDF that is pushed, and where, in its frame, m. The centroidal
-  /// model is pushed on its CoM.
-  std::string link = "chest";
-  Vec<double, 3> point{0.0, 0.0, 0.0};
+  std::string link = "chest";                ///< whole body: the link that is pushed
 };
 
 struct Step {
@@ -82,13 +79,13 @@ struct Config {
   DartLcp lcp = DartLcp::dantzig;
   int delay_ticks = 0;     ///< periods of control by which the torques are late
   MeasurementNoise noise;  ///< of what the controllers see
+  WholeBodyChoice whole_body_controller = WholeBodyChoice::inverse_dynamics;
   WholeBodyWeights whole_body;
+  MomentumOptions momentum;
 
   Weights weights;
   bool pictures = true;
 };
-
-const char* describe(PushShape shape);
 
 /// Binds every key to its field, with units, ranges and rules.
 void declare_settings(Settings& settings, Config& config);

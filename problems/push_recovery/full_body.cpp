@@ -42,6 +42,8 @@ class FullBodyLoop {
       : config_(config),
         model_(UrdfModel::read(urdf)),
         body_(floating_robot(model_, robot)),
+        push_force_(push_force(config.push)),
+        push_body_(body_.body_index(config.push.link)),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
         believed_(with_masses_scaled(body_, 1.0 + config.mass_error)),
@@ -51,13 +53,8 @@ class FullBodyLoop {
             config.controller == ControllerChoice::mpc
                 ? make_mpc(config, believed_robot(config, robot), scene_)
                 : make_capture_point_controller(config, believed_robot(config, robot), scene_)),
-        controller_(make_inverse_dynamics_controller(
-            believed_, contact_options(config, robot.left_foot),
-            contact_options(config, robot.right_foot), config.whole_body)) {
+        controller_(make_whole_body_controller(believed_, config, robot)) {
     log_.robot = robot;
-    log_.floating = body_;
-    log_.pushed = link_frame(body_, model_, config.push.link);
-    log_.pushed.pose.translate(config.push.point);
     const WholeBodyState start = standing_state(body_, model_, robot, robot.default_posture());
     if (!config.noise.is_zero() || config.mass_error != 0.0) truth_ = make_dart_dynamics(body_);
     plant_.reset(start);
@@ -97,6 +94,15 @@ class FullBodyLoop {
   }
 
  private:
+  static std::unique_ptr<WholeBodyController> make_whole_body_controller(
+      const FloatingRobot& body, const Config& config, const RobotDescription& robot) {
+    const ContactConeOptions left = contact_options(config, robot.left_foot);
+    const ContactConeOptions right = contact_options(config, robot.right_foot);
+    if (config.whole_body_controller == WholeBodyChoice::momentum)
+      return make_momentum_controller(body, left, right, config.momentum);
+    return make_inverse_dynamics_controller(body, left, right, config.whole_body);
+  }
+
   static std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const Config& config) {
     DartOptions options;
     options.step = config.plant_step;
@@ -179,6 +185,7 @@ class FullBodyLoop {
     tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(Side::right));
     const WholeBodyCommand& command = controller_->control(*dynamics_, plant_.state(), tasks_);
     if (command.status != QpStatus::optimal) ++log_.control_failures;
+    if (command.torques_cut > 0) ++log_.control_cuts;
     ++log_.control_calls;
     command_ = &command;
     plant_.set_torques(command.torques);
@@ -187,9 +194,12 @@ class FullBodyLoop {
 
   void step(double t) {
     Stopwatch watch(log_.plant_seconds);
-    pushed_ = mean_push_force(config_.push, t, t + config_.plant_step);
-    if (!pushed_.isZero(0.0))
-      plant_.push(log_.pushed.body, pushed_, log_.pushed.pose.translation());
+    if (is_pushed(config_.push, t)) {
+      plant_.push(push_body_, push_force_, Vec<double, 3>::Zero());
+      pushed_ = push_force_;
+    } else {
+      pushed_.setZero();
+    }
     before_ = plant_.truth().state();
     plant_.step();
     if (!plant_.truth().state().is_finite()) {
@@ -224,7 +234,8 @@ class FullBodyLoop {
   const Config& config_;
   UrdfModel model_;
   FloatingRobot body_;
-  Vec<double, 3> pushed_ = Vec<double, 3>::Zero();
+  Vec<double, 3> push_force_, pushed_ = Vec<double, 3>::Zero();
+  int push_body_;
   Scene scene_;
   StepLogic steps_;
   FloatingRobot believed_;  // by the controllers

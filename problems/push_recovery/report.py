@@ -49,6 +49,7 @@ FIGURES = [  # key of summary.json ("body." of its section), text, unit, factor,
      1, 3),
     ("body.plant_s_per_s", "Wall clock per simulated second: simulator", "s", 1, 3),
     ("body.control_failures", "Control steps not solved", "", 1, 0),
+    ("body.control_cuts", "Control steps with torques cut to their limits", "", 1, 0),
 ]
 
 STYLE = """

@@ -8,7 +8,7 @@
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/planner.hpp"
 #include "robots/robot_description.hpp"
-#include "robots/whole_body/floating_robot.hpp"
+#include "robots/whole_body/whole_body_state.hpp"
 
 namespace saltus::push_recovery {
 
@@ -48,9 +48,7 @@ struct RunLog {
   RobotDescription robot;
   Scene final_scene;
   std::vector<Sample> samples;
-  std::vector<BodySample> body;  ///< of the whole body only, like the next two
-  FloatingRobot floating;        ///< the robot as simulated
-  FloatingRobot::Frame pushed;   ///< where it is pushed
+  std::vector<BodySample> body;  ///< of the whole body only
   std::vector<TickRecord> ticks;
   LoopStatistics loop;
   std::string solver;
@@ -59,6 +57,7 @@ struct RunLog {
   std::string stop_reason;  ///< when stopped early
   std::string plant = "centroidal";
   long control_calls = 0, control_failures = 0;  ///< of the whole-body controller
+  long control_cuts = 0;  ///< of its calls, those in which torques were cut to their limits
   /// Wall clock of the parts of the whole body's loop, s.
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate

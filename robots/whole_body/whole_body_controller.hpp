@@ -26,6 +26,7 @@ struct WholeBodyCommand {
   double stance_slip =
       0.0;  ///< largest entry of a stance foot's acceleration that had to be given up
   double limit_excess = 0.0;  ///< rad/s^2 by which a joint limit is not respected
+  int torques_cut = 0;        ///< joints whose torque was found too large and cut to its limit
 };
 
 class WholeBodyController {

@@ -39,6 +39,16 @@ TEST_F(FullBody, StepCatchesAPush) {
     ASSERT_LT(log.body[i].torques.cwiseAbs().maxCoeff(), 56.0) << log.samples[i].time;  // Nm
 }
 
+TEST_F(FullBody, MomentumControlStepsToo) {
+  config.push.impulse = 5.0;
+  config.whole_body_controller = WholeBodyChoice::momentum;
+  const RunLog log = simulate_full_body(config, robot, urdf);
+  const Verdict verdict = judge(config, log);
+  EXPECT_TRUE(verdict.recovered) << verdict.reason;
+  EXPECT_EQ(log.control_failures, 0);
+  EXPECT_NEAR(log.touchdown, config.push.start + config.step.duration, 0.05);
+}
+
 TEST_F(FullBody, WithoutAStepAHardPushIsAFallThatIsSaid) {
   config.push.impulse = 8.0;
   config.stepping = false;

@@ -1,0 +1,33 @@
+// Wrenches of the soles, (force N | torque Nm about the contact frame's origin) in the axes of the
+// sole, as forces on the body.
+#pragma once
+
+#include "robots/whole_body/dynamics_model.hpp"
+
+namespace saltus {
+
+inline Mat<double, 3, 3> skew(const Vec<double, 3>& a) {
+  Mat<double, 3, 3> S;
+  S << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
+  return S;
+}
+
+/// To (torque | force) in world axes, as in DynamicsModel.
+inline Mat<double, 6, 6> wrench_to_world(const SoleMotion& sole) {
+  Mat<double, 6, 6> world = Mat<double, 6, 6>::Zero();
+  world.bottomLeftCorner<3, 3>() = sole.pose.linear();
+  world.topRightCorner<3, 3>() = sole.pose.linear();
+  return world;
+}
+
+/// To (force | torque about the CoM) in world axes.
+inline Mat<double, 6, 6> wrench_to_momentum(const SoleMotion& sole, const Vec<double, 3>& com) {
+  const Mat<double, 3, 3> R = sole.pose.linear();
+  Mat<double, 6, 6> map = Mat<double, 6, 6>::Zero();
+  map.topLeftCorner<3, 3>() = R;
+  map.bottomLeftCorner<3, 3>() = skew(sole.pose.translation() - com) * R;
+  map.bottomRightCorner<3, 3>() = R;
+  return map;
+}
+
+}  // namespace saltus

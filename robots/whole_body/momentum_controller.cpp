@@ -1,0 +1,301 @@
+#include "robots/whole_body/momentum_controller.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "framework/qp/riccati_solver.hpp"
+#include "robots/capture_point.hpp"
+#include "robots/whole_body/contact_wrench.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr int feet = 2;
+
+void check(const MomentumOptions& o) {
+  const auto refuse = [](const char* name, double value, const char* rule) {
+    throw DefinitionError(
+        fmt::format("momentum controller: {} must be {}, not {}", name, rule, value));
+  };
+  const auto not_negative = [&](const char* name, double value) {
+    if (!(value >= 0.0) || !std::isfinite(value)) refuse(name, value, "finite and not negative");
+  };
+  const auto positive = [&](const char* name, double value) {
+    if (!(value > 0.0) || !std::isfinite(value)) refuse(name, value, "finite and positive");
+  };
+  not_negative("linear_momentum", o.linear_momentum);
+  not_negative("angular_momentum", o.angular_momentum);
+  not_negative("torque", o.torque);
+  positive("wrench", o.wrench);
+  not_negative("posture", o.posture);
+  not_negative("posture_damping", o.posture_damping);
+  not_negative("stance_damping", o.stance_damping);
+  positive("stance_regularisation", o.stance_regularisation);
+  positive("swing_regularisation", o.swing_regularisation);
+  positive("limit_horizon", o.limit_horizon);
+}
+
+StageQp capacity(const ContactCone cones[feet]) {
+  StageCapacity stage{0, 6 * feet, {}};
+  for (int i = 0; i < feet; ++i) stage.groups.push_back({cones[i].rows(), 6, false});
+  return StageQp({stage});
+}
+
+class MomentumController final : public WholeBodyController {
+ public:
+  MomentumController(const FloatingRobot& robot, const ContactConeOptions& left,
+                     const ContactConeOptions& right, const MomentumOptions& options)
+      : n_(robot.joints()),
+        options_(options),
+        cones_{contact_cone(left), contact_cone(right)},
+        qp_(capacity(cones_)),
+        point_(qp_),
+        effort_(n_),
+        lower_(n_),
+        upper_(n_),
+        base_(6, n_),
+        mass_(n_, n_),
+        mass_factor_(n_),
+        bias_(n_),
+        posture_(n_),
+        jacobian_(12, n_),
+        transfer_(n_, 12),
+        torque_(n_, 12),
+        torque_0_(n_),
+        rest_(n_) {
+    check(options);
+    for (int i = 0; i < n_; ++i) {
+      effort_[i] = robot.bodies[i + 1].effort;
+      lower_[i] = robot.bodies[i + 1].position.lower;
+      upper_[i] = robot.bodies[i + 1].position.upper;
+    }
+    RiccatiOptions solver;
+    solver.tolerance = 1e-6;  // N and Nm, against hundreds of them
+    solver.max_iterations = 40;
+    solver_ = make_riccati_solver(qp_, solver);
+    pull_.setZero();
+    momentum_.setZero();
+    command_.torques = VectorXd::Zero(n_);
+    command_.joint_acceleration = VectorXd::Zero(n_);
+  }
+
+  const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
+                                  const WholeBodyTasks& tasks) noexcept override;
+
+ private:
+  void eliminate_base(const DynamicsModel& model);
+  void set_feet(const DynamicsModel& model, const WholeBodyState& state,
+                const WholeBodyTasks& tasks);
+  bool find_wrenches(const DynamicsModel& model, const WholeBodyTasks& tasks);
+  void finish(const WholeBodyState& state);
+  double limit_excess(const WholeBodyState& state) const;
+
+  int n_;
+  MomentumOptions options_;
+  ContactCone cones_[feet];
+  StageQp qp_;
+  StagePoint point_;
+  std::unique_ptr<StageQpSolver> solver_;
+  VectorXd effort_, lower_, upper_;
+
+  // With the base eliminated: mass d2q + bias = tau + sum jacobian_i' w_i.
+  Eigen::LLT<Mat<double, 6, 6>> base_factor_;  // of M_bb
+  MatrixXd base_;                              // M_bb^-1 M_bj
+  Vec<double, 6> base_bias_;                   // M_bb^-1 h_b
+  MatrixXd mass_;
+  Eigen::LLT<MatrixXd> mass_factor_;
+  VectorXd bias_;
+
+  VectorXd posture_;             // wanted joint accelerations
+  MatrixXd jacobian_;            // of both feet, the base moving along
+  MatrixXd transfer_;            // Lambda'
+  Mat<double, 12, 12> pull_;     // acceleration of the feet by the base alone, per sole wrench
+  Vec<double, 12> missing_;      // acceleration that posture and a falling base leave to be made
+  Mat<double, 6, 12> momentum_;  // rate of momentum per sole wrench
+  Mat<double, 6, 6> world_[feet];
+  MatrixXd torque_;  // tau = torque_ f + torque_0_
+  VectorXd torque_0_, rest_;
+  bool stands_[feet] = {false, false};
+  int size_ = 0;                 // of f: 6 per foot that stands
+  int column_[feet] = {-1, -1};  // of its wrench in f
+  Vec<double, 12> wrench_;       // f
+  WholeBodyCommand command_;
+};
+
+void MomentumController::eliminate_base(const DynamicsModel& model) {
+  const MatrixXd& M = model.mass_matrix();
+  const VectorXd& h = model.bias();
+  base_factor_.compute(M.topLeftCorner<6, 6>());
+  base_ = M.topRightCorner(6, n_);
+  base_factor_.solveInPlace(base_);
+  base_bias_ = h.head<6>();
+  base_factor_.solveInPlace(base_bias_);
+  mass_ = M.bottomRightCorner(n_, n_);
+  mass_.noalias() -= M.bottomLeftCorner(n_, 6) * base_;
+  mass_factor_.compute(mass_);
+  bias_ = h.tail(n_);
+  bias_.noalias() -= M.bottomLeftCorner(n_, 6) * base_bias_;
+}
+
+// Lambda, what the feet lack, and from them the torques as a function of the wrenches.
+void MomentumController::set_feet(const DynamicsModel& model, const WholeBodyState& state,
+                                  const WholeBodyTasks& tasks) {
+  const SoleMotion* soles[feet] = {&model.sole(Side::left), &model.sole(Side::right)};
+  posture_ = options_.posture * (tasks.posture - state.q) - options_.posture_damping * state.dq;
+  Vec<double, 12> regularisation;
+  size_ = 0;
+  for (int i = 0; i < feet; ++i) {
+    const SoleMotion& sole = *soles[i];
+    auto J = jacobian_.middleRows<6>(6 * i);
+    J = sole.jacobian.rightCols(n_);
+    J.noalias() -= sole.jacobian.topLeftCorner<6, 6>() * base_;
+    missing_.segment<6>(6 * i) = sole.jacobian.topLeftCorner<6, 6>() * base_bias_ - sole.drift;
+    if (stands_[i])
+      missing_.segment<6>(6 * i) -= options_.stance_damping * sole.twist;
+    else
+      missing_.segment<6>(6 * i) += tasks.swing_acceleration;
+    missing_.segment<6>(6 * i).noalias() -= J * posture_;
+    const double r = stands_[i] ? options_.stance_regularisation : options_.swing_regularisation;
+    regularisation.segment<6>(6 * i).setConstant(r * r);
+    column_[i] = stands_[i] ? size_ : -1;
+    if (stands_[i]) size_ += 6;
+  }
+  transfer_ = jacobian_.transpose();
+  mass_factor_.solveInPlace(transfer_);
+  Mat<double, 12, 12> gram;
+  gram.noalias() = transfer_.transpose() * transfer_;
+  gram.diagonal() += regularisation;
+  const Eigen::LLT<Mat<double, 12, 12>> gram_factor(gram);
+
+  for (int i = 0; i < feet; ++i) {
+    if (!stands_[i]) continue;
+    world_[i] = wrench_to_world(*soles[i]);
+    const Mat<double, 6, 6> base =
+        base_factor_.solve(soles[i]->jacobian.topLeftCorner<6, 6>().transpose() * world_[i]);
+    for (int k = 0; k < feet; ++k)
+      pull_.block<6, 6>(6 * k, column_[i]).noalias() =
+          soles[k]->jacobian.topLeftCorner<6, 6>() * base;
+    const Mat<double, 6, 6> reaction = -world_[i];
+    torque_.middleCols<6>(column_[i]).noalias() =
+        jacobian_.middleRows<6>(6 * i).transpose() * reaction;
+    momentum_.block<6, 6>(0, column_[i]) = wrench_to_momentum(*soles[i], model.com());
+  }
+  // tau_0 and Lambda^+ of what is missing.
+  torque_0_ = bias_;
+  torque_0_.noalias() += mass_ * posture_;
+  const Vec<double, 12> effort = gram_factor.solve(missing_);
+  torque_0_.noalias() += transfer_ * effort;
+  Mat<double, 12, 12> per_wrench = pull_;
+  gram_factor.solveInPlace(per_wrench);
+  torque_.leftCols(size_).noalias() -= transfer_ * per_wrench.leftCols(size_);
+}
+
+bool MomentumController::find_wrenches(const DynamicsModel& model, const WholeBodyTasks& tasks) {
+  command_.status = QpStatus::optimal;
+  command_.iterations = 0;
+  if (size_ == 0) return true;
+  Stage& stage = qp_.stages[0];
+  stage.nx = 0;
+  stage.nu = size_;
+  Vec<double, 6> wanted, weight;
+  wanted << tasks.force + Vec<double, 3>(0.0, 0.0, model.mass() * standard_gravity), tasks.torque;
+  weight.head<3>().setConstant(options_.linear_momentum);
+  weight.tail<3>().setConstant(options_.angular_momentum);
+  const auto A = momentum_.topLeftCorner(6, size_);
+  stage.R.topLeftCorner(size_, size_).noalias() = A.transpose() * weight.asDiagonal() * A;
+  stage.r.head(size_).noalias() = -(A.transpose() * weight.cwiseProduct(wanted));
+  const auto T = torque_.leftCols(size_);
+  stage.R.topLeftCorner(size_, size_).noalias() += options_.torque * T.transpose() * T;
+  stage.r.head(size_).noalias() += options_.torque * T.transpose() * torque_0_;
+  for (int i = 0; i < feet; ++i) {
+    RowGroup& cone = stage.groups[i];
+    cone.rows = 0;
+    if (!stands_[i]) continue;
+    stage.R.diagonal().segment<6>(column_[i]).array() += options_.wrench;
+    stage.r.segment<6>(column_[i]) -= options_.wrench * tasks.wrenches.segment<6>(6 * i);
+    cone.rows = cones_[i].rows();
+    cone.columns.resize(6);
+    for (int j = 0; j < 6; ++j) cone.columns[j] = column_[i] + j;
+    cone.M = cones_[i].A;
+    cone.lower.setConstant(-infinity);
+    cone.upper = cones_[i].b;
+  }
+  const QpResult r = solver_->solve(qp_, point_, false);
+  command_.status = r.status;
+  command_.iterations = r.iterations;
+  // A wrench that misses its optimum by less than a hundredth of a N serves as well.
+  if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return false;
+  wrench_.head(size_) = point_.stages[0].u.head(size_);
+  return true;
+}
+
+// Cuts the torques; then what they do to joints and feet if the ground answers with these wrenches.
+void MomentumController::finish(const WholeBodyState& state) {
+  const auto f = wrench_.head(size_);
+  command_.torques = torque_0_;
+  command_.torques.noalias() += torque_.leftCols(size_) * f;
+  command_.torques_cut = 0;
+  for (int i = 0; i < n_; ++i) {
+    if (std::abs(command_.torques[i]) <= effort_[i]) continue;
+    command_.torques[i] = std::clamp(command_.torques[i], -effort_[i], effort_[i]);
+    ++command_.torques_cut;
+  }
+  command_.wrenches.setZero();
+  rest_ = command_.torques - bias_;
+  for (int i = 0; i < feet; ++i) {
+    if (!stands_[i]) continue;
+    command_.wrenches.segment<6>(6 * i) = f.segment<6>(column_[i]);
+    rest_.noalias() +=
+        jacobian_.middleRows<6>(6 * i).transpose() * (world_[i] * f.segment<6>(column_[i]));
+  }
+  mass_factor_.solveInPlace(rest_);
+  command_.joint_acceleration = rest_;
+
+  rest_ -= posture_;
+  command_.stance_slip = 0.0;
+  for (int i = 0; i < feet; ++i) {
+    if (!stands_[i]) continue;
+    Vec<double, 6> error = -missing_.segment<6>(6 * i);
+    error.noalias() += jacobian_.middleRows<6>(6 * i) * rest_;
+    error.noalias() += pull_.block(6 * i, 0, 6, size_) * f;
+    command_.stance_slip = std::max(command_.stance_slip, error.cwiseAbs().maxCoeff());
+  }
+  command_.limit_excess = limit_excess(state);
+}
+
+// As in the inverse-dynamics program: at this acceleration the limit would be passed in time T.
+double MomentumController::limit_excess(const WholeBodyState& state) const {
+  const double T = options_.limit_horizon;
+  double most = 0.0;
+  for (int i = 0; i < n_; ++i) {
+    const double ahead =
+        state.q[i] + T * state.dq[i] + 0.5 * T * T * command_.joint_acceleration[i];
+    most = std::max({most, lower_[i] - ahead, ahead - upper_[i]});
+  }
+  return 2.0 / (T * T) * most;
+}
+
+const WholeBodyCommand& MomentumController::control(const DynamicsModel& model,
+                                                    const WholeBodyState& state,
+                                                    const WholeBodyTasks& tasks) noexcept {
+  stands_[0] = tasks.left_stands;
+  stands_[1] = tasks.right_stands;
+  eliminate_base(model);
+  set_feet(model, state, tasks);
+  if (find_wrenches(model, tasks)) finish(state);
+  return command_;
+}
+
+}  // namespace
+
+std::unique_ptr<WholeBodyController> make_momentum_controller(const FloatingRobot& robot,
+                                                              const ContactConeOptions& left,
+                                                              const ContactConeOptions& right,
+                                                              const MomentumOptions& options) {
+  return std::make_unique<MomentumController>(robot, left, right, options);
+}
+
+}  // namespace saltus

@@ -1,0 +1,279 @@
+// What every whole-body controller must do, and what each one promises. Needs the URDF, whose file
+// SALTUS_ICUB_URDF names.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "framework/core/error.hpp"
+#include "robots/capture_point.hpp"
+#include "robots/dart/dart_dynamics.hpp"
+#include "robots/dart/dart_plant.hpp"
+#include "robots/icub/icub.hpp"
+#include "robots/whole_body/contact_wrench.hpp"
+#include "robots/whole_body/inverse_dynamics_controller.hpp"
+#include "robots/whole_body/momentum_controller.hpp"
+#include "robots/whole_body/swing_foot.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus {
+namespace {
+
+class Controllers : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* file = std::getenv("SALTUS_ICUB_URDF");
+    if (file == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
+    urdf = std::make_unique<UrdfModel>(UrdfModel::read(file));
+    description = icub(file);
+    robot = floating_robot(*urdf, description);
+    model = make_dart_dynamics(robot);
+    left.foot = description.left_foot;
+    right.foot = description.right_foot;
+    inverse_dynamics = make_inverse_dynamics_controller(robot, left, right);
+    momentum = make_momentum_controller(robot, left, right);
+  }
+
+  WholeBodyState stand(const char* posture) {
+    return standing_state(robot, *urdf, description, description.posture(posture));
+  }
+  // The wrenches that carry the robot at rest on both feet or on the left one, its momentum kept.
+  WholeBodyTasks rest_tasks(const WholeBodyState& state, bool both) {
+    model->update(state);
+    WholeBodyTasks tasks;
+    tasks.right_stands = both;
+    tasks.posture = state.q;
+    const double weight = model->mass() * standard_gravity;
+    const double share = both ? (model->com() - model->sole(Side::right).pose.translation())[1] /
+                                    (model->sole(Side::left).pose.translation() -
+                                     model->sole(Side::right).pose.translation())[1]
+                              : 1.0;
+    const double loads[2] = {share * weight, (1.0 - share) * weight};
+    for (const Side side : {Side::left, Side::right}) {
+      const int i = side == Side::left ? 0 : 1;
+      const Eigen::Isometry3d& pose = model->sole(side).pose;
+      Vec<double, 3> arm = model->com() - pose.translation();
+      if (both) arm[1] = 0.0;
+      const Vec<double, 3> force(0.0, 0.0, loads[i]);
+      tasks.wrenches.segment<3>(6 * i) = pose.linear().transpose() * force;
+      tasks.wrenches.segment<3>(6 * i + 3) = pose.linear().transpose() * arm.cross(force);
+    }
+    return tasks;
+  }
+
+  // The same, every joint and the base under way, with what a stance foot hardly does.
+  WholeBodyState moving(const char* posture) {
+    WholeBodyState state = stand(posture);
+    for (int i = 0; i < robot.joints(); ++i) state.dq[i] = 0.1 * std::sin(1.0 + i);
+    state.base_twist << 0.02, -0.03, 0.01, 0.01, 0.02, -0.01;
+    return state;
+  }
+  static Vec<double, 6> planned(const WholeBodyTasks& tasks, Side side) {
+    return tasks.wrenches.segment<6>(side == Side::left ? 0 : 6);
+  }
+
+  std::unique_ptr<UrdfModel> urdf;
+  RobotDescription description;
+  FloatingRobot robot;
+  std::unique_ptr<DynamicsModel> model;
+  ContactConeOptions left, right;
+  std::unique_ptr<WholeBodyController> inverse_dynamics, momentum;
+};
+
+// At rest the torques are those that hold every link against gravity: h less what the feet carry.
+TEST_F(Controllers, AtRestTorquesBalanceGravity) {
+  for (const bool both : {false, true}) {
+    const WholeBodyState state = stand(both ? "two_feet" : "left_stance");
+    const WholeBodyTasks tasks = rest_tasks(state, both);
+    VectorXd expected = model->bias();
+    for (const Side side : {Side::left, Side::right}) {
+      const SoleMotion& sole = model->sole(side);
+      expected -= sole.jacobian.transpose() * (wrench_to_world(sole) * planned(tasks, side));
+    }
+    // Tolerance of the programs, 1e-6, by their least weight, 1e-3 per N^2, times arms below 1 m.
+    constexpr double tolerance = 1e-3;
+    ASSERT_LT(expected.head<6>().cwiseAbs().maxCoeff(), tolerance);  // the feet carry the base
+    for (auto* controller : {inverse_dynamics.get(), momentum.get()}) {
+      const WholeBodyCommand& command = controller->control(*model, state, tasks);
+      EXPECT_EQ(command.status, QpStatus::optimal);
+      EXPECT_LT((command.torques - expected.tail(robot.joints())).cwiseAbs().maxCoeff(), tolerance);
+      EXPECT_LT((command.wrenches - tasks.wrenches).cwiseAbs().maxCoeff(), tolerance);
+      EXPECT_LT(command.joint_acceleration.cwiseAbs().maxCoeff(), tolerance);
+      EXPECT_LT(command.stance_slip, tolerance);
+      EXPECT_LE(command.limit_excess, 0.0);
+      EXPECT_EQ(command.torques_cut, 0);
+    }
+  }
+}
+
+TEST_F(Controllers, NothingAllocates) {
+  for (const bool both : {false, true, false}) {
+    const WholeBodyState state = moving(both ? "two_feet" : "left_stance");
+    const WholeBodyTasks tasks = rest_tasks(state, both);
+    for (auto* controller : {inverse_dynamics.get(), momentum.get()}) {
+      const testing::AllocationCount count;
+      controller->control(*model, state, tasks);
+      EXPECT_EQ(count.made(), 0) << (controller == momentum.get() ? "momentum" : "inverse dynamics")
+                                 << (both ? ", two feet" : ", one foot");
+    }
+  }
+}
+
+// The equation of the paper, from the whole mass matrix and a pseudo-inverse by singular values.
+TEST_F(Controllers, MomentumTorquesAreThoseOfTheEquation) {
+  MomentumOptions options;
+  options.stance_regularisation = options.swing_regularisation = 1e-6;
+  options.posture = 1.0;  // small enough for the torques to stay within their limits
+  options.posture_damping = 2.0;
+  momentum = make_momentum_controller(robot, left, right, options);
+  const int n = robot.joints();
+  for (const bool both : {false, true}) {
+    const WholeBodyState state = moving(both ? "two_feet" : "left_stance");
+    WholeBodyTasks tasks = rest_tasks(state, both);
+    tasks.swing_acceleration << 0.1, -0.2, 0.3, 0.2, 0.1, 0.4;
+    for (int i = 0; i < n; ++i) tasks.posture[i] += 0.05 * std::cos(3.0 * i);
+    const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+    ASSERT_EQ(command.torques_cut, 0);
+
+    const MatrixXd& M = model->mass_matrix();
+    const VectorXd& h = model->bias();
+    MatrixXd J(12, 6 + n), S = MatrixXd::Zero(6 + n, n);
+    S.bottomRows(n).setIdentity();
+    VectorXd force = VectorXd::Zero(6 + n);  // J_s' f
+    Vec<double, 12> a;
+    for (const Side side : {Side::left, Side::right}) {
+      const SoleMotion& sole = model->sole(side);
+      const int i = side == Side::left ? 0 : 6;
+      J.middleRows(i, 6) = sole.jacobian;
+      const bool stands = side == Side::left || both;
+      a.segment<6>(i) =
+          stands ? Vec<double, 6>(-options.stance_damping * sole.twist) : tasks.swing_acceleration;
+      a.segment<6>(i) -= sole.drift;
+      force += sole.jacobian.transpose() * (wrench_to_world(sole) * command.wrenches.segment<6>(i));
+    }
+    const MatrixXd inverse = M.inverse();
+    const MatrixXd lambda = J * inverse * S;
+    const MatrixXd pseudo = lambda.completeOrthogonalDecomposition().pseudoInverse();
+    // The torques that would give the posture its accelerations if only f acted: eliminate the
+    // base.
+    const VectorXd wanted =
+        options.posture * (tasks.posture - state.q) - options.posture_damping * state.dq;
+    VectorXd nu(6 + n);
+    nu.tail(n) = wanted;
+    nu.head<6>() = M.topLeftCorner<6, 6>().ldlt().solve(force.head<6>() - h.head<6>() -
+                                                        M.topRightCorner(6, n) * wanted);
+    const VectorXd tau_0 = (M * nu + h - force).tail(n);
+    const VectorXd expected = pseudo * (J * inverse * (h - force) + a) +
+                              (MatrixXd::Identity(n, n) - pseudo * lambda) * tau_0;
+    constexpr double tolerance = 1e-5;  // regularisation, 1e-12, by the least of Lambda^2, 0.03
+    EXPECT_LT((command.torques - expected).cwiseAbs().maxCoeff(), tolerance);
+
+    // The ground then answers with f: the motion of the robot whose stance feet are held.
+    const VectorXd motion = inverse * (S * command.torques + force - h);
+    EXPECT_LT((J * motion - a).cwiseAbs().maxCoeff(), 1e-5);
+    EXPECT_LT((motion.tail(n) - command.joint_acceleration).cwiseAbs().maxCoeff(), 1e-5);
+    EXPECT_LT(command.stance_slip, 1e-5);
+  }
+}
+
+TEST_F(Controllers, MomentumWrenchesGiveTheRateWithinTheCones) {
+  const WholeBodyState state = moving("two_feet");
+  WholeBodyTasks tasks = rest_tasks(state, true);
+  tasks.force = {20.0, -30.0, 40.0};
+  tasks.torque = {2.0, 1.0, 0.5};
+  MomentumOptions to_plan, to_torques;
+  to_plan.wrench = to_torques.wrench = 1e-6;
+  to_torques.torque = 1e-3;
+  double norms[2];
+  for (const int i : {0, 1}) {
+    momentum = make_momentum_controller(robot, left, right, i == 0 ? to_plan : to_torques);
+    const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+    ASSERT_EQ(command.status, QpStatus::optimal);
+    Vec<double, 6> rate = Vec<double, 6>::Zero();
+    for (const Side side : {Side::left, Side::right})
+      rate += wrench_to_momentum(model->sole(side), model->com()) *
+              command.wrenches.segment<6>(side == Side::left ? 0 : 6);
+    rate[2] -= model->mass() * standard_gravity;
+    // The other prices pull at the rate: some 1e-3 of its weight.
+    EXPECT_LT((rate.head<3>() - tasks.force).norm(), 0.5) << i;
+    EXPECT_LT((rate.tail<3>() - tasks.torque).norm(), 0.05) << i;
+    EXPECT_LE(contact_cone(left).violation(command.wrenches.head<6>()), 1e-5);
+    EXPECT_LE(contact_cone(right).violation(command.wrenches.tail<6>()), 1e-5);
+    norms[i] = command.torques.norm();
+  }
+  EXPECT_LT(norms[1], 0.95 * norms[0]);  // two feet leave the freedom to spare torque
+
+  // More than one foot can give: what is lacking is said by the wrenches, which stay in the cone.
+  tasks.right_stands = false;
+  tasks.force = {0.0, -300.0, 0.0};
+  const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+  ASSERT_EQ(command.status, QpStatus::optimal);
+  EXPECT_LE(contact_cone(left).violation(command.wrenches.head<6>()), 1e-5);
+  EXPECT_EQ(command.wrenches.tail<6>().norm(), 0.0);
+}
+
+TEST_F(Controllers, MomentumTorquesAreCutAndCounted) {
+  const WholeBodyState state = stand("left_stance");
+  WholeBodyTasks tasks = rest_tasks(state, false);
+  for (const int i : {0, 5, 20}) tasks.posture[i] += 3.0;  // rad; 300 rad/s^2 at once
+  const WholeBodyCommand& command = momentum->control(*model, state, tasks);
+  EXPECT_GT(command.torques_cut, 0);
+  int at_limit = 0;
+  for (int i = 0; i < robot.joints(); ++i) {
+    EXPECT_LE(std::abs(command.torques[i]), robot.bodies[i + 1].effort);
+    if (std::abs(command.torques[i]) == robot.bodies[i + 1].effort) ++at_limit;
+  }
+  EXPECT_EQ(at_limit, command.torques_cut);
+  EXPECT_GT(command.stance_slip, 0.1);  // m/s^2: then the feet cannot all be obeyed, and it says so
+}
+
+TEST_F(Controllers, MomentumOptionsThatMakeNoSenseAreRefused) {
+  MomentumOptions options;
+  options.wrench = 0.0;
+  EXPECT_THROW(make_momentum_controller(robot, left, right, options), DefinitionError);
+  options = {};
+  options.posture = -1.0;
+  try {
+    make_momentum_controller(robot, left, right, options);
+    FAIL() << "a negative stiffness was accepted";
+  } catch (const DefinitionError& error) {
+    EXPECT_NE(std::string(error.what()).find("posture must be"), std::string::npos);
+  }
+}
+
+// Without a planner: a linear law for the momentum, a push of 2 N s, no step.
+TEST_F(Controllers, MomentumControlBalancesAPush) {
+  const auto plant = make_dart_plant(robot, {});
+  const WholeBodyState start = stand("left_stance");
+  plant->reset(start);
+  WholeBodyTasks tasks = rest_tasks(start, false);
+  SwingFoot swing;
+  swing.hold(model->sole(Side::right).pose);
+  const Vec<double, 3> above_the_foot(0.0, 0.0, model->com()[2]);
+  const int chest = robot.body_index("chest");
+  constexpr double impulse = 2.0, push_start = 0.2, push_length = 0.1;  // N s, s
+  for (int k = 0; k < 2500; ++k) {
+    const double t = 1e-3 * k;
+    if (k % 2 == 0) {
+      model->update(plant->state());
+      tasks.force =
+          model->mass() * (50.0 * (above_the_foot - model->com()) - 14.0 * model->com_velocity());
+      tasks.torque = -5.0 * model->angular_momentum();
+      tasks.swing_acceleration = swing.acceleration(model->sole(Side::right));
+      const WholeBodyCommand& command = momentum->control(*model, plant->state(), tasks);
+      ASSERT_EQ(command.status, QpStatus::optimal) << t;
+      plant->set_torques(command.torques);
+    }
+    if (t >= push_start && t < push_start + push_length)
+      plant->push(chest, {0.0, -impulse / push_length, 0.0}, Vec<double, 3>::Zero());
+    plant->step();
+  }
+  EXPECT_LT((model->com() - above_the_foot).norm(), 0.005);
+  EXPECT_LT(model->com_velocity().norm(), 0.01);
+  EXPECT_FALSE(plant->contact(Side::right).touches);
+  EXPECT_LT(model->sole(Side::left).pose.translation().norm(), 0.005);  // it did not hop
+}
+
+}  // namespace
+}  // namespace saltus
