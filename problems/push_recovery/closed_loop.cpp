@@ -1,6 +1,8 @@
 #include "problems/push_recovery/closed_loop.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "framework/ocp/window.hpp"
 
@@ -27,13 +29,28 @@ RobotDescription believed_robot(const Config& config, RobotDescription robot) {
   return robot;
 }
 
-Vec<double, 3> push_force(const Push& push) {
-  return push.direction.normalized() * (push.impulse / push.duration);
+double push_share(const Push& push, double t) {
+  const double s = std::clamp((t - push.start) / push.duration, 0.0, 1.0);
+  switch (push.shape) {
+    case PushShape::rectangle:
+      return s;
+    case PushShape::half_sine:
+      return 0.5 * (1.0 - std::cos(std::numbers::pi * s));
+    case PushShape::triangle:
+      return s < 0.5 ? 2.0 * s * s : 1.0 - 2.0 * (1.0 - s) * (1.0 - s);
+  }
+  return s;
 }
 
-bool is_pushed(const Push& push, double t) {
-  const double into_push = t - push.start;
-  return into_push > -same_instant && into_push < push.duration - same_instant;
+Vec<double, 3> mean_push_force(const Push& push, double from, double to) {
+  const double end = push.start + push.duration;
+  if (to < push.start + same_instant || from > end - same_instant) return Vec<double, 3>::Zero();
+  const Vec<double, 3> direction = push.direction.normalized();
+  const bool within = from > push.start - same_instant && to < end + same_instant;
+  if (push.shape == PushShape::rectangle && within)
+    return direction * (push.impulse / push.duration);  // without rounding
+  const double share = push_share(push, to) - push_share(push, from);
+  return direction * (push.impulse * share / (to - from));
 }
 
 bool has_fallen(const Vec<double, 9>& gamma) {

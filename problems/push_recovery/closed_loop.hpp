@@ -12,9 +12,11 @@ Scene initial_scene(const Config& config, const RobotDescription& robot);
 /// The robot that the controllers believe in: its mass with Config::mass_error.
 RobotDescription believed_robot(const Config& config, RobotDescription robot);
 
-/// World axes, N.
-Vec<double, 3> push_force(const Push& push);
-bool is_pushed(const Push& push, double t);
+/// The share of the impulse that was given up to `t` (s), 0 to 1.
+double push_share(const Push& push, double t);
+/// Mean of the force over an interval, s: applied as a constant it gives the impulse of the
+/// interval exactly, wherever its ends lie. World axes, N.
+Vec<double, 3> mean_push_force(const Push& push, double from, double to);
 
 /// Whether the robot lies on the ground, whatever follows.
 bool has_fallen(const Vec<double, 9>& gamma);

@@ -36,6 +36,11 @@ void declare_noise(Settings& s, MeasurementNoise& n) {
 
 }  // namespace
 
+const char* describe(PushShape shape) {
+  constexpr const char* names[] = {"rectangle", "half_sine", "triangle"};
+  return names[static_cast<int>(shape)];
+}
+
 void declare_settings(Settings& s, Config& c) {
   s.choice<PlantChoice>(
       "plant", c.plant,
@@ -67,6 +72,11 @@ void declare_settings(Settings& s, Config& c) {
   s.vector("push.direction", c.push.direction, "", "direction of the push, world axes");
   s.number("push.duration", c.push.duration, "s", "how long it lasts", above(0.0));
   s.number("push.start", c.push.start, "s", "when it begins", at_least(0.0));
+  s.choice<PushShape>("push.shape", c.push.shape,
+                      {{describe(PushShape::rectangle), PushShape::rectangle},
+                       {describe(PushShape::half_sine), PushShape::half_sine},
+                       {describe(PushShape::triangle), PushShape::triangle}},
+                      "of the force over time; the impulse is the same");
   s.rule({"push.direction"},
          [&c] { return c.push.direction.norm() > 0.0 ? "" : "push.direction must not be zero"; });
 
@@ -129,7 +139,9 @@ void declare_settings(Settings& s, Config& c) {
                : fmt::format("contact.fz_min ({}) exceeds contact.fz_max ({})", c.normal_force_min,
                              c.normal_force_max);
   });
-  s.text("push.link", c.push.link, "whole body: the link that is pushed");
+  s.text("push.link", c.push.link,
+         "whole body: the link that is pushed (the centroidal model: CoM)");
+  s.vector("push.point", c.push.point, "m", "whole body: where on that link, in its frame");
   s.number("control.period", c.control_period, "s", "of the whole-body controller", above(0.0));
   s.number("simulator.step", c.plant_step, "s", "of its engine", above(0.0));
   s.number("simulator.friction", c.ground_friction, "", "of the ground", above(0.0));

@@ -20,13 +20,18 @@ enum class WholeBodyChoice { inverse_dynamics, momentum };
 enum class Target { sole_midpoint, centroid };
 enum class StepTrigger { push, icp };
 enum class Placement { predicted, fixed };
+enum class PushShape { rectangle, half_sine, triangle };
 
 struct Push {
   double impulse = 7.0;                      ///< N s
   Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
   double duration = 0.1;                     ///< s
   double start = 2.4;                        ///< s
-  std::string link = "chest";                ///< whole body: the link that is pushed
+  PushShape shape = PushShape::rectangle;    ///< of the force over time; the impulse is the same
+  /// Whole body: the link of the URDF that is pushed, and where, in its frame, m. The centroidal
+  /// model is pushed on its CoM.
+  std::string link = "chest";
+  Vec<double, 3> point{0.0, 0.0, 0.0};
 };
 
 struct Step {
@@ -86,6 +91,8 @@ struct Config {
   Weights weights;
   bool pictures = true;
 };
+
+const char* describe(PushShape shape);
 
 /// Binds every key to its field, with units, ranges and rules.
 void declare_settings(Settings& settings, Config& config);

@@ -42,8 +42,6 @@ class FullBodyLoop {
       : config_(config),
         model_(UrdfModel::read(urdf)),
         body_(floating_robot(model_, robot)),
-        push_force_(push_force(config.push)),
-        push_body_(body_.body_index(config.push.link)),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
         believed_(with_masses_scaled(body_, 1.0 + config.mass_error)),
@@ -55,6 +53,9 @@ class FullBodyLoop {
                 : make_capture_point_controller(config, believed_robot(config, robot), scene_)),
         controller_(make_whole_body_controller(believed_, config, robot)) {
     log_.robot = robot;
+    log_.floating = body_;
+    log_.pushed = link_frame(body_, model_, config.push.link);
+    log_.pushed.pose.translate(config.push.point);
     const WholeBodyState start = standing_state(body_, model_, robot, robot.default_posture());
     if (!config.noise.is_zero() || config.mass_error != 0.0) truth_ = make_dart_dynamics(body_);
     plant_.reset(start);
@@ -194,12 +195,9 @@ class FullBodyLoop {
 
   void step(double t) {
     Stopwatch watch(log_.plant_seconds);
-    if (is_pushed(config_.push, t)) {
-      plant_.push(push_body_, push_force_, Vec<double, 3>::Zero());
-      pushed_ = push_force_;
-    } else {
-      pushed_.setZero();
-    }
+    pushed_ = mean_push_force(config_.push, t, t + config_.plant_step);
+    if (!pushed_.isZero(0.0))
+      plant_.push(log_.pushed.body, pushed_, log_.pushed.pose.translation());
     before_ = plant_.truth().state();
     plant_.step();
     if (!plant_.truth().state().is_finite()) {
@@ -234,8 +232,7 @@ class FullBodyLoop {
   const Config& config_;
   UrdfModel model_;
   FloatingRobot body_;
-  Vec<double, 3> push_force_, pushed_ = Vec<double, 3>::Zero();
-  int push_body_;
+  Vec<double, 3> pushed_ = Vec<double, 3>::Zero();
   Scene scene_;
   StepLogic steps_;
   FloatingRobot believed_;  // by the controllers

@@ -306,8 +306,9 @@ function show(position) {
   const forces = foot_arrows.map((arrow, side) => draw_force(arrow, side, position));
   const push = vector("push_", Math.floor(position));
   const along = push.clone().multiplyScalar(push_metres_per_newton);
-  const pushed = links.find(l => l.body.name === scene_data.push_link) || links[0];
-  const place = new THREE.Vector3().setFromMatrixPosition(pushed.link.matrixWorld);
+  const pushed = links.find(l => l.body.name === scene_data.push_body) || links[0];
+  const place = new THREE.Vector3(...(scene_data.push_point || [0, 0, 0]));
+  place.applyMatrix4(pushed.link.matrixWorld);
   push_arrow(place.sub(along).addScaledVector(along.clone().normalize(), -0.08), along);
   const planned = side => newtons(value(side + "_planned_fz", position));
   figures.textContent =

@@ -111,7 +111,7 @@ def page(folder, summary):
     title = f"{summary['robot']}, {summary['push_impulse_ns']:g} N s, {engine}: {outcome}"
     scene = {key: summary.get(key) for key in ("left_sole", "right_sole", "hull", "target",
                                                "touchdown_s", "push_start_s", "push_duration_s",
-                                               "push_link")}
+                                               "push_body", "push_point")}
     motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}
     with open(os.path.join(HERE, "replay_template.html"), encoding="utf-8") as file:
         text = file.read()

@@ -73,6 +73,7 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
       {"push_impulse_ns", config.push.impulse},
       {"push_start_s", config.push.start},
       {"push_duration_s", config.push.duration},
+      {"push_shape", describe(config.push.shape)},
       {"touchdown_s", log.touchdown},  // null without a step
       {"end_s", log.samples.back().time},
       {"final_com_error_m", verdict.final_com_error},
@@ -188,6 +189,9 @@ ExitStatus run(const Config& config, const RunContext& context) {
   json["changed_settings"] = changed_settings(context.effective_config);
   if (body) {
     json["push_link"] = config.push.link;
+    json["push_body"] = log.floating.bodies[log.pushed.body].name;
+    const Vec<double, 3> point = log.pushed.pose.translation();  // in the frame of that body
+    json["push_point"] = {point[0], point[1], point[2]};
     json["body"] = body_figures(log, *body);
   }
 

@@ -22,7 +22,6 @@ class ClosedLoop {
  public:
   ClosedLoop(const Config& config, const RobotDescription& robot)
       : config_(config),
-        push_force_(push_force(config.push)),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
         plant_(robot.mass, start_state(robot),
@@ -88,7 +87,7 @@ class ClosedLoop {
       for (const double edge :
            {config_.push.start, config_.push.start + config_.push.duration, steps_.landing_time()})
         if (edge - t > same_instant && edge < next - same_instant) next = edge;
-      enter(t);
+      enter(t, next);
       record(t);
       const IntegrationStatus status = plant_.advance(next - t, applied_);
       if (status != IntegrationStatus::success) {
@@ -102,9 +101,9 @@ class ClosedLoop {
     }
   }
 
-  // What holds from time t on.
-  void enter(double t) {
-    plant_.push = is_pushed(config_.push, t) ? push_force_ : Vec<double, 3>(0.0, 0.0, 0.0);
+  // What holds from time t on, up to `next`.
+  void enter(double t, double next) {
+    plant_.push = mean_push_force(config_.push, t, next);
     if (!plant_.right.in_contact && t > steps_.landing_time() - same_instant) {
       plant_.right = {scene_.right, true};
       log_.touchdown = t;
@@ -129,7 +128,6 @@ class ClosedLoop {
   }
 
   const Config& config_;
-  Vec<double, 3> push_force_;
   Scene scene_;
   StepLogic steps_;
   CentroidalPlant plant_;

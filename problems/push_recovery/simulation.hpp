@@ -8,7 +8,7 @@
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/planner.hpp"
 #include "robots/robot_description.hpp"
-#include "robots/whole_body/whole_body_state.hpp"
+#include "robots/whole_body/floating_robot.hpp"
 
 namespace saltus::push_recovery {
 
@@ -48,7 +48,9 @@ struct RunLog {
   RobotDescription robot;
   Scene final_scene;
   std::vector<Sample> samples;
-  std::vector<BodySample> body;  ///< of the whole body only
+  std::vector<BodySample> body;  ///< of the whole body only, like the next two
+  FloatingRobot floating;        ///< the robot as simulated
+  FloatingRobot::Frame pushed;   ///< where it is pushed
   std::vector<TickRecord> ticks;
   LoopStatistics loop;
   std::string solver;

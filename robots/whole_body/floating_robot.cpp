@@ -129,6 +129,21 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
   return result;
 }
 
+FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& model,
+                                const std::string& link) {
+  FloatingRobot::Frame frame;
+  for (int i = model.link_index(link);; i = model.links()[i].parent) {
+    const UrdfLink& l = model.links()[i];
+    if (l.parent < 0) return frame;  // moves with the base
+    for (std::size_t b = 1; b < robot.bodies.size(); ++b)
+      if (robot.bodies[b].joint == l.joint.name) {
+        frame.body = static_cast<int>(b);
+        return frame;
+      }
+    frame.pose = l.joint.origin * frame.pose;
+  }
+}
+
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor) {
   for (FloatingRobot::Body& body : robot.bodies) {
     body.mass *= factor;

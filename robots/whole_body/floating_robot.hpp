@@ -51,6 +51,11 @@ struct FloatingRobot {
 /// cannot move, or the base link is not its root's group.
 FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot);
 
+/// The frame of any link of the URDF, fixed to the body that it moves with. Throws InputError that
+/// suggests the nearest name.
+FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& model,
+                                const std::string& link);
+
 /// The same robot with all masses and inertias times `factor` > 0: what a model that errs says of
 /// it.
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);

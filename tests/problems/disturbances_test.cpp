@@ -2,8 +2,10 @@
 // SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 
+#include "problems/push_recovery/closed_loop.hpp"
 #include "problems/push_recovery/full_body.hpp"
 #include "robots/icub/icub.hpp"
 
@@ -63,6 +65,59 @@ TEST_F(Disturbed, ControllersThatBelieveInAHeavierRobot) {
 TEST_F(Disturbed, ControllersThatBelieveInALighterRobot) {
   config.mass_error = -0.05;
   expect_recovery();
+}
+
+// 120 N for 0.05 s and 30 N for 0.2 s.
+TEST_F(Disturbed, ShortHardPush) {
+  config.push.duration = 0.05;
+  expect_recovery();
+}
+
+TEST_F(Disturbed, LongSoftPush) {
+  config.push.duration = 0.2;
+  expect_recovery();
+}
+
+TEST_F(Disturbed, PushOfAnotherShape) {
+  config.push.shape = PushShape::half_sine;
+  expect_recovery();
+}
+
+constexpr double rounding = 1e-12;
+
+TEST(Push, EveryShapeGivesTheWholeImpulseInAnySteps) {
+  for (const PushShape shape : {PushShape::rectangle, PushShape::half_sine, PushShape::triangle})
+    for (const double step : {0.001, 0.0037, 0.05}) {
+      Push push;
+      push.shape = shape;
+      push.start = 0.0123;
+      Vec<double, 3> sum = Vec<double, 3>::Zero();
+      for (int k = 0; k * step < 0.2; ++k)
+        sum += step * mean_push_force(push, k * step, (k + 1) * step);
+      EXPECT_LT((sum - push.impulse * push.direction).norm(), rounding) << describe(shape);
+    }
+}
+
+TEST(Push, ShapesAreWhatTheirNamesSay) {
+  Push push;
+  push.impulse = 6.0;
+  const auto force_at = [&push](double share) {
+    constexpr double dt = 1e-6;  // s
+    const double t = push.start + share * push.duration;
+    return mean_push_force(push, t - 0.5 * dt, t + 0.5 * dt).norm();
+  };
+  constexpr double difference = 1e-3;  // N, of a mean over dt
+  EXPECT_NEAR(force_at(0.25), 60.0, difference);
+  EXPECT_EQ(force_at(-0.1), 0.0);
+  EXPECT_EQ(force_at(1.1), 0.0);
+  push.shape = PushShape::half_sine;
+  const double peak = 0.5 * std::acos(-1.0) * 60.0;
+  EXPECT_NEAR(force_at(0.5), peak, difference);
+  EXPECT_NEAR(force_at(1.0 / 6.0), 0.5 * peak, difference);
+  push.shape = PushShape::triangle;
+  EXPECT_NEAR(force_at(0.25), 60.0, difference);
+  EXPECT_NEAR(force_at(0.75), 60.0, difference);
+  EXPECT_NEAR(force_at(0.4), 96.0, difference);
 }
 
 }  // namespace

@@ -79,6 +79,45 @@ TEST_F(WholeBody, SolesMoveAsTheirJacobiansSay) {
   EXPECT_LT(((b.twist - a.twist) / (2.0 * h) - sole.drift).norm(), tolerance);
 }
 
+TEST_F(WholeBody, AnyLinkOfTheUrdfHasAFrame) {
+  for (const char* link : {"chest", "head", "l_hand", "r_foot", "root_link"}) {
+    const FloatingRobot::Frame frame = link_frame(robot, *urdf, link);
+    const std::string body = robot.bodies[frame.body].name;
+    const Eigen::Isometry3d expected = urdf->link_pose(link, body, {});  // joints do not matter
+    EXPECT_LT((frame.pose.matrix() - expected.matrix()).norm(), 1e-12) << link << " in " << body;
+  }
+  EXPECT_THROW(link_frame(robot, *urdf, "no_such_link"), InputError);
+}
+
+// In the air: the force gives the momentum it must, about the CoM too.
+TEST_F(WholeBody, APushActsAtItsPoint) {
+  const auto model = make_dart_dynamics(robot);
+  const auto plant = make_dart_plant(robot, {});
+  start.base.translation()[2] += 2.0;
+  plant->reset(start);
+  model->update(start);
+  FloatingRobot::Frame frame = link_frame(robot, *urdf, "head");
+  frame.pose.translate(Vec<double, 3>(0.1, 0.05, -0.02));
+  const FloatingRobot::Frame body = link_frame(robot, *urdf, robot.bodies[frame.body].name);
+  ASSERT_EQ(body.body, frame.body);
+  // Where that body is: from the base, through the joints of the posture.
+  const Eigen::Isometry3d pose =
+      start.base * urdf->link_pose(robot.bodies[frame.body].name, robot.bodies[0].name,
+                                   description.default_posture().joints);
+  const Vec<double, 3> force(30.0, -50.0, 20.0),
+      arm = pose * frame.pose.translation() - model->com();
+  plant->push(frame.body, force, frame.pose.translation());
+  plant->step();
+  model->update(plant->state());
+  const double dt = 1e-3;  // s, one step
+  const Vec<double, 3> weight(0.0, 0.0, -model->mass() * standard_gravity);
+  // A step of an explicit integrator: what is neglected is of second order in it.
+  constexpr double second_order = 1e-4;
+  EXPECT_LT((model->mass() * model->com_velocity() - dt * (force + weight)).norm(), second_order);
+  EXPECT_LT((model->angular_momentum() - dt * arm.cross(force)).norm(), second_order);
+  EXPECT_GT(dt * arm.cross(force).norm(), 100.0 * second_order);
+}
+
 TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
   const auto model = make_dart_dynamics(robot);
   const auto plant = make_dart_plant(robot, {});
