@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "framework/app/program.hpp"
+#include "problems/push_recovery/map.hpp"
 #include "problems/push_recovery/run.hpp"
 #include "problems/suite/suite.hpp"
 #ifdef SALTUS_HAS_LATENCY_BENCH  // absent where the benchmarks are not built
@@ -10,7 +11,7 @@
 
 int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
-  std::vector<saltus::Verb> verbs{saltus::suite_verb()};
+  std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(), saltus::suite_verb()};
 #ifdef SALTUS_HAS_LATENCY_BENCH
   verbs.push_back(saltus::bench::verb());
 #endif

@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""Polar picture of a survival map.
+
+Usage: plot_map.py RESULTS, a folder with map.csv; writes map.png beside it. One panel per step
+time; the angle is the direction towards which the robot is pushed, forward is up and left is left;
+the radius is the impulse. Filled cells: the MPC recovered. Lines: up to where each controller
+recovered every push; dots: what it recovered beyond. Dashed: the plain pendulum's bound.
+"""
+
+import csv
+import math
+import os
+import sys
+import tempfile
+
+os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltus-matplotlib"))
+import matplotlib  # noqa: E402
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
+
+STYLES = {
+    "mpc": {"color": "tab:blue", "label": "MPC"},
+    "capture_point": {"color": "tab:orange", "label": "capture point"},
+    "none": {"color": "tab:green", "label": "no step"},
+}
+# Dots of different controllers stand beside each other, shares of a cell's width.
+OFFSETS = {"mpc": -0.2, "capture_point": 0.0, "none": 0.2}
+
+
+def read_cells(path):
+    """{(controller, step time): {direction in rad: {impulse: (outcome, bound)}}}; the last line of
+    a cell counts."""
+    cells = {}
+    with open(path, newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            ray = cells.setdefault((row["controller"], float(row["step_time_s"])), {})
+            pushes = ray.setdefault(math.radians(float(row["direction_deg"])), {})
+            pushes[float(row["impulse_ns"])] = (row["outcome"], float(row["bound_ns"]))
+    return cells
+
+
+def unbroken(pushes):
+    """The largest impulse up to which everything was recovered; 0 if not even the smallest."""
+    largest = 0.0
+    for impulse in sorted(pushes):
+        if pushes[impulse][0] != "recovered":
+            break
+        largest = impulse
+    return largest
+
+
+def closed(rays, value, width):
+    """Angles and values around the circle, with gaps where directions are missing."""
+    angles = sorted(rays)
+    points = [(angle, value(rays[angle])) for angle in angles]
+    points.append((angles[0] + 2.0 * math.pi, points[0][1]))
+    line = []
+    for angle, radius in points:
+        if line and angle - line[-1][0] > 1.5 * width:
+            line.append((0.5 * (angle + line[-1][0]), math.nan))
+        line.append((angle, radius))
+    return [p[0] for p in line], [p[1] for p in line]
+
+
+def draw_panel(axes, cells, step_time, width, edges, outermost):
+    below = dict(zip(edges[1:], edges[:-1]))
+    shown = [("mpc", step_time), ("capture_point", step_time), ("none", 0.0)]
+    for angle, pushes in cells.get(shown[0], {}).items():
+        for impulse, (outcome, _) in pushes.items():
+            if outcome == "recovered":
+                axes.bar(angle, impulse - below[impulse], width=width, bottom=below[impulse],
+                         color=STYLES["mpc"]["color"], alpha=0.18, linewidth=0)
+            elif outcome == "failed":
+                axes.plot(angle, impulse, "x", color="black", markersize=4)
+    # Lines that coincide stay visible: the later ones are narrower.
+    for key, linewidth in zip(shown, (3.4, 2.2, 1.2)):
+        rays = cells.get(key)
+        if not rays:
+            continue
+        style = STYLES[key[0]]
+        axes.plot(*closed(rays, unbroken, width), linewidth=linewidth, marker="o",
+                  markersize=linewidth + 0.8, **style)
+        for angle, pushes in rays.items():
+            beyond = [j for j, (outcome, _) in pushes.items()
+                      if outcome == "recovered" and j > unbroken(pushes)]
+            axes.plot([angle + OFFSETS[key[0]] * width] * len(beyond), beyond, ".",
+                      color=style["color"], markersize=5)
+    for key, style in ((shown[0], "--"), (shown[2], ":")):
+        rays = cells.get(key) or cells.get((shown[1] if style == "--" else key))
+        if rays:
+            axes.plot(*closed(rays, lambda pushes: next(iter(pushes.values()))[1], width),
+                      linestyle=style, color="black", linewidth=1.0,
+                      label="pendulum's bound" + ("" if style == "--" else ", no step"))
+    axes.set_theta_zero_location("N")  # forward is up; angles count to the left, as seen from above
+    axes.set_thetagrids(range(0, 360, 45),
+                        ["forward", "", "left", "", "back", "", "right", ""])
+    axes.set_ylim(0.0, outermost)
+    axes.set_rlabel_position(45.0)
+    axes.tick_params(labelsize="small")
+    axes.grid(alpha=0.3)
+
+
+def main(folder):
+    cells = read_cells(os.path.join(folder, "map.csv"))
+    step_times = sorted({t for controller, t in cells if controller != "none"}) or [0.0]
+    rays = [pushes for by_angle in cells.values() for pushes in by_angle.values()]
+    if not rays:
+        sys.exit("map.csv holds no cell yet")
+    impulses = sorted({impulse for pushes in rays for impulse in pushes})
+    edges = [max(0.0, 2.0 * impulses[0] - impulses[1]) if len(impulses) > 1 else 0.0] + impulses
+    angles = sorted({angle for by_angle in cells.values() for angle in by_angle})
+    gaps = [b - a for a, b in zip(angles, angles[1:] + [angles[0] + 2.0 * math.pi])]
+    width = min(gaps)
+
+    figure, panels = plt.subplots(1, len(step_times), figsize=(4.6 * len(step_times), 5.4),
+                                  subplot_kw={"projection": "polar"}, squeeze=False)
+    for axes, step_time in zip(panels[0], step_times):
+        draw_panel(axes, cells, step_time, width, edges, 1.08 * impulses[-1])
+        axes.set_title(f"step of {step_time:g} s" if step_time > 0.0 else "no step", pad=16)
+        axes.set_xlabel("impulse towards the direction [N s]", labelpad=10)
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize="small",
+                  frameon=False)
+    figure.suptitle("Pushes that were recovered", y=0.99)
+    figure.tight_layout(rect=(0.0, 0.05, 1.0, 0.98))
+    partial = os.path.join(folder, ".map.png")
+    figure.savefig(partial, dpi=110, format="png")
+    os.replace(partial, os.path.join(folder, "map.png"))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])

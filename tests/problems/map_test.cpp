@@ -1,0 +1,555 @@
+// Is a survival map what its rows say: order, what is not run, resuming, refusing, the whole way?
+#include "problems/push_recovery/map.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <sstream>
+
+#include "framework/core/error.hpp"
+#include "problems/push_recovery/map_file.hpp"
+#include "problems/push_recovery/pendulum_bound.hpp"
+#include "robots/icub/icub.hpp"
+#include "robots/standing_bound.hpp"
+#include "tests/app/support.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+using Words = std::vector<std::string>;
+
+std::string complaint_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no complaint";
+}
+
+// ---- the pendulum's bound ----
+
+constexpr double forward = 0.0, left = 0.5 * std::numbers::pi, back = std::numbers::pi,
+                 right = 1.5 * std::numbers::pi;  // rad
+
+// The height of the published figures.
+PendulumBound published() {
+  PendulumBound bound = pendulum_bound(Config{}, icub());
+  bound.height = 0.534;
+  return bound;
+}
+
+TEST(PendulumBound, ReproducesThePublishedFigures) {
+  const PendulumBound bound = published();
+  EXPECT_NEAR(bound.largest_impulse(right, {}), 5.4, 0.05);
+  EXPECT_NEAR(bound.largest_impulse(right, 0.6), 9.5, 0.05);  // foot at -0.30 m at most
+  Config config;
+  config.step.placement = Placement::fixed;  // at -0.14 m
+  PendulumBound fixed = pendulum_bound(config, icub());
+  fixed.height = 0.534;
+  // Printed as 7.3; with the right sole's own edge, 0.041 m outside its origin, it is 7.40.
+  EXPECT_NEAR(fixed.largest_impulse(right, 0.6), 7.3, 0.11);
+}
+
+TEST(PendulumBound, AlongTheAxesOfTheFootIsTheOneDimensionalBound) {
+  const PendulumBound bound = published();
+  const auto along_axis = [&](double edge, double reach, double landing) {
+    return largest_impulse_with_step(reach, landing,
+                                     {.mass = bound.mass,
+                                      .height = bound.height,
+                                      .distance_to_edge = edge,
+                                      .duration = bound.duration});
+  };
+  constexpr double rounding = 1e-9;  // N s; also that of the cosine of a quarter turn
+  for (const double landing : {0.3, 0.45, 0.6}) {
+    // The new sole's edge beyond the stance sole's, at its farthest place.
+    EXPECT_NEAR(bound.largest_impulse(right, landing),
+                along_axis(0.031, 0.30 + 0.041 - 0.031, landing), rounding);
+    EXPECT_NEAR(bound.largest_impulse(forward, landing), along_axis(0.1065, 0.25, landing),
+                rounding);
+    EXPECT_NEAR(bound.largest_impulse(back, landing), along_axis(0.0535, 0.25, landing), rounding);
+    // The right foot has no place on the left: a step is of no use.
+    EXPECT_NEAR(bound.largest_impulse(left, landing), along_axis(0.041, 0.0, landing), rounding);
+    EXPECT_NEAR(bound.largest_impulse(left, {}), along_axis(0.041, 0.0, landing), rounding);
+  }
+}
+
+// The farthest point of a rectangle along a normal.
+double support(const FootRectangle& r, const Point2& n, const Point2& shift = Point2(0.0, 0.0)) {
+  return n.dot(shift) + std::max(n[0] * r.x.lower, n[0] * r.x.upper) +
+         std::max(n[1] * r.y.lower, n[1] * r.y.upper);
+}
+
+// Without polygons: a point lies in a convex set if no normal separates them, and on its border if
+// one touches. The support of a sum is the sum of supports, that of a hull the larger one.
+TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
+  const PendulumBound bound = published();
+  const double omega = std::sqrt(9.81 / bound.height);
+  const double per_impulse =
+      (1.0 - std::exp(-omega * bound.duration)) / (bound.mass * omega * omega * bound.duration);
+  for (const double landing : {0.3, 0.6}) {
+    const double late = std::exp(-omega * landing);
+    for (int i = 0; i < 32; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / 32.0;
+      const Point2 end = bound.largest_impulse(angle, landing) * per_impulse *
+                         Point2(std::cos(angle), std::sin(angle));
+      double gap = infinity;
+      constexpr int normals = 36000;
+      for (int k = 0; k < normals; ++k) {
+        const double at = 2.0 * std::numbers::pi * k / normals;
+        const Point2 n(std::cos(at), std::sin(at));
+        double both = support(bound.stance_foot, n);
+        for (const double x : {bound.reach_x.lower, bound.reach_x.upper})
+          for (const double y : {bound.reach_y.lower, bound.reach_y.upper})
+            both = std::max(both, support(bound.swing_foot, n, Point2(x, y)));
+        gap =
+            std::min(gap, (1.0 - late) * support(bound.stance_foot, n) + late * both - n.dot(end));
+      }
+      // Up to the rounding, and the angle between normals times the length of a side.
+      EXPECT_GT(gap, -1e-12) << angle;
+      EXPECT_LT(gap, 1e-4) << angle;
+    }
+  }
+}
+
+TEST(PendulumBound, RefusesNonsense) {
+  PendulumBound bound = published();
+  EXPECT_THROW(bound.largest_impulse(right, 0.05), DefinitionError);
+  EXPECT_THROW(bound.largest_impulse(std::nan(""), {}), DefinitionError);
+  bound.start = {0.0, 0.1};
+  EXPECT_THROW(bound.largest_impulse(right, {}), DefinitionError);
+  bound = published();
+  bound.mass = 0.0;
+  EXPECT_THROW(bound.largest_impulse(right, {}), DefinitionError);
+}
+
+// ---- the command line ----
+
+MapRequest parse(const Words& words) { return parse_map_request(words); }
+
+TEST(MapCommandLine, Defaults) {
+  const MapRequest request = parse({});
+  EXPECT_EQ(request.grid.directions.size(), 16u);
+  EXPECT_EQ(request.grid.impulses.size(), 16u);
+  EXPECT_EQ(request.grid.impulses.back(), 16.0);
+  EXPECT_EQ(request.grid.step_times, (std::vector<double>{0.3, 0.45, 0.6}));
+  EXPECT_EQ(request.grid.controllers.size(), 3u);
+  EXPECT_FALSE(request.grid.all);
+  EXPECT_EQ(request.out, "results/map_centroidal");
+  EXPECT_GE(request.jobs, 1);
+  EXPECT_EQ(parse({"--plant", "dart"}).out, "results/map_dart");
+}
+
+TEST(MapCommandLine, TakesWhatIsAsked) {
+  const MapRequest request =
+      parse({"--plant=dart", "--set", "push.duration=0.2", "--directions", "8", "--impulses",
+             "0.5:0.1:1", "--step-times", "0.6,0.3", "--controllers", "none,mpc", "--jobs=3",
+             "--out", "here", "--all"});
+  EXPECT_EQ(request.config.plant, PlantChoice::dart);
+  EXPECT_EQ(request.config.push.duration, 0.2);
+  EXPECT_EQ(request.grid.directions.size(), 8u);
+  ASSERT_EQ(request.grid.impulses.size(), 6u);
+  EXPECT_DOUBLE_EQ(request.grid.impulses[5], 1.0);
+  EXPECT_EQ(request.grid.step_times, (std::vector<double>{0.3, 0.6}));
+  EXPECT_EQ(request.grid.controllers,
+            (std::vector<MapController>{MapController::none, MapController::mpc}));
+  EXPECT_EQ(request.jobs, 3);
+  EXPECT_EQ(request.out, "here");
+  EXPECT_TRUE(request.grid.all);
+  EXPECT_EQ(parse({"--impulses", "4,2.5"}).grid.impulses, (std::vector<double>{2.5, 4.0}));
+}
+
+TEST(MapCommandLine, SaysWhatIsWrong) {
+  const auto complaint = [](const Words& words) { return complaint_of([&] { parse(words); }); };
+  EXPECT_TRUE(contains(complaint({"--direction", "8"}), "did you mean '--directions'?"));
+  EXPECT_TRUE(contains(complaint({"dart"}), "usage: map"));
+  EXPECT_TRUE(contains(complaint({"--plant", "drat"}), "did you mean 'dart'"));
+  EXPECT_TRUE(contains(complaint({"--directions", "0"}), "whole number from 1 to 360"));
+  EXPECT_TRUE(contains(complaint({"--directions", "7.5"}), "whole number"));
+  EXPECT_TRUE(contains(complaint({"--jobs", "many"}), "--jobs: 'many' is not a number"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "0:1:4"}), "0 is not above 0"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "4:1:2"}), "no range"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "1:0:2"}), "no range"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "1:2"}), "'1:2' is not a number"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "2,2"}), "2 is given twice"));
+  EXPECT_TRUE(contains(complaint({"--step-times", "0.05"}), "before the push ends"));
+  EXPECT_TRUE(contains(complaint({"--controllers", "mpcc"}), "did you mean 'mpc'"));
+  EXPECT_TRUE(contains(complaint({"--controllers", "mpc,mpc"}), "given twice"));
+  EXPECT_TRUE(contains(complaint({"--set", "push.impulse=4"}), "see --impulses"));
+  EXPECT_TRUE(contains(complaint({"--set", "push.impuls=4"}), "did you mean 'push.impulse'"));
+  EXPECT_TRUE(contains(complaint({"--out", "a", "--out", "b"}), "given twice"));
+}
+
+TEST(MapCommandLine, TheStampIsOfWhatDecidesAboutOutcomes) {
+  const std::string plain = parse({}).settings;
+  EXPECT_EQ(plain, parse({"--directions", "8", "--jobs", "1", "--all", "--impulses", "3", "--set",
+                          "pictures=false"})
+                       .settings);
+  EXPECT_NE(plain, parse({"--set", "mpc.intervals=20"}).settings);
+  EXPECT_NE(plain, parse({"--plant", "dart"}).settings);
+}
+
+// ---- cells ----
+
+TEST(MapCells, TheRunIsThatOfTheCell) {
+  const Config c = with_cell({}, {MapController::capture_point, 0.45, 270.0, 3.0});
+  EXPECT_EQ(c.controller, ControllerChoice::capture_point);
+  EXPECT_TRUE(c.stepping);
+  EXPECT_EQ(c.step.duration, 0.45);
+  EXPECT_EQ(c.push.impulse, 3.0);
+  EXPECT_EQ(c.push.direction, (Vec<double, 3>(0.0, -1.0, 0.0)));  // exactly
+  EXPECT_EQ(with_cell({}, {MapController::mpc, 0.3, 90.0, 1.0}).push.direction,
+            (Vec<double, 3>(0.0, 1.0, 0.0)));
+  EXPECT_NEAR(with_cell({}, {MapController::mpc, 0.3, 45.0, 1.0}).push.direction[1], std::sqrt(0.5),
+              1e-15);
+  const Config standing = with_cell({}, {MapController::none, 0.0, 180.0, 3.0});
+  EXPECT_FALSE(standing.stepping);
+  EXPECT_EQ(standing.controller, ControllerChoice::mpc);
+}
+
+TEST(MapCells, LinesReadBack) {
+  MapRow row;
+  row.cell = {MapController::none, 0.0, 22.5, 1.0 / 3.0};
+  row.outcome = MapOutcome::not_recovered;
+  row.bound = 5.3;
+  row.reason = "fell, \"hard\",\nand early";
+  row.icp_furthest = 0.1 + 0.2;
+  row.failed_solves = 2;
+  row.stepped = true;
+  row.seconds = 0.25;
+  const auto back_again = from_line(to_line(row));
+  ASSERT_TRUE(back_again);
+  EXPECT_EQ(back_again->cell, row.cell);
+  EXPECT_EQ(back_again->outcome, row.outcome);
+  EXPECT_EQ(back_again->reason, "fell; 'hard'; and early");
+  EXPECT_EQ(back_again->icp_furthest, row.icp_furthest);
+  EXPECT_TRUE(std::isnan(back_again->touchdown));
+  EXPECT_EQ(back_again->failed_solves, 2);
+  EXPECT_TRUE(back_again->stepped);
+  EXPECT_EQ(back_again->seconds, 0.25);
+  EXPECT_FALSE(from_line(to_line(row) + ","));
+  EXPECT_FALSE(from_line("mpc,0.6,0"));
+  EXPECT_FALSE(from_line(""));
+}
+
+// ---- the plan ----
+
+constexpr double made_up_bound = 3.2;  // N s, and 1 for each second of the step
+
+MapPlan plan_of(MapGrid grid) {
+  return {std::move(grid), [](const MapCell& c) { return made_up_bound + c.step_time; }};
+}
+
+MapRow row_of(const MapCell& cell, bool recovered, bool stepped = true) {
+  MapRow row;
+  row.cell = cell;
+  row.bound = made_up_bound + cell.step_time;
+  row.outcome = recovered ? MapOutcome::recovered : MapOutcome::not_recovered;
+  row.stepped = stepped;
+  row.seconds = 2.0;
+  return row;
+}
+
+// One ray of eight impulses.
+MapGrid one_ray(bool all = false) {
+  return {{0.0}, {1, 2, 3, 4, 5, 6, 7, 8}, {0.6}, {MapController::mpc}, all};
+}
+
+// Runs a plan in which a cell is recovered or not, and returns the impulses that were run.
+std::vector<double> impulses_run(MapPlan& plan, const std::function<bool(double)>& recovers) {
+  std::vector<double> run;
+  while (const auto cell = plan.next()) {
+    run.push_back(cell->impulse);
+    plan.finish(row_of(*cell, recovers(cell->impulse)));
+  }
+  return run;
+}
+
+TEST(MapPlan, OppositeDirectionsComeFirst) {
+  const std::vector<double> order = directions_far_apart(16);
+  ASSERT_EQ(order.size(), 16u);
+  EXPECT_EQ(std::vector<double>(order.begin(), order.begin() + 8),
+            (std::vector<double>{0, 180, 90, 270, 45, 225, 135, 315}));
+  for (const int n : {1, 2, 3, 5, 8, 12, 360}) {
+    std::vector<double> all = directions_far_apart(n);
+    std::sort(all.begin(), all.end());
+    ASSERT_EQ(all.size(), static_cast<std::size_t>(n));
+    for (int i = 0; i < n; ++i) EXPECT_EQ(all[static_cast<std::size_t>(i)], 360.0 * i / n);
+  }
+}
+
+TEST(MapPlan, NoStepRunsOnceWhateverTheStepTimes) {
+  const MapPlan plan = plan_of(
+      {{0.0, 90.0}, {1.0, 2.0}, {0.3, 0.6}, {MapController::mpc, MapController::none}, false});
+  EXPECT_EQ(plan.cells(), 2 * 2 * (2 + 1));
+}
+
+TEST(MapPlan, ThreeFailuresBeyondTheBoundEndARay) {
+  MapPlan plan = plan_of(one_ray());
+  // 2 and 3 fail below the bound of 3.8 and do not count; then 4, 5, 6.
+  EXPECT_EQ(impulses_run(plan, [](double j) { return j < 1.5; }),
+            (std::vector<double>{1, 2, 3, 4, 5, 6}));
+  EXPECT_TRUE(plan.is_complete());
+  const MapRow& given_up = plan.rows().at({MapController::mpc, 0.6, 0.0, 8.0});
+  EXPECT_EQ(given_up.outcome, MapOutcome::not_run);
+  EXPECT_EQ(given_up.bound, made_up_bound + 0.6);
+  EXPECT_TRUE(contains(given_up.reason, "3 smaller pushes in a row failed"));
+}
+
+TEST(MapPlan, SurvivalNeedNotBeMonotone) {
+  MapPlan plan = plan_of(one_ray());
+  EXPECT_EQ(impulses_run(plan, [](double j) { return j == 6.0; }).size(), 8u);
+}
+
+TEST(MapPlan, AllMeansAll) {
+  MapPlan plan = plan_of(one_ray(true));
+  EXPECT_EQ(impulses_run(plan, [](double) { return false; }).size(), 8u);
+}
+
+TEST(MapPlan, ARunThatCrashedSaysNothingAboutThePush) {
+  MapPlan plan = plan_of(one_ray());
+  int runs = 0;
+  while (const auto cell = plan.next()) {
+    ++runs;
+    MapRow row = row_of(*cell, false);
+    if (cell->impulse == 5.0 || cell->impulse == 7.0) row.outcome = MapOutcome::failed;
+    plan.finish(row);
+  }
+  EXPECT_EQ(runs, 8);
+}
+
+// With one cell of a ray at a time it does not matter how many run at once.
+TEST(MapPlan, CellsOfOneRayWaitForEachOther) {
+  MapGrid grid = one_ray();
+  grid.directions = {0.0, 180.0};
+  MapPlan plan = plan_of(grid);
+  const auto first = plan.next(), second = plan.next();
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(first->direction, 0.0);
+  EXPECT_EQ(second->direction, 180.0);
+  EXPECT_FALSE(plan.next());
+  plan.finish(row_of(*second, true));
+  const auto third = plan.next();
+  ASSERT_TRUE(third);
+  EXPECT_EQ(third->direction, 180.0);
+  EXPECT_EQ(third->impulse, 2.0);
+}
+
+TEST(MapPlan, WithoutAStepItsTimeIsOfNoMatter) {
+  MapPlan plan = plan_of(
+      {{0.0}, {1.0, 2.0}, {0.3, 0.45, 0.6}, {MapController::mpc, MapController::none}, false});
+  const auto cell = plan.next();
+  const std::vector<MapRow> kept = plan.finish(row_of(*cell, true, /*stepped=*/false));
+  ASSERT_EQ(kept.size(), 3u);
+  EXPECT_EQ(kept[0].known_from, "");
+  for (const std::size_t i : {1u, 2u}) {
+    EXPECT_EQ(kept[i].cell.controller, MapController::mpc);
+    EXPECT_EQ(kept[i].cell.impulse, 1.0);
+    EXPECT_EQ(kept[i].known_from, "step 0.3");
+    EXPECT_EQ(kept[i].seconds, 0.0);
+    EXPECT_EQ(kept[i].bound, made_up_bound + kept[i].cell.step_time);  // its own
+  }
+  EXPECT_EQ(plan.finish(row_of(*plan.next(), true)).size(), 1u);
+}
+
+TEST(MapPlan, ResumesWhereItStopped) {
+  MapPlan first = plan_of(one_ray());
+  std::vector<MapRow> rows;
+  for (int i = 0; i < 6; ++i)
+    for (const MapRow& row : first.finish(row_of(*first.next(), false))) rows.push_back(row);
+  EXPECT_TRUE(first.is_complete());
+
+  MapPlan again = plan_of(one_ray());
+  for (const MapRow& row : rows) again.restore(row);
+  EXPECT_EQ(again.known(), 6);
+  EXPECT_EQ(again.resume().size(), 2u);  // given up, as before
+  EXPECT_FALSE(again.next());
+  EXPECT_TRUE(again.is_complete());
+
+  MapPlan all = plan_of(one_ray(true));
+  for (const MapRow& row : rows) all.restore(row);
+  EXPECT_TRUE(all.resume().empty());
+  EXPECT_EQ(all.next()->impulse, 7.0);
+
+  // Failed cells are tried again; those of another grid are left alone.
+  MapPlan retry = plan_of(one_ray());
+  rows[0].outcome = MapOutcome::failed;
+  rows[1].cell.impulse = 2.5;
+  for (const MapRow& row : rows) retry.restore(row);
+  EXPECT_EQ(retry.known(), 4);
+  EXPECT_EQ(retry.next()->impulse, 1.0);
+}
+
+TEST(MapPlan, TimeLeftIsThatOfSimilarCells) {
+  MapGrid grid = one_ray(true);
+  grid.directions = {0.0, 180.0};
+  MapPlan plan = plan_of(grid);
+  EXPECT_FALSE(plan.seconds_left(1));
+  for (int i = 0; i < 8; ++i) plan.finish(row_of(*plan.next(), true));  // 2 s each
+  EXPECT_DOUBLE_EQ(*plan.seconds_left(1), 16.0);
+  EXPECT_DOUBLE_EQ(*plan.seconds_left(4), 4.0);
+}
+
+// ---- the file ----
+
+TEST(MapFile, KeepsWhatWasWrittenAndCutsHalfALine) {
+  const TemporaryFolder folder;
+  {
+    MapFile file(folder.path(), "a: 1\n");
+    file.append(row_of({MapController::mpc, 0.6, 0.0, 1.0}, true));
+    EXPECT_TRUE(contains(complaint_of([&] { MapFile other(folder.path(), "a: 1\n"); }),
+                         "another process is at work"));
+  }
+  const std::string whole = file_content(folder / map_csv);
+  std::ofstream(folder / map_csv, std::ios::app) << "mpc,0.6,0,2,recov";
+  MapFile file(folder.path(), "a: 1\n");
+  EXPECT_EQ(file.rows().size(), 1u);
+  EXPECT_EQ(file_content(folder / map_csv), whole);
+  file.append(row_of({MapController::mpc, 0.6, 0.0, 2.0}, false));
+  EXPECT_TRUE(file_content(folder / map_csv).starts_with(whole));
+}
+
+TEST(MapFile, RefusesAnotherMap) {
+  const TemporaryFolder folder;
+  const std::string settings = "plant: dart\nmpc:\n  step: 0.01  # s\n  intervals: 15\n";
+  { MapFile file(folder.path(), settings); }
+  const auto complaint = [&](const std::string& now) {
+    return complaint_of([&] { MapFile file(folder.path(), now); });
+  };
+  EXPECT_EQ(complaint(settings), "no complaint");
+  EXPECT_TRUE(contains(complaint("plant: dart\nmpc:\n  step: 0.01  # s\n  intervals: 20\n"),
+                       "'mpc.intervals: 15' there, 'mpc.intervals: 20' now"));
+  EXPECT_TRUE(contains(complaint(settings + "new: 1\n"), "'new: 1' is new"));
+  EXPECT_TRUE(contains(complaint("plant: dart\n"), "is not known now"));
+  std::ofstream(folder / map_csv, std::ios::app) << "mpc,no,row\n";
+  EXPECT_TRUE(contains(complaint(settings), "map.csv:2 cannot be read"));
+  std::ofstream(folder / map_csv) << "other,columns\n";
+  EXPECT_TRUE(contains(complaint(settings), "another version"));
+  std::filesystem::remove(folder / map_csv);
+  EXPECT_TRUE(contains(complaint(settings), "results of another kind"));
+}
+
+// ---- the whole way, on the centroidal model ----
+
+TEST(Map, FourCellsEndToEnd) {
+  const TemporaryFolder folder;
+  // Forward only; without a step 2 N s stand, 20 N s do not.
+  const Words words{"--directions",  "1",
+                    "--impulses",    "2,20",
+                    "--step-times",  "0.6",
+                    "--jobs",        "2",
+                    "--controllers", "capture_point,none",
+                    "--set",         "pictures=false",
+                    "--set",         "push.start=0.1",
+                    "--out",         folder.path().string()};
+  ASSERT_EQ(run_map(parse(words)), ExitStatus::ok);
+  const std::string csv = file_content(folder / map_csv);
+  {
+    const MapRequest request = parse(words);
+    MapPlan plan = plan_of(request.grid);
+    std::istringstream lines(csv);
+    std::string line;
+    std::getline(lines, line);
+    EXPECT_EQ(line, map_header());
+    while (std::getline(lines, line)) {
+      const auto row = from_line(line);
+      ASSERT_TRUE(row) << line;
+      plan.restore(*row);
+      EXPECT_EQ(row->failed_solves, 0) << line;
+      EXPECT_EQ(row->outcome == MapOutcome::recovered, row->reason.empty()) << line;
+    }
+    EXPECT_TRUE(plan.is_complete()) << csv;
+    const auto& rows = plan.rows();
+    const MapRow& stands = rows.at({MapController::none, 0.0, 0.0, 2.0});
+    EXPECT_EQ(stands.outcome, MapOutcome::recovered) << stands.reason;
+    EXPECT_GT(stands.com_height_min, height_lowest);
+    EXPECT_GT(stands.icp_furthest, 0.0);
+    EXPECT_LT(stands.icp_furthest, 0.1065);  // the sole's edge
+    const MapRow& falls = rows.at({MapController::none, 0.0, 0.0, 20.0});
+    EXPECT_EQ(falls.outcome, MapOutcome::not_recovered);
+    EXPECT_FALSE(falls.reason.empty());
+    const MapRow& steps = rows.at({MapController::capture_point, 0.6, 0.0, 20.0});
+    EXPECT_TRUE(steps.stepped);
+    EXPECT_FALSE(rows.at({MapController::capture_point, 0.6, 0.0, 2.0}).stepped);
+    EXPECT_TRUE(contains(map_summary(plan), "| 0 deg |"));
+  }
+  // Again: nothing is run, nothing is written. With other settings: refused.
+  ASSERT_EQ(run_map(parse(words)), ExitStatus::ok);
+  EXPECT_EQ(file_content(folder / map_csv), csv);
+  Words other = words;
+  other.insert(other.end(), {"--set", "push.duration=0.2"});
+  EXPECT_TRUE(contains(complaint_of([&] { run_map(parse(other)); }), "push.duration: 0.1"));
+  // A line lost is a cell run again, to the same figures but its time.
+  const std::size_t last = csv.find_last_of('\n', csv.size() - 2) + 1;
+  std::filesystem::resize_file(folder / map_csv, last);
+  ASSERT_EQ(run_map(parse(words)), ExitStatus::ok);
+  auto lost = from_line(csv.substr(last, csv.size() - last - 1));
+  const std::string now = file_content(folder / map_csv);
+  const auto found = from_line(now.substr(last, now.size() - last - 1));
+  ASSERT_TRUE(lost && found);
+  lost->seconds = found->seconds;
+  EXPECT_EQ(to_line(*lost), to_line(*found));
+}
+
+TEST(Map, DrawsAPicture) {
+  if (std::system("/usr/bin/python3 -c 'import matplotlib' 2>/dev/null") != 0)
+    GTEST_SKIP() << "there is no matplotlib";
+  const TemporaryFolder folder;
+  const MapRequest request =
+      parse({"--directions", "2", "--impulses", "2", "--step-times", "0.6", "--controllers",
+             "capture_point", "--out", folder.path().string()});
+  ASSERT_EQ(run_map(request), ExitStatus::ok);
+  EXPECT_GT(std::filesystem::file_size(folder / "map.png"), 1000u);
+}
+
+TEST(Map, AnInterruptKeepsWhatIsThere) {
+  const TemporaryFolder folder;
+  const MapRequest request =
+      parse({"--impulses", "0.1:0.1:50", "--step-times", "0.6", "--controllers", "capture_point",
+             "--set", "pictures=false", "--jobs", "1", "--out", folder.path().string()});
+  const pid_t process = ::fork();
+  if (process == 0) {
+    run_map(request);
+    ::_exit(0);  // would mean that it was not interrupted
+  }
+  const auto lines = [&] {
+    const std::string csv = file_content(folder / map_csv);
+    return std::count(csv.begin(), csv.end(), '\n');
+  };
+  while (lines() < 4) ::usleep(10'000);
+  ::kill(process, SIGTERM);
+  int status = 0;
+  ASSERT_EQ(::waitpid(process, &status, 0), process);
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM);
+  const auto written = lines();
+  EXPECT_LT(written, 16 * 500);
+  const MapFile file(folder.path(), file_content(folder / map_settings));
+  EXPECT_EQ(static_cast<long>(file.rows().size()), written - 1);  // nothing was cut off
+}
+
+// Why a cell may be known from another step time.
+TEST(Map, WithoutAStepTheRunsAreTheSame) {
+  std::vector<MapRow> rows;
+  for (const double step_time : {0.3, 0.6}) {
+    const MapCell cell{MapController::capture_point, step_time, 0.0, 3.0};
+    Config base;
+    base.push.start = 0.1;
+    const Config config = with_cell(base, cell);
+    const RunLog log = simulate(config, icub());
+    rows.push_back(map_row({}, 0.0, config, log, judge(config, log)));
+    EXPECT_FALSE(rows.back().stepped);
+  }
+  EXPECT_EQ(to_line(rows[0]), to_line(rows[1]));
+}
+
+}  // namespace
+}  // namespace saltus::push_recovery
