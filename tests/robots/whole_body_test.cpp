@@ -118,6 +118,48 @@ TEST_F(WholeBody, APushActsAtItsPoint) {
   EXPECT_GT(dt * arm.cross(force).norm(), 100.0 * second_order);
 }
 
+// DART's forward dynamics, which forms no mass matrix, in free fall: one step gives dnu/dt.
+TEST_F(WholeBody, EquationsOfMotionAgreeWithTheEngine) {
+  const auto model = make_dart_dynamics(robot);
+  DartOptions options;
+  options.step = 1e-6;
+  const auto plant = make_dart_plant(robot, options);
+  const auto velocity = [](const WholeBodyState& s) {
+    VectorXd nu(6 + s.dq.size());
+    nu << s.base.linear().transpose() * s.base_twist.head<3>(),
+        s.base.linear().transpose() * s.base_twist.tail<3>(), s.dq;
+    return nu;
+  };
+  for (const int trial : {0, 1, 2, 3}) {
+    WholeBodyState state = start;
+    state.base.translation()[2] += 1.0;
+    state.base.rotate(Eigen::AngleAxisd(0.4 * trial, Vec<double, 3>(1.0, 2.0, -1.0).normalized()));
+    VectorXd tau(robot.joints());
+    for (int i = 0; i < robot.joints(); ++i) {
+      state.q[i] += 0.1 * std::sin(2.0 * i + trial) * (state.q[i] > 0.2 ? 1.0 : 0.0);
+      state.dq[i] = 0.3 * std::sin(1.0 + 3.0 * i + trial);
+      tau[i] = 2.0 * std::cos(5.0 * i - trial);
+    }
+    state.base_twist << 0.3, -0.4, 0.2, 0.1, 0.5, -0.3;
+    model->update(state);
+    plant->reset(state);
+    plant->set_torques(tau);
+    const Vec<double, 3> force(30.0, -20.0 * trial, 10.0), point(0.1, 0.05, -0.1);
+    plant->push(0, force, point);
+    plant->step();
+    const VectorXd rate = (velocity(plant->state()) - velocity(state)) / options.step;
+    VectorXd forces = -model->bias();
+    forces.tail(robot.joints()) += tau;
+    const Vec<double, 3> own = state.base.linear().transpose() * force;
+    forces.head<3>() += point.cross(own);
+    forces.segment<3>(3) += own;
+    const VectorXd expected = model->mass_matrix().ldlt().solve(forces);
+    // The step is of first order, 70 rad/s^2 per s; accelerations are some hundreds.
+    ASSERT_GT(expected.cwiseAbs().maxCoeff(), 100.0);
+    EXPECT_LT((rate - expected).cwiseAbs().maxCoeff(), 2e-4) << trial;
+  }
+}
+
 TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
   const auto model = make_dart_dynamics(robot);
   const auto plant = make_dart_plant(robot, {});
