@@ -186,7 +186,8 @@ class MapRun {
 
   void take(const FinishedWork& work, Progress& progress) {
     using End = FinishedWork::End;
-    if (work.end == End::refused) throw InputError(work.text);  // every other would say the same
+    // What is wrong with the first is wrong with all.
+    if (work.end == End::refused && runs_ == 0) throw InputError(work.text);
     const auto found = under_way_.find(work.id);
     const MapCell cell = found->second;
     under_way_.erase(found);

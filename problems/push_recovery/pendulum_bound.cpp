@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "framework/core/error.hpp"
+#include "problems/push_recovery/closed_loop.hpp"
 #include "robots/capture_point.hpp"
 
 namespace saltus::push_recovery {
@@ -39,18 +40,31 @@ double distance_to_border(const SupportPolygon& polygon, const Point2& from, con
   return distance;
 }
 
+// Mean of e^(-omega t), t from the start of the push, weighted with its force; by parts, as the
+// impulse given up to t is what is known: e^(-omega T) + omega integral e^(-omega t) share(t) dt.
+double mean_decay(const Push& push, double omega) {
+  constexpr int intervals = 200;  // of Simpson's rule: error below 1e-9 for all shapes
+  const double h = push.duration / intervals;
+  double integral = 0.0;
+  for (int i = 0; i <= intervals; ++i) {
+    const double weight = i == 0 || i == intervals ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    integral += weight * h / 3.0 * std::exp(-omega * i * h) * push_share(push, push.start + i * h);
+  }
+  return std::exp(-omega * push.duration) + omega * integral;
+}
+
 }  // namespace
 
 double PendulumBound::largest_impulse(double angle, std::optional<double> landing) const {
-  if (!(mass > 0.0 && height > 0.0 && duration > 0.0) || !std::isfinite(angle))
+  if (!(mass > 0.0 && height > 0.0 && push.duration > 0.0) || !std::isfinite(angle))
     throw DefinitionError(fmt::format(
         "pendulum bound: mass {} kg, height {} m and duration {} s must be positive, angle {} rad "
         "finite",
-        mass, height, duration, angle));
-  if (landing && !(*landing >= duration))
+        mass, height, push.duration, angle));
+  if (landing && !(*landing >= push.duration))
     throw DefinitionError(
         fmt::format("pendulum bound: the foot lands after {} s, before the push of {} s ends",
-                    *landing, duration));
+                    *landing, push.duration));
   const Points stance = corners(stance_foot.x, stance_foot.y);
   if (!SupportPolygon::hull(stance).contains(start))
     throw DefinitionError("pendulum bound: the CoM starts beside the stance foot");
@@ -66,17 +80,18 @@ double PendulumBound::largest_impulse(double angle, std::optional<double> landin
     reachable = minkowski_sum(1.0 - late, stance, late, both);
   }
   const Point2 along(std::cos(angle), std::sin(angle));
-  return distance_to_border(SupportPolygon::hull(reachable), start, along) * mass * omega * omega *
-         duration / (1.0 - std::exp(-omega * duration));
+  return distance_to_border(SupportPolygon::hull(reachable), start, along) * mass * omega /
+         mean_decay(push, omega);
 }
 
 PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot) {
   PendulumBound bound;
   bound.mass = robot.mass;
-  bound.height = robot.default_posture().com[2];
-  bound.duration = config.push.duration;
-  bound.stance_foot = robot.left_foot;
-  bound.swing_foot = robot.right_foot;
+  const Scene scene = initial_scene(config, robot);
+  bound.height = scene.com_height;
+  bound.push = config.push;
+  bound.stance_foot = scene.left_foot;
+  bound.swing_foot = scene.right_foot;
   const Step& step = config.step;
   if (step.placement == Placement::fixed) {
     bound.reach_x = exactly(step.fixed_place[0]);

@@ -3,10 +3,11 @@
 // The capture point obeys xi' = omega (xi - p) + F / (m omega) with the centre of pressure p in the
 // stance foot S until the landing at t_s, and in the hull of both feet from then on. Multiplied by
 // e^(-omega t) and integrated: xi stays bounded if and only if
-//   xi(0) + J u (1 - e^(-omega T)) / (m omega^2 T)  lies in  (1 - e) S + e hull(S, new foot)
-// (Minkowski sum, e = e^(-omega t_s), T the duration of the push in direction u). The union over
-// all places of the new foot within reach is (1 - e) S + e hull(S, foot + reach): convex, so the
-// bound is where a ray leaves a polygon. Along an axis of the foot this is
+//   xi(0) + J u c / (m omega)  lies in  (1 - e) S + e hull(S, new foot)
+// (Minkowski sum, e = e^(-omega t_s)), where the push in direction u counts with the mean c of
+// e^(-omega t) over its course: (1 - e^(-omega T)) / (omega T) if its force is constant. The union
+// over all places of the new foot within reach is (1 - e) S + e hull(S, foot + reach): convex, so
+// the bound is where a ray leaves a polygon. Along an axis of the foot this is
 // robots/standing_bound.hpp. A robot that swings angular momentum or lowers itself can do more, one
 // with limits less.
 #pragma once
@@ -23,7 +24,7 @@ namespace saltus::push_recovery {
 struct PendulumBound {
   double mass = 0.0;                      // kg
   double height = 0.0;                    // of the CoM, m
-  double duration = 0.1;                  // T of the push, s
+  Push push;                              // its shape and duration
   Point2 start{0.0, 0.0};                 // the CoM at rest
   FootRectangle stance_foot, swing_foot;  // each in its own contact frame
   Bounds reach_x, reach_y;                // where the swing sole's origin may land

@@ -113,7 +113,7 @@ def main(folder):
     gaps = [b - a for a, b in zip(angles, angles[1:] + [angles[0] + 2.0 * math.pi])]
     width = min(gaps)
 
-    figure, panels = plt.subplots(1, len(step_times), figsize=(4.6 * len(step_times), 5.4),
+    figure, panels = plt.subplots(1, len(step_times), figsize=(4.6 * max(len(step_times), 2), 5.6),
                                   subplot_kw={"projection": "polar"}, squeeze=False)
     for axes, step_time in zip(panels[0], step_times):
         draw_panel(axes, cells, step_time, width, edges, 1.08 * impulses[-1])
@@ -123,7 +123,7 @@ def main(folder):
     figure.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize="small",
                   frameon=False)
     figure.suptitle("Pushes that were recovered", y=0.99)
-    figure.tight_layout(rect=(0.0, 0.05, 1.0, 0.98))
+    figure.tight_layout(rect=(0.0, 0.07, 1.0, 0.97))
     partial = os.path.join(folder, ".map.png")
     figure.savefig(partial, dpi=110, format="png")
     os.replace(partial, os.path.join(folder, "map.png"))

@@ -67,7 +67,7 @@ TEST(PendulumBound, AlongTheAxesOfTheFootIsTheOneDimensionalBound) {
                                      {.mass = bound.mass,
                                       .height = bound.height,
                                       .distance_to_edge = edge,
-                                      .duration = bound.duration});
+                                      .duration = bound.push.duration});
   };
   constexpr double rounding = 1e-9;  // N s; also that of the cosine of a quarter turn
   for (const double landing : {0.3, 0.45, 0.6}) {
@@ -94,8 +94,8 @@ double support(const FootRectangle& r, const Point2& n, const Point2& shift = Po
 TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
   const PendulumBound bound = published();
   const double omega = std::sqrt(9.81 / bound.height);
-  const double per_impulse =
-      (1.0 - std::exp(-omega * bound.duration)) / (bound.mass * omega * omega * bound.duration);
+  const double per_impulse = (1.0 - std::exp(-omega * bound.push.duration)) /
+                             (bound.mass * omega * omega * bound.push.duration);
   for (const double landing : {0.3, 0.6}) {
     const double late = std::exp(-omega * landing);
     for (int i = 0; i < 32; ++i) {
@@ -119,6 +119,20 @@ TEST(PendulumBound, InAnyDirectionThePushEndsOnTheBorderOfWhatTheFeetCover) {
       EXPECT_LT(gap, 1e-4) << angle;
     }
   }
+}
+
+TEST(PendulumBound, CountsAPushByItsShape) {
+  PendulumBound bound = published();
+  const double constant = bound.largest_impulse(right, {});
+  bound.push.shape = PushShape::triangle;
+  const double omega = std::sqrt(9.81 / bound.height), half = 0.5 * bound.push.duration;
+  // A triangle is a rectangle of half the length smeared by itself: its mean decay is the square.
+  const double decay = std::pow((1.0 - std::exp(-omega * half)) / (omega * half), 2);
+  EXPECT_NEAR(bound.largest_impulse(right, {}), bound.mass * omega * 0.031 / decay, 1e-8);
+  // Against the rectangle the variance about the same middle is T^2 / 24 in place of T^2 / 12.
+  const double spread = std::pow(omega * bound.push.duration, 2) / 48.0;
+  constexpr double higher_orders = 1e-3;  // N s
+  EXPECT_NEAR(bound.largest_impulse(right, {}), constant * (1.0 + spread), higher_orders);
 }
 
 TEST(PendulumBound, RefusesNonsense) {
