@@ -22,6 +22,7 @@ class CentroidalPlant {
   CentroidalPlant(double mass, const Vec<double, 9>& start, const IntegratorChoice& integrator);
 
   Foot left, right;
+  Foot& foot(Side side) { return side == Side::left ? left : right; }
   Vec<double, 3> push = Vec<double, 3>::Zero();  ///< on the CoM, world axes, N
 
   const Vec<double, 9>& state() const { return state_; }

@@ -11,6 +11,10 @@
 
 namespace saltus {
 
+enum class Side { left, right };
+inline Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
+inline const char* name_of(Side side) { return side == Side::left ? "left" : "right"; }
+
 /// The part of the sole that touches the ground, in the sole frame, m.
 struct FootRectangle {
   Bounds x = between(-0.05, 0.05);

@@ -60,6 +60,17 @@ class Section {
     return values;
   }
 
+  std::vector<std::string> texts(const std::string& key) const {
+    const YAML::Node node = require(key);
+    if (!node.IsSequence()) fail(key, "must be a list of texts");
+    std::vector<std::string> values;
+    for (const YAML::Node& entry : node) {
+      if (!entry.IsScalar() || entry.Scalar().empty()) fail(key, "must be a list of texts");
+      values.push_back(entry.Scalar());
+    }
+    return values;
+  }
+
   Bounds range(const std::string& key) const {
     const Vec<double, 2> ends = numbers<2>(key);
     if (!(ends[0] < ends[1]))
@@ -99,17 +110,42 @@ FootRectangle read_foot(const Section& section) {
   return {section.range("x"), section.range("y")};
 }
 
-StandingPosture read_posture(const Section& section, const std::string& name) {
-  section.allow_only({"stance", "com", "right_foot", "joints"});
+Mirror read_mirror(const Section& section) {
+  section.allow_only({"left", "right", "reversed"});
+  return {section.text("left"), section.text("right"), section.texts("reversed")};
+}
+
+// The mirror image of a posture that stands above it in the file.
+StandingPosture read_mirrored_posture(const Section& section, const RobotDescription& robot) {
+  section.allow_only({"mirror_of"});
+  const std::string original = section.text("mirror_of");
+  if (!robot.mirror)
+    section.fail("mirror_of", "needs the key mirror at the top of the file; add it");
+  for (const StandingPosture& posture : robot.postures) {
+    if (posture.name != original) continue;
+    if (posture.stance == Stance::both)
+      section.fail("mirror_of",
+                   fmt::format("must name a posture on one foot; \"{}\" stands on both", original));
+    return (*robot.mirror)(posture);
+  }
+  section.fail("mirror_of", fmt::format("must name a posture above, not \"{}\"", original));
+}
+
+StandingPosture read_posture(const Section& section) {
+  section.allow_only({"stance", "com", "other_foot", "joints"});
   StandingPosture posture;
-  posture.name = name;
   const std::string stance = section.text("stance");
-  if (stance != "left" && stance != "both")
-    section.fail("stance", fmt::format("must be left or both, not \"{}\"", stance));
-  posture.stance = stance == "left" ? Stance::left : Stance::both;
+  if (stance == "left")
+    posture.stance = Stance::left;
+  else if (stance == "right")
+    posture.stance = Stance::right;
+  else if (stance == "both")
+    posture.stance = Stance::both;
+  else
+    section.fail("stance", fmt::format("must be left, right or both, not \"{}\"", stance));
   posture.com = section.numbers<3>("com");
   if (!(posture.com.z() > 0.0)) section.fail("com", "must lie above the ground");
-  posture.right_foot = section.numbers<3>("right_foot");
+  posture.other_foot = section.numbers<3>("other_foot");
   const Section joints = section.section("joints");
   for (const std::string& joint : joints.keys()) posture.joints[joint] = joints.number(joint);
   return posture;
@@ -128,7 +164,7 @@ ActuatedJoint read_joint(const Section& section, const std::string& name) {
 
 RobotDescription read(const Section& file) {
   file.allow_only({"name", "source", "mass", "soles", "contact_plane_offset", "left_foot",
-                   "right_foot", "base", "joints", "postures"});
+                   "right_foot", "base", "joints", "mirror", "postures"});
   RobotDescription robot;
   robot.name = file.text("name");
   robot.mass = file.number("mass");
@@ -147,14 +183,49 @@ RobotDescription read(const Section& file) {
     for (const std::string& name : joints.keys())
       robot.joints.push_back(read_joint(joints.section(name), name));
   }
+  if (file.has("mirror")) robot.mirror = read_mirror(file.section("mirror"));
   const Section postures = file.section("postures");
-  for (const std::string& name : postures.keys())
-    robot.postures.push_back(read_posture(postures.section(name), name));
+  for (const std::string& name : postures.keys()) {
+    const Section section = postures.section(name);
+    robot.postures.push_back(section.has("mirror_of") ? read_mirrored_posture(section, robot)
+                                                      : read_posture(section));
+    robot.postures.back().name = name;
+  }
   if (robot.postures.empty()) file.fail("postures", "has no posture; add one");
   return robot;
 }
 
 }  // namespace
+
+StandingPosture Mirror::operator()(const StandingPosture& posture) const {
+  const Vec<double, 3> image(1.0, -1.0, 1.0);
+  StandingPosture result = posture;
+  if (posture.stance != Stance::both)
+    result.stance = posture.stance == Stance::left ? Stance::right : Stance::left;
+  result.com = image.cwiseProduct(posture.com);
+  result.other_foot = image.cwiseProduct(posture.other_foot);
+  result.joints.clear();
+  for (const auto& [joint, position] : posture.joints) {
+    const bool changes = std::find(reversed.begin(), reversed.end(), joint) != reversed.end();
+    std::string namesake = joint;
+    if (joint.compare(0, left.size(), left) == 0)
+      namesake.replace(0, left.size(), right);
+    else if (joint.compare(0, right.size(), right) == 0)
+      namesake.replace(0, right.size(), left);
+    result.joints[namesake] = changes ? -position : position;
+  }
+  return result;
+}
+
+const StandingPosture& RobotDescription::posture_on(Side side) const {
+  const Stance wanted = side == Side::left ? Stance::left : Stance::right;
+  for (const StandingPosture& p : postures)
+    if (p.stance == wanted) return p;
+  const char* foot = name_of(side);
+  throw InputError(
+      fmt::format("{} has no posture on the {} foot alone; add one with stance: {} to its file",
+                  name, foot, foot));
+}
 
 const StandingPosture& RobotDescription::posture(const std::string& posture_name) const {
   std::vector<std::string> known;
@@ -216,10 +287,11 @@ RobotDescription describe(const UrdfModel& model, const RobotDescription& named)
   robot.right_foot = right.rectangle;
   const Vec<double, 3> to_contact(0.0, 0.0, robot.contact_plane_offset);
   for (StandingPosture& posture : robot.postures) {
-    posture.com = model.centre_of_mass(named.left_sole, posture.joints) - to_contact;
-    posture.right_foot =
-        model.link_pose(named.right_sole, named.left_sole, posture.joints) * to_contact -
-        to_contact;
+    const std::string& sole = named.sole(posture.side());
+    const std::string& other_sole = named.sole(other(posture.side()));
+    posture.com = model.centre_of_mass(sole, posture.joints) - to_contact;
+    posture.other_foot =
+        model.link_pose(other_sole, sole, posture.joints) * to_contact - to_contact;
   }
   return robot;
 }

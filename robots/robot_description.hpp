@@ -16,16 +16,30 @@
 
 namespace saltus {
 
-enum class Stance { left, both };
+enum class Stance { left, right, both };
 
-/// A posture with the left sole flat on the ground. Positions in m, in the contact frame of the
-/// left sole: origin in the contact plane, x forward, y to the left, z up.
+/// A posture with one sole flat on the ground: that of the stance foot, the left one if both stand.
+/// Positions in m, in its contact frame: origin in the contact plane, x forward, y to the left, z
+/// up.
 struct StandingPosture {
   std::string name;
   Stance stance = Stance::both;
   Vec<double, 3> com = Vec<double, 3>::Zero();         // its z is the height above the ground
-  Vec<double, 3> right_foot = Vec<double, 3>::Zero();  // origin of the right contact frame
+  Vec<double, 3> other_foot = Vec<double, 3>::Zero();  // origin of the other contact frame
   Posture joints;                                      // rad; joints that are not named are at zero
+
+  /// The foot whose sole is flat on the ground.
+  Side side() const { return stance == Stance::right ? Side::right : Side::left; }
+};
+
+/// What the mirror image in the plane between the feet makes of the joints: those whose names begin
+/// with one prefix change places with their namesakes of the other, and some change sign.
+struct Mirror {
+  std::string left, right;            // prefixes
+  std::vector<std::string> reversed;  // joints that change sign; of a pair both
+
+  /// Of a posture on one foot, on the other one.
+  StandingPosture operator()(const StandingPosture& posture) const;
 };
 
 /// A joint with a motor.
@@ -42,13 +56,19 @@ struct RobotDescription {
   std::string left_sole, right_sole;      // link names
   double contact_plane_offset = 0.0;      // m, of the contact plane along z of the sole links
   FootRectangle left_foot, right_foot;    // in the contact frames
+  std::optional<Mirror> mirror;           // for postures that are the image of another
   std::vector<StandingPosture> postures;  // the first is the default
   std::string base;                       // link that floats; for the whole body only
   std::vector<ActuatedJoint> joints;  // likewise, in the order of torques; all others are frozen
 
+  const FootRectangle& foot(Side side) const { return side == Side::left ? left_foot : right_foot; }
+  const std::string& sole(Side side) const { return side == Side::left ? left_sole : right_sole; }
+
   /// Throws InputError that suggests the nearest name.
   const StandingPosture& posture(const std::string& posture_name) const;
   const StandingPosture& default_posture() const { return postures.front(); }
+  /// The first that stands on this foot alone. Throws InputError if there is none.
+  const StandingPosture& posture_on(Side side) const;
 };
 
 /// Throws InputError, one sentence naming file, key and remedy: the file is missing, empty or not

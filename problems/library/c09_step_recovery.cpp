@@ -31,7 +31,7 @@ OptimalControlProblem problem(double impact_time) {
 
   Model model;
   model.mass = mass;
-  model.left = flat_sole({0.0, 0.07, 0.0});
+  model.stance = flat_sole({0.0, 0.07, 0.0});
   model.step = interval;
   model.intervals = 15;
   ContactConeOptions contact;
@@ -41,7 +41,7 @@ OptimalControlProblem problem(double impact_time) {
   contact.foot = {between(-0.05, 0.1), between(-0.03, 0.03)};
   contact.torsional_friction = 1.0 / 75.0;
   contact.normal_force = at_least(10.0);
-  model.left_contact = model.right_contact = contact;
+  model.stance_contact = model.swing_contact = contact;
 
   Weights weights;
   weights.gamma << 0, 0, 100, 0, 0, 10, 1, 1, 1;
@@ -55,7 +55,7 @@ OptimalControlProblem problem(double impact_time) {
   tick.com = com;
   tick.force << 0.0, 0.0, 294.3;  // N
   tick.omega = std::sqrt(9.81 / com[2]);
-  tick.right_foot << 0.0, -0.12, 0.0;
+  tick.swing_foot << 0.0, -0.12, 0.0;
   tick.gamma_desired << com_desired, 0, 0, 0, 0, 0, 0;
   tick.capture_point_desired = com_desired.head<2>();
   Eigen::Matrix<double, 4, 2> corners;  // of both soles together, m

@@ -98,8 +98,12 @@ std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
     const auto moved = [](const Eigen::Isometry3d& now, const Eigen::Isometry3d& then) {
       return (now.translation() - then.translation()).head<2>().norm();
     };
-    slips.emplace_back(moved(b.left_sole, log.body.front().left_sole),
-                       landed == nullptr ? 0.0 : moved(b.right_sole, landed->right_sole));
+    const BodySample& first = log.body.front();
+    const bool left_stands = log.final_scene.side == Side::left;
+    const BodySample* left = left_stands ? &first : landed;
+    const BodySample* right = left_stands ? landed : &first;
+    slips.emplace_back(left == nullptr ? 0.0 : moved(b.left_sole, left->left_sole),
+                       right == nullptr ? 0.0 : moved(b.right_sole, right->right_sole));
   }
   return slips;
 }

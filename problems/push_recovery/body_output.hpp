@@ -30,7 +30,7 @@ nlohmann::ordered_json robot_shape(const FloatingRobot& robot, const RunLog& log
 /// and its joint, wall clock per simulated second and part, unsolved control steps.
 nlohmann::ordered_json body_figures(const RunLog& log, const FloatingRobot& robot);
 
-/// Horizontal distance of the soles' origins from where they stood first (right: where it landed;
+/// Horizontal distance of the soles' origins from where they stood first (swing: where it landed;
 /// zero before), left and right, one per sample, m.
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log);
 

@@ -22,20 +22,20 @@ constexpr double course_after_landing = 0.5;
 constexpr double linear_weight = 1.0, angular_weight = 1000.0, force_weight = 1e-4,
                  torque_weight = 1e-2;
 
-// p = (CoM | right foot | desired CoM acceleration | desired rate of angular momentum).
+// p = (CoM | swing foot | desired CoM acceleration | desired rate of angular momentum).
 constexpr int parameters = 12;
 
 struct MomentumRate {
   double mass;
-  SoleFrame left;
-  Mat<double, 3, 3> right_rotation;
+  SoleFrame stance;
+  Mat<double, 3, 3> swing_rotation;
 
   template <class S>
   Vec<S, 9> operator()(const S&, const Vec<S, 9>& gamma, const Vec<S, 12>& f,
                        const Vec<S, parameters>& p) const {
     const std::array<Contact<S>, 2> feet{
-        contact<S>(left, Vec<S, 6>(f.template head<6>())),
-        contact<S>(SoleFrameOf<S>{p.template segment<3>(3), right_rotation.template cast<S>()},
+        contact<S>(stance, Vec<S, 6>(f.template head<6>())),
+        contact<S>(SoleFrameOf<S>{p.template segment<3>(3), swing_rotation.template cast<S>()},
                    Vec<S, 6>(f.template tail<6>()))};
     const Vec<S, 3> com = p.template head<3>();
     Vec<S, 9> rate;
@@ -48,7 +48,7 @@ struct MomentumRate {
 // One interval: what is wanted of the wrenches now.
 OptimalControlProblem wrench_problem(const Config& config, const RobotDescription& robot,
                                      const Scene& scene) {
-  const MomentumRate momentum{robot.mass, scene.left, scene.right.rotation};
+  const MomentumRate momentum{robot.mass, scene.stance, scene.swing.rotation};
   const auto miss = [momentum](const auto& t, const auto& gamma, const auto& f, const auto& p) {
     auto error = momentum(t, gamma, f, p).template tail<6>().eval();
     error.template head<3>() -= p.template segment<3>(6);
@@ -59,8 +59,8 @@ OptimalControlProblem wrench_problem(const Config& config, const RobotDescriptio
   const Window before_impact{.to = event("impact")}, after_impact{.from = event("impact")};
   Phase<9, 12, parameters> phase{"now", momentum, exactly(config.mpc_step)};
   phase.data("tick", VectorXd::Zero(parameters));
-  keep_in_cone(phase, "left foot", contact_options(config, scene.left_foot), 0);
-  keep_in_cone(phase, "right foot", contact_options(config, scene.right_foot), 6, after_impact);
+  keep_in_cone(phase, "stance foot", contact_options(config, scene.stance_foot), 0);
+  keep_in_cone(phase, "swing foot", contact_options(config, scene.swing_foot), 6, after_impact);
   for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
   Vec<double, 6> rates;
   rates << Vec<double, 3>::Constant(linear_weight), Vec<double, 3>::Constant(angular_weight);
@@ -106,7 +106,7 @@ class CapturePointController final : public Planner {
                           double impact_time) override {
     const Vec<double, 3> com = measured.gamma.head<3>(), velocity = measured.gamma.segment<3>(3);
     const Vec<double, 2> planar = scene.target_point();
-    const Vec<double, 3> target(planar[0], planar[1], scene.left.position[2] + scene.com_height);
+    const Vec<double, 3> target(planar[0], planar[1], scene.stance.position[2] + scene.com_height);
     CoursePoint wanted{target, Vec<double, 3>::Zero(), Vec<double, 3>::Zero()};
     if (scene.two_feet) {
       if (course_start_ == infinity) {
@@ -119,7 +119,7 @@ class CapturePointController final : public Planner {
           minimum_jerk(com_at_start_, velocity_at_start_, target, T, measured.time - course_start_);
     }
     Vec<double, parameters> p;
-    p << com, scene.right.position,
+    p << com, scene.swing.position,
         wanted.acceleration + com_stiffness * (wanted.position - com) +
             com_damping * (wanted.velocity - velocity),
         -momentum_damping * measured.gamma.tail<3>();

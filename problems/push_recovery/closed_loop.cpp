@@ -15,11 +15,13 @@ constexpr double fallen_height = 0.30, fallen_distance = 1.0;  // m
 
 Scene initial_scene(const Config& config, const RobotDescription& robot) {
   Scene scene;
-  scene.left_foot = robot.left_foot;
-  scene.right_foot = robot.right_foot;
-  scene.right.position = robot.default_posture().right_foot;
-  scene.right.position[2] = 0.0;  // the ground is level
-  scene.com_height = robot.default_posture().com[2];
+  const StandingPosture& posture = robot.posture_on(config.stance);
+  scene.side = config.stance;
+  scene.stance_foot = robot.foot(scene.side);
+  scene.swing_foot = robot.foot(other(scene.side));
+  scene.swing.position = posture.other_foot;
+  scene.swing.position[2] = 0.0;  // the ground is level
+  scene.com_height = posture.com[2];
   scene.target = config.target;
   return scene;
 }

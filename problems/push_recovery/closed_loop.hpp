@@ -6,7 +6,8 @@
 
 namespace saltus::push_recovery {
 
-/// On the left foot in the robot's default posture, the right foot beside it.
+/// On the stance foot in the robot's posture for it, the other foot beside it. Throws InputError if
+/// it has none.
 Scene initial_scene(const Config& config, const RobotDescription& robot);
 
 /// The robot that the controllers believe in: its mass with Config::mass_error.

@@ -60,6 +60,8 @@ void declare_settings(Settings& s, Config& c) {
       "solver", c.solver, solver_choices(),
       "solver of the optimal control problem: stage by stage, one sparse system, "
       "or as a nonlinear program");
+  s.choice<Side>("stance", c.stance, {{"left", Side::left}, {"right", Side::right}},
+                 "the foot that it stands on; the other one steps");
   s.flag("stepping", c.stepping, "may the robot step?");
   s.number("model.mass_error", c.mass_error, "",
            "relative error of all masses and inertias in the controllers' model",
@@ -90,7 +92,16 @@ void declare_settings(Settings& s, Config& c) {
   s.choice<Placement>("step.placement", c.step.placement,
                       {{"predicted", Placement::predicted}, {"fixed", Placement::fixed}},
                       "at the predicted capture point, or at step.fixed_place");
-  s.vector("step.fixed_place", c.step.fixed_place, "m", "right sole relative to the left one");
+  s.vector("step.fixed_place", c.step.fixed_place, "m",
+           "swing sole relative to the stance sole: forward, and to the side away from it");
+  s.rule({"step.fixed_place"}, [&c] {
+    return c.step.fixed_place[1] > 0.0
+               ? ""
+               : fmt::format(
+                     "step.fixed_place counts away from the stance sole, on either side: its "
+                     "second entry must be positive, not {}",
+                     c.step.fixed_place[1]);
+  });
   s.number("step.lateral_min", c.step.lateral_min, "m", "least lateral distance of the soles",
            above(0.0));
   s.number("step.lateral_max", c.step.lateral_max, "m", "largest lateral distance", above(0.0));

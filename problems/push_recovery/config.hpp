@@ -40,8 +40,9 @@ struct Step {
   /// The placement is decided this long after the trigger, when the push is known, s.
   double decision_delay = 0.1;
   Placement placement = Placement::predicted;
-  Vec<double, 2> fixed_place{0.0, -0.14};  ///< of the right sole relative to the left one, m
-  double lateral_min = 0.12;               ///< reach to the side of the stance sole, m
+  /// Of the swing sole relative to the stance sole: forward, and to the side away from it, m.
+  Vec<double, 2> fixed_place{0.0, 0.14};
+  double lateral_min = 0.12;  ///< reach to the side away from the stance sole, m
   double lateral_max = 0.30;
   double forward_max = 0.25;  ///< reach to the front and back, m
 };
@@ -51,6 +52,7 @@ struct Config {
   PlantChoice plant = PlantChoice::centroidal;
   ControllerChoice controller = ControllerChoice::mpc;
   SolverChoice solver = SolverChoice::riccati;
+  Side stance = Side::left;  ///< the foot that it stands on; the other one steps
   bool stepping = true;
   /// Relative error of all masses and inertias in the controllers' model; the plant has none.
   double mass_error = 0.0;

@@ -43,7 +43,8 @@ class FullBodyLoop {
         model_(UrdfModel::read(urdf)),
         body_(floating_robot(model_, robot)),
         scene_(initial_scene(config, robot)),
-        steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
+        steps_(config.step, config.stepping, config.push.start, scene_.side, scene_.stance,
+               scene_.stance_foot),
         believed_(with_masses_scaled(body_, 1.0 + config.mass_error)),
         dynamics_(make_dart_dynamics(believed_)),
         plant_(make_plant(body_, config), config.noise, config.delay_ticks),
@@ -56,14 +57,15 @@ class FullBodyLoop {
     log_.floating = body_;
     log_.pushed = link_frame(body_, model_, config.push.link);
     log_.pushed.pose.translate(config.push.point);
-    const WholeBodyState start = standing_state(body_, model_, robot, robot.default_posture());
+    const WholeBodyState start =
+        standing_state(body_, model_, robot, robot.posture_on(config.stance));
     if (!config.noise.is_zero() || config.mass_error != 0.0) truth_ = make_dart_dynamics(body_);
     plant_.reset(start);
     update_dynamics();
-    swing_.hold(dynamics_->sole(Side::right).pose);
-    tasks_.right_stands = false;
+    swing_.hold(dynamics_->sole(swing_side()).pose);
+    swing_stands() = false;
     tasks_.posture = start.q;
-    applied_[2] = believed_.total_mass * standard_gravity;
+    applied_[scene_.side == Side::left ? 2 : 8] = believed_.total_mass * standard_gravity;
   }
 
   RunLog run(const std::function<void(double)>& progress) {
@@ -87,7 +89,7 @@ class FullBodyLoop {
       if (k % per_control == 0) record(t);
     }
     log_.final_scene = scene_;
-    if (has_landed()) log_.final_scene.right.position = landed_at_;
+    if (has_landed()) log_.final_scene.swing.position = landed_at_;
     log_.loop = planner_->controller().statistics();
     log_.solver = planner_->controller().solver_name();
     log_.plant = plant_.name();
@@ -115,6 +117,10 @@ class FullBodyLoop {
     return make_dart_plant(robot, options);
   }
 
+  Side swing_side() const { return other(scene_.side); }
+  bool& swing_stands() {
+    return swing_side() == Side::left ? tasks_.left_stands : tasks_.right_stands;
+  }
   bool has_landed() const { return log_.touchdown < infinity; }
   // While the foot is late the landing is held just ahead.
   double impact_time(double t) const {
@@ -137,13 +143,13 @@ class FullBodyLoop {
 
   void detect_landing(double t) {
     if (!swing_.is_under_way() || has_landed()) return;
-    const FootContact& contact = plant_.contact(Side::right);
+    const FootContact& contact = plant_.contact(swing_side());
     const double half = steps_.landing_time() - 0.5 * config_.step.duration;
     if (t < half || contact.wrench[2] < landed_force) return;
     log_.touchdown = t;
-    scene_.right.position = dynamics_->sole(Side::right).pose.translation();
-    landed_at_ = truth().sole(Side::right).pose.translation();
-    tasks_.right_stands = true;
+    scene_.swing.position = dynamics_->sole(swing_side()).pose.translation();
+    landed_at_ = truth().sole(swing_side()).pose.translation();
+    swing_stands() = true;
   }
 
   void plan(double t) {
@@ -154,14 +160,14 @@ class FullBodyLoop {
                   omega);
     if (steps_.is_stepping() && !has_landed()) {
       if (!swing_.is_under_way()) swing_.start(t, steps_.landing_time());
-      scene_.right.position = steps_.place();
+      scene_.swing.position = steps_.place();
       scene_.two_feet = true;
       swing_.aim(steps_.landing_time(), steps_.place());
     }
     Vec<double, 3> force = Vec<double, 3>::Zero();
     force += dynamics_->sole(Side::left).pose.linear() * applied_.segment<3>(0);
     force += dynamics_->sole(Side::right).pose.linear() * applied_.segment<3>(6);
-    const Measurement m{t, measured, applied_, force};
+    const Measurement m{t, measured, reordered(scene_.side, applied_), force};
     tick_ = &planner_->tick(m, scene_, impact_time(t));
   }
 
@@ -170,12 +176,12 @@ class FullBodyLoop {
     const InputPiece* piece = &tick_->input[0];
     for (const InputPiece& p : tick_->input)
       if (p.start <= t + same_instant) piece = &p;
-    tasks_.wrenches = piece->input();
+    tasks_.wrenches = reordered(scene_.side, piece->input());
     tasks_.force = Vec<double, 3>(0.0, 0.0, -believed_.total_mass * standard_gravity);
     tasks_.torque.setZero();
     for (const Side side : {Side::left, Side::right}) {
       const int first = side == Side::left ? 0 : 6;
-      if (side == Side::right && !tasks_.right_stands) tasks_.wrenches.tail<6>().setZero();
+      if (side == swing_side() && !swing_stands()) tasks_.wrenches.segment<6>(first).setZero();
       const SoleMotion& sole = dynamics_->sole(side);
       const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
       tasks_.force += f;
@@ -183,7 +189,7 @@ class FullBodyLoop {
                        (sole.pose.translation() - dynamics_->com()).cross(f);
     }
     swing_.advance(t);
-    tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(Side::right));
+    tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(swing_side()));
     const WholeBodyCommand& command = controller_->control(*dynamics_, plant_.state(), tasks_);
     if (command.status != QpStatus::optimal) ++log_.control_failures;
     if (command.torques_cut > 0) ++log_.control_cuts;

@@ -16,29 +16,36 @@
 namespace saltus::push_recovery {
 
 SupportPolygon Scene::hull() const {
-  return SupportPolygon::under({{left, left_foot}, {right, right_foot}});
+  return SupportPolygon::under({{stance, stance_foot}, {swing, swing_foot}});
 }
 
 Vec<double, 2> Scene::target_point() const {
-  if (!two_feet) return left.position.head<2>();
+  if (!two_feet) return stance.position.head<2>();
   if (target == Target::centroid) return hull().centroid();
-  return 0.5 * (left.position + right.position).head<2>();
+  return 0.5 * (stance.position + swing.position).head<2>();
+}
+
+Vec<double, 12> reordered(Side stance, const Vec<double, 12>& wrenches) {
+  if (stance == Side::left) return wrenches;
+  Vec<double, 12> result;
+  result << wrenches.tail<6>(), wrenches.head<6>();
+  return result;
 }
 
 namespace {
 
 // What of the tick's data hangs on the scene alone: it changes when a step is decided, no oftener.
 void set_scene(const Scene& scene, TickData& data) {
-  data.right_foot = scene.right.position;
+  data.swing_foot = scene.swing.position;
   const Vec<double, 2> target = scene.target_point();
-  data.gamma_desired << target, scene.left.position[2] + scene.com_height, Vec<double, 6>::Zero();
+  data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
   data.hull = scene.hull().half_planes(hull_rows);
 }
 void set_measurement(const Measurement& measured, const Scene& scene, TickData& data) {
   data.com = measured.gamma.head<3>();
   data.force = measured.contact_force;
-  data.omega = pendulum_frequency(measured.gamma[2] - scene.left.position[2]);
+  data.omega = pendulum_frequency(measured.gamma[2] - scene.stance.position[2]);
 }
 
 // Ticks that are denied their solve: runs of one to five, as often as the share asks.
@@ -72,7 +79,7 @@ class Mpc final : public Planner {
 
   const ControlTick& tick(const Measurement& measured, const Scene& scene,
                           double impact_time) override {
-    if (scene.two_feet != scene_.two_feet || scene.right.position != scene_.right.position) {
+    if (scene.two_feet != scene_.two_feet || scene.swing.position != scene_.swing.position) {
       scene_ = scene;
       set_scene(scene, data_);
     }
@@ -80,7 +87,7 @@ class Mpc final : public Planner {
     controller_.set_data("tick", data_.vector());
     controller_.retime("impact", impact_time);
     if (charges_change_) {
-      // Up to the landing the right foot had no wrench from which the first one could differ.
+      // Up to the landing the swing foot had no wrench from which the first one could differ.
       Vec<double, 12> before = measured.applied;
       if (impact_time > measured.time - same_instant)
         before.tail<6>().setConstant(std::numeric_limits<double>::quiet_NaN());
@@ -93,7 +100,7 @@ class Mpc final : public Planner {
  private:
   static TickData data_at_rest(const RobotDescription& robot, const Scene& scene) {
     Measurement at_rest;
-    at_rest.gamma << robot.default_posture().com, Vec<double, 6>::Zero();
+    at_rest.gamma << robot.posture_on(scene.side).com, Vec<double, 6>::Zero();
     at_rest.contact_force[2] = robot.mass * standard_gravity;
     TickData data;
     set_scene(scene, data);
@@ -113,10 +120,10 @@ class Mpc final : public Planner {
                                      const Scene& scene) {
     Model model;
     model.mass = robot.mass;
-    model.left = scene.left;
-    model.right_rotation = scene.right.rotation;
-    model.left_contact = contact_options(config, scene.left_foot);
-    model.right_contact = contact_options(config, scene.right_foot);
+    model.stance = scene.stance;
+    model.swing_rotation = scene.swing.rotation;
+    model.stance_contact = contact_options(config, scene.stance_foot);
+    model.swing_contact = contact_options(config, scene.swing_foot);
     model.step = config.mpc_step;
     model.intervals = config.mpc_intervals;
     model.cost_rule = config.mpc_costs;
@@ -150,7 +157,7 @@ ControllerOptions controller_options(const Config& config, const RobotDescriptio
   if (config.deadline > 0.0) options.deadline = config.deadline;
   options.miss_deadline = missed_ticks(config);
   options.fallback_input = VectorXd::Zero(12);
-  options.fallback_input[2] = robot.mass * standard_gravity;  // stand on the left foot
+  options.fallback_input[2] = robot.mass * standard_gravity;  // on the stance foot
   return options;
 }
 

@@ -14,15 +14,17 @@ namespace saltus::push_recovery {
 struct Measurement {
   double time = 0.0;  ///< s
   Vec<double, 9> gamma = Vec<double, 9>::Zero();
-  Vec<double, 12> applied = Vec<double, 12>::Zero();      ///< wrenches applied last, sole axes
+  Vec<double, 12> applied =
+      Vec<double, 12>::Zero();  ///< wrenches applied last, sole axes, stance then swing
   Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< their sum, world axes, N
 };
 
 /// The scene: what stands where, and what is aimed at.
 struct Scene {
-  SoleFrame left, right;  ///< right: where it stands, or will land
-  FootRectangle left_foot, right_foot;
-  bool two_feet = false;     ///< the right foot stands or is about to
+  Side side = Side::left;   ///< of the stance foot
+  SoleFrame stance, swing;  ///< swing: where it stands, or will land
+  FootRectangle stance_foot, swing_foot;
+  bool two_feet = false;     ///< the swing foot stands or is about to
   double com_height = 0.53;  ///< commanded, m
   Target target = Target::sole_midpoint;
 
@@ -30,11 +32,14 @@ struct Scene {
   Vec<double, 2> target_point() const;
 };
 
+/// A pair of wrenches from the order (stance, swing) into (left, right), or back.
+Vec<double, 12> reordered(Side stance, const Vec<double, 12>& wrenches);
+
 class Planner {
  public:
   virtual ~Planner() = default;
   /// `impact_time`: absolute time of the landing, infinite if none is due.
-  /// The result lasts until the next tick.
+  /// The result, wrenches of stance and swing foot, lasts until the next tick.
   virtual const ControlTick& tick(const Measurement& measured, const Scene& scene,
                                   double impact_time) = 0;
   virtual RecedingHorizonController& controller() = 0;

@@ -19,6 +19,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 
+SWING = {"left": ("right", "tab:orange"), "right": ("left", "tab:blue")}  # by the stance foot
+
+
 def read_table(path):
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
@@ -68,12 +71,13 @@ def draw_measured_forces(body, summary, folder, begin, end, what):
 
 def draw_feet(body, summary, folder, begin, end, what):
     figure, panels = plt.subplots(3, 1, figsize=(6.4, 6.0), sharex=True, constrained_layout=True)
-    for axes, label in zip(panels, ("right sole y [m]", "height [mm]", "slip [mm]")):
+    swing, swing_color = SWING[summary["stance"]]
+    for axes, label in zip(panels, (f"{swing} sole y [m]", "height [mm]", "slip [mm]")):
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
         mark_events(axes, summary)
     panels[0].set_title(f"Soles, {what}")
-    panels[0].plot(body["t"], body["right_sole_y"], color="tab:orange")
+    panels[0].plot(body["t"], body[f"{swing}_sole_y"], color=swing_color)
     for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
         for axes, quantity in ((panels[1], "sole_z"), (panels[2], "slip")):
             axes.plot(body["t"], [1e3 * v for v in body[f"{foot}_{quantity}"]], color=color,
@@ -122,8 +126,9 @@ def main(folder):
     figure, axes = new_axes(f"Capture point, lateral, {what}", "y [m]")
     axes.plot(t, table["icp_y"], color="tab:blue", label="capture point")
     axes.plot(t, table["com_y"], color="tab:gray", linewidth=1, label="CoM")
-    sole = [p[1] for p in summary["left_sole"]]
-    hull = [p[1] for p in summary.get("hull", summary["left_sole"])]
+    stance_sole = summary[summary["stance"] + "_sole"]
+    sole = [p[1] for p in stance_sole]
+    hull = [p[1] for p in summary.get("hull", stance_sole)]
     until = summary["touchdown_s"] or end
     axes.hlines([min(sole), max(sole)], begin, until, colors="tab:green", linestyles=":",
                 label="stance sole")
@@ -131,8 +136,9 @@ def main(folder):
         axes.hlines([min(hull), max(hull)], until, end, colors="tab:green", linestyles="--",
                     label="hull of both soles")
     mark_events(axes, summary)
-    low = min(hull + [y for s, y in zip(t, table["icp_y"]) if begin <= s <= end])
-    axes.set_ylim(max(low - 0.03, -1.0), max(hull) + 0.05)
+    shown = hull + [y for s, y in zip(t, table["icp_y"]) if begin <= s <= end]
+    low, high = (0.03, 0.05) if summary["stance"] == "left" else (0.05, 0.03)
+    axes.set_ylim(max(min(shown) - low, -1.0), min(max(shown) + high, 1.0))
     save(figure, axes, folder, "capture_point.png", begin, end)
 
     figure, axes = new_axes(f"Vertical forces, {what}", "force [N]")

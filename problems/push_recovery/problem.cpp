@@ -1,9 +1,10 @@
 // Push recovery by stepping: Dafarra, Romano, Nori, "A receding horizon push recovery strategy for
-// balancing the iCub humanoid robot". The robot stands on its left foot; the right one lands at the
-// event "impact". All physics, constraints and costs of the controller are in this file.
+// balancing the iCub humanoid robot". The robot stands on its stance foot; the swing foot lands at
+// the event "impact". Either may be the left one. All physics, constraints and costs of the
+// controller are in this file.
 //
 // State gamma = (CoM position, CoM velocity, angular momentum about the CoM), in the world (m, m/s,
-// Nms); inputs f = (f_l, f_r), contact wrenches in the axes of their soles (N, Nm).
+// Nms); inputs f = (f_stance, f_swing), contact wrenches in the axes of their soles (N, Nm).
 #include "problems/push_recovery/problem.hpp"
 
 #include "robots/centroidal.hpp"
@@ -22,16 +23,16 @@ struct Dynamics {
                        const Vec<S, tick_size>& p) const {
     const TickView<S> tick(p);
     const Vec<S, 3> com = gamma.template head<3>(), velocity = gamma.template segment<3>(3);
-    const Contact<S> l = contact<S>(model.left, Vec<S, 6>(f.template head<6>()));
-    const Contact<S> r =
-        contact<S>(SoleFrameOf<S>{tick.right_foot, model.right_rotation.template cast<S>()},
+    const Contact<S> stance = contact<S>(model.stance, Vec<S, 6>(f.template head<6>()));
+    const Contact<S> swing =
+        contact<S>(SoleFrameOf<S>{tick.swing_foot, model.swing_rotation.template cast<S>()},
                    Vec<S, 6>(f.template tail<6>()));
-    Vec<S, 3> acceleration = (l.force + r.force) * S(1.0 / model.mass);
+    Vec<S, 3> acceleration = (stance.force + swing.force) * S(1.0 / model.mass);
     acceleration[2] -= standard_gravity;
     Vec<S, 9> rate;
     rate << velocity, acceleration,
-        l.torque + r.torque + wedge<S>(l.position - tick.com, l.force) +
-            wedge<S>(r.position - tick.com, r.force) + wedge<S>(tick.force, com - tick.com);
+        stance.torque + swing.torque + wedge<S>(stance.position - tick.com, stance.force) +
+            wedge<S>(swing.position - tick.com, swing.force) + wedge<S>(tick.force, com - tick.com);
     return rate;
   }
 };
@@ -64,8 +65,8 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   phase.data("tick", data.vector());
 
   // Contacts ("Constraints definition"). The swing foot exerts nothing before it lands.
-  keep_in_cone(phase, "left foot", model.left_contact, 0, always);
-  keep_in_cone(phase, "right foot", model.right_contact, 6, after_impact);
+  keep_in_cone(phase, "stance foot", model.stance_contact, 0, always);
+  keep_in_cone(phase, "swing foot", model.swing_contact, 6, after_impact);
   for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
 
   // From the impact on the capture point lies in the convex hull of both feet.

@@ -21,16 +21,16 @@ struct Weights {
 };
 
 struct Model {
-  double mass = 33.06;  // kg
-  SoleFrame left = {};  // stance; the right sole's place is data, its axes are not
-  Mat<double, 3, 3> right_rotation = Mat<double, 3, 3>::Identity();
-  ContactConeOptions left_contact = {}, right_contact = {};
+  double mass = 33.06;    // kg
+  SoleFrame stance = {};  // the swing sole's place is data, its axes are not
+  Mat<double, 3, 3> swing_rotation = Mat<double, 3, 3>::Identity();
+  ContactConeOptions stance_contact = {}, swing_contact = {};
   double step = 0.01;  // dt, s
   int intervals = 15;  // N
   CostRule cost_rule = CostRule::nodes;
 };
 
-/// The problem of one tick. Event "impact": landing of the right foot, absolute time, beyond the
+/// The problem of one tick. Event "impact": landing of the swing foot, absolute time, beyond the
 /// horizon if none is due. Data "tick": TickData.
 OptimalControlProblem problem(const Model& model, const Weights& weights, const TickData& data,
                               double impact_time);

@@ -81,8 +81,9 @@ function polygon(corners, color, height, opacity) {
   world.add(group);
   return group;
 }
-const hull_standing = polygon(scene_data.left_sole, 0xa5d6a7, 0.003, 0.6);
-const hull_both = polygon(scene_data.hull || scene_data.left_sole, 0xa5d6a7, 0.003, 0.6);
+const stance_sole = scene_data[scene_data.stance + "_sole"];
+const hull_standing = polygon(stance_sole, 0xa5d6a7, 0.003, 0.6);
+const hull_both = polygon(scene_data.hull || stance_sole, 0xa5d6a7, 0.003, 0.6);
 
 // ---- Robot: a frame per joint, and in it the link that the joint turns ------------------------
 const light_grey = new THREE.MeshLambertMaterial({ color: 0xdfe3e8 });
@@ -315,7 +316,7 @@ function show(position) {
     `left foot  ${newtons(forces[0])}, planned ${planned("left")}\n` +
     `right foot ${newtons(forces[1])}, planned ${planned("right")}\n` +
     (push.length() > 0.5 ? `push ${push.length().toFixed(0)} N` :
-     two_feet ? "both feet stand" : "left foot stands");
+     two_feet ? "both feet stand" : `${scene_data.stance} foot stands`);
 }
 
 // ---- Time -------------------------------------------------------------------------------------

@@ -109,7 +109,7 @@ def page(folder, summary):
     outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]
     engine = summary["plant"].split(",")[0]
     title = f"{summary['robot']}, {summary['push_impulse_ns']:g} N s, {engine}: {outcome}"
-    scene = {key: summary.get(key) for key in ("left_sole", "right_sole", "hull", "target",
+    scene = {key: summary.get(key) for key in ("stance", "left_sole", "right_sole", "hull", "target",
                                                "touchdown_s", "push_start_s", "push_duration_s",
                                                "push_body", "push_point")}
     motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}

@@ -69,6 +69,7 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
       {"controller", config.controller == ControllerChoice::mpc ? "mpc" : "capture_point"},
       {"solver", name_of(config.solver)},
       {"solver_name", log.solver},
+      {"stance", name_of(scene.side)},
       {"stepping", config.stepping},
       {"push_impulse_ns", config.push.impulse},
       {"push_start_s", config.push.start},
@@ -90,10 +91,12 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
       {"first_failure", first_failure},
       {"provenance", provenance},
       {"kkt_max", kkt},
-      {"left_sole", points(SupportPolygon::under({{scene.left, scene.left_foot}}))},
+      {fmt::format("{}_sole", name_of(scene.side)),
+       points(SupportPolygon::under({{scene.stance, scene.stance_foot}}))},
   };
   if (stepped) {
-    json["right_sole"] = points(SupportPolygon::under({{scene.right, scene.right_foot}}));
+    json[fmt::format("{}_sole", name_of(other(scene.side)))] =
+        points(SupportPolygon::under({{scene.swing, scene.swing_foot}}));
     json["hull"] = points(scene.hull());
   }
   const Vec<double, 2> target = scene.target_point();

@@ -23,8 +23,9 @@ class ClosedLoop {
   ClosedLoop(const Config& config, const RobotDescription& robot)
       : config_(config),
         scene_(initial_scene(config, robot)),
-        steps_(config.step, config.stepping, config.push.start, scene_.left, scene_.left_foot),
-        plant_(robot.mass, start_state(robot),
+        steps_(config.step, config.stepping, config.push.start, scene_.side, scene_.stance,
+               scene_.stance_foot),
+        plant_(robot.mass, start_state(robot.posture_on(config.stance)),
                cvodes({.method = CvodesMethod::Adams,
                        .tolerance = plant_tolerance,
                        .absolute_tolerance = plant_tolerance})),
@@ -33,9 +34,9 @@ class ClosedLoop {
                 ? make_mpc(config, believed_robot(config, robot), scene_)
                 : make_capture_point_controller(config, believed_robot(config, robot), scene_)) {
     log_.robot = robot;
-    plant_.left = {scene_.left, true};
-    plant_.right = {scene_.right, false};
-    applied_[2] = robot.mass * standard_gravity;
+    plant_.foot(scene_.side) = {scene_.stance, true};
+    swing_foot() = {scene_.swing, false};
+    applied_[scene_.side == Side::left ? 2 : 8] = robot.mass * standard_gravity;
   }
 
   RunLog run(const std::function<void(double)>& progress) {
@@ -54,25 +55,28 @@ class ClosedLoop {
   }
 
  private:
-  static Vec<double, 9> start_state(const RobotDescription& robot) {
+  static Vec<double, 9> start_state(const StandingPosture& posture) {
     Vec<double, 9> gamma = Vec<double, 9>::Zero();
-    gamma.head<3>() = robot.default_posture().com;
+    gamma.head<3>() = posture.com;
     return gamma;
   }
+
+  CentroidalPlant::Foot& swing_foot() { return plant_.foot(other(scene_.side)); }
 
   void tick(double t) {
     const Vec<double, 9> gamma = plant_.state();
     const double omega = pendulum_frequency(gamma[2]);
     steps_.update(t, capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega), omega);
     if (steps_.is_stepping() && log_.touchdown == infinity) {
-      scene_.right.position = steps_.place();
+      scene_.swing.position = steps_.place();
       scene_.two_feet = true;
     }
-    const Measurement measured{t, gamma, applied_, plant_.contact_force(applied_)};
+    const Measurement measured{t, gamma, reordered(scene_.side, applied_),
+                               plant_.contact_force(applied_)};
     const ControlTick& control = planner_->tick(measured, scene_, steps_.landing_time());
     log_.ticks.push_back(tick_record(t, control, planner_->controller()));
     for (const InputPiece& piece : control.input) {
-      applied_ = piece.input();
+      applied_ = reordered(scene_.side, piece.input());
       apply(piece);
       if (log_.stopped_early) return;
     }
@@ -104,8 +108,8 @@ class ClosedLoop {
   // What holds from time t on, up to `next`.
   void enter(double t, double next) {
     plant_.push = mean_push_force(config_.push, t, next);
-    if (!plant_.right.in_contact && t > steps_.landing_time() - same_instant) {
-      plant_.right = {scene_.right, true};
+    if (!swing_foot().in_contact && t > steps_.landing_time() - same_instant) {
+      swing_foot() = {scene_.swing, true};
       log_.touchdown = t;
     }
   }
@@ -118,7 +122,7 @@ class ClosedLoop {
                   capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
                   applied_,
                   plant_.push,
-                  plant_.right.in_contact};
+                  swing_foot().in_contact};
     log_.samples.push_back(std::move(sample));
   }
 
@@ -147,7 +151,7 @@ std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<doub
 }
 
 SupportPolygon ground_of(const Scene& scene, bool two_feet) {
-  return two_feet ? scene.hull() : SupportPolygon::under({{scene.left, scene.left_foot}});
+  return two_feet ? scene.hull() : SupportPolygon::under({{scene.stance, scene.stance_foot}});
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct Sample {
   double time = 0.0;  ///< s
   Vec<double, 9> gamma;
   Vec<double, 2> capture_point;
-  Vec<double, 12> wrenches;  ///< applied from this instant on, sole axes
+  Vec<double, 12> wrenches;  ///< applied from this instant on, left and right, sole axes
   Vec<double, 3> push;       ///< N
   bool two_feet = false;
 };
@@ -39,7 +39,7 @@ struct TickRecord {
 struct BodySample {
   WholeBodyState state;
   VectorXd torques;                         ///< Nm
-  Vec<double, 12> planned;                  ///< wrenches of the plan, sole axes
+  Vec<double, 12> planned;                  ///< wrenches of the plan, left and right, sole axes
   Vec<double, 6> left, right;               ///< measured (force | torque), world axes
   Eigen::Isometry3d left_sole, right_sole;  ///< contact frames
 };

@@ -7,15 +7,20 @@
 
 namespace saltus::push_recovery {
 
-StepLogic::StepLogic(const Step& options, bool stepping, double push_start, SoleFrame stance,
-                     FootRectangle stance_foot)
+StepLogic::StepLogic(const Step& options, bool stepping, double push_start, Side side,
+                     SoleFrame stance, FootRectangle stance_foot)
     : options_(options),
       stepping_(stepping),
       push_start_(push_start),
+      away_(side == Side::left ? -1.0 : 1.0),
       stance_(std::move(stance)),
       stance_foot_(std::move(stance_foot)),
-      place_(stance_.position + stance_.rotation * Vec<double, 3>(options.fixed_place[0],
-                                                                  options.fixed_place[1], 0.0)) {}
+      place_(in_world(options.fixed_place)) {}
+
+// From (forward, away) of the stance sole.
+Vec<double, 3> StepLogic::in_world(const Vec<double, 2>& place) const {
+  return stance_.position + stance_.rotation * Vec<double, 3>(place[0], away_ * place[1], 0.0);
+}
 
 void StepLogic::update(double t, const Vec<double, 2>& capture_point, double omega) {
   if (!stepping_ || decided_) return;
@@ -33,14 +38,13 @@ void StepLogic::update(double t, const Vec<double, 2>& capture_point, double ome
     trigger_ = from_push ? push_start_ : t;
     landing_ = trigger_ + options_.duration;
   }
-  const Vec<double, 2> planar = options_.placement == Placement::fixed
-                                    ? options_.fixed_place
-                                    : predicted_place(t, capture_point, omega);
-  place_ = stance_.position + stance_.rotation * Vec<double, 3>(planar[0], planar[1], 0.0);
+  place_ =
+      in_world(options_.placement == Placement::fixed ? options_.fixed_place
+                                                      : predicted_place(t, capture_point, omega));
   decided_ = t >= std::min(trigger_ + options_.decision_delay, landing_) - same_instant;
 }
 
-// In the axes of the stance sole, relative to it.
+// Forward and away.
 Vec<double, 2> StepLogic::predicted_place(double t, const Vec<double, 2>& capture_point,
                                           double omega) const {
   const Vec<double, 3> offset(capture_point[0] - stance_.position[0],
@@ -52,7 +56,7 @@ Vec<double, 2> StepLogic::predicted_place(double t, const Vec<double, 2>& captur
   const Vec<double, 2> at_landing =
       propagate_capture_point<double, 2>(xi, edge, omega, std::max(0.0, landing_ - t));
   return {std::clamp(at_landing[0], -options_.forward_max, options_.forward_max),
-          std::clamp(at_landing[1], -options_.lateral_max, -options_.lateral_min)};
+          std::clamp(away_ * at_landing[1], options_.lateral_min, options_.lateral_max)};
 }
 
 }  // namespace saltus::push_recovery

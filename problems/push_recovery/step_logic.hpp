@@ -12,8 +12,9 @@ namespace saltus::push_recovery {
 /// it, clipped to the reach; the place is fixed at the decision.
 class StepLogic {
  public:
-  /// The stance foot stands at the origin of `stance`; the swing foot is to its right (-y).
-  StepLogic(const Step& options, bool stepping, double push_start, SoleFrame stance,
+  /// The stance foot, on that side of the robot, stands at `stance`. Places are forward and to the
+  /// side, away from the stance foot: of a left one towards -y.
+  StepLogic(const Step& options, bool stepping, double push_start, Side side, SoleFrame stance,
             FootRectangle stance_foot);
 
   /// `t` s, capture point in the world (m), omega 1/s.
@@ -23,15 +24,17 @@ class StepLogic {
   bool is_decided() const { return decided_; }
   /// Absolute time of the landing, infinite while no step is due, s.
   double landing_time() const { return landing_; }
-  /// Where the right contact frame lands, m.
+  /// Where the contact frame of the swing foot lands, in the world, m.
   const Vec<double, 3>& place() const { return place_; }
 
  private:
+  Vec<double, 3> in_world(const Vec<double, 2>& place) const;
   Vec<double, 2> predicted_place(double t, const Vec<double, 2>& capture_point, double omega) const;
 
   Step options_;
   bool stepping_;
   double push_start_;
+  double away_;  // from the stance foot, along its y
   SoleFrame stance_;
   FootRectangle stance_foot_;
   double trigger_ = infinity;

@@ -15,7 +15,7 @@ struct TickView {
       : com(p.template segment<3>(0)),
         force(p.template segment<3>(3)),
         omega(p[6]),
-        right_foot(p.template segment<3>(7)),
+        swing_foot(p.template segment<3>(7)),
         gamma_desired(p.template segment<9>(10)),
         capture_point_desired(p.template segment<2>(19)),
         hull_offsets(p.template segment<hull_rows>(21 + 2 * hull_rows)) {
@@ -26,7 +26,7 @@ struct TickView {
   Vec<S, 3> com;         ///< x_CoM^0 of the last measurement, m
   Vec<S, 3> force;       ///< sum of the contact forces applied last, world axes, N
   S omega;               ///< sqrt(g / z) with the CoM height measured, 1/s
-  Vec<S, 3> right_foot;  ///< contact frame of the right foot once landed, m
+  Vec<S, 3> swing_foot;  ///< contact frame of the swing foot once landed, m
   Vec<S, 9> gamma_desired;
   Vec<S, 2> capture_point_desired;  ///< m
   Mat<S, hull_rows, 2> hull_normals;
@@ -38,14 +38,14 @@ struct TickData {
   Vec<double, 3> com = Vec<double, 3>::Zero();
   Vec<double, 3> force = Vec<double, 3>::Zero();
   double omega = 4.3;
-  Vec<double, 3> right_foot = Vec<double, 3>::Zero();
+  Vec<double, 3> swing_foot = Vec<double, 3>::Zero();
   Vec<double, 9> gamma_desired = Vec<double, 9>::Zero();
   Vec<double, 2> capture_point_desired = Vec<double, 2>::Zero();
   HalfPlanes hull;  ///< hull_rows rows
 
   Vec<double, tick_size> vector() const {
     Vec<double, tick_size> p;
-    p << com, force, omega, right_foot, gamma_desired, capture_point_desired,
+    p << com, force, omega, swing_foot, gamma_desired, capture_point_desired,
         Vec<double, 3 * hull_rows>::Zero();
     for (int i = 0; i < hull_rows; ++i) {
       p.segment<2>(21 + 2 * i) = hull.A.row(i).transpose();

@@ -6,9 +6,6 @@
 
 namespace saltus {
 
-enum class Side { left, right };
-inline Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
-
 /// A sole, and how it moves: with nu of DynamicsModel, twist = J nu and d twist / dt =
 /// J dnu/dt + drift. Its twists are (angular | linear of the contact frame's origin), world axes.
 struct SoleMotion {

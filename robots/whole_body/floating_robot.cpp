@@ -157,7 +157,7 @@ WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model
                               const RobotDescription& description, const StandingPosture& posture) {
   WholeBodyState state;
   Eigen::Isometry3d sole =
-      model.link_pose(description.left_sole, model.links().front().name, posture.joints);
+      model.link_pose(description.sole(posture.side()), model.links().front().name, posture.joints);
   sole.translate(Vec<double, 3>(0.0, 0.0, description.contact_plane_offset));
   state.base = sole.inverse();
   state.q = robot.joint_positions(posture.joints);

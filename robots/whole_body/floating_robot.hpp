@@ -60,7 +60,8 @@ FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& mod
 /// it.
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
 
-/// At rest in the posture, the contact frame of the left sole at the origin of the world.
+/// At rest in the posture, the contact frame of its stance sole (of both: the left one) at the
+/// origin of the world.
 WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
                               const RobotDescription& description, const StandingPosture& posture);
 

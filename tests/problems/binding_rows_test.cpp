@@ -63,7 +63,7 @@ const std::vector<Instance> instances{
 MultipleShooting transcribe(const StepRecovery& s) {
   Model model;
   model.mass = s.mass;
-  model.left = flat_sole(s.left_foot);
+  model.stance = flat_sole(s.left_foot);
   ContactConeOptions contact;
   contact.friction = s.friction;
   contact.edges = 4;
@@ -71,7 +71,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   contact.foot = {between(s.foot_x[0], s.foot_x[1]), between(s.foot_y[0], s.foot_y[1])};
   contact.torsional_friction = s.torsion;
   contact.normal_force = at_least(s.normal_min);
-  model.left_contact = model.right_contact = contact;
+  model.stance_contact = model.swing_contact = contact;
   model.step = s.step;
   model.intervals = s.intervals;
 
@@ -89,7 +89,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   data.com = s.com;
   data.force = s.force;
   data.omega = std::sqrt(s.gravity / s.com[2]);
-  data.right_foot = s.right_foot;
+  data.swing_foot = s.right_foot;
   data.gamma_desired.head<3>() = s.com_desired;
   data.capture_point_desired = s.com_desired.head<2>();
   Mat<double, 4, 2> corners;

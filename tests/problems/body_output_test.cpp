@@ -135,6 +135,15 @@ TEST(BodyOutput, SlipCountsFromWhereTheSoleStood) {
   EXPECT_NEAR(table.at(30, "right_slip"), 1e-3 * (30 - landing), rounding);
 }
 
+TEST(BodyOutput, TheSwingFootSlipsFromItsLandingOnEitherSide) {
+  RunLog log = made_up_log();
+  log.final_scene.side = Side::right;
+  const Table table = parse(body_table(log, two_joints()));
+  EXPECT_EQ(table.at(landing - 1, "left_slip"), 0.0);
+  EXPECT_NEAR(table.at(30, "left_slip"), 1e-4 * (30 - landing), rounding);
+  EXPECT_NEAR(table.at(30, "right_slip"), 1e-3 * 30, rounding);
+}
+
 TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {
   const auto figures = body_figures(made_up_log(), two_joints());
   EXPECT_NEAR(figures["torque_share_max"].get<double>(), 0.1 * (samples - 1) / 10.0, rounding);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "framework/app/assignment.hpp"
 #include "problems/push_recovery/simulation.hpp"
 #include "robots/icub/icub.hpp"
 #include "tests/support/count_allocations.hpp"
@@ -81,6 +82,51 @@ TEST(ClosedLoop, TheLandingNeedNotFallOnATick) {
       EXPECT_NEAR(outcome.verdict.final_com_error, last.verdict.final_com_error, 1e-3);
     }
     last = std::move(outcome);
+  }
+}
+
+// What a state or a contact wrench is in the mirror, (force-like | torque-like) each.
+const Vec<double, 3> image(1.0, -1.0, 1.0), axial_image(-1.0, 1.0, -1.0);
+
+TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
+  // Of metres, m/s, Nms; and of N, Nm. The two programs order rows and inputs differently, so ticks
+  // agree to the solver's tolerance only; measured are 2e-7 and 1e-4.
+  constexpr double same_motion = 1e-6, same_force = 1e-3;
+  struct Case {
+    ControllerChoice controller;
+    Placement placement;
+  };
+  for (const Case& c : {Case{ControllerChoice::mpc, Placement::predicted},
+                        Case{ControllerChoice::mpc, Placement::fixed},
+                        Case{ControllerChoice::capture_point, Placement::predicted}}) {
+    Config config = pushed_by(6.0);
+    config.push.direction = {0.3, -1.0, 0.0};
+    config.controller = c.controller;
+    config.step.placement = c.placement;
+    const Outcome left = run(config);
+    config.stance = Side::right;
+    config.push.direction[1] *= -1.0;
+    const Outcome right = run(config);
+    EXPECT_TRUE(left.verdict.recovered) << left.verdict.reason;
+    EXPECT_TRUE(right.verdict.recovered) << right.verdict.reason;
+    EXPECT_EQ(left.log.touchdown, right.log.touchdown);
+    ASSERT_EQ(left.log.samples.size(), right.log.samples.size());
+    double motion = 0.0, force = 0.0;
+    for (std::size_t i = 0; i < left.log.samples.size(); ++i) {
+      const Sample &a = left.log.samples[i], &b = right.log.samples[i];
+      Vec<double, 9> gamma;
+      gamma << image, image, axial_image;
+      Vec<double, 6> wrench;
+      wrench << image, axial_image;
+      motion = std::max(motion, (a.gamma - gamma.cwiseProduct(b.gamma)).cwiseAbs().maxCoeff());
+      for (const int foot : {0, 6})
+        force = std::max(force, (a.wrenches.segment<6>(foot) -
+                                 wrench.cwiseProduct(b.wrenches.segment<6>(6 - foot)))
+                                    .cwiseAbs()
+                                    .maxCoeff());
+    }
+    EXPECT_LT(motion, same_motion);
+    EXPECT_LT(force, same_force);
   }
 }
 
@@ -182,7 +228,7 @@ TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
   for (const StepTrigger trigger : {StepTrigger::push, StepTrigger::icp}) {
     Step options;
     options.trigger = trigger;
-    StepLogic logic(options, true, 1.0, SoleFrame{}, foot);
+    StepLogic logic(options, true, 1.0, Side::left, SoleFrame{}, foot);
     logic.update(1.04, {0.0, -0.02}, 4.2);  // still over the sole
     EXPECT_FALSE(logic.is_stepping());
     logic.update(1.05, {0.0, -0.04}, 4.2);
@@ -193,7 +239,7 @@ TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
 
 TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
   const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
-  StepLogic logic(Step{}, true, 1.0, SoleFrame{}, foot);
+  StepLogic logic(Step{}, true, 1.0, Side::left, SoleFrame{}, foot);
   const double omega = 4.2;
   logic.update(1.1, {0.02, -0.05}, omega);
   ASSERT_TRUE(logic.is_decided());
@@ -202,10 +248,38 @@ TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
   logic.update(1.2, {0.02, -0.3}, omega);
   EXPECT_NEAR(logic.place()[1], -0.03 - 0.02 * std::exp(omega * 0.5), 1e-12);
 
-  StepLogic far(Step{}, true, 1.0, SoleFrame{}, foot);
+  StepLogic far(Step{}, true, 1.0, Side::left, SoleFrame{}, foot);
   far.update(1.1, {0.2, -0.2}, omega);
   EXPECT_DOUBLE_EQ(far.place()[0], 0.25);
   EXPECT_DOUBLE_EQ(far.place()[1], -0.30);
+}
+
+TEST(StepLogic, PlacesCountAwayFromTheStanceFootOnEitherSide) {
+  const FootRectangle left{between(-0.05, 0.1), between(-0.03, 0.04)};
+  for (const Placement placement : {Placement::fixed, Placement::predicted})
+    for (const double y : {-0.035, -0.05, -0.2}) {
+      Step options;
+      options.placement = placement;
+      StepLogic a(options, true, 1.0, Side::left, SoleFrame{}, left);
+      StepLogic b(options, true, 1.0, Side::right, SoleFrame{}, left.mirrored());
+      a.update(1.1, {0.02, y}, 4.2);
+      b.update(1.1, {0.02, -y}, 4.2);
+      EXPECT_LT(a.place()[1], -0.1);
+      EXPECT_EQ(a.place()[0], b.place()[0]);
+      EXPECT_EQ(a.place()[1], -b.place()[1]);
+    }
+}
+
+TEST(Settings, FixedPlaceAcrossTheStanceFootIsRefused) {
+  Config config;
+  Settings settings;
+  declare_settings(settings, config);
+  try {
+    settings.apply({parse_set_argument("step.fixed_place=[0, -0.14]")});
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("away from the stance sole"), std::string::npos);
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "framework/core/error.hpp"
@@ -47,6 +48,26 @@ TEST_F(FullBody, MomentumControlStepsToo) {
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
   EXPECT_EQ(log.control_failures, 0);
   EXPECT_NEAR(log.touchdown, config.push.start + config.step.duration, 0.05);
+}
+
+TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
+  config.push.impulse = 6.0;
+  const RunLog left = simulate_full_body(config, robot, urdf);
+  config.stance = Side::right;
+  config.push.direction[1] *= -1.0;
+  const RunLog right = simulate_full_body(config, robot, urdf);
+  EXPECT_TRUE(judge(config, right).recovered) << judge(config, right).reason;
+  const auto farthest = [](const RunLog& log, double side) {
+    double y = 0.0;
+    for (const Sample& s : log.samples) y = std::max(y, side * s.capture_point[1]);
+    return y;
+  };
+  // The capture point is driven more than 0.1 m out.
+  EXPECT_GT(farthest(right, 1.0), 0.1);
+  EXPECT_NEAR(farthest(left, -1.0), farthest(right, 1.0), 0.005);
+  EXPECT_NEAR(left.touchdown, right.touchdown, 0.010);
+  EXPECT_LT(right.body.back().right_sole.translation().norm(), 0.01);  // stands where it stood
+  EXPECT_GT(right.body.back().left_sole.translation()[1], 0.1);
 }
 
 TEST_F(FullBody, WithoutAStepAHardPushIsAFallThatIsSaid) {

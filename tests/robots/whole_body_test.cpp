@@ -45,7 +45,7 @@ TEST_F(WholeBody, ModelAgreesWithTheUrdf) {
   // Left contact frame at the origin: the CoM as the description has it, computed from the URDF.
   EXPECT_LT((model->com() - description.default_posture().com).norm(), 1e-9);
   EXPECT_LT((model->sole(Side::left).pose.matrix() - MatrixXd::Identity(4, 4)).norm(), 1e-9);
-  EXPECT_LT((model->sole(Side::right).pose.translation() - description.default_posture().right_foot)
+  EXPECT_LT((model->sole(Side::right).pose.translation() - description.default_posture().other_foot)
                 .norm(),
             1e-9);
   // The base carries the weight, in its own axes; the linear block of M is the mass.
