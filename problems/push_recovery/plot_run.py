@@ -137,8 +137,7 @@ def main(folder):
                     label="hull of both soles")
     mark_events(axes, summary)
     shown = hull + [y for s, y in zip(t, table["icp_y"]) if begin <= s <= end]
-    low, high = (0.03, 0.05) if summary["stance"] == "left" else (0.05, 0.03)
-    axes.set_ylim(max(min(shown) - low, -1.0), min(max(shown) + high, 1.0))
+    axes.set_ylim(max(min(shown) - 0.03, -1.0), min(max(shown) + 0.05, 1.0))
     save(figure, axes, folder, "capture_point.png", begin, end)
 
     figure, axes = new_axes(f"Vertical forces, {what}", "force [N]")

@@ -25,6 +25,7 @@ BODY_PICTURES = [
 ]
 
 FIGURES = [  # key of summary.json ("body." of its section), text, unit, factor, decimals
+    ("stance", "Stance foot", "", 1, 0),
     ("end_s", "Length of the run", "s", 1, 2),
     ("touchdown_s", "Touch-down", "s", 1, 3),
     ("icp_settling_s", "Capture point within 1 cm of its final place after", "s", 1, 3),
