@@ -90,16 +90,18 @@ PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot
   const Scene scene = initial_scene(config, robot);
   bound.height = scene.com_height;
   bound.push = config.push;
-  bound.stance_foot = scene.left_foot;
-  bound.swing_foot = scene.right_foot;
+  bound.stance_foot = scene.stance_foot;
+  bound.swing_foot = scene.swing_foot;
   const Step& step = config.step;
+  Bounds away;
   if (step.placement == Placement::fixed) {
     bound.reach_x = exactly(step.fixed_place[0]);
-    bound.reach_y = exactly(step.fixed_place[1]);
+    away = exactly(step.fixed_place[1]);
   } else {
     bound.reach_x = between(-step.forward_max, step.forward_max);
-    bound.reach_y = between(-step.lateral_max, -step.lateral_min);
+    away = between(step.lateral_min, step.lateral_max);
   }
+  bound.reach_y = config.stance == Side::right ? away : between(-away.upper, -away.lower);
   return bound;
 }
 

@@ -36,7 +36,7 @@ struct PendulumBound {
 };
 
 /// As the closed loop has it: on the stance foot, CoM above the sole's origin at the height of the
-/// default posture, where the controllers hold it; reach or fixed place as set.
+/// posture on it, where the controllers hold it; reach or fixed place as set.
 PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot);
 
 }  // namespace saltus::push_recovery

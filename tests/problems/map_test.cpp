@@ -60,6 +60,21 @@ TEST(PendulumBound, ReproducesThePublishedFigures) {
   EXPECT_NEAR(fixed.largest_impulse(right, 0.6), 7.3, 0.11);
 }
 
+TEST(PendulumBound, RightStanceIsTheMirrorImageOfLeftStance) {
+  for (const Placement placement : {Placement::predicted, Placement::fixed}) {
+    Config config;
+    config.step.placement = placement;
+    const PendulumBound on_left = pendulum_bound(config, icub());
+    config.stance = Side::right;
+    const PendulumBound on_right = pendulum_bound(config, icub());
+    constexpr double rounding = 1e-9;  // N s
+    for (const double angle : {0.1, 1.0, 2.0, 3.0, 4.0, 5.0}) {
+      EXPECT_NEAR(on_left.largest_impulse(angle, 0.6), on_right.largest_impulse(-angle, 0.6),
+                  rounding);
+    }
+  }
+}
+
 TEST(PendulumBound, AlongTheAxesOfTheFootIsTheOneDimensionalBound) {
   const PendulumBound bound = published();
   const auto along_axis = [&](double edge, double reach, double landing) {
