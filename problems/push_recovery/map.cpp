@@ -90,16 +90,23 @@ class Progress {
   Clock::time_point begin_ = Clock::now(), last_ = begin_;
 };
 
+// What would be wrong in every run is said before anything is written.
+RobotDescription checked_robot(const Config& config) {
+  RobotDescription robot = icub(urdf_of(config));
+  if (config.plant != PlantChoice::centroidal)
+    floating_robot(UrdfModel::read(urdf_of_body(config)), robot).body_index(config.push.link);
+  return robot;
+}
+
 class MapRun {
  public:
   explicit MapRun(const MapRequest& request)
       : request_(request),
-        robot_(icub(urdf_of(request.config))),
+        robot_(checked_robot(request.config)),
         bound_(pendulum_bound(request.config, robot_)),
         plan_(request.grid, [this](const MapCell& cell) { return bound(cell); }),
         file_(request.out, settings()),
         pool_(request.jobs, run_time_limit) {
-    check_body();
     for (const MapRow& row : file_.rows()) plan_.restore(row);
     restored_ = plan_.known();
     for (const MapRow& row : file_.rows())
@@ -141,13 +148,6 @@ class MapRun {
   std::string settings() const {
     return fmt::format("# Robot: {}, {} kg ({})\n{}", robot_.name, robot_.mass, robot_.source,
                        request_.settings);
-  }
-
-  // What would be wrong in every run is said before the first.
-  void check_body() const {
-    if (request_.config.plant == PlantChoice::centroidal) return;
-    floating_robot(UrdfModel::read(urdf_of_body(request_.config)), robot_)
-        .body_index(request_.config.push.link);
   }
 
   double bound(const MapCell& cell) const {

@@ -68,7 +68,8 @@ MapFile::MapFile(const fs::path& folder, const std::string& settings) : path_(fo
   std::error_code error;
   fs::create_directories(folder, error);
   const fs::path stamp = folder / map_settings;
-  if (fs::exists(path_, error)) {
+  const bool is_begun = content_of(path_).size() > map_header().size() + 1;
+  if (is_begun) {
     const std::string there = content_of(stamp);
     if (there != settings)
       throw InputError(
@@ -78,7 +79,7 @@ MapFile::MapFile(const fs::path& folder, const std::string& settings) : path_(fo
                             folder.string(), map_settings)
               : fmt::format("'{}' holds a map with other settings ({}); choose another --out",
                             folder.string(), difference(there, settings)));
-  } else if (fs::exists(stamp, error)) {
+  } else if (fs::exists(stamp, error) && !fs::exists(path_, error)) {
     throw InputError(
         fmt::format("'{}' holds results of another kind; choose another --out", folder.string()));
   }

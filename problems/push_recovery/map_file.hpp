@@ -16,10 +16,10 @@ inline constexpr const char* map_settings = "config.yaml";
 /// the last line counts.
 class MapFile {
  public:
-  /// Creates both files, or continues the map that is there. `settings` is all that decides about
-  /// an outcome besides the cell, as YAML. Throws InputError if the folder cannot be used, holds a
-  /// map with other settings (the first difference is named) or of another version, or if another
-  /// process is at work on it.
+  /// Creates both files, or continues the map that is there; one without a cell is begun anew.
+  /// `settings` is all that decides about an outcome besides the cell, as YAML. Throws InputError
+  /// if the folder cannot be used, holds a map with other settings (the first difference is named)
+  /// or of another version, or if another process is at work on it.
   MapFile(const std::filesystem::path& folder, const std::string& settings);
   ~MapFile();
   MapFile(const MapFile&) = delete;

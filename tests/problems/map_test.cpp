@@ -450,7 +450,11 @@ TEST(MapFile, KeepsWhatWasWrittenAndCutsHalfALine) {
 TEST(MapFile, RefusesAnotherMap) {
   const TemporaryFolder folder;
   const std::string settings = "plant: dart\nmpc:\n  step: 0.01  # s\n  intervals: 15\n";
-  { MapFile file(folder.path(), settings); }
+  { MapFile file(folder.path(), "without: cells\n"); }
+  {
+    MapFile file(folder.path(), settings);
+    file.append(row_of({MapController::mpc, 0.6, 0.0, 1.0}, true));
+  }
   const auto complaint = [&](const std::string& now) {
     return complaint_of([&] { MapFile file(folder.path(), now); });
   };
@@ -460,8 +464,8 @@ TEST(MapFile, RefusesAnotherMap) {
   EXPECT_TRUE(contains(complaint(settings + "new: 1\n"), "'new: 1' is new"));
   EXPECT_TRUE(contains(complaint("plant: dart\n"), "is not known now"));
   std::ofstream(folder / map_csv, std::ios::app) << "mpc,no,row\n";
-  EXPECT_TRUE(contains(complaint(settings), "map.csv:2 cannot be read"));
-  std::ofstream(folder / map_csv) << "other,columns\n";
+  EXPECT_TRUE(contains(complaint(settings), "map.csv:3 cannot be read"));
+  std::ofstream(folder / map_csv) << std::string(400, 'c') << ",other,columns\n";
   EXPECT_TRUE(contains(complaint(settings), "another version"));
   std::filesystem::remove(folder / map_csv);
   EXPECT_TRUE(contains(complaint(settings), "results of another kind"));
@@ -527,6 +531,16 @@ TEST(Map, FourCellsEndToEnd) {
   ASSERT_TRUE(lost && found);
   lost->seconds = found->seconds;
   EXPECT_EQ(to_line(*lost), to_line(*found));
+}
+
+TEST(Map, WhatIsWrongWithEveryRunIsSaidBeforeAnythingIsWritten) {
+  const char* urdf = std::getenv("SALTUS_ICUB_URDF");
+  if (urdf == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
+  const TemporaryFolder folder;
+  const MapRequest request =
+      parse({"--plant", "dart", "--set", "push.link=chast", "--out", (folder / "map").string()});
+  EXPECT_TRUE(contains(complaint_of([&] { run_map(request); }), "did you mean \"chest\"?"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "map"));
 }
 
 TEST(Map, DrawsAPicture) {
