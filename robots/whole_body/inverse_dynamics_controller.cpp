@@ -4,6 +4,7 @@
 
 #include "framework/qp/riccati_solver.hpp"
 #include "robots/capture_point.hpp"
+#include "robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {
 namespace {
@@ -11,12 +12,6 @@ namespace {
 constexpr int left = 0, right = 1;
 // Order of the groups of rows.
 constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 4;
-
-Mat<double, 3, 3> skew(const Vec<double, 3>& a) {
-  Mat<double, 3, 3> S;
-  S << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
-  return S;
-}
 
 StageQp capacity(int joints, const ContactCone cones[2]) {
   const int all = joints + 12;
@@ -52,10 +47,8 @@ class InverseDynamicsController final : public WholeBodyController {
     options.max_iterations = 40;
     solver = make_riccati_solver(qp, options);
     const int all = n + 12;
-    wrench_to_world.setZero(12, 12);
     base.resize(6, all);
     base_0.resize(6);
-    contact_base.resize(6, 12);
     torque.resize(n, all);
     torque_0.resize(n);
     task.resize(6, all);
@@ -76,10 +69,8 @@ class InverseDynamicsController final : public WholeBodyController {
   VectorXd effort, lower, upper;
   std::unique_ptr<StageQpSolver> solver;
 
-  MatrixXd wrench_to_world;  // 12 x 12: sole axes (force | torque) -> world (torque | force)
-  MatrixXd base;             // base acceleration = base z + base_0
+  MatrixXd base;  // base acceleration = base z + base_0
   VectorXd base_0;
-  MatrixXd contact_base;
   MatrixXd torque;  // torques = torque z + torque_0
   VectorXd torque_0;
   MatrixXd task;
@@ -100,7 +91,7 @@ void InverseDynamicsController::add_cost(int rows, const Vec<double, 6>& wanted,
   stage.r.head(size).noalias() -= weight * J.transpose() * wanted.head(rows);
 }
 
-// task z + offset = d twist / dt; the offset is returned in task's place by the caller.
+// d twist / dt = task z + J_b base_0 + drift; the callers subtract what does not depend on z.
 void InverseDynamicsController::add_foot_acceleration(const SoleMotion& sole) {
   task.leftCols(size).noalias() = sole.jacobian.leftCols(6) * base.leftCols(size);
   task.leftCols(n) += sole.jacobian.rightCols(n);
@@ -128,10 +119,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   torque.leftCols(n) = M.bottomRightCorner(n, n);
   for (const int foot : {left, right}) {
     if (standing[foot] < 0) continue;
-    const Mat<double, 3, 3> R = soles[foot]->pose.linear();
-    Mat<double, 6, 6> world = Mat<double, 6, 6>::Zero();  // (torque | force)
-    world.bottomLeftCorner<3, 3>() = R;
-    world.topRightCorner<3, 3>() = R;
+    const Mat<double, 6, 6> world = wrench_to_world(*soles[foot]);
     base.middleCols(standing[foot], 6).noalias() =
         soles[foot]->jacobian.leftCols<6>().transpose() * world;
     const Mat<double, 6, 6> reaction = -world;  // the minus in the product would allocate

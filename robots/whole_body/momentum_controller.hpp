@@ -27,8 +27,8 @@ struct MomentumOptions {
   double angular_momentum = 10.0;  ///< per (Nm)^2
   double wrench = 1e-3;            ///< of the difference to the planned wrenches, per N^2, (Nm)^2
   double torque = 0.0;             ///< per (Nm)^2
-  double posture = 100.0, posture_damping = 20.0;  ///< 1/s^2, 1/s
-  double stance_damping = 50.0;  ///< 1/s, on what is left of a stance foot's twist
+  double posture = 50.0, posture_damping = 14.0;  ///< 1/s^2, 1/s
+  double stance_damping = 50.0;                   ///< 1/s, on what is left of a stance foot's twist
   /// Of the pseudo-inverse, on accelerations of the feet: m/s^2 and rad/s^2 per Nm.
   double stance_regularisation = 1e-3, swing_regularisation = 0.1;
   double limit_horizon = 0.05;  ///< s; only to say that a joint runs into its limit

@@ -216,7 +216,7 @@ TEST_F(Controllers, MomentumWrenchesGiveTheRateWithinTheCones) {
 TEST_F(Controllers, MomentumTorquesAreCutAndCounted) {
   const WholeBodyState state = stand("left_stance");
   WholeBodyTasks tasks = rest_tasks(state, false);
-  for (const int i : {0, 5, 20}) tasks.posture[i] += 3.0;  // rad; 300 rad/s^2 at once
+  for (const int i : {0, 5, 20}) tasks.posture[i] += 6.0;  // rad; 300 rad/s^2 at once
   const WholeBodyCommand& command = momentum->control(*model, state, tasks);
   EXPECT_GT(command.torques_cut, 0);
   int at_limit = 0;
