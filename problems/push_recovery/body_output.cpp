@@ -175,14 +175,18 @@ Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
           {"right_sole", frame_json(robot.right_sole, log.robot.right_foot)}};
 }
 
+Vec<double, 2> peak_forces(const RunLog& log) {
+  Vec<double, 2> peak = Vec<double, 2>::Zero();
+  for (const Vec<double, 12>& w : filtered(log, measured_wrenches(log)))
+    peak = peak.cwiseMax(Vec<double, 2>(w[2], w[8]));
+  return peak;
+}
+
 Json body_figures(const RunLog& log, const FloatingRobot& robot) {
   check(log, robot);
-  double left_peak = 0.0, right_peak = 0.0, torque_share = 0.0;
+  double torque_share = 0.0;
   std::string torque_joint;
-  for (const Vec<double, 12>& w : filtered(log, measured_wrenches(log))) {
-    left_peak = std::max(left_peak, w[2]);
-    right_peak = std::max(right_peak, w[8]);
-  }
+  const Vec<double, 2> peak = peak_forces(log);
   for (const BodySample& b : log.body)
     for (int i = 0; i < robot.joints(); ++i) {
       const FloatingRobot::Body& driven = robot.bodies[static_cast<std::size_t>(i) + 1];
@@ -197,8 +201,8 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
   const auto per_second = [simulated](double seconds) {
     return simulated > 0.0 ? seconds / simulated : 0.0;
   };
-  return {{"left_force_peak_n", left_peak},
-          {"right_force_peak_n", right_peak},
+  return {{"left_force_peak_n", peak[0]},
+          {"right_force_peak_n", peak[1]},
           {"left_slip_max_m", slip[0]},
           {"right_slip_max_m", slip[1]},
           {"torque_share_max", torque_share},

@@ -34,6 +34,9 @@ nlohmann::ordered_json body_figures(const RunLog& log, const FloatingRobot& robo
 /// zero before), left and right, one per sample, m.
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log);
 
+/// Largest vertical force of each foot, left and right, as the mean over `wrench_filter`, N.
+Vec<double, 2> peak_forces(const RunLog& log);
+
 /// Writes body.csv and robot.json.
 void write_body(const OutputFolder& output, const RunLog& log, const FloatingRobot& robot);
 

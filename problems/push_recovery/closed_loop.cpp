@@ -1,5 +1,7 @@
 #include "problems/push_recovery/closed_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -57,6 +59,10 @@ Vec<double, 3> mean_push_force(const Push& push, double from, double to) {
 
 bool has_fallen(const Vec<double, 9>& gamma) {
   return gamma[2] < fallen_height || gamma.head<2>().norm() > fallen_distance;
+}
+
+std::string fall_sentence(const Push& push, double t) {
+  return fmt::format("fell at {:.2f} s{}", t, t < push.start ? ", before the push" : "");
 }
 
 double end_time(const Push& push, const StepLogic& steps, double touchdown) {

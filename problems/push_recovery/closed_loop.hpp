@@ -22,6 +22,9 @@ Vec<double, 3> mean_push_force(const Push& push, double from, double to);
 /// Whether the robot lies on the ground, whatever follows.
 bool has_fallen(const Vec<double, 9>& gamma);
 
+/// The same as a sentence; a fall before the push is said as such.
+std::string fall_sentence(const Push& push, double t);
+
 /// When enough has been seen to judge (s); `touchdown` is infinite until the foot has landed.
 double end_time(const Push& push, const StepLogic& steps, double touchdown);
 

@@ -156,6 +156,11 @@ void declare_settings(Settings& s, Config& c) {
   s.number("control.period", c.control_period, "s", "of the whole-body controller", above(0.0));
   s.number("simulator.step", c.plant_step, "s", "of its engine", above(0.0));
   s.number("simulator.friction", c.ground_friction, "", "of the ground", above(0.0));
+  s.number("simulator.ground_step", c.ground_step, "m",
+           "the ground on the swing foot's side is this much higher, unknown to the controllers",
+           between(-0.1, 0.1));
+  s.number("simulator.ground_edge", c.ground_edge, "m",
+           "lateral distance from the stance sole where it begins", between(0.05, 1.0));
   s.number("simulator.joint_friction", c.joint_friction, "Nm s/rad", "viscous", at_least(0.0));
   s.integer("simulator.delay_ticks", c.delay_ticks, "", "control periods by which torques are late",
             between(0.0, 100.0));

@@ -81,6 +81,9 @@ struct Config {
   double control_period = 0.002;  ///< s
   double plant_step = 0.001;      ///< s
   double ground_friction = 1.0;
+  /// Unknown to the controllers: beyond this distance from the stance sole, on the swing foot's
+  /// side, the ground is higher (or lower, < 0), m. The lifted swing foot reaches to 0.17 m.
+  double ground_step = 0.0, ground_edge = 0.18;
   double joint_friction = 0.0;  ///< viscous, Nm s/rad
   DartCollision collision = DartCollision::bullet;
   DartLcp lcp = DartLcp::dantzig;

@@ -110,6 +110,8 @@ class FullBodyLoop {
     DartOptions options;
     options.step = config.plant_step;
     options.friction = config.ground_friction;
+    options.ground_step = config.ground_step;
+    options.ground_edge = (config.stance == Side::left ? -1.0 : 1.0) * config.ground_edge;
     options.joint_friction = config.joint_friction;
     options.collision = config.collision;
     options.lcp = config.lcp;
@@ -227,7 +229,7 @@ class FullBodyLoop {
     b.left_sole = truth().sole(Side::left).pose;
     b.right_sole = truth().sole(Side::right).pose;
     log_.body.push_back(std::move(b));
-    if (has_fallen(g)) stop(fmt::format("fell at {:.2f} s", t));
+    if (has_fallen(g)) stop(fall_sentence(config_.push, t));
   }
 
   void stop(std::string reason) {

@@ -40,6 +40,14 @@ FIGURES = [  # key of summary.json ("body." of its section), text, unit, factor,
     ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
     ("body.torque_share_max", "Largest torque, share of its limit", "%", 100, 0),
     ("body.torque_share_joint", "at the joint", "", 1, 0),
+    ("body.torque_limit_share", "Time with a torque at its limit", "%", 100, 1),
+    ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "rad", 1, 3),
+    ("body.joint_limit_joint", "at the joint", "", 1, 0),
+    ("body.joint_limit_time_s", "at the time", "s", 1, 2),
+    ("body.base_tilt_max_rad", "Largest tilt of the base against the start", "rad", 1, 3),
+    ("body.base_tilt_end_rad", "Tilt at the end", "rad", 1, 3),
+    ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
+    ("body.standing", "Caught without a step", "", 1, 0),
     ("solves", "Solves of the planner", "", 1, 0),
     ("solve_us.median", "Median time of a solve", "ms", 1e-3, 3),
     ("solve_us.p99", "99 % of the solves within", "ms", 1e-3, 3),
@@ -78,7 +86,9 @@ def figure_row(summary, key, text, unit, factor, decimals):
     value = look_up(summary, key)
     if value is None:
         return ""
-    if isinstance(value, str):
+    if isinstance(value, bool):
+        shown = "yes" if value else "no"
+    elif isinstance(value, str):
         shown = html.escape(value)
     elif decimals is None:
         shown = f"{value * factor:.1e}"

@@ -62,6 +62,8 @@ Json summary(const Config& config, const RunLog& log, const Verdict& verdict) {
   Json json = {
       {"recovered", verdict.recovered},
       {"reason", verdict.reason},
+      {"stopped_early", log.stopped_early},
+      {"fell_before_push", verdict.fell_before_push},
       {"robot", log.robot.name},
       {"robot_source", log.robot.source},
       {"mass_kg", log.robot.mass},
@@ -196,6 +198,7 @@ ExitStatus run(const Config& config, const RunContext& context) {
     const Vec<double, 3> point = log.pushed.pose.translation();  // in the frame of that body
     json["push_point"] = {point[0], point[1], point[2]};
     json["body"] = body_figures(log, *body);
+    json["body"].update(to_json(*verdict.body));
   }
 
   context.output.write("config.yaml", std::string_view(context.effective_config));

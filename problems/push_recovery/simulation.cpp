@@ -101,7 +101,7 @@ class ClosedLoop {
       }
       now_ = t = next;
       const Vec<double, 9>& gamma = plant_.state();
-      if (has_fallen(gamma)) return stop(fmt::format("fell at {:.2f} s", t));
+      if (has_fallen(gamma)) return stop(fall_sentence(config_.push, t));
     }
   }
 
@@ -200,6 +200,14 @@ Verdict judge(const Config& config, const RunLog& log) {
       const std::string reason = unrest(s, ground, target);
       if (!reason.empty()) fail(reason);
     }
+  if (!log.body.empty()) {
+    v.body = judge_body(log);
+    for (int foot = 0; foot < 2; ++foot)
+      if (v.body->slip[foot] > planted_slip)
+        fail(fmt::format("the {} foot slipped by {:.0f} mm", foot == 0 ? "left" : "right",
+                         1e3 * v.body->slip[foot]));
+  }
+  v.fell_before_push = log.stopped_early && !log.numerical_failure && last.time < config.push.start;
   v.recovered = v.reason.empty();
   return v;
 }

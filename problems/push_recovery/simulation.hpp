@@ -2,9 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "problems/push_recovery/body_verdict.hpp"
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/planner.hpp"
 #include "robots/robot_description.hpp"
@@ -66,12 +68,15 @@ struct RunLog {
 };
 
 /// Verdict by the criteria of the README: over the whole run CoM height and angular momentum, and
-/// from 4 s after the landing (without a step: after the push) for one second rest at the target.
+/// from 4 s after the landing (without a step: after the push) for one second rest at the target;
+/// on the whole body no planted foot slips by `planted_slip`.
 struct Verdict {
   bool recovered = false;
   std::string reason;  ///< when not
   double final_com_error = 0.0, icp_settling = infinity;
   double com_height_min = infinity, com_height_max = -infinity, angular_momentum_max = 0.0;
+  bool fell_before_push = false;    ///< whatever came of it says nothing about the push
+  std::optional<BodyVerdict> body;  ///< of the whole body only
 };
 
 inline constexpr double height_lowest = 0.45, height_highest = 0.60;  // m

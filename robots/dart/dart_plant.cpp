@@ -22,8 +22,6 @@ namespace {
 namespace dd = ::dart::dynamics;
 namespace dc = ::dart::collision;
 
-constexpr double ground_size = 20.0, ground_depth = 0.2;  // m
-
 ::dart::collision::CollisionDetectorPtr detector(DartCollision choice) {
   switch (choice) {
     case DartCollision::dart:
@@ -43,15 +41,15 @@ const char* describe(DartCollision choice) {
   return names[static_cast<int>(choice)];
 }
 
-dd::SkeletonPtr ground(double friction) {
+dd::SkeletonPtr ground(const PlantOptions& options) {
   dd::SkeletonPtr skeleton = dd::Skeleton::create("ground");
   dd::BodyNode* body = skeleton->createJointAndBodyNodePair<dd::WeldJoint>().second;
-  dd::ShapeNode* shape = body->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(
-      std::make_shared<dd::BoxShape>(Vec<double, 3>(ground_size, ground_size, ground_depth)));
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.translation()[2] = -0.5 * ground_depth;
-  shape->setRelativeTransform(pose);
-  shape->getDynamicsAspect()->setFrictionCoeff(friction);
+  for (const GroundBox& box : ground_boxes(options)) {
+    dd::ShapeNode* shape = body->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(
+        std::make_shared<dd::BoxShape>(box.size));
+    shape->setRelativeTranslation(box.centre);
+    shape->getDynamicsAspect()->setFrictionCoeff(options.friction);
+  }
   return skeleton;
 }
 
@@ -80,7 +78,7 @@ class DartPlant final : public Plant {
     world_->setConstraintSolver(
         std::make_unique<::dart::constraint::BoxedLcpConstraintSolver>(std::move(lcp)));
     world_->getConstraintSolver()->setCollisionDetector(detector(options.collision));
-    ground_ = ground(options.friction);
+    ground_ = ground(options);
     world_->addSkeleton(ground_);
     world_->addSkeleton(skeleton);
     view_.read(state_);

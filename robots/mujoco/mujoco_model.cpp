@@ -87,6 +87,17 @@ std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& opti
   return text + "</body>\n";
 }
 
+// A plane where the ground is level: no edges, and the cheapest collisions.
+std::string ground_xml(const PlantOptions& options) {
+  if (options.ground_step == 0.0)
+    return "<geom type=\"plane\" size=\"0 0 1\" contype=\"0\" conaffinity=\"1\"/>\n";
+  std::string text;
+  for (const GroundBox& box : ground_boxes(options))
+    text += fmt::format("<geom type=\"box\" contype=\"0\" conaffinity=\"1\"{}{}/>\n",
+                        numbers("size", 0.5 * box.size), numbers("pos", box.centre));
+  return text;
+}
+
 std::unique_ptr<mjVFS> file_in_memory(const char* name, const std::string& text) {
   auto files = std::make_unique<mjVFS>();  // 2 MB
   mj_defaultVFS(files.get());
@@ -112,10 +123,10 @@ std::string to_mjcf(const FloatingRobot& robot, const PlantOptions& options) {
              "impratio=\"{}\"/>\n"
              "<default><joint armature=\"0\"/><geom condim=\"3\" solref=\"{} {}\" "
              "friction=\"{:.17g} 0 0\"/></default>\n"
-             "<worldbody>\n<geom type=\"plane\" size=\"0 0 1\" contype=\"0\" conaffinity=\"1\"/>\n",
+             "<worldbody>\n",
              options.step, -standard_gravity, friction_stiffness, contact_time, contact_damping,
              options.friction) +
-         body_xml(robot, 0, options) + "</worldbody>\n</mujoco>\n";
+         ground_xml(options) + body_xml(robot, 0, options) + "</worldbody>\n</mujoco>\n";
 }
 
 Model::Model(const FloatingRobot& robot, const PlantOptions& options) {

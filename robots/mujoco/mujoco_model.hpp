@@ -11,7 +11,7 @@
 
 namespace saltus::mujoco_engine {
 
-/// The robot above a ground plane z = 0, in MuJoCo's own format MJCF. Names are numbers: body i of
+/// The robot above the ground, in MuJoCo's own format MJCF. Names are numbers: body i of
 /// the robot is "i", so is the joint that leads to it.
 std::string to_mjcf(const FloatingRobot& robot, const PlantOptions& options);
 

@@ -162,6 +162,15 @@ WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model
   state.base = sole.inverse();
   state.q = robot.joint_positions(posture.joints);
   state.dq = VectorXd::Zero(robot.joints());
+  for (int i = 0; i < robot.joints(); ++i) {
+    const FloatingRobot::Body& driven = robot.bodies[static_cast<std::size_t>(i) + 1];
+    if (state.q[i] >= driven.position.lower && state.q[i] <= driven.position.upper) continue;
+    throw InputError(fmt::format(
+        "{}: the posture \"{}\" has joint \"{}\" at {:.4g} rad, outside its limits {:.4g} "
+        "to {:.4g} rad; change the posture or the limits",
+        model.source(), posture.name, driven.joint, state.q[i], driven.position.lower,
+        driven.position.upper));
+  }
   return state;
 }
 

@@ -61,7 +61,8 @@ FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& mod
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor);
 
 /// At rest in the posture, the contact frame of its stance sole (of both: the left one) at the
-/// origin of the world.
+/// origin of the world. Throws InputError, naming the first joint that the posture puts outside its
+/// limits.
 WholeBodyState standing_state(const FloatingRobot& robot, const UrdfModel& model,
                               const RobotDescription& description, const StandingPosture& posture);
 

@@ -1,7 +1,8 @@
-// A simulated robot on level ground, whichever engine computes it.
+// A simulated robot on the ground, level but for at most one step, whichever engine computes it.
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "robots/whole_body/dynamics_model.hpp"
 
@@ -18,7 +19,17 @@ struct PlantOptions {
   double step = 1e-3;           ///< s
   double friction = 1.0;        ///< Coulomb, of the ground
   double joint_friction = 0.0;  ///< viscous, Nm s/rad
+  /// The ground is z = 0; beyond the line y = ground_edge, seen from the origin, z = ground_step. m
+  double ground_step = 0.0, ground_edge = -0.18;
 };
+
+/// A slab of ground: a box, its upper face on the ground.
+struct GroundBox {
+  Vec<double, 3> centre, size;  ///< m
+};
+/// The ground as boxes: one, or two with a step. Throws DefinitionError if the step's numbers are
+/// not finite, or the edge is at the origin.
+std::vector<GroundBox> ground_boxes(const PlantOptions& options);
 
 /// Torques in, motion out. One call is one step of the engine.
 class Plant {

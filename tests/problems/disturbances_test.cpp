@@ -67,6 +67,30 @@ TEST_F(Disturbed, ControllersThatBelieveInALighterRobot) {
   expect_recovery();
 }
 
+TEST_F(Disturbed, SlipperyGround) {
+  config.ground_friction = 0.4;
+  expect_recovery();
+}
+
+// The foot meets the ground before or after it is due; the landing is when it does.
+TEST_F(Disturbed, GroundThatIsNotWhereItWasExpected) {
+  const RunLog level = run();
+  constexpr double step = 0.01;  // m
+  for (const double height : {step, -step}) {
+    config.ground_step = height;
+    const RunLog log = run();
+    const Verdict verdict = judge(config, log);
+    EXPECT_TRUE(verdict.recovered) << height << ": " << verdict.reason;
+    if (height > 0.0)
+      EXPECT_LT(log.touchdown, level.touchdown - 0.01);  // a period of the planner
+    else
+      EXPECT_GT(log.touchdown, level.touchdown + 0.01);
+    // It stands there; contacts give way by a millimetre or two.
+    EXPECT_NEAR(log.body.back().right_sole.translation()[2], height, 0.002);
+    EXPECT_NEAR(log.body.back().left_sole.translation()[2], 0.0, 0.002);
+  }
+}
+
 // 120 N for 0.05 s and 30 N for 0.2 s.
 TEST_F(Disturbed, ShortHardPush) {
   config.push.duration = 0.05;

@@ -1,0 +1,92 @@
+// What a run on the whole body says of input that cannot be used: one sentence, exit status 2. A
+// robot that falls is a result, status 0. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "framework/app/program.hpp"
+#include "problems/push_recovery/run.hpp"
+#include "tests/app/support.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+class BadInput : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* file = std::getenv("SALTUS_ICUB_URDF");
+    if (file == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
+    urdf = file_content(file);
+  }
+
+  int run(const std::vector<std::string>& settings) {
+    std::vector<std::string> words{"saltus",  "run",   "push_recovery",
+                                   "--plant", "dart",  "--pictures",
+                                   "false",   "--out", (folder / "out").string()};
+    words.insert(words.end(), settings.begin(), settings.end());
+    std::vector<const char*> arguments;
+    for (const std::string& word : words) arguments.push_back(word.c_str());
+    const std::vector<ProblemEntry> problems{entry()};
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    const int status = saltus_main(static_cast<int>(arguments.size()), arguments.data(), problems);
+    printed = testing::internal::GetCapturedStdout();
+    complaint = testing::internal::GetCapturedStderr();
+    return status;
+  }
+
+  void expect_refused(const std::vector<std::string>& settings, const std::string& part) {
+    EXPECT_EQ(run(settings), 2) << printed;
+    EXPECT_TRUE(contains(complaint, part));
+    EXPECT_EQ(complaint.find('\n'), complaint.size() - 1) << "more than one line: " << complaint;
+  }
+
+  // The URDF with the first `old` after `from` replaced.
+  std::string changed(const std::string& from, const std::string& old, const std::string& by) {
+    const std::size_t at = urdf.find(old, urdf.find(from));
+    EXPECT_NE(at, std::string::npos) << from << ", " << old;
+    std::string text = urdf;
+    return folder.file("changed.urdf", text.replace(at, old.size(), by)).string();
+  }
+
+  TemporaryFolder folder;
+  std::string urdf, printed, complaint;
+};
+
+TEST_F(BadInput, PostureOutsideTheLimitsOfAJoint) {
+  const std::string joint = R"(<joint name="l_elbow")";
+  expect_refused({"--urdf", changed(joint, R"(upper="1.8500490071139892")", R"(upper="0.7")")},
+                 "has joint \"l_elbow\" at 0.7928 rad, outside its limits 0.2618 to 0.7 rad");
+}
+
+TEST_F(BadInput, JointMissingFromTheUrdf) {
+  expect_refused({"--urdf", changed(R"(<joint name="l_knee")", "l_knee", "l_nee")},
+                 "there is no joint \"l_knee\" that can move; did you mean \"l_nee\"?");
+}
+
+TEST_F(BadInput, UrdfThatIsNoFile) {
+  expect_refused({"--urdf", (folder / "none.urdf").string()}, "there is no such file");
+  expect_refused({"--urdf", folder.path().string()}, "this is not a file");
+  expect_refused({"--urdf", folder.file("text.urdf", "not a robot").string()},
+                 "this is not a URDF");
+}
+
+TEST_F(BadInput, UnknownLinkToPush) {
+  expect_refused({"--push.link", "chast"}, "did you mean \"chest\"?");
+}
+
+// Torques that come 60 ms late: nobody pushes it, and it falls.
+TEST_F(BadInput, FallBeforeThePushIsSaidAndItsResultsAreKept) {
+  EXPECT_EQ(run({"--simulator.delay_ticks", "30"}), 0) << complaint;
+  EXPECT_TRUE(contains(printed, "before the push"));
+  const auto summary = nlohmann::json::parse(file_content(folder / "out/summary.json"));
+  EXPECT_FALSE(summary["recovered"].get<bool>());
+  EXPECT_TRUE(summary["stopped_early"].get<bool>());
+  EXPECT_TRUE(summary["fell_before_push"].get<bool>());
+  EXPECT_TRUE(contains(summary["reason"].get<std::string>(), "before the push"));
+  EXPECT_GT(file_content(folder / "out/body.csv").size(), 1000u);
+}
+
+}  // namespace
+}  // namespace saltus::push_recovery

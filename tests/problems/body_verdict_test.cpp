@@ -1,0 +1,133 @@
+// The verdict on a body, on logs made up so that its figures are known.
+#include "problems/push_recovery/body_verdict.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "problems/push_recovery/simulation.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+constexpr int samples = 100;
+constexpr double period = 0.01;  // s
+
+// Stands still for a second with one joint between -1 and 1 rad and a motor of 10 Nm.
+RunLog still() {
+  RunLog log;
+  FloatingRobot::Body base, leg;
+  leg.parent = 0;
+  leg.joint = "hip";
+  leg.position = between(-1.0, 1.0);
+  leg.effort = 10.0;
+  log.floating.bodies = {base, leg};
+  for (int i = 0; i < samples; ++i) {
+    Sample s;
+    s.time = i * period;
+    s.gamma.setZero();
+    s.gamma[2] = 0.5;
+    s.capture_point.setZero();
+    s.wrenches.setZero();
+    s.push.setZero();
+    log.samples.push_back(s);
+    BodySample b;
+    b.state.q = VectorXd::Zero(1);
+    b.state.dq = VectorXd::Zero(1);
+    b.torques = VectorXd::Zero(1);
+    b.planned.setZero();
+    b.left << 0.0, 0.0, 320.0, 0.0, 0.0, 0.0;
+    b.right.setZero();
+    b.left_sole = b.right_sole = Eigen::Isometry3d::Identity();
+    log.body.push_back(b);
+  }
+  return log;
+}
+
+constexpr double rounding = 1e-12;
+
+TEST(BodyVerdict, StillRobotStands) {
+  const BodyVerdict v = judge_body(still());
+  EXPECT_TRUE(v.standing);
+  EXPECT_FALSE(v.touches_joint_limit());
+  EXPECT_NEAR(v.limit_margin, 1.0, rounding);
+  EXPECT_EQ(v.torque_limit_share, 0.0);
+  EXPECT_NEAR(v.force_peak[0], 320.0, rounding * 320.0);
+  EXPECT_NEAR(v.tilt_max, 0.0, rounding);
+}
+
+TEST(BodyVerdict, HopIsNoStanding) {
+  RunLog log = still();
+  log.body[50].left_sole.translation()[2] = 0.012;  // up and down again
+  const BodyVerdict v = judge_body(log);
+  EXPECT_FALSE(v.standing);
+  EXPECT_NEAR(v.feet_moved, 0.012, rounding);
+}
+
+TEST(BodyVerdict, StepOrFallIsNoStanding) {
+  RunLog log = still();
+  log.touchdown = 0.5;
+  EXPECT_FALSE(judge_body(log).standing);
+  log = still();
+  log.stopped_early = true;
+  EXPECT_FALSE(judge_body(log).standing);
+}
+
+TEST(BodyVerdict, TiltIsAgainstTheStartAndATurnAboutTheVerticalIsNone) {
+  RunLog log = still();
+  const Eigen::AngleAxisd start(3.0, Vec<double, 3>(0.3, 0.4, 0.1).normalized());
+  for (int i = 0; i < samples; ++i) {
+    Eigen::Isometry3d& base = log.body[static_cast<std::size_t>(i)].state.base;
+    base.rotate(Eigen::AngleAxisd(0.01 * i, Vec<double, 3>::UnitZ()));
+    base.rotate(start);
+  }
+  EXPECT_NEAR(judge_body(log).tilt_max, 0.0, rounding);
+  const Eigen::AngleAxisd bow(0.2, Vec<double, 3>::UnitX());
+  log.body[30].state.base.prerotate(bow);
+  EXPECT_NEAR(judge_body(log).tilt_max, 0.2, rounding);
+  EXPECT_NEAR(judge_body(log).tilt_end, 0.0, rounding);
+  EXPECT_TRUE(judge_body(log).standing);  // it bowed and came back
+  log.body.back().state.base.prerotate(bow);
+  EXPECT_FALSE(judge_body(log).standing);
+}
+
+TEST(BodyVerdict, LimitsAreNamedWithTheirTime) {
+  RunLog log = still();
+  log.body[40].state.q[0] = -1.002;
+  for (int i = 0; i < 25; ++i) log.body[static_cast<std::size_t>(i)].torques[0] = -10.0;
+  const BodyVerdict v = judge_body(log);
+  EXPECT_TRUE(v.touches_joint_limit());
+  EXPECT_NEAR(v.limit_margin, -0.002, rounding);
+  EXPECT_EQ(v.limit_joint, "hip");
+  EXPECT_NEAR(v.limit_time, 0.4, rounding);
+  EXPECT_NEAR(v.torque_limit_share, 0.25, rounding);
+  EXPECT_EQ(to_json(v)["joint_limit_joint"], "hip");
+}
+
+// A robot that slides is not recovered, however calm it is.
+TEST(BodyVerdict, SlipOfAPlantedFootIsNoRecovery) {
+  Config config;
+  config.push.start = 0.0;
+  RunLog log = still();
+  EXPECT_EQ(judge(config, log).reason, "");
+  for (int i = 60; i < samples; ++i)
+    log.body[static_cast<std::size_t>(i)].left_sole.translation()[0] = 0.011;
+  const Verdict verdict = judge(config, log);
+  EXPECT_FALSE(verdict.recovered);
+  EXPECT_EQ(verdict.reason, "the left foot slipped by 11 mm");
+  EXPECT_NEAR(verdict.body->slip[0], 0.011, rounding);
+}
+
+TEST(BodyVerdict, FallBeforeThePushIsMarked) {
+  Config config;
+  RunLog log = still();
+  log.stopped_early = true;
+  log.stop_reason = "fell";
+  EXPECT_TRUE(judge(config, log).fell_before_push);
+  config.push.start = 0.5;
+  EXPECT_FALSE(judge(config, log).fell_before_push);
+}
+
+}  // namespace
+}  // namespace saltus::push_recovery

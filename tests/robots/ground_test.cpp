@@ -1,0 +1,53 @@
+// The ground with a step: where its upper faces are.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "framework/core/error.hpp"
+#include "robots/whole_body/plant.hpp"
+
+namespace saltus {
+namespace {
+
+// Height of the ground at (0, y), -infinity where there is none.
+double height_at(const PlantOptions& options, double y) {
+  double height = -infinity;
+  for (const GroundBox& box : ground_boxes(options)) {
+    if (std::abs(y - box.centre[1]) > 0.5 * box.size[1]) continue;
+    height = std::max(height, box.centre[2] + 0.5 * box.size[2]);
+  }
+  return height;
+}
+
+constexpr double rounding = 1e-12;
+
+TEST(Ground, IsLevelByDefault) {
+  EXPECT_EQ(ground_boxes({}).size(), 1u);
+  for (const double y : {-9.0, -0.2, 0.0, 0.2, 9.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
+}
+
+TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
+  PlantOptions options;
+  for (const double step : {-0.02, 0.02})
+    for (const double side : {-1.0, 1.0}) {
+      options.ground_step = step;
+      options.ground_edge = side * 0.18;
+      for (const double y : {-9.0, 0.0, 0.17})  // in the direction of the step
+        EXPECT_NEAR(height_at(options, side * y), 0.0, rounding)
+            << step << ", " << side << ", " << y;
+      for (const double y : {0.19, 9.0})
+        EXPECT_NEAR(height_at(options, side * y), step, rounding)
+            << step << ", " << side << ", " << y;
+    }
+}
+
+TEST(Ground, NonsenseIsRefused) {
+  PlantOptions options;
+  options.ground_step = 0.01;
+  options.ground_edge = 0.0;
+  EXPECT_THROW(ground_boxes(options), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
