@@ -9,6 +9,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <optional>
 
 #include "framework/core/text.hpp"
 
@@ -122,6 +123,31 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
   return result;
 }
 
+// None for a shape that is not known.
+std::optional<UrdfVisual> convert(const urdf::Visual& visual) {
+  if (visual.geometry == nullptr) return std::nullopt;
+  UrdfVisual result;
+  result.pose = isometry(visual.origin);
+  if (visual.material != nullptr)
+    result.colour = {visual.material->color.r, visual.material->color.g, visual.material->color.b};
+  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(visual.geometry.get())) {
+    result.shape = UrdfVisual::Shape::mesh;
+    result.mesh = mesh->filename;
+    result.size = vector(mesh->scale);
+  } else if (const auto* box = dynamic_cast<const urdf::Box*>(visual.geometry.get())) {
+    result.size = vector(box->dim);
+  } else if (const auto* tube = dynamic_cast<const urdf::Cylinder*>(visual.geometry.get())) {
+    result.shape = UrdfVisual::Shape::cylinder;
+    result.size = {2.0 * tube->radius, 2.0 * tube->radius, tube->length};
+  } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(visual.geometry.get())) {
+    result.shape = UrdfVisual::Shape::sphere;
+    result.size.setConstant(2.0 * ball->radius);
+  } else {
+    return std::nullopt;
+  }
+  return result;
+}
+
 UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) {
   UrdfLink result;
   result.name = link.name;
@@ -143,6 +169,8 @@ UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) 
     const auto box = std::dynamic_pointer_cast<urdf::Box>(collision->geometry);
     if (box) result.collision_boxes.push_back({isometry(collision->origin), vector(box->dim)});
   }
+  for (const auto& visual : link.visual_array)
+    if (const auto look = convert(*visual)) result.visuals.push_back(*look);
   return result;
 }
 

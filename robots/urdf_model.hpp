@@ -36,6 +36,19 @@ struct UrdfBox {
   Vec<double, 3> size = Vec<double, 3>::Zero();            // edge lengths, m
 };
 
+/// What a link looks like. Simulation has no use for it.
+struct UrdfVisual {
+  enum class Shape { mesh, box, cylinder, sphere };
+
+  Shape shape = Shape::box;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // in the link
+  std::string mesh;                                        // file as the URDF writes it, or empty
+  /// Mesh: scale; box: edge lengths; cylinder, along z: diameter, diameter, length; sphere:
+  /// diameters. m
+  Vec<double, 3> size = Vec<double, 3>::Ones();
+  Vec<double, 3> colour = Vec<double, 3>::Constant(0.9);  // red, green, blue, 0 to 1
+};
+
 struct UrdfLink {
   std::string name;
   int parent = -1;  // index of the parent link, -1 for the root
@@ -44,6 +57,7 @@ struct UrdfLink {
   Vec<double, 3> com = Vec<double, 3>::Zero();            // in the link frame
   Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the CoM, in link axes, kg m^2
   std::vector<UrdfBox> collision_boxes;                   // other shapes are left out
+  std::vector<UrdfVisual> visuals;
 };
 
 /// The flat underside of a foot: the contact frame is the sole link's frame moved along its z axis

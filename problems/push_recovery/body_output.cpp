@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "framework/core/error.hpp"
@@ -86,6 +87,34 @@ Json frame_json(const FloatingRobot::Frame& frame, const FootRectangle& foot) {
   return json;
 }
 
+Json boxes_json(const std::vector<UrdfBox>& boxes) {
+  Json list = Json::array();
+  for (const UrdfBox& box : boxes) {
+    Json entry = pose_json(box.pose);
+    entry["size"] = numbers(box.size);
+    list.push_back(entry);
+  }
+  return list;
+}
+
+Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
+  constexpr const char* shapes[] = {"mesh", "box", "cylinder", "sphere"};
+  Json list = Json::array();
+  for (const FloatingRobot::Look& look : looks) {
+    Json visuals = Json::array();
+    for (const UrdfVisual& visual : look.visuals) {
+      Json entry = pose_json(visual.pose);
+      entry["shape"] = shapes[static_cast<int>(visual.shape)];
+      if (!visual.mesh.empty()) entry["mesh"] = visual.mesh;
+      entry["size"] = numbers(visual.size);
+      entry["colour"] = numbers(visual.colour);
+      visuals.push_back(entry);
+    }
+    list.push_back({{"link", look.link}, {"visuals", visuals}, {"boxes", boxes_json(look.boxes)}});
+  }
+  return list;
+}
+
 }  // namespace
 
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
@@ -159,17 +188,13 @@ Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
     json["effort"] = b.effort;
     json["mass"] = b.mass;
     json["com"] = numbers(b.com);
-    Json boxes = Json::array();
-    for (const UrdfBox& box : b.boxes) {
-      Json entry = pose_json(box.pose);
-      entry["size"] = numbers(box.size);
-      boxes.push_back(entry);
-    }
-    json["boxes"] = boxes;
+    json["boxes"] = boxes_json(b.boxes);
+    json["looks"] = looks_json(b.looks);
     bodies.push_back(json);
   }
   return {{"name", robot.name},
           {"mass_kg", robot.total_mass},
+          {"urdf", robot.source.empty() ? "" : std::filesystem::absolute(robot.source).string()},
           {"bodies", bodies},
           {"left_sole", frame_json(robot.left_sole, log.robot.left_foot)},
           {"right_sole", frame_json(robot.right_sole, log.robot.right_foot)}};

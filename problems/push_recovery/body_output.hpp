@@ -22,8 +22,9 @@ inline constexpr double wrench_filter = 0.020;
 /// is one body sample per sample and the robot has as many joints as they.
 CsvTable body_table(const RunLog& log, const FloatingRobot& robot);
 
-/// robot.json: the bodies (parent, joint, origin, axis, limits, mass, CoM, boxes), the contact
-/// frames, and the rectangles of the feet. Lengths in m, limits null where there is none.
+/// robot.json: the bodies (parent, joint, origin, axis, limits, mass, CoM, boxes; per link its
+/// visuals as the URDF has them, and boxes in their place), the contact frames, the rectangles of
+/// the feet, and where the URDF lies. Lengths in m, limits null where there is none.
 nlohmann::ordered_json robot_shape(const FloatingRobot& robot, const RunLog& log);
 
 /// Peaks of the forces (measured over the filter), largest slips, largest share of a torque limit

@@ -1,5 +1,6 @@
 // The program of the replay page: builds the robot from its joints, puts it into the pose of any
-// instant, and draws the forces on it. The page defines robot, scene_data, motion and packed.
+// instant, and draws the forces on it. The page defines robot, meshes, packed_meshes, scene_data,
+// motion and packed.
 "use strict";
 
 // ---- Motion: channel by channel, low + step * level -------------------------------------------
@@ -134,7 +135,44 @@ function pose(position) {
   world.updateMatrixWorld(true);
 }
 
-// ---- Shapes: schematic, made from joint distances and masses ----------------------------------
+// ---- Shapes of the URDF, boxes where a link's meshes are missing ------------------------------
+const mesh_bytes = Uint8Array.from(atob(packed_meshes), c => c.charCodeAt(0));
+const geometries = meshes.map(m => {
+  const raw = new DataView(mesh_bytes.buffer, m.offset), at = i => raw.getUint16(2 * i, true);
+  const corners = new Float32Array(3 * m.corners), index = new Uint16Array(3 * m.triangles);
+  for (let i = 0; i < corners.length; ++i) corners[i] = m.low[i % 3] + m.step[i % 3] * at(i);
+  for (let i = 0; i < index.length; ++i) index[i] = at(corners.length + i);
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(corners, 3));
+  geometry.setIndex(new THREE.BufferAttribute(index, 1));
+  return geometry;
+});
+function geometry_of(visual) {
+  const size = visual.size;
+  if (visual.shape === "mesh") return geometries[visual.index];
+  if (visual.shape === "box") return new THREE.BoxGeometry(...size);
+  if (visual.shape === "sphere") return new THREE.SphereGeometry(size[0] / 2, 32, 20);
+  return new THREE.CylinderGeometry(size[0] / 2, size[0] / 2, size[2], 32).rotateX(Math.PI / 2);
+}
+const box_grey = new THREE.MeshPhongMaterial({ color: 0xb0bec5, flatShading: true, shininess: 8 });
+function place(parent, geometry, material, data) {
+  const mesh = add_mesh(parent, geometry, material);
+  mesh.position.copy(xyz(data.position));
+  mesh.quaternion.copy(rotation(data.rotation));
+}
+const has_looks = links.some(l => l.body.looks.length > 0);
+function draw_looks(l) {
+  for (const look of l.body.looks) {
+    for (const visual of look.visuals)
+      place(l.link, geometry_of(visual), new THREE.MeshPhongMaterial({
+        color: new THREE.Color(...visual.colour).multiplyScalar(0.85), flatShading: true, shininess: 12,
+        side: THREE.DoubleSide }), visual);
+    if (look.visuals.length === 0)
+      for (const box of look.boxes) place(l.link, new THREE.BoxGeometry(...box.size), box_grey, box);
+  }
+}
+
+// ---- Shapes without any: schematic, made from joint distances and masses ----------------------
 const short = 0.03;  // m: joints nearer than this are one joint to the eye
 // The mass of bodies that sit at one point belongs to the last of them.
 function thickness(index, length) {
@@ -151,6 +189,7 @@ const sole_frames = ["left_sole", "right_sole"].map(name => {
   frame.position.copy(xyz(data.position));
   frame.quaternion.copy(rotation(data.rotation));
   links[data.body].link.add(frame);
+  if (has_looks) return frame;
   const height = 0.02, x = data.foot_x, y = data.foot_y;
   const plate = add_mesh(frame, new THREE.BoxGeometry(x[1] - x[0], y[1] - y[0], height), dark_grey);
   plate.position.set((x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height / 2);
@@ -213,7 +252,9 @@ function draw_link(l, i) {
 }
 
 links.forEach((l, i) => {
-  if (trunk && i === 0) {
+  if (has_looks) {
+    draw_looks(l);
+  } else if (trunk && i === 0) {
     draw_hub(l, spine[0].frame.position, 0.045, 0.06);
   } else if (l === trunk) {
     const waist = new THREE.Vector3().setFromMatrixPosition(spine[0].frame.matrixWorld);

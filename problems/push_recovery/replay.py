@@ -13,6 +13,8 @@ import os
 import re
 import sys
 
+import replay_meshes
+
 FRAME_RATE = 100.0  # 1/s
 LEVELS = 65535  # of a channel
 THREE = "/usr/share/javascript/three"  # of the Debian package libjs-three
@@ -99,6 +101,9 @@ def page(folder, summary):
     controls = script(os.path.join(THREE, "examples/js/controls/OrbitControls.js"))
     with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:
         robot = json.load(file)
+    meshes, mesh_data, warning = replay_meshes.take_in(robot)
+    if warning:
+        print(warning, file=sys.stderr)
     body = read_rows(os.path.join(folder, "body.csv"))
     trajectory = read_rows(os.path.join(folder, "trajectory.csv"))
     times = [row[0] for row in body[1]]
@@ -117,6 +122,7 @@ def page(folder, summary):
         text = file.read()
     parts = {"TITLE": html.escape(title), "LICENCE": licence(), "THREE": library,
              "CONTROLS": controls, "PROGRAM": script(os.path.join(HERE, "replay.js")),
+             "MESHES": json_text(meshes), "MESHDATA": mesh_data,
              "ROBOT": json_text(robot), "SCENE": json_text(scene),
              "MOTION": json_text(motion), "DATA": data}
     return re.sub(r"@@([A-Z]+)@@", lambda match: parts[match.group(1)], text)

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "framework/core/text.hpp"
 
@@ -28,6 +30,34 @@ void merge(FloatingRobot::Body& body, double mass, const Vec<double, 3>& com,
                  parallel_axis(mass, com - centre);
   body.com = centre;
   body.mass = total;
+}
+
+// Models for simulators often inflate the inertias of small links; nothing that stands is lighter.
+constexpr double least_density = 500.0;  // kg/m^3
+
+// The box of even density that has the link's mass, centre of mass and inertia; a smaller one of
+// that form where it would be lighter than any robot.
+UrdfBox box_of_inertia(const UrdfLink& link) {
+  const Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>> axes(link.inertia);
+  Mat<double, 3, 3> R = axes.eigenvectors();
+  if (R.determinant() < 0.0) R.col(0) *= -1.0;
+  UrdfBox box;
+  box.pose.translation() = link.com;
+  box.pose.linear() = R;
+  // I_x = m (b^2 + c^2) / 12, and so on.
+  const Vec<double, 3> I = axes.eigenvalues();
+  box.size = ((I.sum() - 2.0 * I.array()).max(0.0) * 6.0 / link.mass).sqrt();
+  const double lightest = box.size.prod() * least_density;
+  if (lightest > link.mass) box.size *= std::cbrt(link.mass / lightest);
+  return box;
+}
+
+FloatingRobot::Look look_of(const UrdfLink& link, const Eigen::Isometry3d& in_body) {
+  FloatingRobot::Look look{link.name, link.visuals, link.collision_boxes};
+  if (look.boxes.empty() && link.mass > 0.0) look.boxes.push_back(box_of_inertia(link));
+  for (UrdfVisual& visual : look.visuals) visual.pose = in_body * visual.pose;
+  for (UrdfBox& box : look.boxes) box.pose = in_body * box.pose;
+  return look;
 }
 
 const ActuatedJoint* actuated(const RobotDescription& robot, const std::string& joint) {
@@ -74,6 +104,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
 
   FloatingRobot result;
   result.name = robot.name;
+  result.source = model.source();
   // Every link belongs to a body; its pose in the body's frame.
   std::vector<int> body_of(links.size(), 0);
   std::vector<Eigen::Isometry3d> pose(links.size(), Eigen::Isometry3d::Identity());
@@ -103,6 +134,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
       merge(body, link.mass, pose[i] * link.com, R * link.inertia * R.transpose());
     for (const UrdfBox& box : link.collision_boxes)
       body.boxes.push_back({pose[i] * box.pose, box.size});
+    if (!link.visuals.empty()) body.looks.push_back(look_of(link, pose[i]));
     result.total_mass += link.mass;
     // Users name links, whichever of them leads the group: the base by the name in the file.
     if (link.name == robot.base) {

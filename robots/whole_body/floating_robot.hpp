@@ -13,6 +13,12 @@
 namespace saltus {
 
 struct FloatingRobot {
+  /// What a link looks like, in the frame of its body.
+  struct Look {
+    std::string link;
+    std::vector<UrdfVisual> visuals;
+    std::vector<UrdfBox> boxes;  ///< in their place: collision boxes, or one with its inertia
+  };
   struct Body {
     std::string name;           ///< of the link that leads the group
     int parent = -1;            ///< -1: the base
@@ -26,6 +32,7 @@ struct FloatingRobot {
     Vec<double, 3> com = Vec<double, 3>::Zero();            ///< in the body's frame, m
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  ///< about the CoM, kg m^2
     std::vector<UrdfBox> boxes;  ///< collision boxes, in the body's frame
+    std::vector<Look> looks;     ///< of its links that the URDF shows
   };
   /// A frame fixed to a body.
   struct Frame {
@@ -34,6 +41,7 @@ struct FloatingRobot {
   };
 
   std::string name;
+  std::string source;           ///< file of the URDF
   std::vector<Body> bodies;     ///< the base first, every parent before its children
   Frame left_sole, right_sole;  ///< contact frames: origin in the contact plane
   double total_mass = 0.0;

@@ -38,6 +38,12 @@ FloatingRobot two_joints() {
   shin.joint = "knee";
   shin.effort = 20.0;
   shin.boxes.push_back({Eigen::Isometry3d::Identity(), {0.2, 0.1, 0.02}});
+  UrdfVisual visual;
+  visual.shape = UrdfVisual::Shape::mesh;
+  visual.mesh = "package://hopper/shin.stl";
+  visual.size.setConstant(0.001);
+  shin.looks.push_back({"shin", {visual}, shin.boxes});
+  robot.source = "hopper.urdf";
   robot.bodies = {base, thigh, shin};
   robot.left_sole.body = robot.right_sole.body = 2;
   return robot;
@@ -158,6 +164,14 @@ TEST(BodyOutput, ShapeHasEveryBodyAndItsBoxes) {
   EXPECT_EQ(shape["bodies"][2]["joint"], "knee");
   EXPECT_EQ(shape["bodies"][2]["boxes"][0]["size"][1], 0.1);
   EXPECT_EQ(shape["left_sole"]["body"], 2);
+  EXPECT_EQ(shape["urdf"], std::filesystem::absolute("hopper.urdf").string());
+  EXPECT_TRUE(shape["bodies"][0]["looks"].empty());
+  const auto& look = shape["bodies"][2]["looks"][0];
+  EXPECT_EQ(look["link"], "shin");
+  EXPECT_EQ(look["visuals"][0]["shape"], "mesh");
+  EXPECT_EQ(look["visuals"][0]["mesh"], "package://hopper/shin.stl");
+  EXPECT_EQ(look["visuals"][0]["size"][2], 0.001);
+  EXPECT_EQ(look["boxes"][0]["size"][0], 0.2);
 }
 
 TEST(BodyOutput, LogThatDoesNotFitTheRobotIsRefused) {

@@ -69,6 +69,33 @@ void expect_has(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << "\"" << part << "\" is not in: " << text;
 }
 
+TEST(UrdfModel, KeepsWhatIsSeen) {
+  const auto visual = [](const std::string& shape, const std::string& more = "") {
+    return "<visual><origin xyz=\"0 0 0.1\"/><geometry>" + shape + "</geometry>" + more +
+           "</visual>";
+  };
+  const std::string seen =
+      foot_box + visual(R"(<mesh filename="package://robo/foot.stl" scale="0.001 0.001 -1"/>)") +
+      visual(R"(<box size="1 2 3"/>)",
+             R"(<material name="red"><color rgba="1 0 0.5 1"/></material>)") +
+      visual(R"(<cylinder radius="0.5" length="4"/>)") + visual(R"(<sphere radius="0.5"/>)");
+  const UrdfModel model = UrdfModel::parse(one_leg(seen), "robot.urdf");
+  EXPECT_TRUE(model.links()[0].visuals.empty());
+  const auto& visuals = model.links()[static_cast<std::size_t>(model.link_index("foot"))].visuals;
+  ASSERT_EQ(visuals.size(), 4U);
+  EXPECT_EQ(visuals[0].shape, UrdfVisual::Shape::mesh);
+  EXPECT_EQ(visuals[0].mesh, "package://robo/foot.stl");
+  EXPECT_EQ(visuals[0].size, Vec3(0.001, 0.001, -1.0));
+  EXPECT_EQ(visuals[0].pose.translation(), Vec3(0.0, 0.0, 0.1));
+  EXPECT_EQ(visuals[1].shape, UrdfVisual::Shape::box);
+  EXPECT_EQ(visuals[1].size, Vec3(1.0, 2.0, 3.0));
+  EXPECT_EQ(visuals[1].colour, Vec3(1.0, 0.0, 0.5));
+  EXPECT_EQ(visuals[2].shape, UrdfVisual::Shape::cylinder);
+  EXPECT_EQ(visuals[2].size, Vec3(1.0, 1.0, 4.0));
+  EXPECT_EQ(visuals[3].shape, UrdfVisual::Shape::sphere);
+  EXPECT_EQ(visuals[3].size, Vec3(1.0, 1.0, 1.0));
+}
+
 TEST(UrdfModel, AddsUpTheMass) {
   const UrdfModel model = UrdfModel::parse(one_leg(), "robot.urdf");
   EXPECT_EQ(model.name(), "one leg");

@@ -1,0 +1,172 @@
+"""Finds the meshes that a URDF names, reads them, and makes them small enough for a page.
+
+STL, binary or text. All corners that lie in one cell of a cubic grid become one, their mean;
+triangles whose corners meet vanish (vertex clustering, Rossignac and Borrel 1993). The cells grow
+until the whole robot has few enough triangles. Corners are quantised to 16 bits within their box.
+"""
+
+import base64
+import os
+import re
+
+FINEST_CELL = 0.002  # m
+MOST_TRIANGLES = 80000  # of all meshes together: about 1 MB in the page
+MOST_CORNERS = 65535  # of one mesh: indices have 16 bits
+LEVELS = 65535
+REMEDY = "name the folder that holds it in ROS_PACKAGE_PATH"
+
+
+class MeshError(Exception):
+    """Why a mesh cannot be drawn, and what to do about it."""
+
+
+def parents(folder):
+    """The folder and all above it."""
+    folder = os.path.abspath(folder)
+    while True:
+        yield folder
+        if os.path.dirname(folder) == folder:
+            return
+        folder = os.path.dirname(folder)
+
+
+def folders_of_packages(urdf, environment):
+    """Where packages are looked for: around the URDF, then where ROS and Gazebo look."""
+    yield from parents(os.path.dirname(urdf))
+    for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"):
+        yield from filter(None, environment.get(variable, "").split(os.pathsep))
+
+
+def find(reference, urdf, environment=os.environ):
+    """The file that package://NAME/REST, model://NAME/REST, file://PATH or a path stands for."""
+    if reference.startswith("file://"):
+        reference = reference[len("file://"):]
+    parts = re.match(r"(?:package|model)://([^/]+)/(.+)", reference)
+    tries = []
+    if parts:
+        name, rest = parts.groups()
+        for folder in folders_of_packages(urdf, environment):
+            tries += [os.path.join(folder, name, rest), os.path.join(folder, "share", name, rest)]
+            if os.path.basename(os.path.normpath(folder)) == name:
+                tries.append(os.path.join(folder, rest))
+    elif os.path.isabs(reference):
+        tries = [reference]
+    else:
+        tries = [os.path.join(folder, reference) for folder in parents(os.path.dirname(urdf))]
+    for path in tries:
+        if os.path.isfile(path):
+            return path
+    raise MeshError("is not there; " + (REMEDY if parts else "put it beside the URDF"))
+
+
+def read_stl(path):
+    """Corners of the triangles, n x 3 x 3."""
+    try:
+        import numpy
+    except ImportError:
+        raise MeshError("cannot be read without numpy; install python3-numpy") from None
+    try:
+        with open(path, "rb") as file:
+            data = file.read()
+    except OSError as error:
+        raise MeshError(f"cannot be read ({error.strerror}); check {path}") from None
+    count = int.from_bytes(data[80:84], "little")
+    if len(data) >= 84 and len(data) == 84 + 50 * count:
+        record = numpy.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("byte", "<u2")])
+        corners = numpy.frombuffer(data, record, offset=84)["corners"].astype(float)
+    elif data.lstrip()[:5].lower() == b"solid":
+        words = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
+        try:
+            corners = numpy.array(words, dtype=float).reshape(-1, 3, 3)
+        except ValueError:
+            raise MeshError("has corners that are no triangles; export it again") from None
+    else:
+        raise MeshError("is not a whole STL file; convert it to STL")
+    if len(corners) == 0 or not numpy.isfinite(corners).all():
+        raise MeshError("has no triangles or corners that are not finite; export it again")
+    return corners
+
+
+def cluster(corners, cell):
+    """Corners (k x 3) and triangles (m x 3 indices) after all in a cell of this size are one."""
+    import numpy
+    points = corners.reshape(-1, 3)
+    cells = numpy.floor((points - points.min(axis=0)) / cell).astype(numpy.int64)
+    extent = cells.max(axis=0) + 1
+    keys = (cells[:, 0] * extent[1] + cells[:, 1]) * extent[2] + cells[:, 2]
+    _, of_point, sizes = numpy.unique(keys, return_inverse=True, return_counts=True)
+    of_point = of_point.reshape(-1)
+    means = numpy.stack([numpy.bincount(of_point, weights=points[:, i]) for i in range(3)], axis=1)
+    means /= sizes[:, None]
+    triangles = of_point.reshape(-1, 3)
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    _, first = numpy.unique(numpy.sort(triangles, axis=1), axis=0, return_index=True)
+    triangles = triangles[numpy.sort(first)]
+    used, triangles = numpy.unique(triangles, return_inverse=True)
+    return means[used], triangles.reshape(-1, 3)
+
+
+def simplify(meshes):
+    """All meshes with the smallest cell that keeps them within the limits."""
+    cell = FINEST_CELL
+    while True:
+        small = [cluster(corners, cell) for corners in meshes]
+        if (sum(len(triangles) for _, triangles in small) <= MOST_TRIANGLES
+                and all(len(points) <= MOST_CORNERS for points, _ in small)):
+            return small
+        cell *= 1.3
+
+
+def pack(meshes):
+    """A table for the page, and all corners and indices as little-endian uint16 in base64."""
+    table, data = [], b""
+    for points, triangles in meshes:
+        entry = {"offset": len(data), "corners": len(points), "triangles": len(triangles)}
+        if len(points) > 0:
+            low = points.min(axis=0)
+            step = (points.max(axis=0) - low) / LEVELS
+            levels = ((points - low) / (step + (step == 0.0))).round()
+            entry.update(low=low.tolist(), step=step.tolist())
+            data += levels.astype("<u2").tobytes() + triangles.astype("<u2").tobytes()
+        table.append(entry)
+    return table, base64.b64encode(data).decode("ascii")
+
+
+def take_in(robot, environment=os.environ):
+    """Gives every visual of robot.json that is a mesh its index in the table of packed meshes.
+
+    Returns table, packed meshes, and a warning or None. Links of which no visual can be drawn keep
+    only their boxes.
+    """
+    index, meshes, refused = {}, [], {}
+    visuals = [(visual, look) for body in robot["bodies"] for look in body.get("looks", [])
+               for visual in look["visuals"] if visual["shape"] == "mesh"]
+    for visual, _ in visuals:
+        key = (visual["mesh"], tuple(visual["size"]))
+        if key in index or visual["mesh"] in refused:
+            continue
+        try:
+            corners = read_stl(find(visual["mesh"], robot["urdf"], environment))
+            # A mirror image, by an odd number of negative scales, turns its triangles round.
+            scale = visual["size"]
+            corners = corners * scale
+            if scale[0] * scale[1] * scale[2] < 0.0:
+                corners = corners[:, ::-1]
+        except MeshError as error:
+            refused[visual["mesh"]] = error
+            continue
+        index[key] = len(meshes)
+        meshes.append(corners)
+    for visual, look in visuals:
+        if visual["mesh"] in refused:
+            look["visuals"] = [v for v in look["visuals"] if v is not visual]
+        else:
+            visual["index"] = index[(visual["mesh"], tuple(visual["size"]))]
+    table, data = pack(simplify(meshes))
+    warning = None
+    if refused:
+        first = next(iter(refused))
+        warning = (f"warning: {len(refused)} of {len(refused) + len(meshes)} meshes are drawn as "
+                   f"boxes in the replay; the first, {first}, {refused[first]}")
+    return table, data, warning
