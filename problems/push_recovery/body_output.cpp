@@ -117,6 +117,10 @@ Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
 
 }  // namespace
 
+std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log) {
+  return filtered(log, measured_wrenches(log));
+}
+
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
   std::vector<Vec<double, 2>> slips;
   slips.reserve(log.body.size());
@@ -202,7 +206,7 @@ Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
 
 Vec<double, 2> peak_forces(const RunLog& log) {
   Vec<double, 2> peak = Vec<double, 2>::Zero();
-  for (const Vec<double, 12>& w : filtered(log, measured_wrenches(log)))
+  for (const Vec<double, 12>& w : filtered_wrenches(log))
     peak = peak.cwiseMax(Vec<double, 2>(w[2], w[8]));
   return peak;
 }

@@ -38,6 +38,9 @@ std::vector<Vec<double, 2>> sole_slip(const RunLog& log);
 /// Largest vertical force of each foot, left and right, as the mean over `wrench_filter`, N.
 Vec<double, 2> peak_forces(const RunLog& log);
 
+/// Measured wrenches, left and right, in the axes of their soles, as their mean over the filter.
+std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log);
+
 /// Writes body.csv and robot.json.
 void write_body(const OutputFolder& output, const RunLog& log, const FloatingRobot& robot);
 

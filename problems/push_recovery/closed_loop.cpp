@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "framework/ocp/window.hpp"
+#include "robots/capture_point.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -70,6 +71,23 @@ double end_time(const Push& push, const StepLogic& steps, double touchdown) {
   if (touchdown < infinity) return touchdown + settled;
   return std::max(push.start + push.duration, steps.is_stepping() ? steps.landing_time() : 0.0) +
          settled;
+}
+
+LoopState loop_state(const Push& push, double t, const Vec<double, 9>& gamma, const Scene& scene,
+                     const StepLogic& steps, double touchdown) {
+  const bool landed = touchdown < infinity;
+  const SupportPolygon ground =
+      landed ? scene.hull() : SupportPolygon::under({{scene.stance, scene.stance_foot}});
+  const double omega = pendulum_frequency(std::max(gamma[2], 0.01));
+  LoopState state{t, gamma[2]};
+  state.margin = -ground.signed_distance(
+      capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega));
+  const bool pushed = t > push.start - same_instant && t < push.start + push.duration;
+  state.footing = landed                ? Footing::landed
+                  : steps.is_stepping() ? Footing::stepping
+                  : pushed              ? Footing::pushed
+                                        : Footing::standing;
+  return state;
 }
 
 TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonController& controller) {

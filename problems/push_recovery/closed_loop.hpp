@@ -28,6 +28,11 @@ std::string fall_sentence(const Push& push, double t);
 /// When enough has been seen to judge (s); `touchdown` is infinite until the foot has landed.
 double end_time(const Push& push, const StepLogic& steps, double touchdown);
 
+/// For whoever watches, before the tick at `t` (s). `touchdown` is infinite until the foot has
+/// landed. Allocates.
+LoopState loop_state(const Push& push, double t, const Vec<double, 9>& gamma, const Scene& scene,
+                     const StepLogic& steps, double touchdown);
+
 /// What the tick came to, costs and residuals recomputed. Allocates.
 TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonController& controller);
 

@@ -68,7 +68,7 @@ class FullBodyLoop {
     applied_[scene_.side == Side::left ? 2 : 8] = believed_.total_mass * standard_gravity;
   }
 
-  RunLog run(const std::function<void(double)>& progress) {
+  RunLog run(const Observer& observer) {
     const long per_control = std::lround(config_.control_period / config_.plant_step);
     const long per_plan = std::lround(config_.mpc_step / config_.plant_step);
     for (long k = 0; !log_.stopped_early; ++k) {
@@ -80,7 +80,8 @@ class FullBodyLoop {
       }
       detect_landing(t);
       if (k % per_plan == 0) {
-        if (progress) progress(t);
+        if (observer)
+          observer(loop_state(config_.push, t, gamma(truth()), scene_, steps_, log_.touchdown));
         plan(t);
         log_.ticks.push_back(tick_record(t, *tick_, planner_->controller()));
       }
@@ -261,9 +262,8 @@ class FullBodyLoop {
 }  // namespace
 
 RunLog simulate_full_body(const Config& config, const RobotDescription& robot,
-                          const std::filesystem::path& urdf,
-                          const std::function<void(double)>& progress) {
-  return FullBodyLoop(config, robot, urdf).run(progress);
+                          const std::filesystem::path& urdf, const Observer& observer) {
+  return FullBodyLoop(config, robot, urdf).run(observer);
 }
 
 }  // namespace saltus::push_recovery

@@ -6,7 +6,6 @@
 namespace saltus::push_recovery {
 
 RunLog simulate_full_body(const Config& config, const RobotDescription& robot,
-                          const std::filesystem::path& urdf,
-                          const std::function<void(double time)>& progress = {});
+                          const std::filesystem::path& urdf, const Observer& observer = {});
 
 }  // namespace saltus::push_recovery

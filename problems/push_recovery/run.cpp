@@ -13,6 +13,7 @@
 #include "problems/push_recovery/body_output.hpp"
 #include "problems/push_recovery/full_body.hpp"
 #include "problems/push_recovery/run_support.hpp"
+#include "problems/push_recovery/settling.hpp"
 #include "problems/push_recovery/simulation.hpp"
 #include "robots/icub/icub.hpp"
 
@@ -168,6 +169,19 @@ Json changed_settings(const std::string& effective_config) {
   return changed;
 }
 
+// Nothing without a landing.
+std::string settling_text(const RunLog& log, const Verdict& verdict, const ForceSettling& forces) {
+  if (log.touchdown == infinity) return {};
+  const auto seconds = [](double t) {
+    return t < infinity ? fmt::format("{:.2f} s", t) : std::string("never");
+  };
+  std::string text =
+      fmt::format("touch-down at {:.3f} s; after it settle: capture point {}, planned forces {}",
+                  log.touchdown, seconds(verdict.icp_settling), seconds(forces.planned.maxCoeff()));
+  if (!log.body.empty()) text += fmt::format(", measured {}", seconds(forces.measured.maxCoeff()));
+  return text + "\n";
+}
+
 std::optional<FloatingRobot> body_of(const Config& config, const RobotDescription& robot) {
   if (config.plant == PlantChoice::centroidal) return std::nullopt;
   return floating_robot(UrdfModel::read(urdf_of_body(config)), robot);
@@ -180,17 +194,17 @@ ExitStatus run(const Config& config, const RunContext& context) {
   fmt::print("push: {} N s in {} s at {} s\n", config.push.impulse, config.push.duration,
              config.push.start);
 
-  const bool live = isatty(fileno(stdout)) != 0;
-  const auto progress = [live](double t) {
-    if (live) fmt::print("\rt = {:.2f} s", t);
-    if (live) std::fflush(stdout);
-  };
+  const auto begin = std::filesystem::file_time_type::clock::now();
+  Progress progress(stdout, isatty(fileno(stdout)) != 0);
+  const auto show = [&progress](const LoopState& state) { progress.show(state); };
   const RunLog log = config.plant == PlantChoice::centroidal
-                         ? simulate(config, robot, progress)
-                         : simulate_full_body(config, robot, urdf_of_body(config), progress);
-  if (live) fmt::print("\n");
+                         ? simulate(config, robot, show)
+                         : simulate_full_body(config, robot, urdf_of_body(config), show);
+  progress.finish();
   const Verdict verdict = judge(config, log);
+  const ForceSettling settling = force_settling(log);
   Json json = summary(config, log, verdict);
+  json["force_settling"] = to_json(settling);
   json["changed_settings"] = changed_settings(context.effective_config);
   if (body) {
     json["push_link"] = config.push.link;
@@ -215,6 +229,7 @@ ExitStatus run(const Config& config, const RunContext& context) {
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
              verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
              1e3 * verdict.final_com_error);
+  fmt::print("{}", settling_text(log, verdict, settling));
   fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
              log.solver, 1e3 * log.loop.all().median(), json["failures"].get<int>(),
              json["deadline_misses"].get<int>());
@@ -227,7 +242,7 @@ ExitStatus run(const Config& config, const RunContext& context) {
         log.plant, log.plan_seconds / simulated, log.control_seconds / simulated,
         log.plant_seconds / simulated, log.control_failures, log.control_calls);
   }
-  fmt::print("results in {}\n", context.output.path().string());
+  fmt::print("{}", results_text(context.output.path(), begin));
   const bool failed = json["failures"].get<int>() > 0 || log.numerical_failure;
   return failed ? ExitStatus::solver_failed : ExitStatus::ok;
 }

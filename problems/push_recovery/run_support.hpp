@@ -19,4 +19,9 @@ std::filesystem::path urdf_of_body(const Config& config);
 /// service: the absence of `what` is said on the error stream, not fatal.
 void draw(const std::filesystem::path& results, const char* what, const std::string& script);
 
+/// The files that a run left in its folder and how to open them, one line each. Files that were
+/// there before `begin` are of another run and not listed.
+std::string results_text(const std::filesystem::path& results,
+                         std::filesystem::file_time_type begin);
+
 }  // namespace saltus::push_recovery

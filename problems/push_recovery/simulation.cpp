@@ -39,12 +39,13 @@ class ClosedLoop {
     applied_[scene_.side == Side::left ? 2 : 8] = robot.mass * standard_gravity;
   }
 
-  RunLog run(const std::function<void(double)>& progress) {
+  RunLog run(const Observer& observer) {
     const double h = config_.mpc_step;
     for (long k = 0; !log_.stopped_early; ++k) {
       const double t = static_cast<double>(k) * h;
       if (t > end_time(config_.push, steps_, log_.touchdown) - same_instant) break;
-      if (progress) progress(t);
+      if (observer)
+        observer(loop_state(config_.push, t, plant_.state(), scene_, steps_, log_.touchdown));
       tick(t);
     }
     record(now_);
@@ -156,9 +157,8 @@ SupportPolygon ground_of(const Scene& scene, bool two_feet) {
 
 }  // namespace
 
-RunLog simulate(const Config& config, const RobotDescription& robot,
-                const std::function<void(double)>& progress) {
-  return ClosedLoop(config, robot).run(progress);
+RunLog simulate(const Config& config, const RobotDescription& robot, const Observer& observer) {
+  return ClosedLoop(config, robot).run(observer);
 }
 
 Verdict judge(const Config& config, const RunLog& log) {

@@ -1,7 +1,6 @@
 // The closed loop: controller and plant, tick by tick, and what came of it.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "problems/push_recovery/body_verdict.hpp"
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/planner.hpp"
+#include "problems/push_recovery/progress.hpp"
 #include "robots/robot_description.hpp"
 #include "robots/whole_body/floating_robot.hpp"
 
@@ -87,8 +87,7 @@ inline constexpr double rest_com_error = 0.02;                        // m
 inline constexpr double rest_angular_momentum = 0.1;                  // Nms
 inline constexpr double icp_settled_within = 0.01;                    // m
 
-RunLog simulate(const Config& config, const RobotDescription& robot,
-                const std::function<void(double time)>& progress = {});
+RunLog simulate(const Config& config, const RobotDescription& robot, const Observer& observer = {});
 Verdict judge(const Config& config, const RunLog& log);
 
 }  // namespace saltus::push_recovery

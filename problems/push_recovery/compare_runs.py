@@ -1,0 +1,140 @@
+#!/usr/bin/env python3
+"""Two runs of the push recovery, one above the other: the MPC against the baseline, for example.
+
+Usage: compare_runs.py A B [PICTURE], two folders with results; writes PICTURE, or compare.png in A.
+Vertical forces as planned, of each run in a panel of its own: the band is 5 % of the weight about
+the mean of the last second, the triangle marks from where on the force stays in it (force_settling
+of summary.json). Below, the CoM and the capture point of both runs, y, with the hull of the soles.
+"""
+
+import json
+import os
+import sys
+
+from plot_run import plt, read_table
+
+NAMES = {"mpc": "MPC", "capture_point": "capture point"}
+COLORS = {"left": "tab:blue", "right": "tab:orange"}
+STYLES = (("tab:purple", "-"), ("tab:olive", "--"))  # of the runs in the common panels
+WITHIN = 0.05  # of the weight; settling.hpp
+OVER = 1.0  # s
+GRAVITY = 9.81
+
+
+class Run:
+    def __init__(self, folder):
+        with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+            self.summary = json.load(file)
+        if "force_settling" not in self.summary:
+            sys.exit(f"{folder}: summary.json has no force_settling; run it again")
+        self.course = read_table(os.path.join(folder, "trajectory.csv"))
+        if "body" in self.summary:
+            body = read_table(os.path.join(folder, "body.csv"))
+            self.times = body["t"]
+            self.planned = {foot: body[f"{foot}_planned_fz"] for foot in COLORS}
+        else:
+            self.times = self.course["t"]
+            self.planned = {foot: self.course[f"{foot}_fz"] for foot in COLORS}
+        self.touchdown = self.summary["touchdown_s"]
+        self.name = NAMES[self.summary["controller"]]
+        engine = self.summary["plant"].split(",")[0]
+        self.title = f"{self.name}, {self.summary['push_impulse_ns']:g} N s, {engine}"
+
+
+def mean_of_the_end(times, values):
+    """Each value is held until the next."""
+    begin = times[-1] - OVER
+    total = length = 0.0
+    for now, following, value in zip(times, times[1:], values):
+        held = following - max(now, begin)
+        if held > 0.0:
+            total += held * value
+            length += held
+    return total / length
+
+
+def draw_forces(axes, run, begin, end):
+    band = WITHIN * run.summary["mass_kg"] * GRAVITY
+    for foot, color in COLORS.items():
+        forces = run.planned[foot]
+        axes.step(run.times, forces, where="post", color=color, linewidth=1.0)
+        settling = run.summary["force_settling"][f"planned_{foot}_s"]
+        label = f"{foot}, settled after {settling:.2f} s" if settling is not None else \
+            f"{foot}, never settled"
+        if run.touchdown is not None:
+            mean = mean_of_the_end(run.times, forces)
+            axes.fill_between([run.touchdown, end], mean - band, mean + band, color=color,
+                              alpha=0.15, linewidth=0)
+        if settling is None:
+            axes.plot([], [], color=color, label=label)
+        else:
+            at = run.touchdown + settling
+            there = next(f for t, f in zip(run.times, forces) if t > at - 1e-6)
+            axes.plot([at], [there], marker="v", color=color, markeredgecolor="black", markersize=8,
+                      label=label, zorder=3)
+    shown = [f for foot in COLORS for t, f in zip(run.times, run.planned[foot]) if begin <= t <= end]
+    axes.set_ylim(-0.05 * max(shown), 1.1 * max(shown))
+    axes.set_ylabel("planned force [N]")
+    axes.set_title(run.title, fontsize="medium")
+
+
+def draw_both(axes, runs, column, label, begin, end):
+    for run, (color, line) in zip(runs, STYLES):
+        axes.plot(run.course["t"], run.course[column], color=color, linestyle=line, label=run.name)
+        shown = run.course["t"]
+        shown = [y for t, y in zip(shown, run.course[column]) if begin <= t <= end]
+        low, high = axes.get_ylim() if axes.has_data() and run is not runs[0] else (shown[0],) * 2
+        axes.set_ylim(max(min(shown + [low]) - 0.01, -1.0), min(max(shown + [high]) + 0.01, 1.0))
+    axes.set_ylabel(label)
+
+
+def draw_edges(axes, run, style, end):
+    """The stance sole until the landing, the hull from there on."""
+    color, line = style
+    sole = [point[1] for point in run.summary[run.summary["stance"] + "_sole"]]
+    until = end if run.touchdown is None else run.touchdown
+    axes.hlines([min(sole), max(sole)], run.course["t"][0], until, colors="tab:green", linestyles=":")
+    if run.touchdown is not None:
+        hull = [point[1] for point in run.summary["hull"]]
+        axes.hlines([min(hull), max(hull)], until, end, colors=color, linestyles=":",
+                    label=f"hull, {run.name}")
+        low, high = axes.get_ylim()
+        axes.set_ylim(min(low, min(hull) - 0.01), max(high, max(hull) + 0.01))
+
+
+def main(folders, picture):
+    runs = [Run(folder) for folder in folders]
+    push = runs[0].summary["push_start_s"]
+    begin = max(0.0, push - 0.2)
+    landings = [run.touchdown for run in runs if run.touchdown is not None]
+    end = min(run.times[-1] for run in runs)
+    end = min(end, max(landings, default=push + 0.6) + 2.0)
+    if any(abs(run.summary["push_start_s"] - push) > 1e-9 for run in runs):
+        sys.exit("the pushes of the two runs do not begin at the same time")
+
+    figure, panels = plt.subplots(4, 1, figsize=(6.8, 9.0), sharex=True, constrained_layout=True)
+    draw_forces(panels[0], runs[0], begin, end)
+    draw_forces(panels[1], runs[1], begin, end)
+    draw_both(panels[2], runs, "com_y", "CoM y [m]", begin, end)
+    draw_both(panels[3], runs, "icp_y", "capture point y [m]", begin, end)
+    for run, style in zip(runs, STYLES):
+        draw_edges(panels[3], run, style, end)
+    for axes, own in zip(panels, ([runs[0]], [runs[1]], runs, runs)):
+        axes.axvline(push, color="tab:red", linestyle=":")
+        for run in own:
+            if run.touchdown is not None:
+                axes.axvline(run.touchdown, color="black", linestyle="--", linewidth=0.8)
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize="small", ncols=2)
+    panels[-1].set_xlabel("t [s] (dotted: push, dashed: touch-down)")
+    panels[-1].set_xlim(begin, end)
+    partial = os.path.join(os.path.dirname(picture), "." + os.path.basename(picture))
+    figure.savefig(partial, dpi=100, format="png")
+    os.replace(partial, picture)
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (3, 4):
+        sys.exit(__doc__)
+    main(sys.argv[1:3], sys.argv[3] if len(sys.argv) == 4 else os.path.join(sys.argv[1], "compare.png"))

@@ -1,0 +1,140 @@
+// Settling of forces, and the line of progress.
+#include "problems/push_recovery/settling.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "framework/core/error.hpp"
+#include "framework/ocp/window.hpp"
+#include "problems/push_recovery/progress.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+constexpr double period = 0.01;  // s
+// Times and values are sums of hundreds of numbers of order 1.
+constexpr double rounding = 1e-9;
+
+struct Signal {
+  std::vector<double> times, values;
+  double settling(double begin, double band) const {
+    return settling_time(times, values, begin, band);
+  }
+};
+
+template <class F>
+Signal sampled(double end, const F& f) {
+  Signal s;
+  for (int i = 0; i * period < end + 0.5 * period; ++i) {
+    s.times.push_back(i * period);
+    s.values.push_back(f(i * period));
+  }
+  return s;
+}
+
+TEST(Settling, ADecayIsInTheBandWhenTheExponentialSays) {
+  const Signal s = sampled(12.0, [](double t) { return 100.0 + 50.0 * std::exp(-t); });
+  // 50 exp(-t) = 5 at t = ln 10; the mean of the last second is 100 but for 6e-4.
+  EXPECT_NEAR(s.settling(0.0, 5.0), std::log(10.0), period);
+  EXPECT_NEAR(s.settling(1.0, 5.0), std::log(10.0) - 1.0, period);
+  EXPECT_EQ(s.settling(0.0, 60.0), 0.0);
+}
+
+TEST(Settling, TheLastTimeInTheBandCounts) {
+  // Inside, out again for one sample at 3.0 s, inside.
+  const Signal s = sampled(6.0, [](double t) { return std::abs(t - 3.0) < 1e-6 ? 2.0 : 0.0; });
+  EXPECT_NEAR(s.settling(1.0, 1.0), 2.0 + period, rounding);
+}
+
+TEST(Settling, TheMeanIsWeightedWithTheTimeThatAValueIsHeld) {
+  // 0 is held for 0.9 s and 10 for 0.1 s: the mean is 1, and 0 lies within 2 of it. The plain mean
+  // of the samples would be far away.
+  Signal s{{0.0, 1.0, 2.0, 2.9, 2.95, 3.0}, {0.0, 0.0, 0.0, 10.0, 10.0, 0.0}};
+  EXPECT_EQ(s.settling(0.0, 9.5), 0.0);
+  EXPECT_EQ(s.settling(0.0, 8.9), infinity);
+}
+
+TEST(Settling, NeverIsInfinite) {
+  const Signal s = sampled(6.0, [](double t) { return std::sin(20.0 * t); });
+  EXPECT_EQ(s.settling(1.0, 0.5), infinity);
+  EXPECT_EQ((Signal{{0.0}, {1.0}}).settling(0.0, 1.0), infinity);
+}
+
+TEST(Settling, AsManyTimesAsValues) {
+  EXPECT_THROW((Signal{{0.0, 1.0}, {1.0}}).settling(0.0, 1.0), DefinitionError);
+}
+
+RunLog landing_at(double touchdown) {
+  RunLog log;
+  log.robot.mass = 30.0;
+  log.touchdown = touchdown;
+  for (int i = 0; i < 600; ++i) {
+    Sample s;
+    s.time = i * period;
+    s.gamma.setZero();
+    s.capture_point.setZero();
+    s.wrenches.setZero();
+    s.push.setZero();
+    // 5 % of the weight are 14.7 N; the left foot is further away until 0.5 s after the landing.
+    s.wrenches[2] = s.time < touchdown + 0.5 - same_instant ? 300.0 : 150.0;
+    s.wrenches[8] = s.time < touchdown + 0.2 - same_instant ? 0.0 : 140.0;
+    log.samples.push_back(s);
+  }
+  return log;
+}
+
+TEST(Settling, ForcesOfACentroidalRunCountFromTheTouchdown) {
+  RunLog log = landing_at(2.0);
+  ForceSettling settling = force_settling(log);
+  EXPECT_NEAR(settling.planned[0], 0.5, rounding);
+  EXPECT_NEAR(settling.planned[1], 0.2, rounding);
+  EXPECT_EQ(settling.measured[0], infinity);  // nothing is measured without a body
+  log.stopped_early = true;
+  EXPECT_EQ(force_settling(log).planned[0], infinity);
+  log.stopped_early = false;
+  log.touchdown = infinity;
+  EXPECT_EQ(force_settling(log).planned[0], infinity);
+}
+
+TEST(Progress, LineSaysOnWhichSideOfTheEdgeTheCapturePointIs) {
+  EXPECT_EQ(progress_line({3.1, 0.534, -0.0213, Footing::stepping}, 2.0),
+            "t =  3.10 s |  1.6 x real time | CoM 0.534 m | capture point  21 mm outside | "
+            "stepping");
+  EXPECT_EQ(progress_line({0.0, 0.534, 0.0213, Footing::standing}, 0.0),
+            "t =  0.00 s |  0.0 x real time | CoM 0.534 m | capture point  21 mm inside | "
+            "standing");
+}
+
+std::string shown(bool terminal) {
+  char* text = nullptr;
+  std::size_t size = 0;
+  std::FILE* out = open_memstream(&text, &size);
+  Progress progress(out, terminal);
+  for (int i = 0; i <= 250; ++i) progress.show({i * period, 0.5, 0.01, Footing::standing});
+  progress.finish();
+  std::fclose(out);
+  const std::string all(text, size);
+  std::free(text);
+  return all;
+}
+
+TEST(Progress, OneLinePerSimulatedSecondWhereNobodyCanOverwrite) {
+  const std::string text = shown(false);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);  // at 0, 1, 2 and the end, 2.5 s
+  EXPECT_EQ(text.find('\r'), std::string::npos);
+  EXPECT_NE(text.find("t =  2.50 s"), std::string::npos);
+}
+
+TEST(Progress, OneLineOnATerminal) {
+  const std::string text = shown(true);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
+  EXPECT_EQ(text.front(), '\r');
+  EXPECT_GT(text.find_last_of('\r'), 0u);  // the end is shown even if the eye could not follow
+  EXPECT_NE(text.find("t =  2.50 s"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace saltus::push_recovery
