@@ -24,42 +24,67 @@ BODY_PICTURES = [
     ("torques.png", "Joint torques as a share of their limits"),
 ]
 
-FIGURES = [  # key of summary.json ("body." of its section), text, unit, factor, decimals
-    ("stance", "Stance foot", "", 1, 0),
-    ("end_s", "Length of the run", "s", 1, 2),
-    ("touchdown_s", "Touch-down", "s", 1, 3),
-    ("icp_settling_s", "Capture point within 1 cm of its final place after", "s", 1, 3),
-    ("final_com_error_m", "Final CoM error", "mm", 1e3, 1),
-    ("com_height_min_m", "Lowest CoM", "m", 1, 3),
-    ("com_height_max_m", "Highest CoM", "m", 1, 3),
-    ("angular_momentum_max", "Largest angular momentum", "Nms", 1, 2),
-    ("icp_slack_max_m", "Hull given up by the plans, at most", "mm", 1e3, 2),
-    ("body.left_force_peak_n", "Peak force of the left foot (mean over 20 ms)", "N", 1, 0),
-    ("body.right_force_peak_n", "Peak force of the right foot (mean over 20 ms)", "N", 1, 0),
-    ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
-    ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
-    ("body.torque_share_max", "Largest torque, share of its limit", "%", 100, 0),
-    ("body.torque_share_joint", "at the joint", "", 1, 0),
-    ("body.torque_limit_share", "Time with a torque at its limit", "%", 100, 1),
-    ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "rad", 1, 3),
-    ("body.joint_limit_joint", "at the joint", "", 1, 0),
-    ("body.joint_limit_time_s", "at the time", "s", 1, 2),
-    ("body.base_tilt_max_rad", "Largest tilt of the base against the start", "rad", 1, 3),
-    ("body.base_tilt_end_rad", "Tilt at the end", "rad", 1, 3),
-    ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
-    ("body.standing", "Caught without a step", "", 1, 0),
-    ("solves", "Solves of the planner", "", 1, 0),
-    ("solve_us.median", "Median time of a solve", "ms", 1e-3, 3),
-    ("solve_us.p99", "99 % of the solves within", "ms", 1e-3, 3),
-    ("failures", "Solves that failed", "", 1, 0),
-    ("kkt_max", "Largest KKT residual", "", 1, None),
-    ("body.planner_s_per_s", "Wall clock per simulated second: planner", "s", 1, 3),
-    ("body.whole_body_control_s_per_s", "Wall clock per simulated second: whole-body control", "s",
-     1, 3),
-    ("body.plant_s_per_s", "Wall clock per simulated second: simulator", "s", 1, 3),
-    ("body.control_failures", "Control steps not solved", "", 1, 0),
-    ("body.control_cuts", "Control steps with torques cut to their limits", "", 1, 0),
+# Title, then key of summary.json ("body." of its section), text, unit, factor, decimals.
+FIGURES = [
+    ("Course", [
+        ("stance", "Stance foot", "", 1, 0),
+        ("touchdown_s", "Touch-down", "s", 1, 3),
+        ("end_s", "Length of the run", "s", 1, 2),
+        ("com_height_min_m", "Lowest CoM", "m", 1, 3),
+        ("com_height_max_m", "Highest CoM", "m", 1, 3),
+        ("angular_momentum_max", "Largest angular momentum", "Nms", 1, 2),
+        ("final_com_error_m", "Final CoM error", "mm", 1e3, 1),
+        ("body.standing", "Caught without a step", "", 1, 0),
+        ("body.base_tilt_max_rad", "Largest tilt of the base against the start", "rad", 1, 3),
+        ("body.base_tilt_end_rad", "Tilt at the end", "rad", 1, 3),
+    ]),
+    ("Settling, from the touch-down on", [
+        ("icp_settling_s", "Capture point within 1 cm of its final place", "s", 1, 2),
+        ("force_settling.planned_left_s", "Planned vertical force, left foot", "s", 1, 2),
+        ("force_settling.planned_right_s", "Planned vertical force, right foot", "s", 1, 2),
+        ("force_settling.measured_left_s", "Measured vertical force, left foot", "s", 1, 2),
+        ("force_settling.measured_right_s", "Measured vertical force, right foot", "s", 1, 2),
+    ]),
+    ("Feet", [
+        ("body.left_force_peak_n", "Peak force of the left foot (mean over 20 ms)", "N", 1, 0),
+        ("body.right_force_peak_n", "Peak force of the right foot (mean over 20 ms)", "N", 1, 0),
+        ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
+        ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
+        ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
+    ]),
+    ("Joints", [
+        ("body.torque_share_max", "Largest torque, share of its limit", "%", 100, 0),
+        ("body.torque_share_joint", "at the joint", "", 1, 0),
+        ("body.torque_limit_share", "Time with a torque at its limit", "%", 100, 1),
+        ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "rad", 1, 3),
+        ("body.joint_limit_joint", "at the joint", "", 1, 0),
+        ("body.joint_limit_time_s", "at the time", "s", 1, 2),
+    ]),
+    ("Controllers", [
+        ("solves", "Solves of the planner", "", 1, 0),
+        ("failures", "Solves that failed", "", 1, 0),
+        ("deadline_misses", "Solves cut off by the deadline", "", 1, 0),
+        ("icp_slack_max_m", "Hull given up by the plans, at most", "mm", 1e3, 2),
+        ("kkt_max", "Largest KKT residual", "", 1, None),
+        ("solve_us.median", "Median time of a solve", "ms", 1e-3, 3),
+        ("solve_us.p99", "99 % of the solves within", "ms", 1e-3, 3),
+        ("body.control_steps", "Whole-body control steps", "", 1, 0),
+        ("body.control_failures", "of these not solved", "", 1, 0),
+        ("body.control_cuts", "of these with torques cut to their limits", "", 1, 0),
+    ]),
+    ("Time on one core, per simulated second", [
+        ("body.planner_s_per_s", "Planner", "s", 1, 3),
+        ("body.whole_body_control_s_per_s", "Whole-body control", "s", 1, 3),
+        ("body.plant_s_per_s", "Simulator", "s", 1, 3),
+    ]),
 ]
+NULL_MEANS = {  # where null is an answer; elsewhere the row is left out
+    "icp_settling_s": "never",
+    "force_settling.planned_left_s": "never",
+    "force_settling.planned_right_s": "never",
+    "force_settling.measured_left_s": "never",
+    "force_settling.measured_right_s": "never",
+}
 
 STYLE = """
 body { font: 16px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em;
@@ -67,6 +92,8 @@ body { font: 16px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 62em;
 .verdict { padding: .6em 1em; border-radius: 6px; color: #fff; font-size: 1.25em; }
 .good { background: #2e7d32; } .bad { background: #b3261e; }
 table { border-collapse: collapse; } td, th { padding: .15em .9em .15em 0; text-align: left; }
+.groups { columns: 2 27em; column-gap: 2.5em; } section { break-inside: avoid; }
+h3 { margin: .9em 0 .2em; } section table { width: 100%; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 figure { display: inline-block; margin: 0 .8em 1em 0; width: 29em; max-width: 100%; }
 img { width: 100%; } figcaption { color: #555; } code { font-size: .95em; }
@@ -84,9 +111,13 @@ def look_up(summary, key):
 
 def figure_row(summary, key, text, unit, factor, decimals):
     value = look_up(summary, key)
-    if value is None:
+    if value is None and not (key in NULL_MEANS and summary["touchdown_s"] is not None):
         return ""
-    if isinstance(value, bool):
+    if value is None and "measured" in key and "body" not in summary:
+        return ""
+    if value is None:
+        shown, unit = NULL_MEANS[key], ""
+    elif isinstance(value, bool):
         shown = "yes" if value else "no"
     elif isinstance(value, str):
         shown = html.escape(value)
@@ -96,6 +127,11 @@ def figure_row(summary, key, text, unit, factor, decimals):
         shown = f"{value * factor:.{decimals}f}"
     return (f'<tr><td>{html.escape(text)}</td><td class="number">{shown}</td>'
             f"<td>{unit}</td></tr>\n")
+
+
+def figure_group(summary, title, figures):
+    rows = "".join(figure_row(summary, *figure) for figure in figures)
+    return f"<section><h3>{html.escape(title)}</h3><table>{rows}</table></section>\n" if rows else ""
 
 
 def settings_table(summary):
@@ -124,7 +160,7 @@ def report(folder, summary, with_replay):
     verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
     title = f"Push recovery: {summary['push_impulse_ns']:g} N s"
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
-    rows = "".join(figure_row(summary, *figure) for figure in FIGURES)
+    figures = "".join(figure_group(summary, *group) for group in FIGURES)
     drawn = PICTURES + (BODY_PICTURES if "body" in summary else [])
     pictures = "".join(picture(folder, *entry) for entry in drawn)
     return f"""<!doctype html>
@@ -139,7 +175,7 @@ def report(folder, summary, with_replay):
 {'allowed' if summary['stepping'] else 'not allowed'}.</p>
 {link}
 <h2>Figures</h2>
-<table>{rows}</table>
+<div class="groups">{figures}</div>
 <h2>Settings that differ from their defaults</h2>
 {settings_table(summary)}
 <h2>Pictures</h2>

@@ -1,0 +1,132 @@
+#!/usr/bin/env python3
+"""Do the scripts that draw a run leave the files that they promise?
+
+Usage: pictures_test.py PROGRAM SOURCE_DIR. Runs the program for two short pushes: on the whole
+body if SALTUS_ICUB_URDF names a file, and on the centroidal model. Exits with 77, "skipped", when
+matplotlib is missing.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SKIPPED = 77
+PYTHON = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
+THREE = "/usr/share/javascript/three/three.min.js"
+URDF = os.environ.get("SALTUS_ICUB_URDF", "")
+LEAST_PICTURE = 5000  # bytes: an empty page of this size compresses to less
+PNG = b"\x89PNG\r\n\x1a\n"
+
+program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
+folder = tempfile.TemporaryDirectory(prefix="saltus-pictures-")
+
+
+def path(*parts):
+    return os.path.join(folder.name, *parts)
+
+
+def script(name, *arguments):
+    return subprocess.run([PYTHON, os.path.join(source, "problems/push_recovery", name),
+                           *arguments], capture_output=True, text=True)
+
+
+def simulate(name, *settings):
+    """A push at 0.1 s; the folder of its results."""
+    command = [program, "run", "push_recovery", "--out", path(name), "--pictures", "false",
+               "--push.start", "0.1", "--push.impulse", "6", *settings]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        raise RuntimeError(f"{' '.join(command)}: {done.stdout}{done.stderr}")
+    return path(name)
+
+
+class Pictures(unittest.TestCase):
+    def is_picture(self, *parts):
+        name = path(*parts)
+        self.assertTrue(os.path.exists(name), name)
+        with open(name, "rb") as file:
+            data = file.read()
+        self.assertEqual(data[:8], PNG, name)
+        self.assertGreater(len(data), LEAST_PICTURE, name)
+
+    def is_drawn(self, done):
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    @classmethod
+    def setUpClass(cls):
+        simulate("baseline", "--controller", "capture_point")
+        if os.path.exists(URDF):
+            simulate("body", "--plant", "dart")
+
+    def test_a_run_on_the_centroidal_model(self):
+        self.is_drawn(script("plot_run.py", path("baseline")))
+        for name in ("com", "capture_point", "forces"):
+            self.is_picture("baseline", name + ".png")
+        self.is_drawn(script("report.py", path("baseline")))
+        with open(path("baseline", "report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertEqual(page.count("<img"), 3)
+        self.assertIn("Planned vertical force, left foot", page)
+        self.assertNotIn("Measured vertical force", page)
+        self.assertFalse(os.path.exists(path("baseline", "replay.html")))
+
+    @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
+    def test_a_run_on_the_whole_body(self):
+        self.is_drawn(script("plot_run.py", path("body")))
+        for name in ("com", "capture_point", "forces", "measured_forces", "feet", "torques"):
+            self.is_picture("body", name + ".png")
+        self.is_drawn(script("report.py", path("body")))
+        with open(path("body", "report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertEqual(page.count("<img"), 6)
+        for text in ("Measured vertical force", "Slip of the left sole", "Largest tilt",
+                     "Least distance of a joint from its limit", "Simulator"):
+            self.assertIn(text, page)
+        self.is_replay()
+
+    def is_replay(self):
+        if not os.path.exists(THREE):
+            self.skipTest("three.js is missing (package libjs-three): no replay")
+        with open(path("body", "replay.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertIsNone(re.search("@@[A-Z]+@@", page))
+        scripts = re.findall(r"<script>(.*?)</script>", page, re.DOTALL)
+        self.assertEqual(len(scripts), 4)  # three.js, its controls, the data, the program
+        node = shutil.which("node")
+        if node is None:
+            self.skipTest("node is missing: the programs of the replay are not checked")
+        for index, text in enumerate(scripts):
+            name = path(f"script{index}.js")
+            with open(name, "w", encoding="utf-8") as file:
+                file.write(text)
+            done = subprocess.run([node, "--check", name], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_two_runs_beside_each_other(self):
+        other = "body" if os.path.exists(URDF) else "baseline"
+        self.is_drawn(script("compare_runs.py", path(other), path("baseline"), path("two.png")))
+        self.is_picture("two.png")
+        self.assertNotEqual(script("compare_runs.py", path(other)).returncode, 0)
+
+    def test_a_map(self):
+        done = subprocess.run([program, "map", "--directions", "4", "--impulses", "2:4:6",
+                               "--step-times", "0.6", "--controllers", "capture_point,none",
+                               "--jobs", "2", "--out", path("map")],
+                              capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        os.remove(path("map", "map.png"))
+        self.is_drawn(script("plot_map.py", path("map")))
+        self.is_picture("map", "map.png")
+
+
+if __name__ == "__main__":
+    if not program:
+        sys.exit(__doc__)
+    if subprocess.run([PYTHON, "-c", "import matplotlib"], capture_output=True).returncode != 0:
+        print("skipped: matplotlib is missing (package python3-matplotlib)")
+        sys.exit(SKIPPED)
+    unittest.main(argv=sys.argv[:1], verbosity=2)
