@@ -56,7 +56,7 @@ FIGURES = [
         ("body.torque_share_max", "Largest torque, share of its limit", "%", 100, 0),
         ("body.torque_share_joint", "at the joint", "", 1, 0),
         ("body.torque_limit_share", "Time with a torque at its limit", "%", 100, 1),
-        ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "rad", 1, 3),
+        ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "mrad", 1e3, 1),
         ("body.joint_limit_joint", "at the joint", "", 1, 0),
         ("body.joint_limit_time_s", "at the time", "s", 1, 2),
     ]),
