@@ -16,6 +16,8 @@ void declare_weights(Settings& s, Weights& w) {
            at_least(0.0));
   s.vector("weights.capture_point", w.capture_point, "", "on the capture point after the impact",
            at_least(0.0));
+  s.vector("weights.capture_point_standing", w.capture_point_standing, "",
+           "on the capture point as long as no step is planned", at_least(0.0));
   s.number("weights.wrench_change", w.wrench_change, "", "on first differences of the wrenches",
            at_least(0.0));
   s.number("weights.capture_point_softness", w.capture_point_softness, "1/(m s)",

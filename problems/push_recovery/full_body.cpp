@@ -159,7 +159,9 @@ class FullBodyLoop {
     Stopwatch watch(log_.plan_seconds);
     const Vec<double, 9> measured = gamma(*dynamics_);
     const double omega = pendulum_frequency(measured[2]);
-    steps_.update(t, capture_point<double, 2>(measured.head<2>(), measured.segment<2>(3), omega),
+    steps_.update(t,
+                  capture_point_at_rest(measured.head<3>(), measured.segment<3>(3),
+                                        measured.tail<3>(), dynamics_->mass(), omega),
                   omega);
     if (steps_.is_stepping() && !has_landed()) {
       if (!swing_.is_under_way()) swing_.start(t, steps_.landing_time());

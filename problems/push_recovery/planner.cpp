@@ -41,6 +41,7 @@ void set_scene(const Scene& scene, TickData& data) {
   data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
   data.hull = scene.hull().half_planes(hull_rows);
+  data.standing = scene.two_feet ? 0.0 : 1.0;
 }
 void set_measurement(const Measurement& measured, const Scene& scene, TickData& data) {
   data.com = measured.gamma.head<3>();

@@ -54,6 +54,11 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
     const TickView tick(p);
     return (capture(gamma, tick) - tick.capture_point_desired).eval();
   };
+  // As long as no step is planned the stance sole alone must catch the capture point.
+  const auto standing_error = [capture_error](const auto& t, const auto& gamma, const auto& f,
+                                              const auto& p) {
+    return (TickView(p).standing * capture_error(t, gamma, f, p)).eval();
+  };
   const auto outside_hull = [capture](const auto&, const auto& gamma, const auto&, const auto& p) {
     const TickView tick(p);
     return (tick.hull_normals * capture(gamma, tick) - tick.hull_offsets).eval();
@@ -76,13 +81,15 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   else
     phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact);
 
-  // The five terms of Gamma ("Cost function definition").
+  // The five terms of Gamma ("Cost function definition"), and that of standing.
   Vec<double, 12> wrench_weights;
   wrench_weights << weights.wrench, weights.wrench;
   phase.track("state", gamma_error, weights.gamma, always)
       .track("state after impact", gamma_error, weights.gamma_impact, after_impact)
       .track("wrenches", wrenches, wrench_weights, always)
       .track("capture point", capture_error, weights.capture_point, after_impact)
+      .track("capture point, standing", standing_error, weights.capture_point_standing,
+             before_impact)
       .track_at_end("final state", gamma_error, weights.gamma_impact);
   if (weights.wrench_change > 0.0)
     phase.penalise_change(Vec<double, 12>::Constant(weights.wrench_change));

@@ -12,10 +12,11 @@ using Vector6 = Vec<double, 6>;
 
 /// Weights of the five terms of the cost Gamma ("Cost function definition" of the paper).
 struct Weights {
-  Vector9 gamma{0, 0, 1e4, 1000, 1000, 1000, 200, 200, 200};    // K_gamma
+  Vector9 gamma{0, 0, 1e5, 1000, 1000, 1000, 400, 400, 400};    // K_gamma
   Vector9 gamma_impact{2500, 4000, 0, 5000, 5000, 0, 0, 0, 0};  // K_gamma^imp
   Vector6 wrench{0.002, 0.002, 1e-4, 0.02, 0.02, 0.02};         // K_f, each foot
-  Vec<double, 2> capture_point{1e4, 1e4};                       // K_icp
+  Vec<double, 2> capture_point{1e5, 1e5};                       // K_icp
+  Vec<double, 2> capture_point_standing{3e4, 3e5};  // the same, as long as no step is planned
   double wrench_change = 1e-4;          // on first differences of every component; the paper has 0
   double capture_point_softness = 1e4;  // price of leaving the hull, per m and s; 0: not allowed
 };

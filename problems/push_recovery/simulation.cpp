@@ -67,7 +67,10 @@ class ClosedLoop {
   void tick(double t) {
     const Vec<double, 9> gamma = plant_.state();
     const double omega = pendulum_frequency(gamma[2]);
-    steps_.update(t, capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega), omega);
+    steps_.update(t,
+                  capture_point_at_rest(gamma.head<3>(), gamma.segment<3>(3), gamma.tail<3>(),
+                                        log_.robot.mass, omega),
+                  omega);
     if (steps_.is_stepping() && log_.touchdown == infinity) {
       scene_.swing.position = steps_.place();
       scene_.two_feet = true;

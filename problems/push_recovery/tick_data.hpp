@@ -6,7 +6,7 @@
 namespace saltus::push_recovery {
 
 inline constexpr int hull_rows = 8;  ///< most edges of the convex hull of two rectangles
-inline constexpr int tick_size = 3 + 3 + 1 + 3 + 9 + 2 + 3 * hull_rows;
+inline constexpr int tick_size = 3 + 3 + 1 + 3 + 9 + 2 + 3 * hull_rows + 1;
 
 /// The parameter vector p with its parts named; S is the scalar of the formula.
 template <class S>
@@ -18,7 +18,8 @@ struct TickView {
         swing_foot(p.template segment<3>(7)),
         gamma_desired(p.template segment<9>(10)),
         capture_point_desired(p.template segment<2>(19)),
-        hull_offsets(p.template segment<hull_rows>(21 + 2 * hull_rows)) {
+        hull_offsets(p.template segment<hull_rows>(21 + 2 * hull_rows)),
+        standing(p[21 + 3 * hull_rows]) {
     for (int i = 0; i < hull_rows; ++i)
       hull_normals.row(i) = p.template segment<2>(21 + 2 * i).transpose();
   }
@@ -31,6 +32,7 @@ struct TickView {
   Vec<S, 2> capture_point_desired;  ///< m
   Mat<S, hull_rows, 2> hull_normals;
   Vec<S, hull_rows> hull_offsets;  ///< hull = {x : normals x <= offsets}, m
+  S standing;                      ///< 1 while no step is planned, else 0
 };
 
 /// The same parts as numbers.
@@ -42,11 +44,12 @@ struct TickData {
   Vec<double, 9> gamma_desired = Vec<double, 9>::Zero();
   Vec<double, 2> capture_point_desired = Vec<double, 2>::Zero();
   HalfPlanes hull;  ///< hull_rows rows
+  double standing = 0.0;
 
   Vec<double, tick_size> vector() const {
     Vec<double, tick_size> p;
     p << com, force, omega, swing_foot, gamma_desired, capture_point_desired,
-        Vec<double, 3 * hull_rows>::Zero();
+        Vec<double, 3 * hull_rows>::Zero(), standing;
     for (int i = 0; i < hull_rows; ++i) {
       p.segment<2>(21 + 2 * i) = hull.A.row(i).transpose();
       p[21 + 2 * hull_rows + i] = hull.b[i];

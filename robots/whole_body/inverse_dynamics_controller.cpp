@@ -39,8 +39,8 @@ class InverseDynamicsController final : public WholeBodyController {
         upper(n) {
     for (int i = 0; i < n; ++i) {
       effort[i] = robot.bodies[i + 1].effort;
-      lower[i] = robot.bodies[i + 1].position.lower;
-      upper[i] = robot.bodies[i + 1].position.upper;
+      lower[i] = robot.bodies[i + 1].position.lower + gains.limit_margin;
+      upper[i] = robot.bodies[i + 1].position.upper - gains.limit_margin;
     }
     RiccatiOptions options;
     options.tolerance = 1e-6;
@@ -215,9 +215,11 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   limits.columns.resize(n);
   for (int i = 0; i < n; ++i) limits.columns[i] = i;
   limits.M.topLeftCorner(n, n).setIdentity();
+  // A joint may approach its limit at (limit - q) / T, and comes back to that speed within T / 4:
+  // critically damped, so that it does not swing past the limit.
   const double T = gains.limit_horizon;
-  limits.lower = (2.0 / (T * T)) * (lower - state.q - T * state.dq);
-  limits.upper = (2.0 / (T * T)) * (upper - state.q - T * state.dq);
+  limits.lower = (4.0 / (T * T)) * (lower - state.q - T * state.dq);
+  limits.upper = (4.0 / (T * T)) * (upper - state.q - T * state.dq);
   limits.l1.setConstant(weights.limit_price);
   limits.l2.setZero();
 }

@@ -16,17 +16,18 @@ namespace saltus {
 struct WholeBodyWeights {
   double linear_momentum = 1.0;    ///< per N^2
   double angular_momentum = 10.0;  ///< per (Nm)^2
-  double posture = 0.1;            ///< per (rad/s^2)^2
-  double swing_foot = 1000.0;      ///< per (m/s^2)^2 and (rad/s^2)^2
+  double posture = 0.01;           ///< per (rad/s^2)^2
+  double swing_foot = 100.0;       ///< per (m/s^2)^2 and (rad/s^2)^2
   double wrench = 1e-3;            ///< of the difference to the planned wrenches, per N^2, (Nm)^2
   double stance_price = 1e4;       ///< L1, per m/s^2 and rad/s^2
-  double limit_price = 1e3;        ///< L1, per rad/s^2
+  double limit_price = 1e5;        ///< L1, per rad/s^2
 };
 
 struct WholeBodyGains {
   double posture = 100.0, posture_damping = 20.0;  ///< 1/s^2, 1/s
   double stance_damping = 50.0;  ///< 1/s, on what is left of a stance foot's twist
-  double limit_horizon = 0.05;   ///< s, in which no joint may reach its limit
+  double limit_horizon = 0.05;   ///< s, time constant of the approach to a joint's limit
+  double limit_margin = 0.01;    ///< rad, kept from the limits
 };
 
 std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(

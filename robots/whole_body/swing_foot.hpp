@@ -8,7 +8,7 @@ namespace saltus {
 struct SwingOptions {
   double clearance = 0.03;                   ///< m, of the sole above the ground at mid-swing
   double stiffness = 400.0, damping = 40.0;  ///< 1/s^2, 1/s
-  double late_speed = 0.1;  ///< m/s, downward, when the ground is not where it was expected
+  double late_speed = 0.3;  ///< m/s, downward, when the ground is not where it was expected
 };
 
 /// Minimum jerk towards a place and a landing time that may change while the foot is under way; the

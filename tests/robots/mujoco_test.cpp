@@ -285,7 +285,6 @@ TEST_P(MujocoStep, RecoversAsInDart) {
     const RunLog log = simulate_full_body(config, description, urdf_path);
     const Verdict verdict = judge(config, log);
     EXPECT_TRUE(verdict.recovered) << log.plant << ": " << verdict.reason;
-    EXPECT_LT(log.touchdown, infinity) << log.plant;
     EXPECT_EQ(log.control_failures, 0) << log.plant;
     lowest[k] = infinity;
     for (const Sample& s : log.samples) lowest[k] = std::min(lowest[k], s.capture_point[1]);
@@ -300,7 +299,12 @@ TEST_P(MujocoStep, RecoversAsInDart) {
   }
   // What two engines may differ by and still be called the same robot.
   EXPECT_NEAR(lowest[0], lowest[1], 0.005);        // m
-  EXPECT_NEAR(touchdown[0], touchdown[1], 0.020);  // s
+  // The smallest of the pushes is caught standing.
+  ASSERT_EQ(touchdown[0] < infinity, touchdown[1] < infinity);
+  if (touchdown[0] < infinity) {
+    EXPECT_NEAR(touchdown[0], touchdown[1], 0.020);  // s
+  }
+  EXPECT_TRUE(touchdown[0] < infinity || GetParam() < 5.0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Push, MujocoStep, ::testing::Values(4.0, 5.0, 6.0),
