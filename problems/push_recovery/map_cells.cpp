@@ -130,6 +130,12 @@ MapRow map_row(const MapCell& cell, double bound, const Config& config, const Ru
                 : verdict.recovered   ? MapOutcome::recovered
                                       : MapOutcome::not_recovered;
   row.reason = verdict.reason;
+  // A hop is no standing.
+  if (cell.controller == MapController::none && verdict.recovered && verdict.body &&
+      !verdict.body->standing) {
+    row.outcome = MapOutcome::not_recovered;
+    row.reason = "the feet moved or the base tilted";
+  }
   row.angular_momentum_max = verdict.angular_momentum_max;
   row.com_height_min = verdict.com_height_min;
   row.com_height_max = verdict.com_height_max;
