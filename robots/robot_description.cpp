@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "framework/core/text.hpp"
 
@@ -38,6 +39,13 @@ class Section {
       fail(key, nearest.empty() ? "is not a known key; known are " + join_names(known)
                                 : fmt::format("is not a known key; did you mean \"{}\"?", nearest));
     }
+  }
+
+  // Whether a figure is here to be read. It may be missing where the URDF gives it.
+  bool gives(const std::string& key, Figures figures) const {
+    if (!has(key) && figures == Figures::in_file)
+      fail(key, "is missing; add it, or name the URDF, from which it can be computed");
+    return has(key);
   }
 
   Section section(const std::string& key) const { return {require(key), source_, way_to(key)}; }
@@ -105,6 +113,8 @@ class Section {
   std::vector<std::string> keys_;
 };
 
+constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+
 FootRectangle read_foot(const Section& section) {
   section.allow_only({"x", "y"});
   return {section.range("x"), section.range("y")};
@@ -131,7 +141,7 @@ StandingPosture read_mirrored_posture(const Section& section, const RobotDescrip
   section.fail("mirror_of", fmt::format("must name a posture above, not \"{}\"", original));
 }
 
-StandingPosture read_posture(const Section& section) {
+StandingPosture read_posture(const Section& section, Figures figures) {
   section.allow_only({"stance", "com", "other_foot", "joints"});
   StandingPosture posture;
   const std::string stance = section.text("stance");
@@ -143,9 +153,13 @@ StandingPosture read_posture(const Section& section) {
     posture.stance = Stance::both;
   else
     section.fail("stance", fmt::format("must be left, right or both, not \"{}\"", stance));
-  posture.com = section.numbers<3>("com");
-  if (!(posture.com.z() > 0.0)) section.fail("com", "must lie above the ground");
-  posture.other_foot = section.numbers<3>("other_foot");
+  posture.com.setConstant(unknown);
+  posture.other_foot.setConstant(unknown);
+  if (section.gives("com", figures)) {
+    posture.com = section.numbers<3>("com");
+    if (!(posture.com.z() > 0.0)) section.fail("com", "must lie above the ground");
+  }
+  if (section.gives("other_foot", figures)) posture.other_foot = section.numbers<3>("other_foot");
   const Section joints = section.section("joints");
   for (const std::string& joint : joints.keys()) posture.joints[joint] = joints.number(joint);
   return posture;
@@ -162,21 +176,25 @@ ActuatedJoint read_joint(const Section& section, const std::string& name) {
   return joint;
 }
 
-RobotDescription read(const Section& file) {
+RobotDescription read(const Section& file, Figures figures) {
   file.allow_only({"name", "source", "mass", "soles", "contact_plane_offset", "left_foot",
                    "right_foot", "base", "joints", "mirror", "postures"});
   RobotDescription robot;
   robot.name = file.text("name");
-  robot.mass = file.number("mass");
-  if (!(robot.mass > 0.0))
-    file.fail("mass", fmt::format("must be positive, not {} kg", robot.mass));
+  robot.mass = file.gives("mass", figures) ? file.number("mass") : unknown;
+  if (robot.mass <= 0.0) file.fail("mass", fmt::format("must be positive, not {} kg", robot.mass));
   const Section soles = file.section("soles");
   soles.allow_only({"left", "right"});
   robot.left_sole = soles.text("left");
   robot.right_sole = soles.text("right");
-  robot.contact_plane_offset = file.number("contact_plane_offset");
-  robot.left_foot = read_foot(file.section("left_foot"));
-  robot.right_foot = read_foot(file.section("right_foot"));
+  const auto foot = [&](const std::string& key) {
+    return file.gives(key, figures) ? read_foot(file.section(key))
+                                    : FootRectangle{exactly(unknown), exactly(unknown)};
+  };
+  robot.contact_plane_offset =
+      file.gives("contact_plane_offset", figures) ? file.number("contact_plane_offset") : unknown;
+  robot.left_foot = foot("left_foot");
+  robot.right_foot = foot("right_foot");
   if (file.has("base")) robot.base = file.text("base");
   if (file.has("joints")) {
     const Section joints = file.section("joints");
@@ -188,11 +206,26 @@ RobotDescription read(const Section& file) {
   for (const std::string& name : postures.keys()) {
     const Section section = postures.section(name);
     robot.postures.push_back(section.has("mirror_of") ? read_mirrored_posture(section, robot)
-                                                      : read_posture(section));
+                                                      : read_posture(section, figures));
     robot.postures.back().name = name;
   }
   if (robot.postures.empty()) file.fail("postures", "has no posture; add one");
   return robot;
+}
+
+// From the collision boxes, else from the file.
+FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side side) {
+  if (model.has_collision_box(named.sole(side))) return model.foot(named.sole(side));
+  const FootGeometry foot{named.foot(side), named.contact_plane_offset};
+  const auto refuse = [&](const std::string& key) {
+    throw InputError(
+        fmt::format("{}: {} is missing; add it, or a <collision> with a <box> to the foot "
+                    "of \"{}\" in {}",
+                    named.file, key, named.sole(side), model.source()));
+  };
+  if (!std::isfinite(foot.rectangle.x.lower)) refuse(fmt::format("{}_foot", name_of(side)));
+  if (!std::isfinite(foot.contact_plane_offset)) refuse("contact_plane_offset");
+  return foot;
 }
 
 }  // namespace
@@ -239,13 +272,15 @@ const StandingPosture& RobotDescription::posture(const std::string& posture_name
                                                : fmt::format("did you mean \"{}\"?", nearest)));
 }
 
-RobotDescription parse_robot_description(const std::string& text, const std::string& source) {
+RobotDescription parse_robot_description(const std::string& text, const std::string& source,
+                                         Figures figures) {
   try {
     const YAML::Node node = YAML::Load(text);
     if (!node.IsDefined() || node.IsNull())
       throw InputError(fmt::format("{}: the file is empty; give a robot's parameter file", source));
     const Section file(node, source, "");
-    RobotDescription robot = read(file);
+    RobotDescription robot = read(file, figures);
+    robot.file = source;
     robot.source = fmt::format("{} ({})", source, file.text("source"));
     return robot;
   } catch (const YAML::Exception& error) {
@@ -254,7 +289,7 @@ RobotDescription parse_robot_description(const std::string& text, const std::str
   }
 }
 
-RobotDescription read_robot_description(const std::filesystem::path& file) {
+RobotDescription read_robot_description(const std::filesystem::path& file, Figures figures) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
     throw InputError(
@@ -266,15 +301,20 @@ RobotDescription read_robot_description(const std::filesystem::path& file) {
     throw InputError(
         fmt::format("{}: the file cannot be read; check its permissions", file.string()));
   const std::string text{std::istreambuf_iterator<char>(stream), {}};
-  return parse_robot_description(text, file.string());
+  return parse_robot_description(text, file.string(), figures);
 }
 
 RobotDescription describe(const UrdfModel& model, const RobotDescription& named) {
   RobotDescription robot = named;
   robot.source = fmt::format("{} (URDF; postures of {})", model.source(), named.name);
   robot.mass = model.total_mass();
-  const FootGeometry left = model.foot(named.left_sole);
-  const FootGeometry right = model.foot(named.right_sole);
+  const FootGeometry left = foot_of(model, named, Side::left);
+  const FootGeometry right = foot_of(model, named, Side::right);
+  if (!model.has_collision_box(named.left_sole) || !model.has_collision_box(named.right_sole))
+    robot.warnings.push_back(
+        fmt::format("{}: the feet have no collision box and stand on thin ones, the rectangles of "
+                    "{}; add a <collision> with a <box> to their links",
+                    model.source(), named.file));
   constexpr double same = 1e-6;  // m
   if (std::abs(left.contact_plane_offset - right.contact_plane_offset) > same)
     throw InputError(fmt::format(

@@ -1,7 +1,8 @@
 // Which figures of a biped does a problem on its centroidal model need?
 //
-// Read from a small YAML file (robots/icub/icub.yaml shows every key), or taken from the robot's
-// URDF, in which case the file contributes only names and joint angles.
+// Read from a small YAML file (robots/README.md lists the keys, robots/icub/icub.yaml shows every
+// one), or taken from the robot's URDF, in which case the file contributes only names and joint
+// angles.
 #pragma once
 
 #include <filesystem>
@@ -52,6 +53,7 @@ struct ActuatedJoint {
 struct RobotDescription {
   std::string name;
   std::string source;                     // where the figures come from, a clause for reports
+  std::string file;                       // that names links, joints and postures, for messages
   double mass = 0.0;                      // kg
   std::string left_sole, right_sole;      // link names
   double contact_plane_offset = 0.0;      // m, of the contact plane along z of the sole links
@@ -60,6 +62,7 @@ struct RobotDescription {
   std::vector<StandingPosture> postures;  // the first is the default
   std::string base;                       // link that floats; for the whole body only
   std::vector<ActuatedJoint> joints;  // likewise, in the order of torques; all others are frozen
+  std::vector<std::string> warnings;  // what was assumed, sentences for the user
 
   const FootRectangle& foot(Side side) const { return side == Side::left ? left_foot : right_foot; }
   const std::string& sole(Side side) const { return side == Side::left ? left_sole : right_sole; }
@@ -71,16 +74,23 @@ struct RobotDescription {
   const StandingPosture& posture_on(Side side) const;
 };
 
+/// Where mass, feet and the places of CoM and foot come from: the file must give them, or those
+/// that it does not give are NaN until `describe` computes them from the URDF.
+enum class Figures { in_file, from_urdf };
+
 /// Throws InputError, one sentence naming file, key and remedy: the file is missing, empty or not
 /// YAML; a key is unknown (the nearest known one is suggested), repeated or missing; a value has
 /// the wrong type, is not finite or makes no sense.
-RobotDescription read_robot_description(const std::filesystem::path& file);
+RobotDescription read_robot_description(const std::filesystem::path& file,
+                                        Figures figures = Figures::in_file);
 /// The same from text; `source` stands for the file in messages and in `RobotDescription::source`.
-RobotDescription parse_robot_description(const std::string& text, const std::string& source);
+RobotDescription parse_robot_description(const std::string& text, const std::string& source,
+                                         Figures figures = Figures::in_file);
 
 /// Mass, soles and the CoM of every posture computed from the URDF; `named` contributes the names
-/// and the joint angles. Throws InputError when the URDF lacks a sole link or a joint, and when the
-/// contact planes of the two feet differ.
+/// and the joint angles, and the rectangles of feet that have no collision box, with a warning.
+/// Throws InputError when the URDF lacks a sole link or a joint, when the contact planes of the two
+/// feet differ, and when neither file says what the feet are.
 RobotDescription describe(const UrdfModel& model, const RobotDescription& named);
 
 }  // namespace saltus

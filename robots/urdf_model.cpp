@@ -176,7 +176,9 @@ UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) 
 
 std::string suggestion(const std::string& given, const std::vector<std::string>& known) {
   const std::string nearest = nearest_name(given, known);
-  return nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest);
+  constexpr std::size_t few = 40;  // names that one can read through
+  if (nearest.empty()) return known.size() > few ? "" : "; known are " + join_names(known);
+  return fmt::format("; did you mean \"{}\"?", nearest);
 }
 
 }  // namespace
@@ -314,6 +316,12 @@ std::vector<int> UrdfModel::rigid_group(int link) const {
     group.push_back(i);
   }
   return group;
+}
+
+bool UrdfModel::has_collision_box(const std::string& link) const {
+  for (const int i : rigid_group(link_index(link)))
+    if (!links_[static_cast<std::size_t>(i)].collision_boxes.empty()) return true;
+  return false;
 }
 
 FootGeometry UrdfModel::foot(const std::string& sole_link) const {

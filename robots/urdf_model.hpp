@@ -97,6 +97,9 @@ class UrdfModel {
   /// Centre of mass in the frame of `reference` (m).
   Vec<double, 3> centre_of_mass(const std::string& reference, const Posture& posture) const;
 
+  /// Whether a link rigidly attached to this one has a collision box.
+  bool has_collision_box(const std::string& link) const;
+
   /// The foot that carries the frame `sole_link`: the lowest faces, in the direction of -z of that
   /// frame, of the collision boxes rigidly attached to it (through fixed joints), as one rectangle
   /// around them. Throws InputError when there is no such box or its edges are not parallel to the

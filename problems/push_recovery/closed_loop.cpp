@@ -58,8 +58,9 @@ Vec<double, 3> mean_push_force(const Push& push, double from, double to) {
   return direction * (push.impulse * share / (to - from));
 }
 
-bool has_fallen(const Vec<double, 9>& gamma) {
-  return gamma[2] < fallen_height || gamma.head<2>().norm() > fallen_distance;
+bool has_fallen(const Vec<double, 9>& gamma, double com_height) {
+  return gamma[2] < fallen_height * com_height / reference_height ||
+         gamma.head<2>().norm() > fallen_distance;
 }
 
 std::string fall_sentence(const Push& push, double t) {

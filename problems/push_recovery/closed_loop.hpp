@@ -19,8 +19,9 @@ double push_share(const Push& push, double t);
 /// interval exactly, wherever its ends lie. World axes, N.
 Vec<double, 3> mean_push_force(const Push& push, double from, double to);
 
-/// Whether the robot lies on the ground, whatever follows.
-bool has_fallen(const Vec<double, 9>& gamma);
+/// Whether the robot lies on the ground, whatever follows; it stands with its CoM at `com_height`,
+/// m.
+bool has_fallen(const Vec<double, 9>& gamma, double com_height);
 
 /// The same as a sentence; a fall before the push is said as such.
 std::string fall_sentence(const Push& push, double t);

@@ -54,6 +54,9 @@ void declare_settings(Settings& s, Config& c) {
          "URDF of the robot; empty: the official model if it was fetched, else the "
          "figures that come with the program");
   s.alias("urdf", "robot.urdf");
+  s.text("robot.config", c.robot_file,
+         "file that names soles, base, joints, limits and postures of the robot "
+         "(robots/README.md); empty: iCub's");
   s.choice<ControllerChoice>(
       "controller", c.controller,
       {{"mpc", ControllerChoice::mpc}, {"capture_point", ControllerChoice::capture_point}},

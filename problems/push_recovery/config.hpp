@@ -48,7 +48,8 @@ struct Step {
 };
 
 struct Config {
-  std::string urdf;  ///< empty: the figures of robots/icub
+  std::string robot_file;  ///< names, postures and limits; empty: iCub's
+  std::string urdf;        ///< empty: the figures of robots/icub, or those of robot_file
   PlantChoice plant = PlantChoice::centroidal;
   ControllerChoice controller = ControllerChoice::mpc;
   SolverChoice solver = SolverChoice::riccati;

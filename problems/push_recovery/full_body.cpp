@@ -232,7 +232,7 @@ class FullBodyLoop {
     b.left_sole = truth().sole(Side::left).pose;
     b.right_sole = truth().sole(Side::right).pose;
     log_.body.push_back(std::move(b));
-    if (has_fallen(g)) stop(fall_sentence(config_.push, t));
+    if (has_fallen(g, scene_.com_height)) stop(fall_sentence(config_.push, t));
   }
 
   void stop(std::string reason) {

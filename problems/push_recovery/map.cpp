@@ -16,7 +16,6 @@
 #include "problems/push_recovery/map_file.hpp"
 #include "problems/push_recovery/pendulum_bound.hpp"
 #include "problems/push_recovery/run_support.hpp"
-#include "robots/icub/icub.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -92,9 +91,11 @@ class Progress {
 
 // What would be wrong in every run is said before anything is written.
 RobotDescription checked_robot(const Config& config) {
-  RobotDescription robot = icub(urdf_of(config));
-  if (config.plant != PlantChoice::centroidal)
-    floating_robot(UrdfModel::read(urdf_of_body(config)), robot).body_index(config.push.link);
+  RobotDescription robot = robot_of(config);
+  if (config.plant != PlantChoice::centroidal) {
+    const UrdfModel model = UrdfModel::read(urdf_of_body(config));
+    link_frame(floating_robot(model, robot), model, config.push.link);
+  }
   return robot;
 }
 

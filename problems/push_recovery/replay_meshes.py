@@ -10,7 +10,7 @@ import os
 import re
 
 FINEST_CELL = 0.002  # m
-MOST_TRIANGLES = 80000  # of all meshes together: about 1 MB in the page
+MOST_TRIANGLES = 120000  # of all meshes together: at most 1.5 MB in the page
 MOST_CORNERS = 65535  # of one mesh: indices have 16 bits
 LEVELS = 65535
 REMEDY = "name the folder that holds it in ROS_PACKAGE_PATH"
@@ -115,7 +115,7 @@ def simplify(meshes):
         if (sum(len(triangles) for _, triangles in small) <= MOST_TRIANGLES
                 and all(len(points) <= MOST_CORNERS for points, _ in small)):
             return small
-        cell *= 1.3
+        cell *= 1.2
 
 
 def pack(meshes):

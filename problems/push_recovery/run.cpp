@@ -15,7 +15,6 @@
 #include "problems/push_recovery/run_support.hpp"
 #include "problems/push_recovery/settling.hpp"
 #include "problems/push_recovery/simulation.hpp"
-#include "robots/icub/icub.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -188,8 +187,9 @@ std::optional<FloatingRobot> body_of(const Config& config, const RobotDescriptio
 }
 
 ExitStatus run(const Config& config, const RunContext& context) {
-  const RobotDescription robot = icub(urdf_of(config));
+  const RobotDescription robot = robot_of(config);
   const std::optional<FloatingRobot> body = body_of(config, robot);
+  for (const std::string& warning : robot.warnings) fmt::print(stderr, "warning: {}\n", warning);
   fmt::print("robot: {}, {:.2f} kg ({})\n", robot.name, robot.mass, robot.source);
   fmt::print("push: {} N s in {} s at {} s\n", config.push.impulse, config.push.duration,
              config.push.start);

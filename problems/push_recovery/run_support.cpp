@@ -9,11 +9,22 @@
 #include <vector>
 
 #include "framework/core/error.hpp"
+#include "robots/icub/icub.hpp"
 
 namespace saltus::push_recovery {
 
+RobotDescription robot_of(const Config& config) {
+  const auto urdf = urdf_of(config);
+  if (config.robot_file.empty()) return icub(urdf);
+  if (config.plant != PlantChoice::centroidal) urdf_of_body(config);  // throws if there is none
+  const Figures figures = urdf ? Figures::from_urdf : Figures::in_file;
+  const RobotDescription named = read_robot_description(config.robot_file, figures);
+  return urdf ? describe(UrdfModel::read(*urdf), named) : named;
+}
+
 std::optional<std::filesystem::path> urdf_of(const Config& config) {
   if (!config.urdf.empty()) return config.urdf;
+  if (!config.robot_file.empty()) return std::nullopt;
   const char* fetched = std::getenv("SALTUS_ICUB_URDF");
   if (fetched != nullptr && *fetched != '\0' && std::filesystem::exists(fetched)) return fetched;
   return std::nullopt;
@@ -21,10 +32,14 @@ std::optional<std::filesystem::path> urdf_of(const Config& config) {
 
 std::filesystem::path urdf_of_body(const Config& config) {
   const auto urdf = urdf_of(config);
-  if (!urdf)
+  if (urdf) return *urdf;
+  if (!config.robot_file.empty())
     throw InputError(
-        "the whole body needs the robot's URDF, which was not fetched; name it with --urdf FILE");
-  return *urdf;
+        fmt::format("the whole body of the robot in {} needs its URDF; name it with --robot.urdf "
+                    "FILE",
+                    config.robot_file));
+  throw InputError(
+      "the whole body needs the robot's URDF, which was not fetched; name it with --urdf FILE");
 }
 
 void draw(const std::filesystem::path& results, const char* what, const std::string& script) {

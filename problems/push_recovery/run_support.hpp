@@ -6,10 +6,16 @@
 #include <string>
 
 #include "problems/push_recovery/config.hpp"
+#include "robots/robot_description.hpp"
 
 namespace saltus::push_recovery {
 
-/// The setting, else the official model if the set-up fetched it, else none: the figures built in.
+/// The robot of the settings: of its URDF if there is one, else as its file says. Throws InputError
+/// for what the files lack or say wrongly.
+RobotDescription robot_of(const Config& config);
+
+/// The setting, else the official model of iCub if the set-up fetched it and no other robot is
+/// asked for, else none: the figures are those of the robot's file.
 std::optional<std::filesystem::path> urdf_of(const Config& config);
 
 /// The same for the whole body, which needs the URDF itself. Throws InputError without one.

@@ -105,7 +105,7 @@ class ClosedLoop {
       }
       now_ = t = next;
       const Vec<double, 9>& gamma = plant_.state();
-      if (has_fallen(gamma)) return stop(fall_sentence(config_.push, t));
+      if (has_fallen(gamma, scene_.com_height)) return stop(fall_sentence(config_.push, t));
     }
   }
 
@@ -146,11 +146,13 @@ class ClosedLoop {
 };
 
 // The first criterion that a sample at rest misses, or an empty string.
-std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<double, 2>& target) {
+std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<double, 2>& target,
+                   double momentum) {
   if (!ground.contains(s.capture_point)) return "the capture point left the support polygon";
   if (s.gamma.segment<3>(3).norm() > rest_speed) return "the CoM did not come to rest";
   if ((s.gamma.head<2>() - target).norm() > rest_com_error) return "the CoM missed its target";
-  if (s.gamma.tail<3>().norm() > rest_angular_momentum) return "angular momentum did not die away";
+  if (s.gamma.tail<3>().norm() > rest_angular_momentum * momentum)
+    return "angular momentum did not die away";
   return {};
 }
 
@@ -191,16 +193,21 @@ Verdict judge(const Config& config, const RunLog& log) {
     v.icp_settling = infinity;
     fail(log.stop_reason);
   }
-  if (v.com_height_min < height_lowest)
+  double length = 1.0, momentum = 1.0;
+  if (!log.robot.postures.empty()) {
+    length = log.robot.posture_on(config.stance).com[2] / reference_height;
+    momentum = log.robot.mass / reference_mass * std::pow(length, 1.5);
+  }
+  if (v.com_height_min < height_lowest * length)
     fail(fmt::format("the CoM sank to {:.3f} m", v.com_height_min));
-  if (v.com_height_max > height_highest)
+  if (v.com_height_max > height_highest * length)
     fail(fmt::format("the CoM rose to {:.3f} m", v.com_height_max));
-  if (v.angular_momentum_max > angular_momentum_limit)
+  if (v.angular_momentum_max > angular_momentum_limit * momentum)
     fail(fmt::format("the angular momentum reached {:.2f} Nms", v.angular_momentum_max));
   const SupportPolygon ground = ground_of(log.final_scene, two_feet);
   for (const Sample& s : log.samples)
     if (s.time >= settled_from + rest_after - same_instant) {
-      const std::string reason = unrest(s, ground, target);
+      const std::string reason = unrest(s, ground, target, momentum);
       if (!reason.empty()) fail(reason);
     }
   if (!log.body.empty()) {

@@ -79,13 +79,16 @@ struct Verdict {
   std::optional<BodyVerdict> body;  ///< of the whole body only
 };
 
-inline constexpr double height_lowest = 0.45, height_highest = 0.60;  // m
-inline constexpr double angular_momentum_limit = 1.0;                 // Nms
-inline constexpr double rest_after = 4.0, rest_length = 1.0;          // s
-inline constexpr double rest_speed = 0.05;                            // m/s
-inline constexpr double rest_com_error = 0.02;                        // m
-inline constexpr double rest_angular_momentum = 0.1;                  // Nms
-inline constexpr double icp_settled_within = 0.01;                    // m
+// Bounds for iCub, which has this mass and CoM height on one foot. For another robot lengths of the
+// CoM scale with its height h, and angular momentum with m h sqrt(g h).
+inline constexpr double reference_mass = 33.0616727, reference_height = 0.5578762015;  // kg, m
+inline constexpr double height_lowest = 0.45, height_highest = 0.60;                   // m
+inline constexpr double angular_momentum_limit = 1.0;                                  // Nms
+inline constexpr double rest_after = 4.0, rest_length = 1.0;                           // s
+inline constexpr double rest_speed = 0.05;                                             // m/s
+inline constexpr double rest_com_error = 0.02;                                         // m
+inline constexpr double rest_angular_momentum = 0.1;                                   // Nms
+inline constexpr double icp_settled_within = 0.01;                                     // m
 
 RunLog simulate(const Config& config, const RobotDescription& robot, const Observer& observer = {});
 Verdict judge(const Config& config, const RunLog& log);

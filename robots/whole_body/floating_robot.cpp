@@ -60,6 +60,17 @@ FloatingRobot::Look look_of(const UrdfLink& link, const Eigen::Isometry3d& in_bo
   return look;
 }
 
+// The rectangle in a contact frame, a little thickness above it.
+UrdfBox thin_box(const Eigen::Isometry3d& contact, const FootRectangle& foot) {
+  constexpr double thickness = 0.005;  // m; much deeper than an engine lets a foot sink in
+  UrdfBox box;
+  box.size = {foot.x.upper - foot.x.lower, foot.y.upper - foot.y.lower, thickness};
+  box.pose = contact;
+  box.pose.translate(Vec<double, 3>(0.5 * (foot.x.lower + foot.x.upper),
+                                    0.5 * (foot.y.lower + foot.y.upper), 0.5 * thickness));
+  return box;
+}
+
 const ActuatedJoint* actuated(const RobotDescription& robot, const std::string& joint) {
   for (const ActuatedJoint& a : robot.joints)
     if (a.name == joint) return &a;
@@ -101,6 +112,12 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
     if (std::find(moving.begin(), moving.end(), a.name) == moving.end())
       throw InputError(fmt::format("{}: there is no joint \"{}\" that can move{}", model.source(),
                                    a.name, suggestion(a.name, moving)));
+
+  const auto missing = [&](const char* key, const char* what) {
+    throw InputError(fmt::format("{}: {} is missing; name {}", robot.file, key, what));
+  };
+  if (robot.base.empty()) missing("base", "the link that floats");
+  if (robot.joints.empty()) missing("joints", "the joints with motors");
 
   FloatingRobot result;
   result.name = robot.name;
@@ -154,6 +171,12 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
   };
   result.left_sole = sole(robot.left_sole);
   result.right_sole = sole(robot.right_sole);
+  for (const Side side : {Side::left, Side::right})
+    if (!model.has_collision_box(robot.sole(side))) {
+      const FloatingRobot::Frame& frame = side == Side::left ? result.left_sole : result.right_sole;
+      result.bodies[static_cast<std::size_t>(frame.body)].boxes.push_back(
+          thin_box(frame.pose, robot.foot(side)));
+    }
   for (const FloatingRobot::Body& b : result.bodies)
     if (!(b.mass > 0.0))
       throw InputError(fmt::format("{}: the links that move with joint \"{}\" have no mass",

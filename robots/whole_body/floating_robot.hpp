@@ -54,8 +54,9 @@ struct FloatingRobot {
   VectorXd joint_positions(const Posture& posture) const;
 };
 
-/// Keeps the joints that `robot` lists as actuated and freezes all others at zero. Throws
-/// InputError, naming the robot's file and the joint, when a joint is missing from the URDF or
+/// Keeps the joints that `robot` lists as actuated and freezes all others at zero. A foot without
+/// collision box gets a thin one, the rectangle in `robot`. Throws InputError, naming the robot's
+/// file and the joint, when `robot` names no base or joints, a joint is missing from the URDF or
 /// cannot move, or the base link is not its root's group.
 FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& robot);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 
@@ -95,6 +96,17 @@ TEST(RobotDescription, RefusesBadFiles) {
   expect_has(complaint(changed("soles: {left: ls, right: rs}", "soles: ls")),
              "soles must be a set");
   EXPECT_THROW(read_robot_description("/nowhere/robot.yaml"), InputError);
+}
+
+TEST(RobotDescription, FiguresMayBeLeftToTheUrdf) {
+  const std::string mass = "mass: 30\n", place = "    com: [0, -0.07, 0.5]\n";
+  std::string text = changed(mass, "");
+  text.replace(text.find(place), place.size(), "");
+  const RobotDescription robot = parse_robot_description(text, "robot.yaml", Figures::from_urdf);
+  EXPECT_TRUE(std::isnan(robot.mass));
+  EXPECT_TRUE(std::isnan(robot.posture("stand").com.z()));
+  EXPECT_EQ(robot.posture("crouch").com.z(), 0.4);
+  expect_has(complaint(text), "robot.yaml: mass is missing; add it, or name the URDF");
 }
 
 const std::string mirror = "mirror: {left: l_, right: r_, reversed: [waist]}\npostures:";
