@@ -113,7 +113,7 @@ class Pictures(unittest.TestCase):
         self.assertNotEqual(script("compare_runs.py", path(other)).returncode, 0)
 
     def test_a_map(self):
-        done = subprocess.run([program, "map", "--directions", "4", "--impulses", "2:4:6",
+        done = subprocess.run([program, "map", "--directions", "4", "--impulses", "5:1:5",
                                "--step-times", "0.6", "--controllers", "capture_point,none",
                                "--jobs", "2", "--out", path("map")],
                               capture_output=True, text=True)
