@@ -38,21 +38,23 @@ const world = new THREE.Scene();
 world.background = new THREE.Color(0xf4f6f8);
 const camera = new THREE.PerspectiveCamera(35, 1, 0.05, 50);
 const orbit = new THREE.OrbitControls(camera, renderer.domElement);
-const centre = new THREE.Vector3(0, -0.1, 0.42);
+const size = at_frame("com_z", 0) / 0.56;  // of the robot, against iCub's
+const centre = new THREE.Vector3(0, -0.1, 0.42).multiplyScalar(size);
 const cameras = { oblique: [2.1, -1.1, 0.95], front: [2.5, -0.1, 0.55], side: [0.0, -2.6, 0.55],
                   top: [-0.01, -0.1, 2.6] };
 function look_from(name) {
-  camera.position.set(...cameras[name]);
+  camera.position.set(...cameras[name]).multiplyScalar(size);
   orbit.target.copy(centre);
   orbit.update();
 }
 
 world.add(new THREE.HemisphereLight(0xffffff, 0x99a0a6, 0.75));
 const sun = new THREE.DirectionalLight(0xffffff, 0.55);
-sun.position.set(1.5, -1.0, 3.0);
+sun.position.set(1.5, -1.0, 3.0).multiplyScalar(size);
 sun.castShadow = true;
 sun.shadow.mapSize.set(2048, 2048);
-Object.assign(sun.shadow.camera, { left: -1.2, right: 1.2, top: 1.2, bottom: -1.2 });
+Object.assign(sun.shadow.camera, { left: -1.2 * size, right: 1.2 * size,
+                                  top: 1.2 * size, bottom: -1.2 * size });
 world.add(sun);
 renderer.shadowMap.enabled = true;
 
