@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "benchmarks/measurement.hpp"
-#include "benchmarks/thread_clock.hpp"
+#include "framework/core/thread_clock.hpp"
 #include "framework/model/make_function.hpp"
 #include "integrators/runge_kutta.hpp"
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "benchmarks/thread_clock.hpp"
 #include "framework/core/bounds.hpp"
+#include "framework/core/thread_clock.hpp"
 
 namespace saltus::bench {
 namespace {

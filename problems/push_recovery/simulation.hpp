@@ -62,7 +62,7 @@ struct RunLog {
   std::string plant = "centroidal";
   long control_calls = 0, control_failures = 0;  ///< of the whole-body controller
   long control_cuts = 0;  ///< of its calls, those in which torques were cut to their limits
-  /// Wall clock of the parts of the whole body's loop, s.
+  /// CPU time of the parts of the whole body's loop, s.
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate
 };

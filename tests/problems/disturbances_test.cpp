@@ -3,26 +3,19 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 
 #include "problems/push_recovery/closed_loop.hpp"
-#include "problems/push_recovery/full_body.hpp"
-#include "robots/icub/icub.hpp"
+#include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {
 namespace {
 
-class Disturbed : public testing::Test {
+class Disturbed : public IcubInDart {
  protected:
   void SetUp() override {
-    urdf = std::getenv("SALTUS_ICUB_URDF");
-    if (urdf == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
-    robot = icub(urdf);
-    config.plant = PlantChoice::dart;
+    IcubInDart::SetUp();
     config.push.impulse = 6.0;
-    config.push.start = 0.2;  // s; earlier than by default, to be short
   }
-  RunLog run() const { return simulate_full_body(config, robot, urdf); }
   void expect_recovery() const {
     const RunLog log = run();
     const Verdict verdict = judge(config, log);
@@ -30,10 +23,6 @@ class Disturbed : public testing::Test {
     EXPECT_EQ(log.control_failures, 0);
     EXPECT_LT(log.touchdown, infinity);
   }
-
-  const char* urdf = nullptr;
-  RobotDescription robot;
-  Config config;
 };
 
 // 1 mm, 0.1 degrees, 2 % of the forces; the velocities as a straight line through 90 ms of such

@@ -4,31 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "framework/core/error.hpp"
-#include "robots/icub/icub.hpp"
+#include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {
 namespace {
 
-class FullBody : public testing::Test {
- protected:
-  void SetUp() override {
-    urdf = std::getenv("SALTUS_ICUB_URDF");
-    if (urdf == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
-    robot = icub(urdf);
-    config.plant = PlantChoice::dart;
-    config.push.start = 0.2;  // s; earlier than by default, to be short
-  }
-  const char* urdf = nullptr;
-  RobotDescription robot;
-  Config config;
-};
+using FullBody = IcubInDart;
 
 TEST_F(FullBody, StepCatchesAPush) {
   config.push.impulse = 6.0;
-  const RunLog log = simulate_full_body(config, robot, urdf);
+  const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
   EXPECT_EQ(log.control_failures, 0);
@@ -43,7 +30,7 @@ TEST_F(FullBody, StepCatchesAPush) {
 TEST_F(FullBody, MomentumControlStepsToo) {
   config.push.impulse = 5.0;
   config.whole_body_controller = WholeBodyChoice::momentum;
-  const RunLog log = simulate_full_body(config, robot, urdf);
+  const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
   EXPECT_EQ(log.control_failures, 0);
@@ -52,10 +39,10 @@ TEST_F(FullBody, MomentumControlStepsToo) {
 
 TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
   config.push.impulse = 6.0;
-  const RunLog left = simulate_full_body(config, robot, urdf);
+  const RunLog left = run();
   config.stance = Side::right;
   config.push.direction[1] *= -1.0;
-  const RunLog right = simulate_full_body(config, robot, urdf);
+  const RunLog right = run();
   EXPECT_TRUE(judge(config, right).recovered) << judge(config, right).reason;
   const auto farthest = [](const RunLog& log, double side) {
     double y = 0.0;
@@ -73,7 +60,7 @@ TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
 TEST_F(FullBody, WithoutAStepAHardPushIsAFallThatIsSaid) {
   config.push.impulse = 8.0;
   config.stepping = false;
-  const RunLog log = simulate_full_body(config, robot, urdf);
+  const RunLog log = run();
   EXPECT_TRUE(log.stopped_early);
   EXPECT_FALSE(judge(config, log).recovered);
   EXPECT_NE(log.stop_reason.find("fell at"), std::string::npos);
@@ -82,7 +69,7 @@ TEST_F(FullBody, WithoutAStepAHardPushIsAFallThatIsSaid) {
 TEST_F(FullBody, UnknownLinkToPushIsRefused) {
   config.push.link = "chast";
   try {
-    simulate_full_body(config, robot, urdf);
+    run();
     FAIL() << "an unknown link was pushed";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("did you mean \"chest\"?"), std::string::npos);

@@ -4,7 +4,7 @@
 #include <ctime>
 #include <stdexcept>
 
-namespace saltus::bench {
+namespace saltus {
 
 inline double thread_microseconds() {
   timespec now{};
@@ -13,4 +13,4 @@ inline double thread_microseconds() {
   return 1e6 * static_cast<double>(now.tv_sec) + 1e-3 * static_cast<double>(now.tv_nsec);
 }
 
-}  // namespace saltus::bench
+}  // namespace saltus
