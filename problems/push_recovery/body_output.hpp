@@ -28,7 +28,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot);
 nlohmann::ordered_json robot_shape(const FloatingRobot& robot, const RunLog& log);
 
 /// Peaks of the forces (measured over the filter), largest slips, largest share of a torque limit
-/// and its joint, wall clock per simulated second and part, unsolved control steps.
+/// and its joint, processor time per simulated second and part, unsolved control steps.
 nlohmann::ordered_json body_figures(const RunLog& log, const FloatingRobot& robot);
 
 /// Horizontal distance of the soles' origins from where they stood first (swing: where it landed;
