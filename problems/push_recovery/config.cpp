@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace saltus::push_recovery {
 namespace {
 
@@ -27,13 +29,35 @@ void declare_weights(Settings& s, Weights& w) {
 void declare_noise(Settings& s, MeasurementNoise& n) {
   s.number("noise.position", n.position, "m", "whole body: standard deviation, base's position",
            at_least(0.0));
-  s.number("noise.angle", n.angle, "rad", "base's orientation and joints", at_least(0.0));
-  s.number("noise.velocity", n.velocity, "m/s", "base's velocity, as an estimator leaves it",
+  s.number("noise.angle", n.angle, "rad", "whole body: base's orientation and joints",
            at_least(0.0));
+  s.number("noise.velocity", n.velocity, "m/s",
+           "whole body: base's velocity, as an estimator leaves it", at_least(0.0));
   s.number("noise.angular_velocity", n.angular_velocity, "rad/s",
-           "angular velocity of the base, velocities of the joints, likewise", at_least(0.0));
-  s.number("noise.force", n.force, "", "relative, wrenches measured at the feet", at_least(0.0));
+           "whole body: angular velocity of the base, velocities of the joints, likewise",
+           at_least(0.0));
+  s.number("noise.force", n.force, "",
+           "whole body: relative, wrenches measured at the feet; only the landing is told by them",
+           at_least(0.0));
   s.integer("noise.seed", n.seed, "", "which noise", at_least(0.0));
+}
+
+bool is_multiple(double whole, double part) {
+  constexpr double rounding = 1e-6;  // of decimals that have no exact binary form
+  const double ratio = whole / part;
+  return ratio > 0.5 && std::abs(ratio - std::round(ratio)) < rounding * ratio;
+}
+
+// The loop on the whole body counts steps of the engine: every period is a whole number of them.
+std::string clock_complaint(const Config& c) {
+  if (c.plant == PlantChoice::centroidal) return "";
+  if (!is_multiple(c.control_period, c.plant_step))
+    return fmt::format("control.period ({} s) must be a whole multiple of simulator.step ({} s)",
+                       c.control_period, c.plant_step);
+  if (!is_multiple(c.mpc_step, c.control_period))
+    return fmt::format("mpc.step ({} s) must be a whole multiple of control.period ({} s)",
+                       c.mpc_step, c.control_period);
+  return "";
 }
 
 }  // namespace
@@ -158,17 +182,21 @@ void declare_settings(Settings& s, Config& c) {
   s.text("push.link", c.push.link,
          "whole body: the link that is pushed (the centroidal model: CoM)");
   s.vector("push.point", c.push.point, "m", "whole body: where on that link, in its frame");
-  s.number("control.period", c.control_period, "s", "of the whole-body controller", above(0.0));
-  s.number("simulator.step", c.plant_step, "s", "of its engine", above(0.0));
-  s.number("simulator.friction", c.ground_friction, "", "of the ground", above(0.0));
+  s.number("control.period", c.control_period, "s",
+           "of the whole-body controller; a whole multiple of simulator.step", above(0.0));
+  s.number("simulator.step", c.plant_step, "s", "whole body: of the engine", above(0.0));
+  s.rule({"control.period", "mpc.step", "simulator.step"}, [&c] { return clock_complaint(c); });
+  s.number("simulator.friction", c.ground_friction, "", "whole body: of the ground", above(0.0));
   s.number("simulator.ground_step", c.ground_step, "m",
-           "the ground on the swing foot's side is this much higher, unknown to the controllers",
+           "whole body: the ground on the swing foot's side is this much higher, unknown to the "
+           "controllers",
            between(-0.1, 0.1));
   s.number("simulator.ground_edge", c.ground_edge, "m",
            "lateral distance from the stance sole where it begins", between(0.05, 1.0));
-  s.number("simulator.joint_friction", c.joint_friction, "Nm s/rad", "viscous", at_least(0.0));
-  s.integer("simulator.delay_ticks", c.delay_ticks, "", "control periods by which torques are late",
-            between(0.0, 100.0));
+  s.number("simulator.joint_friction", c.joint_friction, "Nm s/rad", "whole body: viscous",
+           at_least(0.0));
+  s.integer("simulator.delay_ticks", c.delay_ticks, "",
+            "whole body: control periods by which torques are late", between(0.0, 100.0));
   declare_noise(s, c.noise);
   s.choice<DartCollision>("dart.collision", c.collision,
                           {{"dart", DartCollision::dart},

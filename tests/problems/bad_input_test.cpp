@@ -76,6 +76,16 @@ TEST_F(BadInput, UnknownLinkToPush) {
   expect_refused({"--push.link", "chast"}, "did you mean \"chest\"?");
 }
 
+// The loop counts steps of the engine: a period of none of them was a division by zero.
+TEST_F(BadInput, PeriodsThatAreNoMultiplesOfEachOther) {
+  expect_refused({"--control.period", "0.0003"},
+                 "control.period (0.0003 s) must be a whole multiple of simulator.step (0.001 s)");
+  expect_refused({"--simulator.step", "0.0015"}, "must be a whole multiple of simulator.step");
+  expect_refused({"--control.period", "0.004"},
+                 "mpc.step (0.01 s) must be a whole multiple of control.period (0.004 s)");
+  expect_refused({"--mpc.step", "0.0004"}, "must be a whole multiple of control.period");
+}
+
 // Torques that come 60 ms late: nobody pushes it, and it falls.
 TEST_F(BadInput, FallBeforeThePushIsSaidAndItsResultsAreKept) {
   EXPECT_EQ(run({"--simulator.delay_ticks", "30"}), 0) << complaint;
