@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 namespace saltus {
 namespace {
 
@@ -41,6 +43,22 @@ TEST(CapturePoint, IsTakenAboutTheCentreOfPressure) {
   EXPECT_EQ(xi[1], 0.3);
   EXPECT_NEAR(propagate_capture_point(xi, Vec<double, 2>(p, 0.3), omega, 0.4)[0],
               capture_point(end.position, end.velocity, omega), exact);
+}
+
+// Under the CoM a horizontal impulse J of the ground lends angular momentum, dH = (0, 0, -z) x J,
+// and speed, J / m. Where the capture point comes to rest is not changed by it.
+TEST(CapturePoint, AtRestTakesBackWhatAFlywheelLent) {
+  constexpr double mass = 33.0;  // kg
+  const Vec<double, 3> com(0.02, -0.03, 0.55), velocity(0.2, -0.4, 0.1);
+  const double omega = pendulum_frequency(com[2]);
+  const Vec<double, 2> still =
+      capture_point_at_rest(com, velocity, Vec<double, 3>::Zero(), mass, omega);
+  EXPECT_LT((still - capture_point<double, 2>(com.head<2>(), velocity.head<2>(), omega)).norm(),
+            exact);
+  const Vec<double, 3> impulse(3.0, -2.0, 0.0), arm(0.0, 0.0, -com[2]);
+  const Vec<double, 2> spinning =
+      capture_point_at_rest(com, velocity + impulse / mass, arm.cross(impulse), mass, omega);
+  EXPECT_LT((spinning - still).norm(), exact);
 }
 
 TEST(CapturePoint, MarginsOfNSteps) {
