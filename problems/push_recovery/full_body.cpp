@@ -72,10 +72,7 @@ class FullBodyLoop {
     for (long k = 0; !log_.stopped_early; ++k) {
       const double t = static_cast<double>(k) * config_.plant_step;
       if (t > end_time(config_.push, steps_, log_.touchdown) - same_instant) break;
-      if (k % per_control == 0) {
-        Stopwatch watch(log_.control_seconds);
-        update_dynamics();
-      }
+      if (k % per_control == 0) update_dynamics();
       detect_landing(t);
       if (k % per_plan == 0) {
         if (observer)
@@ -131,7 +128,10 @@ class FullBodyLoop {
 
   // The controllers' model at what is measured; the truth, for the log, where that differs.
   void update_dynamics() {
-    dynamics_->update(plant_.state());
+    {
+      Stopwatch watch(log_.control_seconds);
+      dynamics_->update(plant_.state());
+    }
     if (truth_ != nullptr) truth_->update(plant_.truth().state());
   }
   const DynamicsModel& truth() const { return truth_ != nullptr ? *truth_ : *dynamics_; }

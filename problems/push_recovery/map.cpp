@@ -60,9 +60,9 @@ std::string duration_text(double seconds) {
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-class Progress {
+class MapProgress {
  public:
-  Progress(const MapPlan& plan, int jobs) : plan_(plan), jobs_(jobs) {}
+  MapProgress(const MapPlan& plan, int jobs) : plan_(plan), jobs_(jobs) {}
 
   void show() {
     if (seconds_since(last_) < (live_ ? live_period : report_period)) return;
@@ -120,7 +120,7 @@ class MapRun {
                restored_, request_.jobs, request_.out.string());
     std::fflush(stdout);
     keep(plan_.resume());
-    Progress progress(plan_, request_.jobs);
+    MapProgress progress(plan_, request_.jobs);
     int signal = 0;
     {
       NoteSignals note;
@@ -169,7 +169,7 @@ class MapRun {
     return to_line(row);
   }
 
-  void work(Progress& progress) {
+  void work(MapProgress& progress) {
     long id = 0;
     while (signal_received == 0) {
       while (!pool_.is_full()) {
@@ -185,7 +185,7 @@ class MapRun {
     pool_.stop();
   }
 
-  void take(const FinishedWork& work, Progress& progress) {
+  void take(const FinishedWork& work, MapProgress& progress) {
     using End = FinishedWork::End;
     // What is wrong with the first is wrong with all.
     if (work.end == End::refused && runs_ == 0) throw InputError(work.text);

@@ -19,8 +19,10 @@ struct Sample {
   double time = 0.0;  ///< s
   Vec<double, 9> gamma;
   Vec<double, 2> capture_point;
-  Vec<double, 12> wrenches;  ///< applied from this instant on, left and right, sole axes
-  Vec<double, 3> push;       ///< N
+  /// Applied from this instant on, left and right, sole axes; on the whole body those that its
+  /// controller expects (what is measured stands in BodySample).
+  Vec<double, 12> wrenches;
+  Vec<double, 3> push;  ///< N
   bool two_feet = false;
 };
 

@@ -266,7 +266,8 @@ void MomentumController::finish(const WholeBodyState& state) {
   command_.limit_excess = limit_excess(state);
 }
 
-// As in the inverse-dynamics program: at this acceleration the limit would be passed in time T.
+// At this acceleration the limit would be passed in time T; nothing is kept from it, unlike in the
+// inverse-dynamics program.
 double MomentumController::limit_excess(const WholeBodyState& state) const {
   const double T = options_.limit_horizon;
   double most = 0.0;
