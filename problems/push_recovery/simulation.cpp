@@ -22,6 +22,7 @@ class ClosedLoop {
  public:
   ClosedLoop(const Config& config, const RobotDescription& robot)
       : config_(config),
+        believed_mass_(believed_robot(config, robot).mass),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.side, scene_.stance,
                scene_.stance_foot),
@@ -69,7 +70,7 @@ class ClosedLoop {
     const double omega = pendulum_frequency(gamma[2]);
     steps_.update(t,
                   capture_point_at_rest(gamma.head<3>(), gamma.segment<3>(3), gamma.tail<3>(),
-                                        log_.robot.mass, omega),
+                                        believed_mass_, omega),
                   omega);
     if (steps_.is_stepping() && log_.touchdown == infinity) {
       scene_.swing.position = steps_.place();
@@ -136,6 +137,7 @@ class ClosedLoop {
   }
 
   const Config& config_;
+  double believed_mass_;  // by the controllers
   Scene scene_;
   StepLogic steps_;
   CentroidalPlant plant_;
