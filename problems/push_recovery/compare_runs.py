@@ -137,4 +137,8 @@ def main(folders, picture):
 if __name__ == "__main__":
     if len(sys.argv) not in (3, 4):
         sys.exit(__doc__)
-    main(sys.argv[1:3], sys.argv[3] if len(sys.argv) == 4 else os.path.join(sys.argv[1], "compare.png"))
+    beside = os.path.join(sys.argv[1], "compare.png")
+    try:
+        main(sys.argv[1:3], sys.argv[3] if len(sys.argv) == 4 else beside)
+    except FileNotFoundError as error:
+        sys.exit(f"{error.filename}: there is no such file; A and B are --out folders of runs")

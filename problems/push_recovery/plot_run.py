@@ -13,7 +13,10 @@ import sys
 import tempfile
 
 os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltus-matplotlib"))
-import matplotlib  # noqa: E402
+try:
+    import matplotlib
+except ModuleNotFoundError:
+    sys.exit("this python3 has no matplotlib; install python3-matplotlib and use /usr/bin/python3")
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
@@ -159,4 +162,7 @@ def main(folder):
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except FileNotFoundError as error:
+        sys.exit(f"{error.filename}: there is no such file; RESULTS is the --out folder of a run")

@@ -64,7 +64,8 @@ def read_stl(path):
     try:
         import numpy
     except ImportError:
-        raise MeshError("cannot be read without numpy; install python3-numpy") from None
+        raise MeshError("cannot be read without numpy; "
+                        "install python3-numpy and use /usr/bin/python3") from None
     try:
         with open(path, "rb") as file:
             data = file.read()

@@ -209,4 +209,7 @@ def main(folder):
 if __name__ == "__main__":
     if len(sys.argv) != 2:
         sys.exit(__doc__)
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except FileNotFoundError as error:
+        sys.exit(f"{error.filename}: there is no such file; RESULTS is the --out folder of a run")
