@@ -277,7 +277,8 @@ RobotDescription parse_robot_description(const std::string& text, const std::str
   try {
     const YAML::Node node = YAML::Load(text);
     if (!node.IsDefined() || node.IsNull())
-      throw InputError(fmt::format("{}: the file is empty; give a robot's parameter file", source));
+      throw InputError(
+          fmt::format("{}: the file is empty; give a robot's configuration file", source));
     const Section file(node, source, "");
     RobotDescription robot = read(file, figures);
     robot.file = source;
@@ -293,8 +294,8 @@ RobotDescription read_robot_description(const std::filesystem::path& file, Figur
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
     throw InputError(
-        fmt::format("{}: there is no such file; give the path of a robot's parameter "
-                    "file",
+        fmt::format("{}: there is no such file, or it is a folder; give the path of a robot's "
+                    "configuration file",
                     file.string()));
   std::ifstream stream(file, std::ios::binary);
   if (!stream)

@@ -225,7 +225,7 @@ void declare_settings(Settings& s, Config& c) {
            above(0.0));
   s.number("momentum.torque", m.torque, "1/(Nm)^2", "weight", at_least(0.0));
   s.number("momentum.posture", m.posture, "1/s^2", "stiffness", at_least(0.0));
-  s.number("momentum.posture_damping", m.posture_damping, "1/s", "", at_least(0.0));
+  s.number("momentum.posture_damping", m.posture_damping, "1/s", "of the same", at_least(0.0));
   s.number("momentum.swing_regularisation", m.swing_regularisation, "m/(s^2 Nm)",
            "of the pseudo-inverse", above(0.0));
   declare_weights(s, c.weights);

@@ -39,7 +39,8 @@ std::filesystem::path urdf_of_body(const Config& config) {
                     "FILE",
                     config.robot_file));
   throw InputError(
-      "the whole body needs the robot's URDF, which was not fetched; name it with --urdf FILE");
+      "the whole body needs iCub's URDF, which was not fetched ('./saltus setup' tries again) or "
+      "is not where SALTUS_ICUB_URDF says; name it with --robot.urdf FILE");
 }
 
 void draw(const std::filesystem::path& results, const char* what, const std::string& script) {
