@@ -58,7 +58,7 @@ BodyVerdict judge_body(const RunLog& log) {
   v.force_peak = peak_forces(log);
   judge_limits(log, v);
   v.standing = !log.stopped_early && log.touchdown == infinity && v.feet_moved < standing_move &&
-               v.tilt_end < standing_tilt;
+               v.tilt_max < standing_tilt;
   return v;
 }
 

@@ -14,8 +14,7 @@ struct RunLog;
 
 struct BodyVerdict {
   /// Caught without a step: no fall, neither sole ever `standing_move` from where it was at the
-  /// start, and the base at the end of the run within `standing_tilt` of its start. In between the
-  /// base may bow further (`tilt_max`).
+  /// start, and the base never `standing_tilt` from its start.
   bool standing = false;
   double feet_moved = 0.0;  ///< largest distance of a sole's origin from its start, m
   double tilt_max = 0.0;    ///< angle of the vertical in the base against that at the start, rad;

@@ -59,8 +59,8 @@ Vec<double, 3> mean_push_force(const Push& push, double from, double to) {
 }
 
 bool has_fallen(const Vec<double, 9>& gamma, double com_height) {
-  return gamma[2] < fallen_height * com_height / reference_height ||
-         gamma.head<2>().norm() > fallen_distance;
+  const double size = com_height / reference_height;
+  return !(gamma[2] >= fallen_height * size && gamma.head<2>().norm() <= fallen_distance * size);
 }
 
 std::string fall_sentence(const Push& push, double t) {
@@ -79,7 +79,7 @@ LoopState loop_state(const Push& push, double t, const Vec<double, 9>& gamma, co
   const bool landed = touchdown < infinity;
   const SupportPolygon ground =
       landed ? scene.hull() : SupportPolygon::under({{scene.stance, scene.stance_foot}});
-  const double omega = pendulum_frequency(std::max(gamma[2], 0.01));
+  const double omega = frequency_of_height(gamma[2]);
   LoopState state{t, gamma[2]};
   state.margin = -ground.signed_distance(
       capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega));

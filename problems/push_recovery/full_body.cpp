@@ -156,7 +156,7 @@ class FullBodyLoop {
   void plan(double t) {
     Stopwatch watch(log_.plan_seconds);
     const Vec<double, 9> measured = gamma(*dynamics_);
-    const double omega = pendulum_frequency(measured[2]);
+    const double omega = frequency_of_height(measured[2]);
     steps_.update(t,
                   capture_point_at_rest(measured.head<3>(), measured.segment<3>(3),
                                         measured.tail<3>(), dynamics_->mass(), omega),
@@ -217,7 +217,7 @@ class FullBodyLoop {
 
   void record(double t) {
     const Vec<double, 9> g = gamma(truth());
-    const double omega = pendulum_frequency(std::max(g[2], 0.01));
+    const double omega = frequency_of_height(g[2]);
     Sample s{t,        g,       capture_point<double, 2>(g.head<2>(), g.segment<2>(3), omega),
              applied_, pushed_, has_landed()};
     log_.samples.push_back(std::move(s));

@@ -126,9 +126,9 @@ MapRow map_row(const MapCell& cell, double bound, const Config& config, const Ru
   MapRow row;
   row.cell = cell;
   row.bound = bound;
-  row.outcome = log.numerical_failure ? MapOutcome::failed
-                : verdict.recovered   ? MapOutcome::recovered
-                                      : MapOutcome::not_recovered;
+  row.outcome = log.numerical_failure || log.control_failed() ? MapOutcome::failed
+                : verdict.recovered                           ? MapOutcome::recovered
+                                                              : MapOutcome::not_recovered;
   row.reason = verdict.reason;
   // A hop is no standing.
   if (cell.controller == MapController::none && verdict.recovered && verdict.body &&

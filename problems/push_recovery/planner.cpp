@@ -46,7 +46,7 @@ void set_scene(const Scene& scene, TickData& data) {
 void set_measurement(const Measurement& measured, const Scene& scene, TickData& data) {
   data.com = measured.gamma.head<3>();
   data.force = measured.contact_force;
-  data.omega = pendulum_frequency(measured.gamma[2] - scene.stance.position[2]);
+  data.omega = frequency_of_height(measured.gamma[2] - scene.stance.position[2]);
 }
 
 // Ticks that are denied their solve: runs of one to five, as often as the share asks.

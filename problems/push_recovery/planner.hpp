@@ -1,14 +1,21 @@
 // The controllers of the example behind one interface: from the measured state to wrenches.
 #pragma once
 
+#include <cmath>
 #include <memory>
 
 #include "framework/mpc/receding_horizon.hpp"
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/step_logic.hpp"
+#include "robots/capture_point.hpp"
 #include "robots/robot_description.hpp"
 
 namespace saltus::push_recovery {
+
+/// omega of the pendulum (1/s) at a height that was measured (m), whatever it is: never below 1 cm.
+inline double frequency_of_height(double height) {
+  return pendulum_frequency(std::fmax(height, 0.01));
+}
 
 /// What a controller knows about a tick.
 struct Measurement {

@@ -243,7 +243,8 @@ ExitStatus run(const Config& config, const RunContext& context) {
         log.plant_seconds / simulated, log.control_failures, log.control_calls);
   }
   fmt::print("{}", results_text(context.output.path(), begin));
-  const bool failed = json["failures"].get<int>() > 0 || log.numerical_failure;
+  const bool failed =
+      json["failures"].get<int>() > 0 || log.control_failed() || log.numerical_failure;
   return failed ? ExitStatus::solver_failed : ExitStatus::ok;
 }
 

@@ -67,7 +67,7 @@ class ClosedLoop {
 
   void tick(double t) {
     const Vec<double, 9> gamma = plant_.state();
-    const double omega = pendulum_frequency(gamma[2]);
+    const double omega = frequency_of_height(gamma[2]);
     steps_.update(t,
                   capture_point_at_rest(gamma.head<3>(), gamma.segment<3>(3), gamma.tail<3>(),
                                         believed_mass_, omega),
@@ -121,7 +121,7 @@ class ClosedLoop {
 
   void record(double t) {
     const Vec<double, 9>& gamma = plant_.state();
-    const double omega = pendulum_frequency(gamma[2]);
+    const double omega = frequency_of_height(gamma[2]);
     Sample sample{t,
                   gamma,
                   capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),

@@ -63,6 +63,10 @@ struct RunLog {
   std::string stop_reason;  ///< when stopped early
   std::string plant = "centroidal";
   long control_calls = 0, control_failures = 0;  ///< of the whole-body controller
+  /// More unsolved programs than a fall leaves behind: the whole-body controller has failed.
+  bool control_failed() const {
+    return static_cast<double>(control_failures) > 0.01 * static_cast<double>(control_calls);
+  }
   long control_cuts = 0;  ///< of its calls, those in which torques were cut to their limits
   /// CPU time of the parts of the whole body's loop, s.
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;

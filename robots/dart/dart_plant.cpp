@@ -86,6 +86,8 @@ class DartPlant final : public Plant {
 
   void reset(const WholeBodyState& state) override {
     world_->reset();
+    view_.skeleton()->clearExternalForces();
+    torques_.setZero();
     view_.write(state);
     view_.read(state_);
     contacts_[0] = contacts_[1] = {};

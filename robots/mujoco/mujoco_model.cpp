@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <csetjmp>
 #include <cstring>
@@ -16,6 +17,9 @@ namespace {
 // ratio of a penetration's decay; and how much stiffer than that friction is, so that a loaded
 // foot does not creep.
 constexpr double contact_time = 0.005, contact_damping = 1.0, friction_stiffness = 10.0;
+
+// A joint that is free on one side only has this for its other limit, rad.
+constexpr double no_limit = 1e4;
 
 // ---- errors ------------------------------------------------------------------------------------
 
@@ -69,10 +73,12 @@ std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& opti
   if (b.parent < 0) {
     text += "<freejoint name=\"0\"/>\n";
   } else {
-    const bool limited = b.position.lower > -infinity && b.position.upper < infinity;
+    const bool limited = b.position.lower > -infinity || b.position.upper < infinity;
     text += fmt::format("<joint name=\"{}\" type=\"hinge\"{} damping=\"{:.17g}\" limited=\"{}\"", i,
                         numbers("axis", b.axis), options.joint_friction, limited);
-    if (limited) text += numbers("range", Vec<double, 2>(b.position.lower, b.position.upper));
+    if (limited)
+      text += numbers("range", Vec<double, 2>(std::max(b.position.lower, -no_limit),
+                                              std::min(b.position.upper, no_limit)));
     text += "/>\n";
   }
   Vec<double, 6> inertia;

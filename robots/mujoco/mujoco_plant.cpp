@@ -22,6 +22,8 @@ class MujocoPlant final : public Plant {
 
   void reset(const WholeBodyState& state) override {
     engine_.write(state);
+    mju_zero(engine_.data().xfrc_applied, 6 * engine_.model().nbody);
+    torques_.setZero();
     contacts_[0] = contacts_[1] = {};
     has_failed_ = false;
     finish(engine_.begin_step());

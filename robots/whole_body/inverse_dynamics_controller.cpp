@@ -1,7 +1,10 @@
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "framework/core/error.hpp"
 #include "framework/qp/riccati_solver.hpp"
 #include "robots/capture_point.hpp"
 #include "robots/whole_body/contact_wrench.hpp"
@@ -41,6 +44,10 @@ class InverseDynamicsController final : public WholeBodyController {
       effort[i] = robot.bodies[i + 1].effort;
       lower[i] = robot.bodies[i + 1].position.lower + gains.limit_margin;
       upper[i] = robot.bodies[i + 1].position.upper - gains.limit_margin;
+      if (!(lower[i] <= upper[i]))
+        throw DefinitionError(fmt::format(
+            "inverse dynamics: joint {} may move by less than twice limit_margin, {} rad",
+            robot.bodies[i + 1].joint, gains.limit_margin));
     }
     RiccatiOptions options;
     options.tolerance = 1e-6;
