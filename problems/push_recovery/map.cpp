@@ -262,6 +262,7 @@ std::string map_summary(const MapPlan& plan) {
                      head + "\n" + rule + "\n";
   std::vector<double> directions = grid.directions;
   std::sort(directions.begin(), directions.end());
+  const auto smallest = std::min_element(grid.impulses.begin(), grid.impulses.end());
   for (const double direction : directions) {
     text += fmt::format("| {} deg |", direction);
     for (const Column& column : columns) {
@@ -283,7 +284,10 @@ std::string map_summary(const MapPlan& plan) {
       if (column.is_bound)
         text += bound > 0.0 ? fmt::format(" {:.1f} |", bound) : " ? |";
       else
-        text += fmt::format(" {}{}{} |", complete ? "" : ">= ", largest, beyond ? "*" : "");
+        text += largest > 0.0
+                    ? fmt::format(" {}{}{} |", complete ? "" : ">= ", largest, beyond ? "*" : "")
+                : complete ? fmt::format(" below {}{} |", *smallest, beyond ? "*" : "")
+                           : " ? |";
     }
     text += "\n";
   }
