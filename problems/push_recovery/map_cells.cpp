@@ -130,11 +130,11 @@ MapRow map_row(const MapCell& cell, double bound, const Config& config, const Ru
                 : verdict.recovered                           ? MapOutcome::recovered
                                                               : MapOutcome::not_recovered;
   row.reason = verdict.reason;
-  // A hop is no standing.
+  // A hop is no recovery without a step; a bow is, if the base comes up again.
   if (cell.controller == MapController::none && verdict.recovered && verdict.body &&
-      !verdict.body->standing) {
+      (verdict.body->feet_moved >= standing_move || verdict.body->tilt_end >= standing_tilt)) {
     row.outcome = MapOutcome::not_recovered;
-    row.reason = "the feet moved or the base tilted";
+    row.reason = "the feet moved or the base stayed tilted";
   }
   row.angular_momentum_max = verdict.angular_momentum_max;
   row.com_height_min = verdict.com_height_min;
