@@ -298,7 +298,7 @@ TEST_P(MujocoStep, RecoversAsInDart) {
                    std::to_string(log.plant_seconds / log.samples.back().time));
   }
   // What two engines may differ by and still be called the same robot.
-  EXPECT_NEAR(lowest[0], lowest[1], 0.005);        // m
+  EXPECT_NEAR(lowest[0], lowest[1], 0.005);  // m
   // The smallest of the pushes is caught standing.
   ASSERT_EQ(touchdown[0] < infinity, touchdown[1] < infinity);
   if (touchdown[0] < infinity) {
