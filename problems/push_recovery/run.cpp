@@ -186,6 +186,12 @@ std::optional<FloatingRobot> body_of(const Config& config, const RobotDescriptio
   return floating_robot(UrdfModel::read(urdf_of_body(config)), robot);
 }
 
+bool disturbs_the_body(const Config& config) {
+  const MeasurementNoise& n = config.noise;
+  return n.position > 0.0 || n.angle > 0.0 || n.velocity > 0.0 || n.angular_velocity > 0.0 ||
+         n.force > 0.0 || config.delay_ticks > 0 || config.ground_step != 0.0;
+}
+
 ExitStatus run(const Config& config, const RunContext& context) {
   const RobotDescription robot = robot_of(config);
   const std::optional<FloatingRobot> body = body_of(config, robot);
@@ -193,6 +199,12 @@ ExitStatus run(const Config& config, const RunContext& context) {
   fmt::print("robot: {}, {:.2f} kg ({})\n", robot.name, robot.mass, robot.source);
   fmt::print("push: {} N s in {} s at {} s\n", config.push.impulse, config.push.duration,
              config.push.start);
+
+  if (config.plant == PlantChoice::centroidal && disturbs_the_body(config))
+    fmt::print(
+        stderr,
+        "noise, delay and a step in the ground are of the whole body; on the centroidal model "
+        "they do nothing (use --plant dart)\n");
 
   const auto begin = std::filesystem::file_time_type::clock::now();
   Progress progress(stdout, isatty(fileno(stdout)) != 0);

@@ -4,12 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <sstream>
 
-#include "problems/push_recovery/full_body.hpp"
-#include "robots/icub/icub.hpp"
 #include "robots/mujoco/mujoco_plant.hpp"
+#include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -19,39 +16,26 @@ struct Claim {
   std::vector<std::string> settings;
 };
 
-Config configured(const std::vector<std::string>& words) {
-  Config config;
-  config.plant = PlantChoice::dart;
-  config.push.start = 0.3;  // s; earlier than by default, to be short
-  Settings settings;
-  declare_settings(settings, config);
-  std::vector<Assignment> assignments;
-  for (const std::string& word : words) assignments.push_back(parse_set_argument(word));
-  settings.apply(assignments);
-  return config;
-}
-
 struct Outcome {
   RunLog log;
   Verdict verdict;
 };
 
-Outcome outcome(const std::vector<std::string>& words) {
-  const char* urdf = std::getenv("SALTUS_ICUB_URDF");
-  const Config config = configured(words);
-  Outcome o;
-  o.log = simulate_full_body(config, icub(urdf), urdf);
-  o.verdict = judge(config, o.log);
-  return o;
-}
-
-class Claims : public testing::TestWithParam<Claim> {
+class OnTheBody : public IcubInDart {
  protected:
-  void SetUp() override {
-    if (std::getenv("SALTUS_ICUB_URDF") == nullptr)
-      GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
+  Outcome outcome(const std::vector<std::string>& words) {
+    Settings settings;
+    declare_settings(settings, config);
+    std::vector<Assignment> assignments;
+    for (const std::string& word : words) assignments.push_back(parse_set_argument(word));
+    settings.apply(assignments);
+    Outcome o{run(), {}};
+    o.verdict = judge(config, o.log);
+    return o;
   }
 };
+
+class Claims : public OnTheBody, public testing::WithParamInterface<Claim> {};
 
 class Recovered : public Claims {};
 TEST_P(Recovered, AndTheBodyIsUnharmed) {
@@ -105,10 +89,10 @@ const Claim standing[] = {
 INSTANTIATE_TEST_SUITE_P(Pushes, Standing, testing::ValuesIn(standing),
                          [](const auto& p) { return std::string(p.param.name); });
 
-class Landing : public Claims {};
+using Landing = OnTheBody;
 TEST_F(Landing, CapturePointSettlesAtOnceAndSoonerThanWithoutPrediction) {
   const Outcome mpc = outcome({"push.impulse=6"});
-  const Outcome baseline = outcome({"push.impulse=6", "controller=capture_point"});
+  const Outcome baseline = outcome({"controller=capture_point"});
   EXPECT_TRUE(baseline.verdict.recovered) << baseline.verdict.reason;
   EXPECT_LT(mpc.verdict.icp_settling, 0.3);  // s, to within 1 cm
   EXPECT_LT(mpc.verdict.icp_settling, baseline.verdict.icp_settling);
