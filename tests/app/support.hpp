@@ -6,8 +6,11 @@
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <string>
+
+#include "framework/core/error.hpp"
 
 namespace saltus {
 
@@ -44,6 +47,16 @@ class TemporaryFolder {
 inline testing::AssertionResult contains(const std::string& text, const std::string& part) {
   if (text.find(part) != std::string::npos) return testing::AssertionSuccess() << text;
   return testing::AssertionFailure() << "'" << part << "' is not in '" << text << "'";
+}
+
+/// What an InputError that `action` throws says.
+inline std::string complaint_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no complaint";
 }
 
 inline std::string file_content(const std::filesystem::path& file) {

@@ -5,9 +5,8 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
-#include "framework/app/program.hpp"
-#include "problems/push_recovery/run.hpp"
 #include "tests/app/support.hpp"
+#include "tests/problems/push_recovery_program.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -21,19 +20,13 @@ class BadInput : public testing::Test {
   }
 
   int run(const std::vector<std::string>& settings) {
-    std::vector<std::string> words{"saltus",  "run",   "push_recovery",
-                                   "--plant", "dart",  "--pictures",
+    std::vector<std::string> words{"--plant", "dart",  "--pictures",
                                    "false",   "--out", (folder / "out").string()};
     words.insert(words.end(), settings.begin(), settings.end());
-    std::vector<const char*> arguments;
-    for (const std::string& word : words) arguments.push_back(word.c_str());
-    const std::vector<ProblemEntry> problems{entry()};
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int status = saltus_main(static_cast<int>(arguments.size()), arguments.data(), problems);
-    printed = testing::internal::GetCapturedStdout();
-    complaint = testing::internal::GetCapturedStderr();
-    return status;
+    ProgramRun program = run_program(words);
+    printed = std::move(program.printed);
+    complaint = std::move(program.complaint);
+    return program.status;
   }
 
   void expect_refused(const std::vector<std::string>& settings, const std::string& part) {

@@ -27,15 +27,6 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-std::string complaint_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no complaint";
-}
-
 // ---- the pendulum's bound ----
 
 constexpr double forward = 0.0, left = 0.5 * std::numbers::pi, back = std::numbers::pi,

@@ -6,11 +6,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "framework/app/program.hpp"
-#include "problems/push_recovery/run.hpp"
 #include "problems/push_recovery/run_support.hpp"
 #include "robots/whole_body/floating_robot.hpp"
 #include "tests/app/support.hpp"
+#include "tests/problems/push_recovery_program.hpp"
 #include "tests/problems/synthetic_biped.hpp"
 
 namespace saltus::push_recovery {
@@ -30,17 +29,12 @@ class OtherHumanoid : public testing::Test {
                                              {"--robot.config", config.string()},
                                              {"--robot.urdf", urdf.string()}};
     for (std::size_t i = 0; i + 1 < settings.size(); i += 2) given[settings[i]] = settings[i + 1];
-    std::vector<std::string> words{"saltus", "run", "push_recovery"};
+    std::vector<std::string> words;
     for (const auto& [key, value] : given) words.insert(words.end(), {key, value});
-    std::vector<const char*> arguments;
-    for (const std::string& word : words) arguments.push_back(word.c_str());
-    const std::vector<ProblemEntry> problems{entry()};
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int status = saltus_main(static_cast<int>(arguments.size()), arguments.data(), problems);
-    printed = testing::internal::GetCapturedStdout();
-    complaint = testing::internal::GetCapturedStderr();
-    return status;
+    ProgramRun program = run_program(words);
+    printed = std::move(program.printed);
+    complaint = std::move(program.complaint);
+    return program.status;
   }
 
   void write(const std::string& yaml, const std::string& urdf_text) {

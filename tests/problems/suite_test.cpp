@@ -14,6 +14,7 @@
 #include "problems/library/catalogue.hpp"
 #include "problems/library/quadratic_program.hpp"
 #include "problems/suite/suite_output.hpp"
+#include "tests/app/support.hpp"
 #include "tests/support/program_derivatives.hpp"
 
 namespace saltus {
@@ -42,15 +43,6 @@ std::vector<SuiteCase> one_wrong() {
 
 SuiteRequest parse(const std::vector<std::string>& arguments) {
   return parse_suite_request(arguments);
-}
-
-std::string complaint_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no complaint";
 }
 
 bool contains(const std::string& text, const std::string& part) {

@@ -14,7 +14,7 @@
 #include "robots/whole_body/contact_wrench.hpp"
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "robots/whole_body/momentum_controller.hpp"
-#include "robots/whole_body/swing_foot.hpp"
+#include "tests/robots/balance_on_the_left_foot.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {
@@ -242,37 +242,12 @@ TEST_F(Controllers, MomentumOptionsThatMakeNoSenseAreRefused) {
   }
 }
 
-// Without a planner: a linear law for the momentum, a push of 2 N s, no step.
 TEST_F(Controllers, MomentumControlBalancesAPush) {
   const auto plant = make_dart_plant(robot, {});
   const WholeBodyState start = stand("left_stance");
   plant->reset(start);
-  WholeBodyTasks tasks = rest_tasks(start, false);
-  SwingFoot swing;
-  swing.hold(model->sole(Side::right).pose);
-  const Vec<double, 3> above_the_foot(0.0, 0.0, model->com()[2]);
-  const int chest = robot.body_index("chest");
-  constexpr double impulse = 2.0, push_start = 0.2, push_length = 0.1;  // N s, s
-  for (int k = 0; k < 2500; ++k) {
-    const double t = 1e-3 * k;
-    if (k % 2 == 0) {
-      model->update(plant->state());
-      tasks.force =
-          model->mass() * (50.0 * (above_the_foot - model->com()) - 14.0 * model->com_velocity());
-      tasks.torque = -5.0 * model->angular_momentum();
-      tasks.swing_acceleration = swing.acceleration(model->sole(Side::right));
-      const WholeBodyCommand& command = momentum->control(*model, plant->state(), tasks);
-      ASSERT_EQ(command.status, QpStatus::optimal) << t;
-      plant->set_torques(command.torques);
-    }
-    if (t >= push_start && t < push_start + push_length)
-      plant->push(chest, {0.0, -impulse / push_length, 0.0}, Vec<double, 3>::Zero());
-    plant->step();
-  }
-  EXPECT_LT((model->com() - above_the_foot).norm(), 0.005);
-  EXPECT_LT(model->com_velocity().norm(), 0.01);
-  EXPECT_FALSE(plant->contact(Side::right).touches);
-  EXPECT_LT(model->sole(Side::left).pose.translation().norm(), 0.005);  // it did not hop
+  balance_on_the_left_foot(robot, *model, *plant, *momentum, rest_tasks(start, false),
+                           {.impulse = 2.0}, [](const WholeBodyCommand&, double) {});
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "robots/icub/icub.hpp"
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "robots/whole_body/swing_foot.hpp"
+#include "tests/robots/balance_on_the_left_foot.hpp"
 
 namespace saltus {
 namespace {
@@ -169,39 +170,18 @@ TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
   left.foot = description.left_foot;
   right.foot = description.right_foot;
   const auto controller = make_inverse_dynamics_controller(robot, left, right);
-  SwingFoot swing;
-  swing.hold(model->sole(Side::right).pose);
   WholeBodyTasks tasks;
   tasks.right_stands = false;
   tasks.posture = start.q;
   tasks.wrenches[2] = model->mass() * standard_gravity;
-  const Vec<double, 3> above_the_foot(0.0, 0.0, model->com()[2]);
-  const int chest = robot.body_index("chest");
-  constexpr double impulse = 4.0, push_start = 0.5, push_length = 0.1;  // N s, s
-  for (int k = 0; k < 3000; ++k) {
-    const double t = 1e-3 * k;
-    if (k % 2 == 0) {
-      model->update(plant->state());
-      tasks.force =
-          model->mass() * (50.0 * (above_the_foot - model->com()) - 14.0 * model->com_velocity());
-      tasks.torque = -5.0 * model->angular_momentum();
-      tasks.swing_acceleration = swing.acceleration(model->sole(Side::right));
-      const WholeBodyCommand& command = controller->control(*model, plant->state(), tasks);
-      ASSERT_EQ(command.status, QpStatus::optimal) << t;
-      ASSERT_LT(command.stance_slip, 1e-6) << t;
-      for (int i = 0; i < robot.joints(); ++i)
-        ASSERT_LE(std::abs(command.torques[i]), robot.bodies[i + 1].effort) << t;
-      plant->set_torques(command.torques);
-    }
-    if (t >= push_start && t < push_start + push_length)
-      plant->push(chest, {0.0, -impulse / push_length, 0.0}, Vec<double, 3>::Zero());
-    plant->step();
-  }
-  EXPECT_LT((model->com() - above_the_foot).norm(), 0.005);
-  EXPECT_LT(model->com_velocity().norm(), 0.01);
+  const auto check = [this](const WholeBodyCommand& command, double t) {
+    ASSERT_LT(command.stance_slip, 1e-6) << t;
+    for (int i = 0; i < robot.joints(); ++i)
+      ASSERT_LE(std::abs(command.torques[i]), robot.bodies[i + 1].effort) << t;
+  };
+  balance_on_the_left_foot(robot, *model, *plant, *controller, tasks,
+                           {.impulse = 4.0, .start = 0.5, .end = 3.0}, check);
   EXPECT_NEAR(plant->contact(Side::left).wrench[2], model->mass() * standard_gravity, 2.0);
-  EXPECT_FALSE(plant->contact(Side::right).touches);
-  EXPECT_LT(model->sole(Side::left).pose.translation().norm(), 0.005);  // it did not hop
 }
 
 TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
