@@ -187,9 +187,7 @@ std::optional<FloatingRobot> body_of(const Config& config, const RobotDescriptio
 }
 
 bool disturbs_the_body(const Config& config) {
-  const MeasurementNoise& n = config.noise;
-  return n.position > 0.0 || n.angle > 0.0 || n.velocity > 0.0 || n.angular_velocity > 0.0 ||
-         n.force > 0.0 || config.delay_ticks > 0 || config.ground_step != 0.0;
+  return !config.noise.is_zero() || config.delay_ticks > 0 || config.ground_step != 0.0;
 }
 
 ExitStatus run(const Config& config, const RunContext& context) {

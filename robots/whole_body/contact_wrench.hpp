@@ -2,6 +2,8 @@
 // sole, as forces on the body.
 #pragma once
 
+#include "framework/qp/stage_qp.hpp"
+#include "robots/contact_cone.hpp"
 #include "robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
@@ -28,6 +30,17 @@ inline Mat<double, 6, 6> wrench_to_momentum(const SoleMotion& sole, const Vec<do
   map.bottomLeftCorner<3, 3>() = skew(sole.pose.translation() - com) * R;
   map.bottomRightCorner<3, 3>() = R;
   return map;
+}
+
+/// Rows that keep the wrench in inputs first, ..., first + 5 within its cone. The group has the
+/// capacity of the cone; nothing allocates.
+inline void keep_in_cone(RowGroup& group, const ContactCone& cone, int first) {
+  group.rows = cone.rows();
+  group.columns.resize(6);
+  for (int i = 0; i < 6; ++i) group.columns[i] = first + i;
+  group.M = cone.A;
+  group.lower.setConstant(-infinity);
+  group.upper = cone.b;
 }
 
 }  // namespace saltus

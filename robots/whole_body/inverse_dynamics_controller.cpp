@@ -198,12 +198,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     RowGroup& cone = stage.groups[cone_group + foot];
     cone.rows = 0;
     if (standing[foot] < 0) continue;
-    cone.rows = cones[foot].rows();
-    cone.columns.resize(6);
-    for (int i = 0; i < 6; ++i) cone.columns[i] = standing[foot] + i;
-    cone.M = cones[foot].A;
-    cone.lower.setConstant(-infinity);
-    cone.upper = cones[foot].b;
+    keep_in_cone(cone, cones[foot], standing[foot]);
 
     add_foot_acceleration(*soles[foot]);
     stance.M.block(stance.rows, 0, 6, size) = task.leftCols(size);

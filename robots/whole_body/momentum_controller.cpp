@@ -216,12 +216,7 @@ bool MomentumController::find_wrenches(const DynamicsModel& model, const WholeBo
     if (!stands_[i]) continue;
     stage.R.diagonal().segment<6>(column_[i]).array() += options_.wrench;
     stage.r.segment<6>(column_[i]) -= options_.wrench * tasks.wrenches.segment<6>(6 * i);
-    cone.rows = cones_[i].rows();
-    cone.columns.resize(6);
-    for (int j = 0; j < 6; ++j) cone.columns[j] = column_[i] + j;
-    cone.M = cones_[i].A;
-    cone.lower.setConstant(-infinity);
-    cone.upper = cones_[i].b;
+    keep_in_cone(cone, cones_[i], column_[i]);
   }
   const QpResult r = solver_->solve(qp_, point_, false);
   command_.status = r.status;

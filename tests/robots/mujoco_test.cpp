@@ -3,16 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <random>
 
 #include "problems/push_recovery/full_body.hpp"
 #include "robots/capture_point.hpp"
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
-#include "robots/icub/icub.hpp"
 #include "robots/mujoco/mujoco_plant.hpp"
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
+#include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {
@@ -20,18 +19,12 @@ namespace {
 
 constexpr unsigned seed = 7;
 
-class Mujoco : public ::testing::Test {
+class Mujoco : public IcubBody {
  protected:
   void SetUp() override {
-    const char* file = std::getenv("SALTUS_ICUB_URDF");
-    if (file == nullptr)
-      GTEST_SKIP() << "SALTUS_ICUB_URDF does not name the URDF of iCubGazeboV2_5";
     if (!has_mujoco()) GTEST_SKIP() << "built without MuJoCo";
-    urdf_path = file;
-    description = icub(file);
-    const UrdfModel urdf = UrdfModel::read(file);
-    robot = floating_robot(urdf, description);
-    start = standing_state(robot, urdf, description, description.default_posture());
+    IcubBody::SetUp();
+    if (IsSkipped()) return;
     dynamics = make_dart_dynamics(robot);
     RecordProperty("seed", static_cast<int>(seed));
   }
@@ -59,10 +52,6 @@ class Mujoco : public ::testing::Test {
     return h;
   }
 
-  std::filesystem::path urdf_path;
-  RobotDescription description;
-  FloatingRobot robot;
-  WholeBodyState start;
   std::unique_ptr<DynamicsModel> dynamics;
   std::mt19937 numbers{seed};
 };

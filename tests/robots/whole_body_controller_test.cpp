@@ -4,30 +4,26 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "framework/core/error.hpp"
 #include "robots/capture_point.hpp"
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
-#include "robots/icub/icub.hpp"
 #include "robots/whole_body/contact_wrench.hpp"
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "robots/whole_body/momentum_controller.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"
+#include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {
 namespace {
 
-class Controllers : public ::testing::Test {
+class Controllers : public IcubBody {
  protected:
   void SetUp() override {
-    const char* file = std::getenv("SALTUS_ICUB_URDF");
-    if (file == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
-    urdf = std::make_unique<UrdfModel>(UrdfModel::read(file));
-    description = icub(file);
-    robot = floating_robot(*urdf, description);
+    IcubBody::SetUp();
+    if (IsSkipped()) return;
     model = make_dart_dynamics(robot);
     left.foot = description.left_foot;
     right.foot = description.right_foot;
@@ -73,9 +69,6 @@ class Controllers : public ::testing::Test {
     return tasks.wrenches.segment<6>(side == Side::left ? 0 : 6);
   }
 
-  std::unique_ptr<UrdfModel> urdf;
-  RobotDescription description;
-  FloatingRobot robot;
   std::unique_ptr<DynamicsModel> model;
   ContactConeOptions left, right;
   std::unique_ptr<WholeBodyController> inverse_dynamics, momentum;
@@ -244,7 +237,6 @@ TEST_F(Controllers, MomentumOptionsThatMakeNoSenseAreRefused) {
 
 TEST_F(Controllers, MomentumControlBalancesAPush) {
   const auto plant = make_dart_plant(robot, {});
-  const WholeBodyState start = stand("left_stance");
   plant->reset(start);
   balance_on_the_left_foot(robot, *model, *plant, *momentum, rest_tasks(start, false),
                            {.impulse = 2.0}, [](const WholeBodyCommand&, double) {});

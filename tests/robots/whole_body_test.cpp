@@ -2,35 +2,18 @@
 // whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-
 #include "robots/capture_point.hpp"
 #include "robots/dart/dart_dynamics.hpp"
 #include "robots/dart/dart_plant.hpp"
-#include "robots/icub/icub.hpp"
 #include "robots/whole_body/inverse_dynamics_controller.hpp"
 #include "robots/whole_body/swing_foot.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"
+#include "tests/robots/icub_body.hpp"
 
 namespace saltus {
 namespace {
 
-class WholeBody : public testing::Test {
- protected:
-  void SetUp() override {
-    const char* file = std::getenv("SALTUS_ICUB_URDF");
-    if (file == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
-    urdf = std::make_unique<UrdfModel>(UrdfModel::read(file));
-    description = icub(file);
-    robot = floating_robot(*urdf, description);
-    start = standing_state(robot, *urdf, description, description.default_posture());
-  }
-
-  std::unique_ptr<UrdfModel> urdf;
-  RobotDescription description;
-  FloatingRobot robot;
-  WholeBodyState start;
-};
+using WholeBody = IcubBody;
 
 TEST_F(WholeBody, HasItsMotorsAndNoMassIsLost) {
   EXPECT_EQ(robot.joints(), 23);

@@ -1,0 +1,33 @@
+// iCub as a FloatingRobot, for tests. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <memory>
+
+#include "robots/icub/icub.hpp"
+#include "robots/whole_body/floating_robot.hpp"
+
+namespace saltus {
+
+class IcubBody : public testing::Test {
+ protected:
+  void SetUp() override {
+    urdf_path = std::getenv("SALTUS_ICUB_URDF");
+    if (urdf_path == nullptr)
+      GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
+    urdf = std::make_unique<UrdfModel>(UrdfModel::read(urdf_path));
+    description = icub(urdf_path);
+    robot = floating_robot(*urdf, description);
+    start = standing_state(robot, *urdf, description, description.default_posture());
+  }
+
+  const char* urdf_path = nullptr;
+  std::unique_ptr<UrdfModel> urdf;
+  RobotDescription description;
+  FloatingRobot robot;
+  WholeBodyState start;  ///< at rest in the posture that the robot begins with
+};
+
+}  // namespace saltus
