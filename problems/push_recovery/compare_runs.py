@@ -11,7 +11,8 @@ import json
 import os
 import sys
 
-from plot_run import plt, read_table
+from drawing import plt, save_picture
+from plot_run import read_table
 
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}
@@ -128,9 +129,7 @@ def main(folders, picture):
         axes.legend(fontsize="small", ncols=2)
     panels[-1].set_xlabel("t [s] (dotted: push, dashed: touch-down)")
     panels[-1].set_xlim(begin, end)
-    partial = os.path.join(os.path.dirname(picture), "." + os.path.basename(picture))
-    figure.savefig(partial, dpi=100, format="png")
-    os.replace(partial, picture)
+    save_picture(figure, picture, dpi=100)
     plt.close(figure)
 
 

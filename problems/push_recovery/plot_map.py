@@ -11,16 +11,9 @@ import csv
 import math
 import os
 import sys
-import tempfile
 
-os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltus-matplotlib"))
-try:
-    import matplotlib
-except ModuleNotFoundError:
-    sys.exit("this python3 has no matplotlib; install python3-matplotlib and use /usr/bin/python3")
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+from drawing import plt, save_picture
+from on_folder import on_folder
 
 STYLES = {
     "mpc": {"color": "tab:blue", "label": "MPC"},
@@ -127,15 +120,8 @@ def main(folder):
                   frameon=False)
     figure.suptitle("Pushes that were recovered", y=0.99)
     figure.tight_layout(rect=(0.0, 0.07, 1.0, 0.97))
-    partial = os.path.join(folder, ".map.png")
-    figure.savefig(partial, dpi=110, format="png")
-    os.replace(partial, os.path.join(folder, "map.png"))
+    save_picture(figure, os.path.join(folder, "map.png"))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    try:
-        main(sys.argv[1])
-    except FileNotFoundError as error:
-        sys.exit(f"{error.filename}: there is no such file; give the --out folder of a map")
+    on_folder(main, __doc__, "give the --out folder of a map")

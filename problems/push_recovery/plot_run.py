@@ -9,17 +9,9 @@ gets measured_forces.png, feet.png and torques.png.
 import csv
 import json
 import os
-import sys
-import tempfile
 
-os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltus-matplotlib"))
-try:
-    import matplotlib
-except ModuleNotFoundError:
-    sys.exit("this python3 has no matplotlib; install python3-matplotlib and use /usr/bin/python3")
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+from drawing import plt, save_picture
+from on_folder import on_folder
 
 
 SWING = {"left": ("right", "tab:orange"), "right": ("left", "tab:blue")}  # by the stance foot
@@ -49,9 +41,7 @@ def new_axes(title, ylabel):
 def save(figure, axes, folder, name, begin, end):
     axes.set_xlim(begin, end)
     axes.legend(fontsize="small", ncols=2)
-    partial = os.path.join(folder, "." + name)
-    figure.savefig(partial, dpi=110, format="png")
-    os.replace(partial, os.path.join(folder, name))
+    save_picture(figure, os.path.join(folder, name))
     plt.close(figure)
 
 
@@ -160,9 +150,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    try:
-        main(sys.argv[1])
-    except FileNotFoundError as error:
-        sys.exit(f"{error.filename}: there is no such file; RESULTS is the --out folder of a run")
+    on_folder(main, __doc__, "RESULTS is the --out folder of a run")

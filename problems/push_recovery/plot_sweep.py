@@ -6,15 +6,9 @@ benchmarks/ writes.
 """
 
 import csv
-import os
 import sys
-import tempfile
 
-os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltus-matplotlib"))
-import matplotlib  # noqa: E402
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+from drawing import plt, save_picture
 
 GRIDS = (("10", "15"), ("50", "15"))  # dt in ms, N
 QUANTITIES = (("cost", "optimal cost"), ("left_fz", "left foot, first vertical force [N]"))
@@ -53,10 +47,7 @@ def main(source, target):
                 panel.set_ylabel(label)
     axes[0, 0].set_xlim(40.0, 110.0)
     axes[0, 0].legend(fontsize="small", loc="upper left")
-    partial = os.path.join(os.path.dirname(os.path.abspath(target)),
-                           "." + os.path.basename(target))
-    figure.savefig(partial, dpi=110, format="png")
-    os.replace(partial, target)
+    save_picture(figure, target)
 
 
 if __name__ == "__main__":

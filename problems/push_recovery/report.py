@@ -12,6 +12,7 @@ import os
 import sys
 
 import replay
+from on_folder import on_folder
 
 PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),
@@ -207,9 +208,4 @@ def main(folder):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    try:
-        main(sys.argv[1])
-    except FileNotFoundError as error:
-        sys.exit(f"{error.filename}: there is no such file; RESULTS is the --out folder of a run")
+    on_folder(main, __doc__, "RESULTS is the --out folder of a run")

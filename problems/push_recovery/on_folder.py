@@ -1,0 +1,13 @@
+"""The command line of a script that works on one folder."""
+
+import sys
+
+
+def on_folder(main, usage, what):
+    """Calls main(folder); `what` says which folder is meant when a file is missing in it."""
+    if len(sys.argv) != 2:
+        sys.exit(usage)
+    try:
+        main(sys.argv[1])
+    except FileNotFoundError as error:
+        sys.exit(f"{error.filename}: there is no such file; {what}")
