@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/model/make_function.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace {
 

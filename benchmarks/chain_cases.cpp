@@ -5,8 +5,8 @@
 #include "benchmarks/cases.hpp"
 #include "benchmarks/chain_sqp.hpp"
 #include "benchmarks/data_file.hpp"
-#include "framework/qp/riccati_kernels.hpp"
-#include "framework/qp/riccati_solver.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
+#include "saltus/qp/riccati_solver.hpp"
 
 namespace saltus::bench {
 namespace {

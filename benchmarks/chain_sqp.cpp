@@ -3,9 +3,9 @@
 #include <stdexcept>
 
 #include "benchmarks/measurement.hpp"
-#include "framework/core/thread_clock.hpp"
-#include "framework/model/make_function.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/core/thread_clock.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus::bench {
 namespace {

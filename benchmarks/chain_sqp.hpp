@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "benchmarks/hanging_chain.hpp"
-#include "framework/model/integrator.hpp"
-#include "framework/qp/stage_solver.hpp"
+#include "saltus/model/integrator.hpp"
+#include "saltus/qp/stage_solver.hpp"
 
 namespace saltus::bench {
 

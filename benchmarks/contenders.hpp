@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "benchmarks/cases.hpp"
-#include "framework/qp/riccati_kernels.hpp"
-#include "framework/qp/riccati_solver.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
+#include "saltus/qp/riccati_solver.hpp"
 
 namespace saltus::bench {
 

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::bench {
 

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus::bench {
 

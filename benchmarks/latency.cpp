@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "benchmarks/calibration.hpp"
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus::bench {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "benchmarks/cases.hpp"
-#include "framework/app/program.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus::bench {
 

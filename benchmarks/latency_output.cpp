@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "framework/qp/lanes.hpp"
+#include "saltus/qp/lanes.hpp"
 
 namespace saltus::bench {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "benchmarks/latency.hpp"
 #include "benchmarks/latency_output.hpp"
-#include "framework/app/argument_reader.hpp"
-#include "framework/app/output_folder.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::bench {
 namespace {

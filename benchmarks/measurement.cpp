@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/thread_clock.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/thread_clock.hpp"
 
 namespace saltus::bench {
 namespace {

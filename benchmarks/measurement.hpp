@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "benchmarks/statistics.hpp"
-#include "framework/qp/stage_solver.hpp"
+#include "saltus/qp/stage_solver.hpp"
 
 namespace saltus::bench {
 

@@ -1,7 +1,7 @@
 // The solution of one control tick as the start of the next: everything one stage earlier.
 #pragma once
 
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 

@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include "benchmarks/hanging_chain.hpp"
-#include "framework/app/output_folder.hpp"
-#include "framework/core/error.hpp"
-#include "framework/model/make_function.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace {
 

@@ -13,10 +13,10 @@
 #include "benchmarks/recorded_sequence.hpp"
 #include "benchmarks/step_recovery_kernels.hpp"
 #include "benchmarks/uniform.hpp"
-#include "framework/app/output_folder.hpp"
-#include "framework/core/error.hpp"
-#include "integrators/runge_kutta.hpp"
-#include "robots/centroidal_plant.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/robots/centroidal_plant.hpp"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "benchmarks/data_file.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::bench {
 

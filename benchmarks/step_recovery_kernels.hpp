@@ -3,8 +3,8 @@
 // in its stage) and the end has no inputs.
 #pragma once
 
-#include "framework/qp/riccati_kernels.hpp"
-#include "framework/qp/riccati_solver.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
+#include "saltus/qp/riccati_solver.hpp"
 
 namespace saltus::bench {
 

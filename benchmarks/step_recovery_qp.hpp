@@ -6,8 +6,8 @@
 #include <array>
 #include <cstdint>
 
-#include "framework/core/bounds.hpp"
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::bench {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <random>
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus::bench {
 

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include "framework/ocp/problem.hpp"
-#include "framework/solver/ipopt.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/runge_kutta.hpp"
+#include <saltus/integrators/runge_kutta.hpp>
+#include <saltus/ocp/problem.hpp>
+#include <saltus/solver/ipopt.hpp>
+#include <saltus/transcription/multiple_shooting.hpp>
 
 using namespace saltus;
 

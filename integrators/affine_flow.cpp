@@ -1,4 +1,4 @@
-#include "integrators/affine_flow.hpp"
+#include "saltus/integrators/affine_flow.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -14,7 +14,7 @@
 #include <array>
 #include <vector>
 
-#include "integrators/interval_field.hpp"
+#include "saltus/integrators/interval_field.hpp"
 
 namespace saltus {
 

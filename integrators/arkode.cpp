@@ -5,7 +5,7 @@
 // all columns are solved with one factorisation of size ny, and Newton's iteration converges
 // linearly instead, to the same solution.
 // ARKODE: D. Reynolds and others, User Documentation for ARKODE, LLNL.
-#include "integrators/arkode.hpp"
+#include "saltus/integrators/arkode.hpp"
 
 #include <arkode/arkode_arkstep.h>
 #include <sunmatrix/sunmatrix_dense.h>
@@ -14,10 +14,10 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "framework/core/error.hpp"
-#include "integrators/hybrid_schemes.hpp"
-#include "integrators/interval_field.hpp"
-#include "integrators/sundials_support.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/interval_field.hpp"
+#include "saltus/integrators/sundials_support.hpp"
 
 namespace saltus {
 namespace {

@@ -2,7 +2,7 @@
 // fixed number of steps.
 #pragma once
 
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

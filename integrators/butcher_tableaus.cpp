@@ -1,7 +1,7 @@
 // Coefficients of the explicit tableaus. The order is measured in tests/integrators.
 #include <cmath>
 
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus {
 

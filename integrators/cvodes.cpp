@@ -1,12 +1,12 @@
-#include "integrators/cvodes.hpp"
+#include "saltus/integrators/cvodes.hpp"
 
 #include <algorithm>
 #include <cstdio>
 
-#include "framework/core/error.hpp"
-#include "integrators/cvodes_memory.hpp"
-#include "integrators/hybrid_schemes.hpp"
-#include "integrators/interval_field.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/cvodes_memory.hpp"
+#include "saltus/integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/interval_field.hpp"
 
 namespace saltus {
 namespace {

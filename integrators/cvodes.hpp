@@ -2,7 +2,7 @@
 // The reference for stiff and offline problems.
 #pragma once
 
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

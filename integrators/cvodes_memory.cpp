@@ -1,5 +1,5 @@
 // CVODES: A. Hindmarsh, R. Serban and others, User Documentation for CVODES, LLNL.
-#include "integrators/cvodes_memory.hpp"
+#include "saltus/integrators/cvodes_memory.hpp"
 
 #include <cvodes/cvodes_ls.h>
 #include <sunlinsol/sunlinsol_dense.h>

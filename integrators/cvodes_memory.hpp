@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "integrators/cvodes.hpp"
-#include "integrators/interval_field.hpp"
-#include "integrators/sundials_support.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/interval_field.hpp"
+#include "saltus/integrators/sundials_support.hpp"
 
 namespace saltus::sundials {
 

@@ -5,9 +5,9 @@
 // interpolation polynomials that it evaluates are searched by EventLocator.
 #include <algorithm>
 
-#include "framework/core/error.hpp"
-#include "integrators/cvodes_memory.hpp"
-#include "integrators/hybrid_schemes.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/cvodes_memory.hpp"
+#include "saltus/integrators/hybrid_schemes.hpp"
 
 namespace saltus {
 namespace {

@@ -1,5 +1,5 @@
 // Which mode holds at an instant: at the start of an interval, and behind an event.
-#include "integrators/hybrid_integrator.hpp"
+#include "saltus/integrators/hybrid_integrator.hpp"
 
 #include <algorithm>
 #include <cmath>

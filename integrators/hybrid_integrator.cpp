@@ -1,4 +1,4 @@
-#include "integrators/hybrid_integrator.hpp"
+#include "saltus/integrators/hybrid_integrator.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "integrators/hybrid_locator.hpp"
-#include "integrators/hybrid_modes.hpp"
-#include "integrators/hybrid_simulation.hpp"
-#include "integrators/hybrid_stepper.hpp"
+#include "saltus/integrators/hybrid_locator.hpp"
+#include "saltus/integrators/hybrid_modes.hpp"
+#include "saltus/integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/hybrid_stepper.hpp"
 
 namespace saltus {
 

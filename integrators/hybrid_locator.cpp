@@ -1,4 +1,4 @@
-#include "integrators/hybrid_locator.hpp"
+#include "saltus/integrators/hybrid_locator.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,8 +8,8 @@
 
 #include <vector>
 
-#include "integrators/hybrid_modes.hpp"
-#include "integrators/hybrid_stepper.hpp"
+#include "saltus/integrators/hybrid_modes.hpp"
+#include "saltus/integrators/hybrid_stepper.hpp"
 
 namespace saltus {
 

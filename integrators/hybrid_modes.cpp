@@ -1,10 +1,10 @@
-#include "integrators/hybrid_modes.hpp"
+#include "saltus/integrators/hybrid_modes.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "framework/model/structure.hpp"
-#include "integrators/hybrid_sliding.hpp"
+#include "saltus/integrators/hybrid_sliding.hpp"
+#include "saltus/model/structure.hpp"
 
 namespace saltus {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/model/integrator.hpp"
-#include "integrators/interval_field.hpp"
+#include "saltus/integrators/interval_field.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

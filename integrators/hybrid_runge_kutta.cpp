@@ -10,7 +10,7 @@
 #include <cmath>
 #include <utility>
 
-#include "integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/hybrid_schemes.hpp"
 
 namespace saltus {
 namespace {

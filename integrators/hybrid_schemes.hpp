@@ -3,9 +3,9 @@
 
 #include <memory>
 
-#include "integrators/cvodes.hpp"
-#include "integrators/hybrid_integrator.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/hybrid_integrator.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus {
 

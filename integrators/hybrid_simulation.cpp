@@ -1,10 +1,10 @@
-#include "integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/hybrid_simulation.hpp"
 
 #include <limits>
 #include <memory>
 
-#include "framework/core/error.hpp"
-#include "integrators/hybrid_integrator.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/hybrid_integrator.hpp"
 
 namespace saltus {
 namespace {

@@ -1,4 +1,4 @@
-#include "integrators/hybrid_sliding.hpp"
+#include "saltus/integrators/hybrid_sliding.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -8,8 +8,8 @@
 // Righthand Sides, 1988.
 #pragma once
 
-#include "framework/model/arguments.hpp"
-#include "framework/model/function.hpp"
+#include "saltus/model/arguments.hpp"
+#include "saltus/model/function.hpp"
 
 namespace saltus {
 

@@ -2,8 +2,8 @@
 // anywhere inside that step, and sensitivities there.
 #pragma once
 
-#include "framework/model/integrator.hpp"
-#include "integrators/interval_field.hpp"
+#include "saltus/integrators/interval_field.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

@@ -1,9 +1,9 @@
-#include "integrators/interval_field.hpp"
+#include "saltus/integrators/interval_field.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

@@ -12,7 +12,7 @@
 
 #include <vector>
 
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

@@ -7,15 +7,15 @@
 //   lambda_n = lambda_{n+1} + sum_i Xbar_i   (state rows; lambda of q is constant),
 // and the Hessian is the sum over all stages of the second differential of Fbar_i' F_i along the
 // first-order stage sensitivities; see framework/design/integrators.md.
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "integrators/hybrid_schemes.hpp"
-#include "integrators/interval_field.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/interval_field.hpp"
 
 namespace saltus {
 namespace {

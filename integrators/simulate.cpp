@@ -1,9 +1,9 @@
-#include "integrators/simulate.hpp"
+#include "saltus/integrators/simulate.hpp"
 
 #include <limits>
 #include <string>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

@@ -2,7 +2,7 @@
 // closed loop drives as its plant and what tests replay a plan with.
 #pragma once
 
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

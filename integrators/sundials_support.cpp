@@ -1,4 +1,4 @@
-#include "integrators/sundials_support.hpp"
+#include "saltus/integrators/sundials_support.hpp"
 
 #include <sundials/sundials_context.h>
 
@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::sundials {
 

@@ -16,7 +16,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus::sundials {
 

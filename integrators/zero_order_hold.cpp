@@ -7,17 +7,17 @@
 // x(h) = T v, T the first nx rows of exp(M); L = xi' Q xi with Q from value, gradient and Hessian
 // of the cost at the origin, q = v' G v, G = int exp(Ms)' hQ exp(Ms) ds. See affine_flow.hpp for
 // the exponential, and framework/design/integrators.md.
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
 
-#include "framework/core/error.hpp"
-#include "integrators/affine_flow.hpp"
-#include "integrators/hybrid_schemes.hpp"
-#include "integrators/interval_field.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/affine_flow.hpp"
+#include "saltus/integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/interval_field.hpp"
 
 namespace saltus {
 namespace {

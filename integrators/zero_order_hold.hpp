@@ -1,7 +1,7 @@
 // The exact solution of an interval with affine dynamics: the scheme of linear MPC.
 #pragma once
 
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

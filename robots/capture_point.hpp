@@ -8,7 +8,7 @@
 
 #include <cmath>
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

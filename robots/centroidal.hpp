@@ -16,9 +16,9 @@
 #include <array>
 #include <cstddef>
 
-#include "framework/core/types.hpp"
-#include "robots/capture_point.hpp"
-#include "robots/foot.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/foot.hpp"
 
 namespace saltus {
 

@@ -1,9 +1,9 @@
-#include "robots/centroidal_plant.hpp"
+#include "saltus/robots/centroidal_plant.hpp"
 
 #include <array>
 
-#include "framework/model/make_function.hpp"
-#include "robots/centroidal.hpp"
+#include "saltus/model/make_function.hpp"
+#include "saltus/robots/centroidal.hpp"
 
 namespace saltus {
 namespace {

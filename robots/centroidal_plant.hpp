@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "framework/model/integrator.hpp"
-#include "robots/foot.hpp"
+#include "saltus/model/integrator.hpp"
+#include "saltus/robots/foot.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "robots/contact_cone.hpp"
+#include "saltus/robots/contact_cone.hpp"
 
 #include <fmt/format.h>
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <utility>
 
-#include "framework/ocp/phase.hpp"
-#include "robots/contact_cone.hpp"
+#include "saltus/ocp/phase.hpp"
+#include "saltus/robots/contact_cone.hpp"
 
 namespace saltus {
 

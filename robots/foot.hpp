@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "robots/robot_description.hpp"
+#include "saltus/robots/robot_description.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -9,7 +9,7 @@
 #include <iterator>
 #include <limits>
 
-#include "framework/core/text.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {

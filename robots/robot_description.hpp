@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "framework/core/error.hpp"
-#include "framework/core/types.hpp"
-#include "robots/foot.hpp"
-#include "robots/urdf_model.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/robots/foot.hpp"
+#include "saltus/robots/urdf_model.hpp"
 
 namespace saltus {
 

@@ -1,12 +1,12 @@
-#include "robots/standing_bound.hpp"
+#include "saltus/robots/standing_bound.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "robots/capture_point.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/capture_point.hpp"
 
 namespace saltus {
 namespace {

@@ -14,7 +14,7 @@
 // form; no controller that keeps |H| <= h on this model survives more.
 #pragma once
 
-#include "framework/core/bounds.hpp"
+#include "saltus/core/bounds.hpp"
 
 namespace saltus {
 

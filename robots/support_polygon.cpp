@@ -1,12 +1,12 @@
-#include "robots/support_polygon.hpp"
+#include "saltus/robots/support_polygon.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

@@ -7,8 +7,8 @@
 #include <initializer_list>
 #include <vector>
 
-#include "framework/core/types.hpp"
-#include "robots/foot.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/robots/foot.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "robots/urdf_model.hpp"
+#include "saltus/robots/urdf_model.hpp"
 
 #include <console_bridge/console.h>
 #include <fmt/format.h>
@@ -11,7 +11,7 @@
 #include <iterator>
 #include <optional>
 
-#include "framework/core/text.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/error.hpp"
-#include "framework/core/types.hpp"
-#include "robots/foot.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/robots/foot.hpp"
 
 namespace saltus {
 

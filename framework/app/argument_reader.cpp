@@ -1,11 +1,11 @@
-#include "framework/app/argument_reader.hpp"
+#include "saltus/app/argument_reader.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/app/assignment.hpp"
+#include "saltus/app/assignment.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -7,7 +7,7 @@
 #include <iterator>
 #include <map>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

@@ -1,9 +1,9 @@
-#include "framework/app/command_line.hpp"
+#include "saltus/app/command_line.hpp"
 
 #include <fmt/format.h>
 
-#include "framework/app/argument_reader.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/app/argument_reader.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/app/assignment.hpp"
+#include "saltus/app/assignment.hpp"
 
 namespace saltus {
 

@@ -1,10 +1,10 @@
-#include "framework/app/csv_table.hpp"
+#include "saltus/app/csv_table.hpp"
 
 #include <fmt/format.h>
 
 #include <iterator>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 

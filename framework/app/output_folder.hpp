@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "framework/app/csv_table.hpp"
+#include "saltus/app/csv_table.hpp"
 
 namespace saltus {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <utility>
 
-#include "framework/app/command_line.hpp"
-#include "framework/app/exit_status.hpp"
-#include "framework/app/output_folder.hpp"
-#include "framework/app/settings.hpp"
+#include "saltus/app/command_line.hpp"
+#include "saltus/app/exit_status.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/app/settings.hpp"
 
 namespace saltus {
 

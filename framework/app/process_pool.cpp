@@ -1,4 +1,4 @@
-#include "framework/app/process_pool.hpp"
+#include "saltus/app/process_pool.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -13,7 +13,7 @@
 #include <cstring>
 #include <system_error>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

@@ -1,4 +1,4 @@
-#include "framework/app/program.hpp"
+#include "saltus/app/program.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <new>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {

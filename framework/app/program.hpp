@@ -6,8 +6,8 @@
 #include <span>
 #include <string>
 
-#include "framework/app/exit_status.hpp"
-#include "framework/app/problem_registry.hpp"
+#include "saltus/app/exit_status.hpp"
+#include "saltus/app/problem_registry.hpp"
 
 namespace saltus {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "framework/core/bounds.hpp"
+#include "saltus/core/bounds.hpp"
 
 namespace saltus {
 

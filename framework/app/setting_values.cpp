@@ -7,10 +7,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "framework/app/overloaded.hpp"
-#include "framework/app/settings.hpp"
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
+#include "saltus/app/overloaded.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {

@@ -1,4 +1,4 @@
-#include "framework/app/settings.hpp"
+#include "saltus/app/settings.hpp"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <set>
 
-#include "framework/app/overloaded.hpp"
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
+#include "saltus/app/overloaded.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 // ---- declaring ----------------------------------------------------------------------------------

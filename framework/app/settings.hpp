@@ -12,9 +12,9 @@
 #include <variant>
 #include <vector>
 
-#include "framework/app/assignment.hpp"
-#include "framework/app/range.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/app/assignment.hpp"
+#include "saltus/app/range.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

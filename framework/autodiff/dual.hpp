@@ -17,9 +17,9 @@
 // lose derivatives without a word. Constants become duals by themselves, with a zero tangent.
 #pragma once
 
-#include "framework/autodiff/eigen_scalar.hpp"
-#include "framework/autodiff/pack.hpp"
-#include "framework/autodiff/scalar.hpp"
+#include "saltus/autodiff/eigen_scalar.hpp"
+#include "saltus/autodiff/pack.hpp"
+#include "saltus/autodiff/scalar.hpp"
 
 namespace saltus {
 

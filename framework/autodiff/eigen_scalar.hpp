@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>  // cross products in formulas
 
-#include "framework/autodiff/scalar.hpp"
+#include "saltus/autodiff/scalar.hpp"
 
 namespace Eigen {
 
@@ -39,10 +39,9 @@ namespace internal {
 // Products coefficient by coefficient, whatever the size. From 8 rows on Eigen would use its
 // kernels for numbers, which compare scalars, convert one factor to the other's type, or allocate.
 template <class Lhs, class Rhs>
-requires(
-    saltus::ActiveScalar<typename traits<typename remove_all<Lhs>::type>::Scalar> ||
-    saltus::ActiveScalar<
-        typename traits<typename remove_all<Rhs>::type>::Scalar>) struct product_type<Lhs, Rhs> {
+  requires(saltus::ActiveScalar<typename traits<typename remove_all<Lhs>::type>::Scalar> ||
+           saltus::ActiveScalar<typename traits<typename remove_all<Rhs>::type>::Scalar>)
+struct product_type<Lhs, Rhs> {
   enum {
     rows = int(traits<typename remove_all<Lhs>::type>::RowsAtCompileTime) == 1 ? 1 : int(Small),
     depth = int(traits<typename remove_all<Lhs>::type>::ColsAtCompileTime) == 1 ? 1 : int(Small),

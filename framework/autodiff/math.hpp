@@ -16,7 +16,7 @@
 #include <cmath>
 #include <concepts>
 
-#include "framework/autodiff/dual.hpp"
+#include "saltus/autodiff/dual.hpp"
 
 namespace saltus {
 

@@ -52,22 +52,34 @@ using CommonScalar = typename detail::CommonScalar<Ts...>::Type;
 // Comparisons are declared, so that the compiler reports the advice above and not a missing
 // operator.
 template <class A, class B>
-requires ActivePair<A, B>
-bool operator<(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+  requires ActivePair<A, B>
+bool operator<(const A&, const B&) {
+  return detail::branching_on_a_state<CommonScalar<A, B>>();
+}
 template <class A, class B>
-requires ActivePair<A, B>
-bool operator>(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+  requires ActivePair<A, B>
+bool operator>(const A&, const B&) {
+  return detail::branching_on_a_state<CommonScalar<A, B>>();
+}
 template <class A, class B>
-requires ActivePair<A, B>
-bool operator<=(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+  requires ActivePair<A, B>
+bool operator<=(const A&, const B&) {
+  return detail::branching_on_a_state<CommonScalar<A, B>>();
+}
 template <class A, class B>
-requires ActivePair<A, B>
-bool operator>=(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+  requires ActivePair<A, B>
+bool operator>=(const A&, const B&) {
+  return detail::branching_on_a_state<CommonScalar<A, B>>();
+}
 template <class A, class B>
-requires ActivePair<A, B>
-bool operator==(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+  requires ActivePair<A, B>
+bool operator==(const A&, const B&) {
+  return detail::branching_on_a_state<CommonScalar<A, B>>();
+}
 template <class A, class B>
-requires ActivePair<A, B>
-bool operator!=(const A&, const B&) { return detail::branching_on_a_state<CommonScalar<A, B>>(); }
+  requires ActivePair<A, B>
+bool operator!=(const A&, const B&) {
+  return detail::branching_on_a_state<CommonScalar<A, B>>();
+}
 
 }  // namespace saltus

@@ -1,7 +1,7 @@
 // How a formula switches: exactly (select) or smoothly over a width (smooth_*).
 #pragma once
 
-#include "framework/autodiff/math.hpp"
+#include "saltus/autodiff/math.hpp"
 
 namespace saltus {
 

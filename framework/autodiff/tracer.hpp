@@ -16,7 +16,7 @@
 #include <utility>
 #include <vector>
 
-#include "framework/autodiff/math.hpp"
+#include "saltus/autodiff/math.hpp"
 
 namespace saltus {
 

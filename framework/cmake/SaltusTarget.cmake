@@ -5,7 +5,7 @@ set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
-set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, Debug, RelWithDebInfo" FORCE)
 endif()
@@ -18,7 +18,20 @@ option(SALTUS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
 add_library(saltus_baseline_flags INTERFACE)
 add_library(saltus_flags INTERFACE)
 target_link_libraries(saltus_flags INTERFACE saltus_baseline_flags)
-target_include_directories(saltus_baseline_flags INTERFACE ${CMAKE_SOURCE_DIR})
+# Headers are included as <saltus/ocp/phase.hpp>, in the source tree as in an installed library: links
+# in the build folder give the folders that name, and nothing else enters a user's include path.
+set(SALTUS_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
+file(MAKE_DIRECTORY ${SALTUS_INCLUDE_DIR}/saltus)
+foreach(layer core autodiff model ocp transcription qp solver mpc app)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/framework/${layer} ${SALTUS_INCLUDE_DIR}/saltus/${layer} SYMBOLIC)
+endforeach()
+foreach(layer integrators robots)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${layer} ${SALTUS_INCLUDE_DIR}/saltus/${layer} SYMBOLIC)
+endforeach()
+target_include_directories(saltus_baseline_flags INTERFACE ${SALTUS_INCLUDE_DIR})
+# What is not a library (problems, tests, benchmarks) also includes by the path from the top folder.
+add_library(saltus_inside INTERFACE)
+target_include_directories(saltus_inside INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_options(saltus_baseline_flags INTERFACE
                        -Wall -Wextra -Wshadow -Wnon-virtual-dtor
                        $<$<BOOL:${SALTUS_WERROR}>:-Werror>)
@@ -29,7 +42,7 @@ target_compile_definitions(saltus_baseline_flags INTERFACE EIGEN_MAX_ALIGN_BYTES
 # functions, built for another processor, in place of its own.
 target_link_options(saltus_flags INTERFACE
                     -Wl,--exclude-libs,ALL
-                    -Wl,--version-script=${CMAKE_SOURCE_DIR}/framework/cmake/nothing_exported.map)
+                    -Wl,--version-script=${PROJECT_SOURCE_DIR}/framework/cmake/nothing_exported.map)
 if(SALTUS_MARCH)
   target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
   # gcc 12 loads a wide constant such as {1, 1, 0, 0} that it stores in one piece as a broadcast of its

@@ -1,7 +1,7 @@
 // A primal-dual point of a program: what solvers return and what warm starts hand on.
 #pragma once
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 
@@ -18,8 +18,8 @@ class ShortName {
 
   ShortName() = default;
   template <class Text>
-  requires std::convertible_to<const Text&, std::string_view> ShortName(
-      const Text& text) {  // NOLINT(google-explicit-constructor)
+    requires std::convertible_to<const Text&, std::string_view>
+  ShortName(const Text& text) {  // NOLINT(google-explicit-constructor)
     assign(text);
   }
 

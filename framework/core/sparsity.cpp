@@ -1,4 +1,4 @@
-#include "framework/core/sparsity.hpp"
+#include "saltus/core/sparsity.hpp"
 
 #include <algorithm>
 

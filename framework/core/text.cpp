@@ -1,4 +1,4 @@
-#include "framework/core/text.hpp"
+#include "saltus/core/text.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -4,9 +4,9 @@
 #include <string>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "framework/model/make_function.hpp"
-#include "framework/model/switching_system.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/model/make_function.hpp"
+#include "saltus/model/switching_system.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/model/derivative_check.hpp"
+#include "saltus/model/derivative_check.hpp"
 
 #include <fmt/format.h>
 

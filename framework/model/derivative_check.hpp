@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/core/types.hpp"
-#include "framework/model/function.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/model/function.hpp"
 
 namespace saltus {
 

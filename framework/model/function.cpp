@@ -1,4 +1,4 @@
-#include "framework/model/function.hpp"
+#include "saltus/model/function.hpp"
 
 #include <vector>
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/core/sparsity.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/core/sparsity.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

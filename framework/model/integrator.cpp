@@ -1,4 +1,4 @@
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 #include <utility>
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "framework/model/arguments.hpp"
-#include "framework/model/function.hpp"
-#include "framework/model/switching_system.hpp"
+#include "saltus/model/arguments.hpp"
+#include "saltus/model/function.hpp"
+#include "saltus/model/switching_system.hpp"
 
 namespace saltus {
 

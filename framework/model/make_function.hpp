@@ -13,13 +13,13 @@
 #include <utility>
 #include <vector>
 
-#include "framework/autodiff/dual.hpp"
-#include "framework/autodiff/smooth.hpp"
-#include "framework/autodiff/tracer.hpp"
-#include "framework/model/arguments.hpp"
-#include "framework/model/function.hpp"
-#include "framework/model/seeding.hpp"
-#include "framework/model/structure.hpp"
+#include "saltus/autodiff/dual.hpp"
+#include "saltus/autodiff/smooth.hpp"
+#include "saltus/autodiff/tracer.hpp"
+#include "saltus/model/arguments.hpp"
+#include "saltus/model/function.hpp"
+#include "saltus/model/seeding.hpp"
+#include "saltus/model/structure.hpp"
 
 namespace saltus {
 
@@ -49,20 +49,15 @@ struct FormulaArguments {
 };
 
 template <class F, class S, int nx>
-concept FormulaOfState = std::invocable < const F&,
-        const S&, const Vec<S, nx>
-& > ;
+concept FormulaOfState = std::invocable<const F&, const S&, const Vec<S, nx>&>;
 template <class F, class S, int nx, int nu>
-concept FormulaOfInput = std::invocable < const F&,
-        const S&, const Vec<S, nx>
-&, const Vec<S, nu>& > ;
+concept FormulaOfInput = std::invocable<const F&, const S&, const Vec<S, nx>&, const Vec<S, nu>&>;
 template <class F, class S, int nx, int nu, int np>
-concept FormulaOfParameters = std::invocable < const F&,
-        const S&, const Vec<S, nx>
-&, const Vec<S, nu>&, const Vec<S, np>& > ;
+concept FormulaOfParameters =
+    std::invocable<const F&, const S&, const Vec<S, nx>&, const Vec<S, nu>&, const Vec<S, np>&>;
 template <class F, class S, int nx, int nu, int np>
 concept Formula = FormulaOfState<F, S, nx> || FormulaOfInput<F, S, nx, nu> ||
-    FormulaOfParameters<F, S, nx, nu, np>;
+                  FormulaOfParameters<F, S, nx, nu, np>;
 
 namespace detail {
 

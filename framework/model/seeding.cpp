@@ -1,4 +1,4 @@
-#include "framework/model/seeding.hpp"
+#include "saltus/model/seeding.hpp"
 
 #include <algorithm>
 

@@ -10,7 +10,7 @@
 
 #include <vector>
 
-#include "framework/core/sparsity.hpp"
+#include "saltus/core/sparsity.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/model/structure.hpp"
+#include "saltus/model/structure.hpp"
 
 #include <utility>
 

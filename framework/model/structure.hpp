@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "framework/autodiff/tracer.hpp"
-#include "framework/core/sparsity.hpp"
-#include "framework/model/function.hpp"
+#include "saltus/autodiff/tracer.hpp"
+#include "saltus/core/sparsity.hpp"
+#include "saltus/model/function.hpp"
 
 namespace saltus {
 

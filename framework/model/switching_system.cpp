@@ -1,9 +1,9 @@
-#include "framework/model/switching_system.hpp"
+#include "saltus/model/switching_system.hpp"
 
 #include <set>
 
-#include "framework/core/error.hpp"
-#include "framework/model/structure.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/model/structure.hpp"
 
 namespace saltus {
 namespace {

@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "framework/model/arguments.hpp"
-#include "framework/model/crossing.hpp"
-#include "framework/model/function.hpp"
+#include "saltus/model/arguments.hpp"
+#include "saltus/model/crossing.hpp"
+#include "saltus/model/function.hpp"
 
 namespace saltus {
 

@@ -1,10 +1,10 @@
-#include "framework/mpc/held_input.hpp"
+#include "saltus/mpc/held_input.hpp"
 
 #include <algorithm>
 
-#include "framework/ocp/window.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/ocp/window.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/mpc/latency_histogram.hpp"
+#include "saltus/mpc/latency_histogram.hpp"
 
 #include <algorithm>
 #include <bit>

@@ -1,8 +1,8 @@
-#include "framework/mpc/real_time_iteration.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
 
-#include "framework/core/error.hpp"
-#include "framework/solver/convexify.hpp"
-#include "framework/solver/quadratic_model.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/solver/convexify.hpp"
+#include "saltus/solver/quadratic_model.hpp"
 
 namespace saltus {
 namespace {

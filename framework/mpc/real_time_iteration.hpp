@@ -6,8 +6,8 @@
 
 #include <memory>
 
-#include "framework/mpc/real_time_solver.hpp"
-#include "framework/solver/sqp.hpp"
+#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/solver/sqp.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/mpc/real_time_solver.hpp"
+#include "saltus/mpc/real_time_solver.hpp"
 
 #include <exception>
 #include <utility>

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "framework/core/bounds.hpp"
-#include "framework/qp/qp_result.hpp"
-#include "framework/solver/solver.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/qp/qp_result.hpp"
+#include "saltus/solver/solver.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/mpc/receding_horizon.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <exception>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 namespace {

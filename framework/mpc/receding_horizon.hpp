@@ -7,11 +7,11 @@
 #include <memory>
 #include <string_view>
 
-#include "framework/mpc/held_input.hpp"
-#include "framework/mpc/latency_histogram.hpp"
-#include "framework/mpc/real_time_solver.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "framework/transcription/plan_shift.hpp"
+#include "saltus/mpc/held_input.hpp"
+#include "saltus/mpc/latency_histogram.hpp"
+#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/plan_shift.hpp"
 
 namespace saltus {
 

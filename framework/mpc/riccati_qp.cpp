@@ -1,8 +1,8 @@
-#include "framework/mpc/riccati_qp.hpp"
+#include "saltus/mpc/riccati_qp.hpp"
 
 #include <utility>
 
-#include "framework/qp/staged_solver.hpp"
+#include "saltus/qp/staged_solver.hpp"
 
 namespace saltus {
 

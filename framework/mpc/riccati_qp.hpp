@@ -3,9 +3,9 @@
 
 #include <span>
 
-#include "framework/qp/riccati_solver.hpp"
-#include "framework/solver/sqp.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
+#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/ocp/cost_functions.hpp"
+#include "saltus/ocp/cost_functions.hpp"
 
 #include <algorithm>
 #include <memory>

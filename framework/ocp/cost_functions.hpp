@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "framework/model/function.hpp"
-#include "framework/ocp/reference.hpp"
+#include "saltus/model/function.hpp"
+#include "saltus/ocp/reference.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/ocp/end_guard.hpp"
+#include "saltus/ocp/end_guard.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "framework/core/error.hpp"
-#include "framework/ocp/phase_definition.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/ocp/phase_definition.hpp"
 
 namespace saltus {
 namespace {

@@ -10,8 +10,8 @@
 
 #include <string>
 
-#include "framework/model/crossing.hpp"
-#include "framework/model/function.hpp"
+#include "saltus/model/crossing.hpp"
+#include "saltus/model/function.hpp"
 
 namespace saltus {
 

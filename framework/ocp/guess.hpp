@@ -4,7 +4,7 @@
 #include <functional>
 #include <utility>
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
-#include "framework/model/automaton.hpp"
-#include "framework/model/make_function.hpp"
-#include "framework/ocp/phase_definition.hpp"
-#include "framework/ocp/phase_events.hpp"
+#include "saltus/model/automaton.hpp"
+#include "saltus/model/make_function.hpp"
+#include "saltus/ocp/phase_definition.hpp"
+#include "saltus/ocp/phase_events.hpp"
 
 namespace saltus {
 

@@ -1,12 +1,12 @@
-#include "framework/ocp/phase_definition.hpp"
+#include "saltus/ocp/phase_definition.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 #include <set>
 
-#include "framework/core/error.hpp"
-#include "framework/model/structure.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/model/structure.hpp"
 
 namespace saltus {
 namespace {

@@ -4,14 +4,14 @@
 #include <string>
 #include <vector>
 
-#include "framework/core/bounds.hpp"
-#include "framework/model/arguments.hpp"
-#include "framework/model/function.hpp"
-#include "framework/model/integrator.hpp"
-#include "framework/ocp/end_guard.hpp"
-#include "framework/ocp/guess.hpp"
-#include "framework/ocp/term.hpp"
-#include "framework/ocp/window.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/model/arguments.hpp"
+#include "saltus/model/function.hpp"
+#include "saltus/model/integrator.hpp"
+#include "saltus/ocp/end_guard.hpp"
+#include "saltus/ocp/guess.hpp"
+#include "saltus/ocp/term.hpp"
+#include "saltus/ocp/window.hpp"
 
 namespace saltus {
 

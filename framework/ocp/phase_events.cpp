@@ -1,10 +1,10 @@
-#include "framework/ocp/phase_events.hpp"
+#include "saltus/ocp/phase_events.hpp"
 
 #include <fmt/format.h>
 
 #include <utility>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

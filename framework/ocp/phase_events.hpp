@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "framework/model/crossing.hpp"
-#include "framework/ocp/phase_definition.hpp"
+#include "saltus/model/crossing.hpp"
+#include "saltus/ocp/phase_definition.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/ocp/problem.hpp"
+#include "saltus/ocp/problem.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "framework/ocp/jump.hpp"
-#include "framework/ocp/phase.hpp"
-#include "framework/ocp/phase_definition.hpp"
-#include "framework/ocp/schedule.hpp"
+#include "saltus/ocp/jump.hpp"
+#include "saltus/ocp/phase.hpp"
+#include "saltus/ocp/phase_definition.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 namespace saltus {
 

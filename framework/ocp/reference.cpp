@@ -1,11 +1,11 @@
-#include "framework/ocp/reference.hpp"
+#include "saltus/ocp/reference.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <utility>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 

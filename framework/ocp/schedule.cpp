@@ -1,4 +1,4 @@
-#include "framework/ocp/schedule.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {

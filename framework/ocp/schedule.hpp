@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "framework/core/short_name.hpp"
+#include "saltus/core/short_name.hpp"
 
 namespace saltus {
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "framework/core/bounds.hpp"
-#include "framework/model/function.hpp"
-#include "framework/ocp/reference.hpp"
-#include "framework/ocp/window.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/model/function.hpp"
+#include "saltus/ocp/reference.hpp"
+#include "saltus/ocp/window.hpp"
 
 namespace saltus {
 

@@ -48,7 +48,8 @@ struct Window {
 
 /// While one of these modes is in force, however often they occur: during("left", "both").
 template <std::convertible_to<std::string>... Names>
-requires(sizeof...(Names) > 0) Window during(Names... modes) {
+  requires(sizeof...(Names) > 0)
+Window during(Names... modes) {
   return {.modes = {std::string(std::move(modes))...}};
 }
 

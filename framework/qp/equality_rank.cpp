@@ -1,4 +1,4 @@
-#include "framework/qp/equality_rank.hpp"
+#include "saltus/qp/equality_rank.hpp"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus {
 

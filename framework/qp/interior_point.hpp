@@ -6,17 +6,17 @@
 #include <cmath>
 #include <limits>
 
-#include "framework/qp/ipm_certificates.hpp"
-#include "framework/qp/ipm_convergence.hpp"
-#include "framework/qp/ipm_corrector.hpp"
-#include "framework/qp/ipm_inertia.hpp"
-#include "framework/qp/ipm_iterate.hpp"
-#include "framework/qp/ipm_newton.hpp"
-#include "framework/qp/ipm_residuals.hpp"
-#include "framework/qp/ipm_start.hpp"
-#include "framework/qp/ipm_steps.hpp"
-#include "framework/qp/kkt_system.hpp"
-#include "framework/qp/qp_result.hpp"
+#include "saltus/qp/ipm_certificates.hpp"
+#include "saltus/qp/ipm_convergence.hpp"
+#include "saltus/qp/ipm_corrector.hpp"
+#include "saltus/qp/ipm_inertia.hpp"
+#include "saltus/qp/ipm_iterate.hpp"
+#include "saltus/qp/ipm_newton.hpp"
+#include "saltus/qp/ipm_residuals.hpp"
+#include "saltus/qp/ipm_start.hpp"
+#include "saltus/qp/ipm_steps.hpp"
+#include "saltus/qp/kkt_system.hpp"
+#include "saltus/qp/qp_result.hpp"
 
 namespace saltus::qp {
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "framework/qp/ipm_iterate.hpp"
+#include "saltus/qp/ipm_iterate.hpp"
 
 namespace saltus::qp {
 

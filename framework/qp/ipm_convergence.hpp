@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
-#include "framework/qp/ipm_iterate.hpp"
-#include "framework/qp/ipm_residuals.hpp"
-#include "framework/qp/kkt_system.hpp"
+#include "saltus/qp/ipm_iterate.hpp"
+#include "saltus/qp/ipm_residuals.hpp"
+#include "saltus/qp/kkt_system.hpp"
 
 namespace saltus::qp {
 

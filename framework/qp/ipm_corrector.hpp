@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "framework/qp/ipm_iterate.hpp"
+#include "saltus/qp/ipm_iterate.hpp"
 
 namespace saltus::qp {
 

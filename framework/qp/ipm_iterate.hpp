@@ -1,7 +1,7 @@
 // The iterate of the interior-point method and its direction, as flat arrays.
 #pragma once
 
-#include "framework/qp/lanes.hpp"
+#include "saltus/qp/lanes.hpp"
 
 namespace saltus::qp {
 

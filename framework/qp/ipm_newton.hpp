@@ -13,9 +13,9 @@
 #include <cmath>
 #include <iterator>
 
-#include "framework/qp/ipm_corrector.hpp"
-#include "framework/qp/ipm_iterate.hpp"
-#include "framework/qp/kkt_system.hpp"
+#include "saltus/qp/ipm_corrector.hpp"
+#include "saltus/qp/ipm_iterate.hpp"
+#include "saltus/qp/kkt_system.hpp"
 
 namespace saltus::qp {
 

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "framework/qp/ipm_iterate.hpp"
-#include "framework/qp/kkt_system.hpp"
+#include "saltus/qp/ipm_iterate.hpp"
+#include "saltus/qp/kkt_system.hpp"
 
 namespace saltus::qp {
 

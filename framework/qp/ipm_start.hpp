@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/qp/ipm_iterate.hpp"
+#include "saltus/qp/ipm_iterate.hpp"
 
 namespace saltus::qp {
 

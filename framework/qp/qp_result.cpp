@@ -1,4 +1,4 @@
-#include "framework/qp/qp_result.hpp"
+#include "saltus/qp/qp_result.hpp"
 
 namespace saltus {
 

@@ -3,7 +3,7 @@
 // sizes known at run time only (-1).
 #pragma once
 
-#include "framework/qp/lanes.hpp"
+#include "saltus/qp/lanes.hpp"
 
 namespace saltus::qp {
 

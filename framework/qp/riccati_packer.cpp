@@ -1,4 +1,4 @@
-#include "framework/qp/riccati_packer.hpp"
+#include "saltus/qp/riccati_packer.hpp"
 
 #include <algorithm>
 #include <cmath>

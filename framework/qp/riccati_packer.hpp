@@ -1,7 +1,7 @@
 // Copies a quadratic program in stages into the packed form of RiccatiSystem. Private to it.
 #pragma once
 
-#include "framework/qp/riccati_system.hpp"
+#include "saltus/qp/riccati_system.hpp"
 
 namespace saltus::qp {
 

@@ -1,9 +1,9 @@
-#include "framework/qp/riccati_solver.hpp"
+#include "saltus/qp/riccati_solver.hpp"
 
 #include <cmath>
 
-#include "framework/qp/interior_point.hpp"
-#include "framework/qp/riccati_system.hpp"
+#include "saltus/qp/interior_point.hpp"
+#include "saltus/qp/riccati_system.hpp"
 
 namespace saltus {
 namespace {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "framework/qp/stage_solver.hpp"
+#include "saltus/qp/stage_solver.hpp"
 
 namespace saltus {
 

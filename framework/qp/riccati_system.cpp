@@ -1,9 +1,9 @@
-#include "framework/qp/riccati_system.hpp"
+#include "saltus/qp/riccati_system.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "framework/qp/riccati_packer.hpp"
+#include "saltus/qp/riccati_packer.hpp"
 
 namespace saltus::qp {
 namespace {

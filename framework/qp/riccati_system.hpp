@@ -5,10 +5,10 @@
 #include <span>
 #include <vector>
 
-#include "framework/qp/lanes.hpp"
-#include "framework/qp/riccati_kernels.hpp"
-#include "framework/qp/row_kernels.hpp"
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/qp/lanes.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
+#include "saltus/qp/row_kernels.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::qp {
 

@@ -1,7 +1,7 @@
 // Rows of a stage with few columns: products with them, and what they add to the Hessian.
 #pragma once
 
-#include "framework/qp/riccati_kernels.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
 
 namespace saltus::qp {
 

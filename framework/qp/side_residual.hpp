@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/bounds.hpp"
+#include "saltus/core/bounds.hpp"
 
 namespace saltus {
 

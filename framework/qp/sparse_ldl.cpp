@@ -1,4 +1,4 @@
-#include "framework/qp/sparse_ldl.hpp"
+#include "saltus/qp/sparse_ldl.hpp"
 
 #include <cholmod.h>
 

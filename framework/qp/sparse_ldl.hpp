@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "framework/core/sparsity.hpp"
+#include "saltus/core/sparsity.hpp"
 
 namespace saltus::qp {
 

@@ -1,10 +1,10 @@
-#include "framework/qp/sparse_qp.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 #include <algorithm>
 #include <array>
 #include <utility>
 
-#include "framework/qp/side_residual.hpp"
+#include "saltus/qp/side_residual.hpp"
 
 namespace saltus {
 

@@ -4,11 +4,11 @@
 #include <memory>
 #include <string>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/primal_dual_point.hpp"
-#include "framework/core/sparsity.hpp"
-#include "framework/core/types.hpp"
-#include "framework/qp/qp_result.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/core/sparsity.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/qp/qp_result.hpp"
 
 namespace saltus {
 

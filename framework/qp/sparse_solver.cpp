@@ -1,9 +1,9 @@
-#include "framework/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_solver.hpp"
 
 #include <algorithm>
 
-#include "framework/qp/interior_point.hpp"
-#include "framework/qp/sparse_system.hpp"
+#include "saltus/qp/interior_point.hpp"
+#include "saltus/qp/sparse_system.hpp"
 
 namespace saltus {
 namespace {

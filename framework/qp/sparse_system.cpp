@@ -1,11 +1,11 @@
-#include "framework/qp/sparse_system.hpp"
+#include "saltus/qp/sparse_system.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
 
-#include "framework/qp/side_residual.hpp"
+#include "saltus/qp/side_residual.hpp"
 
 namespace saltus::qp {
 namespace {

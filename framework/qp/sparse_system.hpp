@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "framework/core/primal_dual_point.hpp"
-#include "framework/qp/lanes.hpp"
-#include "framework/qp/sparse_ldl.hpp"
-#include "framework/qp/sparse_qp.hpp"
+#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/qp/lanes.hpp"
+#include "saltus/qp/sparse_ldl.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus::qp {
 

@@ -1,9 +1,9 @@
-#include "framework/qp/stage_conversion.hpp"
+#include "saltus/qp/stage_conversion.hpp"
 
 #include <algorithm>
 #include <utility>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 

@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "framework/core/primal_dual_point.hpp"
-#include "framework/qp/sparse_qp.hpp"
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus {
 

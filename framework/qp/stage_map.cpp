@@ -1,5 +1,5 @@
 // Filling of the stages: what is watched, lists of positions, values along the lists.
-#include "framework/qp/stage_map.hpp"
+#include "saltus/qp/stage_map.hpp"
 
 #include <algorithm>
 #include <cmath>

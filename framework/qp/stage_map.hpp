@@ -4,10 +4,10 @@
 
 #include <vector>
 
-#include "framework/core/primal_dual_point.hpp"
-#include "framework/qp/sparse_qp.hpp"
-#include "framework/qp/stage_qp.hpp"
-#include "framework/qp/stage_structure.hpp"
+#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
+#include "saltus/qp/stage_structure.hpp"
 
 namespace saltus {
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "framework/qp/stage_map.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/qp/stage_map.hpp"
 
 namespace saltus {
 namespace {

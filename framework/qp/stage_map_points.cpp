@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/qp/stage_map.hpp"
+#include "saltus/qp/stage_map.hpp"
 
 namespace saltus {
 

@@ -1,8 +1,8 @@
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 #include <algorithm>
 
-#include "framework/qp/side_residual.hpp"
+#include "saltus/qp/side_residual.hpp"
 
 namespace saltus {
 namespace {

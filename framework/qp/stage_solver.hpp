@@ -1,8 +1,8 @@
 // The seam between quadratic programs in stages and their solvers.
 #pragma once
 
-#include "framework/qp/qp_result.hpp"
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/qp/qp_result.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus {
 

@@ -1,9 +1,9 @@
 // The program is staged, solved and carried back: see stage_map.hpp.
-#include "framework/qp/staged_solver.hpp"
+#include "saltus/qp/staged_solver.hpp"
 
 #include <utility>
 
-#include "framework/qp/stage_map.hpp"
+#include "saltus/qp/stage_map.hpp"
 
 namespace saltus {
 namespace {

@@ -4,9 +4,9 @@
 #include <functional>
 #include <memory>
 
-#include "framework/qp/sparse_qp.hpp"
-#include "framework/qp/stage_solver.hpp"
-#include "framework/qp/stage_structure.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/qp/stage_solver.hpp"
+#include "saltus/qp/stage_structure.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/solver/convexify.hpp"
+#include "saltus/solver/convexify.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "framework/solver/elastic_qp.hpp"
+#include "saltus/solver/elastic_qp.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "framework/solver/sqp.hpp"
+#include "saltus/solver/sqp.hpp"
 
 namespace saltus {
 

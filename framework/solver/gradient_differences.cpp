@@ -1,4 +1,4 @@
-#include "framework/solver/gradient_differences.hpp"
+#include "saltus/solver/gradient_differences.hpp"
 
 #include <algorithm>
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/solver/ipopt.hpp"
+#include "saltus/solver/ipopt.hpp"
 
 #include <algorithm>
 #include <chrono>

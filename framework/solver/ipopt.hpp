@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "framework/solver/solver.hpp"
+#include "saltus/solver/solver.hpp"
 
 namespace saltus {
 

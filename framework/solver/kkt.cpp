@@ -1,4 +1,4 @@
-#include "framework/solver/kkt.hpp"
+#include "saltus/solver/kkt.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // Our own check of an optimum: the KKT residual, computed from the problem and nothing else.
 #pragma once
 
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 

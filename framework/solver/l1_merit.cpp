@@ -1,4 +1,4 @@
-#include "framework/solver/l1_merit.hpp"
+#include "saltus/solver/l1_merit.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,7 +5,7 @@
 // make later steps short. Nocedal and Wright, Numerical Optimization, 2nd ed., sec. 18.3.
 #pragma once
 
-#include "framework/solver/quadratic_model.hpp"
+#include "saltus/solver/quadratic_model.hpp"
 
 namespace saltus {
 

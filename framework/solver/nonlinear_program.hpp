@@ -3,10 +3,10 @@
 
 #include <string>
 
-#include "framework/core/primal_dual_point.hpp"
-#include "framework/core/sparsity.hpp"
-#include "framework/core/types.hpp"
-#include "framework/model/function.hpp"
+#include "saltus/core/primal_dual_point.hpp"
+#include "saltus/core/sparsity.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/model/function.hpp"
 
 namespace saltus {
 

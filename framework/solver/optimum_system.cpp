@@ -1,4 +1,4 @@
-#include "framework/solver/optimum_system.hpp"
+#include "saltus/solver/optimum_system.hpp"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <cmath>
 #include <utility>
 
-#include "framework/core/bounds.hpp"
-#include "framework/solver/gradient_differences.hpp"
-#include "framework/solver/kkt.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/solver/gradient_differences.hpp"
+#include "saltus/solver/kkt.hpp"
 
 namespace saltus {
 namespace {

@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 

@@ -1,6 +1,6 @@
-#include "framework/solver/quadratic_model.hpp"
+#include "saltus/solver/quadratic_model.hpp"
 
-#include "framework/solver/convexify.hpp"
+#include "saltus/solver/convexify.hpp"
 
 namespace saltus {
 

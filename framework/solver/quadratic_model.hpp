@@ -9,8 +9,8 @@
 
 #include <vector>
 
-#include "framework/qp/sparse_qp.hpp"
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 

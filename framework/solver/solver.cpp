@@ -1,4 +1,4 @@
-#include "framework/solver/solver.hpp"
+#include "saltus/solver/solver.hpp"
 
 namespace saltus {
 

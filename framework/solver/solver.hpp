@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "framework/qp/qp_result.hpp"
-#include "framework/solver/kkt.hpp"
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/qp/qp_result.hpp"
+#include "saltus/solver/kkt.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 

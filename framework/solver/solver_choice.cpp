@@ -1,4 +1,4 @@
-#include "framework/solver/solver_choice.hpp"
+#include "saltus/solver/solver_choice.hpp"
 
 namespace saltus {
 

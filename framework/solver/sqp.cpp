@@ -1,8 +1,8 @@
-#include "framework/solver/sqp.hpp"
+#include "saltus/solver/sqp.hpp"
 
 #include <utility>
 
-#include "framework/solver/sqp_run.hpp"
+#include "saltus/solver/sqp_run.hpp"
 
 namespace saltus {
 namespace {

@@ -19,8 +19,8 @@
 #include <functional>
 #include <memory>
 
-#include "framework/qp/sparse_qp.hpp"
-#include "framework/solver/solver.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/solver/solver.hpp"
 
 namespace saltus {
 

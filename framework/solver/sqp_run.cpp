@@ -1,4 +1,4 @@
-#include "framework/solver/sqp_run.hpp"
+#include "saltus/solver/sqp_run.hpp"
 
 #include <algorithm>
 #include <chrono>

@@ -4,11 +4,11 @@
 #include <memory>
 #include <vector>
 
-#include "framework/solver/convexify.hpp"
-#include "framework/solver/elastic_qp.hpp"
-#include "framework/solver/l1_merit.hpp"
-#include "framework/solver/quadratic_model.hpp"
-#include "framework/solver/sqp.hpp"
+#include "saltus/solver/convexify.hpp"
+#include "saltus/solver/elastic_qp.hpp"
+#include "saltus/solver/l1_merit.hpp"
+#include "saltus/solver/quadratic_model.hpp"
+#include "saltus/solver/sqp.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/transcription/between_nodes.hpp"
+#include "saltus/transcription/between_nodes.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <utility>
 
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 namespace {

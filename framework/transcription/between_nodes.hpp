@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "framework/solver/solver.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "framework/transcription/solution.hpp"
+#include "saltus/solver/solver.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/solution.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/transcription/block_program.hpp"
+#include "saltus/transcription/block_program.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "framework/core/bounds.hpp"
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 

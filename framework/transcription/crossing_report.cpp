@@ -1,4 +1,4 @@
-#include "framework/transcription/crossing_report.hpp"
+#include "saltus/transcription/crossing_report.hpp"
 
 #include <fmt/format.h>
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/ocp/problem.hpp"
-#include "framework/transcription/solution.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/transcription/solution.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/transcription/grid.hpp"
+#include "saltus/transcription/grid.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <limits>
 #include <span>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "framework/ocp/problem.hpp"
+#include "saltus/ocp/problem.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/transcription/integration_failure.hpp"
+#include "saltus/transcription/integration_failure.hpp"
 
 #include <fmt/format.h>
 

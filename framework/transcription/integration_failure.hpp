@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 

@@ -1,11 +1,11 @@
-#include "framework/transcription/interval_function.hpp"
+#include "saltus/transcription/interval_function.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <utility>
 #include <vector>
 
-#include "framework/model/structure.hpp"
+#include "saltus/model/structure.hpp"
 
 namespace saltus {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "framework/model/function.hpp"
-#include "framework/model/integrator.hpp"
+#include "saltus/model/function.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

@@ -1,11 +1,11 @@
-#include "framework/transcription/layout.hpp"
+#include "saltus/transcription/layout.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
-#include "framework/transcription/block_program.hpp"
+#include "saltus/transcription/block_program.hpp"
 
 namespace saltus {
 

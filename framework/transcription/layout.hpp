@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/ocp/problem.hpp"
-#include "framework/transcription/grid.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/transcription/grid.hpp"
 
 namespace saltus {
 

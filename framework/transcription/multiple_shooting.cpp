@@ -1,4 +1,4 @@
-#include "framework/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 #include <fmt/format.h>
 
@@ -6,14 +6,14 @@
 #include <cmath>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
-#include "framework/transcription/between_nodes.hpp"
-#include "framework/transcription/crossing_report.hpp"
-#include "framework/transcription/integration_failure.hpp"
-#include "framework/transcription/shooting_program.hpp"
-#include "framework/transcription/shooting_stages.hpp"
-#include "framework/transcription/violation.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+#include "saltus/transcription/between_nodes.hpp"
+#include "saltus/transcription/crossing_report.hpp"
+#include "saltus/transcription/integration_failure.hpp"
+#include "saltus/transcription/shooting_program.hpp"
+#include "saltus/transcription/shooting_stages.hpp"
+#include "saltus/transcription/violation.hpp"
 
 namespace saltus {
 namespace {

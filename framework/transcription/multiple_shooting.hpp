@@ -6,12 +6,12 @@
 #include <string_view>
 #include <vector>
 
-#include "framework/ocp/problem.hpp"
-#include "framework/qp/stage_structure.hpp"
-#include "framework/solver/solver.hpp"
-#include "framework/transcription/grid.hpp"
-#include "framework/transcription/layout.hpp"
-#include "framework/transcription/solution.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/qp/stage_structure.hpp"
+#include "saltus/solver/solver.hpp"
+#include "saltus/transcription/grid.hpp"
+#include "saltus/transcription/layout.hpp"
+#include "saltus/transcription/solution.hpp"
 
 namespace saltus {
 

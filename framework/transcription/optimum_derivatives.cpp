@@ -1,4 +1,4 @@
-#include "framework/transcription/optimum_derivatives.hpp"
+#include "saltus/transcription/optimum_derivatives.hpp"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
-#include "framework/transcription/shooting_program.hpp"
-#include "framework/transcription/theta_differences.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+#include "saltus/transcription/shooting_program.hpp"
+#include "saltus/transcription/theta_differences.hpp"
 
 namespace saltus {
 namespace {

@@ -16,9 +16,9 @@
 #include <string>
 #include <string_view>
 
-#include "framework/solver/optimum_system.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "framework/transcription/theta_differences.hpp"
+#include "saltus/solver/optimum_system.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/theta_differences.hpp"
 
 namespace saltus {
 

@@ -1,9 +1,9 @@
-#include "framework/transcription/plan_shift.hpp"
+#include "saltus/transcription/plan_shift.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 

@@ -10,7 +10,7 @@
 
 #include <vector>
 
-#include "framework/core/primal_dual_point.hpp"
+#include "saltus/core/primal_dual_point.hpp"
 
 namespace saltus {
 

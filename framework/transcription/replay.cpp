@@ -1,4 +1,4 @@
-#include "framework/transcription/replay.hpp"
+#include "saltus/transcription/replay.hpp"
 
 #include <Eigen/SVD>
 #include <algorithm>

@@ -1,9 +1,9 @@
 // Is the plan true? The inputs of a solution integrated again with another, tighter integrator.
 #pragma once
 
-#include "framework/model/integrator.hpp"
-#include "framework/ocp/problem.hpp"
-#include "framework/transcription/trajectory.hpp"
+#include "saltus/model/integrator.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/transcription/trajectory.hpp"
 
 namespace saltus {
 

@@ -6,12 +6,12 @@
 #include <limits>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "framework/model/make_function.hpp"
-#include "framework/model/structure.hpp"
-#include "framework/ocp/cost_functions.hpp"
-#include "framework/transcription/interval_function.hpp"
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/model/make_function.hpp"
+#include "saltus/model/structure.hpp"
+#include "saltus/ocp/cost_functions.hpp"
+#include "saltus/transcription/interval_function.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
-#include "framework/model/integrator.hpp"
-#include "framework/ocp/problem.hpp"
-#include "framework/transcription/block_program.hpp"
-#include "framework/transcription/grid.hpp"
-#include "framework/transcription/layout.hpp"
-#include "framework/transcription/shooting_sites.hpp"
+#include "saltus/model/integrator.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/transcription/block_program.hpp"
+#include "saltus/transcription/grid.hpp"
+#include "saltus/transcription/layout.hpp"
+#include "saltus/transcription/shooting_sites.hpp"
 
 namespace saltus {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 

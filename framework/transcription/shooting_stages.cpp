@@ -1,5 +1,5 @@
 // Where every variable and row of a shooting program stands.
-#include "framework/transcription/shooting_stages.hpp"
+#include "saltus/transcription/shooting_stages.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,8 +1,8 @@
 // Which variables and rows of a shooting program make up which stage?
 #pragma once
 
-#include "framework/qp/stage_structure.hpp"
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/qp/stage_structure.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 

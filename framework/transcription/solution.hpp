@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "framework/model/crossing.hpp"
-#include "framework/solver/solver.hpp"
-#include "framework/transcription/trajectory.hpp"
+#include "saltus/model/crossing.hpp"
+#include "saltus/solver/solver.hpp"
+#include "saltus/transcription/trajectory.hpp"
 
 namespace saltus {
 

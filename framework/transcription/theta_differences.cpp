@@ -1,11 +1,11 @@
-#include "framework/transcription/theta_differences.hpp"
+#include "saltus/transcription/theta_differences.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

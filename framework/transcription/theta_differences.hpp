@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "framework/solver/optimum_system.hpp"
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/solver/optimum_system.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 

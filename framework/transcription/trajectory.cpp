@@ -1,4 +1,4 @@
-#include "framework/transcription/trajectory.hpp"
+#include "saltus/transcription/trajectory.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ostream.h>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/model/integrator.hpp"
+#include "saltus/model/integrator.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "framework/transcription/violation.hpp"
+#include "saltus/transcription/violation.hpp"
 
 #include <fmt/format.h>
 

@@ -14,8 +14,8 @@
 // of the switching instants, IEEE TAC 49 (2004) 2-16, whose discretisation is coarser: 5.4399 with
 // switches at 0.2262 and 1.0176. The values here are from indirect shooting on the minimum
 // principle and from collocation, which agree.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -9,8 +9,8 @@
 // Source: X. Xu and P. J. Antsaklis, Optimal control of switched systems based on parameterization
 // of the switching instants, IEEE TAC 49 (2004) 2-16: 9.7667, switch at 0.1897. The further digits
 // were computed independently by collocation.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

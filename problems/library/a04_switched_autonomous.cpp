@@ -7,8 +7,8 @@
 // Source: M. Egerstedt, Y. Wardi and H. Axelsson, Transition-time optimization for switched-mode
 // dynamical systems, IEEE TAC 51 (2006) 110-115; the optimum from B. Stellato, S. Ober-Bloebaum and
 // P. Goulart, SwitchTimeOpt.jl (2017), and with more digits from matrix exponentials.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

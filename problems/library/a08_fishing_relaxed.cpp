@@ -9,8 +9,8 @@
 // Guess: both populations at 1 throughout, no fishing, all three phases equally long.
 // Source: Sager, mintOC.de, Lotka Volterra fishing problem, relaxed: 1.34408. Further digits were
 // computed independently.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -17,8 +17,8 @@
 // control, JOTA 117 (2003). Further digits were computed independently.
 #include <fmt/format.h>
 
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

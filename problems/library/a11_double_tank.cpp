@@ -10,8 +10,8 @@
 // that switch at other times cost the same to 1e-6: only the cost is a reference.
 // Guess: both levels at the desired 3, no inflow, five time units for each phase.
 // Source: Sager, mintOC.de, double tank; the relaxed optimum was computed independently.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

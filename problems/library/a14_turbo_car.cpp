@@ -12,8 +12,8 @@
 // Guess: at each change of phase the speed in question and another fifth of the way, straight
 // lines between, no input, three seconds for each phase.
 // Source: nosnoc, examples/pss_tutorial_example; nosbench, CARTIM.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -8,8 +8,8 @@
 // Guess: the simulation from x(0) = -3.
 // Source: Nurkanovic, Sperl, Albrecht and Diehl, Finite elements with switch detection for direct
 // optimal control of nonsmooth systems, 2024; nosnoc, examples/ivp_problem; closed form.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -10,8 +10,8 @@
 // variables.
 // Guess: the start throughout, no input, half a second for each flight.
 // Source: constructed; closed form as above.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

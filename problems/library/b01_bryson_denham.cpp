@@ -8,8 +8,8 @@
 // says that the middle phase runs at the ceiling: to level out as high as possible is cheapest.
 // Guess: the start throughout, no input, 0.3 s for each phase.
 // Source: Bryson and Ho, Applied Optimal Control, sec. 3.11.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

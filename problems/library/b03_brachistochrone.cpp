@@ -10,8 +10,8 @@
 // Source: Bernoulli 1696; the figures of the example in OpenMDAO Dymos, which finds 1.8016 s.
 #include <numbers>
 
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

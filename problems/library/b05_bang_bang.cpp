@@ -7,8 +7,8 @@
 // found.
 // Guess: the start throughout, no input, ten seconds for each phase.
 // Source: ICLOCS2 examples, two-phase bang-bang; closed form.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

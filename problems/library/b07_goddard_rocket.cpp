@@ -11,8 +11,8 @@
 // Guess: at rest on the ground with all fuel, half thrust on the arc, 0.05 for each phase.
 // Source: COPS 3.0, rocket: 1.01283; data of Bryson, Dynamic Optimization. Further digits by
 // simulation with the singular feedback.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

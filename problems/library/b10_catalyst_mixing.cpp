@@ -8,8 +8,8 @@
 // its neighbours, and solvers may end with those at their shortest.
 // Guess: the start throughout, an even mixture on the arc, a third of the tube for each phase.
 // Source: COPS 3.0, catmix: -0.0480556; further digits were computed independently.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -10,8 +10,8 @@
 // Source: COPS 3.1, "particle steering", whose coarse grid gives 0.554577; Bryson and Ho, sec. 2.7.
 #include <numbers>
 
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -13,8 +13,8 @@
 // middle of its interval, 102.5 s in all.
 // Source: COPS 3.1, "hang glider", after Bulirsch, Nerz, Pesch and von Stryk 1993; COPS finds
 // 1248.03 on a coarse grid, the optimum was computed independently.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -8,8 +8,8 @@
 // Source: Bryson, Dynamic Optimization, "maximum range"; Becerra, PSOPT examples, 1.712314.
 #include <numbers>
 
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -11,8 +11,8 @@
 // Source: Rao and Mease 1999; Patterson and Rao, GPOPS-II, which finds 6.7241 without the half.
 #include <cmath>
 
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -9,8 +9,8 @@
 // Source: J. Meditch, On the problem of optimal thrust programming for a lunar soft landing, IEEE
 // TAC 9 (1964); data of Becerra, PSOPT examples, and of dymos (0.3953). Closed form: Tsiolkovsky's
 // equation and its integral.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

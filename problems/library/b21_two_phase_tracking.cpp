@@ -9,8 +9,8 @@
 // Guess: the start throughout, no input.
 // Source: Becerra, PSOPT examples, "two-phase path tracking robot", whose coarse grids give
 // 1.042568 and 1.042533; the optimum was computed independently.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -6,8 +6,8 @@
 // the cost is ((a^2 + b^2) cosh T - 2 a b) / sinh T. The input jumps at the point: it is an event.
 // Guess: the start throughout, no input.
 // Source: Becerra, PSOPT examples ("interior point constraint"), which finds 0.9205314.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -8,8 +8,8 @@
 // Guess: the start throughout, no input, phases of equal duration.
 // Source: TOMLAB PROPT, "Van der Pol oscillator", which finds 2.8672595; the reference is from
 // indirect shooting.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

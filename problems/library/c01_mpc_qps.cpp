@@ -10,9 +10,9 @@
 #include <sstream>
 #include <utility>
 
-#include "framework/core/error.hpp"
 #include "problems/library/npz.hpp"
 #include "problems/library/quadratic_program.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::library {
 namespace {

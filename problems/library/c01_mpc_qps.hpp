@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/qp/sparse_qp.hpp"
 #include "problems/library/run_case.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus::library {
 

@@ -9,8 +9,8 @@
 // Guess: the start throughout, no input.
 // Source: acados, examples/acados_python/mocp_transition_example, with the passage at 0.4 s; no
 // value is printed there, the reference was computed independently.
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

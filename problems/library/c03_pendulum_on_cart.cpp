@@ -9,8 +9,8 @@
 // Source: acados, examples/acados_python/pendulum_on_cart; the optimum was computed independently.
 #include <numbers>
 
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {

@@ -10,17 +10,17 @@
 // ankle between two of them, then a phase at whose end the capture point is above the foot. Its
 // start is put a micrometre inside and outside of d_N: the first must be feasible, the second not.
 // Source: Pratt et al. 2006; Koolen et al. 2012; numbers evaluated in high precision.
-#include "robots/capture_point.hpp"
+#include "saltus/robots/capture_point.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/solver/sqp.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/zero_order_hold.hpp"
 #include "problems/library/simulations.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::library {
 namespace {

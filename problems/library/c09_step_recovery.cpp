@@ -11,9 +11,9 @@
 
 #include <cmath>
 
-#include "integrators/zero_order_hold.hpp"
 #include "problems/library/cases.hpp"
 #include "problems/push_recovery/problem.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 
 namespace saltus::library {
 namespace {

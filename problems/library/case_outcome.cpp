@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "framework/core/text.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 

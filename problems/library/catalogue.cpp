@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
 #include "problems/library/cases.hpp"
 #include "problems/library/simulations.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 

@@ -7,9 +7,9 @@
 // The second is the first in the time t / 1000.
 // Source: Hairer and Wanner, Solving Ordinary Differential Equations II, sec. IV.10; test set for
 // initial value problem solvers (1.706167732170483, -8.928097010247975e-4).
-#include "integrators/cvodes.hpp"
 #include "problems/library/initial_value_problems.hpp"
 #include "problems/library/simulations.hpp"
+#include "saltus/integrators/cvodes.hpp"
 
 namespace saltus::library {
 namespace {

@@ -7,9 +7,9 @@
 // Source: Robertson 1966; Hairer and Wanner, sec. IV.1; CVODES, example cvsRoberts_FSA.
 #include <fmt/format.h>
 
-#include "integrators/cvodes.hpp"
 #include "problems/library/initial_value_problems.hpp"
 #include "problems/library/simulations.hpp"
+#include "saltus/integrators/cvodes.hpp"
 
 namespace saltus::library {
 namespace {

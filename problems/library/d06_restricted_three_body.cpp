@@ -5,9 +5,9 @@
 //   y2'' = y2 - 2 y1' - (1 - mu) y2 / r1^3 - mu y2 / r2^3
 //
 // Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sec. II.0.
-#include "integrators/arkode.hpp"
 #include "problems/library/initial_value_problems.hpp"
 #include "problems/library/simulations.hpp"
+#include "saltus/integrators/arkode.hpp"
 
 namespace saltus::library {
 namespace {

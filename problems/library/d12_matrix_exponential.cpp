@@ -7,9 +7,9 @@
 // int x'Qx dt = x0' F'G12 x0. The derivative of J with respect to tau vanishes at the best tau.
 // Source: Van Loan, IEEE TAC 23 (1978) 395-404; system and best tau from Egerstedt, Wardi and
 // Axelsson, IEEE TAC 51 (2006) 110-115, and SwitchTimeOpt.jl, test/linsys.jl, with more digits.
-#include "integrators/zero_order_hold.hpp"
 #include "problems/library/initial_value_problems.hpp"
 #include "problems/library/simulations.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 
 namespace saltus::library {
 namespace {

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <string>
 
-#include "framework/model/automaton.hpp"
-#include "framework/model/integrator.hpp"
-#include "integrators/cvodes.hpp"
-#include "integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/hybrid_simulation.hpp"
+#include "saltus/model/automaton.hpp"
+#include "saltus/model/integrator.hpp"
 
 // A namespace of its own: a case of the catalogue may carry the name of a system.
 namespace saltus::library {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "framework/model/integrator.hpp"
-#include "framework/model/make_function.hpp"
+#include "saltus/model/integrator.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus::library {
 

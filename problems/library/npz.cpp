@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::library {
 namespace {

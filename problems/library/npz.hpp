@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus::library {
 

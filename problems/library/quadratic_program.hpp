@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "framework/qp/sparse_qp.hpp"
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus::library {
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "framework/ocp/problem.hpp"
-#include "framework/solver/solver.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
 #include "problems/library/checked_value.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/solver/solver.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 

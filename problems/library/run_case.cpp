@@ -6,12 +6,12 @@
 #include <cmath>
 #include <utility>
 
-#include "framework/core/error.hpp"
-#include "framework/mpc/riccati_qp.hpp"
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/solver/ipopt.hpp"
-#include "framework/transcription/replay.hpp"
-#include "integrators/cvodes.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/mpc/riccati_qp.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/replay.hpp"
 
 namespace saltus {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <memory>
 
-#include "framework/solver/solver_choice.hpp"
-#include "framework/solver/sqp.hpp"
 #include "problems/library/case_outcome.hpp"
 #include "problems/library/reference_case.hpp"
 #include "problems/library/simulation_case.hpp"
+#include "saltus/solver/solver_choice.hpp"
+#include "saltus/solver/sqp.hpp"
 
 namespace saltus {
 

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "framework/core/error.hpp"
-#include "framework/ocp/window.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/ocp/window.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "framework/app/output_folder.hpp"
 #include "problems/push_recovery/simulation.hpp"
-#include "robots/whole_body/floating_robot.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::push_recovery {
 

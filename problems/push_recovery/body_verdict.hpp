@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus::push_recovery {
 

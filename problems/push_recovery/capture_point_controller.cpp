@@ -4,9 +4,9 @@
 #include <cmath>
 #include <utility>
 
-#include "integrators/zero_order_hold.hpp"
-#include "robots/centroidal.hpp"
-#include "robots/contact_term.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/robots/centroidal.hpp"
+#include "saltus/robots/contact_term.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "framework/ocp/window.hpp"
-#include "robots/capture_point.hpp"
+#include "saltus/ocp/window.hpp"
+#include "saltus/robots/capture_point.hpp"
 
 namespace saltus::push_recovery {
 namespace {

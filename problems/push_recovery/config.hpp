@@ -4,13 +4,13 @@
 #include <optional>
 #include <string>
 
-#include "framework/app/settings.hpp"
-#include "framework/solver/solver_choice.hpp"
 #include "problems/push_recovery/problem.hpp"
-#include "robots/dart/dart_plant.hpp"
-#include "robots/whole_body/inverse_dynamics_controller.hpp"
-#include "robots/whole_body/measured_plant.hpp"
-#include "robots/whole_body/momentum_controller.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/measured_plant.hpp"
+#include "saltus/robots/whole_body/momentum_controller.hpp"
+#include "saltus/solver/solver_choice.hpp"
 
 namespace saltus::push_recovery {
 

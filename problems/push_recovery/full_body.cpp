@@ -5,16 +5,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/thread_clock.hpp"
-#include "framework/ocp/window.hpp"
 #include "problems/push_recovery/capture_point_controller.hpp"
 #include "problems/push_recovery/closed_loop.hpp"
-#include "robots/capture_point.hpp"
-#include "robots/dart/dart_dynamics.hpp"
-#include "robots/dart/dart_plant.hpp"
-#include "robots/mujoco/mujoco_plant.hpp"
-#include "robots/whole_body/inverse_dynamics_controller.hpp"
-#include "robots/whole_body/swing_foot.hpp"
+#include "saltus/core/thread_clock.hpp"
+#include "saltus/ocp/window.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/swing_foot.hpp"
 
 namespace saltus::push_recovery {
 namespace {

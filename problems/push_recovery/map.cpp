@@ -10,12 +10,12 @@
 #include <cstdio>
 #include <numbers>
 
-#include "framework/app/process_pool.hpp"
-#include "framework/core/error.hpp"
 #include "problems/push_recovery/full_body.hpp"
 #include "problems/push_recovery/map_file.hpp"
 #include "problems/push_recovery/pendulum_bound.hpp"
 #include "problems/push_recovery/run_support.hpp"
+#include "saltus/app/process_pool.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/app/program.hpp"
 #include "problems/push_recovery/map_plan.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus::push_recovery {
 

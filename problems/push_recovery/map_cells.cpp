@@ -9,8 +9,8 @@
 #include <limits>
 #include <numbers>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -12,8 +12,8 @@
 #include <iterator>
 #include <sstream>
 
-#include "framework/app/output_folder.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::push_recovery {
 namespace {

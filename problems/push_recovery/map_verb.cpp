@@ -6,10 +6,10 @@
 #include <cmath>
 #include <thread>
 
-#include "framework/app/argument_reader.hpp"
-#include "framework/app/settings.hpp"
-#include "framework/core/error.hpp"
 #include "problems/push_recovery/map.hpp"
+#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::push_recovery {
 namespace {

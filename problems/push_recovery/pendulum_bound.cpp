@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/error.hpp"
 #include "problems/push_recovery/closed_loop.hpp"
-#include "robots/capture_point.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/capture_point.hpp"
 
 namespace saltus::push_recovery {
 namespace {

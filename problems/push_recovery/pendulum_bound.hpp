@@ -15,8 +15,8 @@
 #include <optional>
 
 #include "problems/push_recovery/config.hpp"
-#include "robots/robot_description.hpp"
-#include "robots/support_polygon.hpp"
+#include "saltus/robots/robot_description.hpp"
+#include "saltus/robots/support_polygon.hpp"
 
 namespace saltus::push_recovery {
 

@@ -6,12 +6,12 @@
 #include <random>
 #include <utility>
 
-#include "framework/mpc/real_time_iteration.hpp"
-#include "framework/mpc/riccati_qp.hpp"
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/solver/ipopt.hpp"
-#include "integrators/zero_order_hold.hpp"
-#include "robots/capture_point.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/mpc/riccati_qp.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/solver/ipopt.hpp"
 
 namespace saltus::push_recovery {
 

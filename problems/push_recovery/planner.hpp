@@ -4,11 +4,11 @@
 #include <cmath>
 #include <memory>
 
-#include "framework/mpc/receding_horizon.hpp"
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/step_logic.hpp"
-#include "robots/capture_point.hpp"
-#include "robots/robot_description.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/robot_description.hpp"
 
 namespace saltus::push_recovery {
 

@@ -1,9 +1,9 @@
 // The push recovery problem's sizes, weights and options; its mathematics is in problem.cpp.
 #pragma once
 
-#include "framework/ocp/problem.hpp"
 #include "problems/push_recovery/tick_data.hpp"
-#include "robots/contact_cone.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/robots/contact_cone.hpp"
 
 namespace saltus::push_recovery {
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "framework/ocp/window.hpp"
+#include "saltus/ocp/window.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -1,7 +1,7 @@
 // `saltus run push_recovery`: one closed-loop run from settings to results.
 #pragma once
 
-#include "framework/app/problem_registry.hpp"
+#include "saltus/app/problem_registry.hpp"
 
 namespace saltus::push_recovery {
 

@@ -8,8 +8,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "framework/core/error.hpp"
-#include "robots/icub/icub.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/icub/icub.hpp"
 
 namespace saltus::push_recovery {
 

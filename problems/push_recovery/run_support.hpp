@@ -6,7 +6,7 @@
 #include <string>
 
 #include "problems/push_recovery/config.hpp"
-#include "robots/robot_description.hpp"
+#include "saltus/robots/robot_description.hpp"
 
 namespace saltus::push_recovery {
 

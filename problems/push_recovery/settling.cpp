@@ -7,10 +7,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "framework/core/error.hpp"
-#include "framework/ocp/window.hpp"
 #include "problems/push_recovery/body_output.hpp"
-#include "robots/capture_point.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/ocp/window.hpp"
+#include "saltus/robots/capture_point.hpp"
 
 namespace saltus::push_recovery {
 

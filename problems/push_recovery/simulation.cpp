@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/ocp/window.hpp"
-#include "integrators/cvodes.hpp"
 #include "problems/push_recovery/capture_point_controller.hpp"
 #include "problems/push_recovery/closed_loop.hpp"
-#include "robots/capture_point.hpp"
-#include "robots/centroidal_plant.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/ocp/window.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/centroidal_plant.hpp"
 
 namespace saltus::push_recovery {
 namespace {

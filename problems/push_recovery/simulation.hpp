@@ -9,8 +9,8 @@
 #include "problems/push_recovery/config.hpp"
 #include "problems/push_recovery/planner.hpp"
 #include "problems/push_recovery/progress.hpp"
-#include "robots/robot_description.hpp"
-#include "robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/robot_description.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::push_recovery {
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "framework/ocp/window.hpp"
-#include "robots/capture_point.hpp"
+#include "saltus/ocp/window.hpp"
+#include "saltus/robots/capture_point.hpp"
 
 namespace saltus::push_recovery {
 

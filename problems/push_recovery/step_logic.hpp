@@ -1,9 +1,9 @@
 // When does the robot step, and where does the foot land?
 #pragma once
 
-#include "framework/core/bounds.hpp"
 #include "problems/push_recovery/config.hpp"
-#include "robots/foot.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/robots/foot.hpp"
 
 namespace saltus::push_recovery {
 

@@ -6,10 +6,10 @@
 #include <cctype>
 #include <sstream>
 
-#include "framework/core/error.hpp"
-#include "framework/core/text.hpp"
 #include "problems/library/c01_mpc_qps.hpp"
 #include "problems/library/catalogue.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/app/program.hpp"
 #include "problems/library/run_case.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus {
 

@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "framework/app/argument_reader.hpp"
-#include "framework/app/output_folder.hpp"
-#include "framework/app/settings.hpp"
 #include "problems/suite/suite.hpp"
 #include "problems/suite/suite_output.hpp"
+#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/app/settings.hpp"
 
 namespace saltus {
 namespace {

@@ -1,8 +1,8 @@
-#include "robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
 
-#include "robots/capture_point.hpp"
-#include "robots/dart/dart_skeleton.hpp"
-#include "robots/whole_body/contact_wrench.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/dart/dart_skeleton.hpp"
+#include "saltus/robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {
 namespace {

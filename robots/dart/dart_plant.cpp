@@ -1,4 +1,4 @@
-#include "robots/dart/dart_plant.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@
 #include <dart/constraint/PgsBoxedLcpSolver.hpp>
 #include <dart/simulation/World.hpp>
 
-#include "robots/capture_point.hpp"
-#include "robots/dart/dart_skeleton.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/dart/dart_skeleton.hpp"
 
 namespace saltus {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
 
 namespace saltus {
 

@@ -1,4 +1,4 @@
-#include "robots/dart/dart_skeleton.hpp"
+#include "saltus/robots/dart/dart_skeleton.hpp"
 
 namespace saltus::dart_engine {
 

@@ -3,7 +3,7 @@
 
 #include <dart/dynamics/dynamics.hpp>
 
-#include "robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus::dart_engine {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "robots/robot_description.hpp"
+#include "saltus/robots/robot_description.hpp"
 
 namespace saltus {
 

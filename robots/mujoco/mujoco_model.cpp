@@ -1,4 +1,4 @@
-#include "robots/mujoco/mujoco_model.hpp"
+#include "saltus/robots/mujoco/mujoco_model.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cstring>
 #include <exception>
 
-#include "robots/capture_point.hpp"
+#include "saltus/robots/capture_point.hpp"
 
 namespace saltus::mujoco_engine {
 namespace {

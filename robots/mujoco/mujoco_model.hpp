@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
 
 namespace saltus::mujoco_engine {
 

@@ -1,10 +1,10 @@
-#include "robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/mujoco/mujoco_plant.hpp"
 
 #include <fmt/format.h>
 
 #include <limits>
 
-#include "robots/mujoco/mujoco_model.hpp"
+#include "saltus/robots/mujoco/mujoco_model.hpp"
 
 namespace saltus {
 namespace {

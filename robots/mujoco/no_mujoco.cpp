@@ -1,5 +1,5 @@
 // In place of the plant where MuJoCo is not installed.
-#include "robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/mujoco/mujoco_plant.hpp"
 
 namespace saltus {
 namespace {

@@ -2,9 +2,9 @@
 // sole, as forces on the body.
 #pragma once
 
-#include "framework/qp/stage_qp.hpp"
-#include "robots/contact_cone.hpp"
-#include "robots/whole_body/dynamics_model.hpp"
+#include "saltus/qp/stage_qp.hpp"
+#include "saltus/robots/contact_cone.hpp"
+#include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
 

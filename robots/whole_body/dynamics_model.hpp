@@ -1,8 +1,8 @@
 // The equations of motion of a FloatingRobot, whoever computes them.
 #pragma once
 
-#include "robots/whole_body/floating_robot.hpp"
-#include "robots/whole_body/whole_body_state.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/whole_body_state.hpp"
 
 namespace saltus {
 

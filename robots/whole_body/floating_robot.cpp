@@ -1,4 +1,4 @@
-#include "robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/text.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "robots/robot_description.hpp"
-#include "robots/urdf_model.hpp"
-#include "robots/whole_body/whole_body_state.hpp"
+#include "saltus/robots/robot_description.hpp"
+#include "saltus/robots/urdf_model.hpp"
+#include "saltus/robots/whole_body/whole_body_state.hpp"
 
 namespace saltus {
 

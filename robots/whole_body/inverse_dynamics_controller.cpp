@@ -1,13 +1,13 @@
-#include "robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "framework/core/error.hpp"
-#include "framework/qp/riccati_solver.hpp"
-#include "robots/capture_point.hpp"
-#include "robots/whole_body/contact_wrench.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {
 namespace {

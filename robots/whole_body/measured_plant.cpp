@@ -1,11 +1,11 @@
-#include "robots/whole_body/measured_plant.hpp"
+#include "saltus/robots/whole_body/measured_plant.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
 
 namespace saltus {
 

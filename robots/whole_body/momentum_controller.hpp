@@ -17,8 +17,8 @@
 
 #include <memory>
 
-#include "robots/contact_cone.hpp"
-#include "robots/whole_body/whole_body_controller.hpp"
+#include "saltus/robots/contact_cone.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus {
 

@@ -1,10 +1,10 @@
-#include "robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {

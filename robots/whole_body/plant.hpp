@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
 

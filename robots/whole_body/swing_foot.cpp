@@ -1,4 +1,4 @@
-#include "robots/whole_body/swing_foot.hpp"
+#include "saltus/robots/whole_body/swing_foot.hpp"
 
 #include <algorithm>
 

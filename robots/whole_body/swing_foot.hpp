@@ -1,7 +1,7 @@
 // The course of the foot that steps: where it should be, and the acceleration that brings it there.
 #pragma once
 
-#include "robots/whole_body/dynamics_model.hpp"
+#include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
 

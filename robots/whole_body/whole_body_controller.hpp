@@ -1,8 +1,8 @@
 // Joint torques from what is asked of momentum, feet and posture, whichever method finds them.
 #pragma once
 
-#include "framework/qp/qp_result.hpp"
-#include "robots/whole_body/dynamics_model.hpp"
+#include "saltus/qp/qp_result.hpp"
+#include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
 

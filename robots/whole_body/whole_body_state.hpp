@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

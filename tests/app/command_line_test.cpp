@@ -1,10 +1,10 @@
 // The command line taken apart, and the program that acts on it.
-#include "framework/app/command_line.hpp"
+#include "saltus/app/command_line.hpp"
 
 #include <gtest/gtest.h>
 
-#include "framework/app/program.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/app/program.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {

@@ -1,5 +1,5 @@
 // Results on disk: refused early, complete or absent, exact.
-#include "framework/app/output_folder.hpp"
+#include "saltus/app/output_folder.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {

@@ -1,5 +1,5 @@
 // Does work in other processes come back, and does a crash stay where it happens?
-#include "framework/app/process_pool.hpp"
+#include "saltus/app/process_pool.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -10,7 +10,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {

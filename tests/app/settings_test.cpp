@@ -1,11 +1,11 @@
 // Settings: what is understood, and that every kind of mistake gives one sentence and no change.
-#include "framework/app/settings.hpp"
+#include "saltus/app/settings.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {

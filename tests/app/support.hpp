@@ -10,7 +10,7 @@
 #include <iterator>
 #include <string>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 

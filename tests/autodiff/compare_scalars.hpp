@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "framework/autodiff/dual.hpp"
+#include "saltus/autodiff/dual.hpp"
 
 namespace saltus {
 

@@ -1,9 +1,9 @@
 // Laws that hold for every dual number, whatever its width and nesting.
-#include "framework/autodiff/dual.hpp"
+#include "saltus/autodiff/dual.hpp"
 
 #include <gtest/gtest.h>
 
-#include "framework/autodiff/smooth.hpp"
+#include "saltus/autodiff/smooth.hpp"
 #include "tests/autodiff/compare_scalars.hpp"
 
 namespace saltus {

@@ -3,8 +3,8 @@
 
 #include <Eigen/LU>
 
-#include "framework/autodiff/math.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/autodiff/math.hpp"
+#include "saltus/core/types.hpp"
 #include "tests/autodiff/compare_scalars.hpp"
 #include "tests/support/count_allocations.hpp"
 

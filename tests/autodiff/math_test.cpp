@@ -1,6 +1,6 @@
 // Every elementary function against differences, and the conventions where derivatives do not
 // exist.
-#include "framework/autodiff/math.hpp"
+#include "saltus/autodiff/math.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <functional>
 #include <initializer_list>
 
-#include "framework/autodiff/smooth.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/autodiff/smooth.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 namespace {

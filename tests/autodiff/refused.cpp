@@ -1,5 +1,5 @@
 // Formulas that must be refused by the compiler, one per CASE_ definition; none defined: all fine.
-#include "framework/model/make_function.hpp"
+#include "saltus/model/make_function.hpp"
 
 using namespace saltus;
 

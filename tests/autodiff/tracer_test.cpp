@@ -1,5 +1,5 @@
 // The tracer's sets are exact: nothing missing and nothing more than the structure demands.
-#include "framework/autodiff/tracer.hpp"
+#include "saltus/autodiff/tracer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <set>
 #include <utility>
 
-#include "framework/autodiff/smooth.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/autodiff/smooth.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 namespace {

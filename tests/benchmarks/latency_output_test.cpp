@@ -8,7 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::bench {
 namespace {

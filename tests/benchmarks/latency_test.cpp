@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "benchmarks/statistics.hpp"
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::bench {
 namespace {

@@ -8,9 +8,9 @@
 #include "benchmarks/chain_sqp.hpp"
 #include "benchmarks/point_shift.hpp"
 #include "benchmarks/recorded_sequence.hpp"
-#include "framework/core/error.hpp"
-#include "framework/model/derivative_check.hpp"
-#include "framework/model/make_function.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/model/derivative_check.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus::bench {
 namespace {

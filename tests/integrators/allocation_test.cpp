@@ -1,9 +1,9 @@
 // The fixed-step schemes do not allocate after construction, those of SUNDIALS not after the first
 // call of each kind.
-#include "integrators/arkode.hpp"
-#include "integrators/cvodes.hpp"
-#include "integrators/runge_kutta.hpp"
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/integrators/arkode.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 #include "tests/integrators/support.hpp"
 #include "tests/support/count_allocations.hpp"
 

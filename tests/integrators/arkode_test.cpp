@@ -1,9 +1,9 @@
 // ARKODE: measured orders with fixed steps, agreement under error control, stiff problems.
-#include "integrators/arkode.hpp"
+#include "saltus/integrators/arkode.hpp"
 
-#include "framework/core/error.hpp"
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/initial_value_problems.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 #include "tests/integrators/support.hpp"
 
 namespace saltus {

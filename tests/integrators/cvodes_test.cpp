@@ -1,9 +1,9 @@
 // CVODES on problems with known answers: stiff, orbital, and its sensitivities.
-#include "integrators/cvodes.hpp"
+#include "saltus/integrators/cvodes.hpp"
 
-#include "framework/core/error.hpp"
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/initial_value_problems.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 #include "tests/integrators/support.hpp"
 
 namespace saltus {

@@ -1,8 +1,8 @@
 // Where events are hard: tangency, pairs inside one step, starts and ends on a guard, sliding on
 // moving surfaces, chains of modes. What cannot be integrated is said, with time, mode and event.
-#include "framework/core/error.hpp"
-#include "integrators/hybrid_integrator.hpp"
-#include "integrators/hybrid_simulation.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/hybrid_integrator.hpp"
+#include "saltus/integrators/hybrid_simulation.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 

@@ -1,6 +1,6 @@
 // Events against closed forms: times, states and derivatives, by every scheme that handles events.
-#include "framework/core/error.hpp"
-#include "integrators/hybrid_simulation.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/hybrid_simulation.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 

@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "integrators/cvodes.hpp"
-#include "integrators/hybrid_simulation.hpp"
-#include "integrators/runge_kutta.hpp"
 #include "problems/library/hybrid_systems.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::test {
 

@@ -7,7 +7,7 @@
 #include <array>
 #include <random>
 
-#include "integrators/hybrid_integrator.hpp"
+#include "saltus/integrators/hybrid_integrator.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 

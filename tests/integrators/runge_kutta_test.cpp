@@ -1,7 +1,7 @@
 // Fixed-step Runge-Kutta: measured orders, exact discrete derivatives, limits of the definition.
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/integrators/support.hpp"
 
 namespace saltus {

@@ -1,9 +1,9 @@
 // Simulation over several intervals: steps in the input, accumulated costs, failures.
-#include "integrators/simulate.hpp"
+#include "saltus/integrators/simulate.hpp"
 
-#include "framework/core/error.hpp"
-#include "integrators/cvodes.hpp"
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 #include "tests/integrators/support.hpp"
 
 namespace saltus {

@@ -6,8 +6,8 @@
 #include <functional>
 #include <vector>
 
-#include "framework/model/integrator.hpp"
-#include "framework/model/make_function.hpp"
+#include "saltus/model/integrator.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus::test {
 

@@ -1,9 +1,9 @@
 // The exact zero-order hold: closed forms, agreement with a high-order scheme, derivatives, and
 // what it refuses.
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 
-#include "framework/core/error.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 #include "tests/integrators/support.hpp"
 
 namespace saltus {

@@ -1,11 +1,11 @@
 // The checker accepts right derivatives, and names the wrong entry of wrong ones.
-#include "framework/model/derivative_check.hpp"
+#include "saltus/model/derivative_check.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "framework/model/make_function.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus {
 namespace {

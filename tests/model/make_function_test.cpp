@@ -1,9 +1,9 @@
 // Formulas of every shape become functions with the right values, derivatives and exact patterns.
-#include "framework/model/make_function.hpp"
+#include "saltus/model/make_function.hpp"
 
 #include <gtest/gtest.h>
 
-#include "framework/model/derivative_check.hpp"
+#include "saltus/model/derivative_check.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {

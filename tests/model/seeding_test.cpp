@@ -1,11 +1,11 @@
 // Passes read every entry exactly once, and nothing else answers in its lane.
-#include "framework/model/seeding.hpp"
+#include "saltus/model/seeding.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "framework/core/types.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 namespace {

@@ -1,5 +1,5 @@
 // Are quantiles right to the width of a bucket?
-#include "framework/mpc/latency_histogram.hpp"
+#include "saltus/mpc/latency_histogram.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <memory>
 
-#include "framework/core/error.hpp"
-#include "framework/mpc/real_time_iteration.hpp"
-#include "framework/mpc/receding_horizon.hpp"
-#include "framework/mpc/riccati_qp.hpp"
-#include "framework/qp/sparse_solver.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/mpc/riccati_qp.hpp"
+#include "saltus/qp/sparse_solver.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/walking_problem.hpp"
 

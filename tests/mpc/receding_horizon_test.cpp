@@ -1,6 +1,6 @@
 // What does the controller hand over: when an event falls inside the tick, when a solve fails, when
 // time is up, and when it is given no numbers?
-#include "framework/mpc/receding_horizon.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,13 +8,13 @@
 #include <memory>
 #include <thread>
 
-#include "framework/core/error.hpp"
-#include "framework/mpc/real_time_iteration.hpp"
-#include "framework/mpc/riccati_qp.hpp"
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/solver/ipopt.hpp"
-#include "integrators/runge_kutta.hpp"
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/mpc/riccati_qp.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {

@@ -1,7 +1,7 @@
 // Bounds given row by row arrive row by row, whatever the compiler makes of the constants.
 #include <gtest/gtest.h>
 
-#include "framework/ocp/phase.hpp"
+#include "saltus/ocp/phase.hpp"
 
 namespace saltus {
 namespace {

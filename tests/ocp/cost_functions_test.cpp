@@ -1,11 +1,11 @@
 // Costs composed from formulas: values, derivatives and patterns.
-#include "framework/ocp/cost_functions.hpp"
+#include "saltus/ocp/cost_functions.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "framework/model/make_function.hpp"
+#include "saltus/model/make_function.hpp"
 
 namespace saltus {
 namespace {

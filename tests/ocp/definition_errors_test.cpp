@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {

@@ -1,5 +1,5 @@
 // Modes, events and references in absolute time.
-#include "framework/ocp/schedule.hpp"
+#include "saltus/ocp/schedule.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "framework/core/error.hpp"
-#include "framework/ocp/reference.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/ocp/reference.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {

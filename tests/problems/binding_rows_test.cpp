@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "framework/solver/ipopt.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/zero_order_hold.hpp"
 #include "problems/push_recovery/problem.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/problems/dense_step_recovery.hpp"
 
 namespace saltus::push_recovery {

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "framework/core/error.hpp"
 #include "problems/push_recovery/run.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/mujoco/mujoco_plant.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {

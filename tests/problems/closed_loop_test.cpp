@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "framework/app/assignment.hpp"
 #include "problems/push_recovery/simulation.hpp"
-#include "robots/icub/icub.hpp"
+#include "saltus/app/assignment.hpp"
+#include "saltus/robots/icub/icub.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus::push_recovery {

@@ -1,8 +1,8 @@
 // A small dense solver of convex quadratic programs, for answers independent of the framework.
 #pragma once
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus::testing {
 

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {

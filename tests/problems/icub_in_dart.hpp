@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "problems/push_recovery/full_body.hpp"
-#include "robots/icub/icub.hpp"
+#include "saltus/robots/icub/icub.hpp"
 
 namespace saltus::push_recovery {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "framework/solver/ipopt.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/problems/push_recovery_cases.hpp"
 
 namespace saltus::push_recovery {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "framework/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::push_recovery {
 

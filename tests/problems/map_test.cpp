@@ -15,11 +15,11 @@
 #include <numbers>
 #include <sstream>
 
-#include "framework/core/error.hpp"
 #include "problems/push_recovery/map_file.hpp"
 #include "problems/push_recovery/pendulum_bound.hpp"
-#include "robots/icub/icub.hpp"
-#include "robots/standing_bound.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/standing_bound.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus::push_recovery {

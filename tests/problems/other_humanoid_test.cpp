@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/push_recovery/run_support.hpp"
-#include "robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_program.hpp"
 #include "tests/problems/synthetic_biped.hpp"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/zero_order_hold.hpp"
 #include "problems/push_recovery/problem.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::push_recovery {
 

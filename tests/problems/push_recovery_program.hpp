@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/app/program.hpp"
 #include "problems/push_recovery/run.hpp"
+#include "saltus/app/program.hpp"
 
 namespace saltus::push_recovery {
 

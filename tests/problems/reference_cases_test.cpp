@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
 #include "problems/library/run_case.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/support/program_derivatives.hpp"
 
 namespace saltus {

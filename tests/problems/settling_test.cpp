@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "framework/core/error.hpp"
-#include "framework/ocp/window.hpp"
 #include "problems/push_recovery/progress.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/ocp/window.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -9,9 +9,9 @@
 
 #include <cmath>
 
-#include "robots/capture_point.hpp"
-#include "robots/icub/icub.hpp"
-#include "robots/standing_bound.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/standing_bound.hpp"
 #include "tests/robots/linear_program.hpp"
 
 namespace saltus {

@@ -9,11 +9,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "framework/core/error.hpp"
 #include "problems/library/c01_mpc_qps.hpp"
 #include "problems/library/catalogue.hpp"
 #include "problems/library/quadratic_program.hpp"
 #include "problems/suite/suite_output.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
 #include "tests/support/program_derivatives.hpp"
 

@@ -1,7 +1,7 @@
 // The program of a newcomer: a car that changes gear once, as the design page shows it.
 #pragma once
 
-#include "framework/ocp/problem.hpp"
+#include "saltus/ocp/problem.hpp"
 
 namespace saltus::two_gears {
 

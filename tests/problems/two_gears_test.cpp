@@ -1,11 +1,11 @@
 // Does the program of the design page compile, solve, and hold what it promises?
 #include <gtest/gtest.h>
 
-#include "framework/solver/ipopt.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "framework/transcription/replay.hpp"
-#include "integrators/cvodes.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/replay.hpp"
 #include "tests/problems/two_gears.hpp"
 #include "tests/support/program_derivatives.hpp"
 

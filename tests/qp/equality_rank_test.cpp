@@ -1,12 +1,12 @@
 // Are dependent and contradictory equality rows found, and only those?
-#include "framework/qp/equality_rank.hpp"
+#include "saltus/qp/equality_rank.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 
-#include "framework/qp/stage_conversion.hpp"
+#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/random_qp.hpp"
 #include "tests/support/unsolvable_qp.hpp"
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include "framework/qp/riccati_solver.hpp"
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/qp/stage_conversion.hpp"
+#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/stage_conversion.hpp"
 
 namespace saltus {
 namespace {

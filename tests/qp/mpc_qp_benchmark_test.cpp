@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "framework/qp/sparse_solver.hpp"
 #include "problems/library/c01_mpc_qps.hpp"
+#include "saltus/qp/sparse_solver.hpp"
 
 namespace saltus {
 namespace {

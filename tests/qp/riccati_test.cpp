@@ -7,12 +7,12 @@
 #include <cstdlib>
 #include <limits>
 
-#include "framework/qp/kkt_system.hpp"
-#include "framework/qp/riccati_kernels.hpp"
-#include "framework/qp/riccati_solver.hpp"
-#include "framework/qp/riccati_system.hpp"
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/qp/stage_conversion.hpp"
+#include "saltus/qp/kkt_system.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
+#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/riccati_system.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"
 #include "tests/support/unsolvable_qp.hpp"

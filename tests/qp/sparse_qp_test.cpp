@@ -1,5 +1,5 @@
 // Objective and residual of sparse programs at optima known by hand; nothing allocated.
-#include "framework/qp/sparse_qp.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 #include <gtest/gtest.h>
 

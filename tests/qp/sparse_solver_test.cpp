@@ -1,5 +1,5 @@
 // The sparse solver: known optima, programs without one, warm starts, deadlines, no allocation.
-#include "framework/qp/sparse_solver.hpp"
+#include "saltus/qp/sparse_solver.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "framework/qp/stage_conversion.hpp"
+#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"
 #include "tests/support/unsolvable_qp.hpp"

@@ -1,12 +1,12 @@
 // The sparse linear algebra against dense matrices, on programs with every kind of row and bound.
-#include "framework/qp/sparse_system.hpp"
+#include "saltus/qp/sparse_system.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
-#include "framework/qp/kkt_system.hpp"
-#include "framework/qp/stage_conversion.hpp"
+#include "saltus/qp/kkt_system.hpp"
+#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"
 

@@ -1,9 +1,9 @@
 // Is the sparse form of a program in stages the same program, point for point?
-#include "framework/qp/stage_conversion.hpp"
+#include "saltus/qp/stage_conversion.hpp"
 
 #include <gtest/gtest.h>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"
 

@@ -1,13 +1,13 @@
 // Sparse programs with random stages, couplings, slacks and globals, of which variables and rows
 // come and go: are their stages equivalent, and do points go there and back?
-#include "framework/qp/stage_map.hpp"
+#include "saltus/qp/stage_map.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "framework/core/error.hpp"
-#include "framework/qp/staged_solver.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/qp/staged_solver.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/stage_checks.hpp"
 

@@ -1,6 +1,6 @@
 // Objective and residual of stage programs: zero at optima known by hand, each error seen in its
 // part, nothing allocated.
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/qp/riccati_kernels.hpp"
-#include "framework/qp/riccati_solver.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
+#include "saltus/qp/riccati_solver.hpp"
 #include "tests/support/random_qp.hpp"
 
 namespace saltus::testing {

@@ -3,9 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include "robots/whole_body/plant.hpp"
-#include "robots/whole_body/swing_foot.hpp"
-#include "robots/whole_body/whole_body_controller.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/swing_foot.hpp"
+#include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus {
 

@@ -1,12 +1,12 @@
-#include "robots/centroidal.hpp"
+#include "saltus/robots/centroidal.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <vector>
 
-#include "framework/autodiff/eigen_scalar.hpp"
-#include "framework/autodiff/tracer.hpp"
+#include "saltus/autodiff/eigen_scalar.hpp"
+#include "saltus/autodiff/tracer.hpp"
 
 namespace saltus {
 namespace {

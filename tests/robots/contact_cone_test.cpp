@@ -1,4 +1,4 @@
-#include "robots/contact_cone.hpp"
+#include "saltus/robots/contact_cone.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <numbers>
 #include <random>
 
-#include "framework/autodiff/eigen_scalar.hpp"
-#include "framework/autodiff/tracer.hpp"
+#include "saltus/autodiff/eigen_scalar.hpp"
+#include "saltus/autodiff/tracer.hpp"
 
 namespace saltus {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "robots/whole_body/plant.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
 
 namespace saltus {
 namespace {

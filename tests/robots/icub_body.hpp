@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <memory>
 
-#include "robots/icub/icub.hpp"
-#include "robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "framework/core/bounds.hpp"
-#include "framework/core/types.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus::testing {
 

@@ -1,12 +1,12 @@
 // What controllers see of a plant: noise of the size that was asked for, torques that act late.
-#include "robots/whole_body/measured_plant.hpp"
+#include "saltus/robots/whole_body/measured_plant.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "robots/whole_body/floating_robot.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus {
 namespace {

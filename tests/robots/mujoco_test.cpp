@@ -6,11 +6,11 @@
 #include <random>
 
 #include "problems/push_recovery/full_body.hpp"
-#include "robots/capture_point.hpp"
-#include "robots/dart/dart_dynamics.hpp"
-#include "robots/dart/dart_plant.hpp"
-#include "robots/mujoco/mujoco_plant.hpp"
-#include "robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 

@@ -1,4 +1,4 @@
-#include "robots/robot_description.hpp"
+#include "saltus/robots/robot_description.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "robots/capture_point.hpp"
-#include "robots/icub/icub.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/icub/icub.hpp"
 
 namespace saltus {
 namespace {

@@ -1,14 +1,14 @@
 // The closed form of the pendulum with flywheel against a linear program that knows only the
 // discretised dynamics, and against figures computed elsewhere.
-#include "robots/standing_bound.hpp"
+#include "saltus/robots/standing_bound.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <limits>
 
-#include "framework/core/error.hpp"
-#include "robots/capture_point.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/capture_point.hpp"
 #include "tests/robots/linear_program.hpp"
 
 namespace saltus {

@@ -1,4 +1,4 @@
-#include "robots/support_polygon.hpp"
+#include "saltus/robots/support_polygon.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "framework/core/error.hpp"
-#include "robots/foot.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/foot.hpp"
 
 namespace saltus {
 namespace {

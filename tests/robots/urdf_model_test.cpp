@@ -1,4 +1,4 @@
-#include "robots/urdf_model.hpp"
+#include "saltus/robots/urdf_model.hpp"
 
 #include <gtest/gtest.h>
 

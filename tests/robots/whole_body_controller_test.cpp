@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "robots/capture_point.hpp"
-#include "robots/dart/dart_dynamics.hpp"
-#include "robots/dart/dart_plant.hpp"
-#include "robots/whole_body/contact_wrench.hpp"
-#include "robots/whole_body/inverse_dynamics_controller.hpp"
-#include "robots/whole_body/momentum_controller.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/whole_body/contact_wrench.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/momentum_controller.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"

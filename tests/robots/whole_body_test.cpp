@@ -2,11 +2,11 @@
 // whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
-#include "robots/capture_point.hpp"
-#include "robots/dart/dart_dynamics.hpp"
-#include "robots/dart/dart_plant.hpp"
-#include "robots/whole_body/inverse_dynamics_controller.hpp"
-#include "robots/whole_body/swing_foot.hpp"
+#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/swing_foot.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"
 #include "tests/robots/icub_body.hpp"
 

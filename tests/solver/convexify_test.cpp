@@ -1,5 +1,5 @@
 // Is a convexified Hessian positive definite, within its pattern, and left alone where it was?
-#include "framework/solver/convexify.hpp"
+#include "saltus/solver/convexify.hpp"
 
 #include <gtest/gtest.h>
 

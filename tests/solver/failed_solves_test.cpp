@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "framework/solver/ipopt.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {

@@ -1,5 +1,5 @@
 // Ipopt behind the seam: statuses, limits, warm starts, and silence.
-#include "framework/solver/ipopt.hpp"
+#include "saltus/solver/ipopt.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Our own residual: zero at an optimum, and each part sees its own kind of error.
-#include "framework/solver/kkt.hpp"
+#include "saltus/solver/kkt.hpp"
 
 #include <gtest/gtest.h>
 

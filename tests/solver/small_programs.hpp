@@ -5,8 +5,8 @@
 #include <cmath>
 #include <thread>
 
-#include "framework/core/bounds.hpp"
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/core/bounds.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus::testing_support {
 

@@ -1,13 +1,13 @@
 // Does sequential quadratic programming reach known optima, whatever the Hessian, and does it say
 // why when there is none?
-#include "framework/solver/sqp.hpp"
+#include "saltus/solver/sqp.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "framework/qp/sparse_solver.hpp"
 #include "problems/library/catalogue.hpp"
+#include "saltus/qp/sparse_solver.hpp"
 #include "tests/solver/small_programs.hpp"
 #include "tests/support/dense_qp_solver.hpp"
 #include "tests/support/event_problems.hpp"

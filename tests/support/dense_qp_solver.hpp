@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "framework/qp/sparse_qp.hpp"
+#include "saltus/qp/sparse_qp.hpp"
 
 namespace saltus::testing_support {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::testing_support {
 

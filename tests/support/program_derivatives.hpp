@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "framework/solver/nonlinear_program.hpp"
+#include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus::testing_support {
 

@@ -5,7 +5,7 @@
 #include <random>
 #include <string>
 
-#include "framework/qp/stage_qp.hpp"
+#include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::testing {
 

@@ -3,8 +3,8 @@
 
 #include <functional>
 
-#include "framework/solver/ipopt.hpp"
-#include "framework/transcription/optimum_derivatives.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/optimum_derivatives.hpp"
 
 namespace saltus::testing_support {
 

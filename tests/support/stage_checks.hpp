@@ -6,8 +6,8 @@
 
 #include <random>
 
-#include "framework/qp/stage_conversion.hpp"
-#include "framework/qp/stage_map.hpp"
+#include "saltus/qp/stage_conversion.hpp"
+#include "saltus/qp/stage_map.hpp"
 #include "tests/support/dense_qp_solver.hpp"
 
 namespace saltus::testing_support {

@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::testing_support {
 

@@ -1,12 +1,12 @@
 // Path constraints between the nodes: what is reported there, and that refinement makes it vanish.
-#include "framework/transcription/between_nodes.hpp"
+#include "saltus/transcription/between_nodes.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "framework/solver/ipopt.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/ipopt.hpp"
 
 namespace saltus {
 namespace {

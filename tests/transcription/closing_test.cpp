@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "framework/mpc/riccati_qp.hpp"
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/solver/ipopt.hpp"
-#include "framework/solver/sqp.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/mpc/riccati_qp.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/support/program_derivatives.hpp"
 
 namespace saltus {

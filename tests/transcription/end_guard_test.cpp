@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "framework/solver/ipopt.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/runge_kutta.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 namespace {

@@ -1,12 +1,12 @@
 // Laws of the grid: it covers the phase, keeps its size, and has a node exactly at every event.
-#include "framework/transcription/grid.hpp"
+#include "saltus/transcription/grid.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "framework/solver/ipopt.hpp"
-#include "framework/transcription/multiple_shooting.hpp"
-#include "integrators/cvodes.hpp"
-#include "integrators/runge_kutta.hpp"
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus {
 namespace {

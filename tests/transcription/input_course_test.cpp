@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "framework/solver/ipopt.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/program_derivatives.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "framework/core/error.hpp"
+#include "saltus/core/error.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/walking_problem.hpp"

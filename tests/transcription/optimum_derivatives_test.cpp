@@ -1,12 +1,12 @@
 // Derivatives of optima against solving again, closed forms and published oracles.
-#include "framework/transcription/optimum_derivatives.hpp"
+#include "saltus/transcription/optimum_derivatives.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "integrators/zero_order_hold.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/resolved_derivatives.hpp"
 

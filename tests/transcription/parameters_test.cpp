@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "framework/core/error.hpp"
-#include "framework/solver/ipopt.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/program_derivatives.hpp"
 

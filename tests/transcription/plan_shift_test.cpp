@@ -1,15 +1,15 @@
 // A plan on the grid of the next solve: on its own grid it is itself, later it is the rest of
 // itself, with several phases and free durations too.
-#include "framework/transcription/plan_shift.hpp"
+#include "saltus/transcription/plan_shift.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "framework/qp/sparse_solver.hpp"
-#include "framework/solver/kkt.hpp"
-#include "framework/solver/sqp.hpp"
-#include "framework/transcription/shooting_program.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/solver/kkt.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 #include "tests/problems/two_gears.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/walking_problem.hpp"

@@ -1,7 +1,7 @@
 // Soft terms against closed forms: what is violated, by how much, and what it costs.
 #include <gtest/gtest.h>
 
-#include "framework/solver/ipopt.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {

@@ -4,8 +4,8 @@
 
 #include <functional>
 
-#include "framework/qp/stage_map.hpp"
 #include "problems/push_recovery/problem.hpp"
+#include "saltus/qp/stage_map.hpp"
 #include "tests/problems/push_recovery_cases.hpp"
 #include "tests/problems/two_gears.hpp"
 #include "tests/support/count_allocations.hpp"

@@ -1,12 +1,12 @@
 // The course of a solution between nodes, at events and as CSV.
-#include "framework/transcription/trajectory.hpp"
+#include "saltus/transcription/trajectory.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <sstream>
 
-#include "framework/solver/ipopt.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {
