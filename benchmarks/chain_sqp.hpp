@@ -6,7 +6,7 @@
 
 #include "benchmarks/hanging_chain.hpp"
 #include "saltus/model/integrator.hpp"
-#include "saltus/qp/stage_solver.hpp"
+#include "saltus/qp/stage_qp_solver.hpp"
 
 namespace saltus::bench {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "saltus/qp/staged_solver.hpp"
+#include "saltus/qp/sparse_by_stages.hpp"
 
 namespace saltus {
 
@@ -14,10 +14,10 @@ QpSolverFactory riccati_qp_solver(const MultipleShooting& shooting, RiccatiOptio
     all.tolerance = asked.tolerance;
     all.max_iterations = asked.max_iterations;
     all.convex = asked.convex;
-    return make_staged_qp_solver(SparseQp(hessian, rows), structure,
-                                 [all, kernels](const StageQp& capacity) {
-                                   return make_riccati_solver(capacity, all, kernels);
-                                 });
+    return make_sparse_solver_by_stages(SparseQp(hessian, rows), structure,
+                                        [all, kernels](const StageQp& capacity) {
+                                          return make_riccati_solver(capacity, all, kernels);
+                                        });
   };
 }
 

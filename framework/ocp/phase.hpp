@@ -67,43 +67,43 @@ class Phase {
   /// The formula stays within bounds during the window; one Bounds serves all its rows.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window = {}) {
-    return constrain(std::move(name), TermPlace::running, std::move(formula), {bounds},
+    return constrain(std::move(name), TermDomain::running, std::move(formula), {bounds},
                      std::move(window), std::nullopt);
   }
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window = {}) {
-    return constrain(std::move(name), TermPlace::running, std::move(formula), std::move(bounds),
+    return constrain(std::move(name), TermDomain::running, std::move(formula), std::move(bounds),
                      std::move(window), std::nullopt);
   }
   /// The same, but a violation is possible at a price; the solution says how much was needed.
   template <class F>
-  Phase& keep(std::string name, F formula, Bounds bounds, Window window, Softness softness) {
-    return constrain(std::move(name), TermPlace::running, std::move(formula), {bounds},
-                     std::move(window), std::move(softness));
+  Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
+    return constrain(std::move(name), TermDomain::running, std::move(formula), {bounds},
+                     std::move(window), std::move(penalty));
   }
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window,
-              Softness softness) {
-    return constrain(std::move(name), TermPlace::running, std::move(formula), std::move(bounds),
-                     std::move(window), std::move(softness));
+              Penalty penalty) {
+    return constrain(std::move(name), TermDomain::running, std::move(formula), std::move(bounds),
+                     std::move(window), std::move(penalty));
   }
   /// Holds once, where the phase ends (before the jump); if soft, a violation is paid once.
   template <class F>
   Phase& reach(std::string name, F formula, Bounds bounds,
-               std::optional<Softness> softness = std::nullopt) {
-    return constrain(std::move(name), TermPlace::phase_end, std::move(formula), {bounds}, {},
-                     std::move(softness));
+               std::optional<Penalty> penalty = std::nullopt) {
+    return constrain(std::move(name), TermDomain::phase_end, std::move(formula), {bounds}, {},
+                     std::move(penalty));
   }
   template <class F>
   Phase& reach(std::string name, F formula, std::vector<Bounds> bounds,
-               std::optional<Softness> softness = std::nullopt) {
-    return constrain(std::move(name), TermPlace::phase_end, std::move(formula), std::move(bounds),
-                     {}, std::move(softness));
+               std::optional<Penalty> penalty = std::nullopt) {
+    return constrain(std::move(name), TermDomain::phase_end, std::move(formula), std::move(bounds),
+                     {}, std::move(penalty));
   }
   /// Holds once, where the phase begins (after the jump).
   template <class F>
   Phase& begin_with(std::string name, F formula, Bounds bounds) {
-    return constrain(std::move(name), TermPlace::phase_start, std::move(formula), {bounds}, {},
+    return constrain(std::move(name), TermDomain::phase_start, std::move(formula), {bounds}, {},
                      std::nullopt);
   }
 
@@ -111,7 +111,7 @@ class Phase {
   /// the given direction: a terminal constraint guard = 0 that decides the free duration.
   template <class F>
   Phase& ends_when(std::string event, F guard, Crossing crossing) {
-    constrain(event, TermPlace::phase_end, std::move(guard), {exactly(0.0)}, {}, std::nullopt);
+    constrain(event, TermDomain::phase_end, std::move(guard), {exactly(0.0)}, {}, std::nullopt);
     d_.end_guards.push_back({std::move(event), d_.terms.back().function, crossing});
     return *this;
   }
@@ -120,25 +120,25 @@ class Phase {
   /// Integral of the scalar formula over the window.
   template <class F>
   Phase& minimise(std::string name, F formula, Window window = {}) {
-    return cost(std::move(name), TermPlace::running, std::move(formula), std::move(window));
+    return cost(std::move(name), TermDomain::running, std::move(formula), std::move(window));
   }
   /// The scalar formula once, where the phase ends.
   template <class F>
   Phase& minimise_at_end(std::string name, F formula) {
-    return cost(std::move(name), TermPlace::phase_end, std::move(formula), {});
+    return cost(std::move(name), TermDomain::phase_end, std::move(formula), {});
   }
   /// Integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
   template <class F>
   Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
-    return least_squares(std::move(name), TermPlace::running, std::move(residual),
+    return least_squares(std::move(name), TermDomain::running, std::move(residual),
                          weights.asDiagonal(), std::move(window), std::move(reference));
   }
   /// 1/2 |residual - reference|^2_W once, where the phase ends.
   template <class F>
   Phase& track_at_end(std::string name, F residual, const VectorXd& weights,
                       Reference reference = {}) {
-    return least_squares(std::move(name), TermPlace::phase_end, std::move(residual),
+    return least_squares(std::move(name), TermDomain::phase_end, std::move(residual),
                          weights.asDiagonal(), {}, std::move(reference));
   }
   /// 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals, the first against the input applied
@@ -150,8 +150,8 @@ class Phase {
   }
 
   // --- inputs, parameters, scaling, guesses --------------------------------------------------
-  Phase& inputs(InputCourse course) {
-    d_.input_course = course;
+  Phase& inputs(InputParametrisation course) {
+    d_.input_parametrisation = course;
     return *this;
   }
   /// Inputs i to i + size - 1, for each i of `firsts`, act on the state only through a common
@@ -209,26 +209,26 @@ class Phase {
     }
   };
   template <class F>
-  Phase& constrain(std::string name, TermPlace place, F formula, std::vector<Bounds> bounds,
-                   Window window, std::optional<Softness> softness) {
+  Phase& constrain(std::string name, TermDomain domain, F formula, std::vector<Bounds> bounds,
+                   Window window, std::optional<Penalty> penalty) {
     Function function = make_function<nx, nu, np>(std::move(formula));
     if (bounds.size() == 1) bounds.resize(function.outputs(), bounds.front());
     d_.terms.push_back({.name = std::move(name),
                         .kind = TermKind::constraint,
-                        .place = place,
+                        .domain = domain,
                         .function = std::move(function),
                         .bounds = std::move(bounds),
-                        .soft = std::move(softness),
+                        .soft = std::move(penalty),
                         .weight = {},
                         .reference = {},
                         .window = std::move(window)});
     return *this;
   }
   template <class F>
-  Phase& cost(std::string name, TermPlace place, F formula, Window window) {
+  Phase& cost(std::string name, TermDomain domain, F formula, Window window) {
     d_.terms.push_back({.name = std::move(name),
                         .kind = TermKind::cost,
-                        .place = place,
+                        .domain = domain,
                         .function = make_function<nx, nu, np>(std::move(formula)),
                         .bounds = {},
                         .weight = {},
@@ -237,11 +237,11 @@ class Phase {
     return *this;
   }
   template <class F>
-  Phase& least_squares(std::string name, TermPlace place, F residual, MatrixXd weight,
+  Phase& least_squares(std::string name, TermDomain domain, F residual, MatrixXd weight,
                        Window window, Reference reference) {
     d_.terms.push_back({.name = std::move(name),
                         .kind = TermKind::least_squares,
-                        .place = place,
+                        .domain = domain,
                         .function = make_function<nx, nu, np>(std::move(residual)),
                         .bounds = {},
                         .weight = std::move(weight),

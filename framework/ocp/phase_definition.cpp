@@ -79,7 +79,7 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
     fail(phase, term,
          fmt::format("the formula takes {} arguments, the phase has {}", term.function.inputs(),
                      phase.sizes.size()));
-  if (term.place != TermPlace::running &&
+  if (term.domain != TermDomain::running &&
       depends_on_any(term.function, phase.sizes.u(), phase.sizes.nu))
     fail(phase, term,
          "it acts at one end of the phase and uses an input, but inputs belong to intervals; "
@@ -95,8 +95,8 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
                          term.bounds[i].upper, i));
     if (term.soft && !(term.soft->weight > 0.0 && std::isfinite(term.soft->weight)))
       fail(phase, term,
-           fmt::format("the softness weight '{}' is {}, expected a positive number",
-                       term.soft->name, term.soft->weight));
+           fmt::format("the penalty weight '{}' is {}, expected a positive number", term.soft->name,
+                       term.soft->weight));
   } else if (term.kind == TermKind::cost && m != 1) {
     fail(phase, term, fmt::format("a cost must be one number, but the formula has {} rows", m));
   } else if (term.kind == TermKind::least_squares) {
@@ -189,7 +189,7 @@ void PhaseDefinition::check() const {
                               input_change_weight.size(), sizes.nu));
     if (!(input_change_weight.array() >= 0.0).all())
       fail(*this, "penalise_change has a weight that is negative or NaN");
-    if (input_course != InputCourse::piecewise_constant)
+    if (input_parametrisation != InputParametrisation::piecewise_constant)
       fail(*this, "penalise_change is for piecewise constant inputs");
   }
 }

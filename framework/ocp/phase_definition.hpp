@@ -32,7 +32,7 @@ struct ComponentBounds {
 };
 
 /// Course of a phase's inputs.
-enum class InputCourse {
+enum class InputParametrisation {
   piecewise_constant,
   piecewise_linear,             ///< may jump at every node
   piecewise_linear_continuous,  ///< jumps at events only
@@ -46,7 +46,7 @@ struct PhaseDefinition {
   /// Events inside the phase; empty: none. Otherwise `dynamics` are those of the first mode.
   SwitchingSystem switching;
 
-  InputCourse input_course = InputCourse::piecewise_constant;
+  InputParametrisation input_parametrisation = InputParametrisation::piecewise_constant;
   std::vector<ComponentBounds> input_bounds;
   std::vector<ComponentBounds> state_bounds;
   std::vector<Term> terms;
@@ -70,8 +70,8 @@ struct PhaseDefinition {
   double nominal_parameter(int i) const;
   bool has_free_duration() const { return !duration.is_equality(); }
   InputShape input_shape() const {
-    return input_course == InputCourse::piecewise_constant ? InputShape::constant
-                                                           : InputShape::linear;
+    return input_parametrisation == InputParametrisation::piecewise_constant ? InputShape::constant
+                                                                             : InputShape::linear;
   }
   /// Throws DefinitionError with the phase, the term, the expected size and the given one.
   void check() const;

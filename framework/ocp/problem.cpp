@@ -69,7 +69,7 @@ OptimalControlProblem& OptimalControlProblem::close(Jump jump) {
   return *this;
 }
 
-bool OptimalControlProblem::set_softness(std::string_view weight_name, double weight) {
+bool OptimalControlProblem::set_penalty_weight(std::string_view weight_name, double weight) {
   bool found = false;
   for (PhaseDefinition& phase : phases_)
     for (Term& term : phase.terms)

@@ -55,8 +55,8 @@ class OptimalControlProblem {
   /// Bounds on the sum of all durations, s.
   OptimalControlProblem& total_time(Bounds bounds);
 
-  /// Sets every softness weight of this name; false if there is none.
-  bool set_softness(std::string_view weight_name, double weight);
+  /// Sets every penalty weight of this name; false if there is none.
+  bool set_penalty_weight(std::string_view weight_name, double weight);
   /// For event times that move between solves.
   Schedule& editable_schedule() { return schedule_; }
 

@@ -486,7 +486,7 @@ void RiccatiSystem::Packer::add_group(int k, int g, bool equalities) {
   if (rows == 0) return;
   int columns = 0, part = 0;
   for (int c = 0; c < all_columns; ++c) {
-    const Place at = place(k, group.columns[c]);
+    const Column at = column_of(k, group.columns[c]);
     if (at.part < 0) continue;
     part = at.part;
     column[columns] = at.at;
@@ -576,7 +576,7 @@ void RiccatiSystem::Packer::bounds(int k) {
       return;
     }
     if (l == -infinity && u == infinity) continue;
-    const Place at = place(k, j);
+    const Column at = column_of(k, j);
     if (at.part > 0) {
       ++further[at.part];
     } else if (l == u) {
@@ -617,7 +617,7 @@ void RiccatiSystem::Packer::add_bound_rows(int k, int part, bool equalities) {
   bool has_lower = false, has_upper = false;
   for (int j = p.constant_states; j < users; ++j) {
     const double l = lower_bound(s, j), u = upper_bound(s, j);
-    const Place at = place(k, j);
+    const Column at = column_of(k, j);
     if (at.part != part || (l == -infinity && u == infinity) || (l == u) != equalities) continue;
     source[rows++] = j;
     column[columns++] = at.at;

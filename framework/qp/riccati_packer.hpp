@@ -28,13 +28,13 @@ struct RiccatiSystem::Packer {
   }
 
   // Where entry j of the user's v = (x, u) went: part, and place in it; part -1: it is constant.
-  struct Place {
+  struct Column {
     int part, at;
   };
-  Place place(int k, int j) const {
+  Column column_of(int k, int j) const {
     const Stage& s = qp.stages[k];
     const PackedStage& p = system.stages_[k];
-    if (j < s.nx) return starts_fixed(k) ? Place{-1, 0} : Place{0, j};
+    if (j < s.nx) return starts_fixed(k) ? Column{-1, 0} : Column{0, j};
     const int input = j - s.nx;
     if (p.parts == 1) return {0, (starts_fixed(k) ? 0 : s.nx) + input};
     const int size = p.sweep.nu;

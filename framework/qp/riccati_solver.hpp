@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 
-#include "saltus/qp/stage_solver.hpp"
+#include "saltus/qp/stage_qp_solver.hpp"
 
 namespace saltus {
 

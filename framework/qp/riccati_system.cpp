@@ -11,8 +11,8 @@ namespace {
 // Equality rows enter with a quadratic price on what the step leaves of them; their multipliers
 // make up for it, so that at the solution they hold exactly. It must outweigh sides that depend on
 // them.
-constexpr double least_equality_price = 1e9, most_equality_price = 1e15;
-constexpr double equality_price_per_weight = 10.0;
+constexpr double least_equality_weight = 1e9, most_equality_weight = 1e15;
+constexpr double equality_weight_per_weight = 10.0;
 // Added to the Hessian when a step is computed, never to the problem: a proximal term.
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
@@ -131,7 +131,7 @@ void RiccatiSystem::pack_point(const StageQp& qp, const StagePoint& point, bool 
 }
 
 // Soft rows of the fixed start alone are no part of the packed program; what they miss has a price.
-void RiccatiSystem::price_settled_rows(const StageQp& qp, StagePoint::AtStage& to) const {
+void RiccatiSystem::penalise_settled_rows(const StageQp& qp, StagePoint::AtStage& to) const {
   const Stage& s = qp.stages.front();
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
     const RowGroup& group = s.groups[g];
@@ -193,7 +193,7 @@ void RiccatiSystem::unpack_point(const StageQp& qp, const double* v, const doubl
       if (p.bounds.upper_at >= 0) add(-1, j, lambda[p.bounds.upper_at + i]);
       if (p.bounds.lower_at >= 0) add(-1, j, -lambda[p.bounds.lower_at + i]);
     }
-    if (p.constant_states > 0) price_settled_rows(qp, to);
+    if (p.constant_states > 0) penalise_settled_rows(qp, to);
   }
 }
 
@@ -368,7 +368,7 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
       Lanes sum{};
       if (b.lower_at >= 0) sum += load(weights + b.lower_at + i);
       if (b.upper_at >= 0) sum += load(weights + b.upper_at + i);
-      if (b.equality_at >= 0) sum = broadcast(equality_price_);
+      if (b.equality_at >= 0) sum = broadcast(equality_weight_);
       store(row_weights + i, sum);
     }
     double* H = b.part == 0 ? p.sweep.M : p.R_work + (b.part - 1) * padded(p.sweep.nu) * p.sweep.nu;
@@ -413,8 +413,8 @@ bool RiccatiSystem::factor(const double* weights) {
       store(&weights_[i], load(weights + i));
       most = larger(most, load(weights + i));
     }
-    equality_price_ = std::clamp(equality_price_per_weight * largest(most), least_equality_price,
-                                 most_equality_price);
+    equality_weight_ = std::clamp(equality_weight_per_weight * largest(most), least_equality_weight,
+                                  most_equality_weight);
   }
   const double* P = nullptr;
   int ld_P = 0;
@@ -502,7 +502,7 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
   }
 }
 
-// Equality rows E dv = -equality, priced: dy = price (E dv + equality).
+// Equality rows E dv = -equality, penalty_of: dy = price (E dv + equality).
 void RiccatiSystem::solve_with_rows(const double* gradient, const double* equality, double* dv,
                                     double* dy) {
   double* scaled = row_work_.data();
@@ -511,7 +511,7 @@ void RiccatiSystem::solve_with_rows(const double* gradient, const double* equali
     for (const RowBlock& b : p.rows) {
       if (b.equality_at < 0) continue;
       for (int i = 0; i < padded(b.rows); i += lanes)
-        store(scaled + i, load(equality + b.equality_at + i) * equality_price_);
+        store(scaled + i, load(equality + b.equality_at + i) * equality_weight_);
       b.kernel->add_transposed(b, scaled, 1.0, gradient_.data() + b.v_at);
     }
   sweep(gradient_.data(), equality, dv, dy);
@@ -521,7 +521,7 @@ void RiccatiSystem::solve_with_rows(const double* gradient, const double* equali
       double* out = dy + b.equality_at;
       b.kernel->multiply(b, dv + b.v_at, 1.0, out);
       for (int i = 0; i < padded(b.rows); i += lanes)
-        store(out + i, (load(out + i) + load(equality + b.equality_at + i)) * equality_price_);
+        store(out + i, (load(out + i) + load(equality + b.equality_at + i)) * equality_weight_);
     }
 }
 

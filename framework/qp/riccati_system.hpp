@@ -112,7 +112,7 @@ class RiccatiSystem {
   void products(const double* v, const double* y, double* stationarity, double* equality);
   template <int sign>
   void add_sides(const double* side, double* v);
-  void price_settled_rows(const StageQp& qp, StagePoint::AtStage& to) const;
+  void penalise_settled_rows(const StageQp& qp, StagePoint::AtStage& to) const;
   void add_rows(PackedStage& stage, const double* weights);
   void factor_parts(PackedStage& stage);
   void sweep(const double* gradient, const double* equality, double* dv, double* dy);
@@ -130,7 +130,7 @@ class RiccatiSystem {
   AlignedArray gradient_, residual_v_, residual_y_, correction_v_, correction_y_;
   int max_variables_ = 0, max_equalities_ = 0, max_sides_ = 0;
   int variables_ = 0, equalities_ = 0, sides_ = 0, first_soft_ = 0;
-  double equality_price_ = 0.0;
+  double equality_weight_ = 0.0;
   double shift_ = 0.0;
   int reduced_stages_ = 0;
   bool expects_convex_ = true;

@@ -63,7 +63,7 @@ SparseSystem::SparseSystem(const SparsityPattern& hessian, const SparsityPattern
       equality_(VectorXd::Zero(m_)),
       active_(max_sides()),
       beta_(max_sides()),
-      prices_(max_sides()),
+      weights_(max_sides()),
       ldl_(matrix_pattern(hessian, rows), expected_signs(n_, m_)),
       hessian_diagonal_(VectorXd::Zero(n_)),
       diagonal_(VectorXd::Zero(n_ + m_)),

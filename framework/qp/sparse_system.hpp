@@ -51,8 +51,8 @@ class SparseSystem {
   int first_soft() const { return sides(); }
   const double* active() const { return active_.data(); }
   const double* beta() const { return beta_.data(); }
-  const double* l1() const { return prices_.data(); }
-  const double* l2() const { return prices_.data(); }
+  const double* l1() const { return weights_.data(); }
+  const double* l2() const { return weights_.data(); }
   void evaluate(const double* v, const double* y, const double* lambda, double* stationarity,
                 double* equality, double* side);
   void apply(const double* v, const double* y, const double* lambda, double* stationarity,
@@ -99,7 +99,7 @@ class SparseSystem {
   std::vector<int> equality_rows_;
   VectorXd equality_;  ///< right-hand sides
   std::vector<Side> sides_;
-  AlignedArray active_, beta_, prices_;
+  AlignedArray active_, beta_, weights_;
 
   SparseLdl ldl_;
   std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  ///< entries of the matrix's pattern

@@ -10,7 +10,7 @@ namespace saltus {
 StageConversion::StageConversion(const StageQp& qp) {
   for (std::size_t k = 0; k < qp.stages.size(); ++k) {
     const Stage& s = qp.stages[k];
-    Place& p = places_.emplace_back();
+    StageOffset& p = offsets_.emplace_back();
     p.nx = s.nx;
     p.nu = s.nu;
     p.next = k + 1 < qp.stages.size() ? qp.stages[k + 1].nx : 0;
@@ -34,10 +34,10 @@ StageConversion::StageConversion(const StageQp& qp) {
 }
 
 bool StageConversion::fits(const StageQp& qp) const {
-  if (qp.stages.size() != places_.size()) return false;
-  for (std::size_t k = 0; k < places_.size(); ++k) {
+  if (qp.stages.size() != offsets_.size()) return false;
+  for (std::size_t k = 0; k < offsets_.size(); ++k) {
     const Stage& s = qp.stages[k];
-    const Place& p = places_[k];
+    const StageOffset& p = offsets_[k];
     if (s.nx != p.nx || s.nu != p.nu || s.groups.size() != p.groups.size()) return false;
     for (std::size_t j = 0; j < s.groups.size(); ++j) {
       const RowGroup& g = s.groups[j];
@@ -52,9 +52,9 @@ bool StageConversion::fits(const StageQp& qp) const {
 // Entries come in the order in which patterns store them: by rows, columns ascending.
 template <class Emit>
 void StageConversion::for_each_hessian(const StageQp& qp, Emit&& emit) const {
-  for (std::size_t k = 0; k < places_.size(); ++k) {
+  for (std::size_t k = 0; k < offsets_.size(); ++k) {
     const Stage& s = qp.stages[k];
-    const Place& p = places_[k];
+    const StageOffset& p = offsets_[k];
     for (int i = 0; i < s.nx; ++i)
       for (int j = 0; j <= i; ++j) emit(p.x + i, p.x + j, s.Q(i, j));
     for (int i = 0; i < s.nu; ++i) {
@@ -73,24 +73,24 @@ void StageConversion::for_each_hessian(const StageQp& qp, Emit&& emit) const {
 
 template <class Emit>
 void StageConversion::for_each_row_entry(const StageQp& qp, Emit&& emit) const {
-  for (std::size_t k = 0; k < places_.size(); ++k) {
+  for (std::size_t k = 0; k < offsets_.size(); ++k) {
     const Stage& s = qp.stages[k];
-    const Place& p = places_[k];
+    const StageOffset& p = offsets_[k];
     for (std::size_t j = 0; j < s.groups.size(); ++j) {
       const RowGroup& g = s.groups[j];
-      const Group& place = p.groups[j];
+      const Group& rows = p.groups[j];
       for (int i = 0; i < g.rows; ++i) {
         for (std::size_t c = 0; c < g.columns.size(); ++c)
-          emit(place.first_row + i, p.x + g.columns[c], g.M(i, c));
+          emit(rows.first_row + i, p.x + g.columns[c], g.M(i, c));
         if (!g.soft) continue;
-        emit(place.first_row + i, place.first_slack + 2 * i, 1.0);
-        emit(place.first_row + i, place.first_slack + 2 * i + 1, -1.0);
+        emit(rows.first_row + i, rows.first_slack + 2 * i, 1.0);
+        emit(rows.first_row + i, rows.first_slack + 2 * i + 1, -1.0);
       }
     }
     for (int i = 0; i < p.next; ++i) {
       for (int j = 0; j < s.nx; ++j) emit(p.dynamics + i, p.x + j, s.A(i, j));
       for (int j = 0; j < s.nu; ++j) emit(p.dynamics + i, p.u + j, s.B(i, j));
-      emit(p.dynamics + i, places_[k + 1].x + i, -1.0);
+      emit(p.dynamics + i, offsets_[k + 1].x + i, -1.0);
     }
   }
 }
@@ -107,9 +107,9 @@ void StageConversion::update(const StageQp& qp) {
   for_each_row_entry(qp, [&](int, int, double entry) { *value++ = entry; });
 
   to.constant = 0.0;
-  for (std::size_t k = 0; k < places_.size(); ++k) {
+  for (std::size_t k = 0; k < offsets_.size(); ++k) {
     const Stage& s = qp.stages[k];
-    const Place& p = places_[k];
+    const StageOffset& p = offsets_[k];
     const bool given = k == 0 && qp.fixed_start;
     to.constant += s.constant;
     to.gradient.segment(p.x, s.nx) = s.q.head(s.nx);
@@ -120,11 +120,11 @@ void StageConversion::update(const StageQp& qp) {
     to.upper.segment(p.u, s.nu) = s.u_upper.head(s.nu);
     for (std::size_t j = 0; j < s.groups.size(); ++j) {
       const RowGroup& g = s.groups[j];
-      const Group& place = p.groups[j];
-      to.row_lower.segment(place.first_row, g.rows) = g.lower.head(g.rows);
-      to.row_upper.segment(place.first_row, g.rows) = g.upper.head(g.rows);
+      const Group& rows = p.groups[j];
+      to.row_lower.segment(rows.first_row, g.rows) = g.lower.head(g.rows);
+      to.row_upper.segment(rows.first_row, g.rows) = g.upper.head(g.rows);
       for (int i = 0; i < (g.soft ? g.rows : 0); ++i) {
-        const int t = place.first_slack + 2 * i;
+        const int t = rows.first_slack + 2 * i;
         to.gradient[t] = to.gradient[t + 1] = g.l1[i];
         to.lower[t] = to.lower[t + 1] = 0.0;
         to.upper[t] = g.lower[i] == -infinity ? 0.0 : infinity;
@@ -141,8 +141,8 @@ void StageConversion::convert(const StageQp& qp, const StagePoint& from,
   to.w.resize(variables_);
   to.z.resize(variables_);
   to.lambda.resize(rows_);
-  for (std::size_t k = 0; k < places_.size(); ++k) {
-    const Place& p = places_[k];
+  for (std::size_t k = 0; k < offsets_.size(); ++k) {
+    const StageOffset& p = offsets_[k];
     const StagePoint::AtStage& at = from.stages[k];
     to.w.segment(p.x, p.nx) = at.x.head(p.nx);
     to.w.segment(p.u, p.nu) = at.u.head(p.nu);
@@ -151,15 +151,15 @@ void StageConversion::convert(const StageQp& qp, const StagePoint& from,
     to.lambda.segment(p.dynamics, p.next) = at.costate.head(p.next);
     for (std::size_t j = 0; j < p.groups.size(); ++j) {
       const RowGroup& g = qp.stages[k].groups[j];
-      const Group& place = p.groups[j];
+      const Group& rows = p.groups[j];
       for (int i = 0; i < g.rows; ++i) {
         const double multiplier = at.group[j][i];
-        to.lambda[place.first_row + i] = multiplier;
-        if (place.first_slack < 0) continue;
+        to.lambda[rows.first_row + i] = multiplier;
+        if (rows.first_slack < 0) continue;
         double value = 0.0;
         for (std::size_t c = 0; c < g.columns.size(); ++c)
           value += g.M(i, c) * to.w[p.x + g.columns[c]];
-        const int t = place.first_slack + 2 * i;
+        const int t = rows.first_slack + 2 * i;
         to.w[t] = std::max(g.lower[i] - value, 0.0);
         to.w[t + 1] = std::max(value - g.upper[i], 0.0);
         // Stationarity in t: l1 + l2 t + multiplier + z = 0 below, with - multiplier above.
@@ -171,8 +171,8 @@ void StageConversion::convert(const StageQp& qp, const StagePoint& from,
 }
 
 void StageConversion::convert(const PrimalDualPoint& from, StagePoint& to) const {
-  for (std::size_t k = 0; k < places_.size(); ++k) {
-    const Place& p = places_[k];
+  for (std::size_t k = 0; k < offsets_.size(); ++k) {
+    const StageOffset& p = offsets_[k];
     StagePoint::AtStage& at = to.stages[k];
     at.x.head(p.nx) = from.w.segment(p.x, p.nx);
     at.u.head(p.nu) = from.w.segment(p.u, p.nu);

@@ -36,7 +36,7 @@ class StageConversion {
     int first_slack;  // two per row; -1: hard
     std::vector<int> columns;
   };
-  struct Place {
+  struct StageOffset {
     int nx, nu, x, u;    // sizes, first variables
     int next, dynamics;  // successor's nx, first row of the dynamics
     std::vector<Group> groups;
@@ -47,7 +47,7 @@ class StageConversion {
   template <class Emit>
   void for_each_row_entry(const StageQp& qp, Emit&& emit) const;
 
-  std::vector<Place> places_;
+  std::vector<StageOffset> offsets_;
   int variables_ = 0, rows_ = 0;
   SparseQp sparse_;
 };

@@ -10,42 +10,42 @@ namespace {
 // A row without variables may be missed by the rounding of its terms.
 constexpr double constant_row_tolerance = 1e-9;
 // Prices below zero by no more than this, relative to their terms, are rounding.
-constexpr double price_rounding = 1e-12;
+constexpr double penalty_rounding = 1e-12;
 
 constexpr int elsewhere = -2;  // of column(): not carried here
 
 }  // namespace
 
 void StageMap::mark(int first, int last) {
-  for (int k = first; k <= last; ++k) places_[k].dirty = true;
+  for (int k = first; k <= last; ++k) plans_[k].dirty = true;
 }
 
 StageFill StageMap::fill(const SparseQp& qp) noexcept {
   const StageFill seen = watch(qp);
   if (seen != StageFill::filled) return seen;
   const bool changed =
-      std::any_of(places_.begin(), places_.end(), [](const Place& p) { return p.dirty; });
+      std::any_of(plans_.begin(), plans_.end(), [](const StagePlan& p) { return p.dirty; });
   if (changed) {
     if (!hold_carried()) {
-      mark(0, static_cast<int>(places_.size()) - 1);
+      mark(0, static_cast<int>(plans_.size()) - 1);
       return StageFill::not_staged;
     }
-    for (Place& place : places_)
-      if (place.dirty) count_columns(place);
-    for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
-      if (!places_[k].dirty) continue;
+    for (StagePlan& plan : plans_)
+      if (plan.dirty) count_columns(plan);
+    for (int k = 0; k < static_cast<int>(plans_.size()); ++k) {
+      if (!plans_[k].dirty) continue;
       list_cost(k);
       list_dynamics(qp, k);
       list_groups(qp, k);
       stages_.stages[k].resultant_size = resultant_size(k);
     }
-    for (Place& place : places_) place.dirty = false;
+    for (StagePlan& plan : plans_) plan.dirty = false;
   }
   StageFill result = StageFill::filled;
   const auto note = [&](StageFill part) {
     if (part != StageFill::filled) result = part;
   };
-  for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
+  for (int k = 0; k < static_cast<int>(plans_.size()); ++k) {
     write_cost(qp, k);
     note(write_dynamics(qp, k));
     note(write_groups(qp, k));
@@ -70,8 +70,8 @@ StageFill StageMap::watch(const SparseQp& qp) {
     any_fixed_value_ = any_fixed_value_ || (gone && qp.lower[v] != 0.0);
   }
   StageFill result = StageFill::filled;
-  for (int k = 0; k < static_cast<int>(places_.size()); ++k)
-    for (Group& group : places_[k].groups)
+  for (int k = 0; k < static_cast<int>(plans_.size()); ++k)
+    for (Group& group : plans_[k].groups)
       for (Part& part : group.parts) {
         const bool was_active = part.active;
         if (group.soft) {
@@ -111,7 +111,7 @@ StageFill StageMap::watch_soft(const SparseQp& qp, Part& part) const {
   part.l1 = (slope + bend) / std::abs(c);
   part.l2 = curvature / (c * c);
   if (part.l1 < 0.0) {
-    if (part.l1 * std::abs(c) < -price_rounding * (std::abs(slope) + std::abs(bend)))
+    if (part.l1 * std::abs(c) < -penalty_rounding * (std::abs(slope) + std::abs(bend)))
       return StageFill::not_staged;
     part.l1 = 0.0;
   }
@@ -122,12 +122,12 @@ StageFill StageMap::watch_soft(const SparseQp& qp, Part& part) const {
 
 bool StageMap::hold_carried() {
   if (chains_ == 0) return true;
-  for (Place& place : places_) std::fill(place.holder.begin(), place.holder.end(), -1);
+  for (StagePlan& plan : plans_) std::fill(plan.holder.begin(), plan.holder.end(), -1);
   for (const Coupling& c : couplings_) {
     if (!c.on) continue;
     const Variable& variable = variables_[c.variable];
     for (int k = variable.stage + 1; k <= c.stage; ++k) {
-      int& holder = places_[k].holder[variable.chain];
+      int& holder = plans_[k].holder[variable.chain];
       if (holder >= 0 && holder != c.variable) return false;
       holder = c.variable;
     }
@@ -135,19 +135,19 @@ bool StageMap::hold_carried() {
   return true;
 }
 
-void StageMap::count_columns(Place& place) {
-  place.nx = static_cast<int>(place.states.size());
-  if (!place.is_front)
-    for (int i = 0; i < place.nx; ++i) variables_[place.states[i]].column = i;
-  for (const int v : place.globals)
-    place.global_column[variables_[v].place] = variables_[v].gone ? -1 : place.nx++;
-  for (const int chain : place.chains)
-    place.chain_column[chain] = place.holder[chain] < 0 ? -1 : place.nx++;
-  place.nu = 0;
-  for (const std::vector<int>* list : {&place.inputs, &place.chosen})
+void StageMap::count_columns(StagePlan& plan) {
+  plan.nx = static_cast<int>(plan.states.size());
+  if (!plan.is_front)
+    for (int i = 0; i < plan.nx; ++i) variables_[plan.states[i]].column = i;
+  for (const int v : plan.globals)
+    plan.global_column[variables_[v].index] = variables_[v].gone ? -1 : plan.nx++;
+  for (const int chain : plan.chains)
+    plan.chain_column[chain] = plan.holder[chain] < 0 ? -1 : plan.nx++;
+  plan.nu = 0;
+  for (const std::vector<int>* list : {&plan.inputs, &plan.chosen})
     for (const int v : *list) {
-      variables_[v].column = variables_[v].gone ? -1 : place.nx + place.nu;
-      if (!variables_[v].gone) place.u_variable[place.nu++] = v;
+      variables_[v].column = variables_[v].gone ? -1 : plan.nx + plan.nu;
+      if (!variables_[v].gone) plan.u_variable[plan.nu++] = v;
     }
 }
 
@@ -157,34 +157,33 @@ int StageMap::column(int v, int stage) const {
   const Variable& variable = variables_[v];
   if (variable.gone) return -1;
   if (variable.stage == stage) return variable.column;
-  const Place& place = places_[stage];
-  if (variable.kind == Kind::global) return place.global_column[variable.place];
-  return variable.chain >= 0 && place.holder[variable.chain] == v
-             ? place.chain_column[variable.chain]
-             : elsewhere;
+  const StagePlan& plan = plans_[stage];
+  if (variable.kind == Kind::global) return plan.global_column[variable.index];
+  return variable.chain >= 0 && plan.holder[variable.chain] == v ? plan.chain_column[variable.chain]
+                                                                 : elsewhere;
 }
 
 // --- lists --------------------------------------------------------------------------------------
 
 void StageMap::list_cost(int k) {
-  Place& place = places_[k];
+  StagePlan& plan = plans_[k];
   Stage& stage = stages_.stages[k];
-  stage.nx = place.nx;
-  stage.nu = place.nu;
+  stage.nx = plan.nx;
+  stage.nu = plan.nu;
   stage.Q.setZero();
   stage.S.setZero();
   stage.R.setZero();
-  const int nx = place.nx, ld_x = place.max_nx, ld_u = place.max_nu;
-  for (int i = static_cast<int>(place.states.size()); i < nx; ++i) {
+  const int nx = plan.nx, ld_x = plan.max_nx, ld_u = plan.max_nu;
+  for (int i = static_cast<int>(plan.states.size()); i < nx; ++i) {
     stage.x_lower[i] = -infinity;
     stage.x_upper[i] = infinity;
   }
-  place.Q.clear();
-  place.S.clear();
-  place.R.clear();
-  place.cost_fixed.clear();
-  place.cost_constant.clear();
-  for (const Entry& e : place.hessian) {
+  plan.Q.clear();
+  plan.S.clear();
+  plan.R.clear();
+  plan.cost_fixed.clear();
+  plan.cost_constant.clear();
+  for (const Entry& e : plan.hessian) {
     const bool joins_stages = e.a != e.b && variables_[e.a].kind != Kind::global &&
                               variables_[e.b].kind != Kind::global &&
                               variables_[e.a].stage != variables_[e.b].stage;
@@ -194,45 +193,45 @@ void StageMap::list_cost(int k) {
     const int a = column(e.a, k), b = column(e.b, k);
     if (a == elsewhere || b == elsewhere) continue;  // the entry is zero
     if (a < 0 && b < 0) {
-      place.cost_constant.push_back(e);
+      plan.cost_constant.push_back(e);
     } else if (a < 0 || b < 0) {
-      place.cost_fixed.push_back({e.from, std::max(a, b), a < 0 ? e.a : e.b});
+      plan.cost_fixed.push_back({e.from, std::max(a, b), a < 0 ? e.a : e.b});
     } else if (a < nx && b < nx) {
-      place.Q.push_back({e.from, a + b * ld_x, b + a * ld_x});
+      plan.Q.push_back({e.from, a + b * ld_x, b + a * ld_x});
     } else if (a >= nx && b >= nx) {
-      place.R.push_back({e.from, a - nx + (b - nx) * ld_u, b - nx + (a - nx) * ld_u});
+      plan.R.push_back({e.from, a - nx + (b - nx) * ld_u, b - nx + (a - nx) * ld_u});
     } else {
-      place.S.push_back({e.from, std::max(a, b) - nx + std::min(a, b) * ld_u});
+      plan.S.push_back({e.from, std::max(a, b) - nx + std::min(a, b) * ld_u});
     }
   }
-  for (const Entry& e : place.later)
+  for (const Entry& e : plan.later)
     if (variables_[e.b].gone && !variables_[e.a].gone)
-      place.cost_fixed.push_back({e.from, variables_[e.a].column, e.b});
+      plan.cost_fixed.push_back({e.from, variables_[e.a].column, e.b});
 }
 
 void StageMap::list_dynamics(const SparseQp& qp, int k) {
-  if (k + 1 == static_cast<int>(places_.size())) return;
-  Place& place = places_[k];
-  const Place& next = places_[k + 1];
+  if (k + 1 == static_cast<int>(plans_.size())) return;
+  StagePlan& plan = plans_[k];
+  const StagePlan& next = plans_[k + 1];
   Stage& stage = stages_.stages[k];
   stage.A.setZero();
   stage.B.setZero();
   stage.b.setZero();
-  place.A.clear();
-  place.B.clear();
-  place.b_fixed.clear();
-  const int nx = place.nx, ld = next.max_nx;
-  for (int i = 0; i < static_cast<int>(place.dynamics.size()); ++i) {
-    const int row = place.dynamics[i];
+  plan.A.clear();
+  plan.B.clear();
+  plan.b_fixed.clear();
+  const int nx = plan.nx, ld = next.max_nx;
+  for (int i = 0; i < static_cast<int>(plan.dynamics.size()); ++i) {
+    const int row = plan.dynamics[i];
     for (int e = qp.row_pattern.row_begin(row); e < qp.row_pattern.row_end(row); ++e) {
-      if (e == place.diagonal[i]) continue;
+      if (e == plan.diagonal[i]) continue;
       const int c = column(qp.row_pattern.col(e), k);
       if (c < 0)
-        place.b_fixed.push_back({e, i, qp.row_pattern.col(e)});
+        plan.b_fixed.push_back({e, i, qp.row_pattern.col(e)});
       else if (c < nx)
-        place.A.push_back({e, i + c * ld, i});
+        plan.A.push_back({e, i + c * ld, i});
       else
-        place.B.push_back({e, i + (c - nx) * ld, i});
+        plan.B.push_back({e, i + (c - nx) * ld, i});
     }
   }
   const auto pass = [&](int v, int to) {
@@ -242,19 +241,19 @@ void StageMap::list_dynamics(const SparseQp& qp, int k) {
     else
       stage.B(to, c - nx) = 1.0;
   };
-  if (place.is_front)
-    for (int i = 0; i < static_cast<int>(place.states.size()); ++i) stage.A(i, i) = 1.0;
+  if (plan.is_front)
+    for (int i = 0; i < static_cast<int>(plan.states.size()); ++i) stage.A(i, i) = 1.0;
   for (const int v : next.globals)
-    if (!variables_[v].gone) pass(v, next.global_column[variables_[v].place]);
+    if (!variables_[v].gone) pass(v, next.global_column[variables_[v].index]);
   for (const int chain : next.chains)
     if (next.holder[chain] >= 0) pass(next.holder[chain], next.chain_column[chain]);
 }
 
 void StageMap::list_groups(const SparseQp& qp, int k) {
   const SparsityPattern& pattern = qp.row_pattern;
-  Place& place = places_[k];
-  for (std::size_t g = 0; g < place.groups.size(); ++g) {
-    Group& group = place.groups[g];
+  StagePlan& plan = plans_[k];
+  for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+    Group& group = plan.groups[g];
     RowGroup& target = stages_.stages[k].groups[g];
     group.M.clear();
     group.fixed.clear();
@@ -276,7 +275,7 @@ void StageMap::list_groups(const SparseQp& qp, int k) {
       if (!part.constant) part.at = target.rows++;
     }
     if (target.rows > 0)
-      for (int c = 0; c < place.nx + place.nu; ++c)
+      for (int c = 0; c < plan.nx + plan.nu; ++c)
         if (position_[c] == 0) {
           position_[c] = static_cast<int>(target.columns.size());
           target.columns.push_back(c);
@@ -301,80 +300,80 @@ void StageMap::list_groups(const SparseQp& qp, int k) {
 // The declared size if all inputs that are left form whole groups and reach the next stage through
 // nothing but the dynamics.
 int StageMap::resultant_size(int k) const {
-  const Place& place = places_[k];
-  if (place.resultants.empty() || place.nu == 0) return 0;
+  const StagePlan& plan = plans_[k];
+  if (plan.resultants.empty() || plan.nu == 0) return 0;
   int present = 0;
-  for (const int first : place.resultants) {
+  for (const int first : plan.resultants) {
     int here = 0;
-    for (int i = 0; i < place.resultant_size; ++i) {
-      const int v = place.inputs[first + i];
+    for (int i = 0; i < plan.resultant_size; ++i) {
+      const int v = plan.inputs[first + i];
       if (variables_[v].gone) continue;
       ++here;
-      if (k + 1 == static_cast<int>(places_.size())) return 0;
+      if (k + 1 == static_cast<int>(plans_.size())) return 0;
       const int chain = variables_[v].chain;
-      if (chain >= 0 && places_[k + 1].holder[chain] == v) return 0;
+      if (chain >= 0 && plans_[k + 1].holder[chain] == v) return 0;
     }
-    if (here != 0 && here != place.resultant_size) return 0;
+    if (here != 0 && here != plan.resultant_size) return 0;
     present += here;
   }
-  return present == place.nu ? place.resultant_size : 0;
+  return present == plan.nu ? plan.resultant_size : 0;
 }
 
 // --- values -------------------------------------------------------------------------------------
 
 void StageMap::write_cost(const SparseQp& qp, int k) {
-  const Place& place = places_[k];
+  const StagePlan& plan = plans_[k];
   Stage& stage = stages_.stages[k];
   const double* hessian = qp.hessian.data();
   double *Q = stage.Q.data(), *S = stage.S.data(), *R = stage.R.data();
-  for (const MovePair& m : place.Q) Q[m.to] = Q[m.mirror] = hessian[m.from];
-  for (const MovePair& m : place.R) R[m.to] = R[m.mirror] = hessian[m.from];
-  for (const Move& m : place.S) S[m.to] = hessian[m.from];
+  for (const MovePair& m : plan.Q) Q[m.to] = Q[m.mirror] = hessian[m.from];
+  for (const MovePair& m : plan.R) R[m.to] = R[m.mirror] = hessian[m.from];
+  for (const Move& m : plan.S) S[m.to] = hessian[m.from];
   stage.constant = 0.0;
-  const int states = static_cast<int>(place.states.size());
-  for (int i = 0; i < states; ++i) stage.q[i] = place.is_front ? 0.0 : qp.gradient[place.states[i]];
-  for (int i = states; i < place.nx; ++i) stage.q[i] = 0.0;
-  for (int i = 0; i < place.nu; ++i) stage.r[i] = qp.gradient[place.u_variable[i]];
+  const int states = static_cast<int>(plan.states.size());
+  for (int i = 0; i < states; ++i) stage.q[i] = plan.is_front ? 0.0 : qp.gradient[plan.states[i]];
+  for (int i = states; i < plan.nx; ++i) stage.q[i] = 0.0;
+  for (int i = 0; i < plan.nu; ++i) stage.r[i] = qp.gradient[plan.u_variable[i]];
   if (!any_fixed_value_) return;
-  for (const Fixed& f : place.cost_fixed) {
-    double& slope = f.to < place.nx ? stage.q[f.to] : stage.r[f.to - place.nx];
+  for (const Fixed& f : plan.cost_fixed) {
+    double& slope = f.to < plan.nx ? stage.q[f.to] : stage.r[f.to - plan.nx];
     slope += hessian[f.from] * qp.lower[f.variable];
   }
-  for (const Entry& e : place.cost_constant)
+  for (const Entry& e : plan.cost_constant)
     stage.constant += (e.a == e.b ? 0.5 : 1.0) * hessian[e.from] * qp.lower[e.a] * qp.lower[e.b];
-  for (const std::vector<int>* list : {&place.inputs, &place.chosen})
+  for (const std::vector<int>* list : {&plan.inputs, &plan.chosen})
     for (const int v : *list)
       if (variables_[v].gone) stage.constant += qp.gradient[v] * qp.lower[v];
 }
 
 // d x_next + (row) v = rhs becomes x_next = -(row)/d v + rhs/d.
 StageFill StageMap::write_dynamics(const SparseQp& qp, int k) {
-  Place& place = places_[k];
+  StagePlan& plan = plans_[k];
   Stage& stage = stages_.stages[k];
-  for (std::size_t i = 0; i < place.dynamics.size(); ++i) {
-    const int row = place.dynamics[i];
-    const double d = qp.rows[place.diagonal[i]];
+  for (std::size_t i = 0; i < plan.dynamics.size(); ++i) {
+    const int row = plan.dynamics[i];
+    const double d = qp.rows[plan.diagonal[i]];
     if (d == 0.0 || qp.row_lower[row] != qp.row_upper[row]) return StageFill::not_staged;
     const double scale = d == 1.0 ? -1.0 : -1.0 / d;
-    place.scale[i] = scale;
+    plan.scale[i] = scale;
     stage.b[i] = -scale * qp.row_lower[row];
   }
-  const double *rows = qp.rows.data(), *scale = place.scale.data();
+  const double *rows = qp.rows.data(), *scale = plan.scale.data();
   double *A = stage.A.data(), *B = stage.B.data();
-  for (const Place::Scaled& m : place.A) A[m.to] = rows[m.from] * scale[m.row];
-  for (const Place::Scaled& m : place.B) B[m.to] = rows[m.from] * scale[m.row];
+  for (const StagePlan::Scaled& m : plan.A) A[m.to] = rows[m.from] * scale[m.row];
+  for (const StagePlan::Scaled& m : plan.B) B[m.to] = rows[m.from] * scale[m.row];
   if (any_fixed_value_)
-    for (const Fixed& f : place.b_fixed)
+    for (const Fixed& f : plan.b_fixed)
       stage.b[f.to] += scale[f.to] * rows[f.from] * qp.lower[f.variable];
   return StageFill::filled;
 }
 
 StageFill StageMap::write_groups(const SparseQp& qp, int k) {
-  Place& place = places_[k];
+  StagePlan& plan = plans_[k];
   Stage& stage = stages_.stages[k];
   StageFill result = StageFill::filled;
-  for (std::size_t g = 0; g < place.groups.size(); ++g) {
-    Group& group = place.groups[g];
+  for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+    Group& group = plan.groups[g];
     RowGroup& target = stage.groups[g];
     if (target.rows == 0 && !group.soft && group.fixed.empty()) continue;
     double* M = target.M.data();
@@ -418,16 +417,16 @@ StageFill StageMap::write_groups(const SparseQp& qp, int k) {
 }
 
 void StageMap::write_bounds(const SparseQp& qp, int k) {
-  const Place& place = places_[k];
+  const StagePlan& plan = plans_[k];
   Stage& stage = stages_.stages[k];
-  if (!place.is_front)
-    for (std::size_t i = 0; i < place.states.size(); ++i) {
-      stage.x_lower[i] = qp.lower[place.states[i]];
-      stage.x_upper[i] = qp.upper[place.states[i]];
+  if (!plan.is_front)
+    for (std::size_t i = 0; i < plan.states.size(); ++i) {
+      stage.x_lower[i] = qp.lower[plan.states[i]];
+      stage.x_upper[i] = qp.upper[plan.states[i]];
     }
-  for (int i = 0; i < place.nu; ++i) {
-    stage.u_lower[i] = qp.lower[place.u_variable[i]];
-    stage.u_upper[i] = qp.upper[place.u_variable[i]];
+  for (int i = 0; i < plan.nu; ++i) {
+    stage.u_lower[i] = qp.lower[plan.u_variable[i]];
+    stage.u_upper[i] = qp.upper[plan.u_variable[i]];
   }
 }
 

@@ -16,7 +16,7 @@ enum class StageFill {
   filled,
   infeasible,  ///< a row of which every variable has equal bounds is violated
   /// Not expressible with these numbers: a row of the dynamics that is no equality, a slack with an
-  /// upper bound or a negative price, or two variables carried into one stage in one place.
+  /// upper bound or a negative price, or two variables carried into one stage in one plan.
   not_staged
 };
 
@@ -51,7 +51,7 @@ class StageMap {
   struct Variable {
     Kind kind = Kind::none;
     int stage = -1;  ///< where it stands; a global: where it is an input
-    int place = -1;  ///< among the states or inputs of the stage, or among the globals
+    int plan = -1;   ///< among the states or inputs of the stage, or among the globals
     int last = -1;   ///< last stage that may use it
     int first = -1;  ///< first stage of a variable that shares an entry of the Hessian
     int chain = -1;
@@ -95,7 +95,7 @@ class StageMap {
   struct Entry {  // of the Hessian
     int from, a, b;
   };
-  struct Place {
+  struct StagePlan {
     bool is_front = false;
     std::vector<int> states, inputs, chosen;  ///< variables; chosen: globals that begin here
     std::vector<int> globals, chains;         ///< that may be states here
@@ -145,7 +145,7 @@ class StageMap {
   StageFill watch(const SparseQp& qp);
   StageFill watch_soft(const SparseQp& qp, Part& part) const;
   bool hold_carried();
-  void count_columns(Place& place);
+  void count_columns(StagePlan& plan);
   int column(int variable, int stage) const;
   void list_cost(int stage);
   void list_dynamics(const SparseQp& qp, int stage);
@@ -175,7 +175,7 @@ class StageMap {
   std::vector<SoftRow> soft_rows_;
   std::vector<int> soft_of_row_;  // -1: hard
   std::vector<int> start_entry_;  // of the start rows
-  std::vector<Place> places_;
+  std::vector<StagePlan> plans_;
   std::vector<Coupling> couplings_;
   std::vector<int> removable_;  // inputs and globals
   int chains_ = 0;

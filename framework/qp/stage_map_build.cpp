@@ -42,7 +42,7 @@ void StageMap::place_variables() {
     if (v < 0 || v >= static_cast<int>(variables_.size()))
       fail(variable_name(v) + " does not exist");
     if (variables_[v].kind != Kind::none) fail(variable_name(v) + " has two places");
-    variables_[v] = {.kind = kind, .stage = stage, .place = at, .last = stage, .first = stage};
+    variables_[v] = {.kind = kind, .stage = stage, .plan = at, .last = stage, .first = stage};
   };
   for (int k = 0; k < static_cast<int>(structure_.stages.size()); ++k) {
     const StageStructure::Stage& s = structure_.stages[k];
@@ -65,7 +65,7 @@ void StageMap::place_variables() {
 
 void StageMap::place_rows(const SparseQp& patterns) {
   constexpr int of_start = -1;
-  const auto place = [&](int r, int stage) {
+  const auto put_row = [&](int r, int stage) {
     if (r < 0 || r >= static_cast<int>(row_stage_.size())) fail(row_name(r) + " does not exist");
     if (row_stage_[r] != -2) fail(row_name(r) + " has two places");
     row_stage_[r] = stage;
@@ -75,15 +75,15 @@ void StageMap::place_rows(const SparseQp& patterns) {
     const bool last = k + 1 == static_cast<int>(stages.size());
     if (stages[k].dynamics.size() != (last ? 0 : stages[k + 1].states.size()))
       fail("the dynamics of stage " + std::to_string(k) + " do not have a row per next state");
-    for (const int r : stages[k].dynamics) place(r, k);
+    for (const int r : stages[k].dynamics) put_row(r, k);
     for (const std::vector<int>& group : stages[k].groups)
-      for (const int r : group) place(r, k);
+      for (const int r : group) put_row(r, k);
   }
   if (structure_.start_rows.size() != stages.front().states.size())
     fail("the start does not have a row per state");
   for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
     const int r = structure_.start_rows[i];
-    place(r, of_start);
+    put_row(r, of_start);
     const int begin = patterns.row_pattern.row_begin(r);
     if (patterns.row_pattern.row_end(r) != begin + 1 ||
         patterns.row_pattern.col(begin) != stages.front().states[i])
@@ -150,7 +150,7 @@ void StageMap::find_uses(const SparseQp& patterns) {
       if (variable.kind == Kind::global) {
         use_global(v, stage);
       } else if (variable.kind == Kind::slack) {
-        if (variable.place != r || is_dynamics)
+        if (variable.index != r || is_dynamics)
           fail(variable_name(v) + ", a slack, is in " + row_name(r) + ", which it does not soften");
       } else if (variable.stage > stage) {
         fail(row_name(r) + " of stage " + std::to_string(stage) + " contains " + variable_name(v) +
@@ -213,30 +213,30 @@ void StageMap::make_places(const SparseQp& patterns) {
   }
   for (Coupling& coupling : couplings_) coupling.stage += front_;
 
-  places_.resize(structure_.stages.size() + front_);
-  for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
-    Place& place = places_[k];
-    place.is_front = k < front_;
-    place.global_column.assign(structure_.globals.size(), -1);
-    place.chain_column.assign(chains_, -1);
-    place.holder.assign(chains_, -1);
-    place.states = structure_.stages[std::max(k - front_, 0)].states;
-    if (place.is_front) continue;
+  plans_.resize(structure_.stages.size() + front_);
+  for (int k = 0; k < static_cast<int>(plans_.size()); ++k) {
+    StagePlan& plan = plans_[k];
+    plan.is_front = k < front_;
+    plan.global_column.assign(structure_.globals.size(), -1);
+    plan.chain_column.assign(chains_, -1);
+    plan.holder.assign(chains_, -1);
+    plan.states = structure_.stages[std::max(k - front_, 0)].states;
+    if (plan.is_front) continue;
     const StageStructure::Stage& given = structure_.stages[k - front_];
-    place.inputs = given.inputs;
-    place.dynamics = given.dynamics;
+    plan.inputs = given.inputs;
+    plan.dynamics = given.dynamics;
     for (std::size_t i = 0; i < given.dynamics.size(); ++i)
-      place.diagonal.push_back(patterns.row_pattern.find(
+      plan.diagonal.push_back(patterns.row_pattern.find(
           given.dynamics[i], structure_.stages[k - front_ + 1].states[i]));
     std::size_t entries = 0;
     for (const int r : given.dynamics)
       entries += patterns.row_pattern.row_end(r) - patterns.row_pattern.row_begin(r);
-    place.A.reserve(entries);
-    place.B.reserve(entries);
-    place.b_fixed.reserve(entries);
+    plan.A.reserve(entries);
+    plan.B.reserve(entries);
+    plan.b_fixed.reserve(entries);
     make_groups(patterns, k, given);
-    place.resultants = given.resultants;
-    place.resultant_size = given.resultant_size;
+    plan.resultants = given.resultants;
+    plan.resultant_size = given.resultant_size;
     for (const int first : given.resultants)
       if (given.resultant_size < 1 || first < 0 ||
           first + given.resultant_size > static_cast<int>(given.inputs.size()))
@@ -245,13 +245,13 @@ void StageMap::make_places(const SparseQp& patterns) {
   }
   for (const int v : structure_.globals) {
     const Variable& g = variables_[v];
-    places_[g.stage].chosen.push_back(v);
-    for (int k = g.stage + 1; k <= g.last; ++k) places_[k].globals.push_back(v);
+    plans_[g.stage].chosen.push_back(v);
+    for (int k = g.stage + 1; k <= g.last; ++k) plans_[k].globals.push_back(v);
   }
   for (const Variable& variable : variables_) {
     if (variable.chain < 0) continue;
     for (int k = variable.stage + 1; k <= variable.last; ++k) {
-      std::vector<int>& chains = places_[k].chains;
+      std::vector<int>& chains = plans_[k].chains;
       if (std::find(chains.begin(), chains.end(), variable.chain) == chains.end())
         chains.push_back(variable.chain);
     }
@@ -262,11 +262,11 @@ void StageMap::make_places(const SparseQp& patterns) {
         a != b && variables_[a].kind == Kind::global && variables_[b].kind == Kind::global;
     const int begin = std::max(variables_[a].stage, variables_[b].stage);
     const int stage = two_globals ? begin + 1 : begin;
-    places_[stage].hessian.push_back({entry, a, b});
+    plans_[stage].hessian.push_back({entry, a, b});
   });
   for (const Coupling& c : couplings_)
     if (c.hessian >= 0)
-      places_[variables_[c.variable].stage].later.push_back({c.hessian, c.variable, c.other});
+      plans_[variables_[c.variable].stage].later.push_back({c.hessian, c.variable, c.other});
 }
 
 // Soft rows stand apart from hard ones, one side at a time: each has its own slack and price.
@@ -304,7 +304,7 @@ void StageMap::make_groups(const SparseQp& patterns, int stage,
       group.M.reserve(entries);
       group.fixed.reserve(entries);
       group.shift = VectorXd::Zero(static_cast<int>(group.parts.size()));
-      places_[stage].groups.push_back(std::move(group));
+      plans_[stage].groups.push_back(std::move(group));
     }
   }
 }
@@ -312,30 +312,29 @@ void StageMap::make_groups(const SparseQp& patterns, int stage,
 void StageMap::make_stages() {
   std::vector<StageCapacity> capacity;
   std::size_t widest = 0;
-  for (Place& place : places_) {
-    place.max_nx =
-        static_cast<int>(place.states.size() + place.globals.size() + place.chains.size());
-    place.max_nu = static_cast<int>(place.inputs.size() + place.chosen.size());
-    place.u_variable.resize(place.max_nu);
-    place.scale.assign(place.dynamics.size(), 0.0);
-    place.Q.reserve(place.hessian.size());
-    place.R.reserve(place.hessian.size());
-    place.S.reserve(place.hessian.size());
-    place.cost_fixed.reserve(place.hessian.size() + place.later.size());
-    place.cost_constant.reserve(place.hessian.size());
+  for (StagePlan& plan : plans_) {
+    plan.max_nx = static_cast<int>(plan.states.size() + plan.globals.size() + plan.chains.size());
+    plan.max_nu = static_cast<int>(plan.inputs.size() + plan.chosen.size());
+    plan.u_variable.resize(plan.max_nu);
+    plan.scale.assign(plan.dynamics.size(), 0.0);
+    plan.Q.reserve(plan.hessian.size());
+    plan.R.reserve(plan.hessian.size());
+    plan.S.reserve(plan.hessian.size());
+    plan.cost_fixed.reserve(plan.hessian.size() + plan.later.size());
+    plan.cost_constant.reserve(plan.hessian.size());
     StageCapacity& c = capacity.emplace_back();
-    c.nx = place.max_nx;
-    c.nu = place.max_nu;
-    for (const Group& group : place.groups)
+    c.nx = plan.max_nx;
+    c.nu = plan.max_nu;
+    for (const Group& group : plan.groups)
       c.groups.push_back({static_cast<int>(group.parts.size()),
                           static_cast<int>(group.variables.size()), group.soft});
     widest = std::max(widest, static_cast<std::size_t>(c.nx + c.nu));
   }
   position_.assign(widest, -1);
   stages_ = StageQp(capacity);
-  for (std::size_t k = 0; k < places_.size(); ++k)
-    for (std::size_t g = 0; g < places_[k].groups.size(); ++g)
-      stages_.stages[k].groups[g].columns.reserve(places_[k].groups[g].variables.size());
+  for (std::size_t k = 0; k < plans_.size(); ++k)
+    for (std::size_t g = 0; g < plans_[k].groups.size(); ++g)
+      stages_.stages[k].groups[g].columns.reserve(plans_[k].groups[g].variables.size());
 }
 
 }  // namespace saltus

@@ -10,23 +10,23 @@ void StageMap::convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoi
   to.w.resize(qp.variables());
   to.z.setZero(qp.variables());
   to.lambda.setZero(qp.row_pattern.rows());
-  for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
-    const Place& place = places_[k];
+  for (int k = 0; k < static_cast<int>(plans_.size()); ++k) {
+    const StagePlan& plan = plans_[k];
     const StagePoint::AtStage& p = from.stages[k];
     const bool given = k == 0 && stages_.fixed_start;  // bounds are not read there
-    if (!place.is_front)
-      for (std::size_t i = 0; i < place.states.size(); ++i) {
-        to.w[place.states[i]] = p.x[i];
-        to.z[place.states[i]] = given ? 0.0 : p.x_bound[i];
+    if (!plan.is_front)
+      for (std::size_t i = 0; i < plan.states.size(); ++i) {
+        to.w[plan.states[i]] = p.x[i];
+        to.z[plan.states[i]] = given ? 0.0 : p.x_bound[i];
       }
-    for (int i = 0; i < place.nu; ++i) {
-      to.w[place.u_variable[i]] = p.u[i];
-      to.z[place.u_variable[i]] = p.u_bound[i];
+    for (int i = 0; i < plan.nu; ++i) {
+      to.w[plan.u_variable[i]] = p.u[i];
+      to.z[plan.u_variable[i]] = p.u_bound[i];
     }
-    for (std::size_t i = 0; i < place.dynamics.size(); ++i)
-      to.lambda[place.dynamics[i]] = place.scale[i] * p.costate[i];
-    for (std::size_t g = 0; g < place.groups.size(); ++g)
-      for (const Part& part : place.groups[g].parts)
+    for (std::size_t i = 0; i < plan.dynamics.size(); ++i)
+      to.lambda[plan.dynamics[i]] = plan.scale[i] * p.costate[i];
+    for (std::size_t g = 0; g < plan.groups.size(); ++g)
+      for (const Part& part : plan.groups[g].parts)
         if (part.at >= 0) to.lambda[part.row] += p.group[g][part.at];
   }
   for (const int v : removable_)
@@ -65,8 +65,8 @@ void StageMap::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const {
   for (const SoftRow& soft : soft_rows_)
     for (const Slack* slack : {&soft.below, &soft.above})
       if (slack->variable >= 0) to.w[slack->variable] = qp.lower[slack->variable];
-  for (const Place& place : places_)
-    for (const Group& group : place.groups) {
+  for (const StagePlan& plan : plans_)
+    for (const Group& group : plan.groups) {
       if (!group.soft) continue;
       for (const Part& part : group.parts) {
         // Only one side can be missed; what rounding leaves of the other one is no miss.
@@ -105,41 +105,41 @@ void StageMap::convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoi
       from.lambda.size() == qp.row_pattern.rows() && from.z.size() == qp.variables();
   const auto lambda = [&](int row) { return has_multipliers ? from.lambda[row] : 0.0; };
   const auto z = [&](int v) { return has_multipliers ? from.z[v] : 0.0; };
-  for (int k = 0; k < static_cast<int>(places_.size()); ++k) {
-    const Place& place = places_[k];
+  for (int k = 0; k < static_cast<int>(plans_.size()); ++k) {
+    const StagePlan& plan = plans_[k];
     StagePoint::AtStage& p = to.stages[k];
-    const int states = static_cast<int>(place.states.size());
+    const int states = static_cast<int>(plan.states.size());
     for (int i = 0; i < states; ++i) {
-      p.x[i] = from.w[place.states[i]];
-      p.x_bound[i] = place.is_front ? 0.0 : z(place.states[i]);
+      p.x[i] = from.w[plan.states[i]];
+      p.x_bound[i] = plan.is_front ? 0.0 : z(plan.states[i]);
     }
-    for (int i = states; i < place.nx; ++i) p.x_bound[i] = 0.0;
-    for (const int v : place.globals)
-      if (!variables_[v].gone) p.x[place.global_column[variables_[v].place]] = from.w[v];
-    for (const int chain : place.chains)
-      if (place.holder[chain] >= 0) p.x[place.chain_column[chain]] = from.w[place.holder[chain]];
-    for (int i = 0; i < place.nu; ++i) {
-      p.u[i] = from.w[place.u_variable[i]];
-      p.u_bound[i] = z(place.u_variable[i]);
+    for (int i = states; i < plan.nx; ++i) p.x_bound[i] = 0.0;
+    for (const int v : plan.globals)
+      if (!variables_[v].gone) p.x[plan.global_column[variables_[v].index]] = from.w[v];
+    for (const int chain : plan.chains)
+      if (plan.holder[chain] >= 0) p.x[plan.chain_column[chain]] = from.w[plan.holder[chain]];
+    for (int i = 0; i < plan.nu; ++i) {
+      p.u[i] = from.w[plan.u_variable[i]];
+      p.u_bound[i] = z(plan.u_variable[i]);
     }
-    for (std::size_t g = 0; g < place.groups.size(); ++g)
-      for (const Part& part : place.groups[g].parts) {
+    for (std::size_t g = 0; g < plan.groups.size(); ++g)
+      for (const Part& part : plan.groups[g].parts) {
         if (part.at < 0) continue;
         const double l = lambda(part.row);
         p.group[g][part.at] = part.side == 0  ? l
                               : part.side < 0 ? std::min(l, 0.0)
                                               : std::max(l, 0.0);
       }
-    for (std::size_t i = 0; i < place.dynamics.size(); ++i)
-      p.costate[i] = lambda(place.dynamics[i]) / place.scale[i];
+    for (std::size_t i = 0; i < plan.dynamics.size(); ++i)
+      p.costate[i] = lambda(plan.dynamics[i]) / plan.scale[i];
   }
   for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
     double& m = to.stages.front().x_bound[i];
     m = stages_.fixed_start ? 0.0 : m + lambda(structure_.start_rows[i]) * qp.rows[start_entry_[i]];
   }
   // Costates of what is carried follow from stationarity, the last ones first.
-  for (int k = static_cast<int>(places_.size()) - 2; k >= 0; --k)
-    for (int i = static_cast<int>(places_[k].dynamics.size()); i < places_[k + 1].nx; ++i)
+  for (int k = static_cast<int>(plans_.size()) - 2; k >= 0; --k)
+    for (int i = static_cast<int>(plans_[k].dynamics.size()); i < plans_[k + 1].nx; ++i)
       to.stages[k].costate[i] = has_multipliers ? costate(to, k + 1, i) : 0.0;
 }
 
@@ -157,8 +157,8 @@ double StageMap::costate(const StagePoint& point, int k, int i) const {
     sum +=
         group.M.col(at - group.columns.begin()).head(group.rows).dot(p.group[g].head(group.rows));
   }
-  if (k + 1 < static_cast<int>(places_.size()))
-    for (int j = 0; j < places_[k + 1].nx; ++j) sum += s.A(j, i) * p.costate[j];
+  if (k + 1 < static_cast<int>(plans_.size()))
+    for (int j = 0; j < plans_[k + 1].nx; ++j) sum += s.A(j, i) * p.costate[j];
   return sum;
 }
 

@@ -23,17 +23,17 @@ double total_violation(const NonlinearProgram& program, const VectorXd& rows) {
 }
 
 L1Merit::L1Merit(const NonlinearProgram& program)
-    : price_(VectorXd::Zero(program.rows())), rows_(VectorXd::Zero(program.rows())) {}
+    : weight_(VectorXd::Zero(program.rows())), rows_(VectorXd::Zero(program.rows())) {}
 
 void L1Merit::follow(const VectorXd& lambda, double least) {
-  for (int i = 0; i < price_.size(); ++i) {
+  for (int i = 0; i < weight_.size(); ++i) {
     const double l = std::abs(lambda[i]);
-    price_[i] = std::max({1.1 * l, 0.5 * (price_[i] + l), least});
+    weight_[i] = std::max({1.1 * l, 0.5 * (weight_[i] + l), least});
   }
 }
 
 void L1Merit::begin(NonlinearProgram& program, const QuadraticModel& model) {
-  phi_ = model.cost() + priced(program, model.constraints());
+  phi_ = model.cost() + penalty_of(program, model.constraints());
   noise_ = rounding * (std::abs(model.cost()) + std::abs(phi_) + 1.0);
 }
 
@@ -42,20 +42,21 @@ double L1Merit::promised(const NonlinearProgram& program, const QuadraticModel& 
   const VectorXd d = w - model.w();
   multiply(model.qp().row_pattern, model.qp().rows, d, rows_);
   rows_ += model.constraints();
-  return model.gradient().dot(d) + priced(program, rows_) - priced(program, model.constraints());
+  return model.gradient().dot(d) + penalty_of(program, rows_) -
+         penalty_of(program, model.constraints());
 }
 
 bool L1Merit::falls(NonlinearProgram& program, const VectorXd& w, double expected) {
   double f = 0.0;
   if (!program.objective(w.data(), f) || !program.constraints(w.data(), rows_.data())) return false;
-  const double phi = f + priced(program, rows_);
+  const double phi = f + penalty_of(program, rows_);
   return std::isfinite(phi) && phi <= phi_ + armijo * expected + noise_;
 }
 
-double L1Merit::priced(const NonlinearProgram& program, const VectorXd& rows) const {
+double L1Merit::penalty_of(const NonlinearProgram& program, const VectorXd& rows) const {
   double sum = 0.0;
   for (int i = 0; i < rows.size(); ++i)
-    sum += price_[i] * violation(rows[i], program.row_lower()[i], program.row_upper()[i]);
+    sum += weight_[i] * violation(rows[i], program.row_lower()[i], program.row_upper()[i]);
   return sum;
 }
 

@@ -27,9 +27,9 @@ class L1Merit {
   const VectorXd& rows() const { return rows_; }
 
  private:
-  double priced(const NonlinearProgram& program, const VectorXd& rows) const;
+  double penalty_of(const NonlinearProgram& program, const VectorXd& rows) const;
 
-  VectorXd price_;
+  VectorXd weight_;
   VectorXd rows_;
   double phi_ = 0.0, noise_ = 0.0;
 };

@@ -17,7 +17,7 @@ constexpr double first_shift = 1e-4;  // of convexified ones, relative to the la
 constexpr int convex_models = 9;
 // Of violations in elastic mode, times the largest gradient and multiplier: low enough not to leave
 // large prices behind, until the question is whether they can be avoided at all.
-constexpr double elastic_price = 10.0, multiplier_price = 2.0, firm_price = 1e3;
+constexpr double elastic_weight = 10.0, multiplier_weight = 2.0, firm_weight = 1e3;
 constexpr double acceptable_factor = 1e3;  // on the tolerance, where progress has stopped
 constexpr double largest_estimate = 1e3;   // larger estimates of multipliers are none
 constexpr double inexact = 1e-3;  // residual of a model that serves, relative to the program's
@@ -238,10 +238,10 @@ void SqpRun::bend(double shift) {
 QpResult SqpRun::solve_elastic(NlpPoint& point, bool firm) {
   if (engine_.elastic == nullptr)
     engine_.elastic = std::make_unique<ElasticQp>(model_.qp(), relaxed_, engine_.qp_options);
-  const double factor = firm ? firm_price : elastic_price;
-  elastic_price_ = std::max(
-      {factor, factor * largest(model_.gradient()), multiplier_price * largest_multiplier_});
-  return engine_.elastic->solve(model_.qp(), elastic_price_, point, deadline_);
+  const double factor = firm ? firm_weight : elastic_weight;
+  elastic_weight_ = std::max(
+      {factor, factor * largest(model_.gradient()), multiplier_weight * largest_multiplier_});
+  return engine_.elastic->solve(model_.qp(), elastic_weight_, point, deadline_);
 }
 
 // Violations at the point that neither the relaxed model nor therefore the program can reduce.
@@ -257,7 +257,7 @@ bool SqpRun::is_stuck() {
 // Takes as much of the step to next_ as the merit function likes, if that is more than `shortest`.
 // Returns the share, 0 for none.
 double SqpRun::search(bool is_elastic, double shortest) {
-  merit_.follow(next_.lambda, is_elastic ? elastic_price_ : 0.0);
+  merit_.follow(next_.lambda, is_elastic ? elastic_weight_ : 0.0);
   merit_.begin(program_, model_);
   const double promised = merit_.promised(program_, model_, next_.w);
   if (promised > merit_.noise()) return 0.0;

@@ -63,7 +63,7 @@ class SqpRun {
   VectorXd exact_;            // Hessian as it came
   double radius_ = infinity;  // largest change of the coupled variables
   KktResidual kkt_;
-  double elastic_price_ = 0.0, largest_multiplier_ = 0.0;
+  double elastic_weight_ = 0.0, largest_multiplier_ = 0.0;
   int iterations_ = 0;
 };
 

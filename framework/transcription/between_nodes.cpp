@@ -35,7 +35,7 @@ std::vector<PathConstraint> path_constraints(const Grid& grid, const PhaseDefini
                                              int j) {
   std::vector<PathConstraint> list;
   for (const Term& term : phase.terms)
-    if (term.kind == TermKind::constraint && term.place == TermPlace::running && !term.soft)
+    if (term.kind == TermKind::constraint && term.domain == TermDomain::running && !term.soft)
       list.push_back({&term, nullptr, grid.resolve(j, term.window), {phase.name, term.name}});
   for (const ComponentBounds& b : phase.state_bounds)
     list.push_back({nullptr,

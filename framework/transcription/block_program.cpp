@@ -16,8 +16,8 @@ void grow(VectorXd& v, int count, double value) {
 // (l1, l2), l1 >= l2, contributes: the congruence C' H C with H given by its lower triangle.
 template <class Visit>
 void for_each_pair(const Block& block, int l1, int l2, Visit&& visit) {
-  for (const VariableShare& s1 : block.shares[l1])
-    for (const VariableShare& s2 : block.shares[l2]) {
+  for (const VariableCoefficient& s1 : block.coefficients[l1])
+    for (const VariableCoefficient& s2 : block.coefficients[l2]) {
       const int a = std::max(s1.variable, s2.variable), b = std::min(s1.variable, s2.variable);
       const double factor = s1.factor * s2.factor;
       if (l1 == l2) {
@@ -60,7 +60,7 @@ void BlockProgram::finish() {
   for (const Block& block : blocks_) {
     block.function.jacobian_pattern().for_each([&](int out, int in, int) {
       if (block.outputs[out].row != BlockOutput::objective)
-        for (const VariableShare& s : block.shares[in])
+        for (const VariableCoefficient& s : block.coefficients[in])
           jacobian.emplace_back(block.outputs[out].row, s.variable);
     });
     block.function.hessian_pattern().for_each([&](int l1, int l2, int) {
@@ -109,7 +109,7 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
   const Function& f = block.function;
   c.argument = block.constants;
   for (int i = 0; i < f.inputs(); ++i)
-    if (!block.shares[i].empty()) c.shared.push_back(i);
+    if (!block.coefficients[i].empty()) c.with_coefficients.push_back(i);
   c.value = VectorXd::Zero(f.outputs());
   c.weights = VectorXd::Zero(f.outputs());
   c.entries.assign(f.jacobian_pattern().entries(), 0.0);
@@ -117,14 +117,14 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
   c.hessian_weights = c.weights;
   for (int i = 0; i < f.inputs(); ++i) c.reads.push_back(f.reads(i) ? 1 : 0);
   std::vector<char> variable(f.inputs(), 0);
-  for (int i = 0; i < f.inputs(); ++i) variable[i] = block.shares[i].empty() ? 0 : 1;
+  for (int i = 0; i < f.inputs(); ++i) variable[i] = block.coefficients[i].empty() ? 0 : 1;
   for (int o = 0; o < f.outputs(); ++o) c.degrees.push_back(f.degree(o, variable));
   const auto most = std::max_element(c.degrees.begin(), c.degrees.end());
   c.is_affine = most == c.degrees.end() || *most <= 1;
   c.is_quadratic = most == c.degrees.end() || *most <= 2;
   f.jacobian_pattern().for_each([&](int out, int in, int e) {
     const BlockOutput& output = block.outputs[out];
-    for (const VariableShare& s : block.shares[in])
+    for (const VariableCoefficient& s : block.coefficients[in])
       if (output.row == BlockOutput::objective)
         c.gradient.push_back({e, s.variable, out, s.factor});
       else
@@ -146,9 +146,9 @@ void BlockProgram::set_variable_cost(int variable, double linear, double quadrat
 }
 
 void BlockProgram::gather(const Block& block, Compiled& c, const double* w) {
-  for (const int i : c.shared) {
+  for (const int i : c.with_coefficients) {
     double sum = block.constants[i];
-    for (const VariableShare& s : block.shares[i]) sum += s.factor * w[s.variable];
+    for (const VariableCoefficient& s : block.coefficients[i]) sum += s.factor * w[s.variable];
     c.argument[i] = sum;
   }
 }

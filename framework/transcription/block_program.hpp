@@ -11,7 +11,7 @@
 namespace saltus {
 
 /// Part of an argument that comes from a variable: argument += factor * w[variable].
-struct VariableShare {
+struct VariableCoefficient {
   int variable = 0;
   double factor = 1.0;
 };
@@ -26,9 +26,9 @@ struct BlockOutput {
 /// One small function of a few variables and constants.
 struct Block {
   Function function;
-  std::vector<std::vector<VariableShare>> shares;  ///< per argument
-  VectorXd constants;                              ///< per argument; may change between solves
-  std::vector<BlockOutput> outputs;                ///< per output
+  std::vector<std::vector<VariableCoefficient>> coefficients;  ///< per argument
+  VectorXd constants;                ///< per argument; may change between solves
+  std::vector<BlockOutput> outputs;  ///< per output
 };
 
 /// Set-up: add variables, rows, linear entries and blocks in any order, then finish(). After that
@@ -113,8 +113,8 @@ class BlockProgram : public NonlinearProgram {
   };
   struct Compiled {
     std::vector<Scatter> jacobian, gradient, hessian;
-    VectorXd argument, value, weights;  // argument: constants, once gathered with the shares
-    std::vector<int> shared;            // arguments that have shares
+    VectorXd argument, value, weights;   // argument: constants, once gathered with the shares
+    std::vector<int> with_coefficients;  // arguments that have shares
     std::vector<double> entries, hessian_entries;
     std::vector<char> reads;   // per argument: whether the function depends on it
     std::vector<int> degrees;  // of the outputs, in the block's variables

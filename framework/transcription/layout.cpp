@@ -47,7 +47,7 @@ Layout::Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProg
 
 std::string Layout::describe(int variable) const {
   if (first_slack_ > 0 && variable >= first_slack_)
-    return fmt::format("softness {}", variable - first_slack_);
+    return fmt::format("slack {}", variable - first_slack_);
   const auto it = std::upper_bound(starts_.begin(), starts_.end(), variable);
   const auto block = static_cast<std::size_t>(it - starts_.begin()) - 1;
   return fmt::format("{} {}", names_[block], variable - starts_[block]);

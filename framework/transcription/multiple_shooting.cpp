@@ -172,13 +172,13 @@ void MultipleShooting::set_previous_input(const VectorRef& input) {
   program_->refresh_changes();
 }
 
-void MultipleShooting::set_softness(std::string_view weight_name, double weight) {
+void MultipleShooting::set_penalty_weight(std::string_view weight_name, double weight) {
   if (!(weight > 0.0 && std::isfinite(weight)))
     throw DefinitionError(
-        fmt::format("softness weight '{}' is {}, expected a positive number", weight_name, weight));
-  if (!program_->problem().set_softness(weight_name, weight))
+        fmt::format("penalty weight '{}' is {}, expected a positive number", weight_name, weight));
+  if (!program_->problem().set_penalty_weight(weight_name, weight))
     throw DefinitionError(
-        fmt::format("problem '{}' has no softness weight '{}'", problem().name(), weight_name));
+        fmt::format("problem '{}' has no penalty weight '{}'", problem().name(), weight_name));
   program_->refresh_rows();
 }
 
@@ -327,20 +327,20 @@ Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
 namespace {
 
 // Sums the outputs of cost blocks per term, in the order of phases and terms.
-std::vector<CostShare> cost_shares(ShootingProgram& program, const VectorXd& w) {
-  std::vector<CostShare> shares;
+std::vector<CostContribution> cost_contributions(ShootingProgram& program, const VectorXd& w) {
+  std::vector<CostContribution> contributions;
   std::vector<std::vector<int>> index;
   for (const PhaseDefinition& phase : program.problem().phases()) {
     auto& of_phase = index.emplace_back(phase.terms.size() + 1, -1);
     for (std::size_t t = 0; t < phase.terms.size(); ++t) {
       const Term& term = phase.terms[t];
       if (term.kind == TermKind::constraint && !term.soft) continue;
-      of_phase[t] = static_cast<int>(shares.size());
-      shares.push_back({phase.name, term.name, 0.0});
+      of_phase[t] = static_cast<int>(contributions.size());
+      contributions.push_back({phase.name, term.name, 0.0});
     }
     if (phase.input_change_weight.size() == 0) continue;
-    of_phase.back() = static_cast<int>(shares.size());
-    shares.push_back({phase.name, "change of inputs", 0.0});
+    of_phase.back() = static_cast<int>(contributions.size());
+    contributions.push_back({phase.name, "change of inputs", 0.0});
   }
   VectorXd outputs;
   const auto add = [&](int block, int output, double& total) {
@@ -349,35 +349,36 @@ std::vector<CostShare> cost_shares(ShootingProgram& program, const VectorXd& w) 
     const double weight = program.weight(block, output);
     if (weight != 0.0) total += weight * outputs[output];
   };
-  for (const CostSite& site : program.cost_sites())
-    add(site.block, site.output, shares[index[site.phase][site.term]].value);
-  for (const ChangeSite& site : program.change_sites())
-    for (int i = 0; i < program.problem().phases()[site.phase].sizes.nu; ++i)
-      add(site.block, i, shares[index[site.phase].back()].value);
-  for (const RowSite& site : program.row_sites()) {
-    if (!program.problem().phases()[site.phase].terms[site.term].soft) continue;
-    for (const auto* slacks : {&site.slack_below, &site.slack_above})
+  for (const CostInstance& instance : program.cost_instances())
+    add(instance.block, instance.output, contributions[index[instance.phase][instance.term]].value);
+  for (const ChangeInstance& instance : program.change_instances())
+    for (int i = 0; i < program.problem().phases()[instance.phase].sizes.nu; ++i)
+      add(instance.block, i, contributions[index[instance.phase].back()].value);
+  for (const RowInstance& instance : program.row_instances()) {
+    if (!program.problem().phases()[instance.phase].terms[instance.term].soft) continue;
+    for (const auto* slacks : {&instance.slack_below, &instance.slack_above})
       for (const int s : *slacks)
-        if (s >= 0) shares[index[site.phase][site.term]].value += program.slack_cost(s, w);
+        if (s >= 0)
+          contributions[index[instance.phase][instance.term]].value += program.slack_cost(s, w);
   }
-  return shares;
+  return contributions;
 }
 
-std::vector<SoftnessUse> softness_use(const ShootingProgram& program, const VectorXd& w) {
-  std::vector<SoftnessUse> uses;
-  for (const RowSite& site : program.row_sites()) {
-    const PhaseDefinition& phase = program.problem().phases()[site.phase];
-    const Term& term = phase.terms[site.term];
+std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const VectorXd& w) {
+  std::vector<SoftViolation> uses;
+  for (const RowInstance& instance : program.row_instances()) {
+    const PhaseDefinition& phase = program.problem().phases()[instance.phase];
+    const Term& term = phase.terms[instance.term];
     if (!term.soft) continue;
-    auto use = std::find_if(uses.begin(), uses.end(), [&](const SoftnessUse& u) {
+    auto use = std::find_if(uses.begin(), uses.end(), [&](const SoftViolation& u) {
       return u.phase == phase.name && u.term == term.name;
     });
-    if (use == uses.end()) use = uses.insert(use, SoftnessUse{phase.name, term.name, 0.0, 0.0});
-    for (const auto* slacks : {&site.slack_below, &site.slack_above})
+    if (use == uses.end()) use = uses.insert(use, SoftViolation{phase.name, term.name, 0.0, 0.0});
+    for (const auto* slacks : {&instance.slack_below, &instance.slack_above})
       for (const int s : *slacks)
         if (s >= 0 && w[s] > use->largest) {
           use->largest = w[s];
-          use->time = program.time_of(site.block.place, &w);
+          use->time = program.time_of(instance.block.point, &w);
         }
   }
   return uses;
@@ -408,8 +409,8 @@ Solution MultipleShooting::interpret(NlpResult result) {
   const VectorXd& w = result.point.w;
   if (w.size() == program_->variables()) {
     solution.trajectory = trajectory(w);
-    solution.costs = cost_shares(*program_, w);
-    solution.softness = softness_use(*program_, w);
+    solution.costs = cost_contributions(*program_, w);
+    solution.soft_violations = soft_violations(*program_, w);
     for (int j = 0; j < grid().phases(); ++j)
       solution.durations.push_back(program_->duration_of(j, &w));
     solution.crossings = guard_crossings(problem(), solution.trajectory);

@@ -24,7 +24,7 @@ struct ShootingOptions {
 };
 
 /// Direct multiple shooting. Patterns and sizes are fixed by the constructor; start, data, event
-/// times and softness weights may change between solves.
+/// times and penalty weights may change between solves.
 class MultipleShooting {
  public:
   /// Throws DefinitionError when the problem or the options are wrong.
@@ -58,7 +58,7 @@ class MultipleShooting {
   /// The input applied before the horizon, for penalise_change(); until given, the first interval
   /// is not charged. NaN marks an entry that did not exist then: it is not charged either.
   void set_previous_input(const VectorRef& input);
-  void set_softness(std::string_view weight_name, double weight);
+  void set_penalty_weight(std::string_view weight_name, double weight);
 
   /// The guesses of the problem as a point of the program.
   NlpPoint initial_guess() const;

@@ -10,8 +10,8 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
+#include "saltus/transcription/parametric_sensitivity.hpp"
 #include "saltus/transcription/shooting_program.hpp"
-#include "saltus/transcription/theta_differences.hpp"
 
 namespace saltus {
 namespace {
@@ -42,14 +42,14 @@ SparsityPattern curvature_of(const ShootingProgram& program) {
   std::vector<std::pair<int, int>> pairs;
   program.hessian_pattern().for_each([&](int r, int c, int) { pairs.emplace_back(r, c); });
   const Layout& layout = program.layout();
-  for (const shooting::IntervalSite& site : program.interval_sites()) {
-    const int j = site.phase;
+  for (const shooting::IntervalInstance& instance : program.interval_instances()) {
+    const int j = instance.phase;
     if (program.integrators()[j]->has_hessian()) continue;
     std::vector<int> variables;
     for (int i = 0; i < program.problem().phases()[j].sizes.nx; ++i)
-      variables.push_back(layout.state(j, site.interval) + i);
+      variables.push_back(layout.state(j, instance.interval) + i);
     for (int i = 0; i < program.integrators()[j]->arguments().nc; ++i)
-      variables.push_back(layout.input(j, site.interval) + i);
+      variables.push_back(layout.input(j, instance.interval) + i);
     for (int i = 0; i < program.data[j].size(); ++i)
       if (layout.parameter(j, i) >= 0) variables.push_back(layout.parameter(j, i));
     for (int i = 0; i <= j; ++i)
@@ -115,7 +115,7 @@ void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
 OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, StepRange steps,
                                                      const std::function<void(double)>& move) {
   OptimumDerivative result;
-  ThetaRates rates;
+  ParametricRates rates;
   const DifferenceStatus status =
       difference(shooting_->editable_program(), system_, steps, move, rates);
   if (status != DifferenceStatus::success) {

@@ -18,7 +18,7 @@
 
 #include "saltus/solver/optimum_system.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
-#include "saltus/transcription/theta_differences.hpp"
+#include "saltus/transcription/parametric_sensitivity.hpp"
 
 namespace saltus {
 

@@ -25,25 +25,25 @@ bool is_continuation(const OptimalControlProblem& problem, int next) {
 PlanShift::PlanShift(const ShootingProgram& program) {
   const Grid& grid = program.grid();
   for (int j = 0; j < grid.phases(); ++j) {
-    first_site_.push_back(j == 0 ? 0 : first_site_.back() + grid.intervals(j - 1));
+    first_instance_.push_back(j == 0 ? 0 : first_instance_.back() + grid.intervals(j - 1));
     goes_on_after_.push_back(j + 1 < grid.phases() && is_continuation(program.problem(), j + 1));
     old_.emplace_back(grid.intervals(j));
   }
   new_ = old_;
-  const std::vector<RowSite>& sites = program.row_sites();
-  for (std::size_t i = 0; i < sites.size(); ++i) {
-    const RowSite& s = sites[i];
-    const bool by_node = s.block.place.interval < 0;
+  const std::vector<RowInstance>& instances = program.row_instances();
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    const RowInstance& s = instances[i];
+    const bool by_node = s.block.point.interval < 0;
     const Term& term = program.problem().phases()[s.phase].terms[s.term];
-    if (term.place != TermPlace::running) continue;  // at one end of the phase: keeps its place
+    if (term.domain != TermDomain::running) continue;  // at one end of the phase: keeps its place
     const auto same = [&](const Family& f) {
-      const RowSite& first = sites[f.sites.front()];
+      const RowInstance& first = instances[f.instances.front()];
       return first.phase == s.phase && first.term == s.term &&
-             first.block.place.at_end == s.block.place.at_end;
+             first.block.point.at_end == s.block.point.at_end;
     };
     auto family = std::find_if(families_.begin(), families_.end(), same);
     if (family == families_.end()) family = families_.insert(family, Family{s.phase, by_node, {}});
-    family->sites.push_back(static_cast<int>(i));
+    family->instances.push_back(static_cast<int>(i));
   }
 }
 
@@ -122,8 +122,8 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
   }
   fill_times(program, guess.w, new_);
 
-  for (const IntervalSite& site : program.interval_sites()) {
-    const int j = site.phase, k = site.interval;
+  for (const IntervalInstance& instance : program.interval_instances()) {
+    const int j = instance.phase, k = instance.interval;
     const PhaseDefinition& phase = program.problem().phases()[j];
     const int nx = phase.sizes.nx;
     const Interval& now = new_[j][k];
@@ -152,51 +152,51 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
     if (!dual) continue;
 
     // Costates: of node k + 1, in the rows that define it.
-    const auto old_site = [&](const Spot& spot) {
-      return program.interval_sites()[first_site_[spot.phase] + spot.interval];
+    const auto old_instance = [&](const Spot& spot) {
+      return program.interval_instances()[first_instance_[spot.phase] + spot.interval];
     };
     const auto interpolate_costate = [&](int row, const Spot& spot) {
-      const int before = spot.interval > 0 ? old_site({spot.phase, spot.interval - 1}).first_row
+      const int before = spot.interval > 0 ? old_instance({spot.phase, spot.interval - 1}).first_row
                          : spot.phase == 0 ? program.start_row()
                                            : program.jump_row(spot.phase);
-      const int after = old_site(spot).first_row;
+      const int after = old_instance(spot).first_row;
       for (int i = 0; i < nx; ++i)
         guess.lambda[row + i] = (1.0 - spot.fraction) * plan.lambda[before + i] +
                                 spot.fraction * plan.lambda[after + i];
     };
-    interpolate_costate(site.first_row, end);
+    interpolate_costate(instance.first_row, end);
     if (k == 0)
       interpolate_costate(j == 0 ? program.start_row() : program.jump_row(j),
                           find_across(j, now.start, false));
-    const int continuity = old_site(middle).continuity_row;
-    if (site.continuity_row >= 0 && continuity >= 0)
+    const int continuity = old_instance(middle).continuity_row;
+    if (instance.continuity_row >= 0 && continuity >= 0)
       for (int i = 0; i < phase.sizes.nu; ++i)
-        guess.lambda[site.continuity_row + i] = plan.lambda[continuity + i];
+        guess.lambda[instance.continuity_row + i] = plan.lambda[continuity + i];
   }
 
-  const std::vector<RowSite>& sites = program.row_sites();
+  const std::vector<RowInstance>& instances = program.row_instances();
   for (const Family& family : families_)
-    for (std::size_t n = 0; n < family.sites.size(); ++n) {
-      const RowSite& to = sites[family.sites[n]];
+    for (std::size_t n = 0; n < family.instances.size(); ++n) {
+      const RowInstance& to = instances[family.instances[n]];
       const auto& intervals = new_[family.phase];
       int source = 0;
       double longer = 1.0;
       if (family.by_node) {
-        const int node = to.block.place.node;
+        const int node = to.block.point.node;
         const double t = node < static_cast<int>(intervals.size()) ? intervals[node].start
                                                                    : intervals.back().end();
         source = nearest_node(family.phase, t);
       } else {
-        const Interval& now = intervals[to.block.place.interval];
+        const Interval& now = intervals[to.block.point.interval];
         source = find(family.phase, now.start + 0.5 * now.length, false).interval;
         longer = now.length / std::max(old_[family.phase][source].length, 1e-12);
       }
-      const RowSite& from = sites[family.sites[source]];
+      const RowInstance& from = instances[family.instances[source]];
       for (std::size_t i = 0; i < to.slack_below.size(); ++i) {
         if (dual)
           guess.lambda[to.first_row + static_cast<int>(i)] =
               longer * plan.lambda[from.first_row + static_cast<int>(i)];
-        for (const auto slacks : {&RowSite::slack_below, &RowSite::slack_above}) {
+        for (const auto slacks : {&RowInstance::slack_below, &RowInstance::slack_above}) {
           const int slack = (to.*slacks)[i];
           if (slack < 0) continue;
           guess.w[slack] = plan.w[(from.*slacks)[i]];

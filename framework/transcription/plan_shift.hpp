@@ -37,11 +37,11 @@ class PlanShift {
     int phase = 0, interval = 0;
     double fraction = 0.0;
   };
-  // Rows of one term in one phase, one site per node or per interval.
+  // Rows of one term in one phase, one instance per node or per interval.
   struct Family {
     int phase = 0;
     bool by_node = false;
-    std::vector<int> sites;
+    std::vector<int> instances;
   };
   Spot find(int phase, double t, bool from_left) const;
   Spot find_across(int phase, double t, bool from_left) const;
@@ -52,7 +52,7 @@ class PlanShift {
   std::vector<std::vector<Interval>> old_;          // per phase
   mutable std::vector<std::vector<Interval>> new_;  // scratch
   std::vector<Family> families_;
-  std::vector<int> first_site_;      // of each phase among the intervals
+  std::vector<int> first_instance_;  // of each phase among the intervals
   std::vector<char> goes_on_after_;  // whether the next phase is this one's continuation
 };
 

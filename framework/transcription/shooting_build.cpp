@@ -29,13 +29,13 @@ Function cost_function(const Term& term) {
 std::vector<int> running_costs(const PhaseDefinition& phase) {
   std::vector<int> result;
   for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t)
-    if (phase.terms[t].kind != TermKind::constraint && phase.terms[t].place == TermPlace::running)
+    if (phase.terms[t].kind != TermKind::constraint && phase.terms[t].domain == TermDomain::running)
       result.push_back(t);
   return result;
 }
 
-std::vector<std::vector<VariableShare>> no_shares(int arguments) {
-  return std::vector<std::vector<VariableShare>>(arguments);
+std::vector<std::vector<VariableCoefficient>> no_coefficients(int arguments) {
+  return std::vector<std::vector<VariableCoefficient>>(arguments);
 }
 
 }  // namespace
@@ -113,16 +113,16 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   build_intervals(j, interval_function(integrators_.back()), interval.nq());
   for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t) {
     const Term& term = phase.terms[t];
-    if (term.place == TermPlace::running) {
+    if (term.domain == TermDomain::running) {
       build_running(j, t, integrated);
       continue;
     }
-    const Place place{.phase = j,
-                      .node = term.place == TermPlace::phase_start ? 0 : grid_.intervals(j)};
+    const GridPoint point{.phase = j,
+                          .node = term.domain == TermDomain::phase_start ? 0 : grid_.intervals(j)};
     if (term.kind == TermKind::constraint) {
-      add_row_site(j, t, place, true);
+      add_row_instance(j, t, point, true);
     } else {
-      const PlacedBlock b = add_term_block(cost_function(term), place, {BlockOutput{}}, false);
+      const BlockInstance b = add_term_block(cost_function(term), point, {BlockOutput{}}, false);
       costs_.push_back({j, t, -1, b.block, 0, false});
     }
   }
@@ -136,90 +136,93 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
   const std::vector<int> running = running_costs(phase);
 
   for (int k = 0; k < grid_.intervals(j); ++k) {
-    const Place place{j, k, k, false};
-    IntervalSite site{
+    const GridPoint point{j, k, k, false};
+    IntervalInstance instance{
         j, k,
         new_rows(sizes.nx, fmt::format("phase '{}', end of interval {}, state", phase.name, k)),
         -1};
-    Block block{flow, no_shares(a.size()), VectorXd::Zero(a.size()), {}};
+    Block block{flow, no_coefficients(a.size()), VectorXd::Zero(a.size()), {}};
     for (int i = 0; i < sizes.nx; ++i)
-      block.shares[a.x(i)] = {{layout_.state(j, k) + i, phase.nominal_state[i]}};
+      block.coefficients[a.x(i)] = {{layout_.state(j, k) + i, phase.nominal_state[i]}};
     for (int i = 0; i < a.nc; ++i)
-      block.shares[a.c(i)] = {{layout_.input(j, k) + i, phase.nominal_input[i % sizes.nu]}};
+      block.coefficients[a.c(i)] = {{layout_.input(j, k) + i, phase.nominal_input[i % sizes.nu]}};
     for (int i = 0; i < sizes.np; ++i)
       if (layout_.parameter(j, i) >= 0)
-        block.shares[a.p(i)] = {{layout_.parameter(j, i), phase.nominal_parameter(i)}};
-    block.shares[a.t0()] = time_shares(place);
-    block.shares[a.h()] = offset_shares(j, grid_.interval(j, k).length1);
+        block.coefficients[a.p(i)] = {{layout_.parameter(j, i), phase.nominal_parameter(i)}};
+    block.coefficients[a.t0()] = time_coefficients(point);
+    block.coefficients[a.h()] = offset_coefficients(j, grid_.interval(j, k).length1);
     // Defect: x_(k+1) - x(t_k + h) = 0, divided by the nominal state.
     for (int i = 0; i < sizes.nx; ++i) {
-      bound_row(site.first_row + i, 0.0, 0.0);
-      block.outputs.push_back({site.first_row + i, -1.0 / phase.nominal_state[i]});
-      add_linear(site.first_row + i, layout_.state(j, k + 1) + i, 1.0);
+      bound_row(instance.first_row + i, 0.0, 0.0);
+      block.outputs.push_back({instance.first_row + i, -1.0 / phase.nominal_state[i]});
+      add_linear(instance.first_row + i, layout_.state(j, k + 1) + i, 1.0);
     }
     for (int q = 0; q < nq; ++q) block.outputs.push_back({});
     const int index = add_block(std::move(block));
-    placed_.push_back({index, place, a.t0(), a.h(), a.p()});
+    placed_.push_back({index, point, a.t0(), a.h(), a.p()});
     for (int q = 0; q < nq; ++q) costs_.push_back({j, running[q], k, index, sizes.nx + q, true});
 
     // Continuous inputs: the end of one ramp is the start of the next.
-    if (phase.input_course == InputCourse::piecewise_linear_continuous &&
+    if (phase.input_parametrisation == InputParametrisation::piecewise_linear_continuous &&
         k + 1 < grid_.intervals(j)) {
-      site.continuity_row = new_rows(
+      instance.continuity_row = new_rows(
           sizes.nu, fmt::format("phase '{}', continuity at node {}, input", phase.name, k + 1));
       for (int i = 0; i < sizes.nu; ++i) {
-        add_linear(site.continuity_row + i, layout_.input(j, k) + sizes.nu + i, 1.0);
-        add_linear(site.continuity_row + i, layout_.input(j, k + 1) + i, -1.0);
+        add_linear(instance.continuity_row + i, layout_.input(j, k) + sizes.nu + i, 1.0);
+        add_linear(instance.continuity_row + i, layout_.input(j, k + 1) + i, -1.0);
       }
     }
-    intervals_.push_back(site);
+    intervals_.push_back(instance);
   }
 }
 
-PlacedBlock ShootingProgram::add_term_block(const Function& f, const Place& place,
-                                            std::vector<BlockOutput> outputs, bool with_length) {
-  const PhaseDefinition& phase = problem_.phases()[place.phase];
+BlockInstance ShootingProgram::add_term_block(const Function& f, const GridPoint& point,
+                                              std::vector<BlockOutput> outputs, bool with_length) {
+  const PhaseDefinition& phase = problem_.phases()[point.phase];
   const Arguments& a = phase.sizes;
   const Function function = with_length ? times_length(f) : f;
-  Block block{function, no_shares(function.inputs()), VectorXd::Zero(function.inputs()),
+  Block block{function, no_coefficients(function.inputs()), VectorXd::Zero(function.inputs()),
               std::move(outputs)};
-  block.shares[a.t()] = time_shares(place);
+  block.coefficients[a.t()] = time_coefficients(point);
   for (int i = 0; i < a.nx; ++i)
-    block.shares[a.x(i)] = {{layout_.state(place.phase, place.node) + i, phase.nominal_state[i]}};
-  if (place.interval >= 0)
+    block.coefficients[a.x(i)] = {
+        {layout_.state(point.phase, point.node) + i, phase.nominal_state[i]}};
+  if (point.interval >= 0)
     for (int i = 0; i < a.nu; ++i)
-      block.shares[a.u(i)] = {
-          {layout_.input(place.phase, place.interval) + (place.at_end ? a.nu : 0) + i,
+      block.coefficients[a.u(i)] = {
+          {layout_.input(point.phase, point.interval) + (point.at_end ? a.nu : 0) + i,
            phase.nominal_input[i]}};
   for (int i = 0; i < a.np; ++i)
-    if (layout_.parameter(place.phase, i) >= 0)
-      block.shares[a.p(i)] = {{layout_.parameter(place.phase, i), phase.nominal_parameter(i)}};
-  PlacedBlock result{-1, place, a.t(), -1, a.p()};
+    if (layout_.parameter(point.phase, i) >= 0)
+      block.coefficients[a.p(i)] = {
+          {layout_.parameter(point.phase, i), phase.nominal_parameter(i)}};
+  BlockInstance result{-1, point, a.t(), -1, a.p()};
   if (with_length) {
     result.length_argument = a.size();
-    block.shares[a.size()] =
-        offset_shares(place.phase, grid_.interval(place.phase, place.interval).length1);
+    block.coefficients[a.size()] =
+        offset_coefficients(point.phase, grid_.interval(point.phase, point.interval).length1);
   }
   result.block = add_block(std::move(block));
   placed_.push_back(result);
   return result;
 }
 
-void ShootingProgram::add_row_site(int j, int t, const Place& place, bool state_only) {
+void ShootingProgram::add_row_instance(int j, int t, const GridPoint& point, bool state_only) {
   const Term& term = problem_.phases()[j].terms[t];
-  RowSite site;
-  site.phase = j;
-  site.term = t;
-  site.state_only = state_only;
-  site.first_row =
+  RowInstance instance;
+  instance.phase = j;
+  instance.term = t;
+  instance.state_only = state_only;
+  instance.first_row =
       new_rows(term.function.outputs(),
                fmt::format("phase '{}', term '{}', row", problem_.phases()[j].name, term.name));
-  row_groups_.back().place = place;
-  row_groups_.back().has_place = true;
+  row_groups_.back().point = point;
+  row_groups_.back().has_point = true;
   std::vector<BlockOutput> outputs;
-  for (int i = 0; i < term.function.outputs(); ++i) outputs.push_back({site.first_row + i, 1.0});
-  site.block = add_term_block(term.function, place, std::move(outputs), false);
-  rows_.push_back(std::move(site));
+  for (int i = 0; i < term.function.outputs(); ++i)
+    outputs.push_back({instance.first_row + i, 1.0});
+  instance.block = add_term_block(term.function, point, std::move(outputs), false);
+  rows_.push_back(std::move(instance));
 }
 
 void ShootingProgram::build_running(int j, int t, bool integrated) {
@@ -231,18 +234,19 @@ void ShootingProgram::build_running(int j, int t, bool integrated) {
     const Function f = cost_function(term);
     const bool is_free = layout_.duration(j) >= 0;
     for (int k = 0; k < n; ++k) {
-      const PlacedBlock b = add_term_block(f, {j, k, k, false}, {BlockOutput{}}, is_free);
+      const BlockInstance b = add_term_block(f, {j, k, k, false}, {BlockOutput{}}, is_free);
       costs_.push_back({j, t, k, b.block, 0, is_free});
     }
     return;
   }
   if (!depends_on_any(term.function, phase.sizes.u(), phase.sizes.nu)) {
-    for (int i = 0; i <= n; ++i) add_row_site(j, t, {.phase = j, .node = i}, true);
+    for (int i = 0; i <= n; ++i) add_row_instance(j, t, {.phase = j, .node = i}, true);
     return;
   }
   for (int k = 0; k < n; ++k) {
-    add_row_site(j, t, {j, k, k, false}, false);
-    if (phase.input_shape() == InputShape::linear) add_row_site(j, t, {j, k + 1, k, true}, false);
+    add_row_instance(j, t, {j, k, k, false}, false);
+    if (phase.input_shape() == InputShape::linear)
+      add_row_instance(j, t, {j, k + 1, k, true}, false);
   }
 }
 
@@ -255,10 +259,11 @@ void ShootingProgram::build_changes(int j) {
   const int before_first = j == 0 ? -1 : 0;
   for (int from = before_first; from < grid_.intervals(j); ++from)
     for (int to = from + 1; to <= std::min(from + 1 + slots, grid_.intervals(j) - 1); ++to) {
-      Block block{f, no_shares(2 * nu), VectorXd::Zero(2 * nu), std::vector<BlockOutput>(nu)};
+      Block block{f, no_coefficients(2 * nu), VectorXd::Zero(2 * nu), std::vector<BlockOutput>(nu)};
       for (int i = 0; i < nu; ++i) {
-        if (from >= 0) block.shares[i] = {{layout_.input(j, from) + i, phase.nominal_input[i]}};
-        block.shares[nu + i] = {{layout_.input(j, to) + i, phase.nominal_input[i]}};
+        if (from >= 0)
+          block.coefficients[i] = {{layout_.input(j, from) + i, phase.nominal_input[i]}};
+        block.coefficients[nu + i] = {{layout_.input(j, to) + i, phase.nominal_input[i]}};
       }
       changes_.push_back({j, from, to, add_block(std::move(block))});
     }
@@ -288,45 +293,49 @@ int ShootingProgram::build_jump(const Jump& jump, int ends, int begins) {
   }
   const int n = jump.map.inputs();
   const int first_parameter = 1 + from.sizes.nx;
-  const Place place{.phase = ends, .node = end};
-  Block block{jump.map, no_shares(n), VectorXd::Zero(n), {}};
-  block.shares[0] = time_shares(place);
+  const GridPoint point{.phase = ends, .node = end};
+  Block block{jump.map, no_coefficients(n), VectorXd::Zero(n), {}};
+  block.coefficients[0] = time_coefficients(point);
   for (int i = 0; i < from.sizes.nx; ++i)
-    block.shares[1 + i] = {{layout_.state(ends, end) + i, from.nominal_state[i]}};
+    block.coefficients[1 + i] = {{layout_.state(ends, end) + i, from.nominal_state[i]}};
   for (int i = 0; first_parameter + i < n; ++i)
     if (layout_.parameter(ends, i) >= 0)
-      block.shares[first_parameter + i] = {{layout_.parameter(ends, i), from.nominal_parameter(i)}};
+      block.coefficients[first_parameter + i] = {
+          {layout_.parameter(ends, i), from.nominal_parameter(i)}};
   for (int i = 0; i < to.sizes.nx; ++i)
     block.outputs.push_back({first_row + i, -1.0 / to.nominal_state[i]});
-  PlacedBlock placed{add_block(std::move(block)), place, 0, -1, first_parameter};
+  BlockInstance placed{add_block(std::move(block)), point, 0, -1, first_parameter};
   if (n == first_parameter) placed.parameter_argument = -1;
   placed_.push_back(placed);
   return first_row;
 }
 
 void ShootingProgram::build_total_time() {
-  const std::vector<VariableShare> shares = start_shares(grid_.phases());
-  if (shares.empty() || problem_.total_time().is_free()) return;
+  const std::vector<VariableCoefficient> coefficients = start_coefficients(grid_.phases());
+  if (coefficients.empty() || problem_.total_time().is_free()) return;
   total_time_row_ = new_rows(1, "total time, row");
-  for (const VariableShare& s : shares) add_linear(total_time_row_, s.variable, s.factor);
+  for (const VariableCoefficient& s : coefficients)
+    add_linear(total_time_row_, s.variable, s.factor);
 }
 
 // Where the length of the interval that pays is unknown, the price is a function of both:
 // length(T) x slack, or half its square. Returns the block, -1 where the length is known.
-int ShootingProgram::add_price_block(const RowSite& site, int slack) {
-  const Term& term = problem_.phases()[site.phase].terms[site.term];
-  if (term.place != TermPlace::running || layout_.duration(site.phase) < 0) return -1;
-  const int k = paying_interval(site, grid_.resolve(site.phase, term.window));
+int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack) {
+  const Term& term = problem_.phases()[instance.phase].terms[instance.term];
+  if (term.domain != TermDomain::running || layout_.duration(instance.phase) < 0) return -1;
+  const int k = paying_interval(instance, grid_.resolve(instance.phase, term.window));
   if (k < 0) return -1;
-  const bool l1 = term.soft->penalty == Penalty::L1;
+  const bool l1 = term.soft->kind == Penalty::L1;
   const Function price = times_length(
       l1 ? make_function<1, 0, 0>([](const auto&, const auto& s) { return s[0]; })
          : make_function<1, 0, 0>([](const auto&, const auto& s) { return 0.5 * s[0] * s[0]; }));
-  Block block{price, no_shares(price.inputs()), VectorXd::Zero(price.inputs()), {BlockOutput{}}};
+  Block block{
+      price, no_coefficients(price.inputs()), VectorXd::Zero(price.inputs()), {BlockOutput{}}};
   const int length_argument = price.inputs() - 1;  // (t | slack | length)
-  block.shares[1] = {{slack, 1.0}};
-  block.shares[length_argument] = offset_shares(site.phase, grid_.interval(site.phase, k).length1);
-  block.constants[length_argument] = grid_.interval(site.phase, k).length0;
+  block.coefficients[1] = {{slack, 1.0}};
+  block.coefficients[length_argument] =
+      offset_coefficients(instance.phase, grid_.interval(instance.phase, k).length1);
+  block.constants[length_argument] = grid_.interval(instance.phase, k).length0;
   return add_block(std::move(block));
 }
 
@@ -335,23 +344,25 @@ int ShootingProgram::add_price_block(const RowSite& site, int slack) {
 void ShootingProgram::build_slacks() {
   first_slack_ = variables();
   layout_.set_first_slack(first_slack_);
-  for (RowSite& site : rows_) {
-    const Term& term = problem_.phases()[site.phase].terms[site.term];
-    site.slack_below.assign(term.function.outputs(), -1);
-    site.slack_above.assign(term.function.outputs(), -1);
+  for (RowInstance& instance : rows_) {
+    const Term& term = problem_.phases()[instance.phase].terms[instance.term];
+    instance.slack_below.assign(term.function.outputs(), -1);
+    instance.slack_above.assign(term.function.outputs(), -1);
     if (!term.soft) continue;
     const auto add = [&](int row, double sign) {
       const int slack = add_variables(1);
       add_linear(row, slack, sign);
-      price_blocks_.push_back(add_price_block(site, slack));
+      penalty_blocks_.push_back(add_penalty_block(instance, slack));
       // With a free duration the price has mixed derivatives: a solver needs the diagonal as well,
       // to make the program convex.
-      if (term.soft->penalty == Penalty::L2 || price_blocks_.back() >= 0) declare_quadratic(slack);
+      if (term.soft->kind == Penalty::L2 || penalty_blocks_.back() >= 0) declare_quadratic(slack);
       return slack;
     };
     for (int i = 0; i < term.function.outputs(); ++i) {
-      if (std::isfinite(term.bounds[i].lower)) site.slack_below[i] = add(site.first_row + i, 1.0);
-      if (std::isfinite(term.bounds[i].upper)) site.slack_above[i] = add(site.first_row + i, -1.0);
+      if (std::isfinite(term.bounds[i].lower))
+        instance.slack_below[i] = add(instance.first_row + i, 1.0);
+      if (std::isfinite(term.bounds[i].upper))
+        instance.slack_above[i] = add(instance.first_row + i, -1.0);
     }
   }
 }
@@ -361,7 +372,7 @@ std::string ShootingProgram::describe_row(int row, const VectorXd* w) const {
                                       [](int r, const RowGroup& group) { return r < group.first; });
   const RowGroup& group = *(after - 1);
   std::string text = fmt::format("{} {}", group.name, row - group.first);
-  if (group.has_place) text += fmt::format(" at t = {:.6g} s", time_of(group.place, w));
+  if (group.has_point) text += fmt::format(" at t = {:.6g} s", time_of(group.point, w));
   return text;
 }
 

@@ -11,7 +11,7 @@
 #include "saltus/transcription/block_program.hpp"
 #include "saltus/transcription/grid.hpp"
 #include "saltus/transcription/layout.hpp"
-#include "saltus/transcription/shooting_sites.hpp"
+#include "saltus/transcription/shooting_instances.hpp"
 
 namespace saltus {
 
@@ -44,10 +44,10 @@ class ShootingProgram final : public BlockProgram {
   const Layout& layout() const { return layout_; }
 
   const std::vector<std::shared_ptr<Integrator>>& integrators() const { return integrators_; }
-  const std::vector<shooting::IntervalSite>& interval_sites() const { return intervals_; }
-  const std::vector<shooting::RowSite>& row_sites() const { return rows_; }
-  const std::vector<shooting::CostSite>& cost_sites() const { return costs_; }
-  const std::vector<shooting::ChangeSite>& change_sites() const { return changes_; }
+  const std::vector<shooting::IntervalInstance>& interval_instances() const { return intervals_; }
+  const std::vector<shooting::RowInstance>& row_instances() const { return rows_; }
+  const std::vector<shooting::CostInstance>& cost_instances() const { return costs_; }
+  const std::vector<shooting::ChangeInstance>& change_instances() const { return changes_; }
   int start_row() const { return start_row_; }
   /// First row of the jump into a phase; of the first phase there is none.
   int jump_row(int phase) const { return jump_rows_[phase - 1]; }
@@ -56,13 +56,13 @@ class ShootingProgram final : public BlockProgram {
   int total_time_row() const { return total_time_row_; }  ///< -1: none
 
   /// Absolute time of a place for durations as in w (null: the reference durations), s.
-  double time_of(const shooting::Place& place, const VectorXd* w) const;
+  double time_of(const shooting::GridPoint& point, const VectorXd* w) const;
   double start_of(int phase, const VectorXd* w) const;
   double duration_of(int phase, const VectorXd* w) const;
   VectorXd parameters_of(int phase, const VectorXd* w) const;
   bool is_given_start(int phase, int node) const;
   /// Block that prices a slack together with a free duration; -1: it has a price of its own.
-  int price_block(int slack) const { return price_blocks_[slack - first_slack_]; }
+  int penalty_block(int slack) const { return penalty_blocks_[slack - first_slack_]; }
   /// What a slack costs at w.
   double slack_cost(int slack, const VectorXd& w);
   Bounds input_bounds(int phase, int interval, int component) const;
@@ -75,10 +75,10 @@ class ShootingProgram final : public BlockProgram {
  private:
   // Times: a part that is known and shares of free durations.
   double known_start(int phase) const;
-  double known_time(const shooting::Place& place) const;
-  std::vector<VariableShare> start_shares(int phase) const;
-  std::vector<VariableShare> time_shares(const shooting::Place& place) const;
-  std::vector<VariableShare> offset_shares(int phase, double slope) const;
+  double known_time(const shooting::GridPoint& point) const;
+  std::vector<VariableCoefficient> start_coefficients(int phase) const;
+  std::vector<VariableCoefficient> time_coefficients(const shooting::GridPoint& point) const;
+  std::vector<VariableCoefficient> offset_coefficients(int phase, double slope) const;
   double interval_length(int phase, int k) const;
 
   void build_start();
@@ -89,10 +89,10 @@ class ShootingProgram final : public BlockProgram {
   int build_jump(const Jump& jump, int ends, int begins);  // first row
   void build_total_time();
   void build_slacks();
-  void add_row_site(int j, int t, const shooting::Place& place, bool state_only);
-  shooting::PlacedBlock add_term_block(const Function& f, const shooting::Place& place,
-                                       std::vector<BlockOutput> outputs, bool with_length);
-  int add_price_block(const shooting::RowSite& site, int slack);
+  void add_row_instance(int j, int t, const shooting::GridPoint& point, bool state_only);
+  shooting::BlockInstance add_term_block(const Function& f, const shooting::GridPoint& point,
+                                         std::vector<BlockOutput> outputs, bool with_length);
+  int add_penalty_block(const shooting::RowInstance& instance, int slack);
   int new_rows(int count, const std::string& what);
 
   void refresh_times();
@@ -103,7 +103,7 @@ class ShootingProgram final : public BlockProgram {
   void refresh_unknowns();
   void refresh_continuity();
   void refresh_costs();
-  int paying_interval(const shooting::RowSite& site, const PhaseWindow& window) const;
+  int paying_interval(const shooting::RowInstance& instance, const PhaseWindow& window) const;
   bool is_pinned(int phase, int interval, int component) const;
 
   OptimalControlProblem problem_;
@@ -113,21 +113,21 @@ class ShootingProgram final : public BlockProgram {
   int start_row_ = 0;
   int closing_row_ = -1;
   int first_slack_ = 0;
-  std::vector<int> price_blocks_;  // per slack
+  std::vector<int> penalty_blocks_;  // per slack
   int total_time_row_ = -1;
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
-  std::vector<shooting::IntervalSite> intervals_;
-  std::vector<shooting::RowSite> rows_;
-  std::vector<shooting::CostSite> costs_;
-  std::vector<shooting::ChangeSite> changes_;
-  std::vector<shooting::PlacedBlock> placed_;  // every block with data arguments
+  std::vector<shooting::IntervalInstance> intervals_;
+  std::vector<shooting::RowInstance> rows_;
+  std::vector<shooting::CostInstance> costs_;
+  std::vector<shooting::ChangeInstance> changes_;
+  std::vector<shooting::BlockInstance> placed_;  // every block with data arguments
   // For messages: the name of every group of rows, by its first row, and its place if it has one.
   struct RowGroup {
     int first = 0;
     std::string name;
-    shooting::Place place;
-    bool has_place = false;
+    shooting::GridPoint point;
+    bool has_point = false;
   };
   std::vector<RowGroup> row_groups_;
 };

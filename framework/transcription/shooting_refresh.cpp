@@ -21,34 +21,36 @@ double ShootingProgram::known_start(int phase) const {
   return t;
 }
 
-std::vector<VariableShare> ShootingProgram::start_shares(int phase) const {
-  std::vector<VariableShare> shares;
+std::vector<VariableCoefficient> ShootingProgram::start_coefficients(int phase) const {
+  std::vector<VariableCoefficient> coefficients;
   for (int i = 0; i < phase; ++i)
     if (layout_.duration(i) >= 0)
-      shares.push_back({layout_.duration(i), problem_.phases()[i].nominal_duration});
-  return shares;
+      coefficients.push_back({layout_.duration(i), problem_.phases()[i].nominal_duration});
+  return coefficients;
 }
 
-std::vector<VariableShare> ShootingProgram::offset_shares(int phase, double slope) const {
+std::vector<VariableCoefficient> ShootingProgram::offset_coefficients(int phase,
+                                                                      double slope) const {
   if (layout_.duration(phase) < 0 || slope == 0.0) return {};
   return {{layout_.duration(phase), slope * problem_.phases()[phase].nominal_duration}};
 }
 
-double ShootingProgram::known_time(const Place& place) const {
-  const double start = known_start(place.phase);
-  if (place.node < grid_.intervals(place.phase))
-    return start + grid_.interval(place.phase, place.node).offset0;
-  const bool is_free = layout_.duration(place.phase) >= 0;
-  return start + (is_free ? 0.0 : grid_.reference_duration(place.phase));
+double ShootingProgram::known_time(const GridPoint& point) const {
+  const double start = known_start(point.phase);
+  if (point.node < grid_.intervals(point.phase))
+    return start + grid_.interval(point.phase, point.node).offset0;
+  const bool is_free = layout_.duration(point.phase) >= 0;
+  return start + (is_free ? 0.0 : grid_.reference_duration(point.phase));
 }
 
-std::vector<VariableShare> ShootingProgram::time_shares(const Place& place) const {
-  std::vector<VariableShare> shares = start_shares(place.phase);
-  const double slope = place.node < grid_.intervals(place.phase)
-                           ? grid_.interval(place.phase, place.node).offset1
+std::vector<VariableCoefficient> ShootingProgram::time_coefficients(const GridPoint& point) const {
+  std::vector<VariableCoefficient> coefficients = start_coefficients(point.phase);
+  const double slope = point.node < grid_.intervals(point.phase)
+                           ? grid_.interval(point.phase, point.node).offset1
                            : 1.0;
-  for (const VariableShare& s : offset_shares(place.phase, slope)) shares.push_back(s);
-  return shares;
+  for (const VariableCoefficient& s : offset_coefficients(point.phase, slope))
+    coefficients.push_back(s);
+  return coefficients;
 }
 
 double ShootingProgram::interval_length(int phase, int k) const {
@@ -66,11 +68,11 @@ double ShootingProgram::start_of(int phase, const VectorXd* w) const {
   return t;
 }
 
-double ShootingProgram::time_of(const Place& place, const VectorXd* w) const {
-  const double T = duration_of(place.phase, w);
-  const double start = start_of(place.phase, w);
-  if (place.node == grid_.intervals(place.phase)) return start + T;
-  return start + grid_.interval(place.phase, place.node).offset(T);
+double ShootingProgram::time_of(const GridPoint& point, const VectorXd* w) const {
+  const double T = duration_of(point.phase, w);
+  const double start = start_of(point.phase, w);
+  if (point.node == grid_.intervals(point.phase)) return start + T;
+  return start + grid_.interval(point.phase, point.node).offset(T);
 }
 
 VectorXd ShootingProgram::parameters_of(int phase, const VectorXd* w) const {
@@ -100,11 +102,11 @@ void ShootingProgram::refresh() {
 }
 
 void ShootingProgram::refresh_times() {
-  for (const PlacedBlock& b : placed_) {
-    set_constant(b.block, b.time_argument, known_time(b.place));
+  for (const BlockInstance& b : placed_) {
+    set_constant(b.block, b.time_argument, known_time(b.point));
     if (b.length_argument >= 0)
       set_constant(b.block, b.length_argument,
-                   grid_.interval(b.place.phase, b.place.interval).length0);
+                   grid_.interval(b.point.phase, b.point.interval).length0);
   }
 }
 
@@ -116,8 +118,8 @@ void ShootingProgram::refresh_total_time() {
 }
 
 void ShootingProgram::place_data() {
-  for (const PlacedBlock& b : placed_) {
-    const int j = b.place.phase;
+  for (const BlockInstance& b : placed_) {
+    const int j = b.point.phase;
     if (b.parameter_argument < 0) continue;
     for (int i = 0; i < data[j].size(); ++i)
       if (layout_.parameter(j, i) < 0) set_constant(b.block, b.parameter_argument + i, data[j][i]);
@@ -128,8 +130,8 @@ void ShootingProgram::set_data(int phase, int i, double value) {
   if (data[phase][i] == value) return;
   data[phase][i] = value;
   if (layout_.parameter(phase, i) >= 0) return;
-  for (const PlacedBlock& b : placed_)
-    if (b.place.phase == phase && b.parameter_argument >= 0)
+  for (const BlockInstance& b : placed_)
+    if (b.point.phase == phase && b.parameter_argument >= 0)
       set_constant(b.block, b.parameter_argument + i, value);
 }
 
@@ -229,32 +231,32 @@ void ShootingProgram::refresh_state_bounds(int j) {
 }
 
 void ShootingProgram::refresh_continuity() {
-  for (const IntervalSite& site : intervals_) {
-    if (site.continuity_row < 0) continue;
-    const bool joined = !grid_.is_event(site.phase, site.interval + 1) &&
-                        !grid_.interval(site.phase, site.interval).is_empty() &&
-                        !grid_.interval(site.phase, site.interval + 1).is_empty();
+  for (const IntervalInstance& instance : intervals_) {
+    if (instance.continuity_row < 0) continue;
+    const bool joined = !grid_.is_event(instance.phase, instance.interval + 1) &&
+                        !grid_.interval(instance.phase, instance.interval).is_empty() &&
+                        !grid_.interval(instance.phase, instance.interval + 1).is_empty();
     const double gap = joined ? 0.0 : infinity;
-    for (int i = 0; i < problem_.phases()[site.phase].sizes.nu; ++i)
-      bound_row(site.continuity_row + i, -gap, gap);
+    for (int i = 0; i < problem_.phases()[instance.phase].sizes.nu; ++i)
+      bound_row(instance.continuity_row + i, -gap, gap);
   }
 }
 
 // Running penalties are per unit of time: of the interval that starts at the place if the window
 // reaches into it, else of the one that ends there; -1: of none.
-int ShootingProgram::paying_interval(const RowSite& site, const PhaseWindow& window) const {
-  const int j = site.phase;
-  const Place& place = site.block.place;
-  if (!site.state_only) return place.interval;
-  if (place.node < grid_.intervals(j) && grid_.interval_in(j, place.node, window))
-    return place.node;
-  int k = place.node - 1;
+int ShootingProgram::paying_interval(const RowInstance& instance, const PhaseWindow& window) const {
+  const int j = instance.phase;
+  const GridPoint& point = instance.block.point;
+  if (!instance.state_only) return point.interval;
+  if (point.node < grid_.intervals(j) && grid_.interval_in(j, point.node, window))
+    return point.node;
+  int k = point.node - 1;
   while (k >= 0 && grid_.interval(j, k).is_empty()) --k;
   return k >= 0 && grid_.interval_in(j, k, window) ? k : -1;
 }
 
 double ShootingProgram::slack_cost(int slack, const VectorXd& w) {
-  const int block = price_block(slack);
+  const int block = penalty_block(slack);
   if (block < 0) return variable_cost(slack, w[slack]);
   double price = 0.0;
   evaluate_block(block, w.data(), &price);
@@ -262,42 +264,42 @@ double ShootingProgram::slack_cost(int slack, const VectorXd& w) {
 }
 
 void ShootingProgram::refresh_rows() {
-  const Term* last = nullptr;  // sites of one term follow one another
+  const Term* last = nullptr;  // instances of one term follow one another
   PhaseWindow window;
-  for (const RowSite& site : rows_) {
-    const Term& term = problem_.phases()[site.phase].terms[site.term];
-    if (&term != last) window = grid_.resolve(site.phase, term.window);
+  for (const RowInstance& instance : rows_) {
+    const Term& term = problem_.phases()[instance.phase].terms[instance.term];
+    if (&term != last) window = grid_.resolve(instance.phase, term.window);
     last = &term;
-    const Place& place = site.block.place;
+    const GridPoint& point = instance.block.point;
     bool active = true;
-    double share = 1.0, length = 1.0;
-    if (term.place == TermPlace::running) {
-      active = site.state_only ? grid_.node_in(site.phase, place.node, window) &&
-                                     !is_given_start(site.phase, place.node)
-                               : grid_.interval_in(site.phase, place.interval, window);
+    double fraction = 1.0, length = 1.0;
+    if (term.domain == TermDomain::running) {
+      active = instance.state_only ? grid_.node_in(instance.phase, point.node, window) &&
+                                         !is_given_start(instance.phase, point.node)
+                                   : grid_.interval_in(instance.phase, point.interval, window);
       if (term.soft) {
-        const int k = paying_interval(site, window);
+        const int k = paying_interval(instance, window);
         // Ramps have rows at both ends of an interval, which share it.
-        const bool halves =
-            !site.state_only && problem_.phases()[site.phase].input_shape() == InputShape::linear;
-        share = halves ? 0.5 : 1.0;
-        length = k < 0 ? 0.0 : interval_length(site.phase, k);
+        const bool halves = !instance.state_only &&
+                            problem_.phases()[instance.phase].input_shape() == InputShape::linear;
+        fraction = halves ? 0.5 : 1.0;
+        length = k < 0 ? 0.0 : interval_length(instance.phase, k);
         active = active && length > 0.0;
       }
     }
     for (int i = 0; i < term.function.outputs(); ++i) {
       const Bounds b = active ? term.bounds[i] : unbounded();
-      bound_row(site.first_row + i, b.lower, b.upper);
-      for (const int slack : {site.slack_below[i], site.slack_above[i]}) {
+      bound_row(instance.first_row + i, b.lower, b.upper);
+      for (const int slack : {instance.slack_below[i], instance.slack_above[i]}) {
         if (slack < 0) continue;
         bound_variable(slack, 0.0, active ? infinity : 0.0);
-        const double rate = active ? term.soft->weight * share : 0.0;
-        if (price_block(slack) >= 0) {  // the length is in the block
-          set_weight(price_block(slack), 0, rate);
+        const double rate = active ? term.soft->weight * fraction : 0.0;
+        if (penalty_block(slack) >= 0) {  // the length is in the block
+          set_weight(penalty_block(slack), 0, rate);
           continue;
         }
         const double price = rate * length;
-        const bool l1 = term.soft->penalty == Penalty::L1;
+        const bool l1 = term.soft->kind == Penalty::L1;
         set_variable_cost(slack, l1 ? price : 0.0, l1 ? 0.0 : price);
       }
     }
@@ -307,38 +309,38 @@ void ShootingProgram::refresh_rows() {
 void ShootingProgram::refresh_costs() {
   const Term* last = nullptr;
   PhaseWindow window;
-  for (const CostSite& site : costs_) {
+  for (const CostInstance& instance : costs_) {
     double factor = 1.0;
-    if (site.interval >= 0) {
-      const Term& term = problem_.phases()[site.phase].terms[site.term];
-      if (&term != last) window = grid_.resolve(site.phase, term.window);
+    if (instance.interval >= 0) {
+      const Term& term = problem_.phases()[instance.phase].terms[instance.term];
+      if (&term != last) window = grid_.resolve(instance.phase, term.window);
       last = &term;
-      const bool active = grid_.interval_in(site.phase, site.interval, window);
+      const bool active = grid_.interval_in(instance.phase, instance.interval, window);
       const double length =
-          site.length_inside ? 1.0 : grid_.interval(site.phase, site.interval).length0;
+          instance.length_inside ? 1.0 : grid_.interval(instance.phase, instance.interval).length0;
       factor = active ? length : 0.0;
     }
-    set_weight(site.block, site.output, factor);
+    set_weight(instance.block, instance.output, factor);
   }
 }
 
 // An input that is forced to a value does not exist there, so nothing is charged into or out of
 // such an interval; empty slots are skipped over.
 void ShootingProgram::refresh_changes() {
-  for (const ChangeSite& site : changes_) {
-    const int j = site.phase;
+  for (const ChangeInstance& instance : changes_) {
+    const int j = instance.phase;
     const auto empty = [&](int k) { return grid_.interval(j, k).is_empty(); };
-    bool neighbours = !empty(site.to) && (site.from < 0 || !empty(site.from));
-    for (int k = site.from + 1; k < site.to; ++k) neighbours = neighbours && empty(k);
+    bool neighbours = !empty(instance.to) && (instance.from < 0 || !empty(instance.from));
+    for (int k = instance.from + 1; k < instance.to; ++k) neighbours = neighbours && empty(k);
     const double nominal = grid_.nominal_length(j);
-    const double before = site.from < 0 ? nominal : interval_length(j, site.from);
-    const double mean = 0.5 * (before + interval_length(j, site.to));
+    const double before = instance.from < 0 ? nominal : interval_length(j, instance.from);
+    const double mean = 0.5 * (before + interval_length(j, instance.to));
     for (int i = 0; i < problem_.phases()[j].sizes.nu; ++i) {
-      const bool existed = site.from < 0 ? neighbours && !std::isnan(previous_input[i])
-                                         : !is_pinned(j, site.from, i);
-      const bool exists = neighbours && existed && !is_pinned(j, site.to, i);
-      set_weight(site.block, i, exists ? nominal / mean : 0.0);
-      if (site.from < 0) set_constant(site.block, i, exists ? previous_input[i] : 0.0);
+      const bool existed = instance.from < 0 ? neighbours && !std::isnan(previous_input[i])
+                                             : !is_pinned(j, instance.from, i);
+      const bool exists = neighbours && existed && !is_pinned(j, instance.to, i);
+      set_weight(instance.block, i, exists ? nominal / mean : 0.0);
+      if (instance.from < 0) set_constant(instance.block, i, exists ? previous_input[i] : 0.0);
     }
   }
 }

@@ -56,33 +56,35 @@ StageStructure stage_structure(const ShootingProgram& program) {
   }
   structure.start_rows = range(program.start_row(), phases.front().sizes.nx);
 
-  for (const IntervalSite& site : program.interval_sites()) {
-    const int nu = phases[site.phase].sizes.nu, stage = first_stage[site.phase] + site.interval;
-    structure.stages[stage].dynamics = range(site.first_row, phases[site.phase].sizes.nx);
-    if (site.continuity_row >= 0 && nu > 0)
-      structure.stages[stage + 1].groups.push_back(range(site.continuity_row, nu));
+  for (const IntervalInstance& instance : program.interval_instances()) {
+    const int nu = phases[instance.phase].sizes.nu,
+              stage = first_stage[instance.phase] + instance.interval;
+    structure.stages[stage].dynamics = range(instance.first_row, phases[instance.phase].sizes.nx);
+    if (instance.continuity_row >= 0 && nu > 0)
+      structure.stages[stage + 1].groups.push_back(range(instance.continuity_row, nu));
   }
   // Rows of a term stand where the last of their variables does.
-  for (const RowSite& site : program.row_sites()) {
-    const Place& place = site.block.place;
-    const int here = first_stage[site.phase] + (place.interval >= 0 ? place.interval : place.node);
+  for (const RowInstance& instance : program.row_instances()) {
+    const GridPoint& point = instance.block.point;
+    const int here =
+        first_stage[instance.phase] + (point.interval >= 0 ? point.interval : point.node);
     std::map<int, std::vector<int>> rows;
-    for (int i = 0; i < static_cast<int>(site.slack_below.size()); ++i) {
-      const int row = site.first_row + i;
+    for (int i = 0; i < static_cast<int>(instance.slack_below.size()); ++i) {
+      const int row = instance.first_row + i;
       int stage = here;
       const SparsityPattern& pattern = program.jacobian_pattern();
       for (int e = pattern.row_begin(row); e < pattern.row_end(row); ++e)
         stage = std::max(stage, stage_of[pattern.col(e)]);
       rows[stage].push_back(row);
       bool eliminated = false;
-      for (const int slack : {site.slack_below[i], site.slack_above[i]}) {
+      for (const int slack : {instance.slack_below[i], instance.slack_above[i]}) {
         if (slack < 0) continue;
         // Where a free duration enters the price, the slack is an input of the row's stage.
-        eliminated = program.price_block(slack) < 0;
+        eliminated = program.penalty_block(slack) < 0;
         if (!eliminated) structure.stages[stage].inputs.push_back(slack);
       }
       if (eliminated)
-        structure.soft_rows.push_back({row, site.slack_below[i], site.slack_above[i]});
+        structure.soft_rows.push_back({row, instance.slack_below[i], instance.slack_above[i]});
     }
     for (auto& [stage, group] : rows) structure.stages[stage].groups.push_back(std::move(group));
   }

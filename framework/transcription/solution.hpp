@@ -12,7 +12,7 @@
 namespace saltus {
 
 /// How much of a soft constraint was given up.
-struct SoftnessUse {
+struct SoftViolation {
   std::string phase, term;
   double largest = 0.0;  ///< violation in the term's own units
   double time = 0.0;     ///< s, where it is largest
@@ -41,7 +41,7 @@ struct GuardCrossing {
 };
 
 /// The share of a named cost in the total.
-struct CostShare {
+struct CostContribution {
   std::string phase, term;
   double value = 0.0;
 };
@@ -53,8 +53,8 @@ struct Solution {
   double cost = 0.0;
   Trajectory trajectory;
   std::vector<double> durations;  ///< of the phases, s
-  std::vector<CostShare> costs;
-  std::vector<SoftnessUse> softness;
+  std::vector<CostContribution> costs;
+  std::vector<SoftViolation> soft_violations;
   /// Of every phase that ends by a guard. What is not as declared is said in the message too.
   std::vector<GuardCrossing> crossings;
   /// The largest violation of a hard path constraint between the nodes, where the program does not

@@ -37,10 +37,10 @@ Violation worst_of_terms(ShootingProgram& program, const VectorXd& w) {
     worst.consider(miss(g[row], program.row_lower()[row], program.row_upper()[row]),
                    [&] { return program.describe_row(row, &w); });
   };
-  for (const RowSite& site : program.row_sites()) {
-    const Term& term = program.problem().phases()[site.phase].terms[site.term];
+  for (const RowInstance& instance : program.row_instances()) {
+    const Term& term = program.problem().phases()[instance.phase].terms[instance.term];
     if (term.soft) continue;
-    for (int i = 0; i < term.function.outputs(); ++i) consider_row(site.first_row + i);
+    for (int i = 0; i < term.function.outputs(); ++i) consider_row(instance.first_row + i);
   }
   if (program.closing_row() >= 0)
     for (int i = 0; i < program.problem().phases().front().sizes.nx; ++i)

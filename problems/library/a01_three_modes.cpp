@@ -52,7 +52,7 @@ OptimalControlProblem problem() {
   Phase<2, 1> third{"mode 3", Third{}, part};
   for (auto* phase : {&first, &second, &third})
     phase->minimise("running", running)
-        .inputs(InputCourse::piecewise_linear_continuous)
+        .inputs(InputParametrisation::piecewise_linear_continuous)
         .guess_duration(1.0);
   const Vec<double, 2> start{2.0, 3.0}, third_of_way{-1.0 / 3.0, -4.0 / 3.0};
   first.guess_state(Guess::interpolate(start, start + third_of_way));

@@ -39,7 +39,7 @@ OptimalControlProblem problem() {
   for (auto* phase : {&first, &second})
     phase->track("x2", second_state, one, Window{}, Reference(Vec<double, 1>{2.0}))
         .track("input", input, one)
-        .inputs(InputCourse::piecewise_linear_continuous)
+        .inputs(InputParametrisation::piecewise_linear_continuous)
         .guess_duration(1.0);
   second.track_at_end("final", state, Vec<double, 2>{1.0, 1.0},
                       Reference(Vec<double, 2>{4.0, 2.0}));

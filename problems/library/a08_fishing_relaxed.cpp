@@ -34,7 +34,8 @@ OptimalControlProblem problem() {
   Phase<2, 1> singular{"singular", Populations{}, part};
   wait.bound_input(0, exactly(0.0));
   all.bound_input(0, exactly(1.0));
-  singular.bound_input(0, between(0.0, 0.9)).inputs(InputCourse::piecewise_linear_continuous);
+  singular.bound_input(0, between(0.0, 0.9))
+      .inputs(InputParametrisation::piecewise_linear_continuous);
 
   OptimalControlProblem ocp("relaxed fishing");
   ocp.start_at({0.5, 0.7});

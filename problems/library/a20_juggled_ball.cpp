@@ -41,7 +41,7 @@ OptimalControlProblem problem() {
   rise.reach("back", height, exactly(1.0)).reach("at rest", speed, exactly(0.0));
 
   for (auto* phase : {&fall, &rise})
-    phase->inputs(InputCourse::piecewise_linear_continuous)
+    phase->inputs(InputParametrisation::piecewise_linear_continuous)
         .keep("ground", height, at_least(0.0))
         .minimise("effort", effort)
         .guess_duration(0.5);

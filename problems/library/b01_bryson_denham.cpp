@@ -44,7 +44,7 @@ OptimalControlProblem problem() {
       .reach("landing speed", speed, exactly(-1.0));
 
   for (auto* phase : {&climb, &slide, &descend})
-    phase->inputs(InputCourse::piecewise_linear_continuous).guess_duration(0.3);
+    phase->inputs(InputParametrisation::piecewise_linear_continuous).guess_duration(0.3);
   OptimalControlProblem ocp("Bryson-Denham");
   ocp.start_at({0, 1}).then(climb).then(slide).then(descend);
   ocp.total_time(exactly(1.0)).costs(CostRule::integrated);

@@ -32,7 +32,7 @@ OptimalControlProblem problem() {
   const auto height = [](const auto&, const auto& x) { return x[1]; };
 
   Phase<3, 1> slide{"slide", Bead{}, between(0.5, 10.0)};
-  slide.inputs(InputCourse::piecewise_linear_continuous)
+  slide.inputs(InputParametrisation::piecewise_linear_continuous)
       .bound_input(0, between(-std::numbers::pi / 2, std::numbers::pi))
       .minimise_at_end("time", clock)
       .reach("end, along", along, exactly(10.0))

@@ -41,7 +41,7 @@ OptimalControlProblem problem() {
   boost.bound_input(0, exactly(full_thrust)).guess_input(Guess::constant(Vec<double, 1>{3.5}));
   sustain.bound_input(0, between(0.1 * full_thrust, 0.9 * full_thrust))
       .guess_input(Guess::constant(Vec<double, 1>{0.5 * full_thrust}))
-      .inputs(InputCourse::piecewise_linear_continuous);
+      .inputs(InputParametrisation::piecewise_linear_continuous);
   coast.bound_input(0, exactly(0.0))
       .reach("empty", mass, exactly(0.6))
       .minimise_at_end("height", minus_height);

@@ -155,7 +155,7 @@ OptimalControlProblem problem() {
     begins[6] = mass;
     ends[6] = mass -= burnt;
     nominal[6] = begins[6];
-    phase.inputs(InputCourse::piecewise_linear_continuous)
+    phase.inputs(InputParametrisation::piecewise_linear_continuous)
         .keep("unit steering", steering, exactly(1.0))
         .keep("above ground", altitude, at_least(0.0))
         .nominal(nominal, Vec<double, 3>::Ones())

@@ -31,7 +31,7 @@ OptimalControlProblem problem() {
   const Vec<double, 3> start{0, 0, 0}, end{5, 45, 0};
 
   Phase<3, 1> steer{"steer", Particle{}, between(0.1, 10.0)};
-  steer.inputs(InputCourse::piecewise_linear_continuous)
+  steer.inputs(InputParametrisation::piecewise_linear_continuous)
       .bound_input(0, between(-std::numbers::pi / 2, std::numbers::pi / 2))
       .minimise_at_end("time", clock)
       .reach("end", state, {exactly(end[0]), exactly(end[1]), exactly(end[2])})

@@ -58,7 +58,7 @@ OptimalControlProblem problem() {
   for (auto* phase : {&approach, &thermal, &glide}) {
     const double duration = phase->definition().duration_guess;
     const auto at = [&](double s) -> Vec<double, 4> { return start + s / 102.5 * (end - start); };
-    phase->inputs(InputCourse::piecewise_linear_continuous)
+    phase->inputs(InputParametrisation::piecewise_linear_continuous)
         .nominal(Vec<double, 4>{1000, 1000, 10, 10}, Vec<double, 1>{1})
         .nominal_duration(100.0)
         .guess_state(Guess::interpolate(at(t), at(t + duration)))

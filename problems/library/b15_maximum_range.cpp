@@ -27,7 +27,7 @@ OptimalControlProblem problem() {
   const Vec<double, 3> start{0, 0, 0}, end{1, 0.1, 1};
 
   Phase<3, 1> fly{"fly", Flight{}, exactly(2.0)};
-  fly.inputs(InputCourse::piecewise_linear_continuous)
+  fly.inputs(InputParametrisation::piecewise_linear_continuous)
       .bound_input(0, between(-std::numbers::pi, std::numbers::pi))
       .minimise_at_end("range", minus_range)
       .reach("height", height, exactly(0.1))

@@ -43,7 +43,7 @@ OptimalControlProblem problem() {
   OptimalControlProblem ocp("hyper-sensitive");
   ocp.start_at({1}).costs(CostRule::integrated);
   for (auto* phase : {&leave, &settle, &rest, &depart, &arrive}) {
-    phase->inputs(InputCourse::piecewise_linear_continuous)
+    phase->inputs(InputParametrisation::piecewise_linear_continuous)
         .minimise("cost", cost)
         .guess_state(Guess::constant(Vec<double, 1>{0}));
     ocp.then(*phase);

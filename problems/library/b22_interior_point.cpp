@@ -31,7 +31,8 @@ OptimalControlProblem problem() {
   Phase<1, 1> after{"to the end", Velocity{}, exactly(0.25)};
   after.minimise("cost", cost).reach("end", position, exactly(0.75));
 
-  for (auto* phase : {&before, &after}) phase->inputs(InputCourse::piecewise_linear_continuous);
+  for (auto* phase : {&before, &after})
+    phase->inputs(InputParametrisation::piecewise_linear_continuous);
   OptimalControlProblem ocp("interior point");
   ocp.start_at({1}).then(before).then(after).costs(CostRule::integrated);
   return ocp;

@@ -41,7 +41,7 @@ OptimalControlProblem problem() {
   OptimalControlProblem ocp("Van der Pol");
   ocp.start_at({0, 1});
   for (auto* phase : {&low, &rise, &high, &fade}) {
-    phase->inputs(InputCourse::piecewise_linear_continuous).minimise("cost", cost);
+    phase->inputs(InputParametrisation::piecewise_linear_continuous).minimise("cost", cost);
     ocp.then(phase->guess_duration(1.25));
   }
   ocp.total_time(exactly(5.0)).costs(CostRule::integrated);

@@ -48,7 +48,7 @@ OptimalControlProblem problem(double impact_time) {
   weights.gamma_impact << 1000, 1000, 1000, 10, 10, 10, 1, 1, 1;
   weights.wrench << 1e-3, 1e-3, 1e-4, 1e-2, 1e-2, 1e-2;
   weights.capture_point << 1000, 1000;
-  weights.capture_point_softness = 0.0;
+  weights.capture_point_penalty = 0.0;
   weights.wrench_change = 0.0;
 
   TickData tick;

@@ -29,7 +29,7 @@ Scene initial_scene(const Config& config, const RobotDescription& robot) {
   return scene;
 }
 
-RobotDescription believed_robot(const Config& config, RobotDescription robot) {
+RobotDescription nominal_robot(const Config& config, RobotDescription robot) {
   robot.mass *= 1.0 + config.mass_error;
   return robot;
 }
@@ -102,7 +102,8 @@ TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonControl
   r.iterations = plan.iterations;
   r.cost = plan.cost;
   r.kkt = plan.kkt.scaled();
-  for (const SoftnessUse& use : plan.softness) r.softness = std::max(r.softness, use.largest);
+  for (const SoftViolation& use : plan.soft_violations)
+    r.softness = std::max(r.softness, use.largest);
   return r;
 }
 

@@ -11,7 +11,7 @@ namespace saltus::push_recovery {
 Scene initial_scene(const Config& config, const RobotDescription& robot);
 
 /// The robot that the controllers believe in: its mass with Config::mass_error.
-RobotDescription believed_robot(const Config& config, RobotDescription robot);
+RobotDescription nominal_robot(const Config& config, RobotDescription robot);
 
 /// The share of the impulse that was given up to `t` (s), 0 to 1.
 double push_share(const Push& push, double t);

@@ -43,14 +43,13 @@ class FullBodyLoop {
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.side, scene_.stance,
                scene_.stance_foot),
-        believed_(with_masses_scaled(body_, 1.0 + config.mass_error)),
-        dynamics_(make_dart_dynamics(believed_)),
+        nominal_(with_masses_scaled(body_, 1.0 + config.mass_error)),
+        dynamics_(make_dart_dynamics(nominal_)),
         plant_(make_plant(body_, config), config.noise, config.delay_ticks),
-        planner_(
-            config.controller == ControllerChoice::mpc
-                ? make_mpc(config, believed_robot(config, robot), scene_)
-                : make_capture_point_controller(config, believed_robot(config, robot), scene_)),
-        controller_(make_whole_body_controller(believed_, config, robot)) {
+        planner_(config.controller == ControllerChoice::mpc
+                     ? make_mpc(config, nominal_robot(config, robot), scene_)
+                     : make_capture_point_controller(config, nominal_robot(config, robot), scene_)),
+        controller_(make_whole_body_controller(nominal_, config, robot)) {
     log_.robot = robot;
     log_.floating = body_;
     log_.pushed = link_frame(body_, model_, config.push.link);
@@ -63,7 +62,7 @@ class FullBodyLoop {
     swing_.hold(dynamics_->sole(swing_side()).pose);
     swing_stands() = false;
     tasks_.posture = start.q;
-    applied_[scene_.side == Side::left ? 2 : 8] = believed_.total_mass * standard_gravity;
+    applied_[scene_.side == Side::left ? 2 : 8] = nominal_.total_mass * standard_gravity;
   }
 
   RunLog run(const Observer& observer) {
@@ -180,7 +179,7 @@ class FullBodyLoop {
     for (const InputPiece& p : tick_->input)
       if (p.start <= t + same_instant) piece = &p;
     tasks_.wrenches = reordered(scene_.side, piece->input());
-    tasks_.force = Vec<double, 3>(0.0, 0.0, -believed_.total_mass * standard_gravity);
+    tasks_.force = Vec<double, 3>(0.0, 0.0, -nominal_.total_mass * standard_gravity);
     tasks_.torque.setZero();
     for (const Side side : {Side::left, Side::right}) {
       const int first = side == Side::left ? 0 : 6;
@@ -244,7 +243,7 @@ class FullBodyLoop {
   Vec<double, 3> pushed_ = Vec<double, 3>::Zero();
   Scene scene_;
   StepLogic steps_;
-  FloatingRobot believed_;  // by the controllers
+  FloatingRobot nominal_;  // by the controllers
   std::unique_ptr<DynamicsModel> dynamics_, truth_;
   MeasuredPlant plant_;
   std::unique_ptr<Planner> planner_;

@@ -75,9 +75,9 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
 
   // From the impact on the capture point lies in the convex hull of both feet.
-  if (weights.capture_point_softness > 0.0)
+  if (weights.capture_point_penalty > 0.0)
     phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact,
-               soft("capture point", weights.capture_point_softness));
+               soft("capture point", weights.capture_point_penalty));
   else
     phase.keep("capture point in hull", outside_hull, at_most(0.0), after_impact);
 

@@ -22,7 +22,7 @@ class ClosedLoop {
  public:
   ClosedLoop(const Config& config, const RobotDescription& robot)
       : config_(config),
-        believed_mass_(believed_robot(config, robot).mass),
+        nominal_mass_(nominal_robot(config, robot).mass),
         scene_(initial_scene(config, robot)),
         steps_(config.step, config.stepping, config.push.start, scene_.side, scene_.stance,
                scene_.stance_foot),
@@ -32,8 +32,8 @@ class ClosedLoop {
                        .absolute_tolerance = plant_tolerance})),
         planner_(
             config.controller == ControllerChoice::mpc
-                ? make_mpc(config, believed_robot(config, robot), scene_)
-                : make_capture_point_controller(config, believed_robot(config, robot), scene_)) {
+                ? make_mpc(config, nominal_robot(config, robot), scene_)
+                : make_capture_point_controller(config, nominal_robot(config, robot), scene_)) {
     log_.robot = robot;
     plant_.foot(scene_.side) = {scene_.stance, true};
     swing_foot() = {scene_.swing, false};
@@ -70,7 +70,7 @@ class ClosedLoop {
     const double omega = frequency_of_height(gamma[2]);
     steps_.update(t,
                   capture_point_at_rest(gamma.head<3>(), gamma.segment<3>(3), gamma.tail<3>(),
-                                        believed_mass_, omega),
+                                        nominal_mass_, omega),
                   omega);
     if (steps_.is_stepping() && log_.touchdown == infinity) {
       scene_.swing.position = steps_.place();
@@ -137,7 +137,7 @@ class ClosedLoop {
   }
 
   const Config& config_;
-  double believed_mass_;  // by the controllers
+  double nominal_mass_;  // by the controllers
   Scene scene_;
   StepLogic steps_;
   CentroidalPlant plant_;

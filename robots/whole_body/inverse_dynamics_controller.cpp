@@ -208,7 +208,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     stance.upper.segment<6>(stance.rows) = wanted;
     stance.rows += 6;
   }
-  stance.l1.setConstant(weights.stance_price);
+  stance.l1.setConstant(weights.stance_weight);
   stance.l2.setZero();
 
   RowGroup& limits = stage.groups[limit_group];
@@ -222,7 +222,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   const double T = gains.limit_horizon;
   limits.lower = (4.0 / (T * T)) * (lower - state.q - T * state.dq);
   limits.upper = (4.0 / (T * T)) * (upper - state.q - T * state.dq);
-  limits.l1.setConstant(weights.limit_price);
+  limits.l1.setConstant(weights.limit_weight);
   limits.l2.setZero();
 }
 

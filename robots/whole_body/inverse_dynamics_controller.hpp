@@ -19,8 +19,8 @@ struct WholeBodyWeights {
   double posture = 0.01;           ///< per (rad/s^2)^2
   double swing_foot = 100.0;       ///< per (m/s^2)^2 and (rad/s^2)^2
   double wrench = 1e-3;            ///< of the difference to the planned wrenches, per N^2, (Nm)^2
-  double stance_price = 1e4;       ///< L1, per m/s^2 and rad/s^2
-  double limit_price = 1e5;        ///< L1, per rad/s^2
+  double stance_weight = 1e4;      ///< L1, per m/s^2 and rad/s^2
+  double limit_weight = 1e5;       ///< L1, per rad/s^2
 };
 
 struct WholeBodyGains {

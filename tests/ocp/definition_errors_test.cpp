@@ -110,7 +110,7 @@ const std::vector<Mistake>& mistakes() {
       {"InputAtTheEnd",
        phase([](Motion& m) { m.reach("stop", input, exactly(0.0)); }),
        {"phase 'motion'", "term 'stop'", "input"}},
-      {"SoftnessWeight",
+      {"PenaltyWeight",
        phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {}, soft("price", 0.0)); }),
        {"phase 'motion'", "term 'lane'", "'price'", "positive"}},
       // --- windows
@@ -215,7 +215,7 @@ const std::vector<Mistake>& mistakes() {
        {"phase 'motion'", "2 weights", "1 inputs"}},
       {"ChangeOfLinearInputs",
        phase([](Motion& m) {
-         m.inputs(InputCourse::piecewise_linear).penalise_change(Vec<double, 1>{1.0});
+         m.inputs(InputParametrisation::piecewise_linear).penalise_change(Vec<double, 1>{1.0});
        }),
        {"phase 'motion'", "piecewise constant"}},
       {"ResultantOfMissingInputs",
@@ -443,7 +443,7 @@ TEST(Change, ThatIsRefusedLeavesTheProgramAsItWas) {
   EXPECT_THROW(shooting.start_at(nan, Vec<double, 1>{1.0}), DefinitionError);
   EXPECT_THROW(shooting.retime("imapct", 0.2), DefinitionError);
   EXPECT_THROW(shooting.retime("impact", nan), DefinitionError);
-  EXPECT_THROW(shooting.set_softness("price", 1.0), DefinitionError);
+  EXPECT_THROW(shooting.set_penalty_weight("price", 1.0), DefinitionError);
   EXPECT_THROW(shooting.set_previous_input(Vec<double, 2>{1.0, 2.0}), DefinitionError);
   EXPECT_EQ(shooting.problem().schedule().time_of("impact"), 0.43);
   EXPECT_EQ(shooting.nlp().lower(), lower);

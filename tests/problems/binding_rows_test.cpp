@@ -83,7 +83,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   weights.wrench << s.force_weight, constant(s.torque_weight);
   weights.wrench_change = s.wrench_change;
   weights.capture_point = Vec<double, 2>::Constant(s.capture_point_weight);
-  weights.capture_point_softness = 0.0;
+  weights.capture_point_penalty = 0.0;
 
   TickData data;
   data.com = s.com;

@@ -61,7 +61,7 @@ inline QpCase read_case(const std::string& name) {
   c.weights.gamma_impact = numbers(p.at("K_gamma_imp"));
   c.weights.wrench = numbers(p.at("K_f")).head<6>();
   c.weights.capture_point = numbers(p.at("K_icp"));
-  c.weights.capture_point_softness = 0.0;
+  c.weights.capture_point_penalty = 0.0;
   c.weights.wrench_change = 0.0;
 
   c.start.resize(9);

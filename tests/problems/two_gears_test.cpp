@@ -53,7 +53,7 @@ TEST_F(TwoGears, HasANodeWhereItsWindowEndsWhateverTheDuration) {
 
 TEST_F(TwoGears, CostsAreTheSharesOfItsTerms) {
   double sum = 0.0;
-  for (const CostShare& share : solution.costs) {
+  for (const CostContribution& share : solution.costs) {
     sum += share.value;
     if (share.term == "time") {
       EXPECT_NEAR(share.value, solution.trajectory.end_time(), 1e-9);

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "saltus/core/error.hpp"
-#include "saltus/qp/staged_solver.hpp"
+#include "saltus/qp/sparse_by_stages.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/stage_checks.hpp"
 
@@ -337,7 +337,7 @@ class DenseStages final : public StageQpSolver {
 
 TEST(StagedSolver, SolvesSparseProgramsByTheirStages) {
   const Small small;
-  const auto solver = make_staged_qp_solver(
+  const auto solver = make_sparse_solver_by_stages(
       small.qp, small.structure, [](const StageQp&) { return std::make_unique<DenseStages>(); });
   PrimalDualPoint point{VectorXd::Zero(3), {}, {}};
   EXPECT_EQ(solver->solve(small.qp, point, false).status, QpStatus::optimal);

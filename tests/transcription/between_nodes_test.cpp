@@ -26,7 +26,7 @@ const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u
 // J = 4 / (9 l); for 1/6 <= l <= 1/4 it touches it at t = 1/2 and J = 2 + 6 (1 - 4 l)^2.
 Phase<2, 1> block() {
   Phase<2, 1> phase{"block", Block{}, exactly(1.0)};
-  phase.inputs(InputCourse::piecewise_linear_continuous)
+  phase.inputs(InputParametrisation::piecewise_linear_continuous)
       .minimise("effort", effort)
       .reach("ground", height, exactly(0.0))
       .reach("landing speed", speed, exactly(-1.0));

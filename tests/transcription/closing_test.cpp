@@ -62,7 +62,7 @@ struct Free {  // x'' = -x + u
 // by effort: driven by u alone the offset c takes the least effort u = A' G^-1 c.
 TEST(Closing, ByAnAffineMapTakesTheLeastEffort) {
   Phase<2, 1> swing{"swing", Free{}, exactly(M_PI)};
-  swing.inputs(InputCourse::piecewise_linear).minimise("effort", [](auto, auto, auto u) {
+  swing.inputs(InputParametrisation::piecewise_linear).minimise("effort", [](auto, auto, auto u) {
     return 0.5 * u[0] * u[0];
   });
   OptimalControlProblem ocp("half a swing");
@@ -94,7 +94,7 @@ struct Ball {  // x = (height m, speed m/s), u = lift m/s^2
 OptimalControlProblem hopping() {
   constexpr double restitution = 0.8;
   Phase<2, 1> hop{"hop", Ball{}, between(0.1, 3.0)};
-  hop.inputs(InputCourse::piecewise_linear_continuous)
+  hop.inputs(InputParametrisation::piecewise_linear_continuous)
       .minimise("effort", [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; })
       .minimise_at_end("haste", [](auto t, auto) { return 1.0 / t; })
       .ends_when(

@@ -26,7 +26,7 @@ const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u
 
 Phase<2, 1> flight(const std::string& name) {
   Phase<2, 1> phase{name, Ball{}, between(0.05, 2.0)};
-  phase.inputs(InputCourse::piecewise_linear_continuous)
+  phase.inputs(InputParametrisation::piecewise_linear_continuous)
       .minimise("effort", effort)
       .guess_duration(0.5);
   return phase;

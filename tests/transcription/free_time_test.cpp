@@ -41,7 +41,8 @@ const auto thrust = [](const auto& t, const auto& x, const auto& u) { return u[0
 // Two free phases; time enters every kind of term, a window cuts the second phase, soft rows pay
 // for the time that is chosen, and the jump reads the time.
 template <class Dynamics>
-OptimalControlProblem free_time(const Dynamics& dynamics, CostRule rule, InputCourse course) {
+OptimalControlProblem free_time(const Dynamics& dynamics, CostRule rule,
+                                InputParametrisation course) {
   OptimalControlProblem ocp("free time");
   Phase<2, 1, 1> first{"first", dynamics, between(0.3, 2.0)};
   Phase<2, 1, 1> second{"second", dynamics, between(0.6, 2.0)};
@@ -80,9 +81,9 @@ class FreeTime : public ::testing::TestWithParam<Method> {};
 TEST_P(FreeTime, HasExactDerivatives) {
   const Method& method = GetParam();
   for (const CostRule rule : {CostRule::nodes, CostRule::integrated})
-    for (const InputCourse course :
-         {InputCourse::piecewise_constant, InputCourse::piecewise_linear}) {
-      const bool ramps = course == InputCourse::piecewise_linear;
+    for (const InputParametrisation course :
+         {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
+      const bool ramps = course == InputParametrisation::piecewise_linear;
       const bool integrated = rule == CostRule::integrated;
       if (method.form == Form::affine && (ramps || integrated)) continue;
       if (method.form == Form::slow && !(ramps && integrated)) continue;

@@ -52,7 +52,7 @@ TEST(InnerEvents, OptimumThroughASwitch) {  // A17
 }
 
 // A ball with a thruster above a moving floor: input and time in guard and reset, all free.
-OptimalControlProblem thrusted_ball(InputCourse course) {
+OptimalControlProblem thrusted_ball(InputParametrisation course) {
   Phase<2, 1, 1> phase(
       "flight",
       [](const auto& t, const auto& x, const auto& u, const auto& p) {
@@ -110,7 +110,8 @@ void expect_first_derivatives_match(NonlinearProgram& program, const VectorXd& a
 }
 
 TEST(InnerEvents, DerivativesOfTheProgram) {
-  for (const auto course : {InputCourse::piecewise_constant, InputCourse::piecewise_linear}) {
+  for (const auto course :
+       {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
     MultipleShooting shooting(thrusted_ball(course),
                               {.intervals_per_phase = 4, .integrator = runge_kutta4({.steps = 3})});
     expect_first_derivatives_match(shooting.nlp(), shooting.initial_guess().w);

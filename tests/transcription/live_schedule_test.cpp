@@ -230,7 +230,7 @@ TEST(LiveSchedule, BoundsThatNowExcludeOneAnotherAreTakenBack) {
   expect_same_program(shooting.nlp(), untouched.nlp(), random);
 }
 
-TEST(LiveSchedule, NeitherSchedulesNorSoftnessAllocate) {
+TEST(LiveSchedule, NeitherSchedulesNorPenaltyAllocate) {
   std::mt19937 random(5);
   MultipleShooting shooting = walking_problem(walking_schedule());
   std::vector<Schedule> schedules{walking_schedule()};
@@ -242,8 +242,8 @@ TEST(LiveSchedule, NeitherSchedulesNorSoftnessAllocate) {
   const testing::AllocationCount count;
   for (const Schedule& schedule : schedules) {
     shooting.set_schedule(schedule);
-    shooting.set_softness("lane", 10.0);
-    shooting.set_softness("power", 3.0);
+    shooting.set_penalty_weight("lane", 10.0);
+    shooting.set_penalty_weight("power", 3.0);
   }
   EXPECT_EQ(count.made(), 0);
 }

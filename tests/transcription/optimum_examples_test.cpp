@@ -17,7 +17,7 @@ const saltus::Ipopt tight{.tolerance = 1e-10};
 
 TEST(OptimumOf, PushRecoveryFollowsTheImpactTime) {
   push_recovery::QpCase c = push_recovery::read_case("ICUB-1");
-  c.weights.capture_point_softness = 1e4;
+  c.weights.capture_point_penalty = 1e4;
   c.weights.wrench_change = 1e-4;
   for (const double impact : {0.0336, 0.0744, 0.1163}) {
     c.impact_time = impact;
@@ -67,7 +67,7 @@ TEST(OptimumOf, FreeSwitchingTimesHasTheCostatesAtItsStart) {
   for (auto* phase : {&one, &two, &three})
     phase->track("state", state, Vec<double, 2>::Ones(), {}, Reference(target))
         .track("effort", input, Vec<double, 1>::Ones())
-        .inputs(InputCourse::piecewise_linear);
+        .inputs(InputParametrisation::piecewise_linear);
   three.track_at_end("end", state, Vec<double, 2>::Ones(), Reference(target));
   OptimalControlProblem ocp("switched");
   ocp.start_at({2, 3})

@@ -11,9 +11,9 @@ using namespace testing_support;
 
 // min int 1/2 u^2 over one second, x' = u from 1 with x(1) <= 0 at a price: u is constant, and
 // u = -min(multiplier, ...) follows from the optimality of 1/2 u^2 + price(1 + u).
-Solution solve_soft_end(Softness softness) {
+Solution solve_soft_end(Penalty penalty) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
-  phase.track("effort", input, Vec<double, 1>{1.0}).reach("stop", state, at_most(0.0), softness);
+  phase.track("effort", input, Vec<double, 1>{1.0}).reach("stop", state, at_most(0.0), penalty);
   OptimalControlProblem ocp("soft end");
   ocp.start_at({1}).then(phase);
   MultipleShooting shooting(ocp, ten);
@@ -23,11 +23,11 @@ Solution solve_soft_end(Softness softness) {
 TEST(SoftEnd, L1BelowTheMultiplierIsViolatedAsFarAsTheWeightPays) {
   const Solution s = solve_soft_end(soft("stop", 0.4));  // u = -weight
   ASSERT_TRUE(s.ok()) << s.message;
-  ASSERT_EQ(s.softness.size(), 1u);
-  EXPECT_EQ(s.softness[0].phase, "motion");
-  EXPECT_EQ(s.softness[0].term, "stop");
-  EXPECT_NEAR(s.softness[0].largest, 0.6, 1e-7);
-  EXPECT_NEAR(s.softness[0].time, 1.0, 1e-12);
+  ASSERT_EQ(s.soft_violations.size(), 1u);
+  EXPECT_EQ(s.soft_violations[0].phase, "motion");
+  EXPECT_EQ(s.soft_violations[0].term, "stop");
+  EXPECT_NEAR(s.soft_violations[0].largest, 0.6, 1e-7);
+  EXPECT_NEAR(s.soft_violations[0].time, 1.0, 1e-12);
   EXPECT_NEAR(s.cost, 0.5 * 0.16 + 0.4 * 0.6, 1e-7);
   EXPECT_LT(s.kkt.scaled(), 1e-8);
 }
@@ -35,7 +35,7 @@ TEST(SoftEnd, L1BelowTheMultiplierIsViolatedAsFarAsTheWeightPays) {
 TEST(SoftEnd, L1AboveTheMultiplierIsExact) {
   const Solution s = solve_soft_end(soft("stop", 1.5));  // the hard multiplier is 1
   ASSERT_TRUE(s.ok()) << s.message;
-  EXPECT_LT(s.softness[0].largest, 1e-7);
+  EXPECT_LT(s.soft_violations[0].largest, 1e-7);
   EXPECT_NEAR(s.cost, 0.5, 1e-7);
 }
 
@@ -44,7 +44,7 @@ TEST(SoftEnd, L2IsAlwaysViolatedALittle) {
     const Solution s = solve_soft_end(soft("stop", weight, Penalty::L2));
     ASSERT_TRUE(s.ok()) << s.message;
     const double violation = 1.0 / (1.0 + weight);  // of min 1/2 (1 - v)^2 + weight/2 v^2
-    EXPECT_NEAR(s.softness[0].largest, violation, 1e-7);
+    EXPECT_NEAR(s.soft_violations[0].largest, violation, 1e-7);
     EXPECT_NEAR(s.cost, 0.5 * weight / (1.0 + weight), 1e-7);
   }
 }
@@ -58,7 +58,7 @@ TEST(SoftEnd, BothSidesAreSoft) {
   MultipleShooting shooting(ocp, ten);
   const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
-  EXPECT_NEAR(s.softness[0].largest, 1.0, 1e-7);  // 2 / (1 + weight)
+  EXPECT_NEAR(s.soft_violations[0].largest, 1.0, 1e-7);  // 2 / (1 + weight)
   EXPECT_NEAR(s.trajectory.final_state()[0], 2.0, 1e-7);
 }
 
@@ -70,7 +70,7 @@ struct Frozen {
   }
 };
 
-Solution solve_frozen(Penalty penalty, int intervals, double impact) {
+Solution solve_frozen(Penalty::Kind penalty, int intervals, double impact) {
   Phase<1, 1> phase{"frozen", Frozen{}, exactly(1.0)};
   phase.track("effort", input, Vec<double, 1>{1.0})
       .keep("below", state, at_most(0.8), Window{.from = event("impact")},
@@ -87,7 +87,7 @@ TEST(SoftRunning, IsPaidPerUnitOfTime) {
     // The given start has no row; the end counts with the interval that leads to it.
     EXPECT_NEAR(l1.cost, 3.0 * 0.2, 1e-6);
     EXPECT_NEAR(l2.cost, 1.5 * 0.04, 1e-6);
-    EXPECT_NEAR(l1.softness[0].largest, 0.2, 1e-6);
+    EXPECT_NEAR(l1.soft_violations[0].largest, 0.2, 1e-6);
   }
 }
 
@@ -111,7 +111,7 @@ TEST(SoftRunning, BeyondTheHorizonCostsNothing) {
   const Solution s = solve_frozen(Penalty::L1, 10, 1.5);
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.cost, 0.0, 1e-9);
-  EXPECT_NEAR(s.softness[0].largest, 0.0, 1e-9);
+  EXPECT_NEAR(s.soft_violations[0].largest, 0.0, 1e-9);
 }
 
 TEST(SoftWeights, ChangeBetweenSolvesByName) {
@@ -121,8 +121,8 @@ TEST(SoftWeights, ChangeBetweenSolvesByName) {
   OptimalControlProblem ocp("soft end");
   MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
   const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
-  shooting.set_softness("price", 0.7);
-  EXPECT_NEAR(solve(shooting, *solver).softness[0].largest, 0.3, 1e-7);
+  shooting.set_penalty_weight("price", 0.7);
+  EXPECT_NEAR(solve(shooting, *solver).soft_violations[0].largest, 0.3, 1e-7);
 }
 
 TEST(SoftCosts, AreTheirShareOfTheTotal) {
@@ -138,7 +138,7 @@ TEST(SoftCosts, AreTheirShareOfTheTotal) {
 // x rests at 1 outside the lane x <= 0 and pays weight per second, L1: 0.5 T, L2: 0.25 T; the other
 // cost is 1 / T. So T = sqrt(1 / rate), far from the guess.
 TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
-  for (const Penalty penalty : {Penalty::L1, Penalty::L2}) {
+  for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2}) {
     for (const bool of_input : {false, true}) {
       Phase<1, 1> phase{"wait", Velocity{}, between(0.2, 9.0)};
       phase.bound_input(0, exactly(0.0))
@@ -163,8 +163,8 @@ TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
       EXPECT_NEAR(s.durations[0], std::sqrt(1.0 / paid), 1e-6);
       EXPECT_NEAR(s.cost, 2.0 * std::sqrt(paid), 1e-8);
       ASSERT_EQ(s.costs.size(), 2u);
-      for (const CostShare& share : s.costs) EXPECT_NEAR(share.value, std::sqrt(paid), 1e-6);
-      EXPECT_NEAR(s.softness.front().largest, 1.0, 1e-7);
+      for (const CostContribution& share : s.costs) EXPECT_NEAR(share.value, std::sqrt(paid), 1e-6);
+      EXPECT_NEAR(s.soft_violations.front().largest, 1.0, 1e-7);
     }
   }
 }

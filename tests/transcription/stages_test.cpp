@@ -131,13 +131,13 @@ TEST(Stages, WithChangeCosts) {
 }
 
 TEST(Stages, WithRamps) {
-  for (const InputCourse course :
-       {InputCourse::piecewise_linear, InputCourse::piecewise_linear_continuous})
+  for (const InputParametrisation course :
+       {InputParametrisation::piecewise_linear, InputParametrisation::piecewise_linear_continuous})
     expect_stages_around_impact(motion().inputs(course), CostRule::integrated);
 }
 
 TEST(Stages, WithSoftRows) {
-  for (const Penalty penalty : {Penalty::L1, Penalty::L2})
+  for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2})
     expect_stages_around_impact(motion().keep("soft", state, between(0.2, 0.4),
                                               Window{.from = event("impact")},
                                               soft("soft", 2.0, penalty)));
@@ -189,9 +189,9 @@ TEST(Stages, OfFreeDurationsAndSizesThatChange) {
 
 // What a slack costs depends on the duration: it is not eliminated.
 TEST(Stages, OfSoftRowsInAPhaseOfFreeDuration) {
-  for (const Penalty penalty : {Penalty::L1, Penalty::L2})
-    for (const InputCourse course :
-         {InputCourse::piecewise_constant, InputCourse::piecewise_linear}) {
+  for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2})
+    for (const InputParametrisation course :
+         {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
       Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
       phase.inputs(course)
           .track("effort", input, Vec<double, 1>{1.0})
@@ -232,7 +232,7 @@ class PushRecovery : public ::testing::Test {
     push_recovery::QpCase c = push_recovery::read_case("ICUB-1");
     c.model.intervals = intervals;
     c.weights.wrench_change = wrench_change;
-    c.weights.capture_point_softness = softness;
+    c.weights.capture_point_penalty = softness;
     return push_recovery::transcribe(c);
   }
 };

@@ -35,7 +35,8 @@ class Course : public testing::Test {
   }
   static OptimalControlProblem problem() {
     Phase<1, 1> first{"growth", Growth{}, exactly(1.0)};
-    first.track("effort", input, Vec<double, 1>{1.0}).inputs(InputCourse::piecewise_linear);
+    first.track("effort", input, Vec<double, 1>{1.0})
+        .inputs(InputParametrisation::piecewise_linear);
     Phase<2, 2> then{"carried", Carried{}, exactly(0.5)};
     then.track("effort", input, Vec<double, 2>{1.0, 1.0})
         .reach("end", state, {exactly(1.0), exactly(0.0)});

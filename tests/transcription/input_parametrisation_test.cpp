@@ -16,7 +16,7 @@ using namespace testing_support;
 // ----------------------------------------------------------------------------------------
 
 // Tracks a speed that is not constant, with an event in the middle of an interval.
-Solution solve_with(InputCourse course, double impact = 0.45) {
+Solution solve_with(InputParametrisation course, double impact = 0.45) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.inputs(course)
       .bound_input(0, at_most(0.2), Window{.to = event("impact")})
@@ -32,23 +32,23 @@ double gap_at(const Solution& solution, double t) {
   return std::abs(solution.trajectory.input(t + 1e-9)[0] - solution.trajectory.input(t - 1e-9)[0]);
 }
 
-TEST(InputCourse, PiecewiseConstantDoesNotMoveWithinAnInterval) {
-  const Solution s = solve_with(InputCourse::piecewise_constant);
+TEST(InputParametrisation, PiecewiseConstantDoesNotMoveWithinAnInterval) {
+  const Solution s = solve_with(InputParametrisation::piecewise_constant);
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_EQ(s.trajectory.input(0.61)[0], s.trajectory.input(0.69)[0]);
   EXPECT_NEAR(s.trajectory.input(0.65)[0], (0.343 - 0.216) / 0.3, 1e-7);  // mean of t^2
 }
 
-TEST(InputCourse, PiecewiseLinearMayJumpAtEveryNode) {
-  const Solution s = solve_with(InputCourse::piecewise_linear);
+TEST(InputParametrisation, PiecewiseLinearMayJumpAtEveryNode) {
+  const Solution s = solve_with(InputParametrisation::piecewise_linear);
   ASSERT_TRUE(s.ok()) << s.message;
   // Best line for t^2 on [a, a + h]: at the start h^2 / 6 below the parabola, and so at the end.
   EXPECT_NEAR(s.trajectory.input(0.6)[0], 0.36 - 0.01 / 6.0, 1e-7);
   EXPECT_NEAR(s.trajectory.input(0.7 - 1e-12)[0], 0.49 - 0.01 / 6.0, 1e-7);
 }
 
-TEST(InputCourse, ContinuousLinearJumpsAtEventsOnly) {
-  const Solution s = solve_with(InputCourse::piecewise_linear_continuous);
+TEST(InputParametrisation, ContinuousLinearJumpsAtEventsOnly) {
+  const Solution s = solve_with(InputParametrisation::piecewise_linear_continuous);
   ASSERT_TRUE(s.ok()) << s.message;
   for (const double t : {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9})
     EXPECT_LT(gap_at(s, t), 1e-7) << t;
@@ -56,26 +56,27 @@ TEST(InputCourse, ContinuousLinearJumpsAtEventsOnly) {
   EXPECT_LT(s.trajectory.input(0.45 - 1e-9)[0], s.trajectory.input(0.45)[0]);
 }
 
-TEST(InputCourse, ContinuousLinearJumpsAtAnEventOnANodeToo) {
+TEST(InputParametrisation, ContinuousLinearJumpsAtAnEventOnANodeToo) {
   // At 0.6 the bound of 0.2 is far below the parabola.
-  const Solution s = solve_with(InputCourse::piecewise_linear_continuous, 0.6);
+  const Solution s = solve_with(InputParametrisation::piecewise_linear_continuous, 0.6);
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_GT(gap_at(s, 0.6), 0.1);
   EXPECT_LT(gap_at(s, 0.5), 1e-7);
 }
 
-TEST(InputCourse, BoundsHoldOverTheWholeInterval) {
-  for (const InputCourse course :
-       {InputCourse::piecewise_linear, InputCourse::piecewise_linear_continuous}) {
+TEST(InputParametrisation, BoundsHoldOverTheWholeInterval) {
+  for (const InputParametrisation course : {InputParametrisation::piecewise_linear,
+                                            InputParametrisation::piecewise_linear_continuous}) {
     const Solution s = solve_with(course, infinity);
     ASSERT_TRUE(s.ok()) << s.message;
     for (int i = 0; i <= 1000; ++i) EXPECT_LE(s.trajectory.input(i / 1000.0)[0], 0.2 + 1e-8);
   }
 }
 
-TEST(InputCourse, DerivativesAreExactForEveryCourse) {
-  for (const InputCourse course : {InputCourse::piecewise_constant, InputCourse::piecewise_linear,
-                                   InputCourse::piecewise_linear_continuous})
+TEST(InputParametrisation, DerivativesAreExactForEveryCourse) {
+  for (const InputParametrisation course :
+       {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear,
+        InputParametrisation::piecewise_linear_continuous})
     for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
       Phase<1, 1> phase{
           "motion",

@@ -1,4 +1,4 @@
-#include "saltus/transcription/theta_differences.hpp"
+#include "saltus/transcription/parametric_sensitivity.hpp"
 
 #include <algorithm>
 #include <array>
@@ -34,11 +34,11 @@ std::vector<char> structure(ShootingProgram& program) {
   };
   add(program.lower(), program.upper());
   add(program.row_lower(), program.row_upper());
-  for (const shooting::CostSite& site : program.cost_sites())
-    signs.push_back(program.weight(site.block, site.output) != 0.0 ? 1 : 0);
-  for (const shooting::ChangeSite& site : program.change_sites())
-    for (int i = 0; i < program.block_outputs(site.block); ++i)
-      signs.push_back(program.weight(site.block, i) != 0.0 ? 1 : 0);
+  for (const shooting::CostInstance& instance : program.cost_instances())
+    signs.push_back(program.weight(instance.block, instance.output) != 0.0 ? 1 : 0);
+  for (const shooting::ChangeInstance& instance : program.change_instances())
+    for (int i = 0; i < program.block_outputs(instance.block); ++i)
+      signs.push_back(program.weight(instance.block, i) != 0.0 ? 1 : 0);
   return signs;
 }
 
@@ -176,7 +176,7 @@ bool extrapolate(Slopes& slopes, double first_step, Extrapolation& result) {
 }  // namespace
 
 DifferenceStatus difference(ShootingProgram& program, const OptimumSystem& optimum, StepRange steps,
-                            const std::function<void(double)>& move, ThetaRates& rates) {
+                            const std::function<void(double)>& move, ParametricRates& rates) {
   Slopes slopes(program, optimum, move);
   Extrapolation result;
   double h = steps.first;

@@ -9,7 +9,7 @@
 namespace saltus {
 
 /// Derivatives with respect to theta, at fixed w and multipliers.
-struct ThetaRates : OptimumRates {
+struct ParametricRates : OptimumRates {
   double objective = 0.0;
   double error = 0.0;  ///< estimated, relative to 1 + the largest entry of its kind
 };
@@ -30,6 +30,6 @@ enum class DifferenceStatus {
 /// agree to the last digits or rounding takes over. h begins at `steps.first` and shrinks while
 /// the program at theta +- h has other terms in force, cannot be evaluated or is refused.
 DifferenceStatus difference(ShootingProgram& program, const OptimumSystem& optimum, StepRange steps,
-                            const std::function<void(double)>& move, ThetaRates& rates);
+                            const std::function<void(double)>& move, ParametricRates& rates);
 
 }  // namespace saltus

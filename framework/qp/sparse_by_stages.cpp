@@ -1,5 +1,5 @@
 // The program is staged, solved and carried back: see stage_map.hpp.
-#include "saltus/qp/staged_solver.hpp"
+#include "saltus/qp/sparse_by_stages.hpp"
 
 #include <utility>
 
@@ -38,8 +38,9 @@ class StagedSolver final : public QpSolver {
 
 }  // namespace
 
-std::unique_ptr<QpSolver> make_staged_qp_solver(const SparseQp& patterns, StageStructure structure,
-                                                const MakeStageSolver& make) {
+std::unique_ptr<QpSolver> make_sparse_solver_by_stages(const SparseQp& patterns,
+                                                       StageStructure structure,
+                                                       const MakeStageSolver& make) {
   return std::make_unique<StagedSolver>(patterns, std::move(structure), make);
 }
 

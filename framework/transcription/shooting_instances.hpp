@@ -6,7 +6,7 @@
 namespace saltus::shooting {
 
 /// A point of the grid at which a function of (t, x, u, p) is evaluated.
-struct Place {
+struct GridPoint {
   int phase = 0;
   int node = 0;         ///< whose state is used
   int interval = -1;    ///< whose input is used; -1: none
@@ -14,25 +14,25 @@ struct Place {
 };
 
 /// A block together with where its data arguments come from.
-struct PlacedBlock {
+struct BlockInstance {
   int block = -1;
-  Place place;
+  GridPoint point;
   int time_argument = -1;       ///< index of t (or t0)
   int length_argument = -1;     ///< index of h, -1: none
   int parameter_argument = -1;  ///< index of the first parameter, -1: none
 };
 
-/// A constraint term at one place.
-struct RowSite {
+/// A constraint term at one point.
+struct RowInstance {
   int phase = 0, term = 0;
-  PlacedBlock block;
+  BlockInstance block;
   bool state_only = true;
   int first_row = 0;
   std::vector<int> slack_below, slack_above;  ///< variables per component, -1: none
 };
 
 /// A cost term at one place: an output of a block.
-struct CostSite {
+struct CostInstance {
   int phase = 0, term = 0;
   int interval = -1;  ///< -1: at one end of the phase
   int block = -1, output = 0;
@@ -40,13 +40,13 @@ struct CostSite {
 };
 
 /// Input-change cost of interval `to` against interval `from` (-1: the input applied before).
-struct ChangeSite {
+struct ChangeInstance {
   int phase = 0, from = -1, to = 0;
   int block = -1;
 };
 
 /// The rows that join an interval to what follows it.
-struct IntervalSite {
+struct IntervalInstance {
   int phase = 0, interval = 0;
   int first_row = 0;        ///< of the defect
   int continuity_row = -1;  ///< of continuous inputs, -1: none
