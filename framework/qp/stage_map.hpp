@@ -51,7 +51,7 @@ class StageMap {
   struct Variable {
     Kind kind = Kind::none;
     int stage = -1;  ///< where it stands; a global: where it is an input
-    int plan = -1;   ///< among the states or inputs of the stage, or among the globals
+    int index = -1;  ///< among the states or inputs of the stage, or among the globals
     int last = -1;   ///< last stage that may use it
     int first = -1;  ///< first stage of a variable that shares an entry of the Hessian
     int chain = -1;

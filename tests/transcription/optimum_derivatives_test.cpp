@@ -38,7 +38,7 @@ OptimalControlProblem landing(double impact, Bounds first_force, CostRule rule) 
       .keep(
           "slow", [](auto, auto x) { return x[1]; }, at_least(-0.8),
           Window{.from = event("impact")},
-          Penalty{.penalty = Penalty::L2, .weight = 5.0, .name = "slow"});
+          Penalty{.kind = Penalty::L2, .weight = 5.0, .name = "slow"});
   OptimalControlProblem ocp("landing");
   ocp.schedule(Schedule({"before", "after"}, {{"impact", impact}}))
       .start_at({1.0, 0.4})
