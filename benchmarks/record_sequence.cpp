@@ -1,6 +1,6 @@
 // Writes data/step_recovery_sequence.json: the closed loop of controller and nonlinear plant.
 //
-// The plant is the full centroidal model, H' = sum tau_i + (x_i - x) ^ f_i with the moving CoM x,
+// The plant is the full centroidal model, H' = sum tau_i + (x_i - x) x f_i with the moving CoM x,
 // integrated by RK4 in substeps; the controller plans with H' linearised about the CoM of its
 // start. What the controller sees is the state of the plant plus noise, uniform within 1 mm,
 // 5 mm/s and 0.02 Nms.

@@ -5,14 +5,15 @@
 // torque tau_i about x_i (world axes):
 //   x' = v
 //   v' = sum_i f_i / m + (0, 0, -g) + (external force) / m
-//   H' = sum_i tau_i + (x_i - x) ^ f_i                                     exact, bilinear
-//   H' = sum_i tau_i + (x_i - x0) ^ f_i + (sum_i f_i0) ^ (x - x0)          linearised about x0,
+//   H' = sum_i tau_i + (x_i - x) x f_i                                     exact, bilinear
+//   H' = sum_i tau_i + (x_i - x0) x f_i + (sum_i f_i0) x (x - x0)          linearised about x0,
 //   f_i0
 // The linearised form is Dafarra, Romano, Nori, "A receding horizon push recovery strategy for
 // balancing the iCub humanoid robot", equations of the section "The model": the difference to the
-// exact one is -(x - x0) ^ sum_i (f_i - f_i0).
+// exact one is -(x - x0) x sum_i (f_i - f_i0).
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
 
@@ -21,12 +22,6 @@
 #include "saltus/robots/foot.hpp"
 
 namespace saltus {
-
-/// a ^ b = a x b for any scalar.
-template <class S>
-Vec<S, 3> wedge(const Vec<S, 3>& a, const Vec<S, 3>& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 /// The state vector of the centroidal model with its parts named.
 template <class S>
@@ -79,7 +74,7 @@ struct ExpansionPoint {
 template <class S, std::size_t n>
 Vec<S, 3> angular_momentum_rate(const Vec<S, 3>& com, const std::array<Contact<S>, n>& contacts) {
   Vec<S, 3> rate(S(0.0), S(0.0), S(0.0));
-  for (const Contact<S>& c : contacts) rate += c.torque + wedge<S>(c.position - com, c.force);
+  for (const Contact<S>& c : contacts) rate += c.torque + (c.position - com).cross(c.force);
   return rate;
 }
 
@@ -89,8 +84,8 @@ Vec<S, 3> angular_momentum_rate(const Vec<S, 3>& com, const std::array<Contact<S
                                 const ExpansionPoint<P>& about) {
   const Vec<S, 3> com_0 = about.com.template cast<S>();
   const Vec<S, 3> force_0 = about.force.template cast<S>();
-  Vec<S, 3> rate = wedge<S>(force_0, com - com_0);
-  for (const Contact<S>& c : contacts) rate += c.torque + wedge<S>(c.position - com_0, c.force);
+  Vec<S, 3> rate = force_0.cross(com - com_0);
+  for (const Contact<S>& c : contacts) rate += c.torque + (c.position - com_0).cross(c.force);
   return rate;
 }
 

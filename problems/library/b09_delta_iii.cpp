@@ -41,10 +41,6 @@ template <class V>
 using Entry = std::decay_t<decltype(std::declval<V>()[0])>;
 
 template <class S>
-Vec<S, 3> cross(const Vec<S, 3>& a, const Vec<S, 3>& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-template <class S>
 S length(const Vec<S, 3>& a) {
   return sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
 }
@@ -98,12 +94,12 @@ OptimalControlProblem problem() {
   const auto angular_momentum = [](const auto&, const auto& x) {  // over that of a circle at Re
     using S = Entry<decltype(x)>;
     const Vec<S, 3> r{x[0], x[1], x[2]}, v{x[3], x[4], x[5]};
-    return Vec<S, 3>{cross(r, v) / std::sqrt(mu * radius)};
+    return Vec<S, 3>{r.cross(v) / std::sqrt(mu * radius)};
   };
   const auto eccentricity = [=](const auto&, const auto& x) {
     using S = Entry<decltype(x)>;
     const Vec<S, 3> r{x[0], x[1], x[2]}, v{x[3], x[4], x[5]};
-    const Vec<S, 3> e = cross(v, cross(r, v)) / mu - r / length(r);
+    const Vec<S, 3> e = v.cross(r.cross(v)) / mu - r / length(r);
     return Vec<S, 2>{e[0] * to_perigee[0] + e[1] * to_perigee[1] + e[2] * to_perigee[2],
                      e[0] * ahead[0] + e[1] * ahead[1] + e[2] * ahead[2]};
   };

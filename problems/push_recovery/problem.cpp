@@ -14,7 +14,7 @@ namespace saltus::push_recovery {
 namespace {
 
 /// gamma' = (velocity, forces / m + gravity, torques about the CoM), the last row linearised about
-/// the last measurement: H' = sum_i tau_i + (x_i - x0) ^ f_i + (sum_i f_i0) ^ (x - x0).
+/// the last measurement: H' = sum_i tau_i + (x_i - x0) x f_i + (sum_i f_i0) x (x - x0).
 struct Dynamics {
   Model model;
 
@@ -31,8 +31,8 @@ struct Dynamics {
     acceleration[2] -= standard_gravity;
     Vec<S, 9> rate;
     rate << velocity, acceleration,
-        stance.torque + swing.torque + wedge<S>(stance.position - tick.com, stance.force) +
-            wedge<S>(swing.position - tick.com, swing.force) + wedge<S>(tick.force, com - tick.com);
+        stance.torque + swing.torque + (stance.position - tick.com).cross(stance.force) +
+            (swing.position - tick.com).cross(swing.force) + tick.force.cross(com - tick.com);
     return rate;
   }
 };

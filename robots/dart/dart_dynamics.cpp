@@ -61,7 +61,7 @@ class DartDynamics final : public DynamicsModel {
       const FloatingRobot::Body& link = links_[i];
       const Eigen::Isometry3d& pose = view_.body(i)->getWorldTransform();
       const Mat<double, 3, 3> R = pose.linear();
-      const Mat<double, 3, 3> arm = link.mass * skew(pose * link.com - base.translation());
+      const Mat<double, 3, 3> arm = link.mass * skew<double>(pose * link.com - base.translation());
       Mat<double, 6, 6>& I = composite_[i];
       I.topLeftCorner<3, 3>() = R * link.inertia * R.transpose();
       if (link.mass > 0.0) I.topLeftCorner<3, 3>() -= arm * arm / link.mass;

@@ -2,17 +2,12 @@
 // sole, as forces on the body.
 #pragma once
 
+#include "saltus/core/skew.hpp"
 #include "saltus/qp/stage_qp.hpp"
 #include "saltus/robots/contact_cone.hpp"
 #include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {
-
-inline Mat<double, 3, 3> skew(const Vec<double, 3>& a) {
-  Mat<double, 3, 3> S;
-  S << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
-  return S;
-}
 
 /// To (torque | force) in world axes, as in DynamicsModel.
 inline Mat<double, 6, 6> wrench_to_world(const SoleMotion& sole) {
@@ -27,7 +22,7 @@ inline Mat<double, 6, 6> wrench_to_momentum(const SoleMotion& sole, const Vec<do
   const Mat<double, 3, 3> R = sole.pose.linear();
   Mat<double, 6, 6> map = Mat<double, 6, 6>::Zero();
   map.topLeftCorner<3, 3>() = R;
-  map.bottomLeftCorner<3, 3>() = skew(sole.pose.translation() - com) * R;
+  map.bottomLeftCorner<3, 3>() = skew<double>(sole.pose.translation() - com) * R;
   map.bottomRightCorner<3, 3>() = R;
   return map;
 }

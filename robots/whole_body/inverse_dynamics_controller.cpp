@@ -162,7 +162,8 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   for (const int foot : {left, right}) {
     if (standing[foot] < 0) continue;
     const Mat<double, 3, 3> R = soles[foot]->pose.linear();
-    task.block<3, 3>(0, standing[foot]) = skew(soles[foot]->pose.translation() - model.com()) * R;
+    task.block<3, 3>(0, standing[foot]) =
+        skew<double>(soles[foot]->pose.translation() - model.com()) * R;
     task.block<3, 3>(0, standing[foot] + 3) = R;
   }
   wanted.head<3>() = tasks.torque;

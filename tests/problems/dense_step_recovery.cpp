@@ -2,16 +2,12 @@
 
 #include <cmath>
 
+#include "saltus/core/skew.hpp"
+
 namespace saltus::testing {
 namespace {
 
 using Matrix9 = Mat<double, 9, 9>;
-
-Mat<double, 3, 3> cross(const Vec<double, 3>& a) {
-  Mat<double, 3, 3> m;
-  m << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
-  return m;
-}
 
 // Rows that are collected one by one.
 struct Rows {
@@ -71,18 +67,18 @@ DenseStepRecovery build(const StepRecovery& s) {
   // Dynamics: the torque of the CoM's shift counts with the force before the horizon.
   Matrix9 A = Matrix9::Zero();
   A.block<3, 3>(0, 3).setIdentity();
-  A.block<3, 3>(6, 0) = cross(s.force);
+  A.block<3, 3>(6, 0) = skew<double>(s.force);
   Mat<double, 9, 12> B = Mat<double, 9, 12>::Zero();
   int column = 0;
   for (const Vec<double, 3>& foot : {s.left_foot, s.right_foot}) {
     B.block<3, 3>(3, column) = Mat<double, 3, 3>::Identity() / s.mass;
-    B.block<3, 3>(6, column) = cross(foot - s.com);
+    B.block<3, 3>(6, column) = skew<double>(foot - s.com);
     B.block<3, 3>(6, column + 3).setIdentity();
     column += 6;
   }
   Vec<double, 9> c = Vec<double, 9>::Zero();
   c[5] = -s.gravity;
-  c.tail<3>() = -cross(s.force) * s.com;
+  c.tail<3>() = -skew<double>(s.force) * s.com;
 
   Vec<double, 9> desired = Vec<double, 9>::Zero();
   desired.head<3>() = s.com_desired;

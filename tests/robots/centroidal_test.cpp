@@ -53,12 +53,12 @@ TEST(Centroidal, StandingStillIsAnEquilibrium) {
 }
 
 TEST(Centroidal, ForceThroughTheSoleTurnsAboutTheCom) {
-  // 100 N along x at a point 0.5 m below the CoM: H' = (0, 0, -0.5) ^ (100, 0, 0) = (0, -50, 0).
+  // 100 N along x at a point 0.5 m below the CoM: H' = (0, 0, -0.5) x (100, 0, 0) = (0, -50, 0).
   Vec<double, 6> f = Vec<double, 6>::Zero();
   f[0] = 100.0;
   const std::array foot{contact(SoleFrame{}, f)};
   EXPECT_EQ(angular_momentum_rate(Vec3(0, 0, 0.5), foot), Vec3(0, -50, 0));
-  // The foot turned by 90 degrees pushes along world y: (0, 0, -0.5) ^ (0, 100, 0) = (50, 0, 0).
+  // The foot turned by 90 degrees pushes along world y: (0, 0, -0.5) x (0, 100, 0) = (50, 0, 0).
   const std::array turned{contact(flat_sole({0, 0, 0}, 0.5 * 3.14159265358979323846), f)};
   EXPECT_LT((angular_momentum_rate(Vec3(0, 0, 0.5), turned) - Vec3(50, 0, 0)).norm(), 1e-12);
 }
@@ -100,7 +100,7 @@ TEST(Centroidal, LinearisationErrorIsTheProductOfTheDeviations) {
     const ExpansionPoint<double> about{Vec3(0.01, 0.02, 0.5), Vec3(1, 2, 300)};
     const Vec3 difference =
         angular_momentum_rate(x, contacts) - angular_momentum_rate(x, contacts, about);
-    const Vec3 expected = -wedge<double>(x - about.com, total - about.force);
+    const Vec3 expected = -(x - about.com).cross(total - about.force);
     EXPECT_LT((difference - expected).norm(), 1e-11) << "seed " << seed;
     // With either deviation zero the two forms agree.
     EXPECT_LT((angular_momentum_rate(x, contacts) -
@@ -111,16 +111,15 @@ TEST(Centroidal, LinearisationErrorIsTheProductOfTheDeviations) {
 }
 
 TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
-  // d/dt (H + x ^ m v) = sum tau_i + x_i ^ f_i + x ^ m g, whatever the CoM does.
+  // d/dt (H + x x m v) = sum tau_i + x_i x f_i + x x m g, whatever the CoM does.
   const double mass = 33.0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Sample s(seed);
     const CentroidalState<double> state(s.gamma);
     const CentroidalState<double> rate(centroidal_dynamics(mass, s.gamma, s.contacts()));
-    const Vec3 about_origin =
-        rate.angular_momentum + wedge<double>(state.com, mass * rate.velocity);
-    Vec3 moments = wedge<double>(state.com, mass * Vec3(0, 0, -standard_gravity));
-    for (const auto& c : s.contacts()) moments += c.torque + wedge<double>(c.position, c.force);
+    const Vec3 about_origin = rate.angular_momentum + state.com.cross(mass * rate.velocity);
+    Vec3 moments = state.com.cross(mass * Vec3(0, 0, -standard_gravity));
+    for (const auto& c : s.contacts()) moments += c.torque + c.position.cross(c.force);
     EXPECT_LT((about_origin - moments).norm(), 1e-11) << "seed " << seed;
     EXPECT_EQ(rate.com, state.velocity);
   }
