@@ -316,4 +316,10 @@ Function change_costs(const VectorXd& weights) {
   return Function(std::make_shared<ChangeCosts>(weights));
 }
 
+Function cost_function(const Term& term) {
+  return term.kind == TermKind::least_squares
+             ? least_squares_cost(term.function, term.weight, term.reference)
+             : term.function;
+}
+
 }  // namespace saltus

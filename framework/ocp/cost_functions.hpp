@@ -5,8 +5,12 @@
 
 #include "saltus/model/function.hpp"
 #include "saltus/ocp/reference.hpp"
+#include "saltus/ocp/term.hpp"
 
 namespace saltus {
+
+/// What a cost term adds: its formula, or half the weighted square of it.
+Function cost_function(const Term& term);
 
 /// y = 1/2 (r(z) - ref(t))' W (r(z) - ref(t)) with t = z[0]; one output. Its Gauss-Newton Hessian
 /// is r_z' W r_z, the exact one adds the curvature of r.

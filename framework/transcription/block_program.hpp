@@ -29,6 +29,14 @@ struct Block {
   std::vector<std::vector<VariableCoefficient>> coefficients;  ///< per argument
   VectorXd constants;                ///< per argument; may change between solves
   std::vector<BlockOutput> outputs;  ///< per output
+
+  Block() = default;
+  /// Without coefficients, constants zero; outputs to be given in their order.
+  explicit Block(Function f, std::vector<BlockOutput> to = {})
+      : function(std::move(f)),
+        coefficients(function.inputs()),
+        constants(VectorXd::Zero(function.inputs())),
+        outputs(std::move(to)) {}
 };
 
 /// Set-up: add variables, rows, linear entries and blocks in any order, then finish(). After that

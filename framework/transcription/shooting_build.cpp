@@ -7,8 +7,6 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
-#include "saltus/model/make_function.hpp"
-#include "saltus/model/structure.hpp"
 #include "saltus/ocp/cost_functions.hpp"
 #include "saltus/transcription/interval_function.hpp"
 #include "saltus/transcription/shooting_program.hpp"
@@ -19,12 +17,6 @@ using namespace shooting;
 
 namespace {
 
-Function cost_function(const Term& term) {
-  return term.kind == TermKind::least_squares
-             ? least_squares_cost(term.function, term.weight, term.reference)
-             : term.function;
-}
-
 // Terms that are summed or integrated along the phase, in order.
 std::vector<int> running_costs(const PhaseDefinition& phase) {
   std::vector<int> result;
@@ -32,10 +24,6 @@ std::vector<int> running_costs(const PhaseDefinition& phase) {
     if (phase.terms[t].kind != TermKind::constraint && phase.terms[t].domain == TermDomain::running)
       result.push_back(t);
   return result;
-}
-
-std::vector<std::vector<VariableCoefficient>> no_coefficients(int arguments) {
-  return std::vector<std::vector<VariableCoefficient>>(arguments);
 }
 
 }  // namespace
@@ -141,7 +129,7 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
         j, k,
         new_rows(sizes.nx, fmt::format("phase '{}', end of interval {}, state", phase.name, k)),
         -1};
-    Block block{flow, no_coefficients(a.size()), VectorXd::Zero(a.size()), {}};
+    Block block(flow);
     for (int i = 0; i < sizes.nx; ++i)
       block.coefficients[a.x(i)] = {{layout_.state(j, k) + i, phase.nominal_state[i]}};
     for (int i = 0; i < a.nc; ++i)
@@ -176,99 +164,6 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
   }
 }
 
-BlockInstance ShootingProgram::add_term_block(const Function& f, const GridPoint& point,
-                                              std::vector<BlockOutput> outputs, bool with_length) {
-  const PhaseDefinition& phase = problem_.phases()[point.phase];
-  const Arguments& a = phase.sizes;
-  const Function function = with_length ? times_length(f) : f;
-  Block block{function, no_coefficients(function.inputs()), VectorXd::Zero(function.inputs()),
-              std::move(outputs)};
-  block.coefficients[a.t()] = time_coefficients(point);
-  for (int i = 0; i < a.nx; ++i)
-    block.coefficients[a.x(i)] = {
-        {layout_.state(point.phase, point.node) + i, phase.nominal_state[i]}};
-  if (point.interval >= 0)
-    for (int i = 0; i < a.nu; ++i)
-      block.coefficients[a.u(i)] = {
-          {layout_.input(point.phase, point.interval) + (point.at_end ? a.nu : 0) + i,
-           phase.nominal_input[i]}};
-  for (int i = 0; i < a.np; ++i)
-    if (layout_.parameter(point.phase, i) >= 0)
-      block.coefficients[a.p(i)] = {
-          {layout_.parameter(point.phase, i), phase.nominal_parameter(i)}};
-  BlockInstance result{-1, point, a.t(), -1, a.p()};
-  if (with_length) {
-    result.length_argument = a.size();
-    block.coefficients[a.size()] =
-        offset_coefficients(point.phase, grid_.interval(point.phase, point.interval).length1);
-  }
-  result.block = add_block(std::move(block));
-  placed_.push_back(result);
-  return result;
-}
-
-void ShootingProgram::add_row_instance(int j, int t, const GridPoint& point, bool state_only) {
-  const Term& term = problem_.phases()[j].terms[t];
-  RowInstance instance;
-  instance.phase = j;
-  instance.term = t;
-  instance.state_only = state_only;
-  instance.first_row =
-      new_rows(term.function.outputs(),
-               fmt::format("phase '{}', term '{}', row", problem_.phases()[j].name, term.name));
-  row_groups_.back().point = point;
-  row_groups_.back().has_point = true;
-  std::vector<BlockOutput> outputs;
-  for (int i = 0; i < term.function.outputs(); ++i)
-    outputs.push_back({instance.first_row + i, 1.0});
-  instance.block = add_term_block(term.function, point, std::move(outputs), false);
-  rows_.push_back(std::move(instance));
-}
-
-void ShootingProgram::build_running(int j, int t, bool integrated) {
-  const PhaseDefinition& phase = problem_.phases()[j];
-  const Term& term = phase.terms[t];
-  const int n = grid_.intervals(j);
-  if (term.kind != TermKind::constraint) {
-    if (integrated) return;  // rides along with the dynamics
-    const Function f = cost_function(term);
-    const bool is_free = layout_.duration(j) >= 0;
-    for (int k = 0; k < n; ++k) {
-      const BlockInstance b = add_term_block(f, {j, k, k, false}, {BlockOutput{}}, is_free);
-      costs_.push_back({j, t, k, b.block, 0, is_free});
-    }
-    return;
-  }
-  if (!depends_on_any(term.function, phase.sizes.u(), phase.sizes.nu)) {
-    for (int i = 0; i <= n; ++i) add_row_instance(j, t, {.phase = j, .node = i}, true);
-    return;
-  }
-  for (int k = 0; k < n; ++k) {
-    add_row_instance(j, t, {j, k, k, false}, false);
-    if (phase.input_shape() == InputShape::linear)
-      add_row_instance(j, t, {j, k + 1, k, true}, false);
-  }
-}
-
-void ShootingProgram::build_changes(int j) {
-  const PhaseDefinition& phase = problem_.phases()[j];
-  const int nu = phase.sizes.nu;
-  const Function f = change_costs(phase.input_change_weight);
-  const int slots = grid_.intervals(j) - grid_.base_intervals(j);
-  // Neighbours, and neighbours across empty slots, wherever the slots may come to lie.
-  const int before_first = j == 0 ? -1 : 0;
-  for (int from = before_first; from < grid_.intervals(j); ++from)
-    for (int to = from + 1; to <= std::min(from + 1 + slots, grid_.intervals(j) - 1); ++to) {
-      Block block{f, no_coefficients(2 * nu), VectorXd::Zero(2 * nu), std::vector<BlockOutput>(nu)};
-      for (int i = 0; i < nu; ++i) {
-        if (from >= 0)
-          block.coefficients[i] = {{layout_.input(j, from) + i, phase.nominal_input[i]}};
-        block.coefficients[nu + i] = {{layout_.input(j, to) + i, phase.nominal_input[i]}};
-      }
-      changes_.push_back({j, from, to, add_block(std::move(block))});
-    }
-}
-
 // x+ - g(t, x-, p) = 0, divided by the nominal state of the phase that begins.
 int ShootingProgram::build_jump(const Jump& jump, int ends, int begins) {
   const PhaseDefinition& from = problem_.phases()[ends];
@@ -294,7 +189,7 @@ int ShootingProgram::build_jump(const Jump& jump, int ends, int begins) {
   const int n = jump.map.inputs();
   const int first_parameter = 1 + from.sizes.nx;
   const GridPoint point{.phase = ends, .node = end};
-  Block block{jump.map, no_coefficients(n), VectorXd::Zero(n), {}};
+  Block block(jump.map);
   block.coefficients[0] = time_coefficients(point);
   for (int i = 0; i < from.sizes.nx; ++i)
     block.coefficients[1 + i] = {{layout_.state(ends, end) + i, from.nominal_state[i]}};
@@ -316,55 +211,6 @@ void ShootingProgram::build_total_time() {
   total_time_row_ = new_rows(1, "total time, row");
   for (const VariableCoefficient& s : coefficients)
     add_linear(total_time_row_, s.variable, s.factor);
-}
-
-// Where the length of the interval that pays is unknown, the price is a function of both:
-// length(T) x slack, or half its square. Returns the block, -1 where the length is known.
-int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack) {
-  const Term& term = problem_.phases()[instance.phase].terms[instance.term];
-  if (term.domain != TermDomain::running || layout_.duration(instance.phase) < 0) return -1;
-  const int k = paying_interval(instance, grid_.resolve(instance.phase, term.window));
-  if (k < 0) return -1;
-  const bool l1 = term.soft->kind == Penalty::L1;
-  const Function price = times_length(
-      l1 ? make_function<1, 0, 0>([](const auto&, const auto& s) { return s[0]; })
-         : make_function<1, 0, 0>([](const auto&, const auto& s) { return 0.5 * s[0] * s[0]; }));
-  Block block{
-      price, no_coefficients(price.inputs()), VectorXd::Zero(price.inputs()), {BlockOutput{}}};
-  const int length_argument = price.inputs() - 1;  // (t | slack | length)
-  block.coefficients[1] = {{slack, 1.0}};
-  block.coefficients[length_argument] =
-      offset_coefficients(instance.phase, grid_.interval(instance.phase, k).length1);
-  block.constants[length_argument] = grid_.interval(instance.phase, k).length0;
-  return add_block(std::move(block));
-}
-
-// Slacks come last, so that everything before them keeps its place whatever is soft:
-// lower <= g + s_below - s_above <= upper with s >= 0.
-void ShootingProgram::build_slacks() {
-  first_slack_ = variables();
-  layout_.set_first_slack(first_slack_);
-  for (RowInstance& instance : rows_) {
-    const Term& term = problem_.phases()[instance.phase].terms[instance.term];
-    instance.slack_below.assign(term.function.outputs(), -1);
-    instance.slack_above.assign(term.function.outputs(), -1);
-    if (!term.soft) continue;
-    const auto add = [&](int row, double sign) {
-      const int slack = add_variables(1);
-      add_linear(row, slack, sign);
-      penalty_blocks_.push_back(add_penalty_block(instance, slack));
-      // With a free duration the price has mixed derivatives: a solver needs the diagonal as well,
-      // to make the program convex.
-      if (term.soft->kind == Penalty::L2 || penalty_blocks_.back() >= 0) declare_quadratic(slack);
-      return slack;
-    };
-    for (int i = 0; i < term.function.outputs(); ++i) {
-      if (std::isfinite(term.bounds[i].lower))
-        instance.slack_below[i] = add(instance.first_row + i, 1.0);
-      if (std::isfinite(term.bounds[i].upper))
-        instance.slack_above[i] = add(instance.first_row + i, -1.0);
-    }
-  }
 }
 
 std::string ShootingProgram::describe_row(int row, const VectorXd* w) const {

@@ -1,0 +1,122 @@
+// Where the search starts: the guesses of the problem, or another solution, as a point of the
+// program.
+#include <algorithm>
+
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/shooting_program.hpp"
+
+namespace saltus {
+
+NlpPoint MultipleShooting::initial_guess() const {
+  NlpPoint point{VectorXd::Zero(program_->variables()), {}, {}};
+  VectorXd& w = point.w;
+  VectorXd start = problem().start_guess();
+  for (int j = 0; j < grid().phases(); ++j) {
+    const PhaseDefinition& phase = problem().phases()[j];
+    const int nx = phase.sizes.nx, nu = phase.sizes.nu;
+    const double T = grid().reference_duration(j);
+    const VectorXd p = program_->parameters_of(j, nullptr);
+    for (int i = 0; i < p.size(); ++i)
+      if (layout().parameter(j, i) >= 0)
+        w[layout().parameter(j, i)] = p[i] / phase.nominal_parameter(i);
+    if (layout().duration(j) >= 0) w[layout().duration(j)] = T / phase.nominal_duration;
+
+    const auto fraction = [&](int node) { return T > 0.0 ? grid().node_offset(j, node) / T : 0.0; };
+    const auto input = [&](int k, double at) {
+      VectorXd u = phase.input_guess.is_given() ? phase.input_guess.at(at) : VectorXd::Zero(nu);
+      for (int i = 0; i < nu; ++i) {
+        const Bounds b = program_->input_bounds(j, k, i);
+        u[i] = std::clamp(u[i], b.lower, b.upper);
+      }
+      return u;
+    };
+    const auto set_state = [&](int node, const VectorXd& x) {
+      w.segment(layout().state(j, node), nx) = x.cwiseQuotient(phase.nominal_state);
+    };
+
+    VectorXd x = phase.state_guess.is_given() ? phase.state_guess.at(0.0) : start;
+    Integrator& integrator = *program_->integrators()[j];
+    const IntervalArguments a = integrator.arguments();
+    VectorXd argument(a.size()), end(integrator.outputs());
+    set_state(0, x);
+    for (int k = 0; k < grid().intervals(j); ++k) {
+      VectorXd c(a.nc);
+      c.head(nu) = input(k, fraction(k));
+      if (phase.input_shape() == InputShape::linear) c.tail(nu) = input(k, fraction(k + 1));
+      for (int i = 0; i < a.nc; ++i)
+        w[layout().input(j, k) + i] = c[i] / phase.nominal_input[i % nu];
+      if (phase.state_guess.is_simulated()) {
+        argument << x, c, p, program_->start_of(j, nullptr) + grid().node_offset(j, k),
+            grid().node_offset(j, k + 1) - grid().node_offset(j, k);
+        if (integrator.value(argument.data(), end.data()) == IntegrationStatus::success)
+          x = end.head(nx);
+      } else if (phase.state_guess.is_given()) {
+        x = phase.state_guess.at(fraction(k + 1));
+      }
+      set_state(k + 1, x);
+    }
+    if (j + 1 == grid().phases()) break;
+    start = problem().jumps()[j + 1].apply(program_->start_of(j + 1, nullptr), x, p);
+  }
+  return point;
+}
+
+NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
+  NlpPoint point = initial_guess();
+  if (trajectory.empty()) return point;
+  double start = program_->start_time;
+  for (int j = 0; j < grid().phases(); ++j) {
+    const PhaseDefinition& phase = problem().phases()[j];
+    const int nx = phase.sizes.nx, nu = phase.sizes.nu;
+    double T = grid().reference_duration(j);
+    if (layout().duration(j) >= 0) {  // it ends when it ended there
+      for (const TrajectoryPiece& piece : trajectory.pieces())
+        if (piece.phase == j)
+          T = std::clamp(piece.end() - start, phase.duration.lower, phase.duration.upper);
+      point.w[layout().duration(j)] = T / phase.nominal_duration;
+    }
+    if (j < static_cast<int>(trajectory.phases().size()) &&
+        trajectory.phases()[j].parameters.size() == phase.sizes.np)
+      for (int i = 0; i < phase.sizes.np; ++i)
+        if (layout().parameter(j, i) >= 0)
+          point.w[layout().parameter(j, i)] =
+              trajectory.phases()[j].parameters[i] / phase.nominal_parameter(i);
+    const auto time_of = [&](int node) {
+      return node == grid().intervals(j) ? start + T : start + grid().interval(j, node).offset(T);
+    };
+    for (int k = 0; k <= grid().intervals(j); ++k) {
+      const double t = time_of(k);
+      const bool closes = k == grid().intervals(j);  // with x-, before any jump
+      const VectorXd x = closes ? trajectory.state_before(t) : trajectory.state(t);
+      if (x.size() != nx) continue;  // another phase is in force there
+      point.w.segment(layout().state(j, k), nx) = x.cwiseQuotient(phase.nominal_state);
+      if (closes || grid().interval(j, k).is_empty()) continue;
+      // From the middle of the interval: the ends may belong to neighbours.
+      const double next = time_of(k + 1);
+      const auto set_input = [&](int first, double at) {
+        const VectorXd u = trajectory.input(at);
+        if (u.size() != nu) return;
+        for (int i = 0; i < nu; ++i) {
+          const Bounds b = program_->input_bounds(j, k, i);
+          point.w[layout().input(j, k) + first + i] =
+              std::clamp(u[i], b.lower, b.upper) / phase.nominal_input[i];
+        }
+      };
+      const bool linear = phase.input_shape() == InputShape::linear;
+      constexpr double just_inside = 1e-9;  // of the interval
+      set_input(0, linear ? t + just_inside * (next - t) : 0.5 * (t + next));
+      if (linear) set_input(nu, next - just_inside * (next - t));
+    }
+    start += T;
+  }
+  // A start that is given, or bounded, is not the trajectory's to decide.
+  const PhaseDefinition& first = problem().phases().front();
+  for (int i = 0; i < first.sizes.nx; ++i) {
+    double& x = point.w[layout().state(0, 0) + i];
+    const Bounds& b = program_->start_bounds[i];
+    x = std::clamp(x, b.lower / first.nominal_state[i], b.upper / first.nominal_state[i]);
+  }
+  return point;
+}
+
+}  // namespace saltus

@@ -1,0 +1,145 @@
+// From a point of the program back to a solution of the problem: trajectory, costs, messages.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "saltus/transcription/crossing_report.hpp"
+#include "saltus/transcription/integration_failure.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/shooting_program.hpp"
+#include "saltus/transcription/violation.hpp"
+
+namespace saltus {
+
+using namespace shooting;
+
+Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
+  std::vector<Trajectory::PhaseInfo> phases;
+  std::vector<TrajectoryPiece> pieces;
+  for (int j = 0; j < grid().phases(); ++j) {
+    const PhaseDefinition& phase = problem().phases()[j];
+    phases.push_back({phase.name, program_->parameters_of(j, &w), program_->integrators()[j]});
+    const double T = program_->duration_of(j, &w);
+    const double start = program_->start_of(j, &w);
+    const auto state = [&](int node) -> VectorXd {
+      return w.segment(layout().state(j, node), phase.sizes.nx).cwiseProduct(phase.nominal_state);
+    };
+    for (int k = 0; k < grid().intervals(j); ++k) {
+      const GridInterval& interval = grid().interval(j, k);
+      if (interval.is_empty()) continue;
+      TrajectoryPiece piece{
+          j, start + interval.offset(T), interval.length(T), state(k), {}, state(k + 1)};
+      piece.coefficients.resize(program_->integrators()[j]->arguments().nc);
+      for (int i = 0; i < piece.coefficients.size(); ++i)
+        piece.coefficients[i] =
+            w[layout().input(j, k) + i] * phase.nominal_input[i % phase.sizes.nu];
+      pieces.push_back(std::move(piece));
+    }
+  }
+  return {std::move(phases), std::move(pieces)};
+}
+
+namespace {
+
+// Sums the outputs of cost blocks per term, in the order of phases and terms.
+std::vector<CostContribution> cost_contributions(ShootingProgram& program, const VectorXd& w) {
+  std::vector<CostContribution> contributions;
+  std::vector<std::vector<int>> index;
+  for (const PhaseDefinition& phase : program.problem().phases()) {
+    auto& of_phase = index.emplace_back(phase.terms.size() + 1, -1);
+    for (std::size_t t = 0; t < phase.terms.size(); ++t) {
+      const Term& term = phase.terms[t];
+      if (term.kind == TermKind::constraint && !term.soft) continue;
+      of_phase[t] = static_cast<int>(contributions.size());
+      contributions.push_back({phase.name, term.name, 0.0});
+    }
+    if (phase.input_change_weight.size() == 0) continue;
+    of_phase.back() = static_cast<int>(contributions.size());
+    contributions.push_back({phase.name, "change of inputs", 0.0});
+  }
+  VectorXd outputs;
+  const auto add = [&](int block, int output, double& total) {
+    outputs.resize(program.block_outputs(block));
+    program.evaluate_block(block, w.data(), outputs.data());
+    const double weight = program.weight(block, output);
+    if (weight != 0.0) total += weight * outputs[output];
+  };
+  for (const CostInstance& instance : program.cost_instances())
+    add(instance.block, instance.output, contributions[index[instance.phase][instance.term]].value);
+  for (const ChangeInstance& instance : program.change_instances())
+    for (int i = 0; i < program.problem().phases()[instance.phase].sizes.nu; ++i)
+      add(instance.block, i, contributions[index[instance.phase].back()].value);
+  for (const RowInstance& instance : program.row_instances()) {
+    if (!program.problem().phases()[instance.phase].terms[instance.term].soft) continue;
+    for (const auto* slacks : {&instance.slack_below, &instance.slack_above})
+      for (const int s : *slacks)
+        if (s >= 0)
+          contributions[index[instance.phase][instance.term]].value += program.slack_cost(s, w);
+  }
+  return contributions;
+}
+
+std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const VectorXd& w) {
+  std::vector<SoftViolation> uses;
+  for (const RowInstance& instance : program.row_instances()) {
+    const PhaseDefinition& phase = program.problem().phases()[instance.phase];
+    const Term& term = phase.terms[instance.term];
+    if (!term.soft) continue;
+    auto use = std::find_if(uses.begin(), uses.end(), [&](const SoftViolation& u) {
+      return u.phase == phase.name && u.term == term.name;
+    });
+    if (use == uses.end()) use = uses.insert(use, SoftViolation{phase.name, term.name, 0.0, 0.0});
+    for (const auto* slacks : {&instance.slack_below, &instance.slack_above})
+      for (const int s : *slacks)
+        if (s >= 0 && w[s] > use->largest) {
+          use->largest = w[s];
+          use->time = program.time_of(instance.block.point, &w);
+        }
+  }
+  return uses;
+}
+
+}  // namespace
+
+Solution MultipleShooting::interpret(NlpResult result) {
+  Solution solution;
+  solution.status = result.status;
+  solution.message = describe(result.status);
+  if (!solution.ok() && result.point.w.size() == program_->variables()) {
+    const std::string violation = name_violation(*program_, result.point.w);
+    if (!violation.empty()) solution.message += "; " + violation;
+    if (result.status == SolveStatus::evaluation_failed) {
+      const std::string failure = name_integration_failure(*program_, result.point.w);
+      if (!failure.empty()) solution.message += "; " + failure;
+    }
+  }
+  solution.cost = result.objective;
+  solution.kkt = result.kkt;
+  solution.iterations = result.iterations;
+  solution.seconds = result.seconds;
+  solution.method = fmt::format(
+      "{}, {}, {} Hessian", integrator_name_,
+      problem().cost_rule() == CostRule::nodes ? "costs summed at the nodes" : "costs integrated",
+      result.hessian);
+  const VectorXd& w = result.point.w;
+  if (w.size() == program_->variables()) {
+    solution.trajectory = trajectory(w);
+    solution.costs = cost_contributions(*program_, w);
+    solution.soft_violations = soft_violations(*program_, w);
+    for (int j = 0; j < grid().phases(); ++j)
+      solution.durations.push_back(program_->duration_of(j, &w));
+    solution.crossings = guard_crossings(problem(), solution.trajectory);
+    const std::string doubt = describe_doubtful(solution.crossings);
+    if (solution.ok() && !doubt.empty()) solution.message += "; " + doubt;
+  }
+  const PhaseDefinition& first = problem().phases().front();
+  if (result.point.lambda.size() == program_->rows())
+    // L = f + lambda (x_0 - start) / nominal, so d cost / d start = -lambda / nominal.
+    solution.start_multipliers = -result.point.lambda.segment(program_->start_row(), first.sizes.nx)
+                                      .cwiseQuotient(first.nominal_state);
+  solution.point = std::move(result.point);
+  return solution;
+}
+
+}  // namespace saltus

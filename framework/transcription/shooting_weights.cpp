@@ -1,0 +1,114 @@
+// Which terms are in force on the present grid, and with what weights. Conventions at events:
+// framework/design/conventions.md.
+#include <cmath>
+
+#include "saltus/transcription/shooting_program.hpp"
+
+namespace saltus {
+
+using namespace shooting;
+
+// Running penalties are per unit of time: of the interval that starts at the place if the window
+// reaches into it, else of the one that ends there; -1: of none.
+int ShootingProgram::paying_interval(const RowInstance& instance, const PhaseWindow& window) const {
+  const int j = instance.phase;
+  const GridPoint& point = instance.block.point;
+  if (!instance.state_only) return point.interval;
+  if (point.node < grid_.intervals(j) && grid_.interval_in(j, point.node, window))
+    return point.node;
+  int k = point.node - 1;
+  while (k >= 0 && grid_.interval(j, k).is_empty()) --k;
+  return k >= 0 && grid_.interval_in(j, k, window) ? k : -1;
+}
+
+double ShootingProgram::slack_cost(int slack, const VectorXd& w) {
+  const int block = penalty_block(slack);
+  if (block < 0) return variable_cost(slack, w[slack]);
+  double price = 0.0;
+  evaluate_block(block, w.data(), &price);
+  return weight(block, 0) * price;
+}
+
+void ShootingProgram::refresh_rows() {
+  const Term* last = nullptr;  // instances of one term follow one another
+  PhaseWindow window;
+  for (const RowInstance& instance : rows_) {
+    const Term& term = problem_.phases()[instance.phase].terms[instance.term];
+    if (&term != last) window = grid_.resolve(instance.phase, term.window);
+    last = &term;
+    const GridPoint& point = instance.block.point;
+    bool active = true;
+    double fraction = 1.0, length = 1.0;
+    if (term.domain == TermDomain::running) {
+      active = instance.state_only ? grid_.node_in(instance.phase, point.node, window) &&
+                                         !is_given_start(instance.phase, point.node)
+                                   : grid_.interval_in(instance.phase, point.interval, window);
+      if (term.soft) {
+        const int k = paying_interval(instance, window);
+        // Ramps have rows at both ends of an interval, which share it.
+        const bool halves = !instance.state_only &&
+                            problem_.phases()[instance.phase].input_shape() == InputShape::linear;
+        fraction = halves ? 0.5 : 1.0;
+        length = k < 0 ? 0.0 : interval_length(instance.phase, k);
+        active = active && length > 0.0;
+      }
+    }
+    for (int i = 0; i < term.function.outputs(); ++i) {
+      const Bounds b = active ? term.bounds[i] : unbounded();
+      bound_row(instance.first_row + i, b.lower, b.upper);
+      for (const int slack : {instance.slack_below[i], instance.slack_above[i]}) {
+        if (slack < 0) continue;
+        bound_variable(slack, 0.0, active ? infinity : 0.0);
+        const double rate = active ? term.soft->weight * fraction : 0.0;
+        if (penalty_block(slack) >= 0) {  // the length is in the block
+          set_weight(penalty_block(slack), 0, rate);
+          continue;
+        }
+        const double price = rate * length;
+        const bool l1 = term.soft->kind == Penalty::L1;
+        set_variable_cost(slack, l1 ? price : 0.0, l1 ? 0.0 : price);
+      }
+    }
+  }
+}
+
+void ShootingProgram::refresh_costs() {
+  const Term* last = nullptr;
+  PhaseWindow window;
+  for (const CostInstance& instance : costs_) {
+    double factor = 1.0;
+    if (instance.interval >= 0) {
+      const Term& term = problem_.phases()[instance.phase].terms[instance.term];
+      if (&term != last) window = grid_.resolve(instance.phase, term.window);
+      last = &term;
+      const bool active = grid_.interval_in(instance.phase, instance.interval, window);
+      const double length =
+          instance.length_inside ? 1.0 : grid_.interval(instance.phase, instance.interval).length0;
+      factor = active ? length : 0.0;
+    }
+    set_weight(instance.block, instance.output, factor);
+  }
+}
+
+// An input that is forced to a value does not exist there, so nothing is charged into or out of
+// such an interval; empty slots are skipped over.
+void ShootingProgram::refresh_changes() {
+  for (const ChangeInstance& instance : changes_) {
+    const int j = instance.phase;
+    const auto empty = [&](int k) { return grid_.interval(j, k).is_empty(); };
+    bool neighbours = !empty(instance.to) && (instance.from < 0 || !empty(instance.from));
+    for (int k = instance.from + 1; k < instance.to; ++k) neighbours = neighbours && empty(k);
+    const double nominal = grid_.nominal_length(j);
+    const double before = instance.from < 0 ? nominal : interval_length(j, instance.from);
+    const double mean = 0.5 * (before + interval_length(j, instance.to));
+    for (int i = 0; i < problem_.phases()[j].sizes.nu; ++i) {
+      const bool existed = instance.from < 0 ? neighbours && !std::isnan(previous_input[i])
+                                             : !is_pinned(j, instance.from, i);
+      const bool exists = neighbours && existed && !is_pinned(j, instance.to, i);
+      set_weight(instance.block, i, exists ? nominal / mean : 0.0);
+      if (instance.from < 0) set_constant(instance.block, i, exists ? previous_input[i] : 0.0);
+    }
+  }
+}
+
+}  // namespace saltus
