@@ -16,7 +16,7 @@
 #include "saltus/app/output_folder.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/robots/centroidal_plant.hpp"
+#include "saltus/robots/centroidal/centroidal_plant.hpp"
 
 namespace {
 

@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include "benchmarks/uniform.hpp"
-#include "saltus/robots/capture_point.hpp"
-#include "saltus/robots/support_polygon.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/support_polygon.hpp"
 
 namespace saltus::bench {
 namespace {

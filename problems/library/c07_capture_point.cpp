@@ -10,7 +10,7 @@
 // ankle between two of them, then a phase at whose end the capture point is above the foot. Its
 // start is put a micrometre inside and outside of d_N: the first must be feasible, the second not.
 // Source: Pratt et al. 2006; Koolen et al. 2012; numbers evaluated in high precision.
-#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 
 #include <fmt/format.h>
 

@@ -7,8 +7,8 @@
 // Nms); inputs f = (f_stance, f_swing), contact wrenches in the axes of their soles (N, Nm).
 #include "problems/push_recovery/problem.hpp"
 
-#include "saltus/robots/centroidal.hpp"
-#include "saltus/robots/contact_term.hpp"
+#include "saltus/robots/centroidal/centroidal.hpp"
+#include "saltus/robots/model/contact_term.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "problems/push_recovery/tick_data.hpp"
 #include "saltus/ocp/problem.hpp"
-#include "saltus/robots/contact_cone.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 
 namespace saltus::push_recovery {
 

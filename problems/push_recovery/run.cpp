@@ -10,11 +10,11 @@
 #include <sstream>
 #include <vector>
 
-#include "problems/push_recovery/body_output.hpp"
-#include "problems/push_recovery/full_body.hpp"
-#include "problems/push_recovery/run_support.hpp"
-#include "problems/push_recovery/settling.hpp"
-#include "problems/push_recovery/simulation.hpp"
+#include "saltus/robots/report/body_output.hpp"
+#include "saltus/robots/report/run_support.hpp"
+#include "saltus/robots/walking/full_body.hpp"
+#include "saltus/robots/walking/settling.hpp"
+#include "saltus/robots/walking/simulation.hpp"
 
 namespace saltus::push_recovery {
 namespace {

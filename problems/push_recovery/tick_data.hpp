@@ -1,7 +1,7 @@
 // What changes from tick to tick in the push recovery problem, as the parameters of its formulas.
 #pragma once
 
-#include "saltus/robots/support_polygon.hpp"
+#include "saltus/robots/model/support_polygon.hpp"
 
 namespace saltus::push_recovery {
 

@@ -1,7 +1,7 @@
 #include "saltus/robots/dart/dart_dynamics.hpp"
 
-#include "saltus/robots/capture_point.hpp"
 #include "saltus/robots/dart/dart_skeleton.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {

@@ -13,8 +13,8 @@
 #include <dart/constraint/PgsBoxedLcpSolver.hpp>
 #include <dart/simulation/World.hpp>
 
-#include "saltus/robots/capture_point.hpp"
 #include "saltus/robots/dart/dart_skeleton.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 
 namespace saltus {
 namespace {

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "saltus/robots/robot_description.hpp"
+#include "saltus/robots/model/robot_description.hpp"
 
 namespace saltus {
 

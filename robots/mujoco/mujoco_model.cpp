@@ -8,7 +8,7 @@
 #include <cstring>
 #include <exception>
 
-#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 
 namespace saltus::mujoco_engine {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "saltus/core/skew.hpp"
 #include "saltus/qp/stage_qp.hpp"
-#include "saltus/robots/contact_cone.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 #include "saltus/robots/whole_body/dynamics_model.hpp"
 
 namespace saltus {

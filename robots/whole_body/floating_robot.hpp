@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "saltus/robots/robot_description.hpp"
-#include "saltus/robots/urdf_model.hpp"
+#include "saltus/robots/model/robot_description.hpp"
+#include "saltus/robots/model/urdf_model.hpp"
 #include "saltus/robots/whole_body/whole_body_state.hpp"
 
 namespace saltus {

@@ -6,7 +6,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/qp/riccati_solver.hpp"
-#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {

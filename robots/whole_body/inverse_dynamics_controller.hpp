@@ -8,7 +8,7 @@
 
 #include <memory>
 
-#include "saltus/robots/contact_cone.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 #include "saltus/robots/whole_body/whole_body_controller.hpp"
 
 namespace saltus {

@@ -1,12 +1,12 @@
 // The verdict on a body, on logs made up so that its figures are known.
-#include "problems/push_recovery/body_verdict.hpp"
+#include "saltus/robots/walking/body_verdict.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "problems/push_recovery/simulation.hpp"
+#include "saltus/robots/walking/simulation.hpp"
 
 namespace saltus::push_recovery {
 namespace {

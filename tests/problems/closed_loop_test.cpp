@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "problems/push_recovery/simulation.hpp"
 #include "saltus/app/assignment.hpp"
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/walking/simulation.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus::push_recovery {

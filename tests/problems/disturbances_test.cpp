@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "problems/push_recovery/closed_loop.hpp"
+#include "saltus/robots/walking/closed_loop.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {

@@ -1,5 +1,5 @@
 // Push recovery on the whole body in DART. Needs the URDF, whose file SALTUS_ICUB_URDF names.
-#include "problems/push_recovery/full_body.hpp"
+#include "saltus/robots/walking/full_body.hpp"
 
 #include <gtest/gtest.h>
 

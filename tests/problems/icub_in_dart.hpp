@@ -5,8 +5,8 @@
 
 #include <cstdlib>
 
-#include "problems/push_recovery/full_body.hpp"
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/walking/full_body.hpp"
 
 namespace saltus::push_recovery {
 

@@ -1,5 +1,5 @@
 // Is a survival map what its rows say: order, what is not run, resuming, refusing, the whole way?
-#include "problems/push_recovery/map.hpp"
+#include "saltus/robots/survival/map.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -15,11 +15,11 @@
 #include <numbers>
 #include <sstream>
 
-#include "problems/push_recovery/map_file.hpp"
-#include "problems/push_recovery/pendulum_bound.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/standing_bound.hpp"
+#include "saltus/robots/model/standing_bound.hpp"
+#include "saltus/robots/survival/map_file.hpp"
+#include "saltus/robots/survival/pendulum_bound.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus::push_recovery {

@@ -6,7 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "problems/push_recovery/run_support.hpp"
+#include "saltus/robots/report/run_support.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_program.hpp"

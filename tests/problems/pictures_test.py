@@ -30,7 +30,7 @@ def path(*parts):
 
 
 def script(name, *arguments):
-    return subprocess.run([PYTHON, os.path.join(source, "problems/push_recovery", name),
+    return subprocess.run([PYTHON, os.path.join(source, "robots/report/scripts", name),
                            *arguments], capture_output=True, text=True)
 
 

@@ -1,5 +1,5 @@
 // Settling of forces, and the line of progress.
-#include "problems/push_recovery/settling.hpp"
+#include "saltus/robots/walking/settling.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "problems/push_recovery/progress.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
+#include "saltus/robots/walking/progress.hpp"
 
 namespace saltus::push_recovery {
 namespace {

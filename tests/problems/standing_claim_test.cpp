@@ -9,9 +9,9 @@
 
 #include <cmath>
 
-#include "saltus/robots/capture_point.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/standing_bound.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/standing_bound.hpp"
 #include "tests/robots/linear_program.hpp"
 
 namespace saltus {

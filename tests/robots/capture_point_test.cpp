@@ -1,5 +1,5 @@
 // The closed forms of the linear inverted pendulum, against numbers computed independently.
-#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 
 #include <gtest/gtest.h>
 

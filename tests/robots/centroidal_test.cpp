@@ -1,4 +1,4 @@
-#include "saltus/robots/centroidal.hpp"
+#include "saltus/robots/centroidal/centroidal.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "saltus/robots/contact_cone.hpp"
+#include "saltus/robots/model/contact_cone.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <random>
 
-#include "problems/push_recovery/full_body.hpp"
-#include "saltus/robots/capture_point.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/walking/full_body.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"

@@ -1,4 +1,4 @@
-#include "saltus/robots/robot_description.hpp"
+#include "saltus/robots/model/robot_description.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +7,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "saltus/robots/capture_point.hpp"
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 
 namespace saltus {
 namespace {

@@ -1,6 +1,6 @@
 // The closed form of the pendulum with flywheel against a linear program that knows only the
 // discretised dynamics, and against figures computed elsewhere.
-#include "saltus/robots/standing_bound.hpp"
+#include "saltus/robots/model/standing_bound.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "saltus/core/error.hpp"
-#include "saltus/robots/capture_point.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "tests/robots/linear_program.hpp"
 
 namespace saltus {

@@ -1,4 +1,4 @@
-#include "saltus/robots/urdf_model.hpp"
+#include "saltus/robots/model/urdf_model.hpp"
 
 #include <gtest/gtest.h>
 

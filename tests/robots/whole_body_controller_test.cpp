@@ -6,9 +6,9 @@
 #include <cmath>
 
 #include "saltus/core/error.hpp"
-#include "saltus/robots/capture_point.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "saltus/robots/whole_body/momentum_controller.hpp"

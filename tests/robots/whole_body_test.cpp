@@ -2,9 +2,9 @@
 // whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
-#include "saltus/robots/capture_point.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 #include "tests/robots/balance_on_the_left_foot.hpp"

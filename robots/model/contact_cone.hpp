@@ -1,0 +1,82 @@
+// Which wrenches can a flat rectangular foot exert on the ground without slipping or tipping?
+//
+// Wrench w = (fx, fy, fz, tx, ty, tz) in N and Nm, exerted by the ground on the foot, expressed in
+// the sole frame, torque about the sole frame's origin, which lies in the contact plane. The centre
+// of pressure is (-ty / fz, tx / fz). With friction mu, n edges and x, y the foot rectangle:
+//   friction pyramid, inscribed      cos(2 pi i/n) fx + sin(2 pi i/n) fy <= mu cos(pi/n) fz
+//   friction pyramid, circumscribed  cos(2 pi i/n) fx + sin(2 pi i/n) fy <= mu fz
+//   torsion                          +-tz <= mu_z fz
+//   centre of pressure               x_min fz + ty <= 0,  -x_max fz - ty <= 0,
+//                                    y_min fz - tx <= 0,  -y_max fz + tx <= 0
+//   normal force                     fz_min <= fz <= fz_max
+// for i = 0 .. n-1. An inscribed pyramid lies inside the Coulomb cone |f_xy| <= mu fz (its edges
+// are on the cone), a circumscribed one contains it (its faces touch it): four circumscribed edges
+// are |fx|, |fy| <= mu fz.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "saltus/core/bounds.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/types.hpp"
+#include "saltus/robots/model/foot.hpp"
+
+namespace saltus {
+
+enum class FrictionPyramid { inscribed, circumscribed };
+
+/// Defaults: the figures that the controller of the paper's first author uses for iCub.
+struct ContactConeOptions {
+  double friction = 1.0 / 3.0;  // mu
+  int edges = 6;                // n, at least 3
+  FrictionPyramid pyramid = FrictionPyramid::inscribed;
+  FootRectangle foot{};                         // m, in the sole frame
+  double torsional_friction = 0.0133;           // mu_z, m: |tz| <= mu_z fz
+  Bounds normal_force = between(10.0, 1000.0);  // of fz, N
+  /// Whether fz_min and fz_max appear as the last two rows, or only as `ContactCone::normal_force`
+  /// for a problem that bounds the input fz itself. An infinite side never has a row.
+  bool normal_force_rows = true;
+};
+
+/// The set {w : A w <= b}, rows in the order of the comment above.
+struct ContactCone {
+  MatrixXd A;                      // rows x 6; exact zeros where a wrench entry does not appear
+  VectorXd b;                      // zero but for the normal force rows
+  std::vector<std::string> names;  // of the rows: "friction edge 3", "centre of pressure x max"
+  Bounds normal_force;             // of fz, N
+
+  int rows() const { return static_cast<int>(b.size()); }
+
+  /// A with its size known to the compiler. Throws DefinitionError when m is not rows().
+  template <int m>
+  Mat<double, m, 6> fixed() const {
+    check_rows(m);
+    return A;
+  }
+  /// b with its size known to the compiler. Throws DefinitionError when m is not rows().
+  template <int m>
+  Vec<double, m> fixed_bounds() const {
+    check_rows(m);
+    return b;
+  }
+
+  /// The largest violation max(A w - b) (zero or negative: admissible), to N.
+  double violation(const Vec<double, 6>& wrench) const { return (A * wrench - b).maxCoeff(); }
+
+ private:
+  void check_rows(int m) const;
+};
+
+/// Throws DefinitionError, one sentence naming the option, for friction or torsion that are not
+/// positive (torsion may be zero), fewer than 3 edges, an empty rectangle, fz_min < 0,
+/// fz_min > fz_max, and NaN anywhere.
+ContactCone contact_cone(const ContactConeOptions& options = {});
+
+/// Number of rows that `contact_cone(options)` has: edges + 6 + finite sides of the normal force.
+int contact_cone_rows(const ContactConeOptions& options);
+
+// Inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`, at
+// most fixed_bounds<14>(); the exact zeros of the rows stay out of the sparsity.
+
+}  // namespace saltus

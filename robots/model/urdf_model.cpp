@@ -1,0 +1,375 @@
+#include "saltus/robots/model/urdf_model.hpp"
+
+#include <console_bridge/console.h>
+#include <fmt/format.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+#include "saltus/core/text.hpp"
+
+namespace saltus {
+namespace {
+
+// urdfdom reports through a process-wide log, and goes on with a half-read link after most errors.
+// While one of these lives, the errors are collected here instead of printed.
+class CollectedLog : public console_bridge::OutputHandler {
+ public:
+  CollectedLog() { console_bridge::useOutputHandler(this); }
+  ~CollectedLog() override { console_bridge::restorePreviousOutputHandler(); }
+  CollectedLog(const CollectedLog&) = delete;
+  CollectedLog& operator=(const CollectedLog&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR) return;
+    // What cannot be drawn does not matter here; its causes stand before this message.
+    if (text.rfind("Could not parse visual element", 0) == 0) {
+      errors_.resize(link_start_);
+      return;
+    }
+    errors_.push_back(text);
+    if (text.rfind("Could not parse", 0) == 0) link_start_ = errors_.size();
+  }
+  bool empty() const { return errors_.empty(); }
+  // The first message is the cause, the later ones what it led to; joined into one clause.
+  std::string clause() const {
+    std::string text;
+    for (std::string error : errors_) {
+      std::replace(error.begin(), error.end(), '\n', ' ');
+      error = error.substr(0, error.find(".  "));  // the first sentence says it
+      while (!error.empty() && (error.back() == '.' || error.back() == ' ')) error.pop_back();
+      if (text.find(error) == std::string::npos) text += (text.empty() ? "" : "; ") + error;
+    }
+    return text;
+  }
+
+ private:
+  std::vector<std::string> errors_;
+  std::size_t link_start_ = 0;  // of the messages after the last finished group
+};
+
+Vec<double, 3> vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Eigen::Isometry3d isometry(const urdf::Pose& pose) {
+  const urdf::Rotation& q = pose.rotation;
+  Eigen::Isometry3d result = Eigen::Isometry3d::Identity();
+  result.translation() = vector(pose.position);
+  result.linear() = Eigen::Quaterniond(q.w, q.x, q.y, q.z).normalized().toRotationMatrix();
+  return result;
+}
+
+void check_inertial(const UrdfLink& link, const std::string& source) {
+  const auto fail = [&](const std::string& what) {
+    throw InputError(
+        fmt::format("{}: link \"{}\" {}; correct its <inertial> element", source, link.name, what));
+  };
+  if (!std::isfinite(link.mass)) fail(fmt::format("has the mass {}", link.mass));
+  if (link.mass < 0.0) fail(fmt::format("has the negative mass {} kg", link.mass));
+  if (!link.com.allFinite()) fail("has a centre of mass that is not finite");
+  if (!link.inertia.allFinite()) fail("has an inertia that is not finite");
+  if (link.mass == 0.0) return;  // a frame, whatever its inertia says
+  const Vec<double, 3> moments =
+      Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>>(link.inertia, Eigen::EigenvaluesOnly)
+          .eigenvalues();  // ascending
+  if (!(moments[0] > 0.0))
+    fail(
+        fmt::format("has an inertia that is not positive (principal moments {:.6g}, {:.6g} and "
+                    "{:.6g} kg m^2)",
+                    moments[0], moments[1], moments[2]));
+  // Files carry about six digits: a flat body, for which the sum is exact, must pass.
+  constexpr double rounding = 1e-5;
+  if (moments[2] > (moments[0] + moments[1]) * (1.0 + rounding))
+    fail(
+        fmt::format("has an inertia that no body can have: the principal moment {:.6g} kg m^2 "
+                    "exceeds the sum of the other two, {:.6g} and {:.6g}",
+                    moments[2], moments[0], moments[1]));
+}
+
+UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
+  UrdfJoint result;
+  result.name = joint.name;
+  result.origin = isometry(joint.parent_to_joint_origin_transform);
+  switch (joint.type) {
+    case urdf::Joint::FIXED:
+      return result;
+    case urdf::Joint::REVOLUTE:
+    case urdf::Joint::CONTINUOUS:
+      result.motion = UrdfJoint::Motion::revolute;
+      break;
+    case urdf::Joint::PRISMATIC:
+      result.motion = UrdfJoint::Motion::prismatic;
+      break;
+    default:
+      throw InputError(fmt::format(
+          "{}: joint \"{}\" is neither fixed, revolute, continuous nor prismatic; model a free "
+          "base by leaving the root link unattached",
+          source, joint.name));
+  }
+  result.axis = vector(joint.axis);
+  if (!(result.axis.norm() > 0.0) || !result.axis.allFinite())
+    throw InputError(fmt::format("{}: joint \"{}\" has an axis without direction; give its <axis>",
+                                 source, joint.name));
+  result.axis.normalize();
+  if (joint.limits) {
+    if (joint.type != urdf::Joint::CONTINUOUS)
+      result.position = between(joint.limits->lower, joint.limits->upper);
+    result.effort = joint.limits->effort;
+  }
+  return result;
+}
+
+// None for a shape that is not known.
+std::optional<UrdfVisual> convert(const urdf::Visual& visual) {
+  if (visual.geometry == nullptr) return std::nullopt;
+  UrdfVisual result;
+  result.pose = isometry(visual.origin);
+  if (visual.material != nullptr)
+    result.colour = {visual.material->color.r, visual.material->color.g, visual.material->color.b};
+  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(visual.geometry.get())) {
+    result.shape = UrdfVisual::Shape::mesh;
+    result.mesh = mesh->filename;
+    result.size = vector(mesh->scale);
+  } else if (const auto* box = dynamic_cast<const urdf::Box*>(visual.geometry.get())) {
+    result.size = vector(box->dim);
+  } else if (const auto* tube = dynamic_cast<const urdf::Cylinder*>(visual.geometry.get())) {
+    result.shape = UrdfVisual::Shape::cylinder;
+    result.size = {2.0 * tube->radius, 2.0 * tube->radius, tube->length};
+  } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(visual.geometry.get())) {
+    result.shape = UrdfVisual::Shape::sphere;
+    result.size.setConstant(2.0 * ball->radius);
+  } else {
+    return std::nullopt;
+  }
+  return result;
+}
+
+UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) {
+  UrdfLink result;
+  result.name = link.name;
+  result.parent = parent;
+  if (link.parent_joint) result.joint = convert(*link.parent_joint, source);
+  if (link.inertial) {
+    const urdf::Inertial& inertial = *link.inertial;
+    const Eigen::Isometry3d frame = isometry(inertial.origin);
+    Mat<double, 3, 3> moments;
+    moments << inertial.ixx, inertial.ixy, inertial.ixz,  //
+        inertial.ixy, inertial.iyy, inertial.iyz,         //
+        inertial.ixz, inertial.iyz, inertial.izz;
+    result.mass = inertial.mass;
+    result.com = frame.translation();
+    result.inertia = frame.linear() * moments * frame.linear().transpose();
+    check_inertial(result, source);
+  }
+  for (const auto& collision : link.collision_array) {
+    const auto box = std::dynamic_pointer_cast<urdf::Box>(collision->geometry);
+    if (box) result.collision_boxes.push_back({isometry(collision->origin), vector(box->dim)});
+  }
+  for (const auto& visual : link.visual_array)
+    if (const auto look = convert(*visual)) result.visuals.push_back(*look);
+  return result;
+}
+
+std::string suggestion(const std::string& given, const std::vector<std::string>& known) {
+  const std::string nearest = nearest_name(given, known);
+  constexpr std::size_t few = 40;  // names that one can read through
+  if (nearest.empty()) return known.size() > few ? "" : "; known are " + join_names(known);
+  return fmt::format("; did you mean \"{}\"?", nearest);
+}
+
+}  // namespace
+
+UrdfModel UrdfModel::read(const std::filesystem::path& file) {
+  const std::string source = file.string();
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored))
+    throw InputError(fmt::format("{}: there is no such file; give the path of a URDF", source));
+  if (!std::filesystem::is_regular_file(file, ignored))
+    throw InputError(fmt::format("{}: this is not a file; give the path of a URDF", source));
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream)
+    throw InputError(fmt::format("{}: the file cannot be read; check its permissions", source));
+  return parse({std::istreambuf_iterator<char>(stream), {}}, source);
+}
+
+UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    throw InputError(fmt::format("{}: the file is empty; give the path of a URDF", source));
+  if (text.find("<robot") == std::string::npos)
+    throw InputError(fmt::format(
+        "{}: this is not a URDF, for it has no <robot> element; give the path of a URDF", source));
+  urdf::ModelInterfaceSharedPtr urdf;
+  {
+    CollectedLog log;
+    std::string reason;
+    try {
+      urdf = urdf::parseURDF(text);
+    } catch (const std::exception& error) {
+      reason = error.what();
+    }
+    if (!urdf || !log.empty())
+      throw InputError(
+          fmt::format("{}: the file is truncated or not a valid URDF ({}); correct or replace it",
+                      source, log.empty() ? reason : log.clause()));
+  }
+  UrdfModel model;
+  model.source_ = source;
+  model.name_ = urdf->getName();
+  const auto add = [&](const auto& self, const urdf::Link& link, int parent) -> void {
+    const int index = static_cast<int>(model.links_.size());
+    model.links_.push_back(convert(link, parent, source));
+    for (const auto& child : link.child_links) self(self, *child, index);
+  };
+  add(add, *urdf->getRoot(), -1);
+  for (const UrdfLink& link : model.links_) model.total_mass_ += link.mass;
+  if (!(model.total_mass_ > 0.0))
+    throw InputError(
+        fmt::format("{}: the robot \"{}\" has no mass; give its links <inertial> elements", source,
+                    model.name_));
+  return model;
+}
+
+std::vector<std::string> UrdfModel::link_names() const {
+  std::vector<std::string> names;
+  for (const UrdfLink& link : links_) names.push_back(link.name);
+  return names;
+}
+
+std::vector<std::string> UrdfModel::moving_joint_names() const {
+  std::vector<std::string> names;
+  for (const UrdfLink& link : links_)
+    if (link.joint.motion != UrdfJoint::Motion::fixed) names.push_back(link.joint.name);
+  return names;
+}
+
+int UrdfModel::link_index(const std::string& link) const {
+  for (std::size_t i = 0; i < links_.size(); ++i)
+    if (links_[i].name == link) return static_cast<int>(i);
+  throw InputError(
+      fmt::format("{}: there is no link \"{}\"{}", source_, link, suggestion(link, link_names())));
+}
+
+std::vector<Eigen::Isometry3d> UrdfModel::link_poses(const Posture& posture) const {
+  const std::vector<std::string> joints = moving_joint_names();
+  for (const auto& [joint, position] : posture) {
+    if (std::find(joints.begin(), joints.end(), joint) == joints.end())
+      throw InputError(fmt::format("{}: there is no joint \"{}\" that can move{}", source_, joint,
+                                   suggestion(joint, joints)));
+    if (!std::isfinite(position))
+      throw InputError(fmt::format("{}: the position of joint \"{}\" is {}; give a finite number",
+                                   source_, joint, position));
+  }
+  std::vector<Eigen::Isometry3d> poses;
+  poses.reserve(links_.size());
+  for (const UrdfLink& link : links_) {
+    if (link.parent < 0) {
+      poses.push_back(Eigen::Isometry3d::Identity());
+      continue;
+    }
+    Eigen::Isometry3d pose = poses[link.parent] * link.joint.origin;
+    const auto found = posture.find(link.joint.name);
+    if (found != posture.end()) {
+      if (link.joint.motion == UrdfJoint::Motion::revolute)
+        pose.rotate(Eigen::AngleAxisd(found->second, link.joint.axis));
+      else
+        pose.translate(found->second * link.joint.axis);
+    }
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+Eigen::Isometry3d UrdfModel::link_pose(const std::string& link, const std::string& reference,
+                                       const Posture& posture) const {
+  const int of = link_index(link);
+  const int in = link_index(reference);
+  const std::vector<Eigen::Isometry3d> poses = link_poses(posture);
+  return poses[in].inverse() * poses[of];
+}
+
+Vec<double, 3> UrdfModel::centre_of_mass(const std::string& reference,
+                                         const Posture& posture) const {
+  const int in = link_index(reference);
+  const std::vector<Eigen::Isometry3d> poses = link_poses(posture);
+  Vec<double, 3> moment = Vec<double, 3>::Zero();
+  for (std::size_t i = 0; i < links_.size(); ++i)
+    if (links_[i].mass > 0.0) moment += links_[i].mass * (poses[i] * links_[i].com);
+  return poses[in].inverse() * Vec<double, 3>(moment / total_mass_);
+}
+
+std::vector<int> UrdfModel::rigid_group(int link) const {
+  // Up to the top of the group, then down in link order: parents come first.
+  int top = link;
+  while (links_[top].parent >= 0 && links_[top].joint.motion == UrdfJoint::Motion::fixed)
+    top = links_[top].parent;
+  std::vector<bool> in_group(links_.size(), false);
+  std::vector<int> group;
+  for (int i = top; i < static_cast<int>(links_.size()); ++i) {
+    const bool fixed_to_group = links_[i].parent >= 0 && in_group[links_[i].parent] &&
+                                links_[i].joint.motion == UrdfJoint::Motion::fixed;
+    if (i != top && !fixed_to_group) continue;
+    in_group[i] = true;
+    group.push_back(i);
+  }
+  return group;
+}
+
+bool UrdfModel::has_collision_box(const std::string& link) const {
+  for (const int i : rigid_group(link_index(link)))
+    if (!links_[static_cast<std::size_t>(i)].collision_boxes.empty()) return true;
+  return false;
+}
+
+FootGeometry UrdfModel::foot(const std::string& sole_link) const {
+  const int sole = link_index(sole_link);
+  const Eigen::Isometry3d to_sole = link_poses({})[sole].inverse();
+  const std::vector<Eigen::Isometry3d> poses = link_poses({});
+
+  struct Extent {
+    Vec<double, 3> lowest, highest;
+  };
+  std::vector<Extent> boxes;
+  for (int i : rigid_group(sole))
+    for (const UrdfBox& box : links_[i].collision_boxes) {
+      const Eigen::Isometry3d pose = to_sole * poses[i] * box.pose;
+      const Mat<double, 3, 3> turn = pose.linear().cwiseAbs();
+      // Parallel axes: every column has one entry near 1. Angles in files carry about six digits.
+      if ((turn.colwise().maxCoeff().array() < 1.0 - 1e-6).any())
+        throw InputError(fmt::format(
+            "{}: the collision box on link \"{}\" is turned against the frame of \"{}\"; give a "
+            "sole link whose axes are parallel to the foot's box",
+            source_, links_[i].name, sole_link));
+      const Vec<double, 3> half = 0.5 * turn.array().round().matrix() * box.size;
+      boxes.push_back({pose.translation() - half, pose.translation() + half});
+    }
+  if (boxes.empty())
+    throw InputError(fmt::format(
+        "{}: the foot of \"{}\" has no collision box, from which its rectangle could be taken; add "
+        "a <collision> with a <box> to a link fixed to it",
+        source_, sole_link));
+  double plane = infinity;
+  for (const Extent& box : boxes) plane = std::min(plane, box.lowest.z());
+  FootGeometry foot;
+  foot.contact_plane_offset = plane;
+  foot.rectangle = {between(infinity, -infinity), between(infinity, -infinity)};
+  constexpr double same_plane = 1e-4;  // m: boxes this close to the lowest also touch the ground
+  for (const Extent& box : boxes) {
+    if (box.lowest.z() > plane + same_plane) continue;
+    foot.rectangle.x.lower = std::min(foot.rectangle.x.lower, box.lowest.x());
+    foot.rectangle.x.upper = std::max(foot.rectangle.x.upper, box.highest.x());
+    foot.rectangle.y.lower = std::min(foot.rectangle.y.lower, box.lowest.y());
+    foot.rectangle.y.upper = std::max(foot.rectangle.y.upper, box.highest.y());
+  }
+  if (!(foot.rectangle.x.lower < foot.rectangle.x.upper) ||
+      !(foot.rectangle.y.lower < foot.rectangle.y.upper))
+    throw InputError(
+        fmt::format("{}: the collision box of the foot of \"{}\" has no area; correct its size",
+                    source_, sole_link));
+  return foot;
+}
+
+}  // namespace saltus

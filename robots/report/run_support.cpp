@@ -1,0 +1,94 @@
+#include "saltus/robots/report/run_support.hpp"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/icub/icub.hpp"
+
+namespace saltus::push_recovery {
+
+RobotDescription robot_of(const Config& config) {
+  const auto urdf = urdf_of(config);
+  if (config.robot_file.empty()) return icub(urdf);
+  if (config.plant != PlantChoice::centroidal) urdf_of_body(config);  // throws if there is none
+  const Figures figures = urdf ? Figures::from_urdf : Figures::in_file;
+  const RobotDescription named = read_robot_description(config.robot_file, figures);
+  return urdf ? describe(UrdfModel::read(*urdf), named) : named;
+}
+
+std::optional<std::filesystem::path> urdf_of(const Config& config) {
+  if (!config.urdf.empty()) return config.urdf;
+  if (!config.robot_file.empty()) return std::nullopt;
+  const char* fetched = std::getenv("SALTUS_ICUB_URDF");
+  if (fetched != nullptr && *fetched != '\0' && std::filesystem::exists(fetched)) return fetched;
+  return std::nullopt;
+}
+
+std::filesystem::path urdf_of_body(const Config& config) {
+  const auto urdf = urdf_of(config);
+  if (urdf) return *urdf;
+  if (!config.robot_file.empty())
+    throw InputError(
+        fmt::format("the whole body of the robot in {} needs its URDF; name it with --robot.urdf "
+                    "FILE",
+                    config.robot_file));
+  throw InputError(
+      "the whole body needs iCub's URDF, which was not fetched ('./saltus setup' tries again) or "
+      "is not where SALTUS_ICUB_URDF says; name it with --robot.urdf FILE");
+}
+
+void draw(const std::filesystem::path& results, const char* what, const std::string& script) {
+  const std::string path = SALTUS_SOURCE_DIR "/robots/report/scripts/" + script;
+  const std::string folder = results.string();
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    // The system's own python3 first: that is the one whose packages the set-up installs.
+    for (const char* python : {"/usr/bin/python3", "python3"})
+      execlp(python, python, path.c_str(), folder.c_str(), static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  int status = 0;
+  if (child < 0 || waitpid(child, &status, 0) < 0 || status != 0)
+    fmt::print(stderr, "no {}: python3 could not run {}\n", what, path);
+}
+
+std::string results_text(const std::filesystem::path& results,
+                         std::filesystem::file_time_type begin) {
+  namespace fs = std::filesystem;
+  std::error_code absent;
+  const auto is_new = [&](const char* name) {
+    const auto written = fs::last_write_time(results / name, absent);
+    return !absent && written >= begin;
+  };
+  std::string text = fmt::format("results in {}\n", results.string());
+  std::vector<std::string> pictures;
+  for (const char* name : {"capture_point.png", "com.png", "forces.png", "measured_forces.png",
+                           "feet.png", "torques.png"})
+    if (is_new(name)) pictures.emplace_back(name);
+  const auto add = [&text](const std::string& names, const char* what) {
+    text += fmt::format("  {:<31} {}\n", names, what);
+  };
+  add("summary.json, config.yaml", "verdict and figures; all settings in force");
+  add(is_new("body.csv") ? "trajectory, body, ticks (.csv)" : "trajectory.csv, ticks.csv",
+      "the run in tables");
+  if (!pictures.empty()) text += fmt::format("  {}\n", fmt::join(pictures, ", "));
+  const bool report = is_new("report.html"), replay = is_new("replay.html");
+  if (report) add("report.html", "all of it on one page");
+  if (replay) add("replay.html", "the robot moves: play, pause, scrub, slow motion");
+  if (report) {
+    const std::string page = fs::absolute(results / "report.html").lexically_normal().string();
+    text += fmt::format(
+        "To look at it, open report.html in a browser, it needs no network{}: xdg-open {}\n",
+        replay ? " and links to the replay" : "", page);
+  }
+  return text;
+}
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,299 @@
+#include "saltus/robots/survival/map.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <numbers>
+
+#include "saltus/app/process_pool.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/report/run_support.hpp"
+#include "saltus/robots/survival/map_file.hpp"
+#include "saltus/robots/survival/pendulum_bound.hpp"
+#include "saltus/robots/walking/full_body.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// No run takes this long, s: the whole body needs a few seconds, ten times as many with Ipopt.
+constexpr double run_time_limit = 600.0;
+constexpr double report_period = 30.0;  // where nobody watches, s
+constexpr double live_period = 0.5;     // on a terminal, s
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+volatile std::sig_atomic_t signal_received = 0;
+
+// While it lives, an interrupt is only noted.
+class NoteSignals {
+ public:
+  NoteSignals() {
+    signal_received = 0;
+    struct sigaction note = {};
+    note.sa_handler = [](int signal) { signal_received = signal; };  // no SA_RESTART: waits end
+    ::sigaction(SIGINT, &note, &before_int_);
+    ::sigaction(SIGTERM, &note, &before_term_);
+  }
+  ~NoteSignals() {
+    ::sigaction(SIGINT, &before_int_, nullptr);
+    ::sigaction(SIGTERM, &before_term_, nullptr);
+  }
+  NoteSignals(const NoteSignals&) = delete;
+  NoteSignals& operator=(const NoteSignals&) = delete;
+
+ private:
+  struct sigaction before_int_ = {}, before_term_ = {};
+};
+
+std::string duration_text(double seconds) {
+  const long s = std::lround(seconds);
+  if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+class MapProgress {
+ public:
+  MapProgress(const MapPlan& plan, int jobs) : plan_(plan), jobs_(jobs) {}
+
+  void show() {
+    if (seconds_since(last_) < (live_ ? live_period : report_period)) return;
+    last_ = Clock::now();
+    const std::optional<double> left = plan_.seconds_left(jobs_);
+    fmt::print("{}{} of {} cells, {} so far, about {} left{}", live_ ? "\r" : "", plan_.known(),
+               plan_.cells(), duration_text(seconds_since(begin_)),
+               left ? duration_text(*left) : std::string("?"), live_ ? "   " : "\n");
+    std::fflush(stdout);
+    shown_ = live_;
+  }
+  // The line that stands on the terminal is over.
+  void end_line() {
+    if (shown_) fmt::print("\n");
+    shown_ = false;
+  }
+  double elapsed() const { return seconds_since(begin_); }
+
+ private:
+  const MapPlan& plan_;
+  int jobs_;
+  bool live_ = ::isatty(::fileno(stdout)) != 0;
+  bool shown_ = false;
+  Clock::time_point begin_ = Clock::now(), last_ = begin_;
+};
+
+// What would be wrong in every run is said before anything is written.
+RobotDescription checked_robot(const Config& config) {
+  RobotDescription robot = robot_of(config);
+  if (config.plant != PlantChoice::centroidal) {
+    const UrdfModel model = UrdfModel::read(urdf_of_body(config));
+    link_frame(floating_robot(model, robot), model, config.push.link);
+  }
+  return robot;
+}
+
+class MapRun {
+ public:
+  explicit MapRun(const MapRequest& request)
+      : request_(request),
+        robot_(checked_robot(request.config)),
+        bound_(pendulum_bound(request.config, robot_)),
+        plan_(request.grid, [this](const MapCell& cell) { return bound(cell); }),
+        file_(request.out, settings()),
+        pool_(request.jobs, run_time_limit) {
+    for (const MapRow& row : file_.rows()) plan_.restore(row);
+    restored_ = plan_.known();
+    for (const MapRow& row : file_.rows())
+      if (row.outcome == MapOutcome::not_run) given_up_before_.insert(row.cell);
+  }
+
+  ExitStatus run() {
+    fmt::print("robot: {}, {:.2f} kg ({})\n", robot_.name, robot_.mass, robot_.source);
+    fmt::print("{} cells, {} of them known, {} at a time; results in {}\n", plan_.cells(),
+               restored_, request_.jobs, request_.out.string());
+    std::fflush(stdout);
+    keep(plan_.resume());
+    MapProgress progress(plan_, request_.jobs);
+    int signal = 0;
+    {
+      NoteSignals note;
+      work(progress);
+      signal = signal_received;
+    }
+    progress.end_line();
+    fmt::print("{}: {} of {} cells known, {} of them run now, in {}\n",
+               signal != 0 ? "interrupted" : "done", plan_.known(), plan_.cells(), runs_,
+               duration_text(progress.elapsed()));
+    if (failed_solves_ > 0)
+      fmt::print("in {} runs a solve of the controller failed; see failed_solves\n",
+                 failed_solves_);
+    if (signal != 0) {
+      fmt::print("the same command goes on from here\n");
+      std::fflush(nullptr);
+      std::raise(signal);
+    }
+    if (request_.pictures) draw(request_.out, "picture (it needs matplotlib)", "plot_map.py");
+    fmt::print("\n{}", map_summary(plan_));
+    return failures_ > 0 ? ExitStatus::solver_failed : ExitStatus::ok;
+  }
+
+ private:
+  // The robot, too, decides about the outcome.
+  std::string settings() const {
+    return fmt::format("# Robot: {}, {} kg ({})\n{}", robot_.name, robot_.mass, robot_.source,
+                       request_.settings);
+  }
+
+  double bound(const MapCell& cell) const {
+    std::optional<double> landing;
+    if (cell.controller != MapController::none) landing = cell.step_time;
+    return bound_.largest_impulse(cell.direction * std::numbers::pi / 180.0, landing);
+  }
+
+  // In a process of its own.
+  std::string run_cell(const MapCell& cell) const {
+    const Config config = with_cell(request_.config, cell);
+    const auto begin = Clock::now();
+    const RunLog log = config.plant == PlantChoice::centroidal
+                           ? simulate(config, robot_)
+                           : simulate_full_body(config, robot_, urdf_of_body(config));
+    MapRow row = map_row(cell, bound(cell), config, log, judge(config, log));
+    row.seconds = seconds_since(begin);
+    return to_line(row);
+  }
+
+  void work(MapProgress& progress) {
+    long id = 0;
+    while (signal_received == 0) {
+      while (!pool_.is_full()) {
+        const std::optional<MapCell> cell = plan_.next();
+        if (!cell) break;
+        under_way_[id] = *cell;
+        pool_.start(id++, [this, cell] { return run_cell(*cell); });
+      }
+      if (pool_.is_idle()) break;
+      for (const FinishedWork& work : pool_.wait(live_period)) take(work, progress);
+      progress.show();
+    }
+    pool_.stop();
+  }
+
+  void take(const FinishedWork& work, MapProgress& progress) {
+    using End = FinishedWork::End;
+    // What is wrong with the first is wrong with all.
+    if (work.end == End::refused && runs_ == 0) throw InputError(work.text);
+    const auto found = under_way_.find(work.id);
+    const MapCell cell = found->second;
+    under_way_.erase(found);
+    std::optional<MapRow> row;
+    if (work.end == End::done) row = from_line(work.text);
+    if (!row) {
+      row.emplace();
+      row->cell = cell;
+      row->outcome = MapOutcome::failed;
+      row->bound = bound(cell);
+      row->reason = work.end == End::done ? "its result cannot be read" : work.text;
+    }
+    ++runs_;
+    if (row->failed_solves > 0) ++failed_solves_;
+    if (row->outcome == MapOutcome::failed) {
+      ++failures_;
+      progress.end_line();
+      fmt::print("failed: {}, step {} s, {} deg, {} N s: {}\n", name_of(cell.controller),
+                 cell.step_time, cell.direction, cell.impulse, row->reason);
+    }
+    keep(plan_.finish(*row));
+  }
+
+  void keep(const std::vector<MapRow>& rows) {
+    for (const MapRow& row : rows)
+      if (row.outcome != MapOutcome::not_run || given_up_before_.insert(row.cell).second)
+        file_.append(row);
+  }
+
+  const MapRequest& request_;
+  RobotDescription robot_;
+  PendulumBound bound_;
+  MapPlan plan_;
+  MapFile file_;
+  ProcessPool pool_;
+  std::map<long, MapCell> under_way_;
+  std::set<MapCell> given_up_before_;
+  int restored_ = 0, runs_ = 0, failures_ = 0, failed_solves_ = 0;
+};
+
+}  // namespace
+
+std::string map_summary(const MapPlan& plan) {
+  const MapGrid& grid = plan.grid();
+  struct Column {
+    MapController controller;
+    double step_time;
+    bool is_bound;
+  };
+  std::vector<Column> columns;
+  std::string head = "| direction |", rule = "| --- |";
+  const auto add = [&](MapController controller, double step_time, bool is_bound,
+                       const std::string& title) {
+    columns.push_back({controller, step_time, is_bound});
+    head += fmt::format(" {} |", title);
+    rule += " --- |";
+  };
+  const auto has = [&](MapController c) {
+    return std::find(grid.controllers.begin(), grid.controllers.end(), c) != grid.controllers.end();
+  };
+  for (const double t : grid.step_times) {
+    for (const MapController c : {MapController::mpc, MapController::capture_point})
+      if (has(c)) add(c, t, false, fmt::format("{} {} s", name_of(c), t));
+    if (has(MapController::mpc)) add(MapController::mpc, t, true, fmt::format("bound {} s", t));
+  }
+  if (has(MapController::none)) {
+    add(MapController::none, 0.0, false, "none");
+    add(MapController::none, 0.0, true, "bound none");
+  }
+  std::string text = "Largest push (N s) up to which all were recovered; * some beyond it too\n\n" +
+                     head + "\n" + rule + "\n";
+  std::vector<double> directions = grid.directions;
+  std::sort(directions.begin(), directions.end());
+  const auto smallest = std::min_element(grid.impulses.begin(), grid.impulses.end());
+  for (const double direction : directions) {
+    text += fmt::format("| {} deg |", direction);
+    for (const Column& column : columns) {
+      double largest = 0.0, bound = 0.0;
+      bool unbroken = true, beyond = false, complete = true;
+      for (const double impulse : grid.impulses) {
+        const auto found =
+            plan.rows().find({column.controller, column.step_time, direction, impulse});
+        if (found == plan.rows().end()) {
+          complete = complete && !unbroken;
+          break;
+        }
+        bound = found->second.bound;
+        const bool recovered = found->second.outcome == MapOutcome::recovered;
+        unbroken = unbroken && recovered;
+        if (unbroken) largest = impulse;
+        beyond = beyond || (recovered && !unbroken);
+      }
+      if (column.is_bound)
+        text += bound > 0.0 ? fmt::format(" {:.1f} |", bound) : " ? |";
+      else
+        text += largest > 0.0
+                    ? fmt::format(" {}{}{} |", complete ? "" : ">= ", largest, beyond ? "*" : "")
+                : complete ? fmt::format(" below {}{} |", *smallest, beyond ? "*" : "")
+                           : " ? |";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+ExitStatus run_map(const MapRequest& request) { return MapRun(request).run(); }
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,40 @@
+// `saltus map`: which pushes are recovered, over their size, direction and the time of the step.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "saltus/app/program.hpp"
+#include "saltus/robots/survival/map_plan.hpp"
+
+namespace saltus::push_recovery {
+
+struct MapRequest {
+  Config config;
+  std::string settings;  ///< what decides about an outcome besides the cell, as YAML
+  MapGrid grid;
+  std::filesystem::path out;
+  int jobs = 1;
+  bool pictures = true;
+  bool help = false;
+};
+
+/// What follows `map`. Throws InputError.
+MapRequest parse_map_request(std::span<const std::string> arguments);
+
+/// The largest impulse (N s) up to which everything was recovered, by controller and step time,
+/// and the pendulum's bound, a line per direction (Markdown). A star marks recoveries beyond.
+std::string map_summary(const MapPlan& plan);
+
+/// Runs what is missing of the map, each cell in a process of its own. Ends early on SIGINT and
+/// SIGTERM: what is there is kept, and the signal is raised again. `solver_failed` if a run crashed
+/// or its plant could not be integrated; a fall is a result.
+ExitStatus run_map(const MapRequest& request);
+
+/// The verb `map`.
+Verb map_verb();
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,73 @@
+// The cells of a survival map: which pushes, what may become of them, and their lines in a CSV.
+#pragma once
+
+#include <compare>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "problems/push_recovery/config.hpp"
+#include "saltus/robots/walking/simulation.hpp"
+
+namespace saltus::push_recovery {
+
+enum class MapController { mpc, capture_point, none };  ///< none: the MPC, and no step
+enum class MapOutcome {
+  recovered,
+  not_recovered,
+  failed,   ///< the run crashed, or the plant could not be integrated
+  not_run,  ///< given up: smaller pushes of this ray failed, see `MapPlan`
+};
+
+std::string name_of(MapController controller);
+std::string name_of(MapOutcome outcome);
+/// Throws InputError that suggests the nearest name.
+MapController map_controller(const std::string& name);
+
+/// One push. Cells compare by value: they are made by the same arithmetic every time.
+struct MapCell {
+  MapController controller = MapController::mpc;
+  double step_time = 0.0;  ///< s; 0 without a step
+  double direction = 0.0;  ///< deg, counter-clockwise seen from above; 0 is forward, 90 left
+  double impulse = 0.0;    ///< N s
+
+  auto operator<=>(const MapCell&) const = default;
+};
+
+/// The settings of that run.
+Config with_cell(const Config& config, const MapCell& cell);
+
+/// A cell and what came of it. Quantities without a value are NaN, and empty in the CSV.
+struct MapRow {
+  MapCell cell;
+  MapOutcome outcome = MapOutcome::not_run;
+  double bound;                           ///< of the plain pendulum, N s
+  std::string reason;                     ///< when not recovered
+  double angular_momentum_max;            ///< Nms
+  double com_height_min, com_height_max;  ///< m
+  double icp_settling;                    ///< s
+  double icp_furthest;                    ///< m: of the capture point along the push
+  double touchdown;                       ///< s after the push began
+  double final_com_error;                 ///< m
+  bool stepped = false;                   ///< a step was triggered
+  int failed_solves = 0;                  ///< ticks whose solver failed
+  double seconds = 0.0;                   ///< wall clock
+  std::string known_from;  ///< "step 0.6": no step was triggered there, so its time is of no matter
+
+  MapRow();
+};
+
+/// What a run came to; `config` is that of the cell.
+MapRow map_row(const MapCell& cell, double bound, const Config& config, const RunLog& log,
+               const Verdict& verdict);
+
+/// The columns, without a line break.
+std::string map_header();
+/// One line, without a line break; numbers read back exactly. Commas and quotes in the reason
+/// become semicolons and apostrophes.
+std::string to_line(const MapRow& row);
+/// Nothing if this is no such line.
+std::optional<MapRow> from_line(std::string_view line);
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,193 @@
+// The command line of `saltus map`.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <thread>
+
+#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/survival/map.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+constexpr const char* usage =
+    "map [--plant centroidal|dart|mujoco] [--set KEY=VALUE]... [--config FILE] [--directions 16] "
+    "[--impulses 1:1:16] [--step-times 0.3,0.45,0.6] [--controllers mpc,capture_point,none] "
+    "[--all] [--out DIR] [--jobs N]";
+
+// The controllers need this long to bring the CoM from the posture's to above the sole, s.
+constexpr double map_push_start = 1.0;
+
+// What the map varies, and what is of no matter to it.
+constexpr std::array varied{"controller", "stepping", "push.impulse", "push.direction",
+                            "step.duration"};
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts{""};
+  for (const char c : text) {
+    if (c == separator)
+      parts.emplace_back();
+    else
+      parts.back() += c;
+  }
+  return parts;
+}
+
+double number(const std::string& flag, const std::string& text) {
+  std::size_t used = 0;
+  double value = 0.0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+  }
+  if (used == 0 || used != text.size() || !std::isfinite(value))
+    throw InputError(fmt::format("{}: '{}' is not a number", flag, text));
+  return value;
+}
+
+int count(const std::string& flag, const std::string& text, int most) {
+  const double value = number(flag, text);
+  if (!(value >= 1.0 && value <= most) || value != std::round(value))
+    throw InputError(fmt::format("{} is '{}'; use a whole number from 1 to {}", flag, text, most));
+  return static_cast<int>(value);
+}
+
+// Positive numbers, in ascending order, without repetition: a,b,c or first:step:last.
+std::vector<double> numbers(const std::string& flag, const std::string& text) {
+  constexpr int most = 1000;
+  std::vector<double> values;
+  if (const auto range = split(text, ':'); range.size() == 3) {
+    const double first = number(flag, range[0]), step = number(flag, range[1]),
+                 last = number(flag, range[2]);
+    if (!(step > 0.0 && last >= first && (last - first) / step < most))
+      throw InputError(fmt::format(
+          "{}: '{}' is no range; use FIRST:STEP:LAST with at most {} numbers", flag, text, most));
+    constexpr double rounding = 1e-9;  // of the last, as a share of the step
+    for (int i = 0; first + i * step <= last + rounding * step; ++i)
+      values.push_back(first + i * step);
+  } else {
+    for (const std::string& part : split(text, ',')) values.push_back(number(flag, part));
+  }
+  std::sort(values.begin(), values.end());
+  if (!(values.front() > 0.0))
+    throw InputError(fmt::format("{}: {} is not above 0", flag, values.front()));
+  if (const auto twice = std::adjacent_find(values.begin(), values.end()); twice != values.end())
+    throw InputError(fmt::format("{}: {} is given twice", flag, *twice));
+  return values;
+}
+
+std::vector<MapController> controllers(const std::string& text) {
+  std::vector<MapController> list;
+  for (const std::string& name : split(text, ',')) {
+    const MapController c = map_controller(name);
+    if (std::find(list.begin(), list.end(), c) != list.end())
+      throw InputError(fmt::format("--controllers: {} is given twice", name));
+    list.push_back(c);
+  }
+  return list;
+}
+
+void refuse_varied(const std::vector<Assignment>& assignments) {
+  for (const Assignment& a : assignments)
+    if (std::find(varied.begin(), varied.end(), a.key) != varied.end())
+      throw InputError(fmt::format(
+          "{}: the map varies {} by itself; see --impulses, --directions, --step-times and "
+          "--controllers",
+          a.place, a.key));
+}
+
+// Varied settings stand at their defaults, whatever the file said.
+std::string stamp(Config config) {
+  const Config defaults;
+  config.controller = defaults.controller;
+  config.stepping = defaults.stepping;
+  config.push.impulse = defaults.push.impulse;
+  config.push.direction = defaults.push.direction;
+  config.step.duration = defaults.step.duration;
+  config.pictures = defaults.pictures;
+  Settings settings;
+  declare_settings(settings, config);
+  return fmt::format(
+      "# Settings of a survival map. It varies {}; here they are at their defaults.\n{}",
+      fmt::join(varied, ", "), settings.to_yaml());
+}
+
+}  // namespace
+
+MapRequest parse_map_request(std::span<const std::string> arguments) {
+  MapRequest request;
+  request.jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  request.grid = {directions_far_apart(16), numbers("--impulses", "1:1:16"),
+                  numbers("--step-times", "0.3,0.45,0.6"), controllers("mpc,capture_point,none"),
+                  false};
+  std::optional<std::filesystem::path> config_file;
+  std::vector<Assignment> assignments;
+  ArgumentReader reader(arguments);
+  while (!reader.at_end()) {
+    const std::string flag = reader.next();
+    if (flag == "--help" || flag == "-h") {
+      request.help = true;
+    } else if (flag == "--set") {
+      assignments.push_back(parse_set_argument(reader.require_value("KEY=VALUE")));
+    } else if (flag == "--all") {
+      reader.refuse_value();
+      request.grid.all = true;
+    } else {
+      const std::vector<std::string> once{"--plant",    "--config",     "--directions",
+                                          "--impulses", "--step-times", "--controllers",
+                                          "--out",      "--jobs"};
+      if (std::find(once.begin(), once.end(), flag) == once.end()) {
+        std::vector<std::string> flags = once;
+        flags.insert(flags.end(), {"--set", "--all", "--help"});
+        reader.reject(flags, usage);
+      }
+      reader.once();
+      const std::string value = reader.require_value("VALUE");
+      if (flag == "--plant") assignments.push_back(flag_assignment("plant", value));
+      if (flag == "--config") config_file = value;
+      if (flag == "--directions")
+        request.grid.directions = directions_far_apart(count(flag, value, 360));
+      if (flag == "--impulses") request.grid.impulses = numbers(flag, value);
+      if (flag == "--step-times") request.grid.step_times = numbers(flag, value);
+      if (flag == "--controllers") request.grid.controllers = controllers(value);
+      if (flag == "--out") request.out = value;
+      if (flag == "--jobs") request.jobs = count(flag, value, 1024);
+    }
+  }
+  refuse_varied(assignments);
+  request.config.push.start = map_push_start;
+  Settings settings;
+  declare_settings(settings, request.config);
+  settings.apply(config_file, assignments);
+  request.pictures = request.config.pictures;
+  request.settings = stamp(request.config);
+  for (const double t : request.grid.step_times)
+    if (t < request.config.push.duration)
+      throw InputError(
+          fmt::format("--step-times: the foot lands after {} s, before the push ends "
+                      "(push.duration is {} s)",
+                      t, request.config.push.duration));
+  if (request.out.empty()) {
+    const char* const folders[] = {"map_centroidal", "map_dart", "map_mujoco"};
+    request.out =
+        std::filesystem::path("results") / folders[static_cast<int>(request.config.plant)];
+  }
+  return request;
+}
+
+Verb map_verb() {
+  return {"map", usage, [](std::span<const std::string> arguments) {
+            const MapRequest request = parse_map_request(arguments);
+            if (request.help) {
+              fmt::print("{}\n", usage);
+              return ExitStatus::ok;
+            }
+            return run_map(request);
+          }};
+}
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,108 @@
+#include "saltus/robots/survival/pendulum_bound.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/closed_loop.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+
+Points corners(const Bounds& x, const Bounds& y) {
+  Points points(4, 2);
+  points << x.upper, y.upper, x.lower, y.upper, x.lower, y.lower, x.upper, y.lower;
+  return points;
+}
+
+// All sums of a share of each.
+Points minkowski_sum(double share_a, const Points& a, double share_b, const Points& b) {
+  Points sums(a.rows() * b.rows(), 2);
+  for (Eigen::Index i = 0; i < a.rows(); ++i)
+    for (Eigen::Index k = 0; k < b.rows(); ++k)
+      sums.row(i * b.rows() + k) = share_a * a.row(i) + share_b * b.row(k);
+  return sums;
+}
+
+double distance_to_border(const SupportPolygon& polygon, const Point2& from, const Point2& along) {
+  const HalfPlanes& sides = polygon.half_planes();
+  double distance = infinity;
+  for (int i = 0; i < sides.rows(); ++i) {
+    const double speed = sides.A.row(i).dot(along);
+    // A side that the ray does not approach does not bound it.
+    if (speed > 0.0) distance = std::min(distance, (sides.b[i] - sides.A.row(i).dot(from)) / speed);
+  }
+  return distance;
+}
+
+// Mean of e^(-omega t), t from the start of the push, weighted with its force; by parts, as the
+// impulse given up to t is what is known: e^(-omega T) + omega integral e^(-omega t) share(t) dt.
+double mean_decay(const Push& push, double omega) {
+  constexpr int intervals = 200;  // of Simpson's rule: error below 1e-9 for all shapes
+  const double h = push.duration / intervals;
+  double integral = 0.0;
+  for (int i = 0; i <= intervals; ++i) {
+    const double weight = i == 0 || i == intervals ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
+    integral += weight * h / 3.0 * std::exp(-omega * i * h) * push_share(push, push.start + i * h);
+  }
+  return std::exp(-omega * push.duration) + omega * integral;
+}
+
+}  // namespace
+
+double PendulumBound::largest_impulse(double angle, std::optional<double> landing) const {
+  if (!(mass > 0.0 && height > 0.0 && push.duration > 0.0) || !std::isfinite(angle))
+    throw DefinitionError(fmt::format(
+        "pendulum bound: mass {} kg, height {} m and duration {} s must be positive, angle {} rad "
+        "finite",
+        mass, height, push.duration, angle));
+  if (landing && !(*landing >= push.duration))
+    throw DefinitionError(
+        fmt::format("pendulum bound: the foot lands after {} s, before the push of {} s ends",
+                    *landing, push.duration));
+  const Points stance = corners(stance_foot.x, stance_foot.y);
+  if (!SupportPolygon::hull(stance).contains(start))
+    throw DefinitionError("pendulum bound: the CoM starts beside the stance foot");
+
+  const double omega = pendulum_frequency(height);
+  Points reachable = stance;
+  if (landing) {
+    Points both(8, 2);
+    both << stance,
+        corners(between(swing_foot.x.lower + reach_x.lower, swing_foot.x.upper + reach_x.upper),
+                between(swing_foot.y.lower + reach_y.lower, swing_foot.y.upper + reach_y.upper));
+    const double late = std::exp(-omega * *landing);
+    reachable = minkowski_sum(1.0 - late, stance, late, both);
+  }
+  const Point2 along(std::cos(angle), std::sin(angle));
+  return distance_to_border(SupportPolygon::hull(reachable), start, along) * mass * omega /
+         mean_decay(push, omega);
+}
+
+PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot) {
+  PendulumBound bound;
+  bound.mass = robot.mass;
+  const Scene scene = initial_scene(config, robot);
+  bound.height = scene.com_height;
+  bound.push = config.push;
+  bound.stance_foot = scene.stance_foot;
+  bound.swing_foot = scene.swing_foot;
+  const Step& step = config.step;
+  Bounds away;
+  if (step.placement == Placement::fixed) {
+    bound.reach_x = exactly(step.fixed_place[0]);
+    away = exactly(step.fixed_place[1]);
+  } else {
+    bound.reach_x = between(-step.forward_max, step.forward_max);
+    away = between(step.lateral_min, step.lateral_max);
+  }
+  bound.reach_y = config.stance == Side::right ? away : between(-away.upper, -away.lower);
+  return bound;
+}
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,42 @@
+// Which pushes could the plain pendulum survive, in any direction on the ground?
+//
+// The capture point obeys xi' = omega (xi - p) + F / (m omega) with the centre of pressure p in the
+// stance foot S until the landing at t_s, and in the hull of both feet from then on. Multiplied by
+// e^(-omega t) and integrated: xi stays bounded if and only if
+//   xi(0) + J u c / (m omega)  lies in  (1 - e) S + e hull(S, new foot)
+// (Minkowski sum, e = e^(-omega t_s)), where the push in direction u counts with the mean c of
+// e^(-omega t) over its course: (1 - e^(-omega T)) / (omega T) if its force is constant. The union
+// over all places of the new foot within reach is (1 - e) S + e hull(S, foot + reach): convex, so
+// the bound is where a ray leaves a polygon. Along an axis of the foot this is
+// robots/model/standing_bound.hpp. A robot that swings angular momentum or lowers itself can do
+// more, one with limits less.
+#pragma once
+
+#include <optional>
+
+#include "problems/push_recovery/config.hpp"
+#include "saltus/robots/model/robot_description.hpp"
+#include "saltus/robots/model/support_polygon.hpp"
+
+namespace saltus::push_recovery {
+
+/// What the pendulum has to do with. Lengths in m, in the axes of the stance sole.
+struct PendulumBound {
+  double mass = 0.0;                      // kg
+  double height = 0.0;                    // of the CoM, m
+  Push push;                              // its shape and duration
+  Point2 start{0.0, 0.0};                 // the CoM at rest
+  FootRectangle stance_foot, swing_foot;  // each in its own contact frame
+  Bounds reach_x, reach_y;                // where the swing sole's origin may land
+
+  /// Largest impulse (N s) in the direction of the angle (rad, from x to y) that is survived with
+  /// a landing `landing` seconds after the push began, or standing. Throws DefinitionError for
+  /// values that are not positive, a landing before the push ends, or a start beside the foot.
+  double largest_impulse(double angle, std::optional<double> landing) const;
+};
+
+/// As the closed loop has it: on the stance foot, CoM above the sole's origin at the height of the
+/// posture on it, where the controllers hold it; reach or fixed place as set.
+PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot);
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,77 @@
+#include "saltus/robots/walking/body_verdict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "saltus/robots/report/body_output.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+// The controller meets its limits to a relative 1e-6; what is nearer than this is at the limit.
+constexpr double at_limit = 0.999;
+
+double angle_between(const Vec<double, 3>& a, const Vec<double, 3>& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+// The vertical in the axes of the base.
+Vec<double, 3> vertical(const BodySample& b) { return b.state.base.linear().row(2).transpose(); }
+
+void judge_limits(const RunLog& log, BodyVerdict& v) {
+  const int joints = log.floating.joints();
+  long at_their_limit = 0;
+  for (std::size_t k = 0; k < log.body.size(); ++k) {
+    const BodySample& b = log.body[k];
+    bool torque_at_limit = false;
+    for (int i = 0; i < joints; ++i) {
+      const FloatingRobot::Body& driven = log.floating.bodies[static_cast<std::size_t>(i) + 1];
+      torque_at_limit |= std::abs(b.torques[i]) >= at_limit * driven.effort;
+      const double margin =
+          std::min(b.state.q[i] - driven.position.lower, driven.position.upper - b.state.q[i]);
+      if (margin >= v.limit_margin) continue;
+      v.limit_margin = margin;
+      v.limit_joint = driven.joint;
+      v.limit_time = log.samples[k].time;
+    }
+    if (torque_at_limit) ++at_their_limit;
+  }
+  v.torque_limit_share = static_cast<double>(at_their_limit) / static_cast<double>(log.body.size());
+}
+
+}  // namespace
+
+bool BodyVerdict::touches_joint_limit() const { return limit_margin < limit_touched; }
+
+BodyVerdict judge_body(const RunLog& log) {
+  BodyVerdict v;
+  const BodySample& first = log.body.front();
+  for (const BodySample& b : log.body) {
+    v.feet_moved =
+        std::max({v.feet_moved, (b.left_sole.translation() - first.left_sole.translation()).norm(),
+                  (b.right_sole.translation() - first.right_sole.translation()).norm()});
+    v.tilt_max = std::max(v.tilt_max, angle_between(vertical(b), vertical(first)));
+  }
+  v.tilt_end = angle_between(vertical(log.body.back()), vertical(first));
+  for (const Vec<double, 2>& s : sole_slip(log)) v.slip = v.slip.cwiseMax(s);
+  v.force_peak = peak_forces(log);
+  judge_limits(log, v);
+  v.standing = !log.stopped_early && log.touchdown == infinity && v.feet_moved < standing_move &&
+               v.tilt_max < standing_tilt;
+  return v;
+}
+
+nlohmann::ordered_json to_json(const BodyVerdict& v) {
+  return {{"standing", v.standing},
+          {"feet_moved_max_m", v.feet_moved},
+          {"base_tilt_max_rad", v.tilt_max},
+          {"base_tilt_end_rad", v.tilt_end},
+          {"joint_limit_touched", v.touches_joint_limit()},
+          {"joint_limit_margin_rad", v.limit_margin},
+          {"joint_limit_joint", v.limit_joint},
+          {"joint_limit_time_s", v.limit_time},
+          {"torque_limit_share", v.torque_limit_share}};
+}
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,55 @@
+#include "saltus/robots/walking/progress.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "saltus/ocp/window.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+constexpr double terminal_period = 0.05;  // s of wall clock: the eye reads no faster
+constexpr double line_period = 1.0;       // s simulated
+
+}  // namespace
+
+const char* describe(Footing footing) {
+  constexpr const char* names[] = {"standing", "pushed", "stepping", "landed"};
+  return names[static_cast<int>(footing)];
+}
+
+std::string progress_line(const LoopState& s, double wall_clock) {
+  const double factor = wall_clock > 0.0 ? s.time / wall_clock : 0.0;
+  return fmt::format(
+      "t = {:5.2f} s | {:4.1f} x real time | CoM {:.3f} m | capture point {:3.0f} mm {} | {}",
+      s.time, factor, s.com_height, 1e3 * std::abs(s.margin), s.margin < 0.0 ? "outside" : "inside",
+      describe(s.footing));
+}
+
+void Progress::show(const LoopState& state) {
+  state_ = state;
+  shown_ = false;
+  const double now = seconds_since_begin();
+  if ((terminal_ ? now : state.time + same_instant) < next_) return;
+  print(now);
+  next_ = terminal_ ? now + terminal_period : next_ + line_period;
+}
+
+void Progress::finish() {
+  if (!shown_) print(seconds_since_begin());
+  if (terminal_) fmt::print(out_, "\n");
+}
+
+// A terminal's line is begun anew and cleared to its end.
+void Progress::print(double now) {
+  const std::string line = progress_line(state_, now);
+  if (terminal_)
+    fmt::print(out_, "\r{}\x1b[K", line);
+  else
+    fmt::print(out_, "{}\n", line);
+  std::fflush(out_);
+  shown_ = true;
+}
+
+}  // namespace saltus::push_recovery
