@@ -16,7 +16,7 @@ enum class StageFill {
   filled,
   infeasible,  ///< a row of which every variable has equal bounds is violated
   /// Not expressible with these numbers: a row of the dynamics that is no equality, a slack with an
-  /// upper bound or a negative price, or two variables carried into one stage in one plan.
+  /// upper bound or a negative price, or two variables carried into one stage as one state.
   not_staged
 };
 

@@ -42,7 +42,7 @@ void StageMap::place_variables() {
     if (v < 0 || v >= static_cast<int>(variables_.size()))
       fail(variable_name(v) + " does not exist");
     if (variables_[v].kind != Kind::none) fail(variable_name(v) + " has two places");
-    variables_[v] = {.kind = kind, .stage = stage, .plan = at, .last = stage, .first = stage};
+    variables_[v] = {.kind = kind, .stage = stage, .index = at, .last = stage, .first = stage};
   };
   for (int k = 0; k < static_cast<int>(structure_.stages.size()); ++k) {
     const StageStructure::Stage& s = structure_.stages[k];
