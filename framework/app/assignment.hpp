@@ -21,9 +21,8 @@ struct Assignment {
 };
 
 /// The settings of a YAML file; nested maps become dotted keys, in the order of the file.
-/// Throws InputError naming file and line if the file is missing, unreadable, empty or not YAML,
-/// if it is not made of keys and values, or if a key occurs twice.
-std::vector<Assignment> read_yaml_file(const std::filesystem::path& file);
+/// Throws InputError as `read_yaml` does, and if there is no setting.
+std::vector<Assignment> read_assignments(const std::filesystem::path& file);
 
 /// Reads "KEY=VALUE" as given to --set. Lists are written [a, b, c] or a,b,c.
 /// Throws InputError if there is no '=' or no key.

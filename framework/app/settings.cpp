@@ -104,7 +104,7 @@ void Settings::rule(std::vector<std::string> keys, std::function<std::string()> 
 void Settings::apply(const std::optional<std::filesystem::path>& file,
                      const std::vector<Assignment>& assignments) {
   std::vector<Change> changes;
-  if (file) stage(read_yaml_file(*file), changes);
+  if (file) stage(read_assignments(*file), changes);
   stage(assignments, changes);
 
   std::vector<std::pair<const Setting*, Value>> before;

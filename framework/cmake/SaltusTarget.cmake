@@ -22,7 +22,7 @@ target_link_libraries(saltus_flags INTERFACE saltus_baseline_flags)
 # in the build folder give the folders that name, and nothing else enters a user's include path.
 set(SALTUS_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
 file(MAKE_DIRECTORY ${SALTUS_INCLUDE_DIR}/saltus)
-foreach(layer core autodiff model ocp transcription qp solver mpc app)
+foreach(layer core autodiff model ocp transcription qp solver mpc yaml app)
   file(CREATE_LINK ${PROJECT_SOURCE_DIR}/framework/${layer} ${SALTUS_INCLUDE_DIR}/saltus/${layer} SYMBOLIC)
 endforeach()
 foreach(layer integrators robots)

@@ -230,7 +230,7 @@ TEST_F(SettingsTest, rules_between_settings_roll_back) {
 
 TEST_F(SettingsTest, unusable_files) {
   EXPECT_EQ(complaint([&] { settings.apply("/nowhere/push.yaml", {}); }),
-            "configuration file '/nowhere/push.yaml' does not exist");
+            "/nowhere/push.yaml: there is no such file");
   EXPECT_TRUE(contains(complaint([&] { settings.apply(folder.path(), {}); }), "is a folder"));
   EXPECT_TRUE(contains(complaint_about_file(""), "is empty"));
   EXPECT_TRUE(contains(complaint_about_file(" \n\n"), "is empty"));

@@ -111,7 +111,7 @@ TEST(Centroidal, LinearisationErrorIsTheProductOfTheDeviations) {
 }
 
 TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
-  // d/dt (H + x x m v) = sum tau_i + x_i x f_i + x x m g, whatever the CoM does.
+  // d/dt (H + c x m v) = sum tau_i + x_i x f_i + c x m g about the origin, whatever the CoM c does.
   const double mass = 33.0;
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Sample s(seed);
