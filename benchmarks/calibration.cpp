@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "benchmarks/statistics.hpp"
-#include "saltus/core/thread_clock.hpp"
+#include "saltus/core/clock.hpp"
 
 namespace saltus::bench {
 namespace {

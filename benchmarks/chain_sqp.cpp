@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "benchmarks/measurement.hpp"
-#include "saltus/core/thread_clock.hpp"
+#include "saltus/core/clock.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/model/make_function.hpp"
 

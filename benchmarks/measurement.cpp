@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "saltus/core/bounds.hpp"
-#include "saltus/core/thread_clock.hpp"
+#include "saltus/core/clock.hpp"
 
 namespace saltus::bench {
 namespace {

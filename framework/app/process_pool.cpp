@@ -106,7 +106,7 @@ void ProcessPool::start(long id, const std::function<std::string()>& work) {
     ::close(ends[0]);
     throw std::system_error(error, std::generic_category(), "no further process");
   }
-  running_.push_back({id, process, ends[0], {}, Clock::now(), false});
+  running_.push_back({id, process, ends[0], {}, WallClock::now(), false});
 }
 
 std::vector<FinishedWork> ProcessPool::wait(double seconds) {
@@ -138,12 +138,12 @@ std::vector<FinishedWork> ProcessPool::wait(double seconds) {
 double ProcessPool::end_overdue() {
   double left = time_limit_;
   for (Child& child : running_) {
-    const std::chrono::duration<double> age = Clock::now() - child.begin;
-    if (age.count() >= time_limit_) {
+    const double age = seconds_since(child.begin);
+    if (age >= time_limit_) {
       child.overdue = true;
       ::kill(child.process, SIGKILL);  // its pipe closes, and wait() collects it
     } else {
-      left = std::min(left, time_limit_ - age.count());
+      left = std::min(left, time_limit_ - age);
     }
   }
   return left;

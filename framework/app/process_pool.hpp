@@ -4,12 +4,13 @@
 // libraries and leaves none of their globals behind. The child hands back a text.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
 
 #include <sys/types.h>
+
+#include "saltus/core/clock.hpp"
 
 namespace saltus {
 
@@ -50,13 +51,12 @@ class ProcessPool {
   void stop();
 
  private:
-  using Clock = std::chrono::steady_clock;
   struct Child {
     long id = 0;
     pid_t process = -1;
     int pipe = -1;
     std::string output;  // so far
-    Clock::time_point begin;
+    WallClock::time_point begin;
     bool overdue = false;
   };
 

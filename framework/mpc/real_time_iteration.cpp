@@ -41,7 +41,7 @@ class Iteration final : public RealTimeSolver {
   }
 
   TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                      QpClock::time_point deadline) noexcept override {
+                      WallClock::time_point deadline) noexcept override {
     TickResult result;
     linearise(program);
     if (!is_valid_) {
@@ -59,7 +59,7 @@ class Iteration final : public RealTimeSolver {
     result.iterations = r.iterations;
     const bool broke =
         r.status == QpStatus::numerical_failure || r.status == QpStatus::iteration_limit;
-    if (warm && broke && QpClock::now() < deadline) {  // a warm start may be worse than none
+    if (warm && broke && WallClock::now() < deadline) {  // a warm start may be worse than none
       point = start_;
       r = qp_->solve(model_.qp(), point, false);
       result.iterations += r.iterations;

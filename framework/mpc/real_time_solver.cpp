@@ -14,7 +14,7 @@ class FullSolve final : public RealTimeSolver {
   void prepare(NonlinearProgram&, const NlpPoint&) noexcept override {}
 
   TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                      QpClock::time_point deadline) noexcept override try {
+                      WallClock::time_point deadline) noexcept override try {
     solver_->set_deadline(deadline);
     NlpResult r = solver_->solve(program, point, warm && use_multipliers_);
     point = std::move(r.point);

@@ -28,7 +28,7 @@ class RealTimeSolver {
   /// `point` holds the guess (with `warm` its multipliers count too) and receives the solution, or
   /// what there was of it when the deadline passed.
   virtual TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
-                              QpClock::time_point deadline) noexcept = 0;
+                              WallClock::time_point deadline) noexcept = 0;
   virtual std::string name() const = 0;
 };
 

@@ -13,10 +13,6 @@
 namespace saltus {
 namespace {
 
-double seconds_since(QpClock::time_point begin) {
-  return std::chrono::duration<double>(QpClock::now() - begin).count();
-}
-
 // Ends of a solve that leave an iterate worth looking at.
 bool was_cut_off(SolveStatus status) {
   return status == SolveStatus::time_limit || status == SolveStatus::iteration_limit ||
@@ -120,19 +116,19 @@ void RecedingHorizonController::prepare(double t) noexcept {
 }
 
 const ControlTick& RecedingHorizonController::feedback(const VectorRef& state) noexcept {
-  const Clock::time_point begin = Clock::now();
+  const WallClock::time_point begin = WallClock::now();
   if (!is_prepared_) prepare(now_ + options_.period);
   return answer(state, begin);
 }
 
 const ControlTick& RecedingHorizonController::tick(double t, const VectorRef& state) noexcept {
-  const Clock::time_point begin = Clock::now();
+  const WallClock::time_point begin = WallClock::now();
   if (!is_prepared_ || t != now_) prepare(t);
   return answer(state, begin);
 }
 
 const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
-                                                     Clock::time_point begin) noexcept {
+                                                     WallClock::time_point begin) noexcept {
   tick_.time = now_;
   tick_.status = SolveStatus::invalid_problem;
   tick_.iterations = 0;
@@ -161,13 +157,10 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   return tick_;
 }
 
-void RecedingHorizonController::solve(const VectorRef& state, Clock::time_point begin) {
+void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_point begin) {
   NonlinearProgram& nlp = shooting_->nlp();
   shooting_->start_at(now_, state);
-  Clock::time_point deadline = Clock::time_point::max();
-  if (std::isfinite(options_.deadline))
-    deadline = begin + std::chrono::duration_cast<Clock::duration>(
-                           std::chrono::duration<double>(options_.deadline));
+  WallClock::time_point deadline = seconds_after(begin, options_.deadline);
   if (options_.miss_deadline && options_.miss_deadline(ticks_)) deadline = begin;
   point_ = guess_;
   const TickResult r = solver_->feedback(nlp, point_, has_plan_, deadline);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string_view>
 
+#include "saltus/core/clock.hpp"
 #include "saltus/mpc/held_input.hpp"
 #include "saltus/mpc/latency_histogram.hpp"
 #include "saltus/mpc/real_time_solver.hpp"
@@ -90,10 +91,8 @@ class RecedingHorizonController {
   Solution report();
 
  private:
-  using Clock = QpClock;
-
-  const ControlTick& answer(const VectorRef& state, Clock::time_point begin) noexcept;
-  void solve(const VectorRef& state, Clock::time_point begin);
+  const ControlTick& answer(const VectorRef& state, WallClock::time_point begin) noexcept;
+  void solve(const VectorRef& state, WallClock::time_point begin);
   void fall_back(const VectorRef& state);
   bool is_measured(const VectorRef& state) const;
 

@@ -42,7 +42,7 @@ class InteriorPoint {
   Iterate& point() { return point_; }
 
   /// What breaks down numerically is tried once more from the other kind of start.
-  QpResult solve(System& system, const QpOptions& options, QpClock::time_point deadline,
+  QpResult solve(System& system, const QpOptions& options, WallClock::time_point deadline,
                  bool warm) {
     const QpResult first = attempt(system, options, deadline, warm);
     if (first.status != QpStatus::numerical_failure) return first;
@@ -58,7 +58,7 @@ class InteriorPoint {
   }
 
  private:
-  QpResult attempt(System& system, const QpOptions& options, QpClock::time_point deadline,
+  QpResult attempt(System& system, const QpOptions& options, WallClock::time_point deadline,
                    bool warm) {
     QpResult result;
     result.status = QpStatus::numerical_failure;
@@ -82,7 +82,7 @@ class InteriorPoint {
       const bool goes_on = convergence_.goes_on(r);
       const bool suspicious = !goes_on || last_step_ < suspicious_step || caution_ > 0;
       if (suspicious && has_no_solution(system, result.status)) break;
-      const bool late = deadline != QpClock::time_point::max() && QpClock::now() >= deadline;
+      const bool late = deadline != WallClock::time_point::max() && WallClock::now() >= deadline;
       const bool last = iteration == options.max_iterations;
       if (!late && !last && goes_on && advance(system)) continue;
       if (convergence_.has_best()) {

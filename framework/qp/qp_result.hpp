@@ -1,7 +1,7 @@
 // What every solver of quadratic programs takes and says.
 #pragma once
 
-#include <chrono>
+#include "saltus/core/clock.hpp"
 
 namespace saltus {
 
@@ -17,8 +17,6 @@ enum class QpStatus {
 };
 /// One sentence.
 const char* describe(QpStatus status);
-
-using QpClock = std::chrono::steady_clock;
 
 /// Where a cold start begins.
 enum class QpStart {

@@ -62,13 +62,13 @@ class RiccatiSolver final : public StageQpSolver {
     return result;
   }
 
-  void set_deadline(QpClock::time_point deadline) override { deadline_ = deadline; }
+  void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 
  private:
   RiccatiOptions options_;
   qp::RiccatiSystem system_;
   qp::InteriorPoint<qp::RiccatiSystem> method_;
-  QpClock::time_point deadline_ = QpClock::time_point::max();
+  WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
 }  // namespace

@@ -27,7 +27,7 @@ class StagedSolver final : public QpSolver {
     if (result.status != QpStatus::invalid_problem) map_.convert(qp, point_, point);
     return result;
   }
-  void set_deadline(QpClock::time_point deadline) override { solver_->set_deadline(deadline); }
+  void set_deadline(WallClock::time_point deadline) override { solver_->set_deadline(deadline); }
   std::string name() const override { return "stages"; }
 
  private:

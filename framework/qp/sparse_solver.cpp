@@ -33,7 +33,7 @@ class SparseQpSolver : public QpSolver {
     result.violation = residual.feasibility;
     return result;
   }
-  void set_deadline(QpClock::time_point deadline) override { deadline_ = deadline; }
+  void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
   std::string name() const override { return "sparse"; }
 
  private:
@@ -42,7 +42,7 @@ class SparseQpSolver : public QpSolver {
   QpOptions options_;
   qp::SparseSystem system_;
   qp::InteriorPoint<qp::SparseSystem> method_;
-  QpClock::time_point deadline_ = QpClock::time_point::max();
+  WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ class StageQpSolver {
   /// `point` holds the start (with `warm` its multipliers count too) and receives the solution.
   virtual QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept = 0;
   /// Later solves stop at this instant; time_point::max(): never.
-  virtual void set_deadline(QpClock::time_point deadline) = 0;
+  virtual void set_deadline(WallClock::time_point deadline) = 0;
 };
 
 }  // namespace saltus

@@ -30,7 +30,7 @@ ElasticQp::ElasticQp(const SparseQp& shape, const QpSolverFactory& make, const Q
 }
 
 QpResult ElasticQp::solve(const SparseQp& qp, double price, PrimalDualPoint& point,
-                          QpClock::time_point deadline) {
+                          WallClock::time_point deadline) {
   const int n = qp.variables(), m = qp.row_pattern.rows();
   qp_.hessian = qp.hessian;  // slacks have no curvature, so that the entries are the same
   for (std::size_t e = 0; e < position_.size(); ++e) qp_.rows[position_[e]] = qp.rows[e];

@@ -17,7 +17,7 @@ class ElasticQp {
 
   /// `point` is the start and receives w and the multipliers.
   QpResult solve(const SparseQp& qp, double price, PrimalDualPoint& point,
-                 QpClock::time_point deadline);
+                 WallClock::time_point deadline);
 
  private:
   SparseQp qp_;

@@ -1,7 +1,6 @@
 #include "saltus/solver/ipopt.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -19,13 +18,8 @@ namespace coin = ::Ipopt;
 namespace saltus {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using coin::Index;
 using coin::Number;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 // Ipopt's view of a NonlinearProgram. Ipopt's bound multipliers z_L, z_U >= 0 become z = z_U - z_L.
 class Adapter final : public coin::TNLP {
@@ -35,14 +29,14 @@ class Adapter final : public coin::TNLP {
 
   NlpResult result;
   bool timed_out = false;
-  Clock::time_point deadline = Clock::time_point::max();
+  WallClock::time_point deadline = WallClock::time_point::max();
 
   /// Before every solve; `start` must outlive it.
   void begin(const NlpPoint& start) {
     start_ = &start;
     result = {};
     timed_out = false;
-    begin_ = Clock::now();
+    begin_ = WallClock::now();
   }
 
   bool get_nlp_info(Index& n, Index& m, Index& jacobian_entries, Index& hessian_entries,
@@ -109,7 +103,7 @@ class Adapter final : public coin::TNLP {
                              coin::IpoptCalculatedQuantities*) override {
     result.iterations = iteration;
     timed_out =
-        (time_limit_ > 0.0 && seconds_since(begin_) > time_limit_) || Clock::now() >= deadline;
+        (time_limit_ > 0.0 && seconds_since(begin_) > time_limit_) || WallClock::now() >= deadline;
     return !timed_out;
   }
 
@@ -135,7 +129,7 @@ class Adapter final : public coin::TNLP {
   const NlpPoint* start_ = nullptr;
   Curvature curvature_;
   double time_limit_;
-  Clock::time_point begin_ = Clock::now();
+  WallClock::time_point begin_ = WallClock::now();
 };
 
 SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {
@@ -203,10 +197,10 @@ class IpoptSolver final : public Solver {
   explicit IpoptSolver(const saltus::Ipopt& options) : options_(options) {}
 
   std::string name() const override { return "Ipopt"; }
-  void set_deadline(Clock::time_point deadline) override { deadline_ = deadline; }
+  void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
-    const Clock::time_point begin = Clock::now();
+    const WallClock::time_point begin = WallClock::now();
     if (options_.blas_threads > 0 && openblas_set_num_threads != nullptr)
       openblas_set_num_threads(options_.blas_threads);
     const bool limited_memory = !program.supports(options_.curvature);
@@ -302,7 +296,7 @@ class IpoptSolver final : public Solver {
   }
 
   saltus::Ipopt options_;
-  Clock::time_point deadline_ = Clock::time_point::max();
+  WallClock::time_point deadline_ = WallClock::time_point::max();
   Engine engine_;
 };
 

@@ -1,10 +1,10 @@
 // The seam between problems and solvers: options in, a status and a point out.
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <string>
 
+#include "saltus/core/clock.hpp"
 #include "saltus/qp/qp_result.hpp"
 #include "saltus/solver/kkt.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
@@ -50,7 +50,7 @@ class Solver {
   virtual NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) = 0;
   /// Later solves stop at this instant as well as at their own time limit; max(): never. Solvers
   /// that cannot be stopped ignore it.
-  virtual void set_deadline(std::chrono::steady_clock::time_point deadline) { (void)deadline; }
+  virtual void set_deadline(WallClock::time_point deadline) { (void)deadline; }
   virtual std::string name() const = 0;
 };
 

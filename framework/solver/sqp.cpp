@@ -14,7 +14,7 @@ class SqpSolver final : public Solver {
 
   std::string name() const override { return engine_ ? "SQP with " + engine_->qp->name() : "SQP"; }
 
-  void set_deadline(QpClock::time_point deadline) override { deadline_ = deadline; }
+  void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     Curvature curvature = options_.curvature;
@@ -43,7 +43,7 @@ class SqpSolver final : public Solver {
   Sqp options_;
   QpSolverFactory make_qp_, make_relaxed_qp_;
   std::unique_ptr<SqpEngine> engine_;
-  QpClock::time_point deadline_ = QpClock::time_point::max();
+  WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "saltus/solver/sqp_run.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -22,10 +21,6 @@ constexpr double acceptable_factor = 1e3;  // on the tolerance, where progress h
 constexpr double largest_estimate = 1e3;   // larger estimates of multipliers are none
 constexpr double inexact = 1e-3;  // residual of a model that serves, relative to the program's
 constexpr double stalled = 1e-9;  // relative change of w, or of its violation
-
-double seconds_since(QpClock::time_point start) {
-  return std::chrono::duration<double>(QpClock::now() - start).count();
-}
 
 double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().maxCoeff(); }
 
@@ -54,7 +49,7 @@ bool SqpEngine::fits(const NonlinearProgram& p) const {
 }
 
 SqpRun::SqpRun(NonlinearProgram& program, const Sqp& options, Curvature curvature,
-               SqpEngine& engine, const QpSolverFactory& relaxed, QpClock::time_point deadline)
+               SqpEngine& engine, const QpSolverFactory& relaxed, WallClock::time_point deadline)
     : program_(program),
       options_(options),
       curvature_(curvature),
@@ -65,9 +60,7 @@ SqpRun::SqpRun(NonlinearProgram& program, const Sqp& options, Curvature curvatur
       merit_(program),
       rows_(VectorXd::Zero(program.rows())) {
   if (options.time_limit > 0.0)
-    deadline_ =
-        std::min(deadline_, begin_ + std::chrono::duration_cast<QpClock::duration>(
-                                         std::chrono::duration<double>(options.time_limit)));
+    deadline_ = std::min(deadline_, seconds_after(begin_, options.time_limit));
   engine_.qp->set_deadline(deadline_);
 }
 

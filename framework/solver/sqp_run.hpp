@@ -29,12 +29,12 @@ struct SqpEngine {
 class SqpRun {
  public:
   SqpRun(NonlinearProgram& program, const Sqp& options, Curvature curvature, SqpEngine& engine,
-         const QpSolverFactory& relaxed, QpClock::time_point deadline);
+         const QpSolverFactory& relaxed, WallClock::time_point deadline);
 
   NlpResult solve(const NlpPoint& start, bool warm);
 
  private:
-  bool timed_out() const { return QpClock::now() >= deadline_; }
+  bool timed_out() const { return WallClock::now() >= deadline_; }
   SolveStatus solve_once(bool warm);
   SolveStatus iterate(bool warm);
   void estimate_multipliers();
@@ -56,7 +56,7 @@ class SqpRun {
   SqpEngine& engine_;
   const QpSolverFactory& relaxed_;
   QuadraticModel& model_;
-  QpClock::time_point begin_ = QpClock::now(), deadline_;
+  WallClock::time_point begin_ = WallClock::now(), deadline_;
   NlpPoint point_, next_;
   L1Merit merit_;
   VectorXd rows_, trial_;

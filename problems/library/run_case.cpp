@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/mpc/riccati_qp.hpp"
@@ -125,9 +125,9 @@ CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice) {
 CaseOutcome run_case(const SimulationCase& c) {
   CaseOutcome outcome = outcome_for(c);
   outcome.is_simulation = true;
-  const auto start = std::chrono::steady_clock::now();
+  const auto start = WallClock::now();
   outcome.checked = c.run();
-  outcome.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  outcome.seconds = seconds_since(start);
   outcome.verdict = judge(outcome.checked);
   outcome.status = "simulated";
   bring_worst_to_front(outcome.checked);

@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <numbers>
 
 #include "saltus/app/process_pool.hpp"
+#include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/report/run_support.hpp"
 #include "saltus/robots/survival/map_file.hpp"
@@ -20,16 +20,10 @@
 namespace saltus::push_recovery {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 // No run takes this long, s: the whole body needs a few seconds, ten times as many with Ipopt.
 constexpr double run_time_limit = 600.0;
 constexpr double report_period = 30.0;  // where nobody watches, s
 constexpr double live_period = 0.5;     // on a terminal, s
-
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 volatile std::sig_atomic_t signal_received = 0;
 
@@ -66,7 +60,7 @@ class MapProgress {
 
   void show() {
     if (seconds_since(last_) < (live_ ? live_period : report_period)) return;
-    last_ = Clock::now();
+    last_ = WallClock::now();
     const std::optional<double> left = plan_.seconds_left(jobs_);
     fmt::print("{}{} of {} cells, {} so far, about {} left{}", live_ ? "\r" : "", plan_.known(),
                plan_.cells(), duration_text(seconds_since(begin_)),
@@ -86,7 +80,7 @@ class MapProgress {
   int jobs_;
   bool live_ = ::isatty(::fileno(stdout)) != 0;
   bool shown_ = false;
-  Clock::time_point begin_ = Clock::now(), last_ = begin_;
+  WallClock::time_point begin_ = WallClock::now(), last_ = begin_;
 };
 
 // What would be wrong in every run is said before anything is written.
@@ -160,7 +154,7 @@ class MapRun {
   // In a process of its own.
   std::string run_cell(const MapCell& cell) const {
     const Config config = with_cell(request_.config, cell);
-    const auto begin = Clock::now();
+    const auto begin = WallClock::now();
     const RunLog log = config.plant == PlantChoice::centroidal
                            ? simulate(config, robot_)
                            : simulate_full_body(config, robot_, urdf_of_body(config));

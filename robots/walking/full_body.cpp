@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "saltus/core/thread_clock.hpp"
+#include "saltus/core/clock.hpp"
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"

@@ -30,14 +30,14 @@ std::string progress_line(const LoopState& s, double wall_clock) {
 void Progress::show(const LoopState& state) {
   state_ = state;
   shown_ = false;
-  const double now = seconds_since_begin();
+  const double now = seconds_since(begin_);
   if ((terminal_ ? now : state.time + same_instant) < next_) return;
   print(now);
   next_ = terminal_ ? now + terminal_period : next_ + line_period;
 }
 
 void Progress::finish() {
-  if (!shown_) print(seconds_since_begin());
+  if (!shown_) print(seconds_since(begin_));
   if (terminal_) fmt::print(out_, "\n");
 }
 

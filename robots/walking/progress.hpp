@@ -1,10 +1,11 @@
 // What a closed loop tells of itself while it runs, and one line of text for it.
 #pragma once
 
-#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <string>
+
+#include "saltus/core/clock.hpp"
 
 namespace saltus::push_recovery {
 
@@ -38,15 +39,11 @@ class Progress {
   void finish();
 
  private:
-  using Clock = std::chrono::steady_clock;
-  double seconds_since_begin() const {
-    return std::chrono::duration<double>(Clock::now() - begin_).count();
-  }
   void print(double now);
 
   std::FILE* out_;
   bool terminal_;
-  Clock::time_point begin_ = Clock::now();
+  WallClock::time_point begin_ = WallClock::now();
   LoopState state_;
   double next_ = 0.0;  // when to print again: wall clock on a terminal, else simulated, s
   bool shown_ = true;  // the last state that was given

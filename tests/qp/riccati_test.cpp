@@ -308,12 +308,12 @@ TEST_F(OneStagedProgram, NothingIsAllocatedAfterConstruction) {
 }
 
 TEST_F(OneStagedProgram, TheDeadlineIsKept) {
-  solver->set_deadline(QpClock::now() - std::chrono::seconds(1));
+  solver->set_deadline(WallClock::now() - std::chrono::seconds(1));
   const QpResult late = solve();
   EXPECT_EQ(late.status, QpStatus::deadline);
   EXPECT_EQ(late.residual, kkt_residual(qp, point).largest());
   EXPECT_EQ(late.violation, kkt_residual(qp, point).feasibility);
-  solver->set_deadline(QpClock::time_point::max());
+  solver->set_deadline(WallClock::time_point::max());
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 

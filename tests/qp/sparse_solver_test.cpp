@@ -125,9 +125,9 @@ TEST_F(OneProgram, NothingIsAllocatedAfterConstruction) {
 }
 
 TEST_F(OneProgram, TheDeadlineIsKept) {
-  solver->set_deadline(QpClock::now() - std::chrono::seconds(1));
+  solver->set_deadline(WallClock::now() - std::chrono::seconds(1));
   EXPECT_EQ(solve().status, QpStatus::deadline);
-  solver->set_deadline(QpClock::time_point::max());
+  solver->set_deadline(WallClock::time_point::max());
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 

@@ -332,7 +332,7 @@ class DenseStages final : public StageQpSolver {
     conversion.convert(sparse, point);
     return result;
   }
-  void set_deadline(QpClock::time_point) override {}
+  void set_deadline(WallClock::time_point) override {}
 };
 
 TEST(StagedSolver, SolvesSparseProgramsByTheirStages) {

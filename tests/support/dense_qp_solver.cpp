@@ -17,7 +17,7 @@ struct Side {
 class DenseQpSolver final : public QpSolver {
  public:
   explicit DenseQpSolver(const QpOptions& options) : options_(options) {}
-  void set_deadline(QpClock::time_point deadline) override { deadline_ = deadline; }
+  void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
   std::string name() const override { return "dense test solver"; }
 
   QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool) noexcept override {
@@ -61,7 +61,7 @@ class DenseQpSolver final : public QpSolver {
     result.status = QpStatus::iteration_limit;
     MatrixXd kkt(n + me, n + me);
     for (result.iterations = 0; result.iterations < options_.max_iterations; ++result.iterations) {
-      if (QpClock::now() > deadline_) {
+      if (WallClock::now() > deadline_) {
         result.status = QpStatus::deadline;
         break;
       }
@@ -147,7 +147,7 @@ class DenseQpSolver final : public QpSolver {
 
  private:
   QpOptions options_;
-  QpClock::time_point deadline_ = QpClock::time_point::max();
+  WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
 }  // namespace
