@@ -41,8 +41,9 @@ void diagonalise(MatrixXd& a, MatrixXd& V) {
     for (Eigen::Index q = 1; q < n; ++q)
       for (Eigen::Index p = 0; p < q; ++p) {
         if (a(p, q) == 0.0) continue;
-        const double theta = 0.5 * (a(q, q) - a(p, p)) / a(p, q);
-        const double t = (theta < 0.0 ? -1.0 : 1.0) / (std::abs(theta) + std::hypot(theta, 1.0));
+        const double cotangent = 0.5 * (a(q, q) - a(p, p)) / a(p, q);
+        const double t =
+            (cotangent < 0.0 ? -1.0 : 1.0) / (std::abs(cotangent) + std::hypot(cotangent, 1.0));
         const double c = 1.0 / std::hypot(t, 1.0), s = t * c;
         for (Eigen::Index i = 0; i < n; ++i) {
           const double ip = a(i, p), iq = a(i, q);
@@ -80,19 +81,20 @@ Convexification::Convexification(const SparsityPattern& pattern, int largest_blo
   };
   pattern.for_each([&](int r, int c, int) { root[find(r)] = find(c); });
 
-  std::vector<int> block_of(n, -1), place(n);
+  std::vector<int> block_of(n, -1), index_in_block(n);
   for (int i = 0; i < n; ++i) {
     int& block = block_of[find(i)];
     if (block < 0) {
       block = static_cast<int>(blocks_.size());
       blocks_.emplace_back();
     }
-    place[i] = blocks_[block].size();
+    index_in_block[i] = blocks_[block].size();
     blocks_[block].diagonal.push_back(pattern.find(i, i));
     diagonal_.push_back(pattern.find(i, i));
   }
   pattern.for_each([&](int r, int c, int e) {
-    if (r != c) blocks_[block_of[find(r)]].below.push_back({place[r], place[c], e});
+    if (r != c)
+      blocks_[block_of[find(r)]].below.push_back({index_in_block[r], index_in_block[c], e});
   });
   int most = 0;
   for (Block& block : blocks_) {

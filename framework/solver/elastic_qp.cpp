@@ -29,13 +29,13 @@ ElasticQp::ElasticQp(const SparseQp& shape, const QpSolverFactory& make, const Q
   solver_ = make(qp_.hessian_pattern, qp_.row_pattern, options);
 }
 
-QpResult ElasticQp::solve(const SparseQp& qp, double price, PrimalDualPoint& point,
+QpResult ElasticQp::solve(const SparseQp& qp, double weight, PrimalDualPoint& point,
                           WallClock::time_point deadline) {
   const int n = qp.variables(), m = qp.row_pattern.rows();
   qp_.hessian = qp.hessian;  // slacks have no curvature, so that the entries are the same
   for (std::size_t e = 0; e < position_.size(); ++e) qp_.rows[position_[e]] = qp.rows[e];
   qp_.gradient.head(n) = qp.gradient;
-  qp_.gradient.tail(2 * m).setConstant(price);
+  qp_.gradient.tail(2 * m).setConstant(weight);
   qp_.constant = qp.constant;
   qp_.lower.head(n) = qp.lower;
   qp_.upper.head(n) = qp.upper;

@@ -1,6 +1,6 @@
-// A quadratic program whose rows may be violated at a price: it always has a feasible point.
+// A quadratic program relaxed by an l1 penalty on its rows: it always has a feasible point.
 //
-//     min 1/2 w'Hw + g'w + price sum(s + t)   subject to   lower <= w <= upper,
+//     min 1/2 w'Hw + g'w + weight sum(s + t)   subject to   lower <= w <= upper,
 //     row_lower <= J w + s - t <= row_upper,  s, t >= 0
 #pragma once
 
@@ -16,7 +16,7 @@ class ElasticQp {
   ElasticQp(const SparseQp& shape, const QpSolverFactory& make, const QpOptions& options);
 
   /// `point` is the start and receives w and the multipliers.
-  QpResult solve(const SparseQp& qp, double price, PrimalDualPoint& point,
+  QpResult solve(const SparseQp& qp, double weight, PrimalDualPoint& point,
                  WallClock::time_point deadline);
 
  private:

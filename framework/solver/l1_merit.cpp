@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-constexpr double armijo = 1e-4;     // of the promised decrease, customary
+constexpr double armijo = 1e-4;     // of the predicted decrease, customary
 constexpr double rounding = 1e-13;  // of the merit function, relative
 
 double violation(double value, double lower, double upper) {
@@ -25,20 +25,20 @@ double total_violation(const NonlinearProgram& program, const VectorXd& rows) {
 L1Merit::L1Merit(const NonlinearProgram& program)
     : weight_(VectorXd::Zero(program.rows())), rows_(VectorXd::Zero(program.rows())) {}
 
-void L1Merit::follow(const VectorXd& lambda, double least) {
+void L1Merit::update_weights(const VectorXd& lambda, double least) {
   for (int i = 0; i < weight_.size(); ++i) {
     const double l = std::abs(lambda[i]);
     weight_[i] = std::max({1.1 * l, 0.5 * (weight_[i] + l), least});
   }
 }
 
-void L1Merit::begin(NonlinearProgram& program, const QuadraticModel& model) {
+void L1Merit::start_at(NonlinearProgram& program, const QuadraticModel& model) {
   phi_ = model.cost() + penalty_of(program, model.constraints());
   noise_ = rounding * (std::abs(model.cost()) + std::abs(phi_) + 1.0);
 }
 
-double L1Merit::promised(const NonlinearProgram& program, const QuadraticModel& model,
-                         const VectorXd& w) {
+double L1Merit::predicted_change(const NonlinearProgram& program, const QuadraticModel& model,
+                                 const VectorXd& w) {
   const VectorXd d = w - model.w();
   multiply(model.qp().row_pattern, model.qp().rows, d, rows_);
   rows_ += model.constraints();
@@ -46,11 +46,11 @@ double L1Merit::promised(const NonlinearProgram& program, const QuadraticModel& 
          penalty_of(program, model.constraints());
 }
 
-bool L1Merit::falls(NonlinearProgram& program, const VectorXd& w, double expected) {
+bool L1Merit::decreases_enough(NonlinearProgram& program, const VectorXd& w, double predicted) {
   double f = 0.0;
   if (!program.objective(w.data(), f) || !program.constraints(w.data(), rows_.data())) return false;
   const double phi = f + penalty_of(program, rows_);
-  return std::isfinite(phi) && phi <= phi_ + armijo * expected + noise_;
+  return std::isfinite(phi) && phi <= phi_ + armijo * predicted + noise_;
 }
 
 double L1Merit::penalty_of(const NonlinearProgram& program, const VectorXd& rows) const {

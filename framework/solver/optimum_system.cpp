@@ -215,20 +215,20 @@ bool OptimumSystem::factor() {
                          : difference_gradients(p, point_, pattern_, curvature_);
   if (!known) return false;
 
-  place_.assign(p.variables(), -1);
+  unknown_of_.assign(p.variables(), -1);
   free_ = 0;
   for (int i = 0; i < p.variables(); ++i)
-    if (bound_sides_[i] == 0) place_[i] = free_++;
+    if (bound_sides_[i] == 0) unknown_of_[i] = free_++;
   // A row all of whose variables are held says nothing about the others.
   std::vector<char> moves(p.rows(), 0);
   p.jacobian_pattern().for_each([&](int r, int c, int e) {
-    if (place_[c] >= 0 && jacobian_[e] != 0.0) moves[r] = 1;
+    if (unknown_of_[c] >= 0 && jacobian_[e] != 0.0) moves[r] = 1;
   });
   row_of_.clear();
-  row_place_.assign(p.rows(), -1);
+  unknown_of_row_.assign(p.rows(), -1);
   for (int r = 0; r < p.rows(); ++r)
     if (row_sides_[r] != 0 && moves[r]) {
-      row_place_[r] = free_ + static_cast<int>(row_of_.size());
+      unknown_of_row_[r] = free_ + static_cast<int>(row_of_.size());
       row_of_.push_back(r);
     }
   const int size = free_ + static_cast<int>(row_of_.size());
@@ -240,10 +240,12 @@ bool OptimumSystem::factor() {
   };
   for (int i = 0; i < size; ++i) entries.emplace_back(i, i, 0.0);
   pattern_.for_each([&](int r, int c, int e) {
-    if (place_[r] >= 0 && place_[c] >= 0) add(place_[r], place_[c], curvature_[e]);
+    if (unknown_of_[r] >= 0 && unknown_of_[c] >= 0)
+      add(unknown_of_[r], unknown_of_[c], curvature_[e]);
   });
   p.jacobian_pattern().for_each([&](int r, int c, int e) {
-    if (row_place_[r] >= 0 && place_[c] >= 0) add(row_place_[r], place_[c], jacobian_[e]);
+    if (unknown_of_row_[r] >= 0 && unknown_of_[c] >= 0)
+      add(unknown_of_row_[r], unknown_of_[c], jacobian_[e]);
   });
   factors_ = std::make_unique<Factors>();
   Factors& f = *factors_;
@@ -275,22 +277,23 @@ bool OptimumSystem::solve(const OptimumRates& rates, OptimumMovement& moved) con
   if (factors_ == nullptr) return false;
   VectorXd x = VectorXd::Zero(factors_->scale.size());
   for (int i = 0; i < p.variables(); ++i)
-    if (place_[i] < 0)
+    if (unknown_of_[i] < 0)
       moved.w[i] = rates.bounds[i];
     else
-      x[place_[i]] = -rates.gradient[i];
+      x[unknown_of_[i]] = -rates.gradient[i];
   for (std::size_t k = 0; k < row_of_.size(); ++k)
     x[free_ + static_cast<int>(k)] = -rates.rows[row_of_[k]];
   pattern_.for_each([&](int r, int c, int e) {
-    if (place_[r] >= 0 && place_[c] < 0) x[place_[r]] -= curvature_[e] * moved.w[c];
-    if (place_[c] >= 0 && place_[r] < 0) x[place_[c]] -= curvature_[e] * moved.w[r];
+    if (unknown_of_[r] >= 0 && unknown_of_[c] < 0) x[unknown_of_[r]] -= curvature_[e] * moved.w[c];
+    if (unknown_of_[c] >= 0 && unknown_of_[r] < 0) x[unknown_of_[c]] -= curvature_[e] * moved.w[r];
   });
   p.jacobian_pattern().for_each([&](int r, int c, int e) {
-    if (row_place_[r] >= 0 && place_[c] < 0) x[row_place_[r]] -= jacobian_[e] * moved.w[c];
+    if (unknown_of_row_[r] >= 0 && unknown_of_[c] < 0)
+      x[unknown_of_row_[r]] -= jacobian_[e] * moved.w[c];
   });
   if (!factors_->solve(x)) return false;
   for (int i = 0; i < p.variables(); ++i)
-    if (place_[i] >= 0) moved.w[i] = x[place_[i]];
+    if (unknown_of_[i] >= 0) moved.w[i] = x[unknown_of_[i]];
   for (std::size_t k = 0; k < row_of_.size(); ++k)
     moved.lambda[row_of_[k]] = x[free_ + static_cast<int>(k)];
   moved.one_sided = one_sided(rates, moved);
@@ -357,9 +360,11 @@ void OptimumSystem::check() {
         message_ = fmt::format("constraints that hold depend on one another, among them {}",
                                p.describe_row(row_of_[worst - free_]));
       } else {
-        const auto variable = std::find(place_.begin(), place_.end(), static_cast<int>(worst));
-        message_ = fmt::format("the solution is not unique to second order: nothing decides {}",
-                               p.describe_variable(static_cast<int>(variable - place_.begin())));
+        const auto variable =
+            std::find(unknown_of_.begin(), unknown_of_.end(), static_cast<int>(worst));
+        message_ =
+            fmt::format("the solution is not unique to second order: nothing decides {}",
+                        p.describe_variable(static_cast<int>(variable - unknown_of_.begin())));
       }
       return;
     }

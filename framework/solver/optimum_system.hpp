@@ -2,7 +2,7 @@
 //
 // Rows and bounds that hold the optimum (equalities, and sides with a multiplier) are taken as
 // equations. With A the Jacobian of those rows, H the Hessian of the Lagrangian, F the variables
-// that no bound holds and B the others, the optimum of a program that depends on a number theta
+// that no bound holds and B the others, the optimum of a program that depends on a parameter theta
 // moves by
 //
 //     [ H_FF  A_F' ] [ dw_F    ]     [ d_theta grad_F L + H_FB dw_B    ]
@@ -105,9 +105,9 @@ class OptimumSystem {
   VectorXd gradient_, g_, stationarity_;  // stationarity: grad f + J' lambda, without bounds
   std::vector<double> jacobian_, curvature_;
 
-  std::vector<int> place_;   // of a variable among the unknowns, -1: held by a bound
-  std::vector<int> row_of_;  // of the unknown multipliers
-  std::vector<int> row_place_;
+  std::vector<int> unknown_of_;  // of a variable among the unknowns, -1: held by a bound
+  std::vector<int> row_of_;      // of the unknown multipliers
+  std::vector<int> unknown_of_row_;
   int free_ = 0;
   std::unique_ptr<Factors> factors_;
 };

@@ -5,15 +5,15 @@
 // of the rows alone makes it fail, and shortened where that does not help.
 //
 // Models have the exact Hessian and need not be convex: the QP solver finds a local solution by
-// inertia correction (ipm_inertia.hpp), confined to a box about w that follows the steps which were
-// accepted, because a far solution of an indefinite model says nothing. Where no box gives a step
-// downhill the model is convexified (convexify.hpp), and shifted further while that does not help.
-// A model without a feasible point is relaxed: violations are bought at a price (elastic mode),
-// and where a convex model at a high price cannot reduce them the program is infeasible. Of cold
-// starts the multipliers are estimated by least squares first.
+// inertia correction (ipm_inertia.hpp) within a trust region, a box about w that follows the steps
+// which were accepted, because a far solution of an indefinite model says nothing. Where no trust
+// region gives a step downhill the model is convexified (convexify.hpp), and shifted further while
+// that does not help. A model without a feasible point is relaxed by an l1 penalty (elastic mode),
+// and where a convex model with a large penalty weight cannot reduce the violations the program is
+// infeasible. Of cold starts the multipliers are estimated by least squares first.
 //
 // Nocedal and Wright, Numerical Optimization, 2nd ed., ch. 18; Fletcher, Practical Methods of
-// Optimization, 2nd ed., sec. 14.4 (boxes and elastic mode).
+// Optimization, 2nd ed., sec. 14.4 (trust regions and elastic mode).
 #pragma once
 
 #include <functional>
@@ -30,9 +30,9 @@ struct Sqp {
   double time_limit = 0.0;   ///< s of wall clock, 0: none
   /// Hessian of the Lagrangian, or Gauss-Newton; the one of the two that the program supports.
   Curvature curvature = Curvature::exact;
-  /// Largest change of a variable in the first step of a cold start, in nominal magnitudes. Longer
-  /// ones take durations to their bounds, from where other local optima are nearer.
-  double first_box = 1.0;
+  /// Of the first step of a cold start: the largest change of a variable, in nominal magnitudes.
+  /// Longer steps take durations to their bounds, from where other local optima are nearer.
+  double initial_trust_radius = 1.0;
   /// Smallest eigenvalue after convexification, relative to the largest of its block.
   double convexity_floor = 1e-6;
 };

@@ -8,15 +8,16 @@ namespace saltus {
 namespace {
 
 constexpr double shortest_step = 1e-7;   // a step this short means that the model is wrong
-constexpr double worthwhile_step = 0.1;  // below it a smaller box is tried first
-constexpr double box_shrinkage = 0.25, box_growth = 2.0;
-constexpr double box_reached = 0.9;   // by a step of this share of its radius
-constexpr int exact_models = 8;       // in smaller and smaller boxes, before they are convexified
+constexpr double worthwhile_step = 0.1;  // below it a smaller trust region is tried first
+constexpr double trust_shrinkage = 0.25, trust_growth = 2.0;
+constexpr double trust_edge = 0.9;  // a step this long, in radii, met the edge of the trust region
+constexpr int exact_models = 8;     // in smaller trust regions, before they are convexified
 constexpr double first_shift = 1e-4;  // of convexified ones, relative to the largest entry
 constexpr int convex_models = 9;
-// Of violations in elastic mode, times the largest gradient and multiplier: low enough not to leave
-// large prices behind, until the question is whether they can be avoided at all.
-constexpr double elastic_weight = 10.0, multiplier_weight = 2.0, firm_weight = 1e3;
+// Penalty weights of elastic mode, times the largest gradient and multiplier: low enough not to
+// leave large weights in the merit function, until the question is whether violations can be
+// avoided at all.
+constexpr double elastic_weight = 10.0, multiplier_weight = 2.0, largest_elastic_weight = 1e3;
 constexpr double acceptable_factor = 1e3;  // on the tolerance, where progress has stopped
 constexpr double largest_estimate = 1e3;   // larger estimates of multipliers are none
 constexpr double inexact = 1e-3;  // residual of a model that serves, relative to the program's
@@ -121,7 +122,7 @@ void SqpRun::estimate_multipliers() {
 
 SolveStatus SqpRun::iterate(bool warm) {
   if (!warm) estimate_multipliers();
-  radius_ = warm ? infinity : options_.first_box;
+  radius_ = warm ? infinity : options_.initial_trust_radius;
   for (;; ++iterations_) {
     if (!model_.linearise(program_, point_.w, point_.lambda, curvature_))
       return SolveStatus::evaluation_failed;
@@ -130,18 +131,19 @@ SolveStatus SqpRun::iterate(bool warm) {
       return SolveStatus::optimal;
     if (timed_out()) return SolveStatus::time_limit;
     if (iterations_ >= options_.max_iterations) return SolveStatus::iteration_limit;
-    const SolveStatus status = step(warm || iterations_ > 0);
-    if (status == SolveStatus::optimal) continue;  // it was taken
-    if (status == SolveStatus::numerical_failure &&
+    const std::optional<SolveStatus> failure = step(warm || iterations_ > 0);
+    if (!failure) continue;
+    if (failure == SolveStatus::numerical_failure &&
         kkt_.scaled() <= acceptable_factor * options_.tolerance)
       return SolveStatus::acceptable;
-    return status;
+    return *failure;
   }
 }
 
-// One step, `optimal` if it was taken. Models become more careful until one serves: confined to a
-// smaller box first, then convexified, from where on also short steps are taken.
-SolveStatus SqpRun::step(bool warm) {
+// One step; why there is none, if none was accepted. Models become more careful until one serves:
+// confined to a smaller trust region first, then convexified, from where on also short steps are
+// accepted.
+std::optional<SolveStatus> SqpRun::step(bool warm) {
   exact_ = model_.qp().hessian;
   const double unit = std::max(1.0, largest(exact_));
   SolveStatus status = SolveStatus::numerical_failure;
@@ -149,12 +151,12 @@ SolveStatus SqpRun::step(bool warm) {
   for (int model = 0; model < exact_models + convex_models; ++model) {
     const int care = model - exact_models;
     if (care < 0) {
-      if (model > 0) radius_ = box_shrinkage * std::min(radius_, length());
-      confine(radius_);
+      if (model > 0) radius_ = trust_shrinkage * std::min(radius_, length());
+      set_trust_region(radius_);
     } else {
       if (care == 0) is_elastic = false;
-      bend(care == 0 ? 0.0 : first_shift * std::pow(10.0, care - 1) * unit);
-      confine(infinity);
+      convexify(care == 0 ? 0.0 : first_shift * std::pow(10.0, care - 1) * unit);
+      set_trust_region(infinity);
     }
     const QpResult r = solve_model(is_elastic, care >= 0, warm);
     if (r.status == QpStatus::deadline) return SolveStatus::time_limit;
@@ -165,9 +167,9 @@ SolveStatus SqpRun::step(bool warm) {
       if (care >= 0) return SolveStatus::infeasible;
       continue;
     }
-    const double alpha = search(is_elastic, care >= 0 ? shortest_step : worthwhile_step);
-    if (alpha > 0.0 && care >= 0) radius_ = infinity;  // boxes did not help
-    if (alpha > 0.0) return SolveStatus::optimal;
+    const double alpha = line_search(is_elastic, care >= 0 ? shortest_step : worthwhile_step);
+    if (alpha > 0.0 && care >= 0) radius_ = infinity;  // trust regions did not help
+    if (alpha > 0.0) return std::nullopt;
     status = SolveStatus::numerical_failure;
   }
   return status;
@@ -180,9 +182,9 @@ double SqpRun::length() const {
   return most;
 }
 
-// The model's variables stay in a box about its point. Others than coupled ones have no curvature
-// that could be misjudged.
-void SqpRun::confine(double radius) {
+// The trust region is a box about the point of the model. Others than coupled variables have no
+// curvature that could be misjudged, and are free in it.
+void SqpRun::set_trust_region(double radius) {
   model_.update_bounds(program_);
   if (radius == infinity) return;
   SparseQp& qp = model_.qp();
@@ -193,7 +195,7 @@ void SqpRun::confine(double radius) {
 }
 
 // Solves the model from the point, in elastic mode where it turns out to have no feasible point.
-QpResult SqpRun::solve_model(bool& is_elastic, bool firm, bool warm) {
+QpResult SqpRun::solve_model(bool& is_elastic, bool last_resort, bool warm) {
   QpResult r;
   if (!is_elastic) {
     next_ = point_;
@@ -211,7 +213,7 @@ QpResult SqpRun::solve_model(bool& is_elastic, bool firm, bool warm) {
     return r;
   }
   next_ = point_;
-  return solve_elastic(next_, firm);
+  return solve_elastic(next_, last_resort);
 }
 
 bool SqpRun::serves(const QpResult& r) const {
@@ -220,7 +222,7 @@ bool SqpRun::serves(const QpResult& r) const {
 }
 
 // Convexified by blocks, and shifted.
-void SqpRun::bend(double shift) {
+void SqpRun::convexify(double shift) {
   VectorXd& hessian = model_.qp().hessian;
   hessian = exact_;
   engine_.convexification->apply(hessian, options_.convexity_floor);
@@ -228,10 +230,10 @@ void SqpRun::bend(double shift) {
   model_.hessian_changed();
 }
 
-QpResult SqpRun::solve_elastic(NlpPoint& point, bool firm) {
+QpResult SqpRun::solve_elastic(NlpPoint& point, bool last_resort) {
   if (engine_.elastic == nullptr)
     engine_.elastic = std::make_unique<ElasticQp>(model_.qp(), relaxed_, engine_.qp_options);
-  const double factor = firm ? firm_weight : elastic_weight;
+  const double factor = last_resort ? largest_elastic_weight : elastic_weight;
   elastic_weight_ = std::max(
       {factor, factor * largest(model_.gradient()), multiplier_weight * largest_multiplier_});
   return engine_.elastic->solve(model_.qp(), elastic_weight_, point, deadline_);
@@ -247,42 +249,42 @@ bool SqpRun::is_stuck() {
           largest(next_.w - point_.w) <= stalled * (1.0 + largest(point_.w)));
 }
 
-// Takes as much of the step to next_ as the merit function likes, if that is more than `shortest`.
-// Returns the share, 0 for none.
-double SqpRun::search(bool is_elastic, double shortest) {
-  merit_.follow(next_.lambda, is_elastic ? elastic_weight_ : 0.0);
-  merit_.begin(program_, model_);
-  const double promised = merit_.promised(program_, model_, next_.w);
-  if (promised > merit_.noise()) return 0.0;
-  if (merit_.falls(program_, next_.w, promised)) return take(next_.w, 1.0);
-  if (!is_elastic && corrected(promised)) return take(next_.w, 1.0);
+// Line search on the merit function towards next_, down to the step length `shortest`. Returns the
+// step length that was accepted, 0 for none.
+double SqpRun::line_search(bool is_elastic, double shortest) {
+  merit_.update_weights(next_.lambda, is_elastic ? elastic_weight_ : 0.0);
+  merit_.start_at(program_, model_);
+  const double predicted = merit_.predicted_change(program_, model_, next_.w);
+  if (predicted > merit_.noise()) return 0.0;
+  if (merit_.decreases_enough(program_, next_.w, predicted)) return accept(next_.w, 1.0);
+  if (!is_elastic && correct_second_order(predicted)) return accept(next_.w, 1.0);
   const VectorXd d = next_.w - point_.w;
   for (double alpha = 0.5; alpha > shortest; alpha *= 0.5) {
     trial_ = point_.w + alpha * d;
-    if (merit_.falls(program_, trial_, alpha * promised)) return take(trial_, alpha);
+    if (merit_.decreases_enough(program_, trial_, alpha * predicted)) return accept(trial_, alpha);
   }
   return 0.0;
 }
 
 // Second-order correction of a step whose rows, as last evaluated, are what makes it fail.
-bool SqpRun::corrected(double promised) {
+bool SqpRun::correct_second_order(double predicted) {
   if (!merit_.rows().allFinite()) return false;
   NlpPoint other = next_;
   model_.correct_rows(program_, next_.w, merit_.rows());
   const QpResult r = engine_.qp->solve(model_.qp(), other, true);
   model_.correct_rows(program_, model_.w(), model_.constraints());
-  if (!serves(r) || !merit_.falls(program_, other.w, promised)) return false;
+  if (!serves(r) || !merit_.decreases_enough(program_, other.w, predicted)) return false;
   next_ = std::move(other);
   return true;
 }
 
-// The box follows what was accepted.
-double SqpRun::take(const VectorXd& w, double alpha) {
+// The trust region follows what was accepted.
+double SqpRun::accept(const VectorXd& w, double alpha) {
   const double size = length();
   if (alpha < 1.0)
-    radius_ = std::min(radius_, box_growth * alpha * size);
-  else if (size >= box_reached * radius_)
-    radius_ *= box_growth;
+    radius_ = std::min(radius_, trust_growth * alpha * size);
+  else if (size >= trust_edge * radius_)
+    radius_ *= trust_growth;
   point_.w = w.cwiseMax(program_.lower()).cwiseMin(program_.upper());
   point_.lambda += alpha * (next_.lambda - point_.lambda);
   point_.z += alpha * (next_.z - point_.z);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "saltus/solver/convexify.hpp"
@@ -38,17 +39,17 @@ class SqpRun {
   SolveStatus solve_once(bool warm);
   SolveStatus iterate(bool warm);
   void estimate_multipliers();
-  SolveStatus step(bool warm);
-  QpResult solve_model(bool& is_elastic, bool firm, bool warm);
-  QpResult solve_elastic(NlpPoint& point, bool firm);
+  std::optional<SolveStatus> step(bool warm);
+  QpResult solve_model(bool& is_elastic, bool last_resort, bool warm);
+  QpResult solve_elastic(NlpPoint& point, bool last_resort);
   bool serves(const QpResult& r) const;
-  void bend(double shift);
-  void confine(double radius);
+  void convexify(double shift);
+  void set_trust_region(double radius);
   double length() const;
   bool is_stuck();
-  double search(bool is_elastic, double shortest);
-  bool corrected(double promised);
-  double take(const VectorXd& w, double alpha);
+  double line_search(bool is_elastic, double shortest);
+  bool correct_second_order(double predicted);
+  double accept(const VectorXd& w, double alpha);
 
   NonlinearProgram& program_;
   const Sqp& options_;
@@ -61,7 +62,7 @@ class SqpRun {
   L1Merit merit_;
   VectorXd rows_, trial_;
   VectorXd exact_;            // Hessian as it came
-  double radius_ = infinity;  // largest change of the coupled variables
+  double radius_ = infinity;  // of the trust region: largest change of a coupled variable
   KktResidual kkt_;
   double elastic_weight_ = 0.0, largest_multiplier_ = 0.0;
   int iterations_ = 0;
