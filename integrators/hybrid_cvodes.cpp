@@ -110,12 +110,4 @@ std::unique_ptr<Integrator> hybrid_cvodes(const IntervalProblem& problem,
       });
 }
 
-void refuse_events(const IntervalProblem& problem, const char* scheme) {
-  if (problem.switching.empty()) return;
-  throw DefinitionError(std::string(scheme) + " does not handle event '" +
-                        problem.switching.transitions.front().name +
-                        "' inside an interval; use cvodes, runge_kutta4 or runge_kutta8, or make "
-                        "the event the end of a phase.");
-}
-
 }  // namespace saltus

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "saltus/core/error.hpp"
+
 namespace saltus {
 namespace {
 
@@ -308,6 +310,14 @@ std::string HybridIntegrator::failure() const {
   std::string text = std::string("at t = ") + time + " s in mode '" + mode.name + "'";
   if (failure_.guard >= 0) text += ", event '" + mode.guards[failure_.guard].name + "'";
   return text + ": " + saltus::describe(failure_.status);
+}
+
+void refuse_events(const IntervalProblem& problem, const char* scheme) {
+  if (problem.switching.empty()) return;
+  throw DefinitionError(std::string(scheme) + " does not handle event '" +
+                        problem.switching.transitions.front().name +
+                        "' inside an interval; use cvodes, runge_kutta4 or runge_kutta8, or make "
+                        "the event the end of a phase.");
 }
 
 }  // namespace saltus

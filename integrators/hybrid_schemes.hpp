@@ -1,9 +1,8 @@
-// The schemes that integrate intervals with events.
+// The schemes that integrate intervals with events, and the refusal of the others.
 #pragma once
 
 #include <memory>
 
-#include "saltus/integrators/cvodes.hpp"
 #include "saltus/integrators/hybrid_integrator.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
@@ -11,6 +10,7 @@ namespace saltus {
 
 std::unique_ptr<Integrator> hybrid_runge_kutta(const IntervalProblem& problem,
                                                const ButcherTableau& tableau, int steps);
+struct CvodesOptions;  // cvodes.hpp, of the component sundials
 std::unique_ptr<Integrator> hybrid_cvodes(const IntervalProblem& problem,
                                           const CvodesOptions& options);
 

@@ -1,0 +1,153 @@
+# One way to declare a target: the language level, the flags of users and those of our own objects.
+#
+#   saltus_usage           what a user's object needs too; installed with the libraries
+#   saltus_baseline_flags  our own objects: warnings, sanitizers
+#   saltus_flags           our own objects: also the instructions of the processor, optimisation
+#   saltus_program_flags   our own programs: how they are linked
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR})
+if(PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+  if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+    set(CMAKE_BUILD_TYPE Release CACHE STRING "Release, Debug, RelWithDebInfo" FORCE)
+  endif()
+endif()
+
+set(SALTUS_MARCH "" CACHE STRING "Value of -march for the numerical code; empty is portable")
+option(SALTUS_WERROR "Treat warnings as errors" OFF)
+option(SALTUS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+
+# ---- what a user's object needs too ---------------------------------------------------------------
+
+include(GNUInstallDirs)
+add_library(saltus_usage INTERFACE)
+set_target_properties(saltus_usage PROPERTIES EXPORT_NAME usage)
+add_library(saltus::usage ALIAS saltus_usage)
+target_compile_features(saltus_usage INTERFACE cxx_std_20)
+# Headers are included as <saltus/ocp/phase.hpp>, in the source tree as in an installed library: links
+# in the build folder give the folders that name, and nothing else enters a user's include path.
+set(SALTUS_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
+file(MAKE_DIRECTORY ${SALTUS_INCLUDE_DIR}/saltus)
+file(GLOB layers RELATIVE ${PROJECT_SOURCE_DIR}/framework CONFIGURE_DEPENDS
+     ${PROJECT_SOURCE_DIR}/framework/*/*.hpp ${PROJECT_SOURCE_DIR}/framework/*.hpp)
+foreach(header ${layers})
+  get_filename_component(layer ${header} DIRECTORY)
+  if(NOT layer) # the umbrella header
+    set(layer ${header})
+  endif()
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/framework/${layer} ${SALTUS_INCLUDE_DIR}/saltus/${layer} SYMBOLIC)
+endforeach()
+foreach(layer integrators robots)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${layer} ${SALTUS_INCLUDE_DIR}/saltus/${layer} SYMBOLIC)
+endforeach()
+target_include_directories(saltus_usage INTERFACE $<BUILD_INTERFACE:${SALTUS_INCLUDE_DIR}>
+                                                  $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+# Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
+# types layout-compatible whatever -march is chosen.
+target_compile_definitions(saltus_usage INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
+# gcc 12 loads a wide constant such as {1, 1, 0, 0} that it stores in one piece as a broadcast of its
+# first half where -march has AVX-512: {exactly(1), exactly(0)} became [1, 1] twice. Pieces of 16
+# bytes, as without -march, leave vector loops alone.
+include(CheckCXXCompilerFlag)
+check_cxx_compiler_flag(-mmove-max=128 SALTUS_HAS_MOVE_MAX)
+if(SALTUS_HAS_MOVE_MAX)
+  target_compile_options(saltus_usage INTERFACE
+    "$<$<COMPILE_LANG_AND_ID:CXX,GNU>:$<$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,12>:-mmove-max=128;-mstore-max=128>>")
+endif()
+
+# ---- our own objects -------------------------------------------------------------------------------
+
+add_library(saltus_baseline_flags INTERFACE)
+add_library(saltus_flags INTERFACE)
+target_link_libraries(saltus_baseline_flags INTERFACE saltus_usage)
+target_link_libraries(saltus_flags INTERFACE saltus_baseline_flags)
+target_compile_options(saltus_baseline_flags INTERFACE
+                       -Wall -Wextra -Wshadow -Wnon-virtual-dtor
+                       $<$<BOOL:${SALTUS_WERROR}>:-Werror>)
+if(SALTUS_MARCH)
+  target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # With wide vectors gcc complains about its own intrinsics (undefined registers, GCC bug 105593)
+    # and about vector loops of Eigen that small matrices never enter. Portable builds still check.
+    target_compile_options(saltus_flags INTERFACE -Wno-maybe-uninitialized -Wno-uninitialized
+                                                  -Wno-array-bounds
+                                                  -Wno-stringop-overflow -Wno-stringop-overread)
+  endif()
+endif()
+if(SALTUS_SANITIZE)
+  target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=address,undefined
+                                                -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(saltus_usage INTERFACE $<BUILD_INTERFACE:-fsanitize=address,undefined>)
+endif()
+# What is not a library (problems, tests, benchmarks) also includes by the path from the top folder.
+add_library(saltus_inside INTERFACE)
+target_include_directories(saltus_inside INTERFACE ${PROJECT_SOURCE_DIR})
+
+# Programs export nothing: a shared library would otherwise take their instances of Eigen's inline
+# functions, built for another processor, in place of its own.
+add_library(saltus_program_flags INTERFACE)
+target_link_options(saltus_program_flags INTERFACE
+                    -Wl,--exclude-libs,ALL
+                    -Wl,--version-script=${PROJECT_SOURCE_DIR}/cmake/nothing_exported.map)
+
+# ---- how targets are declared ----------------------------------------------------------------------
+
+# The components of more than one layer; the others are a layer of their own name.
+foreach(component core robots)
+  if(SALTUS_HAS_${component})
+    add_library(saltus_component_${component} INTERFACE)
+    add_library(saltus::${component} ALIAS saltus_component_${component})
+    set_target_properties(saltus_component_${component} PROPERTIES EXPORT_NAME ${component})
+  endif()
+endforeach()
+
+# saltus_layer(NAME [COMPONENT core] [SOURCES a.cpp ...] [DEPENDS saltus::common ...]
+#              [PRIVATE_DEPENDS ...])
+# declares the static library saltus_NAME with the alias saltus::NAME; without sources, headers
+# alone. With COMPONENT it is part of that component: installed with it, and not built where the
+# component is not. A layer names the layers it needs, never its own component.
+function(saltus_layer name)
+  cmake_parse_arguments(LAYER "" "COMPONENT" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  if(LAYER_COMPONENT AND NOT SALTUS_HAS_${LAYER_COMPONENT})
+    return()
+  endif()
+  if(LAYER_SOURCES)
+    add_library(saltus_${name} STATIC ${LAYER_SOURCES})
+    target_link_libraries(saltus_${name} PUBLIC saltus_usage ${LAYER_DEPENDS}
+                                         PRIVATE $<BUILD_INTERFACE:saltus_flags> ${LAYER_PRIVATE_DEPENDS})
+  else()
+    add_library(saltus_${name} INTERFACE)
+    target_link_libraries(saltus_${name} INTERFACE saltus_usage ${LAYER_DEPENDS})
+  endif()
+  add_library(saltus::${name} ALIAS saltus_${name})
+  set_target_properties(saltus_${name} PROPERTIES EXPORT_NAME ${name})
+  if(LAYER_COMPONENT)
+    saltus_in_component(saltus_${name} ${LAYER_COMPONENT})
+  endif()
+endfunction()
+
+# Makes a target part of a component.
+function(saltus_in_component target component)
+  if(TARGET saltus_component_${component})
+    target_link_libraries(saltus_component_${component} INTERFACE ${target})
+  endif()
+  set_property(GLOBAL APPEND PROPERTY SALTUS_TARGETS_${component} ${target})
+endfunction()
+
+# saltus_program(NAME SOURCES ... DEPENDS ...): an executable of our own.
+function(saltus_program name)
+  cmake_parse_arguments(P "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${name} ${P_SOURCES})
+  target_link_libraries(${name} PRIVATE saltus_flags saltus_program_flags ${P_DEPENDS})
+endfunction()
+
+# saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest.
+function(saltus_test name)
+  cmake_parse_arguments(T "" "" "SOURCES;DEPENDS" ${ARGN})
+  saltus_program(test_${name} SOURCES ${T_SOURCES} DEPENDS ${T_DEPENDS} GTest::gtest_main)
+  gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
+                                    PROPERTIES TIMEOUT 300)
+endfunction()
