@@ -71,12 +71,13 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   tick_.input = held_input_for(*shooting_);
 }
 
-void RecedingHorizonController::set_data(std::string_view parameter, const VectorRef& value) {
-  if (value.allFinite())
-    shooting_->set_data(parameter, value);
+void RecedingHorizonController::set_entries(std::string_view name, const VectorRef& values,
+                                            std::span<const ParameterEntry> entries) {
+  if (values.allFinite())
+    shooting_->set_entries(name, values, entries);
   else
     has_bad_data_ = true;
-  is_prepared_ = is_prepared_ && value.allFinite();
+  is_prepared_ = is_prepared_ && values.allFinite();
 }
 
 void RecedingHorizonController::retime(std::string_view event, double time) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "saltus/core/clock.hpp"
@@ -60,7 +61,7 @@ struct LoopStatistics {
 /// Every tick: the last plan is moved on to the new grid (plan_shift.hpp), solved again from the
 /// measurement, and held. Data, event times and the previous input are set before the tick. After
 /// construction a tick does not allocate, if the solver does not, and never throws.
-class RecedingHorizonController {
+class RecedingHorizonController : public DataByName<RecedingHorizonController> {
  public:
   RecedingHorizonController(MultipleShooting shooting, std::unique_ptr<RealTimeSolver> solver,
                             ControllerOptions options);
@@ -70,7 +71,8 @@ class RecedingHorizonController {
 
   // Like those of shooting(), but what is no number makes the next tick go on with its plan instead
   // of throwing.
-  void set_data(std::string_view parameter, const VectorRef& value);
+  void set_entries(std::string_view name, const VectorRef& values,
+                   std::span<const ParameterEntry> entries);  // behind set_data()
   void retime(std::string_view event, double time);
   /// An event that came early or late: Schedule::confirm and hold on a copy of the schedule, which
   /// is then set here.

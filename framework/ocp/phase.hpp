@@ -7,6 +7,7 @@
 
 #include "saltus/model/automaton.hpp"
 #include "saltus/model/make_function.hpp"
+#include "saltus/model/named_parameters.hpp"
 #include "saltus/ocp/phase_definition.hpp"
 #include "saltus/ocp/phase_events.hpp"
 
@@ -164,16 +165,21 @@ class Phase {
   }
   /// Parameters in the order of declaration make up p. Data: given per solve.
   Phase& data(std::string name, const VectorXd& value) {
-    d_.parameters.push_back({std::move(name), value, false, {}, VectorXd::Ones(value.size())});
-    return *this;
+    return parameter(std::move(name), value, {});
+  }
+  /// The same with a name for every entry (saltus/model/named_parameters.hpp).
+  template <NamedParameters Block>
+  Phase& data(std::string name, const Block& value) {
+    return parameter(std::move(name), packed(value), entries_of<Block>());
   }
   /// An unknown of the problem; the same name in several phases is the same unknown, within the
   /// bounds of all of them and from the guess of the last. `magnitude` scales its entries.
   Phase& unknown(std::string name, const VectorXd& guess, Bounds bounds, double magnitude = 1.0) {
-    d_.parameters.push_back({std::move(name), guess, true,
-                             std::vector<Bounds>(guess.size(), bounds),
-                             VectorXd::Constant(guess.size(), magnitude)});
-    return *this;
+    return parameter(std::move(name), guess, {}).made_unknown(bounds, magnitude);
+  }
+  template <NamedParameters Block>
+  Phase& unknown(std::string name, const Block& guess, Bounds bounds, double magnitude = 1.0) {
+    return data(std::move(name), guess).made_unknown(bounds, magnitude);
   }
   /// Magnitudes by which variables and defects are scaled (positive).
   Phase& nominal(const VectorXd& state, const VectorXd& input) {
@@ -208,6 +214,19 @@ class Phase {
       return Vec<S, nx>::Zero();
     }
   };
+  Phase& parameter(std::string name, const VectorXd& value,
+                   std::span<const ParameterEntry> entries) {
+    d_.parameters.push_back(
+        {std::move(name), value, false, {}, VectorXd::Ones(value.size()), entries});
+    return *this;
+  }
+  Phase& made_unknown(Bounds bounds, double magnitude) {
+    ParameterBlock& block = d_.parameters.back();
+    block.unknown = true;
+    block.bounds.assign(block.value.size(), bounds);
+    block.nominal.setConstant(magnitude);
+    return *this;
+  }
   template <class F>
   Phase& constrain(std::string name, TermDomain domain, F formula, std::vector<Bounds> bounds,
                    Window window, std::optional<Penalty> penalty) {

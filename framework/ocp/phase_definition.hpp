@@ -1,6 +1,7 @@
 // A phase once its sizes and formulas are erased: what the transcription reads.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "saltus/model/arguments.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/integrator.hpp"
+#include "saltus/model/named_parameters.hpp"
 #include "saltus/ocp/end_guard.hpp"
 #include "saltus/ocp/guess.hpp"
 #include "saltus/ocp/term.hpp"
@@ -22,6 +24,8 @@ struct ParameterBlock {
   bool unknown = false;        ///< decided by the solver
   std::vector<Bounds> bounds;  ///< unknowns only
   VectorXd nominal;            ///< magnitude, for scaling
+  /// Names of parts of the block, if it was declared by a struct; of static storage.
+  std::span<const ParameterEntry> entries = {};
 };
 
 /// Bounds on one component of the input or state during a window.

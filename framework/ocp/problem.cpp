@@ -204,8 +204,10 @@ void OptimalControlProblem::check() const {
   for (const PhaseDefinition& phase : phases_)
     for (const ParameterBlock& block : phase.parameters) {
       const auto [it, is_new] = blocks.emplace(block.name, &block);
-      if (!is_new && (it->second->value.size() != block.value.size() ||
-                      it->second->unknown != block.unknown || it->second->nominal != block.nominal))
+      if (!is_new &&
+          (it->second->value.size() != block.value.size() || it->second->unknown != block.unknown ||
+           it->second->nominal != block.nominal ||
+           !std::ranges::equal(it->second->entries, block.entries)))
         throw DefinitionError(
             fmt::format("phase '{}': parameter '{}' is declared differently in "
                         "an earlier phase",

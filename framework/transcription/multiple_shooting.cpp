@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
-#include "saltus/core/text.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "saltus/transcription/shooting_stages.hpp"
@@ -90,41 +89,14 @@ void MultipleShooting::replace_grid() {
   program_->refresh();
 }
 
-void MultipleShooting::set_data(std::string_view parameter, const VectorRef& value) {
-  const auto for_each_block = [&](auto&& visit) {
-    for (std::size_t j = 0; j < problem().phases().size(); ++j) {
-      int first = 0;
-      for (const ParameterBlock& block : problem().phases()[j].parameters) {
-        if (block.name == parameter) visit(static_cast<int>(j), first, block);
-        first += static_cast<int>(block.value.size());
-      }
-    }
-  };
-  bool found = false;
-  for_each_block([&](int, int, const ParameterBlock& block) {
-    found = true;
-    if (block.unknown)
-      throw DefinitionError(
-          fmt::format("parameter '{}' is unknown: the solver decides it", parameter));
-    if (value.size() != block.value.size())
-      throw DefinitionError(fmt::format("parameter '{}' has {} entries, but {} were given",
-                                        parameter, block.value.size(), value.size()));
-  });
-  if (!found) {
-    std::vector<std::string> names;
-    for (const PhaseDefinition& phase : problem().phases())
-      for (const ParameterBlock& block : phase.parameters)
-        if (!block.unknown) names.push_back(block.name);
-    const std::string near = nearest_name(parameter, names);
-    throw DefinitionError(fmt::format("problem '{}' has no data parameter '{}'{}", problem().name(),
-                                      parameter,
-                                      near.empty() ? "" : "; did you mean '" + near + "'?"));
-  }
-  if (!value.allFinite()) require_finite(value, fmt::format("parameter '{}'", parameter));
-  for_each_block([&](int j, int first, const ParameterBlock&) {
-    for (Eigen::Index i = 0; i < value.size(); ++i)
-      program_->set_data(j, first + static_cast<int>(i), value[i]);
-  });
+void MultipleShooting::set_entries(std::string_view name, const VectorRef& values,
+                                   std::span<const ParameterEntry> entries) {
+  check_data(problem(), name, static_cast<int>(values.size()), entries);
+  if (!values.allFinite()) require_finite(values, fmt::format("parameter '{}'", name));
+  for (std::size_t j = 0; j < problem().phases().size(); ++j)
+    if (const auto range = find_parameter(problem().phases()[j], name))
+      for (int i = 0; i < range->size; ++i)
+        program_->set_data(static_cast<int>(j), range->first + i, values[i]);
 }
 
 void MultipleShooting::retime(std::string_view event, double time) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "saltus/ocp/data_by_name.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/qp/stage_structure.hpp"
 #include "saltus/solver/solver.hpp"
@@ -25,7 +27,7 @@ struct ShootingOptions {
 
 /// Direct multiple shooting. Patterns and sizes are fixed by the constructor; start, data, event
 /// times and penalty weights may change between solves.
-class MultipleShooting {
+class MultipleShooting : public DataByName<MultipleShooting> {
  public:
   /// Throws DefinitionError when the problem or the options are wrong.
   MultipleShooting(OptimalControlProblem problem, ShootingOptions options);
@@ -50,7 +52,9 @@ class MultipleShooting {
   void start_at(double t, const VectorRef& state);
   /// Only the time: the grid moves, the state stays to be given.
   void start_time(double t);
-  void set_data(std::string_view parameter, const VectorRef& value);
+  /// set_data() in its forms (saltus/ocp/data_by_name.hpp) comes here.
+  void set_entries(std::string_view name, const VectorRef& values,
+                   std::span<const ParameterEntry> entries);
   void retime(std::string_view event, double time);
   /// Other events, modes and times, within the modes and the capacity that the problem's schedule
   /// declares. Events that windows name must be there.

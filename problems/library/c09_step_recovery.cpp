@@ -51,7 +51,7 @@ OptimalControlProblem problem(double impact_time) {
   weights.capture_point_penalty = 0.0;
   weights.wrench_change = 0.0;
 
-  TickData tick;
+  Tick<double> tick;
   tick.com = com;
   tick.force << 0.0, 0.0, 294.3;  // N
   tick.omega = std::sqrt(9.81 / com[2]);
@@ -60,7 +60,7 @@ OptimalControlProblem problem(double impact_time) {
   tick.capture_point_desired = com_desired.head<2>();
   Eigen::Matrix<double, 4, 2> corners;  // of both soles together, m
   corners << -0.05, -0.15, 0.1, -0.15, 0.1, 0.1, -0.05, 0.1;
-  tick.hull = SupportPolygon::hull(corners).half_planes(hull_rows);
+  tick.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
 
   Vector9 start;
   start << com, 0, -0.35, 0, 0, 0, 0;  // m, m/s, Nms

@@ -20,8 +20,8 @@ struct Dynamics {
 
   template <class S>
   Vec<S, 9> operator()(const S&, const Vec<S, 9>& gamma, const Vec<S, 12>& f,
-                       const Vec<S, tick_size>& p) const {
-    const TickView<S> tick(p);
+                       const Vec<S, size_of<Tick>>& p) const {
+    const auto tick = view_as<Tick>(p);
     const Vec<S, 3> com = gamma.template head<3>(), velocity = gamma.template segment<3>(3);
     const Contact<S> stance = contact<S>(model.stance, Vec<S, 6>(f.template head<6>()));
     const Contact<S> swing =
@@ -39,35 +39,35 @@ struct Dynamics {
 
 }  // namespace
 
-OptimalControlProblem problem(const Model& model, const Weights& weights, const TickData& data,
+OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
                               double impact_time) {
   const Window always{}, before_impact{.to = event("impact")};
   const Window after_impact{.from = event("impact")};
   const auto gamma_error = [](const auto&, const auto& gamma, const auto&, const auto& p) {
-    return (gamma - TickView(p).gamma_desired).eval();
+    return (gamma - view_as<Tick>(p).gamma_desired).eval();
   };
   const auto capture = [](const auto& gamma, const auto& tick) {
     return capture_point(gamma.template head<2>().eval(), gamma.template segment<2>(3).eval(),
                          tick.omega);
   };
   const auto capture_error = [capture](const auto&, const auto& gamma, const auto&, const auto& p) {
-    const TickView tick(p);
+    const auto tick = view_as<Tick>(p);
     return (capture(gamma, tick) - tick.capture_point_desired).eval();
   };
   // As long as no step is planned the stance sole alone must catch the capture point.
   const auto standing_error = [capture_error](const auto& t, const auto& gamma, const auto& f,
                                               const auto& p) {
-    return (TickView(p).standing * capture_error(t, gamma, f, p)).eval();
+    return (view_as<Tick>(p).standing * capture_error(t, gamma, f, p)).eval();
   };
   const auto outside_hull = [capture](const auto&, const auto& gamma, const auto&, const auto& p) {
-    const TickView tick(p);
+    const auto tick = view_as<Tick>(p);
     return (tick.hull_normals * capture(gamma, tick) - tick.hull_offsets).eval();
   };
   const auto wrenches = [](const auto&, const auto&, const auto& f) { return f; };
 
-  Phase<9, 12, tick_size> phase{"step", Dynamics{model}, exactly(model.step * model.intervals)};
+  Phase<9, 12, size_of<Tick>> phase{"step", Dynamics{model}, exactly(model.step * model.intervals)};
   phase.common_resultant({0, 6}, 6);  // force and torque about the CoM
-  phase.data("tick", data.vector());
+  phase.data("tick", data);
 
   // Contacts ("Constraints definition"). The swing foot exerts nothing before it lands.
   keep_in_cone(phase, "stance foot", model.stance_contact, 0, always);

@@ -32,8 +32,8 @@ struct Model {
 };
 
 /// The problem of one tick. Event "impact": landing of the swing foot, absolute time, beyond the
-/// horizon if none is due. Data "tick": TickData.
-OptimalControlProblem problem(const Model& model, const Weights& weights, const TickData& data,
+/// horizon if none is due. Data "tick": Tick.
+OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
                               double impact_time);
 
 }  // namespace saltus::push_recovery

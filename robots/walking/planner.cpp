@@ -35,15 +35,15 @@ Vec<double, 12> reordered(Side stance, const Vec<double, 12>& wrenches) {
 namespace {
 
 // What of the tick's data hangs on the scene alone: it changes when a step is decided, no oftener.
-void set_scene(const Scene& scene, TickData& data) {
+void set_scene(const Scene& scene, Tick<double>& data) {
   data.swing_foot = scene.swing.position;
   const Vec<double, 2> target = scene.target_point();
   data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
-  data.hull = scene.hull().half_planes(hull_rows);
+  data.set_hull(scene.hull().half_planes(hull_rows));
   data.standing = scene.two_feet ? 0.0 : 1.0;
 }
-void set_measurement(const Measurement& measured, const Scene& scene, TickData& data) {
+void set_measurement(const Measurement& measured, const Scene& scene, Tick<double>& data) {
   data.com = measured.gamma.head<3>();
   data.force = measured.contact_force;
   data.omega = frequency_of_height(measured.gamma[2] - scene.stance.position[2]);
@@ -85,7 +85,7 @@ class Mpc final : public Planner {
       set_scene(scene, data_);
     }
     set_measurement(measured, scene, data_);
-    controller_.set_data("tick", data_.vector());
+    controller_.set_data("tick", data_);
     controller_.retime("impact", impact_time);
     if (charges_change_) {
       // Up to the landing the swing foot had no wrench from which the first one could differ.
@@ -99,11 +99,11 @@ class Mpc final : public Planner {
   RecedingHorizonController& controller() override { return controller_; }
 
  private:
-  static TickData data_at_rest(const RobotDescription& robot, const Scene& scene) {
+  static Tick<double> data_at_rest(const RobotDescription& robot, const Scene& scene) {
     Measurement at_rest;
     at_rest.gamma << robot.posture_on(scene.side).com, Vec<double, 6>::Zero();
     at_rest.contact_force[2] = robot.mass * standard_gravity;
-    TickData data;
+    Tick<double> data;
     set_scene(scene, data);
     set_measurement(at_rest, scene, data);
     return data;
@@ -136,7 +136,7 @@ class Mpc final : public Planner {
 
   bool charges_change_;
   Scene scene_;
-  TickData data_;
+  Tick<double> data_;
   RecedingHorizonController controller_;
 };
 

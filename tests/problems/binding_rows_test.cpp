@@ -85,7 +85,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   weights.capture_point = Vec<double, 2>::Constant(s.capture_point_weight);
   weights.capture_point_penalty = 0.0;
 
-  TickData data;
+  Tick<double> data;
   data.com = s.com;
   data.force = s.force;
   data.omega = std::sqrt(s.gravity / s.com[2]);
@@ -95,7 +95,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   Mat<double, 4, 2> corners;
   corners << s.hull_x[0], s.hull_y[0], s.hull_x[1], s.hull_y[0], s.hull_x[1], s.hull_y[1],
       s.hull_x[0], s.hull_y[1];
-  data.hull = SupportPolygon::hull(corners).half_planes(hull_rows);
+  data.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
 
   OptimalControlProblem ocp = problem(model, weights, data, s.impact);
   VectorXd start(9);

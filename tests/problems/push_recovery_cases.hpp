@@ -16,7 +16,7 @@ namespace saltus::push_recovery {
 struct QpCase {
   Model model;
   Weights weights;
-  TickData data;
+  Tick<double> data;
   VectorXd start;
   double impact_time = infinity;
   double optimum = 0.0;
@@ -75,7 +75,7 @@ inline QpCase read_case(const std::string& name) {
   Eigen::Matrix<double, 4, 2> corners;
   const auto x = p.at("hull_x"), y = p.at("hull_y");
   corners << x[0], y[0], x[1], y[0], x[1], y[1], x[0], y[1];
-  c.data.hull = SupportPolygon::hull(corners).half_planes(hull_rows);
+  c.data.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
 
   const int k = p.at("k_impact");
   c.impact_time = k * c.model.step;

@@ -5,6 +5,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "tests/support/count_allocations.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/program_derivatives.hpp"
 
@@ -94,6 +95,126 @@ TEST(Data, IsSetByNameAndMovesTheSolution) {
   } catch (const DefinitionError& e) {
     EXPECT_NE(std::string(e.what()).find("did you mean 'drift'"), std::string::npos) << e.what();
   }
+}
+
+// --- named entries ------------------------------------------------------------------------------
+
+template <class S>
+struct Wind {
+  S gust = 0.0;
+  Vec<S, 2> breeze = Vec<S, 2>::Zero();
+  Mat<S, 2, 2> table = Mat<S, 2, 2>::Zero();
+
+  using Entries = ParameterEntries<&Wind::gust, &Wind::breeze, &Wind::table>;
+};
+template <class S>
+struct Tide {
+  S height = 0.0;
+  Vec<S, 6> rest = Vec<S, 6>::Zero();
+  using Entries = ParameterEntries<&Tide::height, &Tide::rest>;
+};
+
+// x' = u + gust + table(0, 1), from 0 to 2 in a second; u minimal.
+MultipleShooting in_the_wind() {
+  Phase<1, 1, size_of<Wind>> phase{"motion",
+                                   [](const auto&, const auto&, const auto& u, const auto& p) {
+                                     const auto wind = view_as<Wind>(p);
+                                     return (u[0] + wind.gust + wind.table(0, 1));
+                                   },
+                                   exactly(1.0)};
+  phase.data("wind", Wind<double>{})
+      .track("effort", input, Vec<double, 1>{1.0})
+      .reach("end", state, exactly(2.0));
+  OptimalControlProblem ocp("windy");
+  return MultipleShooting(ocp.start_at({0}).then(phase), ten);
+}
+
+double least_input(MultipleShooting& shooting) {
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  EXPECT_TRUE(s.ok()) << s.message;
+  return s.trajectory.input(0.5)[0];
+}
+
+TEST(NamedData, IsGivenWholeAndByEntry) {
+  MultipleShooting shooting = in_the_wind();
+  EXPECT_NEAR(least_input(shooting), 2.0, 1e-8);
+  shooting.set_data("wind", Wind<double>{.gust = 0.5});
+  EXPECT_NEAR(least_input(shooting), 1.5, 1e-8);
+  shooting.set_data("wind.table", Mat<double, 2, 2>{{0.0, 0.25}, {7.0, 9.0}});
+  EXPECT_NEAR(least_input(shooting), 1.25, 1e-8);
+  shooting.set_data("wind.gust", 1.0);
+  EXPECT_NEAR(least_input(shooting), 0.75, 1e-8);
+  shooting.set_data("wind.breeze", Vec<double, 2>{5.0, 6.0});  // nobody reads it
+  EXPECT_NEAR(least_input(shooting), 0.75, 1e-8);
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{}));
+  const auto wind = view_as<Wind>(s.trajectory.phases()[0].parameters);
+  EXPECT_EQ(wind.gust, 1.0);
+  EXPECT_EQ(wind.breeze[1], 6.0);
+  EXPECT_EQ(wind.table(1, 0), 7.0);
+}
+
+TEST(NamedData, AllocatesNothing) {
+  MultipleShooting shooting = in_the_wind();
+  Wind<double> wind;
+  const testing::AllocationCount count;
+  for (int i = 0; i < 10; ++i) {
+    wind.gust = i;
+    shooting.set_data("wind", wind);
+    shooting.set_data("wind.gust", 2.0);
+    shooting.set_data("wind.breeze", wind.breeze);
+    shooting.set_data("wind.table", wind.table);
+  }
+  EXPECT_EQ(count.made(), 0);
+}
+
+TEST(NamedData, WrongNamesAndSizesSayWhatThereIs) {
+  MultipleShooting shooting = in_the_wind();
+  const auto complaint = [&](auto&& name, auto&& value) {
+    try {
+      shooting.set_data(name, value);
+    } catch (const DefinitionError& e) {
+      return std::string(e.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_EQ(complaint("wind.gsut", 1.0),
+            "parameter 'wind' has no entry 'gsut', it has gust, breeze and table; did you mean "
+            "'gust'?");
+  EXPECT_EQ(complaint("wimd", Wind<double>{}),
+            "problem 'windy' has no data parameter 'wimd', it has wind; did you mean 'wind'?");
+  EXPECT_EQ(complaint("wind.breeze", 1.0),
+            "parameter 'wind.breeze' has 2 entries, but 1 were given");
+  EXPECT_EQ(complaint("wind", Tide<double>{}),
+            "parameter 'wind' has the entries gust, breeze and table, but height and rest were "
+            "given");
+  EXPECT_EQ(complaint("wind.gust", std::nan("")), "parameter 'wind.gust': entry 0 is nan");
+}
+
+TEST(NamedUnknown, IsFoundAndReadByName) {
+  // u is free of charge up to its bounds; the gust does what is left.
+  Phase<1, 1, size_of<Wind>> phase{"motion",
+                                   [](const auto&, const auto&, const auto& u, const auto& p) {
+                                     return (u[0] + view_as<Wind>(p).gust);
+                                   },
+                                   exactly(1.0)};
+  phase.unknown("wind", Wind<double>{.gust = 0.5}, between(-3.0, 3.0))
+      .track("effort", input, Vec<double, 1>{1.0})
+      .track(
+          "still air",
+          [](const auto&, const auto&, const auto&, const auto& p) {
+            const auto wind = view_as<Wind>(p);
+            Vec<std::decay_t<decltype(wind.gust)>, 6> all;
+            all << wind.breeze, wind.table.row(0).transpose(), wind.table.row(1).transpose();
+            return all;
+          },
+          VectorXd::Ones(6))
+      .reach("end", state, exactly(2.0));
+  OptimalControlProblem ocp("windy");
+  MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
+  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(view_as<Wind>(s.trajectory.phases()[0].parameters).gust, 2.0, 1e-6);
+  EXPECT_THROW(shooting.set_data("wind.gust", 1.0), DefinitionError);
 }
 
 // --- references

@@ -1,0 +1,15 @@
+#include "saltus/model/named_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus::detail {
+
+void refuse_view(int size, int offset, int given) {
+  throw DefinitionError(
+      fmt::format("entries {} to {} of p are asked for by name, but p has {} entries", offset,
+                  offset + size - 1, given));
+}
+
+}  // namespace saltus::detail
