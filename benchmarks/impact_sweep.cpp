@@ -1,74 +1,105 @@
-// How smooth are cost and first input over the time of the impact? The whole sweep, as CSV.
-//
-//   impact_sweep [STEP_MS] > sweep.csv
-//
-// One line per variant, placement of the event and impact time, in steps of STEP_MS (0.1 if
-// absent). The largest changes between neighbours go to the error stream. robots/report/scripts/
-// plot_sweep.py draws the file.
+#include "benchmarks/impact_sweep.hpp"
+
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <charconv>
-#include <cstdio>
-#include <string_view>
-#include <system_error>
-#include <vector>
+#include <cmath>
+#include <utility>
 
-#include "tests/problems/impact_sweep.hpp"
+#include "benchmarks/push_recovery_cases.hpp"
+#include "saltus/solver/ipopt.hpp"
 
+namespace saltus::push_recovery {
 namespace {
 
-using namespace saltus;
-using namespace saltus::push_recovery;
+// Far below the changes between neighbours in the sweep that are to be resolved.
+constexpr double solver_tolerance = 1e-10;
 
-// False if a solve failed.
-bool sweep(const SweepVariant& variant, double step, bool rounded) {
-  ImpactSweep problem(variant);
-  std::vector<SweepPoint> points;
-  int failures = 0, iterations = 0;
-  double kkt = 0.0;
-  for (const double t : sweep_times(step)) {
-    points.push_back(rounded ? problem.solve_rounded(t) : problem.solve(t));
-    const SweepPoint& p = points.back();
-    failures += is_success(p.status) ? 0 : 1;
-    iterations += p.iterations;
-    kkt = std::max(kkt, p.kkt);
-    fmt::print("{:g},{},{},{:g},{},{:.6f},{:.10g}", 1e3 * variant.step, variant.intervals,
-               variant.cost_rule == CostRule::nodes ? "nodes" : "integrated", variant.wrench_change,
-               rounded ? "rounded" : "exact", 1e3 * t, p.cost);
-    for (const double u : p.first_input) fmt::print(",{:.8g}", u);
-    fmt::print("\n");
-  }
-  const Change change = largest_change(points);
-  fmt::print(stderr,
-             "{:<48} {:<8} largest change in {:g} ms: cost {:.5f}, first input {:.4f}; {} solves, "
-             "{} failed, {:.1f} iterations, KKT {:.0e}\n",
-             variant.name(), rounded ? "rounded" : "exact", 1e3 * step, change.cost, change.input,
-             points.size(), failures, static_cast<double>(iterations) / points.size(), kkt);
-  return failures == 0;
+MultipleShooting transcribe_variant(const SweepVariant& variant) {
+  QpCase c = read_case("ICUB-1");
+  c.model.step = variant.step;
+  c.model.intervals = variant.intervals;
+  c.model.cost_rule = variant.cost_rule;
+  c.weights.wrench_change = variant.wrench_change;
+  MultipleShooting shooting = transcribe(c);
+  VectorXd previous = VectorXd::Zero(12);
+  previous.head<3>() = c.data.force;  // on the stance foot alone, without torque
+  shooting.set_previous_input(previous);
+  return shooting;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  double step_ms = 0.1;
-  if (argc > 1) {
-    const std::string_view text = argv[1];
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), step_ms);
-    if (argc > 2 || error != std::errc() || end != text.data() + text.size() ||
-        !(step_ms > 0.0 && step_ms <= 70.0)) {
-      fmt::print(stderr, "usage: impact_sweep [STEP_MS], the step above 0 and at most 70 ms\n");
-      return 2;
-    }
-  }
-  fmt::print("dt_ms,intervals,costs,wrench_change,impact,impact_ms,cost");
-  for (const char* foot : {"left", "right"})
-    for (const char* entry : {"fx", "fy", "fz", "tx", "ty", "tz"})
-      fmt::print(",{}_{}", foot, entry);
-  fmt::print("\n");
-  bool solved = true;
-  for (const SweepVariant& variant : sweep_variants())
-    for (const bool rounded : {false, true})
-      solved = sweep(variant, 1e-3 * step_ms, rounded) && solved;
-  return solved ? 0 : 3;
+std::string SweepVariant::name() const {
+  return fmt::format("{:g} ms, N = {}, {}{}", 1e3 * step, intervals,
+                     cost_rule == CostRule::nodes ? "node-summed" : "integrated",
+                     wrench_change > 0.0 ? ", first differences" : "");
 }
+
+std::vector<SweepVariant> sweep_variants() {
+  constexpr double published_wrench_change = 1e-4;  // of the first author's controller
+  std::vector<SweepVariant> variants;
+  for (const auto& [step, intervals] : {std::pair{0.01, 15}, {0.05, 3}, {0.05, 15}})
+    for (const CostRule rule : {CostRule::nodes, CostRule::integrated})
+      for (const double change : {0.0, published_wrench_change})
+        variants.push_back({step, intervals, rule, change});
+  return variants;
+}
+
+ImpactSweep::ImpactSweep(const SweepVariant& variant)
+    : variant_(variant),
+      shooting_(transcribe_variant(variant)),
+      solver_(make_solver(Ipopt{.tolerance = solver_tolerance})) {}
+
+ImpactSweep::~ImpactSweep() = default;
+
+SweepPoint ImpactSweep::solve(double impact_time) {
+  shooting_.retime("impact", impact_time);
+  bool is_warm = last_.ok();
+  if (is_warm) {
+    // States and inputs by their times, multipliers as they stand: the rows keep their order.
+    NlpPoint start = last_.point;
+    start.w = shooting_.guess_from(last_.trajectory).w;
+    last_ = saltus::solve(shooting_, *solver_, start);
+    is_warm = last_.ok();
+  }
+  if (!is_warm) last_ = saltus::solve(shooting_, *solver_);
+  SweepPoint point;
+  point.impact_time = impact_time;
+  point.status = last_.status;
+  point.cost = last_.cost;
+  if (!last_.trajectory.empty()) point.first_input = last_.trajectory.pieces().front().coefficients;
+  point.kkt = last_.kkt.scaled();
+  point.iterations = last_.iterations;
+  return point;
+}
+
+SweepPoint ImpactSweep::solve_rounded(double impact_time) {
+  const long node = std::lround(impact_time / variant_.step);
+  if (node != rounded_node_) rounded_ = solve(static_cast<double>(node) * variant_.step);
+  rounded_node_ = node;
+  rounded_.impact_time = impact_time;
+  return rounded_;
+}
+
+std::vector<double> sweep_times(double step) {
+  const auto count = std::lround((sweep_end - sweep_begin) / step);
+  std::vector<double> times;
+  for (long i = 0; i <= count; ++i)
+    times.push_back(sweep_begin + (sweep_end - sweep_begin) * static_cast<double>(i) /
+                                      static_cast<double>(count));
+  return times;
+}
+
+Change largest_change(const std::vector<SweepPoint>& points) {
+  Change largest;
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const SweepPoint &a = points[i - 1], &b = points[i];
+    const double cost = std::abs(b.cost - a.cost);
+    const double input = (b.first_input - a.first_input).cwiseAbs().maxCoeff();
+    if (cost > largest.cost) largest.cost = cost, largest.cost_step = i - 1;
+    if (input > largest.input) largest.input = input, largest.input_step = i - 1;
+  }
+  return largest;
+}
+
+}  // namespace saltus::push_recovery

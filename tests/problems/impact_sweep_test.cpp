@@ -1,5 +1,5 @@
 // Does the optimum follow the time of the impact without jumps, on and off the grid?
-#include "tests/problems/impact_sweep.hpp"
+#include "benchmarks/impact_sweep.hpp"
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ TEST_P(Impact, GridTimesAreNothingSpecial) {
 }
 
 // Steps of 0.1 ms around every grid time and where the steps of 1 ms are steepest; throughout if
-// SALTUS_FULL_SWEEP is set (benchmarks/impact_sweep.cpp does that too).
+// SALTUS_FULL_SWEEP is set (benchmarks/impact_sweep_table.cpp does that too).
 TEST_P(Impact, NeighboursApproachEachOther) {
   ImpactSweep sweep(GetParam());
   const std::vector<double> times = sweep_times(1e-3);

@@ -1,10 +1,10 @@
 // Does the push recovery problem reproduce optima that were computed independently?
 #include <gtest/gtest.h>
 
+#include "benchmarks/push_recovery_cases.hpp"
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/replay.hpp"
-#include "tests/problems/push_recovery_cases.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -1,13 +1,13 @@
 // Are dependent and contradictory equality rows found, and only those?
-#include "saltus/qp/equality_rank.hpp"
+#include "tests/support/equality_rank.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
 
-#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/random_qp.hpp"
+#include "tests/support/stage_conversion.hpp"
 #include "tests/support/unsolvable_qp.hpp"
 
 namespace saltus {

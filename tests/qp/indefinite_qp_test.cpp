@@ -8,7 +8,7 @@
 
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/qp/sparse_solver.hpp"
-#include "saltus/qp/stage_conversion.hpp"
+#include "tests/support/stage_conversion.hpp"
 
 namespace saltus {
 namespace {

@@ -12,9 +12,9 @@
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/qp/riccati_system.hpp"
 #include "saltus/qp/sparse_solver.hpp"
-#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"
+#include "tests/support/stage_conversion.hpp"
 #include "tests/support/unsolvable_qp.hpp"
 
 namespace saltus {

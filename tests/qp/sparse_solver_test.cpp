@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"
+#include "tests/support/stage_conversion.hpp"
 #include "tests/support/unsolvable_qp.hpp"
 
 namespace saltus {

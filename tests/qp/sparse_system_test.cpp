@@ -6,9 +6,9 @@
 #include <Eigen/Dense>
 
 #include "saltus/qp/kkt_system.hpp"
-#include "saltus/qp/stage_conversion.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/random_qp.hpp"
+#include "tests/support/stage_conversion.hpp"
 
 namespace saltus {
 namespace {

@@ -1,5 +1,5 @@
 // Is the sparse form of a program in stages the same program, point for point?
-#include "saltus/qp/stage_conversion.hpp"
+#include "tests/support/stage_conversion.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,9 +6,9 @@
 
 #include <random>
 
-#include "saltus/qp/stage_conversion.hpp"
 #include "saltus/qp/stage_map.hpp"
 #include "tests/support/dense_qp_solver.hpp"
+#include "tests/support/stage_conversion.hpp"
 
 namespace saltus::testing_support {
 

@@ -2,9 +2,9 @@
 // switched system with free switching times, an integrator without second derivatives.
 #include <gtest/gtest.h>
 
+#include "benchmarks/push_recovery_cases.hpp"
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/transcription/optimum_derivatives.hpp"
-#include "tests/problems/push_recovery_cases.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/resolved_derivatives.hpp"
 

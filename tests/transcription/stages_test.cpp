@@ -4,9 +4,9 @@
 
 #include <functional>
 
+#include "benchmarks/push_recovery_cases.hpp"
 #include "problems/push_recovery/problem.hpp"
 #include "saltus/qp/stage_map.hpp"
-#include "tests/problems/push_recovery_cases.hpp"
 #include "tests/problems/two_gears.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/event_problems.hpp"

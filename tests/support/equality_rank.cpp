@@ -1,4 +1,4 @@
-#include "saltus/qp/equality_rank.hpp"
+#include "tests/support/equality_rank.hpp"
 
 #include <fmt/format.h>
 

@@ -36,10 +36,10 @@ inline MatrixXd table(const nlohmann::json& list) {
   return m;
 }
 
-/// Reads a case of tests/problems/data/step_recovery_qp_cases.json: circumscribed four-edge
+/// Reads a case of benchmarks/data/step_recovery_qp_cases.json: circumscribed four-edge
 /// friction pyramid, costs summed at the nodes, capture point rows hard from the impact on.
 inline QpCase read_case(const std::string& name) {
-  std::ifstream file(SALTUS_TEST_DATA "/step_recovery_qp_cases.json");
+  std::ifstream file(SALTUS_BENCHMARK_DATA "/step_recovery_qp_cases.json");
   const nlohmann::json json = nlohmann::json::parse(file).at(name);
   const nlohmann::json& p = json.at("params");
   QpCase c;

@@ -1,4 +1,4 @@
-#include "saltus/qp/stage_conversion.hpp"
+#include "tests/support/stage_conversion.hpp"
 
 #include <algorithm>
 #include <utility>
