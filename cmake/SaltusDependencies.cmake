@@ -90,11 +90,13 @@ macro(saltus_find_sundials)
     set(missing "SUNDIALS 6.4 to 7, in place of ${SUNDIALS_VERSION} (libsundials-dev)")
   else()
     set(sundials_parts)
+    set(SALTUS_SUNDIALS_LIBRARY_NAMES) # for saltusConfig.cmake
     # Version 7 moved its base classes into a library of their own.
     foreach(part cvodes arkode nvecserial sunmatrixdense sunlinsoldense sunnonlinsolnewton
                  sunnonlinsolfixedpoint core)
       if(TARGET SUNDIALS::${part}_shared)
         list(APPEND sundials_parts SUNDIALS::${part}_shared)
+        string(APPEND SALTUS_SUNDIALS_LIBRARY_NAMES " sundials_${part}")
       endif()
     endforeach()
     saltus_external(sundials_libraries LINK ${sundials_parts})

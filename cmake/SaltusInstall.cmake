@@ -1,0 +1,60 @@
+# What `cmake --install` puts where: the libraries of the enabled components with their public
+# headers (public_headers.txt), and a CMake package that finds for a user only what is asked for.
+
+include(CMakePackageConfigHelpers)
+set(SALTUS_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/saltus)
+
+# saltus_public_headers(OUT component): as they are included, below saltus/.
+function(saltus_public_headers out component)
+  set(headers)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/public_headers.txt)
+  file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/public_headers.txt lines REGEX "^${component} ")
+  foreach(line ${lines})
+    string(REGEX REPLACE "^${component} +" "" pattern ${line})
+    file(GLOB found RELATIVE ${SALTUS_INCLUDE_DIR}/saltus ${SALTUS_INCLUDE_DIR}/saltus/${pattern})
+    if(NOT found)
+      message(WARNING "cmake/public_headers.txt: there is no header ${pattern}")
+    endif()
+    list(APPEND headers ${found})
+  endforeach()
+  set(${out} ${headers} PARENT_SCOPE)
+endfunction()
+
+set(SALTUS_PUBLIC_HEADERS)
+foreach(component ${SALTUS_ALL_COMPONENTS})
+  if(SALTUS_HAS_${component})
+    get_property(targets GLOBAL PROPERTY SALTUS_TARGETS_${component})
+    if(TARGET saltus_component_${component})
+      list(APPEND targets saltus_component_${component})
+    endif()
+    if(component STREQUAL "core")
+      list(APPEND targets saltus_usage)
+    endif()
+    install(TARGETS ${targets} EXPORT saltus-${component}-targets
+            ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component}
+            LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${component}-runtime
+                                                        NAMELINK_COMPONENT ${component}
+            INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+    install(EXPORT saltus-${component}-targets NAMESPACE saltus:: DESTINATION ${SALTUS_CMAKE_DIR}
+            COMPONENT ${component})
+    saltus_public_headers(headers ${component})
+    foreach(header ${headers})
+      get_filename_component(folder ${header} DIRECTORY)
+      get_filename_component(file ${SALTUS_INCLUDE_DIR}/saltus/${header} REALPATH) # not the link
+      install(FILES ${file} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/saltus/${folder}
+              COMPONENT ${component})
+    endforeach()
+    list(APPEND SALTUS_PUBLIC_HEADERS ${headers})
+  endif()
+endforeach()
+
+# Found next to one another or not at all: each component's file comes with its package.
+configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/saltusConfig.cmake.in
+                              ${PROJECT_BINARY_DIR}/saltusConfig.cmake
+                              INSTALL_DESTINATION ${SALTUS_CMAKE_DIR}
+                              NO_CHECK_REQUIRED_COMPONENTS_MACRO)
+# Before 1.0 every minor version may change what it promises.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/saltusConfig.cmake ${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake
+        DESTINATION ${SALTUS_CMAKE_DIR} COMPONENT core)
