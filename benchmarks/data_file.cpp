@@ -4,12 +4,13 @@
 
 #include <fstream>
 
+#include "saltus/app/data_file.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus::bench {
 
 std::filesystem::path data_file(const std::string& name) {
-  return std::filesystem::path(SALTUS_BENCHMARK_DATA) / name;
+  return saltus::data_file("benchmarks/data") / name;
 }
 
 nlohmann::json read_json(const std::filesystem::path& file) {

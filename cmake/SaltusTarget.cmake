@@ -144,6 +144,21 @@ function(saltus_program name)
   target_link_libraries(${name} PRIVATE saltus_flags saltus_program_flags ${P_DEPENDS})
 endfunction()
 
+# saltus_data(PATH): a file or folder that programs read at run time, by data_file("PATH")
+# (app/data_file.hpp): below share/saltus of the build folder by a link, and of an installation.
+function(saltus_data path)
+  get_filename_component(folder ${path} DIRECTORY)
+  file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/share/saltus/${folder})
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${path} ${PROJECT_BINARY_DIR}/share/saltus/${path} SYMBOLIC)
+  if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/${path})
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/${path} DESTINATION ${CMAKE_INSTALL_DATADIR}/saltus/${folder}
+            COMPONENT program PATTERN __pycache__ EXCLUDE)
+  else()
+    install(PROGRAMS ${PROJECT_SOURCE_DIR}/${path} DESTINATION ${CMAKE_INSTALL_DATADIR}/saltus/${folder}
+            COMPONENT program)
+  endif()
+endfunction()
+
 # saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest.
 function(saltus_test name)
   cmake_parse_arguments(T "" "" "SOURCES;DEPENDS" ${ARGN})

@@ -5,11 +5,12 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <vector>
 
+#include "saltus/app/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/icub/icub_model.hpp"
 
 namespace saltus::push_recovery {
 
@@ -25,9 +26,7 @@ RobotDescription robot_of(const Config& config) {
 std::optional<std::filesystem::path> urdf_of(const Config& config) {
   if (!config.urdf.empty()) return config.urdf;
   if (!config.robot_file.empty()) return std::nullopt;
-  const char* fetched = std::getenv("SALTUS_ICUB_URDF");
-  if (fetched != nullptr && *fetched != '\0' && std::filesystem::exists(fetched)) return fetched;
-  return std::nullopt;
+  return find_icub_urdf();
 }
 
 std::filesystem::path urdf_of_body(const Config& config) {
@@ -38,13 +37,17 @@ std::filesystem::path urdf_of_body(const Config& config) {
         fmt::format("the whole body of the robot in {} needs its URDF; name it with --robot.urdf "
                     "FILE",
                     config.robot_file));
-  throw InputError(
-      "the whole body needs iCub's URDF, which was not fetched ('./saltus setup' tries again) or "
-      "is not where SALTUS_ICUB_URDF says; name it with --robot.urdf FILE");
+  return fetch_icub_urdf([](const std::string& line) { fmt::print(stderr, "{}\n", line); });
 }
 
 void draw(const std::filesystem::path& results, const char* what, const std::string& script) {
-  const std::string path = SALTUS_SOURCE_DIR "/robots/report/scripts/" + script;
+  std::string path;
+  try {
+    path = data_file("robots/report/scripts/" + script).string();
+  } catch (const InputError& error) {
+    fmt::print(stderr, "no {}: {}\n", what, error.what());
+    return;
+  }
   const std::string folder = results.string();
   std::fflush(nullptr);
   const pid_t child = fork();

@@ -1,0 +1,145 @@
+"""Dependencies run one way: no circle between folders, no include against the direction of the layers.
+
+Usage: check_layers.py ROOT [--list]. Exits with 1 and a line for every include that breaks a rule, or for a
+circle with an include of each of its steps. --list writes the folders in an order of dependence.
+"""
+
+import collections
+import pathlib
+import re
+import sys
+
+TOPS = ("framework", "integrators", "robots", "problems", "program", "benchmarks", "tests", "docs", "examples")
+# What a folder must not include; the longest name that fits decides.
+FORBIDDEN = {
+    "framework": ("robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
+    "integrators": ("robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
+    "robots": ("problems", "program", "benchmarks", "tests", "docs", "examples"),
+    "problems": ("program", "benchmarks", "tests", "docs", "examples"),
+    "benchmarks": ("program", "tests", "docs", "examples"),
+    "program": ("tests", "docs", "examples"),
+    "tests/qp": ("problems", "program", "docs", "examples"),
+    # They see what is installed, by the names that it is installed under.
+    "examples": ("framework", "problems", "program", "benchmarks", "tests", "docs"),
+    "docs": ("problems", "program", "benchmarks", "tests", "examples"),
+}
+INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
+
+
+def folder_of(path):
+    """The unit that a file belongs to: framework/ocp, robots/dart, integrators, tests/qp, ..."""
+    parts = path.parts
+    if parts[0] in ("framework", "robots", "problems", "tests") and len(parts) > 2:
+        return "/".join(parts[:2])
+    return parts[0]
+
+
+def resolve(root, including, included):
+    """The file of the tree that an include names, relative to the root, or None for one of others."""
+    path = pathlib.PurePosixPath(included)
+    if path.parts[0] == "saltus":
+        below = pathlib.PurePosixPath(*path.parts[1:])
+        if below.parts and below.parts[0] in ("integrators", "robots"):
+            return below
+        return pathlib.PurePosixPath("framework") / below
+    if path.parts[0] in TOPS:
+        return path
+    beside = including.parent / path
+    return beside if (root / beside).exists() else None
+
+
+def is_below(folder, top):
+    return folder == top or folder.startswith(top + "/")
+
+
+def rules_for(folder):
+    names = [name for name in FORBIDDEN if is_below(folder, name)]
+    return FORBIDDEN[max(names, key=len)] if names else ()
+
+
+def circle(graph):
+    """Folders that need one another in turn, or an empty list."""
+    state, trail = {}, []
+
+    def visit(node):
+        state[node] = "open"
+        trail.append(node)
+        for target in sorted(graph.get(node, ())):
+            if state.get(target) == "open":
+                return trail[trail.index(target):] + [target]
+            if target not in state:
+                found = visit(target)
+                if found:
+                    return found
+        trail.pop()
+        state[node] = "done"
+        return []
+
+    for node in sorted(graph):
+        if node not in state:
+            found = visit(node)
+            if found:
+                return found
+    return []
+
+
+def in_order(graph):
+    order, seen = [], set()
+
+    def visit(node):
+        if node in seen:
+            return
+        seen.add(node)
+        for target in sorted(graph.get(node, ())):
+            visit(target)
+        order.append(node)
+
+    for node in sorted(graph):
+        visit(node)
+    return order
+
+
+def main(arguments):
+    root = pathlib.Path(arguments[0])
+    problems, graph, example = [], collections.defaultdict(set), {}
+    files = 0
+    for top in TOPS:
+        for file in sorted((root / top).rglob("*")):
+            if file.suffix not in (".hpp", ".cpp", ".in") or not file.is_file():
+                continue
+            files += 1
+            including = pathlib.PurePosixPath(file.relative_to(root).as_posix())
+            folder = folder_of(including)
+            graph.setdefault(folder, set())
+            for included in INCLUDE.findall(file.read_text(encoding="utf-8")):
+                target = resolve(root, including, included)
+                if target is None:
+                    continue
+                # tests/packaging builds projects of their own, with headers of their own.
+                if not (root / target).exists():
+                    problems.append(f"{including}: includes {included}, which is not there")
+                    continue
+                used = folder_of(target)
+                if used == folder:
+                    continue
+                broken = [top for top in rules_for(folder) if is_below(used, top)]
+                if broken and not (folder == "examples" and included.startswith("saltus/")):
+                    problems.append(f"{including}: {folder} must not include {used} ({included})")
+                graph[folder].add(used)
+                example.setdefault((folder, used), f"{including} includes {included}")
+    round_trip = circle(graph)
+    if round_trip:
+        problems.append("a circle between folders: " + " -> ".join(round_trip))
+        problems += ["  " + example[step] for step in zip(round_trip, round_trip[1:])]
+    if "--list" in arguments:
+        for folder in in_order(graph):
+            print(f"{folder}: {' '.join(sorted(graph[folder]))}")
+    if problems:
+        print("\n".join(problems))
+        return 1
+    print(f"layers: {files} files in {len(graph)} folders, no circle, no include against the direction")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
