@@ -30,7 +30,7 @@ void hold(const MultipleShooting& shooting, const VectorXd& w, double t, double 
   held.clear();
   const Grid& grid = shooting.grid();
   const Layout& layout = shooting.layout();
-  double at = t, start = shooting.program().start_time;
+  double at = t, start = shooting.data().start_time;
   int last_phase = -1, last_interval = -1;
   const auto add = [&](int j, int k, double length, double fraction) {
     const PhaseDefinition& phase = shooting.problem().phases()[j];

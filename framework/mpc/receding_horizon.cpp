@@ -67,7 +67,7 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   plan_ = guess_ = point_ = initial_;
   shift_.remember(shooting_->program(), initial_.w);
   fallback_ = options_.fallback_input;
-  now_ = shooting_->program().start_time - options_.period;
+  now_ = shooting_->data().start_time - options_.period;
   tick_.input = held_input_for(*shooting_);
 }
 

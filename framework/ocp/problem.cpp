@@ -25,12 +25,6 @@ OptimalControlProblem& OptimalControlProblem::start_at(std::initializer_list<dou
   return start_at(std::move(x));
 }
 
-void OptimalControlProblem::move_start(const VectorRef& state) {
-  start_bounds_.resize(state.size());
-  for (Eigen::Index i = 0; i < state.size(); ++i) start_bounds_[i] = exactly(state[i]);
-  start_guess_ = state;
-}
-
 OptimalControlProblem& OptimalControlProblem::start_within(std::vector<Bounds> bounds,
                                                            VectorXd guess) {
   start_bounds_ = std::move(bounds);

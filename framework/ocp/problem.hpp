@@ -28,8 +28,6 @@ class OptimalControlProblem {
   /// The state at the start is given (it can be replaced between solves).
   OptimalControlProblem& start_at(VectorXd state);
   OptimalControlProblem& start_at(std::initializer_list<double> state);
-  /// The same between solves: once the start is given it only changes numbers, without allocation.
-  void move_start(const VectorRef& state);
   /// The state at the start is free within bounds; `guess` starts the search.
   OptimalControlProblem& start_within(std::vector<Bounds> bounds, VectorXd guess);
   /// Absolute time of the start, s.

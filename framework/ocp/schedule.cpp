@@ -222,4 +222,21 @@ void Schedule::adopt(const Schedule& other) {
         other.names_ == names_ ? other.sequence_[i] : number_of(other.mode(static_cast<int>(i)));
 }
 
+bool operator==(const Schedule& a, const Schedule& b) {
+  if (a.count_ != b.count_ || a.sequence_.empty() != b.sequence_.empty()) return false;
+  const auto same_event = [](const Event& e, const Event& f) {
+    return e.time == f.time && e.name == f.name;
+  };
+  const std::span<const Event> events = a.events(), others = b.events();
+  if (!std::equal(events.begin(), events.end(), others.begin(), same_event)) return false;
+  if (a.sequence_.empty()) return true;
+  for (std::size_t i = 0; i <= a.count_; ++i) {
+    const bool same = a.names_ == b.names_
+                          ? a.sequence_[i] == b.sequence_[i]
+                          : a.mode(static_cast<int>(i)) == b.mode(static_cast<int>(i));
+    if (!same) return false;
+  }
+  return true;
+}
+
 }  // namespace saltus

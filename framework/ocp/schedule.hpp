@@ -81,6 +81,9 @@ class Schedule {
   /// Becomes what `other` is, within the modes and the capacity declared here.
   void adopt(const Schedule& other);
 
+  /// The same modes in the same order with the same events at the same times.
+  friend bool operator==(const Schedule& a, const Schedule& b);
+
  private:
   int number_of(std::string_view mode) const;
 

@@ -13,6 +13,7 @@
 #include "saltus/solver/solver.hpp"
 #include "saltus/transcription/grid.hpp"
 #include "saltus/transcription/layout.hpp"
+#include "saltus/transcription/problem_data.hpp"
 #include "saltus/transcription/solution.hpp"
 
 namespace saltus {
@@ -36,12 +37,15 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   MultipleShooting& operator=(MultipleShooting&&) noexcept;
 
   NonlinearProgram& nlp();
+  /// As defined, with the present schedule and penalty weights.
   const OptimalControlProblem& problem() const;
+  /// Of the next solve.
+  const ProblemData& data() const;
   const Grid& grid() const;
   const Layout& layout() const;
-  /// What nlp() is, with its places: for PlanShift.
+  /// What nlp() is, with the grid points of its terms: for PlanShift.
   const ShootingProgram& program() const { return *program_; }
-  /// The same, for OptimumDerivatives, which moves what is none of its variables and takes it back.
+  /// The same, for OptimumDerivatives, which commits data beside the present ones and these again.
   ShootingProgram& editable_program() { return *program_; }
   /// Stages of nlp(): a node of a phase each, with the interval that begins there.
   StageStructure stages() const;
@@ -76,9 +80,12 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   Solution interpret(NlpResult result);
 
  private:
-  void replace_grid();
+  /// Commits an edited copy of the present data.
+  template <class Edit>
+  void change(Edit&& edit);
 
   std::unique_ptr<ShootingProgram> program_;
+  ProblemData next_;  // where data are edited, so that nothing allocates
   std::string integrator_name_;
 };
 

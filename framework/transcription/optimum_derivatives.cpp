@@ -50,7 +50,7 @@ SparsityPattern curvature_of(const ShootingProgram& program) {
       variables.push_back(layout.state(j, instance.interval) + i);
     for (int i = 0; i < program.integrators()[j]->arguments().nc; ++i)
       variables.push_back(layout.input(j, instance.interval) + i);
-    for (int i = 0; i < program.data[j].size(); ++i)
+    for (int i = 0; i < program.data().parameters[j].size(); ++i)
       if (layout.parameter(j, i) >= 0) variables.push_back(layout.parameter(j, i));
     for (int i = 0; i <= j; ++i)
       if (layout.duration(i) >= 0) variables.push_back(layout.duration(i));
@@ -113,11 +113,18 @@ void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
 }
 
 OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, StepRange steps,
-                                                     const std::function<void(double)>& move) {
+                                                     const EditData& edit) {
   OptimumDerivative result;
+  ShootingProgram& program = shooting_->editable_program();
+  const ProblemData before = program.data();
+  ProblemData data = before;
+  const auto move = [&](double d) {
+    data = before;
+    if (d != 0.0) edit(d, data);
+    program.commit(data);
+  };
   ParametricRates rates;
-  const DifferenceStatus status =
-      difference(shooting_->editable_program(), system_, steps, move, rates);
+  const DifferenceStatus status = difference(program, system_, steps, move, rates);
   if (status != DifferenceStatus::success) {
     result.cost = unknown;
     result.message =
@@ -155,33 +162,20 @@ OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
 // --- what may change ----------------------------------------------------------------------------
 
 OptimumDerivative OptimumDerivatives::wrt_event(std::string_view event) {
-  ShootingProgram& program = shooting_->editable_program();
-  const double time = shooting_->problem().schedule().time_of(event);
+  const double time = shooting_->data().schedule.time_of(event);
   if (!std::isfinite(time)) return unchanged();
-  const Schedule before = shooting_->problem().schedule();
-  return by_differences(fmt::format("time of event '{}', {} s", event, time),
-                        time_steps(shooting_->grid()), [&](double d) {
-                          Schedule& schedule = program.problem().editable_schedule();
-                          schedule.adopt(before);
-                          if (d != 0.0) schedule.retime(event, time + d);
-                          program.grid().place(schedule, program.start_time);
-                          program.refresh();
-                        });
+  return by_differences(
+      fmt::format("time of event '{}', {} s", event, time), time_steps(shooting_->grid()),
+      [&](double d, ProblemData& data) { data.schedule.retime(event, time + d); });
 }
 
 OptimumDerivative OptimumDerivatives::wrt_start_time() {
-  ShootingProgram& program = shooting_->editable_program();
-  const double time = program.start_time;
+  const double time = shooting_->data().start_time;
   return by_differences(fmt::format("start time, {} s", time), time_steps(shooting_->grid()),
-                        [&](double d) {
-                          program.start_time = time + d;
-                          program.grid().place(shooting_->problem().schedule(), time + d);
-                          program.refresh();
-                        });
+                        [&](double d, ProblemData& data) { data.start_time = time + d; });
 }
 
 OptimumDerivative OptimumDerivatives::wrt_duration(int phase) {
-  ShootingProgram& program = shooting_->editable_program();
   if (phase < 0 || phase >= shooting_->grid().phases())
     throw DefinitionError(
         fmt::format("problem '{}' has {} phases, but derivatives with respect "
@@ -190,18 +184,14 @@ OptimumDerivative OptimumDerivatives::wrt_duration(int phase) {
   const PhaseDefinition& definition = shooting_->problem().phases()[phase];
   if (const int v = shooting_->layout().duration(phase); v >= 0)
     return by_holding(v, definition.nominal_duration);
-  const double duration = shooting_->grid().reference_duration(phase);
+  const double duration = shooting_->data().durations[phase];
   return by_differences(fmt::format("duration of phase '{}', {} s", definition.name, duration),
-                        time_steps(shooting_->grid()), [&](double d) {
-                          program.grid().set_duration(phase, duration + d);
-                          program.grid().place(shooting_->problem().schedule(), program.start_time);
-                          program.refresh();
-                        });
+                        time_steps(shooting_->grid()),
+                        [&](double d, ProblemData& data) { data.durations[phase] = duration + d; });
 }
 
 OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i) {
-  ShootingProgram& program = shooting_->editable_program();
-  std::vector<std::pair<int, int>> places;  // phase, entry of p
+  std::vector<std::pair<int, int>> entries;  // phase, entry of p
   std::vector<std::string> names;
   const ParameterBlock* found = nullptr;
   for (int j = 0; j < shooting_->grid().phases(); ++j) {
@@ -210,7 +200,7 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
       names.push_back(block.name);
       if (block.name == name) {
         found = &block;
-        places.emplace_back(j, first + i);
+        entries.emplace_back(j, first + i);
       }
       first += static_cast<int>(block.value.size());
     }
@@ -225,15 +215,15 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
     throw DefinitionError(fmt::format("parameter '{}' has {} entries, but entry {} was asked for",
                                       name, found->value.size(), i));
   if (found->unknown)
-    return by_holding(shooting_->layout().parameter(places.front().first, places.front().second),
+    return by_holding(shooting_->layout().parameter(entries.front().first, entries.front().second),
                       found->nominal[i]);
-  const double value = program.data[places.front().first][places.front().second];
+  const double value = shooting_->data().parameters[entries.front().first][entries.front().second];
   const double magnitude = std::max(std::abs(value), smallest_magnitude * found->nominal[i]);
   return by_differences(fmt::format("entry {} of parameter '{}', {}", i, name, value),
                         {step_of_parameter * magnitude, smallest_of_parameter * magnitude},
-                        [&](double d) {
-                          for (const auto& [j, entry] : places)
-                            program.set_data(j, entry, value + d);
+                        [&](double d, ProblemData& data) {
+                          for (const auto& [j, entry] : entries)
+                            data.parameters[j][entry] = value + d;
                         });
 }
 

@@ -7,7 +7,7 @@
 //
 // and dw*/dtheta follows from the KKT system of what holds (framework/solver/optimum_system.hpp).
 // Derivatives with respect to theta at fixed (w, lambda) are exact where theta is a variable of
-// the program or the side of a row. Elsewhere the program is refreshed at theta +- h and
+// the program or the side of a row. Elsewhere the program takes on data at theta +- h and
 // differenced with Richardson extrapolation; the second derivatives of w enter through exact
 // gradients.
 #pragma once
@@ -65,8 +65,9 @@ class OptimumDerivatives {
   const NlpPoint& point() const { return system_.point(); }
 
  private:
-  OptimumDerivative by_differences(const std::string& name, StepRange steps,
-                                   const std::function<void(double)>& move);
+  /// Brings data from theta to theta + d.
+  using EditData = std::function<void(double d, ProblemData& data)>;
+  OptimumDerivative by_differences(const std::string& name, StepRange steps, const EditData& edit);
   OptimumDerivative by_holding(int variable, double nominal);
   OptimumDerivative unchanged() const;
   void finish(OptimumDerivative& result, bool solved, const OptimumMovement& moved,

@@ -31,20 +31,11 @@ std::vector<int> running_costs(const PhaseDefinition& phase) {
 ShootingProgram::ShootingProgram(OptimalControlProblem problem,
                                  const std::vector<int>& base_intervals,
                                  const IntegratorChoice& integrator)
-    : start_time(problem.start_time()),
-      start_bounds(problem.start_bounds()),
-      previous_input(VectorXd::Constant(problem.phases().front().sizes.nu,
-                                        std::numeric_limits<double>::quiet_NaN())),
-      schedule_before(problem.schedule()),
-      problem_(std::move(problem)),
+    : problem_(std::move(problem)),
+      data_(problem_),
       grid_(problem_, base_intervals),
-      layout_(problem_, grid_, *this) {
-  for (const PhaseDefinition& phase : problem_.phases()) {
-    VectorXd& p = data.emplace_back(phase.sizes.np);
-    int i = 0;
-    for (const ParameterBlock& block : phase.parameters)
-      for (const double v : block.value) p[i++] = v;
-  }
+      layout_(problem_, grid_, *this),
+      proposal_{grid_, {}, {}} {
   build_start();
   for (int j = 0; j < grid_.phases(); ++j) {
     if (j > 0) jump_rows_.push_back(build_jump(problem_.jumps()[j], j - 1, j));
@@ -55,6 +46,9 @@ ShootingProgram::ShootingProgram(OptimalControlProblem problem,
   build_slacks();
   finish();
   place_data();
+  proposal_.lower = lower().head(first_slack_);
+  proposal_.upper = upper().head(first_slack_);
+  propose(data_);
   refresh();
 }
 

@@ -11,6 +11,8 @@ NlpPoint MultipleShooting::initial_guess() const {
   NlpPoint point{VectorXd::Zero(program_->variables()), {}, {}};
   VectorXd& w = point.w;
   VectorXd start = problem().start_guess();
+  for (int i = 0; i < start.size(); ++i)
+    start[i] = std::clamp(start[i], data().start_bounds[i].lower, data().start_bounds[i].upper);
   for (int j = 0; j < grid().phases(); ++j) {
     const PhaseDefinition& phase = problem().phases()[j];
     const int nx = phase.sizes.nx, nu = phase.sizes.nu;
@@ -64,7 +66,7 @@ NlpPoint MultipleShooting::initial_guess() const {
 NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
   NlpPoint point = initial_guess();
   if (trajectory.empty()) return point;
-  double start = program_->start_time;
+  double start = data().start_time;
   for (int j = 0; j < grid().phases(); ++j) {
     const PhaseDefinition& phase = problem().phases()[j];
     const int nx = phase.sizes.nx, nu = phase.sizes.nu;
@@ -113,7 +115,7 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
   const PhaseDefinition& first = problem().phases().front();
   for (int i = 0; i < first.sizes.nx; ++i) {
     double& x = point.w[layout().state(0, 0) + i];
-    const Bounds& b = program_->start_bounds[i];
+    const Bounds& b = data().start_bounds[i];
     x = std::clamp(x, b.lower / first.nominal_state[i], b.upper / first.nominal_state[i]);
   }
   return point;

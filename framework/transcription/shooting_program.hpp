@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "saltus/model/integrator.hpp"
@@ -11,35 +12,28 @@
 #include "saltus/transcription/block_program.hpp"
 #include "saltus/transcription/grid.hpp"
 #include "saltus/transcription/layout.hpp"
+#include "saltus/transcription/problem_data.hpp"
 #include "saltus/transcription/shooting_instances.hpp"
 
 namespace saltus {
 
-/// Built once (shooting_build.cpp): variables, rows and blocks for every place where a term could
-/// ever act. refresh() (shooting_refresh.cpp) then sets constants, bounds and weights for the
-/// present grid and data; it changes neither sizes nor patterns and does not allocate.
+/// Built once (shooting_build.cpp, shooting_terms.cpp): variables, rows and blocks for every grid
+/// point at which a term could ever act. commit() (shooting_data.cpp) then sets constants, bounds
+/// and weights for new data; it changes neither sizes nor patterns.
 class ShootingProgram final : public BlockProgram {
  public:
   ShootingProgram(OptimalControlProblem problem, const std::vector<int>& base_intervals,
                   const IntegratorChoice& integrator);
-  void refresh();
-  // Parts of it, where only that much changed.
-  void refresh_start();
-  void refresh_rows();
-  void refresh_changes();
-  /// Entry i of p in a phase, wherever it is read.
-  void set_data(int phase, int i, double value);
 
-  // Data of the next solve, followed by refresh().
-  double start_time = 0.0;           ///< absolute, s
-  std::vector<Bounds> start_bounds;  ///< of the first state
-  std::vector<VectorXd> data;        ///< p of each phase: data, and guesses of unknowns
-  VectorXd previous_input;           ///< NaN until given
-  Schedule schedule_before;          ///< to take a change back
+  const ProblemData& data() const { return data_; }
+  /// Takes on the data of the next solve. Throws DefinitionError, changing nothing, when numbers
+  /// are none or bounds would exclude one another; touches only what differs from data() and
+  /// allocates nothing if nothing is wrong.
+  void commit(const ProblemData& next);
+  /// Sets every penalty weight of this name; false if there is none.
+  bool set_penalty_weight(std::string_view weight_name, double weight);
 
-  OptimalControlProblem& problem() { return problem_; }
   const OptimalControlProblem& problem() const { return problem_; }
-  Grid& grid() { return grid_; }
   const Grid& grid() const { return grid_; }
   const Layout& layout() const { return layout_; }
 
@@ -95,11 +89,21 @@ class ShootingProgram final : public BlockProgram {
   int add_penalty_block(const shooting::RowInstance& instance, int slack);
   int new_rows(int count, const std::string& what);
 
+  // Grid and bounds for new data, beside those in force: shooting_data.cpp, shooting_refresh.cpp.
+  void propose(const ProblemData& next);
+  void propose_input_bounds(int j);
+  void propose_state_bounds(int j, bool given_start);
+  void place_parameter(int phase, int i, double value);
+
+  // What follows data_ and grid_. Throws nothing.
+  void refresh();
   void refresh_times();
   void refresh_total_time();
   void place_data();
-  void refresh_input_bounds(int j);
-  void refresh_state_bounds(int j);
+  void refresh_start();
+  void refresh_bounds();
+  void refresh_rows();
+  void refresh_changes();
   void refresh_unknowns();
   void refresh_continuity();
   void refresh_costs();
@@ -107,8 +111,14 @@ class ShootingProgram final : public BlockProgram {
   bool is_pinned(int phase, int interval, int component) const;
 
   OptimalControlProblem problem_;
+  ProblemData data_;
   Grid grid_;
   Layout layout_;
+  struct Proposal {
+    Grid grid;
+    VectorXd lower, upper;  // of the variables before the slacks; only states and inputs are read
+  };
+  Proposal proposal_;
 
   int start_row_ = 0;
   int closing_row_ = -1;

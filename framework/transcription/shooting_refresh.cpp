@@ -12,15 +12,26 @@ namespace saltus {
 
 using namespace shooting;
 
+namespace {
+
+// Cuts [lower, upper], in multiples of `nominal`, to what further bounds leave of it.
+void intersect(double& lower, double& upper, const Bounds& bounds, double nominal,
+               const PhaseDefinition& phase, const char* what, int component) {
+  lower = std::max(lower, bounds.lower / nominal);
+  upper = std::min(upper, bounds.upper / nominal);
+  if (!(lower <= upper))
+    throw DefinitionError(fmt::format(
+        "phase '{}', {} {}: bounds that act at the same time exclude one another: [{}, {}]",
+        phase.name, what, component, lower * nominal, upper * nominal));
+}
+
+}  // namespace
+
 void ShootingProgram::refresh() {
   refresh_times();
   refresh_total_time();
   refresh_start();
-  refresh_unknowns();
-  for (int j = 0; j < grid_.phases(); ++j) {
-    refresh_input_bounds(j);
-    refresh_state_bounds(j);
-  }
+  refresh_bounds();
   refresh_continuity();
   refresh_rows();
   refresh_costs();
@@ -38,7 +49,7 @@ void ShootingProgram::refresh_times() {
 
 void ShootingProgram::refresh_total_time() {
   if (total_time_row_ < 0) return;
-  const double known = known_start(grid_.phases()) - start_time;
+  const double known = known_start(grid_.phases()) - data_.start_time;
   bound_row(total_time_row_, problem_.total_time().lower - known,
             problem_.total_time().upper - known);
 }
@@ -47,28 +58,22 @@ void ShootingProgram::place_data() {
   for (const BlockInstance& b : placed_) {
     const int j = b.point.phase;
     if (b.parameter_argument < 0) continue;
-    for (int i = 0; i < data[j].size(); ++i)
-      if (layout_.parameter(j, i) < 0) set_constant(b.block, b.parameter_argument + i, data[j][i]);
+    for (int i = 0; i < data_.parameters[j].size(); ++i)
+      if (layout_.parameter(j, i) < 0)
+        set_constant(b.block, b.parameter_argument + i, data_.parameters[j][i]);
   }
-}
-
-void ShootingProgram::set_data(int phase, int i, double value) {
-  if (data[phase][i] == value) return;
-  data[phase][i] = value;
-  if (layout_.parameter(phase, i) >= 0) return;
-  for (const BlockInstance& b : placed_)
-    if (b.point.phase == phase && b.parameter_argument >= 0)
-      set_constant(b.block, b.parameter_argument + i, value);
 }
 
 void ShootingProgram::refresh_start() {
   const PhaseDefinition& first = problem_.phases().front();
   for (int i = 0; i < first.sizes.nx; ++i)
-    bound_row(start_row_ + i, start_bounds[i].lower / first.nominal_state[i],
-              start_bounds[i].upper / first.nominal_state[i]);
+    bound_row(start_row_ + i, data_.start_bounds[i].lower / first.nominal_state[i],
+              data_.start_bounds[i].upper / first.nominal_state[i]);
 }
 
-void ShootingProgram::refresh_unknowns() {
+// Of states and inputs as proposed; unknowns have their own.
+void ShootingProgram::refresh_bounds() {
+  for (int v = 0; v < first_slack_; ++v) bound_variable(v, proposal_.lower[v], proposal_.upper[v]);
   for (int j = 0; j < grid_.phases(); ++j) {
     const PhaseDefinition& phase = problem_.phases()[j];
     int p = 0;
@@ -86,9 +91,7 @@ void ShootingProgram::refresh_unknowns() {
 }
 
 bool ShootingProgram::is_given_start(int phase, int node) const {
-  return phase == 0 && grid_.node_offset(0, node) == 0.0 &&
-         std::all_of(start_bounds.begin(), start_bounds.end(),
-                     [](const Bounds& b) { return b.is_equality(); });
+  return phase == 0 && grid_.node_offset(0, node) == 0.0 && data_.has_given_start();
 }
 
 Bounds ShootingProgram::input_bounds(int phase, int interval, int component) const {
@@ -108,50 +111,40 @@ bool ShootingProgram::is_pinned(int phase, int interval, int component) const {
   return lower()[v] == upper()[v];
 }
 
-void ShootingProgram::refresh_input_bounds(int j) {
+void ShootingProgram::propose_input_bounds(int j) {
+  auto& [grid, lower, upper] = proposal_;
   const PhaseDefinition& phase = problem_.phases()[j];
   const int coefficients = (phase.input_shape() == InputShape::linear ? 2 : 1) * phase.sizes.nu;
-  for (int k = 0; k < grid_.intervals(j); ++k) {
+  for (int k = 0; k < grid.intervals(j); ++k) {
     // In an empty slot no time passes, so any value serves: take zero.
-    const double free = grid_.interval(j, k).is_empty() ? 0.0 : infinity;
-    for (int i = 0; i < coefficients; ++i) bound_variable(layout_.input(j, k) + i, -free, free);
+    const double free = grid.interval(j, k).is_empty() ? 0.0 : infinity;
+    lower.segment(layout_.input(j, k), coefficients).setConstant(-free);
+    upper.segment(layout_.input(j, k), coefficients).setConstant(free);
   }
   for (const ComponentBounds& b : phase.input_bounds) {
-    const PhaseWindow window = grid_.resolve(j, b.window);
+    const PhaseWindow window = grid.resolve(j, b.window);
     const double nominal = phase.nominal_input[b.component];
-    for (int k = 0; k < grid_.intervals(j); ++k) {
-      if (!grid_.interval_in(j, k, window)) continue;
-      for (int i = b.component; i < coefficients; i += phase.sizes.nu) {
-        const int v = layout_.input(j, k) + i;
-        bound_variable(v, std::max(lower()[v], b.bounds.lower / nominal),
-                       std::min(upper()[v], b.bounds.upper / nominal));
-        if (!(lower()[v] <= upper()[v]))
-          throw DefinitionError(
-              fmt::format("phase '{}', input {}: bounds that act at the same time exclude one "
-                          "another: [{}, {}]",
-                          phase.name, b.component, lower()[v] * nominal, upper()[v] * nominal));
-      }
+    for (int k = 0; k < grid.intervals(j); ++k) {
+      if (!grid.interval_in(j, k, window)) continue;
+      for (int i = b.component; i < coefficients; i += phase.sizes.nu)
+        intersect(lower[layout_.input(j, k) + i], upper[layout_.input(j, k) + i], b.bounds, nominal,
+                  phase, "input", b.component);
     }
   }
 }
 
-void ShootingProgram::refresh_state_bounds(int j) {
+void ShootingProgram::propose_state_bounds(int j, bool given_start) {
+  auto& [grid, lower, upper] = proposal_;
   const PhaseDefinition& phase = problem_.phases()[j];
-  for (int node = 0; node <= grid_.intervals(j); ++node) {
-    const bool given = is_given_start(j, node);
-    for (int i = 0; i < phase.sizes.nx; ++i)
-      bound_variable(layout_.state(j, node) + i, -infinity, infinity);
-    if (given) continue;
+  for (int node = 0; node <= grid.intervals(j); ++node) {
+    lower.segment(layout_.state(j, node), phase.sizes.nx).setConstant(-infinity);
+    upper.segment(layout_.state(j, node), phase.sizes.nx).setConstant(infinity);
+    if (given_start && j == 0 && grid.node_offset(0, node) == 0.0) continue;
     for (const ComponentBounds& s : phase.state_bounds) {
-      if (!grid_.node_in(j, node, grid_.resolve(j, s.window))) continue;
+      if (!grid.node_in(j, node, grid.resolve(j, s.window))) continue;
       const int v = layout_.state(j, node) + s.component;
-      const double nominal = phase.nominal_state[s.component];
-      bound_variable(v, std::max(lower()[v], s.bounds.lower / nominal),
-                     std::min(upper()[v], s.bounds.upper / nominal));
-      if (lower()[v] > upper()[v])
-        throw DefinitionError(fmt::format(
-            "phase '{}', state {}: bounds that act at the same time exclude one another: [{}, {}]",
-            phase.name, s.component, lower()[v] * nominal, upper()[v] * nominal));
+      intersect(lower[v], upper[v], s.bounds, phase.nominal_state[s.component], phase, "state",
+                s.component);
     }
   }
 }

@@ -6,7 +6,7 @@ namespace saltus {
 using namespace shooting;
 
 double ShootingProgram::known_start(int phase) const {
-  double t = start_time;
+  double t = data_.start_time;
   for (int i = 0; i < phase; ++i)
     if (layout_.duration(i) < 0) t += grid_.reference_duration(i);
   return t;
@@ -54,7 +54,7 @@ double ShootingProgram::duration_of(int phase, const VectorXd* w) const {
 }
 
 double ShootingProgram::start_of(int phase, const VectorXd* w) const {
-  double t = start_time;
+  double t = data_.start_time;
   for (int i = 0; i < phase; ++i) t += duration_of(i, w);
   return t;
 }
@@ -67,7 +67,7 @@ double ShootingProgram::time_of(const GridPoint& point, const VectorXd* w) const
 }
 
 VectorXd ShootingProgram::parameters_of(int phase, const VectorXd* w) const {
-  VectorXd p = data[phase];
+  VectorXd p = data_.parameters[phase];
   if (w != nullptr)
     for (int i = 0; i < p.size(); ++i)
       if (layout_.parameter(phase, i) >= 0)

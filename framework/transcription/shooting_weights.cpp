@@ -102,11 +102,12 @@ void ShootingProgram::refresh_changes() {
     const double before = instance.from < 0 ? nominal : interval_length(j, instance.from);
     const double mean = 0.5 * (before + interval_length(j, instance.to));
     for (int i = 0; i < problem_.phases()[j].sizes.nu; ++i) {
-      const bool existed = instance.from < 0 ? neighbours && !std::isnan(previous_input[i])
+      const bool existed = instance.from < 0 ? neighbours && !std::isnan(data_.previous_input[i])
                                              : !is_pinned(j, instance.from, i);
       const bool exists = neighbours && existed && !is_pinned(j, instance.to, i);
       set_weight(instance.block, i, exists ? nominal / mean : 0.0);
-      if (instance.from < 0) set_constant(instance.block, i, exists ? previous_input[i] : 0.0);
+      if (instance.from < 0)
+        set_constant(instance.block, i, exists ? data_.previous_input[i] : 0.0);
     }
   }
 }

@@ -83,7 +83,8 @@ bool close_gaps(const ShootingProgram& program, VectorXd& w) {
     if (j == 0) {
       x = stored(0).cwiseProduct(phase.nominal_state);
       for (int i = 0; i < nx; ++i)
-        x[i] = std::clamp(x[i], program.start_bounds[i].lower, program.start_bounds[i].upper);
+        x[i] = std::clamp(x[i], program.data().start_bounds[i].lower,
+                          program.data().start_bounds[i].upper);
     }
     Integrator& integrator = *program.integrators()[j];
     const IntervalArguments a = integrator.arguments();

@@ -445,7 +445,7 @@ TEST(Change, ThatIsRefusedLeavesTheProgramAsItWas) {
   EXPECT_THROW(shooting.retime("impact", nan), DefinitionError);
   EXPECT_THROW(shooting.set_penalty_weight("price", 1.0), DefinitionError);
   EXPECT_THROW(shooting.set_previous_input(Vec<double, 2>{1.0, 2.0}), DefinitionError);
-  EXPECT_EQ(shooting.problem().schedule().time_of("impact"), 0.43);
+  EXPECT_EQ(shooting.data().schedule.time_of("impact"), 0.43);
   EXPECT_EQ(shooting.nlp().lower(), lower);
   EXPECT_EQ(shooting.nlp().row_lower(), rows);
 }

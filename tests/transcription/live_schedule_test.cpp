@@ -160,7 +160,7 @@ TEST(ModeWindow, ActsEveryTimeThatItsModeOccurs) {
     EXPECT_EQ(b.bounds.is_equality(), middle < 0.15 || (middle > 0.3 && middle < 0.65)) << middle;
   }
   // Two more modes: the second swing is cut in two, the last stance ends early.
-  Schedule schedule = shooting.problem().schedule();
+  Schedule schedule = shooting.data().schedule;
   schedule.insert("stance", "stumble", 0.52);
   schedule.retime("c", 0.95);
   schedule.insert("swing", "recover", 0.6);
@@ -226,7 +226,7 @@ TEST(LiveSchedule, BoundsThatNowExcludeOneAnotherAreTakenBack) {
   Schedule early = sound;
   early.insert("push", "too early", 0.2);
   EXPECT_THROW(shooting.set_schedule(early), DefinitionError);
-  EXPECT_FALSE(shooting.problem().schedule().contains("too early"));
+  EXPECT_FALSE(shooting.data().schedule.contains("too early"));
   expect_same_program(shooting.nlp(), untouched.nlp(), random);
 }
 

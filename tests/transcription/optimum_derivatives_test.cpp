@@ -180,7 +180,7 @@ TEST(OptimumDerivatives, LeaveTheProgramAsItWas) {
   derivatives.wrt_start(1);
   derivatives.wrt_duration(0);
   EXPECT_TRUE(picture() == before);
-  EXPECT_EQ(shooting.problem().schedule().time_of("impact"), 0.43);
+  EXPECT_EQ(shooting.data().schedule.time_of("impact"), 0.43);
   EXPECT_EQ(shooting.grid().reference_duration(0), 1.0);
 }
 
