@@ -93,10 +93,8 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
         fail(phase, term,
              fmt::format("the bounds [{}, {}] of row {} are empty", term.bounds[i].lower,
                          term.bounds[i].upper, i));
-    if (term.soft && !(term.soft->weight > 0.0 && std::isfinite(term.soft->weight)))
-      fail(phase, term,
-           fmt::format("the penalty weight '{}' is {}, expected a positive number", term.soft->name,
-                       term.soft->weight));
+    if (const std::string error = term.soft ? describe_error(*term.soft) : ""; !error.empty())
+      fail(phase, term, error);
   } else if (term.kind == TermKind::cost && m != 1) {
     fail(phase, term, fmt::format("a cost must be one number, but the formula has {} rows", m));
   } else if (term.kind == TermKind::least_squares) {

@@ -196,7 +196,8 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
         if (dual)
           guess.lambda[to.first_row + static_cast<int>(i)] =
               longer * plan.lambda[from.first_row + static_cast<int>(i)];
-        for (const auto slacks : {&RowInstance::slack_below, &RowInstance::slack_above}) {
+        for (const auto slacks :
+             {&RowInstance::slack_below, &RowInstance::slack_above, &RowInstance::slack_free}) {
           const int slack = (to.*slacks)[i];
           if (slack < 0) continue;
           guess.w[slack] = plan.w[(from.*slacks)[i]];

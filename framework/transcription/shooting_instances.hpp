@@ -29,6 +29,7 @@ struct RowInstance {
   bool state_only = true;
   int first_row = 0;
   std::vector<int> slack_below, slack_above;  ///< variables per component, -1: none
+  std::vector<int> slack_free;                ///< of penalties that have one (PenaltySlacks)
 };
 
 /// A cost term at one place: an output of a block.

@@ -55,7 +55,7 @@ class ShootingProgram final : public BlockProgram {
   double duration_of(int phase, const VectorXd* w) const;
   VectorXd parameters_of(int phase, const VectorXd* w) const;
   bool is_given_start(int phase, int node) const;
-  /// Block that prices a slack together with a free duration; -1: it has a price of its own.
+  /// Block that charges a slack together with a free duration; -1: it has a cost of its own.
   int penalty_block(int slack) const { return penalty_blocks_[slack - first_slack_]; }
   /// What a slack costs at w.
   double slack_cost(int slack, const VectorXd& w);
@@ -86,7 +86,7 @@ class ShootingProgram final : public BlockProgram {
   void add_row_instance(int j, int t, const shooting::GridPoint& point, bool state_only);
   shooting::BlockInstance add_term_block(const Function& f, const shooting::GridPoint& point,
                                          std::vector<BlockOutput> outputs, bool with_length);
-  int add_penalty_block(const shooting::RowInstance& instance, int slack);
+  int add_penalty_block(const shooting::RowInstance& instance, int slack, bool is_quadratic);
   int new_rows(int count, const std::string& what);
 
   // Grid and bounds for new data, beside those in force: shooting_data.cpp, shooting_refresh.cpp.
@@ -107,6 +107,7 @@ class ShootingProgram final : public BlockProgram {
   void refresh_unknowns();
   void refresh_continuity();
   void refresh_costs();
+  void charge_slack(int slack, const SlackCost& cost, double fraction, double length);
   int paying_interval(const shooting::RowInstance& instance, const PhaseWindow& window) const;
   bool is_pinned(int phase, int interval, int component) const;
 

@@ -72,7 +72,7 @@ std::vector<CostContribution> cost_contributions(ShootingProgram& program, const
       add(instance.block, i, contributions[index[instance.phase].back()].value);
   for (const RowInstance& instance : program.row_instances()) {
     if (!program.problem().phases()[instance.phase].terms[instance.term].soft) continue;
-    for (const auto* slacks : {&instance.slack_below, &instance.slack_above})
+    for (const auto* slacks : {&instance.slack_below, &instance.slack_above, &instance.slack_free})
       for (const int s : *slacks)
         if (s >= 0)
           contributions[index[instance.phase][instance.term]].value += program.slack_cost(s, w);
@@ -90,12 +90,17 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
       return u.phase == phase.name && u.term == term.name;
     });
     if (use == uses.end()) use = uses.insert(use, SoftViolation{phase.name, term.name, 0.0, 0.0});
-    for (const auto* slacks : {&instance.slack_below, &instance.slack_above})
-      for (const int s : *slacks)
-        if (s >= 0 && w[s] > use->largest) {
-          use->largest = w[s];
-          use->time = program.time_of(instance.block.point, &w);
-        }
+    for (std::size_t i = 0; i < instance.slack_below.size(); ++i) {
+      const int below = instance.slack_below[i], above = instance.slack_above[i],
+                both = instance.slack_free[i];
+      const double part = both >= 0 ? w[both] : 0.0;  // of the violation, > 0: below
+      const double violation =
+          std::max(below >= 0 ? w[below] + part : 0.0, above >= 0 ? w[above] - part : 0.0);
+      if (violation > use->largest) {
+        use->largest = violation;
+        use->time = program.time_of(instance.block.point, &w);
+      }
+    }
   }
   return uses;
 }

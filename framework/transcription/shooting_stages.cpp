@@ -79,10 +79,12 @@ StageStructure stage_structure(const ShootingProgram& program) {
       bool eliminated = false;
       for (const int slack : {instance.slack_below[i], instance.slack_above[i]}) {
         if (slack < 0) continue;
-        // Where a free duration enters the price, the slack is an input of the row's stage.
+        // Where a free duration enters the cost, the slack is an input of the row's stage.
         eliminated = program.penalty_block(slack) < 0;
         if (!eliminated) structure.stages[stage].inputs.push_back(slack);
       }
+      if (instance.slack_free[i] >= 0)
+        structure.stages[stage].inputs.push_back(instance.slack_free[i]);
       if (eliminated)
         structure.soft_rows.push_back({row, instance.slack_below[i], instance.slack_above[i]});
     }

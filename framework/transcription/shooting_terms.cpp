@@ -107,19 +107,19 @@ void ShootingProgram::build_changes(int j) {
     }
 }
 
-// Where the length of the interval that pays is unknown, the price is a function of both:
+// Where the length of the interval that pays is unknown, the cost of a slack is a function of both:
 // length(T) x slack, or half its square. Returns the block, -1 where the length is known.
-int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack) {
+int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack, bool is_quadratic) {
   const Term& term = problem_.phases()[instance.phase].terms[instance.term];
   if (term.domain != TermDomain::running || layout_.duration(instance.phase) < 0) return -1;
   const int k = paying_interval(instance, grid_.resolve(instance.phase, term.window));
   if (k < 0) return -1;
-  const bool l1 = term.soft->kind == Penalty::L1;
-  const Function price = times_length(
-      l1 ? make_function<1, 0, 0>([](const auto&, const auto& s) { return s[0]; })
-         : make_function<1, 0, 0>([](const auto&, const auto& s) { return 0.5 * s[0] * s[0]; }));
-  Block block(price, {BlockOutput{}});
-  const int length_argument = price.inputs() - 1;  // (t | slack | length)
+  const Function cost = times_length(
+      is_quadratic
+          ? make_function<1, 0, 0>([](const auto&, const auto& s) { return 0.5 * s[0] * s[0]; })
+          : make_function<1, 0, 0>([](const auto&, const auto& s) { return s[0]; }));
+  Block block(cost, {BlockOutput{}});
+  const int length_argument = cost.inputs() - 1;  // (t | slack | length)
   block.coefficients[1] = {{slack, 1.0}};
   block.coefficients[length_argument] =
       offset_coefficients(instance.phase, grid_.interval(instance.phase, k).length1);
@@ -127,8 +127,8 @@ int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack) {
   return add_block(std::move(block));
 }
 
-// Slacks come last, so that everything before them keeps its place whatever is soft:
-// lower <= g + s_below - s_above <= upper with s >= 0.
+// Slacks come last, so that the index of everything before them is the same whatever is soft. What
+// they stand for: ocp/penalty.hpp.
 void ShootingProgram::build_slacks() {
   first_slack_ = variables();
   layout_.set_first_slack(first_slack_);
@@ -136,21 +136,25 @@ void ShootingProgram::build_slacks() {
     const Term& term = problem_.phases()[instance.phase].terms[instance.term];
     instance.slack_below.assign(term.function.outputs(), -1);
     instance.slack_above.assign(term.function.outputs(), -1);
+    instance.slack_free.assign(term.function.outputs(), -1);
     if (!term.soft) continue;
-    const auto add = [&](int row, double sign) {
+    const PenaltySlacks slacks = slacks_of(*term.soft);
+    const auto add = [&](int row, double sign, const SlackCost& cost) {
       const int slack = add_variables(1);
       add_linear(row, slack, sign);
-      penalty_blocks_.push_back(add_penalty_block(instance, slack));
-      // With a free duration the price has mixed derivatives: a solver needs the diagonal as well,
+      penalty_blocks_.push_back(add_penalty_block(instance, slack, cost.is_quadratic));
+      // With a free duration the cost has mixed derivatives: a solver needs the diagonal as well,
       // to make the program convex.
-      if (term.soft->kind == Penalty::L2 || penalty_blocks_.back() >= 0) declare_quadratic(slack);
+      if (cost.is_quadratic || penalty_blocks_.back() >= 0) declare_quadratic(slack);
       return slack;
     };
     for (int i = 0; i < term.function.outputs(); ++i) {
-      if (std::isfinite(term.bounds[i].lower))
-        instance.slack_below[i] = add(instance.first_row + i, 1.0);
+      const int row = instance.first_row + i;
+      if (std::isfinite(term.bounds[i].lower)) instance.slack_below[i] = add(row, 1.0, slacks.side);
       if (std::isfinite(term.bounds[i].upper))
-        instance.slack_above[i] = add(instance.first_row + i, -1.0);
+        instance.slack_above[i] = add(row, -1.0, slacks.side);
+      if (slacks.free && !term.bounds[i].is_free())
+        instance.slack_free[i] = add(row, 1.0, *slacks.free);
     }
   }
 }

@@ -24,9 +24,9 @@ int ShootingProgram::paying_interval(const RowInstance& instance, const PhaseWin
 double ShootingProgram::slack_cost(int slack, const VectorXd& w) {
   const int block = penalty_block(slack);
   if (block < 0) return variable_cost(slack, w[slack]);
-  double price = 0.0;
-  evaluate_block(block, w.data(), &price);
-  return weight(block, 0) * price;
+  double cost = 0.0;
+  evaluate_block(block, w.data(), &cost);
+  return weight(block, 0) * cost;
 }
 
 void ShootingProgram::refresh_rows() {
@@ -56,20 +56,31 @@ void ShootingProgram::refresh_rows() {
     for (int i = 0; i < term.function.outputs(); ++i) {
       const Bounds b = active ? term.bounds[i] : unbounded();
       bound_row(instance.first_row + i, b.lower, b.upper);
-      for (const int slack : {instance.slack_below[i], instance.slack_above[i]}) {
-        if (slack < 0) continue;
-        bound_variable(slack, 0.0, active ? infinity : 0.0);
-        const double rate = active ? term.soft->weight * fraction : 0.0;
-        if (penalty_block(slack) >= 0) {  // the length is in the block
-          set_weight(penalty_block(slack), 0, rate);
-          continue;
+      if (!term.soft) continue;
+      const PenaltySlacks slacks = slacks_of(*term.soft);
+      const double beyond = active ? infinity : 0.0, charged = active ? fraction : 0.0;
+      for (const int slack : {instance.slack_below[i], instance.slack_above[i]})
+        if (slack >= 0) {
+          bound_variable(slack, 0.0, beyond);
+          charge_slack(slack, slacks.side, charged, length);
         }
-        const double price = rate * length;
-        const bool l1 = term.soft->kind == Penalty::L1;
-        set_variable_cost(slack, l1 ? price : 0.0, l1 ? 0.0 : price);
+      if (const int slack = instance.slack_free[i]; slack >= 0) {
+        bound_variable(slack, -beyond, beyond);
+        charge_slack(slack, *slacks.free, charged, length);
       }
     }
   }
+}
+
+void ShootingProgram::charge_slack(int slack, const SlackCost& cost, double fraction,
+                                   double length) {
+  const double rate = cost.weight * fraction;
+  if (const int block = penalty_block(slack); block >= 0) {  // the length is in the block
+    set_weight(block, 0, rate);
+    return;
+  }
+  const double weight = rate * length;
+  set_variable_cost(slack, cost.is_quadratic ? 0.0 : weight, cost.is_quadratic ? weight : 0.0);
 }
 
 void ShootingProgram::refresh_costs() {

@@ -1,7 +1,10 @@
 // Soft terms against closed forms: what is violated, by how much, and what it costs.
 #include <gtest/gtest.h>
 
+#include "saltus/mpc/riccati_qp.hpp"
+#include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/sqp.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {
@@ -9,8 +12,8 @@ namespace {
 
 using namespace testing_support;
 
-// min int 1/2 u^2 over one second, x' = u from 1 with x(1) <= 0 at a price: u is constant, and
-// u = -min(multiplier, ...) follows from the optimality of 1/2 u^2 + price(1 + u).
+// min int 1/2 u^2 over one second, x' = u from 1 with a penalty on x(1) > 0: u is constant, and
+// u = -min(multiplier, ...) follows from the optimality of 1/2 u^2 + penalty(1 + u).
 Solution solve_soft_end(Penalty penalty) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.track("effort", input, Vec<double, 1>{1.0}).reach("stop", state, at_most(0.0), penalty);
@@ -62,6 +65,89 @@ TEST(SoftEnd, BothSidesAreSoft) {
   EXPECT_NEAR(s.trajectory.final_state()[0], 2.0, 1e-7);
 }
 
+// --- Huber --------------------------------------------------------------------------------------
+
+enum class Method { ipopt, riccati };
+
+Solution solve_with(MultipleShooting& shooting, Method method) {
+  if (method == Method::ipopt)
+    return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+  return solve(shooting, *make_solver(Sqp{.tolerance = 1e-10}, riccati_qp_solver(shooting),
+                                      make_sparse_qp_solver));
+}
+
+// min 1/2 (1 - v)^2 + penalty(v): within the threshold as L2, beyond it the slope is constant.
+TEST(SoftHuber, IsQuadraticThenLinear) {
+  for (const Method method : {Method::ipopt, Method::riccati})
+    for (const double threshold : {0.1, 0.3, 0.6, 2.0})
+      for (const double weight : {0.5, 1.5, 20.0}) {
+        const Penalty penalty = huber("stop", weight, threshold);
+        Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+        phase.track("effort", input, Vec<double, 1>{1.0})
+            .reach("stop", state, at_most(0.0), penalty);
+        OptimalControlProblem ocp("Huber at the end");
+        MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
+        const Solution s = solve_with(shooting, method);
+        ASSERT_TRUE(s.ok()) << s.message;
+        const double near = 1.0 / (1.0 + weight), far = 1.0 - weight * threshold;
+        const double violation = near <= threshold ? near : far;
+        const double paid = cost(penalty, violation);
+        SCOPED_TRACE(weight * 1000 + threshold);
+        EXPECT_NEAR(s.soft_violations[0].largest, violation, 1e-7);
+        EXPECT_NEAR(s.cost, 0.5 * (1.0 - violation) * (1.0 - violation) + paid, 1e-8);
+        EXPECT_NEAR(s.costs[1].value, paid, 1e-7);
+        EXPECT_LT(s.kkt.scaled(), 1e-8);
+        EXPECT_LT(kkt_residual(shooting.nlp(), s.point).scaled(), 1e-8);
+      }
+}
+
+// Both sides at once, and its weight between solves: x is drawn to 3 and pays on the way.
+TEST(SoftHuber, ServesBothSidesAndChangesItsWeight) {
+  for (const double target : {3.0, -1.0}) {
+    Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+    phase.track("effort", input, Vec<double, 1>{1.0})
+        .reach("go", state, exactly(target), huber("target", 5.0, 0.5));
+    OptimalControlProblem ocp("Huber target");
+    MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
+    for (const Method method : {Method::ipopt, Method::riccati})
+      for (const double weight : {1.0, 5.0}) {
+        shooting.set_penalty_weight("target", weight);
+        const Solution s = solve_with(shooting, method);
+        ASSERT_TRUE(s.ok()) << s.message;
+        const double near = 2.0 / (1.0 + weight), far = 2.0 - 0.5 * weight;
+        EXPECT_NEAR(s.soft_violations[0].largest, near <= 0.5 ? near : far, 1e-7);
+      }
+  }
+}
+
+TEST(SoftHuber, MustHaveAThreshold) {
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  phase.reach("stop", state, at_most(0.0), soft("stop", 1.0, Penalty::Huber));
+  OptimalControlProblem ocp("no threshold");
+  ocp.start_at({1}).then(phase);
+  EXPECT_THROW(MultipleShooting(ocp, ten), DefinitionError);
+}
+
+// Every kind is the least cost of its slacks, which is what the program minimises.
+TEST(Penalties, AreTheLeastCostOfTheirSlacks) {
+  for (const Penalty& penalty :
+       {soft("a", 1.7), soft("b", 0.6, Penalty::L2), huber("c", 2.0, 0.3)}) {
+    const PenaltySlacks slacks = slacks_of(penalty);
+    const auto price = [](const SlackCost& c, double s) {
+      return c.is_quadratic ? 0.5 * c.weight * s * s : c.weight * s;
+    };
+    for (const double v : {0.0, 0.1, 0.3, 0.31, 1.0, 4.0}) {
+      double least = price(slacks.side, v);
+      constexpr int steps = 4000;
+      for (int i = 0; slacks.free && i <= steps; ++i) {
+        const double r = v * i / steps;
+        least = std::min(least, price(slacks.side, v - r) + price(*slacks.free, r));
+      }
+      EXPECT_NEAR(cost(penalty, v), least, 1e-5 * (1.0 + v)) << penalty.name << " at " << v;
+    }
+  }
+}
+
 // No input can help: x stays at 1. The penalty is per unit of time.
 struct Frozen {
   template <class S>
@@ -91,7 +177,7 @@ TEST(SoftRunning, IsPaidPerUnitOfTime) {
   }
 }
 
-TEST(SoftRunning, WindowOnTheEventChangesThePriceContinuously) {
+TEST(SoftRunning, WindowOnTheEventChangesTheCostContinuously) {
   const double h = 0.1;
   double before = 0.0;
   for (int i = 0; i <= 40; ++i) {
@@ -117,15 +203,15 @@ TEST(SoftRunning, BeyondTheHorizonCostsNothing) {
 TEST(SoftWeights, ChangeBetweenSolvesByName) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   phase.track("effort", input, Vec<double, 1>{1.0})
-      .reach("stop", state, at_most(0.0), soft("price", 0.4));
+      .reach("stop", state, at_most(0.0), soft("stop", 0.4));
   OptimalControlProblem ocp("soft end");
   MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
   const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
-  shooting.set_penalty_weight("price", 0.7);
+  shooting.set_penalty_weight("stop", 0.7);
   EXPECT_NEAR(solve(shooting, *solver).soft_violations[0].largest, 0.3, 1e-7);
 }
 
-TEST(SoftCosts, AreTheirShareOfTheTotal) {
+TEST(SoftCosts, AreTheirPartOfTheTotal) {
   const Solution s = solve_soft_end(soft("stop", 0.4));
   ASSERT_EQ(s.costs.size(), 2u);
   EXPECT_EQ(s.costs[1].term, "stop");
@@ -135,10 +221,11 @@ TEST(SoftCosts, AreTheirShareOfTheTotal) {
 
 // --- where the duration is free -----------------------------------------------------------------
 
-// x rests at 1 outside the lane x <= 0 and pays weight per second, L1: 0.5 T, L2: 0.25 T; the other
-// cost is 1 / T. So T = sqrt(1 / rate), far from the guess.
+// x rests at 1 outside the lane x <= 0 and pays so much per second, L1: 0.5 T, L2: 0.25 T, Huber:
+// 0.16 T; the other cost is 1 / T. So T = sqrt(1 / rate), far from the guess.
 TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
-  for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2}) {
+  for (const Penalty::Kind kind : {Penalty::L1, Penalty::L2, Penalty::Huber}) {
+    const Penalty penalty{kind, 0.5, "lane", 0.4};
     for (const bool of_input : {false, true}) {
       Phase<1, 1> phase{"wait", Velocity{}, between(0.2, 9.0)};
       phase.bound_input(0, exactly(0.0))
@@ -147,23 +234,23 @@ TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
       if (of_input)
         phase.keep(
             "lane", [](auto, auto x, auto u) { return decltype(x)(x + u); }, at_most(0.0), {},
-            soft("lane", 0.5, penalty));
+            penalty);
       else
-        phase.keep("lane", state, at_most(0.0), {}, soft("lane", 0.5, penalty));
+        phase.keep("lane", state, at_most(0.0), {}, penalty);
       OptimalControlProblem ocp("waiting");
       // Within bounds, so that the start has its row.
       ocp.start_within({between(1.0, 2.0)}, Vec<double, 1>{1.0}).then(phase);
       MultipleShooting shooting(ocp, ten);
       const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
       ASSERT_TRUE(s.ok()) << s.message;
-      const double rate = penalty == Penalty::L1 ? 0.5 : 0.25;
+      const double rate = cost(penalty, 1.0);
       // Rows of a state stand at both ends of the phase: the last one pays once more for the last
       // of the ten intervals.
       const double paid = of_input ? rate : 1.1 * rate;
       EXPECT_NEAR(s.durations[0], std::sqrt(1.0 / paid), 1e-6);
       EXPECT_NEAR(s.cost, 2.0 * std::sqrt(paid), 1e-8);
       ASSERT_EQ(s.costs.size(), 2u);
-      for (const CostContribution& share : s.costs) EXPECT_NEAR(share.value, std::sqrt(paid), 1e-6);
+      for (const CostContribution& c : s.costs) EXPECT_NEAR(c.value, std::sqrt(paid), 1e-6);
       EXPECT_NEAR(s.soft_violations.front().largest, 1.0, 1e-7);
     }
   }
