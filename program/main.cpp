@@ -1,10 +1,9 @@
 // The program `saltus`: its problems by name.
 #include <vector>
 
-#include "problems/push_recovery/run.hpp"
+#include "problems/push_recovery/push_recovery.hpp"
 #include "problems/suite/suite.hpp"
 #include "saltus/app/program.hpp"
-#include "saltus/robots/survival/map.hpp"
 #ifdef SALTUS_HAS_LATENCY_BENCH  // absent where the benchmarks are not built
 #include "benchmarks/latency.hpp"
 #endif

@@ -18,7 +18,7 @@ struct Weights {
   Vec<double, 2> capture_point{1e5, 1e5};                       // K_icp
   Vec<double, 2> capture_point_standing{3e4, 3e5};  // the same, as long as no step is planned
   double wrench_change = 1e-4;         // on first differences of every component; the paper has 0
-  double capture_point_penalty = 1e4;  // price of leaving the hull, per m and s; 0: not allowed
+  double capture_point_penalty = 1e4;  // penalty on leaving the hull, per m and s; 0: not allowed
 };
 
 struct Model {

@@ -10,7 +10,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -24,40 +24,6 @@ void check(const RunLog& log, const FloatingRobot& robot) {
       throw DefinitionError(fmt::format("{}: a sample has {} joints and {} torques, expected {}",
                                         robot.name, b.state.q.size(), b.torques.size(),
                                         robot.joints()));
-}
-
-// Forces and torques in the axes of a sole.
-Vec<double, 6> in_sole(const Eigen::Isometry3d& sole, const Vec<double, 6>& world) {
-  Vec<double, 6> w;
-  w << sole.linear().transpose() * world.head<3>(), sole.linear().transpose() * world.tail<3>();
-  return w;
-}
-
-// Measured wrenches, left and right, in the axes of their soles.
-std::vector<Vec<double, 12>> measured_wrenches(const RunLog& log) {
-  std::vector<Vec<double, 12>> wrenches;
-  wrenches.reserve(log.body.size());
-  for (const BodySample& b : log.body) {
-    Vec<double, 12> w;
-    w << in_sole(b.left_sole, b.left), in_sole(b.right_sole, b.right);
-    wrenches.push_back(w);
-  }
-  return wrenches;
-}
-
-// Mean over the samples of (t - wrench_filter, t]. Summed afresh: no error accumulates.
-std::vector<Vec<double, 12>> filtered(const RunLog& log,
-                                      const std::vector<Vec<double, 12>>& wrenches) {
-  std::vector<Vec<double, 12>> means;
-  means.reserve(wrenches.size());
-  std::size_t first = 0;
-  for (std::size_t i = 0; i < wrenches.size(); ++i) {
-    while (log.samples[first].time <= log.samples[i].time - wrench_filter + same_instant) ++first;
-    Vec<double, 12> sum = Vec<double, 12>::Zero();
-    for (std::size_t k = first; k <= i; ++k) sum += wrenches[k];
-    means.emplace_back(sum / static_cast<double>(i - first + 1));
-  }
-  return means;
 }
 
 Eigen::Quaterniond rotation_of(const Eigen::Isometry3d& pose) {
@@ -117,30 +83,6 @@ Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
 
 }  // namespace
 
-std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log) {
-  return filtered(log, measured_wrenches(log));
-}
-
-std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
-  std::vector<Vec<double, 2>> slips;
-  slips.reserve(log.body.size());
-  const BodySample* landed = nullptr;
-  for (std::size_t i = 0; i < log.body.size(); ++i) {
-    const BodySample& b = log.body[i];
-    if (landed == nullptr && log.samples[i].two_feet) landed = &b;
-    const auto moved = [](const Eigen::Isometry3d& now, const Eigen::Isometry3d& then) {
-      return (now.translation() - then.translation()).head<2>().norm();
-    };
-    const BodySample& first = log.body.front();
-    const bool left_stands = log.final_scene.side == Side::left;
-    const BodySample* left = left_stands ? &first : landed;
-    const BodySample* right = left_stands ? landed : &first;
-    slips.emplace_back(left == nullptr ? 0.0 : moved(b.left_sole, left->left_sole),
-                       right == nullptr ? 0.0 : moved(b.right_sole, right->right_sole));
-  }
-  return slips;
-}
-
 CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
   check(log, robot);
   const std::vector<std::string> pose{"x", "y", "z", "qw", "qx", "qy", "qz"};
@@ -160,7 +102,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
 
   CsvTable table(columns);
   const std::vector<Vec<double, 12>> measured = measured_wrenches(log);
-  const std::vector<Vec<double, 12>> means = filtered(log, measured);
+  const std::vector<Vec<double, 12>> means = filtered_wrenches(log);
   const std::vector<Vec<double, 2>> slips = sole_slip(log);
   std::vector<double> row;
   for (std::size_t i = 0; i < log.body.size(); ++i) {
@@ -204,24 +146,17 @@ Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
           {"right_sole", frame_json(robot.right_sole, log.robot.right_foot)}};
 }
 
-Vec<double, 2> peak_forces(const RunLog& log) {
-  Vec<double, 2> peak = Vec<double, 2>::Zero();
-  for (const Vec<double, 12>& w : filtered_wrenches(log))
-    peak = peak.cwiseMax(Vec<double, 2>(w[2], w[8]));
-  return peak;
-}
-
 Json body_figures(const RunLog& log, const FloatingRobot& robot) {
   check(log, robot);
-  double torque_share = 0.0;
+  double torque_fraction = 0.0;
   std::string torque_joint;
   const Vec<double, 2> peak = peak_forces(log);
   for (const BodySample& b : log.body)
     for (int i = 0; i < robot.joints(); ++i) {
       const FloatingRobot::Body& driven = robot.bodies[static_cast<std::size_t>(i) + 1];
-      const double share = std::abs(b.torques[i]) / driven.effort;
-      if (share <= torque_share) continue;
-      torque_share = share;
+      const double fraction = std::abs(b.torques[i]) / driven.effort;
+      if (fraction <= torque_fraction) continue;
+      torque_fraction = fraction;
       torque_joint = driven.joint;
     }
   Vec<double, 2> slip = Vec<double, 2>::Zero();
@@ -234,7 +169,7 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
           {"right_force_peak_n", peak[1]},
           {"left_slip_max_m", slip[0]},
           {"right_slip_max_m", slip[1]},
-          {"torque_share_max", torque_share},
+          {"torque_share_max", torque_fraction},
           {"torque_share_joint", torque_joint},
           {"planner_s_per_s", per_second(log.plan_seconds)},
           {"whole_body_control_s_per_s", per_second(log.control_seconds)},
@@ -249,4 +184,4 @@ void write_body(const OutputFolder& output, const RunLog& log, const FloatingRob
   output.write("robot.json", robot_shape(robot, log));
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

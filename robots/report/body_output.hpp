@@ -8,13 +8,10 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "saltus/app/output_folder.hpp"
-#include "saltus/robots/walking/simulation.hpp"
+#include "saltus/robots/walking/body_forces.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus::push_recovery {
-
-/// Measured wrenches are also given as their mean over this last span, s.
-inline constexpr double wrench_filter = 0.020;
+namespace saltus::walking {
 
 /// body.csv, one line per control period: t; base_{x..z, qw..qz}; q_JOINT (rad); tau_JOINT (Nm);
 /// for both feet FOOT_planned_*, FOOT_measured_*, FOOT_filtered_* (fx fy fz tx ty tz),
@@ -27,21 +24,11 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot);
 /// the feet, and where the URDF lies. Lengths in m, limits null where there is none.
 nlohmann::ordered_json robot_shape(const FloatingRobot& robot, const RunLog& log);
 
-/// Peaks of the forces (measured over the filter), largest slips, largest share of a torque limit
-/// and its joint, processor time per simulated second and part, unsolved control steps.
+/// Peaks of the forces (measured over the filter), largest slips, largest fraction of a torque
+/// limit and its joint, processor time per simulated second and part, unsolved control steps.
 nlohmann::ordered_json body_figures(const RunLog& log, const FloatingRobot& robot);
-
-/// Horizontal distance of the soles' origins from where they stood first (swing: where it landed;
-/// zero before), left and right, one per sample, m.
-std::vector<Vec<double, 2>> sole_slip(const RunLog& log);
-
-/// Largest vertical force of each foot, left and right, as the mean over `wrench_filter`, N.
-Vec<double, 2> peak_forces(const RunLog& log);
-
-/// Measured wrenches, left and right, in the axes of their soles, as their mean over the filter.
-std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log);
 
 /// Writes body.csv and robot.json.
 void write_body(const OutputFolder& output, const RunLog& log, const FloatingRobot& robot);
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

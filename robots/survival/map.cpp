@@ -12,12 +12,12 @@
 #include "saltus/app/process_pool.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/robots/report/run_support.hpp"
+#include "saltus/robots/report/scripts.hpp"
 #include "saltus/robots/survival/map_file.hpp"
 #include "saltus/robots/survival/pendulum_bound.hpp"
-#include "saltus/robots/walking/full_body.hpp"
+#include "saltus/robots/walking/closed_loop.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 // No run takes this long, s: the whole body needs a few seconds, ten times as many with Ipopt.
@@ -84,11 +84,11 @@ class MapProgress {
 };
 
 // What would be wrong in every run is said before anything is written.
-RobotDescription checked_robot(const Config& config) {
-  RobotDescription robot = robot_of(config);
-  if (config.plant != PlantChoice::centroidal) {
-    const UrdfModel model = UrdfModel::read(urdf_of_body(config));
-    link_frame(floating_robot(model, robot), model, config.push.link);
+RobotDescription checked_robot(const BipedSettings& settings) {
+  RobotDescription robot = robot_of(settings);
+  if (settings.plant.is_whole_body()) {
+    const UrdfModel model = UrdfModel::read(urdf_of_body(settings.robot));
+    link_frame(floating_robot(model, robot), model, settings.push.link);
   }
   return robot;
 }
@@ -97,8 +97,9 @@ class MapRun {
  public:
   explicit MapRun(const MapRequest& request)
       : request_(request),
-        robot_(checked_robot(request.config)),
-        bound_(pendulum_bound(request.config, robot_)),
+        robot_(checked_robot(request.problem->settings())),
+        bound_(pendulum_bound(request.problem->settings().push, request.problem->settings().step,
+                              request.problem->settings().scene, robot_)),
         plan_(request.grid, [this](const MapCell& cell) { return bound(cell); }),
         file_(request.out, settings()),
         pool_(request.jobs, run_time_limit) {
@@ -153,12 +154,11 @@ class MapRun {
 
   // In a process of its own.
   std::string run_cell(const MapCell& cell) const {
-    const Config config = with_cell(request_.config, cell);
+    const std::unique_ptr<BipedProblem> problem = request_.problem->clone();
+    problem->settings() = with_cell(problem->settings(), cell);
     const auto begin = WallClock::now();
-    const RunLog log = config.plant == PlantChoice::centroidal
-                           ? simulate(config, robot_)
-                           : simulate_full_body(config, robot_, urdf_of_body(config));
-    MapRow row = map_row(cell, bound(cell), config, log, judge(config, log));
+    const RunLog log = simulate(*problem, robot_);
+    MapRow row = map_row(cell, bound(cell), problem->settings().push, log, problem->judge(log));
     row.seconds = seconds_since(begin);
     return to_line(row);
   }
@@ -290,4 +290,4 @@ std::string map_summary(const MapPlan& plan) {
 
 ExitStatus run_map(const MapRequest& request) { return MapRun(request).run(); }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

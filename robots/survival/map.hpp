@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,11 +10,12 @@
 
 #include "saltus/app/program.hpp"
 #include "saltus/robots/survival/map_plan.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 struct MapRequest {
-  Config config;
+  std::shared_ptr<BipedProblem> problem;
   std::string settings;  ///< what decides about an outcome besides the cell, as YAML
   MapGrid grid;
   std::filesystem::path out;
@@ -22,8 +24,8 @@ struct MapRequest {
   bool help = false;
 };
 
-/// What follows `map`. Throws InputError.
-MapRequest parse_map_request(std::span<const std::string> arguments);
+/// What follows `map`, for a problem with these defaults. Throws InputError.
+MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::string> arguments);
 
 /// The largest impulse (N s) up to which everything was recovered, by controller and step time,
 /// and the pendulum's bound, a line per direction (Markdown). A star marks recoveries beyond.
@@ -34,7 +36,7 @@ std::string map_summary(const MapPlan& plan);
 /// or its plant could not be integrated; a fall is a result.
 ExitStatus run_map(const MapRequest& request);
 
-/// The verb `map`.
-Verb map_verb();
+/// The verb `map` for a problem with these defaults.
+Verb map_verb(const BipedProblem& defaults);
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -12,7 +12,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -99,16 +99,15 @@ MapController map_controller(const std::string& name) {
                   meant.empty() ? "use " + join_names(known) : "did you mean '" + meant + "'?"));
 }
 
-Config with_cell(const Config& config, const MapCell& cell) {
-  Config c = config;
-  c.controller = cell.controller == MapController::capture_point ? ControllerChoice::capture_point
-                                                                 : ControllerChoice::mpc;
-  c.stepping = cell.controller != MapController::none;
-  if (c.stepping) c.step.duration = cell.step_time;
-  c.push.impulse = cell.impulse;
-  c.push.direction = unit_vector(cell.direction);
-  c.pictures = false;
-  return c;
+BipedSettings with_cell(BipedSettings settings, const MapCell& cell) {
+  settings.controller = cell.controller == MapController::capture_point
+                            ? ControllerChoice::capture_point
+                            : ControllerChoice::mpc;
+  settings.step.allowed = cell.controller != MapController::none;
+  if (settings.step.allowed) settings.step.duration = cell.step_time;
+  settings.push.impulse = cell.impulse;
+  settings.push.direction = unit_vector(cell.direction);
+  return settings;
 }
 
 MapRow::MapRow()
@@ -121,7 +120,7 @@ MapRow::MapRow()
       touchdown(unknown),
       final_com_error(unknown) {}
 
-MapRow map_row(const MapCell& cell, double bound, const Config& config, const RunLog& log,
+MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog& log,
                const Verdict& verdict) {
   MapRow row;
   row.cell = cell;
@@ -141,8 +140,8 @@ MapRow map_row(const MapCell& cell, double bound, const Config& config, const Ru
   row.com_height_max = verdict.com_height_max;
   if (std::isfinite(verdict.icp_settling)) row.icp_settling = verdict.icp_settling;
   row.final_com_error = verdict.final_com_error;
-  if (std::isfinite(log.touchdown)) row.touchdown = log.touchdown - config.push.start;
-  const Vec<double, 2> along = config.push.direction.normalized().head<2>();
+  if (std::isfinite(log.touchdown)) row.touchdown = log.touchdown - push.start;
+  const Vec<double, 2> along = push.direction.normalized().head<2>();
   for (const Sample& s : log.samples) {
     const double distance = along.dot(s.capture_point);
     if (!(distance <= row.icp_furthest)) row.icp_furthest = distance;  // the first: NaN
@@ -208,4 +207,4 @@ std::optional<MapRow> from_line(std::string_view line) {
   return r;
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -7,10 +7,10 @@
 #include <string_view>
 #include <vector>
 
-#include "problems/push_recovery/config.hpp"
-#include "saltus/robots/walking/simulation.hpp"
+#include "saltus/robots/walking/biped_settings.hpp"
+#include "saltus/robots/walking/verdict.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 enum class MapController { mpc, capture_point, none };  ///< none: the MPC, and no step
 enum class MapOutcome {
@@ -36,7 +36,7 @@ struct MapCell {
 };
 
 /// The settings of that run.
-Config with_cell(const Config& config, const MapCell& cell);
+BipedSettings with_cell(BipedSettings settings, const MapCell& cell);
 
 /// A cell and what came of it. Quantities without a value are NaN, and empty in the CSV.
 struct MapRow {
@@ -58,8 +58,8 @@ struct MapRow {
   MapRow();
 };
 
-/// What a run came to; `config` is that of the cell.
-MapRow map_row(const MapCell& cell, double bound, const Config& config, const RunLog& log,
+/// What a run came to; `push` is that of the cell.
+MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog& log,
                const Verdict& verdict);
 
 /// The columns, without a line break.
@@ -70,4 +70,4 @@ std::string to_line(const MapRow& row);
 /// Nothing if this is no such line.
 std::optional<MapRow> from_line(std::string_view line);
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

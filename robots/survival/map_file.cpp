@@ -15,7 +15,7 @@
 #include "saltus/app/output_folder.hpp"
 #include "saltus/core/error.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 namespace fs = std::filesystem;
@@ -133,4 +133,4 @@ void MapFile::append(const MapRow& row) {
     throw InputError(fmt::format("cannot write '{}': {}", path_.string(), std::strerror(errno)));
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

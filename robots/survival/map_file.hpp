@@ -7,7 +7,7 @@
 
 #include "saltus/robots/survival/map_cells.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 inline constexpr const char* map_csv = "map.csv";
 inline constexpr const char* map_settings = "config.yaml";
@@ -40,4 +40,4 @@ class MapFile {
   std::vector<MapRow> rows_;
 };
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

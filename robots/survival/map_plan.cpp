@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 std::vector<double> directions_far_apart(int n) {
   // Multiples of the angle with most factors of two first; within those, opposite ones together.
@@ -162,4 +162,4 @@ std::optional<double> MapPlan::seconds_left(int jobs) const {
   return left / jobs;
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -15,7 +15,7 @@
 
 #include "saltus/robots/survival/map_cells.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 inline constexpr int failures_that_give_up = 3;
 
@@ -81,4 +81,4 @@ class MapPlan {
   int cells_ = 0;
 };
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

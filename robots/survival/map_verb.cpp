@@ -11,7 +11,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/robots/survival/map.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 constexpr const char* usage =
@@ -66,7 +66,7 @@ std::vector<double> numbers(const std::string& flag, const std::string& text) {
     if (!(step > 0.0 && last >= first && (last - first) / step < most))
       throw InputError(fmt::format(
           "{}: '{}' is no range; use FIRST:STEP:LAST with at most {} numbers", flag, text, most));
-    constexpr double rounding = 1e-9;  // of the last, as a share of the step
+    constexpr double rounding = 1e-9;  // of the last, as a fraction of the step
     for (int i = 0; first + i * step <= last + rounding * step; ++i)
       values.push_back(first + i * step);
   } else {
@@ -101,25 +101,29 @@ void refuse_varied(const std::vector<Assignment>& assignments) {
 }
 
 // Varied settings stand at their defaults, whatever the file said.
-std::string stamp(Config config) {
-  const Config defaults;
-  config.controller = defaults.controller;
-  config.stepping = defaults.stepping;
-  config.push.impulse = defaults.push.impulse;
-  config.push.direction = defaults.push.direction;
-  config.step.duration = defaults.step.duration;
-  config.pictures = defaults.pictures;
-  Settings settings;
-  declare_settings(settings, config);
+std::string stamp(const BipedProblem& problem) {
+  const std::unique_ptr<BipedProblem> stamped = problem.clone();
+  BipedSettings& settings = stamped->settings();
+  const BipedSettings defaults;
+  settings.controller = defaults.controller;
+  settings.step.allowed = defaults.step.allowed;
+  settings.push.impulse = defaults.push.impulse;
+  settings.push.direction = defaults.push.direction;
+  settings.step.duration = defaults.step.duration;
+  settings.pictures = defaults.pictures;
+  Settings keys;
+  stamped->declare(keys);
   return fmt::format(
       "# Settings of a survival map. It varies {}; here they are at their defaults.\n{}",
-      fmt::join(varied, ", "), settings.to_yaml());
+      fmt::join(varied, ", "), keys.to_yaml());
 }
 
 }  // namespace
 
-MapRequest parse_map_request(std::span<const std::string> arguments) {
+MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::string> arguments) {
   MapRequest request;
+  request.problem = defaults.clone();
+  BipedSettings& config = request.problem->settings();
   request.jobs = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   request.grid = {directions_far_apart(16), numbers("--impulses", "1:1:16"),
                   numbers("--step-times", "0.3,0.45,0.6"), controllers("mpc,capture_point,none"),
@@ -159,29 +163,29 @@ MapRequest parse_map_request(std::span<const std::string> arguments) {
     }
   }
   refuse_varied(assignments);
-  request.config.push.start = map_push_start;
+  config.push.start = map_push_start;
   Settings settings;
-  declare_settings(settings, request.config);
+  request.problem->declare(settings);
   settings.apply(config_file, assignments);
-  request.pictures = request.config.pictures;
-  request.settings = stamp(request.config);
+  request.pictures = config.pictures;
+  request.settings = stamp(*request.problem);
   for (const double t : request.grid.step_times)
-    if (t < request.config.push.duration)
+    if (t < config.push.duration)
       throw InputError(
           fmt::format("--step-times: the foot lands after {} s, before the push ends "
                       "(push.duration is {} s)",
-                      t, request.config.push.duration));
+                      t, config.push.duration));
   if (request.out.empty()) {
     const char* const folders[] = {"map_centroidal", "map_dart", "map_mujoco"};
-    request.out =
-        std::filesystem::path("results") / folders[static_cast<int>(request.config.plant)];
+    request.out = std::filesystem::path("results") / folders[static_cast<int>(config.plant.choice)];
   }
   return request;
 }
 
-Verb map_verb() {
-  return {"map", usage, [](std::span<const std::string> arguments) {
-            const MapRequest request = parse_map_request(arguments);
+Verb map_verb(const BipedProblem& defaults) {
+  const std::shared_ptr<const BipedProblem> problem = defaults.clone();
+  return {"map", usage, [problem](std::span<const std::string> arguments) {
+            const MapRequest request = parse_map_request(*problem, arguments);
             if (request.help) {
               fmt::print("{}\n", usage);
               return ExitStatus::ok;
@@ -190,4 +194,4 @@ Verb map_verb() {
           }};
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -7,9 +7,8 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/walking/closed_loop.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 2>;
@@ -20,12 +19,12 @@ Points corners(const Bounds& x, const Bounds& y) {
   return points;
 }
 
-// All sums of a share of each.
-Points minkowski_sum(double share_a, const Points& a, double share_b, const Points& b) {
+// All sums of a multiple of each.
+Points minkowski_sum(double factor_a, const Points& a, double factor_b, const Points& b) {
   Points sums(a.rows() * b.rows(), 2);
   for (Eigen::Index i = 0; i < a.rows(); ++i)
     for (Eigen::Index k = 0; k < b.rows(); ++k)
-      sums.row(i * b.rows() + k) = share_a * a.row(i) + share_b * b.row(k);
+      sums.row(i * b.rows() + k) = factor_a * a.row(i) + factor_b * b.row(k);
   return sums;
 }
 
@@ -41,14 +40,16 @@ double distance_to_border(const SupportPolygon& polygon, const Point2& from, con
 }
 
 // Mean of e^(-omega t), t from the start of the push, weighted with its force; by parts, as the
-// impulse given up to t is what is known: e^(-omega T) + omega integral e^(-omega t) share(t) dt.
+// impulse given up to t is what is known: e^(-omega T) + omega integral e^(-omega t) fraction(t)
+// dt.
 double mean_decay(const Push& push, double omega) {
   constexpr int intervals = 200;  // of Simpson's rule: error below 1e-9 for all shapes
   const double h = push.duration / intervals;
   double integral = 0.0;
   for (int i = 0; i <= intervals; ++i) {
     const double weight = i == 0 || i == intervals ? 1.0 : i % 2 == 1 ? 4.0 : 2.0;
-    integral += weight * h / 3.0 * std::exp(-omega * i * h) * push_share(push, push.start + i * h);
+    integral +=
+        weight * h / 3.0 * std::exp(-omega * i * h) * impulse_fraction(push, push.start + i * h);
   }
   return std::exp(-omega * push.duration) + omega * integral;
 }
@@ -84,15 +85,15 @@ double PendulumBound::largest_impulse(double angle, std::optional<double> landin
          mean_decay(push, omega);
 }
 
-PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot) {
+PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSettings& settings,
+                             const RobotDescription& robot) {
   PendulumBound bound;
   bound.mass = robot.mass;
-  const Scene scene = initial_scene(config, robot);
+  const Scene scene = initial_scene(settings, robot);
   bound.height = scene.com_height;
-  bound.push = config.push;
+  bound.push = push;
   bound.stance_foot = scene.stance_foot;
   bound.swing_foot = scene.swing_foot;
-  const Step& step = config.step;
   Bounds away;
   if (step.placement == Placement::fixed) {
     bound.reach_x = exactly(step.fixed_place[0]);
@@ -101,8 +102,8 @@ PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot
     bound.reach_x = between(-step.forward_max, step.forward_max);
     away = between(step.lateral_min, step.lateral_max);
   }
-  bound.reach_y = config.stance == Side::right ? away : between(-away.upper, -away.lower);
+  bound.reach_y = settings.stance == Side::right ? away : between(-away.upper, -away.lower);
   return bound;
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

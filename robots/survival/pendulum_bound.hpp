@@ -5,7 +5,7 @@
 // e^(-omega t) and integrated: xi stays bounded if and only if
 //   xi(0) + J u c / (m omega)  lies in  (1 - e) S + e hull(S, new foot)
 // (Minkowski sum, e = e^(-omega t_s)), where the push in direction u counts with the mean c of
-// e^(-omega t) over its course: (1 - e^(-omega T)) / (omega T) if its force is constant. The union
+// e^(-omega t) while it lasts: (1 - e^(-omega T)) / (omega T) if its force is constant. The union
 // over all places of the new foot within reach is (1 - e) S + e hull(S, foot + reach): convex, so
 // the bound is where a ray leaves a polygon. Along an axis of the foot this is
 // robots/model/standing_bound.hpp. A robot that swings angular momentum or lowers itself can do
@@ -14,11 +14,11 @@
 
 #include <optional>
 
-#include "problems/push_recovery/config.hpp"
-#include "saltus/robots/model/robot_description.hpp"
-#include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/walking/scene.hpp"
+#include "saltus/robots/walking/step_logic.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 /// What the pendulum has to do with. Lengths in m, in the axes of the stance sole.
 struct PendulumBound {
@@ -37,6 +37,7 @@ struct PendulumBound {
 
 /// As the closed loop has it: on the stance foot, CoM above the sole's origin at the height of the
 /// posture on it, where the controllers hold it; reach or fixed place as set.
-PendulumBound pendulum_bound(const Config& config, const RobotDescription& robot);
+PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSettings& settings,
+                             const RobotDescription& robot);
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

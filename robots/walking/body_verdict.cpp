@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "saltus/robots/report/body_output.hpp"
+#include "saltus/robots/walking/body_forces.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 // The controller meets its limits to a relative 1e-6; what is nearer than this is at the limit.
@@ -37,7 +37,7 @@ void judge_limits(const RunLog& log, BodyVerdict& v) {
     }
     if (torque_at_limit) ++at_their_limit;
   }
-  v.torque_limit_share = static_cast<double>(at_their_limit) / static_cast<double>(log.body.size());
+  v.torque_limit_fraction = static_cast<double>(at_their_limit) / static_cast<double>(log.body.size());
 }
 
 }  // namespace
@@ -74,4 +74,4 @@ nlohmann::ordered_json to_json(const BodyVerdict& v) {
           {"torque_limit_share", v.torque_limit_share}};
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

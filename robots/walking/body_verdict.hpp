@@ -8,7 +8,7 @@
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/types.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 struct RunLog;
 
@@ -24,7 +24,7 @@ struct BodyVerdict {
   double limit_margin = infinity;   ///< least distance of a joint from its limit, rad; < 0: beyond
   std::string limit_joint;          ///< of that joint
   double limit_time = 0.0;          ///< and when, s
-  double torque_limit_share = 0.0;  ///< share of the time in which some torque is at its limit
+  double torque_limit_fraction = 0.0;  ///< of the time in which some torque is at its limit
 
   bool touches_joint_limit() const;
 };
@@ -39,4 +39,4 @@ BodyVerdict judge_body(const RunLog& log);
 /// For the section "body" of summary.json.
 nlohmann::ordered_json to_json(const BodyVerdict& verdict);
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

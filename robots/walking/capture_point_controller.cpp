@@ -8,7 +8,7 @@
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_term.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 // Gains of the PD law on the CoM (1/s^2, 1/s, critically damped) and of the damping of the angular
@@ -16,9 +16,9 @@ namespace {
 constexpr double com_stiffness = 50.0;
 const double com_damping = 2.0 * std::sqrt(com_stiffness);
 constexpr double momentum_damping = 5.0;
-// The minimum jerk course ends this long after the landing, s.
-constexpr double course_after_landing = 0.5;
-// Momentum rate matters most; the wrench weights only share it out. N^2 against (Nm)^2.
+// The minimum jerk trajectory ends this long after the landing, s.
+constexpr double trajectory_after_landing = 0.5;
+// Momentum rate matters most; the wrench weights only distribute it. N^2 against (Nm)^2.
 constexpr double linear_weight = 1.0, angular_weight = 1000.0, force_weight = 1e-4,
                  torque_weight = 1e-2;
 
@@ -46,8 +46,9 @@ struct MomentumRate {
 };
 
 // One interval: what is wanted of the wrenches now.
-OptimalControlProblem wrench_problem(const Config& config, const RobotDescription& robot,
-                                     const Scene& scene) {
+OptimalControlProblem wrench_problem(const PlannerSettings& settings,
+                                     const ContactSettings& contact_settings,
+                                     const RobotDescription& robot, const Scene& scene) {
   const MomentumRate momentum{robot.mass, scene.stance, scene.swing.rotation};
   const auto miss = [momentum](const auto& t, const auto& gamma, const auto& f, const auto& p) {
     auto error = momentum(t, gamma, f, p).template tail<6>().eval();
@@ -57,10 +58,11 @@ OptimalControlProblem wrench_problem(const Config& config, const RobotDescriptio
     return error;
   };
   const Window before_impact{.to = event("impact")}, after_impact{.from = event("impact")};
-  Phase<9, 12, parameters> phase{"now", momentum, exactly(config.mpc_step)};
+  Phase<9, 12, parameters> phase{"now", momentum, exactly(settings.step)};
   phase.data("tick", VectorXd::Zero(parameters));
-  keep_in_cone(phase, "stance foot", contact_options(config, scene.stance_foot), 0);
-  keep_in_cone(phase, "swing foot", contact_options(config, scene.swing_foot), 6, after_impact);
+  keep_in_cone(phase, "stance foot", cone_options(contact_settings, scene.stance_foot), 0);
+  keep_in_cone(phase, "swing foot", cone_options(contact_settings, scene.swing_foot), 6,
+               after_impact);
   for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
   Vec<double, 6> rates;
   rates << Vec<double, 3>::Constant(linear_weight), Vec<double, 3>::Constant(angular_weight);
@@ -80,11 +82,11 @@ OptimalControlProblem wrench_problem(const Config& config, const RobotDescriptio
 
 // Position and its first two derivatives at time t of the quintic with zero end velocity and
 // acceleration, from (x0, v0, zero acceleration) at t = 0 to x1 at t = T.
-struct CoursePoint {
+struct TrajectoryPoint {
   Vec<double, 3> position, velocity, acceleration;
 };
-CoursePoint minimum_jerk(const Vec<double, 3>& x0, const Vec<double, 3>& v0,
-                         const Vec<double, 3>& x1, double T, double t) {
+TrajectoryPoint minimum_jerk(const Vec<double, 3>& x0, const Vec<double, 3>& v0,
+                             const Vec<double, 3>& x1, double T, double t) {
   const double s = std::clamp(t / T, 0.0, 1.0);
   const double to_goal = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
   const double to_goal_1 = s * s * (30.0 + s * (-60.0 + 30.0 * s));
@@ -99,24 +101,25 @@ CoursePoint minimum_jerk(const Vec<double, 3>& x0, const Vec<double, 3>& v0,
 
 class CapturePointController final : public Planner {
  public:
-  CapturePointController(const Config& config, const RobotDescription& robot, const Scene& scene)
-      : controller_(make_controller(config, robot, scene)) {}
+  CapturePointController(const PlannerSettings& settings, const ContactSettings& contact_settings,
+                         const RobotDescription& robot, const Scene& scene)
+      : controller_(make_controller(settings, contact_settings, robot, scene)) {}
 
   const ControlTick& tick(const Measurement& measured, const Scene& scene,
                           double impact_time) override {
     const Vec<double, 3> com = measured.gamma.head<3>(), velocity = measured.gamma.segment<3>(3);
     const Vec<double, 2> planar = scene.target_point();
     const Vec<double, 3> target(planar[0], planar[1], scene.stance.position[2] + scene.com_height);
-    CoursePoint wanted{target, Vec<double, 3>::Zero(), Vec<double, 3>::Zero()};
+    TrajectoryPoint wanted{target, Vec<double, 3>::Zero(), Vec<double, 3>::Zero()};
     if (scene.two_feet) {
-      if (course_start_ == infinity) {
-        course_start_ = measured.time;
+      if (trajectory_start_ == infinity) {
+        trajectory_start_ = measured.time;
         com_at_start_ = com;
         velocity_at_start_ = velocity;
       }
-      const double T = impact_time + course_after_landing - course_start_;
-      wanted =
-          minimum_jerk(com_at_start_, velocity_at_start_, target, T, measured.time - course_start_);
+      const double T = impact_time + trajectory_after_landing - trajectory_start_;
+      wanted = minimum_jerk(com_at_start_, velocity_at_start_, target, T,
+                            measured.time - trajectory_start_);
     }
     Vec<double, parameters> p;
     p << com, scene.swing.position,
@@ -130,26 +133,28 @@ class CapturePointController final : public Planner {
   RecedingHorizonController& controller() override { return controller_; }
 
  private:
-  static RecedingHorizonController make_controller(const Config& config,
+  static RecedingHorizonController make_controller(const PlannerSettings& settings,
+                                                   const ContactSettings& contact_settings,
                                                    const RobotDescription& robot,
                                                    const Scene& scene) {
-    MultipleShooting shooting(wrench_problem(config, robot, scene),
+    MultipleShooting shooting(wrench_problem(settings, contact_settings, robot, scene),
                               {.intervals_per_phase = 1, .integrator = zero_order_hold()});
-    auto solver = make_tick_solver(config, shooting);
-    return {std::move(shooting), std::move(solver), controller_options(config, robot)};
+    auto solver = make_tick_solver(settings, shooting);
+    return {std::move(shooting), std::move(solver), controller_options(settings, robot.mass)};
   }
 
   RecedingHorizonController controller_;
-  double course_start_ = infinity;
+  double trajectory_start_ = infinity;
   Vec<double, 3> com_at_start_, velocity_at_start_;
 };
 
 }  // namespace
 
-std::unique_ptr<Planner> make_capture_point_controller(const Config& config,
+std::unique_ptr<Planner> make_capture_point_controller(const PlannerSettings& settings,
+                                                       const ContactSettings& contact,
                                                        const RobotDescription& robot,
                                                        const Scene& scene) {
-  return std::make_unique<CapturePointController>(config, robot, scene);
+  return std::make_unique<CapturePointController>(settings, contact, robot, scene);
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -1,96 +1,15 @@
 #include "saltus/robots/walking/closed_loop.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "saltus/ocp/window.hpp"
-#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/capture_point_controller.hpp"
+#include "saltus/robots/walking/cpu_time.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
-constexpr double fallen_height = 0.30, fallen_distance = 1.0;  // m
-
-}  // namespace
-
-Scene initial_scene(const Config& config, const RobotDescription& robot) {
-  Scene scene;
-  const StandingPosture& posture = robot.posture_on(config.stance);
-  scene.side = config.stance;
-  scene.stance_foot = robot.foot(scene.side);
-  scene.swing_foot = robot.foot(other(scene.side));
-  scene.swing.position = posture.other_foot;
-  scene.swing.position[2] = 0.0;  // the ground is level
-  scene.com_height = posture.com[2];
-  scene.target = config.target;
-  return scene;
-}
-
-RobotDescription nominal_robot(const Config& config, RobotDescription robot) {
-  robot.mass *= 1.0 + config.mass_error;
-  return robot;
-}
-
-double push_share(const Push& push, double t) {
-  const double s = std::clamp((t - push.start) / push.duration, 0.0, 1.0);
-  switch (push.shape) {
-    case PushShape::rectangle:
-      return s;
-    case PushShape::half_sine:
-      return 0.5 * (1.0 - std::cos(std::numbers::pi * s));
-    case PushShape::triangle:
-      return s < 0.5 ? 2.0 * s * s : 1.0 - 2.0 * (1.0 - s) * (1.0 - s);
-  }
-  return s;
-}
-
-Vec<double, 3> mean_push_force(const Push& push, double from, double to) {
-  const double end = push.start + push.duration;
-  if (to < push.start + same_instant || from > end - same_instant) return Vec<double, 3>::Zero();
-  const Vec<double, 3> direction = push.direction.normalized();
-  const bool within = from > push.start - same_instant && to < end + same_instant;
-  if (push.shape == PushShape::rectangle && within)
-    return direction * (push.impulse / push.duration);  // without rounding
-  const double share = push_share(push, to) - push_share(push, from);
-  return direction * (push.impulse * share / (to - from));
-}
-
-bool has_fallen(const Vec<double, 9>& gamma, double com_height) {
-  const double size = com_height / reference_height;
-  return !(gamma[2] >= fallen_height * size && gamma.head<2>().norm() <= fallen_distance * size);
-}
-
-std::string fall_sentence(const Push& push, double t) {
-  return fmt::format("fell at {:.2f} s{}", t, t < push.start ? ", before the push" : "");
-}
-
-double end_time(const Push& push, const StepLogic& steps, double touchdown) {
-  const double settled = rest_after + rest_length;
-  if (touchdown < infinity) return touchdown + settled;
-  return std::max(push.start + push.duration, steps.is_stepping() ? steps.landing_time() : 0.0) +
-         settled;
-}
-
-LoopState loop_state(const Push& push, double t, const Vec<double, 9>& gamma, const Scene& scene,
-                     const StepLogic& steps, double touchdown) {
-  const bool landed = touchdown < infinity;
-  const SupportPolygon ground =
-      landed ? scene.hull() : SupportPolygon::under({{scene.stance, scene.stance_foot}});
-  const double omega = frequency_of_height(gamma[2]);
-  LoopState state{t, gamma[2]};
-  state.margin = -ground.signed_distance(
-      capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega));
-  const bool pushed = t > push.start - same_instant && t < push.start + push.duration;
-  state.footing = landed                ? Footing::landed
-                  : steps.is_stepping() ? Footing::stepping
-                  : pushed              ? Footing::pushed
-                                        : Footing::standing;
-  return state;
-}
-
+// What the tick came to, costs and residuals recomputed. Allocates.
 TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonController& controller) {
   TickRecord r;
   r.time = t;
@@ -103,8 +22,208 @@ TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonControl
   r.cost = plan.cost;
   r.kkt = plan.kkt.scaled();
   for (const SoftViolation& use : plan.soft_violations)
-    r.softness = std::max(r.softness, use.largest);
+    r.violation = std::max(r.violation, use.largest);
   return r;
 }
 
-}  // namespace saltus::push_recovery
+std::unique_ptr<Planner> planner_of(const BipedProblem& problem, const RobotDescription& robot,
+                                    const Scene& scene) {
+  const BipedSettings& settings = problem.settings();
+  const RobotDescription nominal = nominal_robot(settings.robot, robot);
+  if (settings.controller == ControllerChoice::capture_point)
+    return make_capture_point_controller(settings.planner, settings.contact, nominal, scene);
+  return problem.make_planner(nominal, scene);
+}
+
+class ClosedLoop {
+ public:
+  ClosedLoop(const BipedProblem& problem, const RobotDescription& robot, LeggedPlant& plant)
+      : problem_(problem),
+        plant_(plant),
+        pushes_(problem.pushes()),
+        lead_(problem.settings().planner.step),
+        scene_(initial_scene(problem, robot)),
+        steps_(problem.make_step_planner(scene_)),
+        planner_(planner_of(problem, robot, scene_)) {
+    log_.robot = robot;
+    log_.final_scene = scene_;
+  }
+
+  RunLog run(const Observer& observer) {
+    for (long k = 0; !log_.stopped_early; ++k) {
+      const double t = plant_.tick_time(k);
+      if (is_over(t)) break;
+      bool is_sample = plant_.sense(t);
+      decide_step(t);
+      find_landing(t);
+      if (observer) observer(state(t));
+      plan(t);
+      log_.ticks.push_back(tick_record(t, *tick_, planner_->controller()));
+      if (!apply(t, is_sample)) break;
+    }
+    if (log_.samples.empty() || plant_.truth_time() > log_.samples.back().time)
+      record(plant_.truth_time(), push_);
+    log_.final_scene = scene_;
+    if (has_landed()) log_.final_scene.swing.position = landed_at_;
+    log_.loop = planner_->controller().statistics();
+    log_.solver = planner_->controller().solver_name();
+    plant_.describe(log_);
+    return std::move(log_);
+  }
+
+ private:
+  bool has_landed() const { return log_.touchdown < infinity; }
+  bool is_over(double t) const {
+    return t > problem_.end_time(*steps_, log_.touchdown) - same_instant;
+  }
+
+  void decide_step(double t) {
+    CpuTime watch(log_.plan_seconds);
+    const Vec<double, 9> gamma = plant_.measured();
+    const double omega = frequency_of_height(gamma[2]);
+    steps_->update(t,
+                   capture_point_at_rest(gamma.head<3>(), gamma.segment<3>(3), gamma.tail<3>(),
+                                         plant_.nominal_mass(), omega),
+                   omega);
+    if (!steps_->is_stepping() || has_landed()) return;
+    scene_.swing.position = steps_->place();
+    scene_.two_feet = true;
+    plant_.swing(t, {steps_->landing_time(), steps_->earliest_landing(), steps_->place()});
+  }
+
+  void find_landing(double t) {
+    if (has_landed()) return;
+    const std::optional<Landing> landing = plant_.find_landing(t);
+    if (!landing) return;
+    log_.touchdown = t;
+    scene_.swing.position = landing->measured;
+    landed_at_ = landing->actual;
+  }
+
+  // While the foot is late the landing is held just ahead.
+  double impact_time(double t) const {
+    if (plant_.lands_on_time()) return steps_->landing_time();
+    if (has_landed()) return log_.touchdown;
+    return std::max(steps_->landing_time(), t + lead_);
+  }
+
+  void plan(double t) {
+    CpuTime watch(log_.plan_seconds);
+    const Measurement measured{t, plant_.measured(), reordered(scene_.side, plant_.applied()),
+                               plant_.contact_force()};
+    tick_ = &planner_->tick(measured, scene_, impact_time(t));
+  }
+
+  // The input of the tick, piece by piece; false when the run is over.
+  bool apply(double t, bool is_sample) {
+    const HeldInput& input = tick_->input;
+    const double end = input.back().start + input.back().length;
+    while (true) {
+      const InputPiece* piece = &input[0];
+      for (const InputPiece& p : input)
+        if (p.start <= t + same_instant) piece = &p;
+      plant_.command(t, reordered(scene_.side, piece->input()));
+      const double next = step_end(t, piece->start + piece->length);
+      push_ = total_push_force(pushes_, t, next);
+      if (is_sample) record(t, push_);
+      const std::string failure = plant_.step(t, next);
+      if (!failure.empty()) {
+        log_.numerical_failure = true;
+        stop(failure);
+      }
+      if (auto body = plant_.body_sample()) log_.body.push_back(std::move(*body));
+      const std::string lost = problem_.lost(plant_.truth_time(), plant_.truth(), scene_);
+      if (!lost.empty()) stop(lost);
+      t = next;
+      if (log_.stopped_early || end - t <= same_instant) return true;
+      if (is_over(t)) return false;
+      is_sample = plant_.sense(t);
+      find_landing(t);
+    }
+  }
+
+  // A step is cut where a push begins or ends and where the foot is due.
+  double step_end(double t, double end) const {
+    double next = end;
+    const auto cut = [&](double edge) {
+      if (edge - t > same_instant && edge < next - same_instant) next = edge;
+    };
+    for (const Push& push : pushes_) {
+      cut(push.start);
+      cut(push.end());
+    }
+    cut(steps_->landing_time());
+    return plant_.step_end(t, next);
+  }
+
+  void record(double t, const Vec<double, 3>& push) {
+    const Vec<double, 9> gamma = plant_.truth();
+    const double omega = frequency_of_height(gamma[2]);
+    log_.samples.push_back({t, gamma,
+                            capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
+                            plant_.applied(), push, has_landed() || initially_on_two_feet_});
+  }
+
+  LoopState state(double t) const {
+    const Vec<double, 9> gamma = plant_.truth();
+    const bool on_two_feet = has_landed() || initially_on_two_feet_;
+    const SupportPolygon ground = on_two_feet ? scene_.hull() : scene_.stance_polygon();
+    const double omega = frequency_of_height(gamma[2]);
+    LoopState state{t, gamma[2]};
+    state.margin = -ground.signed_distance(
+        capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega));
+    const bool pushed = std::any_of(pushes_.begin(), pushes_.end(), [t](const Push& push) {
+      return t > push.start - same_instant && t < push.end();
+    });
+    state.footing = has_landed()            ? Footing::landed
+                    : steps_->is_stepping() ? Footing::stepping
+                    : pushed                ? Footing::pushed
+                                            : Footing::standing;
+    return state;
+  }
+
+  void stop(std::string reason) {
+    log_.stopped_early = true;
+    log_.stop_reason = std::move(reason);
+  }
+
+  const BipedProblem& problem_;
+  LeggedPlant& plant_;
+  std::vector<Push> pushes_;
+  double lead_;  // s
+  Scene scene_;
+  bool initially_on_two_feet_ = scene_.two_feet;
+  std::unique_ptr<StepPlanner> steps_;
+  std::unique_ptr<Planner> planner_;
+  const ControlTick* tick_ = nullptr;
+  Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last step
+  Vec<double, 3> landed_at_ = Vec<double, 3>::Zero();
+  RunLog log_;
+};
+
+}  // namespace
+
+RunLog simulate(const BipedProblem& problem, const RobotDescription& robot, LeggedPlant& plant,
+                const Observer& observer) {
+  return ClosedLoop(problem, robot, plant).run(observer);
+}
+
+RunLog simulate(const BipedProblem& problem, const RobotDescription& robot,
+                const Observer& observer) {
+  const BipedSettings& settings = problem.settings();
+  const PlantStart start{robot,
+                         problem.posture(robot),
+                         initial_scene(problem, robot),
+                         problem.pushes(),
+                         settings.robot.mass_error,
+                         settings.planner.step};
+  const std::unique_ptr<LeggedPlant> plant =
+      settings.plant.is_whole_body()
+          ? make_whole_body_legged_plant(
+                start, {urdf_of_body(settings.robot), settings.control, settings.contact},
+                settings.plant)
+          : make_centroidal_legged_plant(start);
+  return simulate(problem, robot, *plant, observer);
+}
+
+}  // namespace saltus::walking

@@ -1,40 +1,19 @@
-// What the closed loops on the centroidal model and on the whole body have in common.
+// One closed loop over any plant and any planner of a biped.
 #pragma once
 
-#include "saltus/robots/walking/simulation.hpp"
-#include "saltus/robots/walking/step_logic.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
+#include "saltus/robots/walking/legged_plant.hpp"
+#include "saltus/robots/walking/progress.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
-/// On the stance foot in the robot's posture for it, the other foot beside it. Throws InputError if
-/// it has none.
-Scene initial_scene(const Config& config, const RobotDescription& robot);
+/// Runs the problem on the plant that its settings name. Throws InputError for what the robot's
+/// files lack or say wrongly.
+RunLog simulate(const BipedProblem& problem, const RobotDescription& robot,
+                const Observer& observer = {});
 
-/// The robot that the controllers believe in: its mass with Config::mass_error.
-RobotDescription nominal_robot(const Config& config, RobotDescription robot);
+/// The same on a plant of the caller's.
+RunLog simulate(const BipedProblem& problem, const RobotDescription& robot, LeggedPlant& plant,
+                const Observer& observer = {});
 
-/// The share of the impulse that was given up to `t` (s), 0 to 1.
-double push_share(const Push& push, double t);
-/// Mean of the force over an interval, s: applied as a constant it gives the impulse of the
-/// interval exactly, wherever its ends lie. World axes, N.
-Vec<double, 3> mean_push_force(const Push& push, double from, double to);
-
-/// Whether the robot lies on the ground, whatever follows; it stands with its CoM at `com_height`,
-/// m.
-bool has_fallen(const Vec<double, 9>& gamma, double com_height);
-
-/// The same as a sentence; a fall before the push is said as such.
-std::string fall_sentence(const Push& push, double t);
-
-/// When enough has been seen to judge (s); `touchdown` is infinite until the foot has landed.
-double end_time(const Push& push, const StepLogic& steps, double touchdown);
-
-/// For whoever watches, before the tick at `t` (s). `touchdown` is infinite until the foot has
-/// landed. Allocates.
-LoopState loop_state(const Push& push, double t, const Vec<double, 9>& gamma, const Scene& scene,
-                     const StepLogic& steps, double touchdown);
-
-/// What the tick came to, costs and residuals recomputed. Allocates.
-TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonController& controller);
-
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

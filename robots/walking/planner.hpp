@@ -1,16 +1,17 @@
-// The controllers of the example behind one interface: from the measured state to wrenches.
+// The controllers behind one interface, from the measured state to wrenches, and what those that
+// solve an optimal control problem per tick have in common.
 #pragma once
 
 #include <cmath>
 #include <memory>
 
-#include "problems/push_recovery/config.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/ocp/problem.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/model/robot_description.hpp"
-#include "saltus/robots/walking/step_logic.hpp"
+#include "saltus/robots/walking/scene.hpp"
+#include "saltus/solver/solver_choice.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 /// omega of the pendulum (1/s) at a height that was measured (m), whatever it is: never below 1 cm.
 inline double frequency_of_height(double height) {
@@ -26,22 +27,6 @@ struct Measurement {
   Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< their sum, world axes, N
 };
 
-/// The scene: what stands where, and what is aimed at.
-struct Scene {
-  Side side = Side::left;   ///< of the stance foot
-  SoleFrame stance, swing;  ///< swing: where it stands, or will land
-  FootRectangle stance_foot, swing_foot;
-  bool two_feet = false;     ///< the swing foot stands or is about to
-  double com_height = 0.53;  ///< commanded, m
-  Target target = Target::sole_midpoint;
-
-  SupportPolygon hull() const;
-  Vec<double, 2> target_point() const;
-};
-
-/// A pair of wrenches from the order (stance, swing) into (left, right), or back.
-Vec<double, 12> reordered(Side stance, const Vec<double, 12>& wrenches);
-
 class Planner {
  public:
   virtual ~Planner() = default;
@@ -52,12 +37,27 @@ class Planner {
   virtual RecedingHorizonController& controller() = 0;
 };
 
+struct PlannerSettings {
+  SolverChoice solver = SolverChoice::riccati;
+  double tolerance = 1e-8;  ///< of the solver, scaled KKT error
+  double step = 0.01;       ///< grid and period of the controller, s
+  int intervals = 15;
+  CostRule costs = CostRule::nodes;
+  double deadline = 0.0;  ///< wall clock per tick, s; 0: none
+  /// To try the loop: this fraction of the ticks has no time to solve, in runs of one to five.
+  double missed_fraction = 0.0;
+  int missed_seed = 1;
+};
+
+/// `solver`.
+void declare_solver(Settings& settings, PlannerSettings& planner);
+/// mpc.* and solver_tolerance.
+void declare_settings(Settings& settings, PlannerSettings& planner);
+
 /// What the settings ask for, for the programs of this transcription.
-std::unique_ptr<RealTimeSolver> make_tick_solver(const Config& config, MultipleShooting& shooting);
-ControllerOptions controller_options(const Config& config, const RobotDescription& robot);
+std::unique_ptr<RealTimeSolver> make_tick_solver(const PlannerSettings& settings,
+                                                 MultipleShooting& shooting);
+/// A planner without a plan puts the robot's weight on the stance foot.
+ControllerOptions controller_options(const PlannerSettings& settings, double mass);
 
-/// The receding horizon controller of the paper.
-std::unique_ptr<Planner> make_mpc(const Config& config, const RobotDescription& robot,
-                                  const Scene& scene);
-
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -6,7 +6,7 @@
 
 #include "saltus/ocp/window.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 constexpr double terminal_period = 0.05;  // s of wall clock: the eye reads no faster
@@ -52,4 +52,4 @@ void Progress::print(double now) {
   shown_ = true;
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

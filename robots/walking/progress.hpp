@@ -7,7 +7,7 @@
 
 #include "saltus/core/clock.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 enum class Footing { standing, pushed, stepping, landed };
 
@@ -49,4 +49,4 @@ class Progress {
   bool shown_ = true;  // the last state that was given
 };
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

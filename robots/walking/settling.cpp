@@ -10,9 +10,9 @@
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/report/body_output.hpp"
+#include "saltus/robots/walking/body_forces.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 double settling_time(std::span<const double> times, std::span<const double> values, double begin,
                      double band) {
@@ -64,4 +64,4 @@ nlohmann::ordered_json to_json(const ForceSettling& s) {
           {"measured_right_s", s.measured[1]}};
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

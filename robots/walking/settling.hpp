@@ -10,9 +10,9 @@
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 
-#include "saltus/robots/walking/simulation.hpp"
+#include "saltus/robots/walking/run_log.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 inline constexpr double force_settled_within = 0.05;  ///< of the robot's weight
 inline constexpr double force_settled_over = 1.0;     ///< the mean is that of this last span, s
@@ -34,4 +34,4 @@ ForceSettling force_settling(const RunLog& log);
 /// "planned_left_s", ..., "measured_right_s"; null: never.
 nlohmann::ordered_json to_json(const ForceSettling& settling);
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

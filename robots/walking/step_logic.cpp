@@ -1,16 +1,55 @@
 #include "saltus/robots/walking/step_logic.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "saltus/app/settings.hpp"
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
-StepLogic::StepLogic(const Step& options, bool stepping, double push_start, Side side,
-                     SoleFrame stance, FootRectangle stance_foot)
+void declare_stepping(Settings& s, Step& step) {
+  s.flag("stepping", step.allowed, "may the robot step?");
+}
+
+void declare_settings(Settings& s, Step& step) {
+  s.number("step.duration", step.duration, "s", "from the trigger to the landing", above(0.0));
+  s.choice<StepTrigger>(
+      "step.trigger", step.trigger, {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
+      "a step is taken when the capture point leaves the sole; its time counts from "
+      "the push, or from then");
+  s.number("step.decision_delay", step.decision_delay, "s",
+           "the place of the foot is fixed this long after the trigger", at_least(0.0));
+  s.choice<Placement>("step.placement", step.placement,
+                      {{"predicted", Placement::predicted}, {"fixed", Placement::fixed}},
+                      "at the predicted capture point, or at step.fixed_place");
+  s.vector("step.fixed_place", step.fixed_place, "m",
+           "swing sole relative to the stance sole: forward, and to the side away from it");
+  s.rule({"step.fixed_place"}, [&step] {
+    return step.fixed_place[1] > 0.0
+               ? ""
+               : fmt::format(
+                     "step.fixed_place counts away from the stance sole, on either side: its "
+                     "second entry must be positive, not {}",
+                     step.fixed_place[1]);
+  });
+  s.number("step.lateral_min", step.lateral_min, "m", "least lateral distance of the soles",
+           above(0.0));
+  s.number("step.lateral_max", step.lateral_max, "m", "largest lateral distance", above(0.0));
+  s.number("step.forward_max", step.forward_max, "m", "reach to the front and back", at_least(0.0));
+  s.rule({"step.lateral_min", "step.lateral_max"}, [&step] {
+    return step.lateral_min <= step.lateral_max
+               ? ""
+               : fmt::format("step.lateral_min ({}) exceeds step.lateral_max ({})",
+                             step.lateral_min, step.lateral_max);
+  });
+}
+
+StepLogic::StepLogic(const Step& options, double push_start, Side side, SoleFrame stance,
+                     FootRectangle stance_foot)
     : options_(options),
-      stepping_(stepping),
       push_start_(push_start),
       away_(side == Side::left ? -1.0 : 1.0),
       stance_(std::move(stance)),
@@ -23,7 +62,7 @@ Vec<double, 3> StepLogic::in_world(const Vec<double, 2>& place) const {
 }
 
 void StepLogic::update(double t, const Vec<double, 2>& capture_point, double omega) {
-  if (!stepping_ || decided_) return;
+  if (!options_.allowed || decided_) return;
   if (!is_stepping()) {
     const Vec<double, 3> offset(capture_point[0] - stance_.position[0],
                                 capture_point[1] - stance_.position[1], 0.0);
@@ -59,4 +98,4 @@ Vec<double, 2> StepLogic::predicted_place(double t, const Vec<double, 2>& captur
           std::clamp(away_ * at_landing[1], options_.lateral_min, options_.lateral_max)};
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "problems/push_recovery/run.hpp"
+#include "problems/push_recovery/push_recovery.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus::push_recovery {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "saltus/robots/walking/simulation.hpp"
+#include "problems/push_recovery/criteria.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -52,7 +52,7 @@ TEST(BodyVerdict, StillRobotStands) {
   EXPECT_TRUE(v.standing);
   EXPECT_FALSE(v.touches_joint_limit());
   EXPECT_NEAR(v.limit_margin, 1.0, rounding);
-  EXPECT_EQ(v.torque_limit_share, 0.0);
+  EXPECT_EQ(v.torque_limit_fraction, 0.0);
   EXPECT_NEAR(v.force_peak[0], 320.0, rounding * 320.0);
   EXPECT_NEAR(v.tilt_max, 0.0, rounding);
 }
@@ -100,7 +100,7 @@ TEST(BodyVerdict, LimitsAreNamedWithTheirTime) {
   EXPECT_NEAR(v.limit_margin, -0.002, rounding);
   EXPECT_EQ(v.limit_joint, "hip");
   EXPECT_NEAR(v.limit_time, 0.4, rounding);
-  EXPECT_NEAR(v.torque_limit_share, 0.25, rounding);
+  EXPECT_NEAR(v.torque_limit_fraction, 0.25, rounding);
   EXPECT_EQ(to_json(v)["joint_limit_joint"], "hip");
 }
 

@@ -5,7 +5,7 @@
 
 #include "saltus/app/assignment.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/walking/simulation.hpp"
+#include "tests/problems/push_recovery_run.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus::push_recovery {
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Impulses, StepRecovers, ::testing::Values(6.0, 8.0));
 
 TEST(ClosedLoop, WithoutAStepEightNewtonSecondsAreAFall) {
   Config config = pushed_by(8.0);
-  config.stepping = false;
+  config.step.allowed = false;
   const Outcome outcome = run(config);
   EXPECT_FALSE(outcome.verdict.recovered);
   EXPECT_TRUE(outcome.log.stopped_early);
@@ -104,7 +104,7 @@ TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
     config.controller = c.controller;
     config.step.placement = c.placement;
     const Outcome left = run(config);
-    config.stance = Side::right;
+    config.scene.stance = Side::right;
     config.push.direction[1] *= -1.0;
     const Outcome right = run(config);
     EXPECT_TRUE(left.verdict.recovered) << left.verdict.reason;
@@ -145,7 +145,7 @@ TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
   for (const SolverChoice solver :
        {SolverChoice::riccati, SolverChoice::sparse, SolverChoice::ipopt}) {
     Config c = config;
-    c.solver = solver;
+    c.planner.solver = solver;
     planners.push_back(make_mpc(c, robot, log.final_scene));
   }
   // Through the push, the swing and the landing; what each plans is not applied.
@@ -178,16 +178,16 @@ TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
 TEST(ClosedLoop, RecoversWithOneTickInFiveDenied) {
   for (const int seed : {1, 2, 3}) {
     Config config = pushed_by(6.0);
-    config.missed_share = 0.2;
-    config.missed_seed = seed;
+    config.planner.missed_fraction = 0.2;
+    config.planner.missed_seed = seed;
     const Outcome outcome = run(config);
     EXPECT_TRUE(outcome.verdict.recovered) << seed << ": " << outcome.verdict.reason;
     long missed = 0;
     for (const TickRecord& t : outcome.log.ticks)
       missed += t.status == SolveStatus::time_limit ? 1 : 0;
-    const double share =
+    const double fraction =
         static_cast<double>(missed) / static_cast<double>(outcome.log.ticks.size());
-    EXPECT_NEAR(share, 0.2, 0.06) << seed;
+    EXPECT_NEAR(fraction, 0.2, 0.06) << seed;
     const LoopStatistics& loop = outcome.log.loop;
     EXPECT_EQ(loop.all().count(), static_cast<long>(outcome.log.ticks.size()));
     EXPECT_EQ(loop.count(Provenance::feasible) + loop.count(Provenance::shifted), missed);
@@ -200,7 +200,7 @@ TEST(ClosedLoop, ATickOfThePlannerDoesNotAllocate) {
   const RobotDescription robot = icub();
   for (const SolverChoice solver : {SolverChoice::riccati, SolverChoice::sparse}) {
     Config c = config;
-    c.solver = solver;
+    c.planner.solver = solver;
     Scene scene = simulate(config, robot).final_scene;
     scene.two_feet = true;
     const auto planner = make_mpc(c, robot, scene);
@@ -228,7 +228,7 @@ TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
   for (const StepTrigger trigger : {StepTrigger::push, StepTrigger::icp}) {
     Step options;
     options.trigger = trigger;
-    StepLogic logic(options, true, 1.0, Side::left, SoleFrame{}, foot);
+    StepLogic logic(options, 1.0, Side::left, SoleFrame{}, foot);
     logic.update(1.04, {0.0, -0.02}, 4.2);  // still over the sole
     EXPECT_FALSE(logic.is_stepping());
     logic.update(1.05, {0.0, -0.04}, 4.2);
@@ -239,7 +239,7 @@ TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
 
 TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
   const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
-  StepLogic logic(Step{}, true, 1.0, Side::left, SoleFrame{}, foot);
+  StepLogic logic(Step{}, 1.0, Side::left, SoleFrame{}, foot);
   const double omega = 4.2;
   logic.update(1.1, {0.02, -0.05}, omega);
   ASSERT_TRUE(logic.is_decided());
@@ -248,7 +248,7 @@ TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
   logic.update(1.2, {0.02, -0.3}, omega);
   EXPECT_NEAR(logic.place()[1], -0.03 - 0.02 * std::exp(omega * 0.5), 1e-12);
 
-  StepLogic far(Step{}, true, 1.0, Side::left, SoleFrame{}, foot);
+  StepLogic far(Step{}, 1.0, Side::left, SoleFrame{}, foot);
   far.update(1.1, {0.2, -0.2}, omega);
   EXPECT_DOUBLE_EQ(far.place()[0], 0.25);
   EXPECT_DOUBLE_EQ(far.place()[1], -0.30);
@@ -260,8 +260,8 @@ TEST(StepLogic, PlacesCountAwayFromTheStanceFootOnEitherSide) {
     for (const double y : {-0.035, -0.05, -0.2}) {
       Step options;
       options.placement = placement;
-      StepLogic a(options, true, 1.0, Side::left, SoleFrame{}, left);
-      StepLogic b(options, true, 1.0, Side::right, SoleFrame{}, left.mirrored());
+      StepLogic a(options, 1.0, Side::left, SoleFrame{}, left);
+      StepLogic b(options, 1.0, Side::right, SoleFrame{}, left.mirrored());
       a.update(1.1, {0.02, y}, 4.2);
       b.update(1.1, {0.02, -y}, 4.2);
       EXPECT_LT(a.place()[1], -0.1);

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "saltus/robots/walking/closed_loop.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {
@@ -28,12 +27,12 @@ class Disturbed : public IcubInDart {
 // 1 mm, 0.1 degrees, 2 % of the forces; the velocities as a straight line through 90 ms of such
 // measurements, 2 ms apart, leaves them: sigma sqrt(12 / 45) / 0.09 s.
 TEST_F(Disturbed, StepCatchesAPushInSpiteOfNoiseAndDelay) {
-  config.noise = {.position = 1e-3,
-                  .angle = 1.75e-3,
-                  .velocity = 0.006,
-                  .angular_velocity = 0.01,
-                  .force = 0.02};
-  config.delay_ticks = 1;
+  config.plant.noise = {.position = 1e-3,
+                        .angle = 1.75e-3,
+                        .velocity = 0.006,
+                        .angular_velocity = 0.01,
+                        .force = 0.02};
+  config.plant.delay_ticks = 1;
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
@@ -42,22 +41,22 @@ TEST_F(Disturbed, StepCatchesAPushInSpiteOfNoiseAndDelay) {
   constexpr double fastest = 0.6;  // m/s
   for (std::size_t i = 1; i < log.samples.size(); ++i)
     ASSERT_LT((log.samples[i].gamma - log.samples[i - 1].gamma).head<3>().norm(),
-              fastest * config.control_period)
+              fastest * config.control.period)
         << log.samples[i].time;
 }
 
-TEST_F(Disturbed, ControllersThatBelieveInAHeavierRobot) {
-  config.mass_error = 0.05;
+TEST_F(Disturbed, ControllersWhoseNominalRobotIsHeavier) {
+  config.robot.mass_error = 0.05;
   expect_recovery();
 }
 
-TEST_F(Disturbed, ControllersThatBelieveInALighterRobot) {
-  config.mass_error = -0.05;
+TEST_F(Disturbed, ControllersWhoseNominalRobotIsLighter) {
+  config.robot.mass_error = -0.05;
   expect_recovery();
 }
 
 TEST_F(Disturbed, SlipperyGround) {
-  config.ground_friction = 0.4;
+  config.plant.friction = 0.4;
   expect_recovery();
 }
 
@@ -66,7 +65,7 @@ TEST_F(Disturbed, GroundThatIsNotWhereItWasExpected) {
   const RunLog level = run();
   constexpr double step = 0.01;  // m
   for (const double height : {step, -step}) {
-    config.ground_step = height;
+    config.plant.ground_step = height;
     const RunLog log = run();
     const Verdict verdict = judge(config, log);
     EXPECT_TRUE(verdict.recovered) << height << ": " << verdict.reason;
@@ -114,9 +113,9 @@ TEST(Push, EveryShapeGivesTheWholeImpulseInAnySteps) {
 TEST(Push, ShapesAreWhatTheirNamesSay) {
   Push push;
   push.impulse = 6.0;
-  const auto force_at = [&push](double share) {
+  const auto force_at = [&push](double fraction) {
     constexpr double dt = 1e-6;  // s
-    const double t = push.start + share * push.duration;
+    const double t = push.start + fraction * push.duration;
     return mean_push_force(push, t - 0.5 * dt, t + 0.5 * dt).norm();
   };
   constexpr double difference = 1e-3;  // N, of a mean over dt

@@ -1,6 +1,4 @@
 // Push recovery on the whole body in DART. Needs the URDF, whose file SALTUS_ICUB_URDF names.
-#include "saltus/robots/walking/full_body.hpp"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +27,7 @@ TEST_F(FullBody, StepCatchesAPush) {
 
 TEST_F(FullBody, MomentumControlStepsToo) {
   config.push.impulse = 4.5;  // N s; beyond, its angular momentum comes close to the limit
-  config.whole_body_controller = WholeBodyChoice::momentum;
+  config.control.choice = WholeBodyChoice::momentum;
   const RunLog log = run();
   const Verdict verdict = judge(config, log);
   EXPECT_TRUE(verdict.recovered) << verdict.reason;
@@ -40,7 +38,7 @@ TEST_F(FullBody, MomentumControlStepsToo) {
 TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
   config.push.impulse = 6.0;
   const RunLog left = run();
-  config.stance = Side::right;
+  config.scene.stance = Side::right;
   config.push.direction[1] *= -1.0;
   const RunLog right = run();
   EXPECT_TRUE(judge(config, right).recovered) << judge(config, right).reason;
@@ -59,7 +57,7 @@ TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
 
 TEST_F(FullBody, WithoutAStepAHardPushIsAFallThatIsSaid) {
   config.push.impulse = 8.0;
-  config.stepping = false;
+  config.step.allowed = false;
   const RunLog log = run();
   EXPECT_TRUE(log.stopped_early);
   EXPECT_FALSE(judge(config, log).recovered);

@@ -6,7 +6,7 @@
 #include <cstdlib>
 
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/walking/full_body.hpp"
+#include "tests/problems/push_recovery_run.hpp"
 
 namespace saltus::push_recovery {
 
@@ -16,10 +16,11 @@ class IcubInDart : public testing::Test {
     urdf = std::getenv("SALTUS_ICUB_URDF");
     if (urdf == nullptr) GTEST_SKIP() << "SALTUS_ICUB_URDF does not name iCubGazeboV2_5's URDF";
     robot = icub(urdf);
-    config.plant = PlantChoice::dart;
+    config.plant.choice = PlantChoice::dart;
+    config.robot.urdf = urdf;
     config.push.start = 0.2;  // s; earlier than by default, to be short
   }
-  RunLog run() const { return simulate_full_body(config, robot, urdf); }
+  RunLog run() const { return simulate(config, robot); }
 
   const char* urdf = nullptr;
   RobotDescription robot;

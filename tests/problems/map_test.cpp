@@ -21,6 +21,7 @@
 #include "saltus/robots/survival/map_file.hpp"
 #include "saltus/robots/survival/pendulum_bound.hpp"
 #include "tests/app/support.hpp"
+#include "tests/problems/push_recovery_run.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -32,9 +33,13 @@ using Words = std::vector<std::string>;
 constexpr double forward = 0.0, left = 0.5 * std::numbers::pi, back = std::numbers::pi,
                  right = 1.5 * std::numbers::pi;  // rad
 
+PendulumBound bound_of(const Config& config, const RobotDescription& robot) {
+  return pendulum_bound(config.push, config.step, config.scene, robot);
+}
+
 // The height of the published figures.
 PendulumBound published() {
-  PendulumBound bound = pendulum_bound(Config{}, icub());
+  PendulumBound bound = bound_of({}, icub());
   bound.height = 0.534;
   return bound;
 }
@@ -45,7 +50,7 @@ TEST(PendulumBound, ReproducesThePublishedFigures) {
   EXPECT_NEAR(bound.largest_impulse(right, 0.6), 9.5, 0.05);  // foot at -0.30 m at most
   Config config;
   config.step.placement = Placement::fixed;  // at -0.14 m
-  PendulumBound fixed = pendulum_bound(config, icub());
+  PendulumBound fixed = bound_of(config, icub());
   fixed.height = 0.534;
   // Printed as 7.3; with the right sole's own edge, 0.041 m outside its origin, it is 7.40.
   EXPECT_NEAR(fixed.largest_impulse(right, 0.6), 7.3, 0.11);
@@ -55,9 +60,9 @@ TEST(PendulumBound, RightStanceIsTheMirrorImageOfLeftStance) {
   for (const Placement placement : {Placement::predicted, Placement::fixed}) {
     Config config;
     config.step.placement = placement;
-    const PendulumBound on_left = pendulum_bound(config, icub());
-    config.stance = Side::right;
-    const PendulumBound on_right = pendulum_bound(config, icub());
+    const PendulumBound on_left = bound_of(config, icub());
+    config.scene.stance = Side::right;
+    const PendulumBound on_right = bound_of(config, icub());
     constexpr double rounding = 1e-9;  // N s
     for (const double angle : {0.1, 1.0, 2.0, 3.0, 4.0, 5.0}) {
       EXPECT_NEAR(on_left.largest_impulse(angle, 0.6), on_right.largest_impulse(-angle, 0.6),
@@ -154,7 +159,7 @@ TEST(PendulumBound, RefusesNonsense) {
 
 // ---- the command line ----
 
-MapRequest parse(const Words& words) { return parse_map_request(words); }
+MapRequest parse(const Words& words) { return parse_map_request(PushRecovery(), words); }
 
 TEST(MapCommandLine, Defaults) {
   const MapRequest request = parse({});
@@ -174,8 +179,8 @@ TEST(MapCommandLine, TakesWhatIsAsked) {
       parse({"--plant=dart", "--set", "push.duration=0.2", "--directions", "8", "--impulses",
              "0.5:0.1:1", "--step-times", "0.6,0.3", "--controllers", "none,mpc", "--jobs=3",
              "--out", "here", "--all"});
-  EXPECT_EQ(request.config.plant, PlantChoice::dart);
-  EXPECT_EQ(request.config.push.duration, 0.2);
+  EXPECT_EQ(request.problem->settings().plant.choice, PlantChoice::dart);
+  EXPECT_EQ(request.problem->settings().push.duration, 0.2);
   EXPECT_EQ(request.grid.directions.size(), 8u);
   ASSERT_EQ(request.grid.impulses.size(), 6u);
   EXPECT_DOUBLE_EQ(request.grid.impulses[5], 1.0);
@@ -221,9 +226,9 @@ TEST(MapCommandLine, TheStampIsOfWhatDecidesAboutOutcomes) {
 // ---- cells ----
 
 TEST(MapCells, TheRunIsThatOfTheCell) {
-  const Config c = with_cell({}, {MapController::capture_point, 0.45, 270.0, 3.0});
+  const BipedSettings c = with_cell({}, {MapController::capture_point, 0.45, 270.0, 3.0});
   EXPECT_EQ(c.controller, ControllerChoice::capture_point);
-  EXPECT_TRUE(c.stepping);
+  EXPECT_TRUE(c.step.allowed);
   EXPECT_EQ(c.step.duration, 0.45);
   EXPECT_EQ(c.push.impulse, 3.0);
   EXPECT_EQ(c.push.direction, (Vec<double, 3>(0.0, -1.0, 0.0)));  // exactly
@@ -231,8 +236,8 @@ TEST(MapCells, TheRunIsThatOfTheCell) {
             (Vec<double, 3>(0.0, 1.0, 0.0)));
   EXPECT_NEAR(with_cell({}, {MapController::mpc, 0.3, 45.0, 1.0}).push.direction[1], std::sqrt(0.5),
               1e-15);
-  const Config standing = with_cell({}, {MapController::none, 0.0, 180.0, 3.0});
-  EXPECT_FALSE(standing.stepping);
+  const BipedSettings standing = with_cell({}, {MapController::none, 0.0, 180.0, 3.0});
+  EXPECT_FALSE(standing.step.allowed);
   EXPECT_EQ(standing.controller, ControllerChoice::mpc);
 }
 
@@ -577,9 +582,10 @@ TEST(Map, WithoutAStepTheRunsAreTheSame) {
     const MapCell cell{MapController::capture_point, step_time, 0.0, 3.0};
     Config base;
     base.push.start = 0.1;
-    const Config config = with_cell(base, cell);
+    Config config = base;
+    static_cast<BipedSettings&>(config) = with_cell(base, cell);
     const RunLog log = simulate(config, icub());
-    rows.push_back(map_row({}, 0.0, config, log, judge(config, log)));
+    rows.push_back(map_row({}, 0.0, config.push, log, judge(config, log)));
     EXPECT_FALSE(rows.back().stepped);
   }
   EXPECT_EQ(to_line(rows[0]), to_line(rows[1]));

@@ -6,7 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "saltus/robots/report/run_support.hpp"
+#include "problems/push_recovery/push_recovery.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_program.hpp"
@@ -71,8 +71,8 @@ TEST_F(OtherHumanoid, BoxesInPlaceOfMeshesAreThoseOfTheInertia) {
   biped.feet_have_boxes = false;
   write(biped.yaml(), biped.urdf());
   Config given;
-  given.robot_file = config.string();
-  given.urdf = urdf.string();
+  given.robot.file = config.string();
+  given.robot.urdf = urdf.string();
   const FloatingRobot robot = floating_robot(UrdfModel::read(urdf), robot_of(given));
   EXPECT_EQ(robot.joints(), 14);
   for (const FloatingRobot::Body& body : robot.bodies) {
@@ -129,7 +129,7 @@ TEST_F(OtherHumanoid, FeetWithNeitherBoxesNorRectanglesAreRefused) {
 TEST_F(OtherHumanoid, FiguresComeFromTheFileOrFromTheUrdf) {
   write(biped.yaml(), biped.urdf());
   Config given;
-  given.robot_file = config.string();
+  given.robot.file = config.string();
   try {
     robot_of(given);
     FAIL() << "figures that nobody gave";
@@ -137,7 +137,7 @@ TEST_F(OtherHumanoid, FiguresComeFromTheFileOrFromTheUrdf) {
     EXPECT_TRUE(contains(error.what(), "mass is missing"));
     EXPECT_TRUE(contains(error.what(), "or name the URDF"));
   }
-  given.urdf = urdf.string();
+  given.robot.urdf = urdf.string();
   EXPECT_NEAR(robot_of(given).mass, 47.1, 1e-9);
 }
 

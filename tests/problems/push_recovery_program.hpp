@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "problems/push_recovery/run.hpp"
+#include "problems/push_recovery/push_recovery.hpp"
 #include "saltus/app/program.hpp"
 
 namespace saltus::push_recovery {

@@ -9,8 +9,8 @@
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
-#include "saltus/robots/walking/full_body.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "tests/problems/push_recovery_run.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 
@@ -268,10 +268,11 @@ TEST_P(MujocoStep, RecoversAsInDart) {
   Config config;
   config.push.impulse = GetParam();
   config.push.start = 0.4;
+  config.robot.urdf = urdf_path;
   double lowest[2], touchdown[2];
   for (const int k : {0, 1}) {
-    config.plant = k == 0 ? PlantChoice::dart : PlantChoice::mujoco;
-    const RunLog log = simulate_full_body(config, description, urdf_path);
+    config.plant.choice = k == 0 ? PlantChoice::dart : PlantChoice::mujoco;
+    const RunLog log = simulate(config, description);
     const Verdict verdict = judge(config, log);
     EXPECT_TRUE(verdict.recovered) << log.plant << ": " << verdict.reason;
     EXPECT_EQ(log.control_failures, 0) << log.plant;

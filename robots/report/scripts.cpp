@@ -1,4 +1,4 @@
-#include "saltus/robots/report/run_support.hpp"
+#include "saltus/robots/report/scripts.hpp"
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -9,36 +9,8 @@
 
 #include "saltus/app/data_file.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/icub/icub_model.hpp"
 
-namespace saltus::push_recovery {
-
-RobotDescription robot_of(const Config& config) {
-  const auto urdf = urdf_of(config);
-  if (config.robot_file.empty()) return icub(urdf);
-  if (config.plant != PlantChoice::centroidal) urdf_of_body(config);  // throws if there is none
-  const Figures figures = urdf ? Figures::from_urdf : Figures::in_file;
-  const RobotDescription named = read_robot_description(config.robot_file, figures);
-  return urdf ? describe(UrdfModel::read(*urdf), named) : named;
-}
-
-std::optional<std::filesystem::path> urdf_of(const Config& config) {
-  if (!config.urdf.empty()) return config.urdf;
-  if (!config.robot_file.empty()) return std::nullopt;
-  return find_icub_urdf();
-}
-
-std::filesystem::path urdf_of_body(const Config& config) {
-  const auto urdf = urdf_of(config);
-  if (urdf) return *urdf;
-  if (!config.robot_file.empty())
-    throw InputError(
-        fmt::format("the whole body of the robot in {} needs its URDF; name it with --robot.urdf "
-                    "FILE",
-                    config.robot_file));
-  return fetch_icub_urdf([](const std::string& line) { fmt::print(stderr, "{}\n", line); });
-}
+namespace saltus::walking {
 
 void draw(const std::filesystem::path& results, const char* what, const std::string& script) {
   std::string path;
@@ -94,4 +66,4 @@ std::string results_text(const std::filesystem::path& results,
   return text;
 }
 
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

@@ -1,18 +1,14 @@
-// The closed loop: controller and plant, tick by tick, and what came of it.
+// What a closed loop leaves behind: states, commands, ticks of the planner, and what the body did.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "problems/push_recovery/config.hpp"
-#include "saltus/robots/model/robot_description.hpp"
-#include "saltus/robots/walking/body_verdict.hpp"
-#include "saltus/robots/walking/planner.hpp"
-#include "saltus/robots/walking/progress.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 
 /// State and command at one instant of the simulation.
 struct Sample {
@@ -26,7 +22,7 @@ struct Sample {
   bool two_feet = false;
 };
 
-/// One call of the controller.
+/// One call of the planner.
 struct TickRecord {
   double time = 0.0;
   Provenance provenance = Provenance::fallback;
@@ -36,7 +32,7 @@ struct TickRecord {
   int iterations = 0;
   double cost = 0.0;
   double kkt = 0.0;
-  double softness = 0.0;  ///< largest violation of the hull in the plan, m
+  double violation = 0.0;  ///< of what carries a penalty: the largest in the plan
 };
 
 /// What the whole body does at the instant of the sample with the same index.
@@ -73,30 +69,4 @@ struct RunLog {
   bool numerical_failure = false;  ///< the plant failed to integrate
 };
 
-/// Verdict by the criteria of the README: over the whole run CoM height and angular momentum, and
-/// from 4 s after the landing (without a step: after the push) for one second rest at the target;
-/// on the whole body no planted foot slips by `planted_slip`.
-struct Verdict {
-  bool recovered = false;
-  std::string reason;  ///< when not
-  double final_com_error = 0.0, icp_settling = infinity;
-  double com_height_min = infinity, com_height_max = -infinity, angular_momentum_max = 0.0;
-  bool fell_before_push = false;    ///< whatever came of it says nothing about the push
-  std::optional<BodyVerdict> body;  ///< of the whole body only
-};
-
-// Bounds for iCub, which has this mass and CoM height on one foot. For another robot lengths of the
-// CoM scale with its height h, and angular momentum with m h sqrt(g h).
-inline constexpr double reference_mass = 33.0616727, reference_height = 0.5578762015;  // kg, m
-inline constexpr double height_lowest = 0.45, height_highest = 0.60;                   // m
-inline constexpr double angular_momentum_limit = 1.0;                                  // Nms
-inline constexpr double rest_after = 4.0, rest_length = 1.0;                           // s
-inline constexpr double rest_speed = 0.05;                                             // m/s
-inline constexpr double rest_com_error = 0.02;                                         // m
-inline constexpr double rest_angular_momentum = 0.1;                                   // Nms
-inline constexpr double icp_settled_within = 0.01;                                     // m
-
-RunLog simulate(const Config& config, const RobotDescription& robot, const Observer& observer = {});
-Verdict judge(const Config& config, const RunLog& log);
-
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking

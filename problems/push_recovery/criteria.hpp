@@ -1,0 +1,26 @@
+// When does a run count as recovered? The criteria of the README.
+#pragma once
+
+#include "problems/push_recovery/config.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/walking/verdict.hpp"
+
+namespace saltus::push_recovery {
+
+// For iCub; for another robot they scale, see reference_mass.
+inline constexpr double height_lowest = 0.45, height_highest = 0.60;  // m
+inline constexpr double angular_momentum_limit = 1.0;                 // Nms
+inline constexpr double rest_after = 4.0, rest_length = 1.0;          // s
+inline constexpr double rest_speed = 0.05;                            // m/s
+inline constexpr double rest_com_error = 0.02;                        // m
+inline constexpr double rest_angular_momentum = 0.1;                  // Nms
+
+/// When enough has been seen to judge (s); `touchdown` is infinite until the foot has landed.
+double end_time(const Push& push, const StepPlanner& steps, double touchdown);
+
+/// Over the whole run CoM height and angular momentum, and from `rest_after` the landing (without a
+/// step: the push) on rest at the target; on the whole body no planted foot slips by
+/// `planted_slip`.
+Verdict judge(const Config& config, const RunLog& log);
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,103 @@
+#include "problems/push_recovery/mpc.hpp"
+
+#include <limits>
+#include <utility>
+
+#include "saltus/integrators/zero_order_hold.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+// What of the tick's data hangs on the scene alone: it changes when a step is decided, no oftener.
+void set_scene(const Scene& scene, Tick<double>& data) {
+  data.swing_foot = scene.swing.position;
+  const Vec<double, 2> target = scene.target_point();
+  data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
+  data.capture_point_desired = target;
+  data.set_hull(scene.hull().half_planes(hull_rows));
+  data.standing = scene.two_feet ? 0.0 : 1.0;
+}
+void set_measurement(const Measurement& measured, const Scene& scene, Tick<double>& data) {
+  data.com = measured.gamma.head<3>();
+  data.force = measured.contact_force;
+  data.omega = frequency_of_height(measured.gamma[2] - scene.stance.position[2]);
+}
+
+class Mpc final : public Planner {
+ public:
+  Mpc(const Config& config, const RobotDescription& robot, const Scene& scene)
+      : charges_change_(config.weights.wrench_change > 0.0),
+        scene_(scene),
+        data_(data_at_rest(robot, scene)),
+        controller_(make_controller(config, robot, scene)) {}
+
+  const ControlTick& tick(const Measurement& measured, const Scene& scene,
+                          double impact_time) override {
+    if (scene.two_feet != scene_.two_feet || scene.swing.position != scene_.swing.position) {
+      scene_ = scene;
+      set_scene(scene, data_);
+    }
+    set_measurement(measured, scene, data_);
+    controller_.set_data("tick", data_);
+    controller_.retime("impact", impact_time);
+    if (charges_change_) {
+      // Up to the landing the swing foot had no wrench from which the first one could differ.
+      Vec<double, 12> before = measured.applied;
+      if (impact_time > measured.time - same_instant)
+        before.tail<6>().setConstant(std::numeric_limits<double>::quiet_NaN());
+      controller_.set_previous_input(before);
+    }
+    return controller_.tick(measured.time, measured.gamma);
+  }
+  RecedingHorizonController& controller() override { return controller_; }
+
+ private:
+  static Tick<double> data_at_rest(const RobotDescription& robot, const Scene& scene) {
+    Measurement at_rest;
+    at_rest.gamma << robot.posture_on(scene.side).com, Vec<double, 6>::Zero();
+    at_rest.contact_force[2] = robot.mass * standard_gravity;
+    Tick<double> data;
+    set_scene(scene, data);
+    set_measurement(at_rest, scene, data);
+    return data;
+  }
+
+  static RecedingHorizonController make_controller(const Config& config,
+                                                   const RobotDescription& robot,
+                                                   const Scene& scene) {
+    MultipleShooting shooting = transcribe(config, robot, scene);
+    auto solver = make_tick_solver(config.planner, shooting);
+    return {std::move(shooting), std::move(solver), controller_options(config.planner, robot.mass)};
+  }
+
+  static MultipleShooting transcribe(const Config& config, const RobotDescription& robot,
+                                     const Scene& scene) {
+    Model model;
+    model.mass = robot.mass;
+    model.stance = scene.stance;
+    model.swing_rotation = scene.swing.rotation;
+    model.stance_contact = cone_options(config.contact, scene.stance_foot);
+    model.swing_contact = cone_options(config.contact, scene.swing_foot);
+    model.step = config.planner.step;
+    model.intervals = config.planner.intervals;
+    model.cost_rule = config.planner.costs;
+    OptimalControlProblem ocp =
+        problem(model, config.weights, data_at_rest(robot, scene), infinity);
+    return MultipleShooting(std::move(ocp), {.intervals_per_phase = config.planner.intervals,
+                                             .integrator = zero_order_hold()});
+  }
+
+  bool charges_change_;
+  Scene scene_;
+  Tick<double> data_;
+  RecedingHorizonController controller_;
+};
+
+}  // namespace
+
+std::unique_ptr<Planner> make_mpc(const Config& config, const RobotDescription& robot,
+                                  const Scene& scene) {
+  return std::make_unique<Mpc>(config, robot, scene);
+}
+
+}  // namespace saltus::push_recovery

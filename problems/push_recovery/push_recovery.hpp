@@ -1,0 +1,32 @@
+// Push recovery in closed loop: the paper's planner, the step logic, and the criteria of the
+// README.
+#pragma once
+
+#include "problems/push_recovery/config.hpp"
+#include "saltus/app/program.hpp"
+#include "saltus/robots/walking/closed_loop.hpp"
+
+namespace saltus::push_recovery {
+
+class PushRecovery final : public BipedProblem {
+ public:
+  explicit PushRecovery(Config config = {}) : config_(std::move(config)) {}
+  std::unique_ptr<BipedProblem> clone() const override;
+  const Config& settings() const override { return config_; }
+  Config& settings() override { return config_; }
+  void declare(Settings& settings) override { declare_settings(settings, config_); }
+  std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
+                                        const Scene& scene) const override;
+  std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const override;
+  double end_time(const StepPlanner& steps, double touchdown) const override;
+  Verdict judge(const RunLog& log) const override;
+
+ private:
+  Config config_;
+};
+
+/// `saltus run push_recovery` and `saltus map`.
+ProblemEntry entry();
+Verb map_verb();
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,103 @@
+#include "saltus/robots/report/run_biped.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "saltus/robots/report/body_output.hpp"
+#include "saltus/robots/report/run_summary.hpp"
+#include "saltus/robots/report/scripts.hpp"
+#include "saltus/robots/walking/settling.hpp"
+
+namespace saltus::walking {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Nothing without a landing.
+std::string settling_text(const RunLog& log, const Verdict& verdict, const ForceSettling& forces) {
+  if (log.touchdown == infinity) return {};
+  const auto seconds = [](double t) {
+    return t < infinity ? fmt::format("{:.2f} s", t) : std::string("never");
+  };
+  std::string text =
+      fmt::format("touch-down at {:.3f} s; after it settle: capture point {}, planned forces {}",
+                  log.touchdown, seconds(verdict.icp_settling), seconds(forces.planned.maxCoeff()));
+  if (!log.body.empty()) text += fmt::format(", measured {}", seconds(forces.measured.maxCoeff()));
+  return text + "\n";
+}
+
+}  // namespace
+
+ExitStatus run_biped(const BipedProblem& problem, const std::string& default_config,
+                     const RunContext& context) {
+  const BipedSettings& settings = problem.settings();
+  const bool has_body = settings.plant.is_whole_body();
+  const RobotDescription robot = robot_of(settings);
+  for (const std::string& warning : robot.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  fmt::print("robot: {}, {:.2f} kg ({})\n", robot.name, robot.mass, robot.source);
+  for (const Push& push : problem.pushes())
+    fmt::print("push: {} N s in {} s at {} s\n", push.impulse, push.duration, push.start);
+
+  if (!has_body && settings.plant.disturbs_the_body())
+    fmt::print(
+        stderr,
+        "noise, delay and a step in the ground are of the whole body; on the centroidal model "
+        "they do nothing (use --plant dart)\n");
+
+  const auto begin = std::filesystem::file_time_type::clock::now();
+  Progress progress(stdout, isatty(fileno(stdout)) != 0);
+  const auto show = [&progress](const LoopState& state) { progress.show(state); };
+  const RunLog log = simulate(problem, robot, show);
+  progress.finish();
+  const Verdict verdict = problem.judge(log);
+  const ForceSettling settling = force_settling(log);
+  Json json = summary(settings, log, verdict);
+  json["force_settling"] = to_json(settling);
+  json["changed_settings"] = changed_settings(context.effective_config, default_config);
+  if (has_body) {
+    json["push_link"] = settings.push.link;
+    json["push_body"] = log.floating.bodies[log.pushed.body].name;
+    const Vec<double, 3> point = log.pushed.pose.translation();  // in the frame of that body
+    json["push_point"] = {point[0], point[1], point[2]};
+    json["body"] = body_figures(log, log.floating);
+    json["body"].update(to_json(*verdict.body));
+  }
+
+  context.output.write("config.yaml", std::string_view(context.effective_config));
+  context.output.write("trajectory.csv", trajectory_table(log));
+  context.output.write("ticks.csv", tick_table(log));
+  if (has_body) write_body(context.output, log, log.floating);
+  context.output.write("summary.json", json);
+  if (settings.pictures) {
+    draw(context.output.path(), "pictures (they need matplotlib)", "plot_run.py");
+    draw(context.output.path(), "report", "report.py");
+  }
+
+  fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);
+  fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
+             verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
+             1e3 * verdict.final_com_error);
+  fmt::print("{}", settling_text(log, verdict, settling));
+  fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
+             log.solver, 1e3 * log.loop.all().median(), json["failures"].get<int>(),
+             json["deadline_misses"].get<int>());
+  if (has_body) {
+    const double simulated = log.samples.back().time;
+    fmt::print(
+        "{}: per simulated second {:.3f} s planner, {:.3f} s whole-body control, {:.3f} s plant; "
+        "{} "
+        "of {} control steps not solved\n",
+        log.plant, log.plan_seconds / simulated, log.control_seconds / simulated,
+        log.plant_seconds / simulated, log.control_failures, log.control_calls);
+  }
+  fmt::print("{}", results_text(context.output.path(), begin));
+  const bool failed =
+      json["failures"].get<int>() > 0 || log.control_failed() || log.numerical_failure;
+  return failed ? ExitStatus::solver_failed : ExitStatus::ok;
+}
+
+}  // namespace saltus::walking

@@ -1,0 +1,162 @@
+#include "saltus/robots/report/run_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+namespace saltus::walking {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Quantiles in us.
+Json latency(const LatencyHistogram& h) {
+  return {{"median", 1e6 * h.median()},
+          {"p99", 1e6 * h.p99()},
+          {"p999", 1e6 * h.p999()},
+          {"max", 1e6 * h.max()}};
+}
+
+Json points(const SupportPolygon& polygon) {
+  Json list = Json::array();
+  for (const Point2& p : polygon.vertices()) list.push_back({p[0], p[1]});
+  return list;
+}
+
+}  // namespace
+
+Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& verdict) {
+  int failures = 0, missed = 0;
+  double violation = 0.0, kkt = 0.0;
+  Json provenance, latency_by_provenance;
+  for (int i = 0; i < provenances; ++i) {
+    const auto p = static_cast<Provenance>(i);
+    provenance[describe(p)] = log.loop.count(p);
+    if (log.loop.count(p) > 0) latency_by_provenance[describe(p)] = latency(log.loop.latency[i]);
+  }
+  Json first_failure;
+  for (const TickRecord& t : log.ticks) {
+    if (t.status == SolveStatus::time_limit) {
+      ++missed;
+      continue;
+    }
+    if (is_success(t.status)) {
+      violation = std::max(violation, t.violation);
+      kkt = std::max(kkt, t.kkt);
+      continue;
+    }
+    if (failures++ == 0) first_failure = {{"time_s", t.time}, {"message", t.message}};
+  }
+  const bool stepped = log.touchdown < infinity;
+  const Scene& scene = log.final_scene;
+  Json json = {
+      {"recovered", verdict.recovered},
+      {"reason", verdict.reason},
+      {"stopped_early", log.stopped_early},
+      {"fell_before_push", verdict.fell_before_push},
+      {"robot", log.robot.name},
+      {"robot_source", log.robot.source},
+      {"mass_kg", log.robot.mass},
+      {"plant", log.plant},
+      {"controller", settings.controller == ControllerChoice::mpc ? "mpc" : "capture_point"},
+      {"solver", name_of(settings.planner.solver)},
+      {"solver_name", log.solver},
+      {"stance", name_of(scene.side)},
+      {"stepping", settings.step.allowed},
+      {"push_impulse_ns", settings.push.impulse},
+      {"push_start_s", settings.push.start},
+      {"push_duration_s", settings.push.duration},
+      {"push_shape", describe(settings.push.shape)},
+      {"touchdown_s", log.touchdown},  // null without a step
+      {"end_s", log.samples.back().time},
+      {"final_com_error_m", verdict.final_com_error},
+      {"icp_settling_s", verdict.icp_settling},
+      {"com_height_min_m", verdict.com_height_min},
+      {"com_height_max_m", verdict.com_height_max},
+      {"angular_momentum_max", verdict.angular_momentum_max},
+      {"icp_slack_max_m", violation},
+      {"solves", log.ticks.size()},
+      {"solve_us", latency(log.loop.all())},
+      {"solve_us_by_provenance", latency_by_provenance},
+      {"deadline_misses", missed},
+      {"failures", failures},
+      {"first_failure", first_failure},
+      {"provenance", provenance},
+      {"kkt_max", kkt},
+      {fmt::format("{}_sole", name_of(scene.side)),
+       points(SupportPolygon::under({{scene.stance, scene.stance_foot}}))},
+  };
+  if (stepped) {
+    json[fmt::format("{}_sole", name_of(other(scene.side)))] =
+        points(SupportPolygon::under({{scene.swing, scene.swing_foot}}));
+    json["hull"] = points(scene.hull());
+  }
+  const Vec<double, 2> target = scene.target_point();
+  json["target"] = {target[0], target[1]};
+  return json;
+}
+
+CsvTable trajectory_table(const RunLog& log) {
+  std::vector<std::string> columns{"t",     "com_x", "com_y", "com_z", "vel_x", "vel_y",
+                                   "vel_z", "h_x",   "h_y",   "h_z",   "icp_x", "icp_y"};
+  for (const char* foot : {"left", "right"})
+    for (const char* entry : {"fx", "fy", "fz", "tx", "ty", "tz"})
+      columns.push_back(fmt::format("{}_{}", foot, entry));
+  for (const char* c : {"push_x", "push_y", "push_z", "two_feet"}) columns.emplace_back(c);
+  CsvTable table(columns);
+  std::vector<double> row;
+  for (const Sample& s : log.samples) {
+    row = {s.time};
+    row.insert(row.end(), s.gamma.begin(), s.gamma.end());
+    row.insert(row.end(), s.capture_point.begin(), s.capture_point.end());
+    row.insert(row.end(), s.wrenches.begin(), s.wrenches.end());
+    row.insert(row.end(), s.push.begin(), s.push.end());
+    row.push_back(s.two_feet ? 1.0 : 0.0);
+    table.add_row(row);
+  }
+  return table;
+}
+
+CsvTable tick_table(const RunLog& log) {
+  CsvTable table(
+      {"t", "provenance", "status", "solve_us", "iterations", "cost", "kkt", "icp_slack_m"});
+  for (const TickRecord& t : log.ticks)
+    table.add_row(std::array<double, 8>{
+        t.time, static_cast<double>(t.provenance), static_cast<double>(t.status), 1e6 * t.seconds,
+        static_cast<double>(t.iterations), t.cost, t.kkt, t.violation});
+  return table;
+}
+
+// Settings that differ from their defaults. Both texts list the same keys in the same order, each
+// line "key: value  # unit" or, of a section, "key:"; two spaces per level.
+Json changed_settings(const std::string& effective_config, const std::string& default_config) {
+  std::istringstream given(effective_config), defaults(default_config);
+  Json changed = Json::array();
+  std::vector<std::string> sections;
+  for (std::string line, standard; std::getline(given, line) && std::getline(defaults, standard);) {
+    const std::size_t indent = std::min(line.find_first_not_of(' '), line.size());
+    const std::size_t colon = line.find(':', indent);
+    if (colon == std::string::npos) continue;
+    sections.resize(indent / 2);
+    sections.push_back(line.substr(indent, colon - indent));
+    if (line == standard || colon + 2 > line.size()) continue;
+    const std::string unit_mark = "  # ";
+    const std::size_t unit = line.rfind(unit_mark);
+    const auto value = [&](const std::string& text) {
+      const std::size_t end = unit == std::string::npos ? text.size() : text.rfind(unit_mark);
+      return text.substr(colon + 2, end - colon - 2);
+    };
+    changed.push_back(
+        {{"key", fmt::format("{}", fmt::join(sections, "."))},
+         {"value", value(line)},
+         {"default", value(standard)},
+         {"unit", unit == std::string::npos ? "" : line.substr(unit + unit_mark.size())}});
+  }
+  return changed;
+}
+
+}  // namespace saltus::walking

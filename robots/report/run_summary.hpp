@@ -1,0 +1,28 @@
+// A run in figures and tables, whatever the plant.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "saltus/app/csv_table.hpp"
+#include "saltus/robots/walking/biped_settings.hpp"
+#include "saltus/robots/walking/verdict.hpp"
+
+namespace saltus::walking {
+
+/// Verdict, figures, what was asked for, and how the planner's solves went: summary.json.
+nlohmann::ordered_json summary(const BipedSettings& settings, const RunLog& log,
+                               const Verdict& verdict);
+
+/// trajectory.csv: a row per sample (s, m, m/s, Nms, N, Nm).
+CsvTable trajectory_table(const RunLog& log);
+/// ticks.csv: a row per tick of the planner.
+CsvTable tick_table(const RunLog& log);
+
+/// The settings that differ from their defaults: key, value, default, unit. Both texts list the
+/// same keys in the same order, each line "key: value  # unit" or, of a section, "key:"; two spaces
+/// per level.
+nlohmann::ordered_json changed_settings(const std::string& effective_config,
+                                        const std::string& default_config);
+
+}  // namespace saltus::walking

@@ -1,0 +1,18 @@
+// The python scripts that draw a run, and what lies in its folder then.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace saltus::walking {
+
+/// Runs a python script of robots/report/scripts on a folder of results, without a shell. Pictures
+/// are a service: the absence of `what` is said on the error stream, not fatal.
+void draw(const std::filesystem::path& results, const char* what, const std::string& script);
+
+/// The files that a run left in its folder and how to open them, one line each. Files that were
+/// there before `begin` are of another run and not listed.
+std::string results_text(const std::filesystem::path& results,
+                         std::filesystem::file_time_type begin);
+
+}  // namespace saltus::walking

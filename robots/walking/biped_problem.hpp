@@ -1,0 +1,48 @@
+// What a problem says of a biped in a closed loop: how it starts, what plans its wrenches and its
+// steps, when the run is over and what is made of it. The loop and the survival sweep know no more.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "saltus/robots/walking/biped_settings.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/walking/verdict.hpp"
+
+namespace saltus::walking {
+
+class BipedProblem {
+ public:
+  virtual ~BipedProblem() = default;
+  virtual std::unique_ptr<BipedProblem> clone() const = 0;
+
+  virtual const BipedSettings& settings() const = 0;
+  virtual BipedSettings& settings() = 0;
+  /// Binds every key to its field of this object.
+  virtual void declare(Settings& settings) = 0;
+
+  /// How it stands when the run begins; unless said otherwise on the stance foot alone.
+  virtual const StandingPosture& posture(const RobotDescription& robot) const;
+  /// Unless said otherwise the one of the settings.
+  virtual std::vector<Push> pushes() const;
+
+  /// The problem's own planner, for the robot as its controllers know it.
+  virtual std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
+                                                const Scene& scene) const = 0;
+  /// Unless said otherwise none is made.
+  virtual std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const;
+
+  /// When enough has been seen (s); `touchdown` is infinite until the foot has landed.
+  virtual double end_time(const StepPlanner& steps, double touchdown) const = 0;
+  /// Why there is no use in going on, as a sentence, or nothing; a fall unless said otherwise.
+  virtual std::string lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const;
+  virtual Verdict judge(const RunLog& log) const = 0;
+};
+
+/// The scene of the problem's posture.
+Scene initial_scene(const BipedProblem& problem, const RobotDescription& robot);
+
+/// The robot of the settings. Throws InputError for what the files lack or say wrongly.
+RobotDescription robot_of(const BipedSettings& settings);
+
+}  // namespace saltus::walking

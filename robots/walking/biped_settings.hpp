@@ -1,0 +1,34 @@
+// What any biped in a closed loop can be told, put together from the modules that own the settings.
+#pragma once
+
+#include "saltus/robots/walking/contact_settings.hpp"
+#include "saltus/robots/walking/planner.hpp"
+#include "saltus/robots/walking/plant_settings.hpp"
+#include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
+#include "saltus/robots/walking/step_logic.hpp"
+
+namespace saltus::walking {
+
+/// The problem's own planner ("mpc"), or the capture-point controller without prediction.
+enum class ControllerChoice { mpc, capture_point };
+
+struct BipedSettings {
+  PlantSettings plant;
+  RobotChoice robot;
+  ControllerChoice controller = ControllerChoice::mpc;
+  PlannerSettings planner;
+  SceneSettings scene;
+  Step step;
+  Push push;
+  ContactSettings contact;  ///< both feet
+  WholeBodyControl control;
+  bool pictures = true;
+};
+
+/// All keys but `pictures`, each declared by its module, and the rules between modules.
+void declare_biped(Settings& settings, BipedSettings& biped);
+/// `pictures`.
+void declare_pictures(Settings& settings, BipedSettings& biped);
+
+}  // namespace saltus::walking

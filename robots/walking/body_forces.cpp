@@ -1,0 +1,74 @@
+#include "saltus/robots/walking/body_forces.hpp"
+
+#include "saltus/ocp/window.hpp"
+
+namespace saltus::walking {
+namespace {
+
+// Forces and torques in the axes of a sole.
+Vec<double, 6> in_sole(const Eigen::Isometry3d& sole, const Vec<double, 6>& world) {
+  Vec<double, 6> w;
+  w << sole.linear().transpose() * world.head<3>(), sole.linear().transpose() * world.tail<3>();
+  return w;
+}
+
+// Mean over the samples of (t - wrench_filter, t]. Summed afresh: no error accumulates.
+std::vector<Vec<double, 12>> filtered(const RunLog& log,
+                                      const std::vector<Vec<double, 12>>& wrenches) {
+  std::vector<Vec<double, 12>> means;
+  means.reserve(wrenches.size());
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < wrenches.size(); ++i) {
+    while (log.samples[first].time <= log.samples[i].time - wrench_filter + same_instant) ++first;
+    Vec<double, 12> sum = Vec<double, 12>::Zero();
+    for (std::size_t k = first; k <= i; ++k) sum += wrenches[k];
+    means.emplace_back(sum / static_cast<double>(i - first + 1));
+  }
+  return means;
+}
+
+}  // namespace
+
+std::vector<Vec<double, 12>> measured_wrenches(const RunLog& log) {
+  std::vector<Vec<double, 12>> wrenches;
+  wrenches.reserve(log.body.size());
+  for (const BodySample& b : log.body) {
+    Vec<double, 12> w;
+    w << in_sole(b.left_sole, b.left), in_sole(b.right_sole, b.right);
+    wrenches.push_back(w);
+  }
+  return wrenches;
+}
+
+std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log) {
+  return filtered(log, measured_wrenches(log));
+}
+
+std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
+  std::vector<Vec<double, 2>> slips;
+  slips.reserve(log.body.size());
+  const BodySample* landed = nullptr;
+  for (std::size_t i = 0; i < log.body.size(); ++i) {
+    const BodySample& b = log.body[i];
+    if (landed == nullptr && log.samples[i].two_feet) landed = &b;
+    const auto moved = [](const Eigen::Isometry3d& now, const Eigen::Isometry3d& then) {
+      return (now.translation() - then.translation()).head<2>().norm();
+    };
+    const BodySample& first = log.body.front();
+    const bool left_stands = log.final_scene.side == Side::left;
+    const BodySample* left = left_stands ? &first : landed;
+    const BodySample* right = left_stands ? landed : &first;
+    slips.emplace_back(left == nullptr ? 0.0 : moved(b.left_sole, left->left_sole),
+                       right == nullptr ? 0.0 : moved(b.right_sole, right->right_sole));
+  }
+  return slips;
+}
+
+Vec<double, 2> peak_forces(const RunLog& log) {
+  Vec<double, 2> peak = Vec<double, 2>::Zero();
+  for (const Vec<double, 12>& w : filtered_wrenches(log))
+    peak = peak.cwiseMax(Vec<double, 2>(w[2], w[8]));
+  return peak;
+}
+
+}  // namespace saltus::walking

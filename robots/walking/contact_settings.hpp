@@ -1,0 +1,27 @@
+// What the controllers assume of the contact of either foot with the ground.
+#pragma once
+
+#include "saltus/robots/model/contact_cone.hpp"
+
+namespace saltus {
+class Settings;
+}
+
+namespace saltus::walking {
+
+struct ContactSettings {
+  double friction = 1.0 / 3.0;
+  int edges = 6;  ///< of the friction pyramid
+  FrictionPyramid pyramid = FrictionPyramid::inscribed;
+  double torsional_friction = 0.0133;  ///< m
+  double normal_force_min = 10.0;      ///< N
+  double normal_force_max = 1000.0;
+};
+
+/// contact.*
+void declare_settings(Settings& settings, ContactSettings& contact);
+
+/// Of one foot.
+ContactConeOptions cone_options(const ContactSettings& contact, const FootRectangle& foot);
+
+}  // namespace saltus::walking

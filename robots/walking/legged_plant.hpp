@@ -1,0 +1,101 @@
+// What the closed loop drives, whatever simulates it: a biped that is measured, told wrenches and
+// where to put its foot, and moved on.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "saltus/robots/walking/contact_settings.hpp"
+#include "saltus/robots/walking/plant_settings.hpp"
+#include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/walking/run_log.hpp"
+
+namespace saltus::walking {
+
+/// Where the swing foot came down: as it is measured, and as it is (m).
+struct Landing {
+  Vec<double, 3> measured, actual;
+};
+
+/// What the swing foot is told. Times in s, the place of its contact frame in m.
+struct SwingTarget {
+  double landing = infinity;   ///< when it is due
+  double earliest = infinity;  ///< a touch before is none
+  Vec<double, 3> place = Vec<double, 3>::Zero();
+};
+
+/// At each instant the loop calls: sense, swing and find_landing, command (these three in any
+/// number), step. States are (CoM position m, velocity m/s, angular momentum about it Nms), world
+/// axes; wrenches of left and right foot in the axes of their soles, N and Nm.
+class LeggedPlant {
+ public:
+  virtual ~LeggedPlant() = default;
+
+  // --- its clock, s
+
+  /// When tick `k` of the planner begins.
+  virtual double tick_time(long k) const = 0;
+  /// Where a step from t on ends: at `limit`, or before.
+  virtual double step_end(double t, double limit) const = 0;
+
+  // --- what the controllers see
+
+  /// Takes measurements at t; false if they are not due yet and nothing changes.
+  virtual bool sense(double t) = 0;
+  virtual Vec<double, 9> measured() const = 0;
+  virtual double nominal_mass() const = 0;  ///< of the controllers' model, kg
+  /// Wrenches commanded or expected last, and the sum of their forces in world axes, N.
+  virtual const Vec<double, 12>& applied() const = 0;
+  virtual Vec<double, 3> contact_force() const = 0;
+  /// Does a contact that is due begin exactly then? Otherwise it begins when it is felt.
+  virtual bool lands_on_time() const = 0;
+
+  // --- what it is told
+
+  virtual void swing(double t, const SwingTarget& target) = 0;
+  /// Has the swing foot landed at t? It stands from then on.
+  virtual std::optional<Landing> find_landing(double t) = 0;
+  /// From t on. Wrenches of a foot that does not stand are disregarded.
+  virtual void command(double t, const Vec<double, 12>& wrenches) = 0;
+  /// Moves on from `from` to `to` under the pushes; an empty sentence, or why it could not.
+  virtual std::string step(double from, double to) = 0;
+
+  // --- what is really so
+
+  virtual double truth_time() const = 0;  ///< of the state, s
+  virtual Vec<double, 9> truth() const = 0;
+  /// After a step, if a sample was due before it; never of a plant without a body.
+  virtual std::optional<BodySample> body_sample() const { return std::nullopt; }
+  /// What is known from the start on, and what was counted.
+  virtual void describe(RunLog& log) const = 0;
+};
+
+/// How the robot stands when the run begins, and what disturbs it. `period` is the planner's, s.
+struct PlantStart {
+  const RobotDescription& robot;
+  const StandingPosture& posture;
+  Scene scene;
+  std::vector<Push> pushes;
+  double mass_error = 0.0;  ///< relative, of the controllers' model
+  double period = 0.01;
+};
+
+/// The exact centroidal dynamics. The swing foot stands from the start if the scene says so.
+std::unique_ptr<LeggedPlant> make_centroidal_legged_plant(const PlantStart& start);
+
+/// Whose URDF, how it is controlled, and what its controllers assume of the contacts.
+struct WholeBodyOptions {
+  std::filesystem::path urdf;
+  WholeBodyControl control;
+  ContactSettings contact;
+};
+
+/// The whole body in DART or MuJoCo with its controller. Throws InputError for what the files lack
+/// or say wrongly.
+std::unique_ptr<LeggedPlant> make_whole_body_legged_plant(const PlantStart& start,
+                                                          const WholeBodyOptions& options,
+                                                          const PlantSettings& settings);
+
+}  // namespace saltus::walking

@@ -1,0 +1,43 @@
+#include "saltus/robots/walking/plant_settings.hpp"
+
+#include "saltus/app/settings.hpp"
+
+namespace saltus::walking {
+
+void declare_plant(Settings& s, PlantSettings& plant) {
+  s.choice<PlantChoice>(
+      "plant", plant.choice,
+      {{"centroidal", PlantChoice::centroidal},
+       {"dart", PlantChoice::dart},
+       {"mujoco", PlantChoice::mujoco}},
+      "what is pushed: the centroidal model, or the whole body in DART or MuJoCo");
+}
+
+void declare_step(Settings& s, PlantSettings& plant) {
+  s.number("simulator.step", plant.step, "s", "whole body: of the engine", above(0.0));
+}
+
+void declare_settings(Settings& s, PlantSettings& plant) {
+  s.number("simulator.friction", plant.friction, "", "whole body: of the ground", above(0.0));
+  s.number("simulator.ground_step", plant.ground_step, "m",
+           "whole body: the ground on the swing foot's side is this much higher, unknown to the "
+           "controllers",
+           between(-0.1, 0.1));
+  s.number("simulator.ground_edge", plant.ground_edge, "m",
+           "lateral distance from the stance sole where it begins", between(0.05, 1.0));
+  s.number("simulator.joint_friction", plant.joint_friction, "Nm s/rad", "whole body: viscous",
+           at_least(0.0));
+  s.integer("simulator.delay_ticks", plant.delay_ticks, "",
+            "whole body: control periods by which torques are late", between(0.0, 100.0));
+  declare_settings(s, plant.noise);
+  s.choice<DartCollision>("dart.collision", plant.collision,
+                          {{"dart", DartCollision::dart},
+                           {"fcl", DartCollision::fcl},
+                           {"bullet", DartCollision::bullet},
+                           {"ode", DartCollision::ode}},
+                          "collision detector");
+  s.choice<DartLcp>("dart.lcp", plant.lcp, {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
+                    "contact solver");
+}
+
+}  // namespace saltus::walking

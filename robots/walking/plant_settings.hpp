@@ -1,0 +1,39 @@
+// What is pushed: the centroidal model, or the whole body in a simulator, with what disturbs it.
+#pragma once
+
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/whole_body/whole_body_settings.hpp"
+
+namespace saltus::walking {
+
+enum class PlantChoice { centroidal, dart, mujoco };
+
+/// All but `choice` concerns the whole body only.
+struct PlantSettings {
+  PlantChoice choice = PlantChoice::centroidal;
+  double step = 0.001;    ///< s
+  double friction = 1.0;  ///< of the ground
+  /// Unknown to the controllers: beyond this distance from the stance sole, on the swing foot's
+  /// side, the ground is higher (or lower, < 0), m. The lifted swing foot reaches to 0.17 m.
+  double ground_step = 0.0, ground_edge = 0.18;
+  double joint_friction = 0.0;  ///< viscous, Nm s/rad
+  int delay_ticks = 0;          ///< periods of control by which the torques are late
+  MeasurementNoise noise;       ///< of what the controllers see
+  DartCollision collision = DartCollision::bullet;
+  DartLcp lcp = DartLcp::dantzig;
+
+  bool is_whole_body() const { return choice != PlantChoice::centroidal; }
+  /// Does it ask for what only a whole body can be disturbed by?
+  bool disturbs_the_body() const {
+    return !noise.is_zero() || delay_ticks > 0 || ground_step != 0.0;
+  }
+};
+
+/// `plant`.
+void declare_plant(Settings& settings, PlantSettings& plant);
+/// simulator.step.
+void declare_step(Settings& settings, PlantSettings& plant);
+/// The rest of simulator.*, noise.* and dart.*
+void declare_settings(Settings& settings, PlantSettings& plant);
+
+}  // namespace saltus::walking

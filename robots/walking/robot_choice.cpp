@@ -1,0 +1,61 @@
+#include "saltus/robots/walking/robot_choice.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/icub/icub_model.hpp"
+
+namespace saltus::walking {
+
+void declare_settings(Settings& s, RobotChoice& robot) {
+  s.text("robot.urdf", robot.urdf,
+         "URDF of the robot; empty: the official model if it was fetched, else the "
+         "figures that come with the program");
+  s.alias("urdf", "robot.urdf");
+  s.text("robot.config", robot.file,
+         "file that names soles, base, joints, limits and postures of the robot "
+         "(robots/README.md); empty: iCub's");
+}
+
+void declare_mass_error(Settings& s, RobotChoice& robot) {
+  s.number("model.mass_error", robot.mass_error, "",
+           "relative error of all masses and inertias in the controllers' model",
+           between(-0.5, 1.0));
+}
+
+RobotDescription robot_of(const RobotChoice& choice, bool needs_urdf) {
+  const auto urdf = urdf_of(choice);
+  if (choice.file.empty()) return icub(urdf);
+  if (needs_urdf) urdf_of_body(choice);  // throws if there is none
+  const Figures figures = urdf ? Figures::from_urdf : Figures::in_file;
+  const RobotDescription named = read_robot_description(choice.file, figures);
+  return urdf ? describe(UrdfModel::read(*urdf), named) : named;
+}
+
+std::optional<std::filesystem::path> urdf_of(const RobotChoice& choice) {
+  if (!choice.urdf.empty()) return choice.urdf;
+  if (!choice.file.empty()) return std::nullopt;
+  return find_icub_urdf();
+}
+
+std::filesystem::path urdf_of_body(const RobotChoice& choice) {
+  const auto urdf = urdf_of(choice);
+  if (urdf) return *urdf;
+  if (!choice.file.empty())
+    throw InputError(
+        fmt::format("the whole body of the robot in {} needs its URDF; name it with --robot.urdf "
+                    "FILE",
+                    choice.file));
+  return fetch_icub_urdf([](const std::string& line) { fmt::print(stderr, "{}\n", line); });
+}
+
+RobotDescription nominal_robot(const RobotChoice& choice, RobotDescription robot) {
+  robot.mass *= 1.0 + choice.mass_error;
+  return robot;
+}
+
+}  // namespace saltus::walking

@@ -1,0 +1,49 @@
+// What stands where, and what is aimed at.
+#pragma once
+
+#include "saltus/robots/model/foot.hpp"
+#include "saltus/robots/model/robot_description.hpp"
+#include "saltus/robots/model/support_polygon.hpp"
+
+namespace saltus {
+class Settings;
+}
+
+namespace saltus::walking {
+
+enum class Target { sole_midpoint, centroid };
+
+struct SceneSettings {
+  Side stance = Side::left;  ///< the foot that it stands on; the other one steps
+  Target target = Target::sole_midpoint;
+};
+
+/// Declare the keys `stance` and `target`.
+void declare_stance(Settings& settings, SceneSettings& scene);
+void declare_target(Settings& settings, SceneSettings& scene);
+
+/// Positions in the world, m.
+struct Scene {
+  Side side = Side::left;   ///< of the stance foot
+  SoleFrame stance, swing;  ///< swing: where it stands, or will land
+  FootRectangle stance_foot, swing_foot;
+  bool two_feet = false;     ///< the swing foot stands or is about to
+  double com_height = 0.53;  ///< commanded, m
+  Target target = Target::sole_midpoint;
+
+  /// Of both feet, and of the stance foot alone.
+  SupportPolygon hull() const;
+  SupportPolygon stance_polygon() const;
+  Vec<double, 2> target_point() const;
+};
+
+/// In this posture, its stance foot (of both: the left one) at the origin of the world, the other
+/// one on the same level ground.
+Scene scene_of(const StandingPosture& posture, const RobotDescription& robot);
+/// In the robot's posture on the stance foot. Throws InputError if it has none.
+Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot);
+
+/// A pair of wrenches from the order (stance, swing) into (left, right), or back.
+Vec<double, 12> reordered(Side stance, const Vec<double, 12>& wrenches);
+
+}  // namespace saltus::walking

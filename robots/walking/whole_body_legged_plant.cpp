@@ -1,0 +1,214 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "saltus/ocp/window.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/walking/cpu_time.hpp"
+#include "saltus/robots/walking/legged_plant.hpp"
+#include "saltus/robots/whole_body/swing_foot.hpp"
+
+namespace saltus::walking {
+namespace {
+
+// A foot has landed when the ground carries this much, N.
+constexpr double landed_force = 20.0;
+
+std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const PlantSettings& settings,
+                                  Side stance) {
+  DartOptions options;
+  options.step = settings.step;
+  options.friction = settings.friction;
+  options.ground_step = settings.ground_step;
+  options.ground_edge = (stance == Side::left ? -1.0 : 1.0) * settings.ground_edge;
+  options.joint_friction = settings.joint_friction;
+  options.collision = settings.collision;
+  options.lcp = settings.lcp;
+  if (settings.choice == PlantChoice::mujoco) return make_mujoco_plant(robot, options);
+  return make_dart_plant(robot, options);
+}
+
+Vec<double, 9> gamma(const DynamicsModel& model) {
+  Vec<double, 9> g;
+  g << model.com(), model.com_velocity(), model.angular_momentum();
+  return g;
+}
+
+// Counts steps of the engine: times are multiples of its step, periods whole numbers of them.
+class WholeBodyLeggedPlant final : public LeggedPlant {
+ public:
+  WholeBodyLeggedPlant(const PlantStart& start, const WholeBodyOptions& options,
+                       const PlantSettings& settings, const UrdfModel& model)
+      : step_(settings.step),
+        per_control_(std::lround(options.control.period / settings.step)),
+        per_plan_(std::lround(start.period / settings.step)),
+        swing_side_(other(start.scene.side)),
+        body_(floating_robot(model, start.robot)),
+        nominal_(with_masses_scaled(body_, 1.0 + start.mass_error)),
+        pushes_(start.pushes),
+        dynamics_(make_dart_dynamics(nominal_)),
+        plant_(make_plant(body_, settings, start.scene.side), settings.noise, settings.delay_ticks),
+        controller_(make_whole_body_controller(
+            nominal_, cone_options(options.contact, start.robot.left_foot),
+            cone_options(options.contact, start.robot.right_foot), options.control)) {
+    for (const Push& push : pushes_) {
+      pushed_.push_back(link_frame(body_, model, push.link));
+      pushed_.back().pose.translate(push.point);
+    }
+    const WholeBodyState state = standing_state(body_, model, start.robot, start.posture);
+    if (!settings.noise.is_zero() || start.mass_error != 0.0) truth_ = make_dart_dynamics(body_);
+    plant_.reset(state);
+    update_dynamics();
+    swing_.hold(dynamics_->sole(swing_side_).pose);
+    swing_stands() = start.scene.two_feet;
+    tasks_.posture = state.q;
+    applied_[start.scene.side == Side::left ? 2 : 8] = nominal_.total_mass * standard_gravity;
+  }
+
+  double tick_time(long k) const override { return static_cast<double>(k * per_plan_) * step_; }
+  double step_end(double, double) const override { return static_cast<double>(steps_ + 1) * step_; }
+
+  bool sense(double t) override {
+    if (!is_control_due()) return false;
+    update_dynamics();
+    sensed_at_ = t;
+    return true;
+  }
+  Vec<double, 9> measured() const override { return gamma(*dynamics_); }
+  double nominal_mass() const override { return dynamics_->mass(); }
+  const Vec<double, 12>& applied() const override { return applied_; }
+  Vec<double, 3> contact_force() const override {
+    Vec<double, 3> force = Vec<double, 3>::Zero();
+    force += dynamics_->sole(Side::left).pose.linear() * applied_.segment<3>(0);
+    force += dynamics_->sole(Side::right).pose.linear() * applied_.segment<3>(6);
+    return force;
+  }
+  bool lands_on_time() const override { return false; }
+
+  void swing(double t, const SwingTarget& target) override {
+    if (!swing_.is_under_way()) swing_.start(t, target.landing);
+    swing_.aim(target.landing, target.place);
+    earliest_landing_ = target.earliest;
+  }
+  std::optional<Landing> find_landing(double t) override {
+    if (!swing_.is_under_way() || swing_stands()) return std::nullopt;
+    const FootContact& contact = plant_.contact(swing_side_);
+    if (t < earliest_landing_ || contact.wrench[2] < landed_force) return std::nullopt;
+    swing_stands() = true;
+    return Landing{dynamics_->sole(swing_side_).pose.translation(),
+                   true_dynamics().sole(swing_side_).pose.translation()};
+  }
+
+  void command(double t, const Vec<double, 12>& wrenches) override {
+    if (!is_control_due()) return;
+    CpuTime watch(control_seconds_);
+    tasks_.wrenches = wrenches;
+    tasks_.force = Vec<double, 3>(0.0, 0.0, -nominal_.total_mass * standard_gravity);
+    tasks_.torque.setZero();
+    for (const Side side : {Side::left, Side::right}) {
+      const int first = side == Side::left ? 0 : 6;
+      if (side == swing_side_ && !swing_stands()) tasks_.wrenches.segment<6>(first).setZero();
+      const SoleMotion& sole = dynamics_->sole(side);
+      const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
+      tasks_.force += f;
+      tasks_.torque += sole.pose.linear() * tasks_.wrenches.segment<3>(first + 3) +
+                       (sole.pose.translation() - dynamics_->com()).cross(f);
+    }
+    swing_.advance(t);
+    tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(swing_side_));
+    const WholeBodyCommand& command = controller_->control(*dynamics_, plant_.state(), tasks_);
+    if (command.status != QpStatus::optimal) ++failures_;
+    if (command.torques_cut > 0) ++cuts_;
+    ++calls_;
+    command_ = &command;
+    plant_.set_torques(command.torques);
+    applied_ = command.wrenches;
+  }
+
+  std::string step(double from, double to) override {
+    CpuTime watch(plant_seconds_);
+    for (std::size_t i = 0; i < pushes_.size(); ++i) {
+      const Vec<double, 3> force = mean_push_force(pushes_[i], from, to);
+      if (!force.isZero(0.0)) plant_.push(pushed_[i].body, force, pushed_[i].pose.translation());
+    }
+    before_ = plant_.truth().state();
+    was_control_due_ = is_control_due();
+    plant_.step();
+    ++steps_;
+    if (plant_.truth().state().is_finite()) return {};
+    return fmt::format("the plant could not be integrated at {:.3f} s", from);
+  }
+
+  double truth_time() const override { return sensed_at_; }
+  Vec<double, 9> truth() const override { return gamma(true_dynamics()); }
+  std::optional<BodySample> body_sample() const override {
+    if (!was_control_due_) return std::nullopt;
+    BodySample b;
+    b.planned = tasks_.wrenches;
+    b.state = before_;
+    b.torques = command_->torques;
+    b.left = plant_.truth().contact(Side::left).wrench;
+    b.right = plant_.truth().contact(Side::right).wrench;
+    b.left_sole = true_dynamics().sole(Side::left).pose;
+    b.right_sole = true_dynamics().sole(Side::right).pose;
+    return b;
+  }
+  void describe(RunLog& log) const override {
+    log.plant = plant_.name();
+    log.floating = body_;
+    if (!pushed_.empty()) log.pushed = pushed_.front();
+    log.control_calls = calls_;
+    log.control_failures = failures_;
+    log.control_cuts = cuts_;
+    log.control_seconds = control_seconds_;
+    log.plant_seconds = plant_seconds_;
+  }
+
+ private:
+  bool is_control_due() const { return steps_ % per_control_ == 0; }
+  bool& swing_stands() {
+    return swing_side_ == Side::left ? tasks_.left_stands : tasks_.right_stands;
+  }
+  // The controllers' model at what is measured; the truth, for the log, where that differs.
+  void update_dynamics() {
+    {
+      CpuTime watch(control_seconds_);
+      dynamics_->update(plant_.state());
+    }
+    if (truth_ != nullptr) truth_->update(plant_.truth().state());
+  }
+  const DynamicsModel& true_dynamics() const { return truth_ != nullptr ? *truth_ : *dynamics_; }
+
+  double step_;
+  long per_control_, per_plan_, steps_ = 0;
+  Side swing_side_;
+  FloatingRobot body_;
+  FloatingRobot nominal_;  // by the controllers
+  std::vector<Push> pushes_;
+  std::vector<FloatingRobot::Frame> pushed_;  // where each acts
+  std::unique_ptr<DynamicsModel> dynamics_, truth_;
+  MeasuredPlant plant_;
+  std::unique_ptr<WholeBodyController> controller_;
+  SwingFoot swing_;
+  double earliest_landing_ = infinity, sensed_at_ = 0.0;
+  WholeBodyTasks tasks_;
+  WholeBodyState before_;  // of the last step
+  bool was_control_due_ = false;
+  const WholeBodyCommand* command_ = nullptr;
+  Vec<double, 12> applied_ = Vec<double, 12>::Zero();
+  long calls_ = 0, failures_ = 0, cuts_ = 0;
+  double control_seconds_ = 0.0, plant_seconds_ = 0.0;
+};
+
+}  // namespace
+
+std::unique_ptr<LeggedPlant> make_whole_body_legged_plant(const PlantStart& start,
+                                                          const WholeBodyOptions& options,
+                                                          const PlantSettings& settings) {
+  return std::make_unique<WholeBodyLeggedPlant>(start, options, settings,
+                                                UrdfModel::read(options.urdf));
+}
+
+}  // namespace saltus::walking

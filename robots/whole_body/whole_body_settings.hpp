@@ -1,0 +1,34 @@
+// The keys of the whole body's control and of what is measured of it.
+#pragma once
+
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "saltus/robots/whole_body/measured_plant.hpp"
+#include "saltus/robots/whole_body/momentum_controller.hpp"
+
+namespace saltus {
+
+class Settings;
+
+enum class WholeBodyChoice { inverse_dynamics, momentum };
+
+/// Which controller of the whole body, how often, with which weights.
+struct WholeBodyControl {
+  double period = 0.002;  ///< s
+  WholeBodyChoice choice = WholeBodyChoice::inverse_dynamics;
+  WholeBodyWeights inverse_dynamics;
+  MomentumOptions momentum;
+};
+
+std::unique_ptr<WholeBodyController> make_whole_body_controller(const FloatingRobot& robot,
+                                                                const ContactConeOptions& left,
+                                                                const ContactConeOptions& right,
+                                                                const WholeBodyControl& control);
+
+/// control.period.
+void declare_period(Settings& settings, WholeBodyControl& control);
+/// whole_body.* and momentum.*
+void declare_settings(Settings& settings, WholeBodyControl& control);
+/// noise.*
+void declare_settings(Settings& settings, MeasurementNoise& noise);
+
+}  // namespace saltus
