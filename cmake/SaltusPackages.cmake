@@ -1,0 +1,106 @@
+# Debian packages: `cmake --preset package`, build, `cpack --config build-package/CPackConfig.cmake`.
+#
+#   libsaltus-dev           core: headers and static libraries, find_package(saltus)
+#   libsaltus-NAME-dev      the components sundials, ipopt, app, robots, dart, mujoco
+#   libsaltus-dart0.2       the shared library that hides DART
+#   saltus                  the program with its scripts and data
+#
+# What a shared library or program needs is computed from its file (dpkg-shlibdeps); what a static
+# library needs to be linked is said here, by the names that the packages have in Debian and Ubuntu.
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME saltus)
+set(CPACK_PACKAGE_VENDOR "Saltus")
+set(CPACK_PACKAGE_CONTACT "The Saltus authors <saltus@localhost>" CACHE STRING "Maintainer of the packages")
+set(CPACK_PACKAGING_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
+set(CPACK_DEBIAN_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+set(CPACK_STRIP_FILES ON)
+set(SALTUS_SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+set(version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
+
+# What dpkg wants to find of every package in share/doc.
+set(changelog ${PROJECT_BINARY_DIR}/changelog.Debian)
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH if that is set
+file(WRITE ${changelog} "saltus (${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}) unstable; urgency=medium
+
+  * What changed is in CHANGELOG.md of the project.
+
+ -- ${CPACK_PACKAGE_CONTACT}  ${date}
+")
+execute_process(COMMAND gzip -9nf ${changelog})
+file(READ ${PROJECT_SOURCE_DIR}/LICENSE license)
+file(WRITE ${PROJECT_BINARY_DIR}/copyright "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
+Upstream-Name: saltus
+
+${license}")
+
+# saltus_package(COMPONENT NAME SUMMARY TEXT [DEPENDS ...])
+function(saltus_package component name summary text)
+  cmake_parse_arguments(P "" "" "DEPENDS" ${ARGN})
+  string(TOUPPER ${component} upper)
+  list(JOIN P_DEPENDS ", " depends)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name} PARENT_SCOPE)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_DEPENDS "${depends}" PARENT_SCOPE)
+  set(CPACK_DEBIAN_${upper}_DESCRIPTION "${summary}\n${text}" PARENT_SCOPE)
+  install(FILES ${PROJECT_BINARY_DIR}/copyright ${changelog}.gz
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${name} COMPONENT ${component})
+  set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
+endfunction()
+
+set(about "Saltus plans through the events of hybrid systems: optimal control problems written once as
+formulas, exact derivatives and sparsity, and solvers fast enough for control loops.")
+string(REPLACE "\n" " " about ${about})
+set(CPACK_COMPONENTS_ALL)
+saltus_package(core libsaltus-dev "hybrid model predictive control: headers and libraries" "${about}
+ This package holds the core: formulas, problems, transcription, Saltus's own solvers, controllers."
+  DEPENDS libeigen3-dev libfmt-dev libsuitesparse-dev)
+if(SALTUS_HAS_sundials)
+  saltus_package(sundials libsaltus-sundials-dev "hybrid model predictive control: integrators of SUNDIALS"
+    "${about}\n This package holds the adaptive integrators CVODES and ARKODE."
+    DEPENDS "libsaltus-dev ${version}" libsundials-dev)
+endif()
+if(SALTUS_HAS_ipopt)
+  saltus_package(ipopt libsaltus-ipopt-dev "hybrid model predictive control: Ipopt as a solver"
+    "${about}\n This package holds the interface to Ipopt."
+    DEPENDS "libsaltus-dev ${version}" coinor-libipopt-dev)
+endif()
+if(SALTUS_HAS_app)
+  saltus_package(app libsaltus-app-dev "hybrid model predictive control: parts of programs"
+    "${about}\n This package holds what programs need: settings, command lines, tables."
+    DEPENDS "libsaltus-dev ${version}" nlohmann-json3-dev libyaml-cpp-dev)
+endif()
+if(SALTUS_HAS_robots)
+  saltus_package(robots libsaltus-robots-dev "hybrid model predictive control: legged robots"
+    "${about}\n This package holds models, contacts and controllers of legged robots."
+    DEPENDS "libsaltus-dev ${version}" "libsaltus-app-dev ${version}" liburdfdom-dev libconsole-bridge-dev)
+endif()
+if(SALTUS_HAS_dart)
+  saltus_package(dart-runtime libsaltus-dart${SALTUS_SOVERSION} "hybrid model predictive control: plant in DART"
+    "${about}\n This package holds the shared library that simulates a robot in DART.")
+  set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_SECTION libs)
+  set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_GENERATE_SHLIBS ON)
+  set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_GENERATE_SHLIBS_POLICY "=")
+  saltus_package(dart libsaltus-dart-dev "hybrid model predictive control: plant in DART, headers"
+    "${about}\n This package is for programs that simulate a robot in DART."
+    DEPENDS "libsaltus-robots-dev ${version}" "libsaltus-dart${SALTUS_SOVERSION} ${version}")
+endif()
+if(SALTUS_HAS_mujoco)
+  saltus_package(mujoco libsaltus-mujoco-dev "hybrid model predictive control: plant in MuJoCo"
+    "${about}\n This package is for programs that simulate a robot in MuJoCo."
+    DEPENDS "libsaltus-robots-dev ${version}" libmujoco-dev)
+endif()
+if(SALTUS_BUILD_PROGRAM)
+  saltus_package(program saltus "hybrid model predictive control: program and examples"
+    "${about}\n This package holds the program that runs, checks and draws the problems of the project."
+    DEPENDS "libsaltus-dart${SALTUS_SOVERSION} ${version}" python3)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3-matplotlib, python3-venv, libjs-three")
+  set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${PROJECT_BINARY_DIR}/robots/dart)
+endif()
+include(CPack)

@@ -1,0 +1,39 @@
+"""Every public header compiles alone, and finds what it includes among the installed headers.
+
+Usage: check_headers.py PREFIX COMPILER [FLAG ...]. Exits with 1 and the compiler's words if one does not.
+The flags name the headers of others; the prefix is an installation of all components.
+"""
+
+import concurrent.futures
+import os
+import pathlib
+import subprocess
+import sys
+
+
+def check(header, include, compiler, flags):
+    source = f"#include <{header}>\n#include <{header}>\n"  # twice: the guard
+    command = [compiler, "-x", "c++", "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", f"-I{include}",
+               *flags, "-"]
+    done = subprocess.run(command, input=source, capture_output=True, text=True)
+    return header, done.returncode, done.stderr
+
+
+def main(arguments):
+    include = pathlib.Path(arguments[0]) / "include"
+    headers = sorted(path.relative_to(include).as_posix() for path in include.rglob("*.hpp"))
+    if not headers:
+        print(f"no headers in {include}")
+        return 1
+    failures = 0
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for header, status, words in pool.map(lambda h: check(h, include, arguments[1], arguments[2:]), headers):
+            if status:
+                failures += 1
+                print(f"{header} does not compile alone:\n{words[:1500]}")
+    print(f"public headers: {len(headers) - failures} of {len(headers)} compile alone")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

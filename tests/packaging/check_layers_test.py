@@ -1,0 +1,49 @@
+"""The check of the layers finds what it is there to find."""
+
+import contextlib
+import io
+import pathlib
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import check_layers  # noqa: E402
+
+
+def verdict(files):
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in files.items():
+            file = pathlib.Path(folder) / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+        words = io.StringIO()
+        with contextlib.redirect_stdout(words):
+            status = check_layers.main([folder])
+        return status, words.getvalue()
+
+
+ROBOT = {"robots/model/foot.hpp": ""}
+CASES = [
+    # name, files, what the verdict says
+    ("good", {"framework/ocp/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/core/b.hpp": ""}, None),
+    ("framework to robots", {"framework/ocp/a.hpp": '#include "saltus/robots/model/foot.hpp"\n', **ROBOT},
+     "framework/ocp must not include robots/model"),
+    ("robots to problems", {"robots/model/a.cpp": '#include "problems/p/q.hpp"\n', "problems/p/q.hpp": ""},
+     "robots/model must not include problems/p"),
+    ("benchmarks to tests", {"benchmarks/a.cpp": '#include "tests/support/q.hpp"\n', "tests/support/q.hpp": ""},
+     "benchmarks must not include tests/support"),
+    ("problems to benchmarks", {"problems/p/a.cpp": "#include <benchmarks/q.hpp>\n", "benchmarks/q.hpp": ""},
+     "problems/p must not include benchmarks"),
+    ("tests/qp to problems", {"tests/qp/a.cpp": '#include "problems/p/q.hpp"\n', "problems/p/q.hpp": ""},
+     "tests/qp must not include problems/p"),
+    ("circle", {"framework/core/a.hpp": '#include "saltus/ocp/b.hpp"\n',
+                "framework/ocp/b.hpp": '#include "saltus/core/a.hpp"\n'},
+     "a circle between folders: framework/core -> framework/ocp -> framework/core"),
+    ("missing", {"framework/core/a.hpp": '#include "saltus/core/gone.hpp"\n'}, "which is not there"),
+]
+
+for name, files, expected in CASES:
+    status, words = verdict(files)
+    assert (status == 0) == (expected is None), (name, words)
+    assert expected is None or expected in words, (name, words)
+print(f"{len(CASES)} cases")

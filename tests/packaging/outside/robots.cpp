@@ -1,0 +1,9 @@
+// The component robots: iCub's figures, from the file that the library carries.
+#include <cstdio>
+#include <saltus/robots/icub/icub.hpp>
+
+int main() {
+  const saltus::RobotDescription robot = saltus::icub();
+  std::printf("%.2f kg\n", robot.mass);
+  return robot.mass > 20.0 && robot.mass < 50.0 ? 0 : 1;
+}

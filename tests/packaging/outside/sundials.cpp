@@ -1,0 +1,9 @@
+// The component sundials: one integrator of CVODES can be made.
+#include <cstdio>
+#include <saltus/integrators/cvodes.hpp>
+
+int main() {
+  const saltus::IntegratorChoice choice = saltus::cvodes({});
+  std::printf("%s\n", choice->name().c_str());
+  return choice->name().empty() ? 1 : 0;
+}
