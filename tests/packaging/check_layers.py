@@ -1,7 +1,7 @@
 """Dependencies run one way: no circle between folders, no include against the direction of the layers.
 
 Usage: check_layers.py ROOT [--list]. Exits with 1 and a line for every include that breaks a rule, or for a
-circle with an include of each of its steps. --list writes the folders in an order of dependence.
+circle with an include of each of its steps; public headers include public headers only. --list writes the folders in an order of dependence.
 """
 
 import collections
@@ -99,6 +99,25 @@ def in_order(graph):
     return order
 
 
+def private_includes(root):
+    """A line for every include of a public header (cmake/public_headers.txt) that is not public itself."""
+    listing = root / "cmake/public_headers.txt"
+    if not listing.exists():
+        return []
+    public = set()
+    for line in listing.read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            pattern = resolve(root, pathlib.PurePosixPath("."), "saltus/" + line.split()[1])
+            public |= {path.relative_to(root).as_posix() for path in root.glob(pattern.as_posix())}
+    lines = []
+    for header in sorted(public):
+        for included in INCLUDE.findall((root / header).read_text(encoding="utf-8")):
+            target = resolve(root, pathlib.PurePosixPath(header), included)
+            if target is not None and target.as_posix() not in public:
+                lines.append(f"{header}: is public and includes {included}, which is not (cmake/public_headers.txt)")
+    return lines
+
+
 def main(arguments):
     root = pathlib.Path(arguments[0])
     problems, graph, example = [], collections.defaultdict(set), {}
@@ -127,6 +146,7 @@ def main(arguments):
                     problems.append(f"{including}: {folder} must not include {used} ({included})")
                 graph[folder].add(used)
                 example.setdefault((folder, used), f"{including} includes {included}")
+    problems += private_includes(root)
     round_trip = circle(graph)
     if round_trip:
         problems.append("a circle between folders: " + " -> ".join(round_trip))
