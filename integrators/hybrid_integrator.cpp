@@ -19,23 +19,9 @@ constexpr int most_projections = 20;
 
 }  // namespace
 
-const char* describe(EventKind kind) {
-  switch (kind) {
-    case EventKind::crosses:
-      return "crosses";
-    case EventKind::jumps:
-      return "jumps";
-    case EventKind::slides:
-      return "slides";
-    case EventKind::leaves:
-      return "leaves";
-  }
-  return "unknown kind of event";
-}
-
 HybridIntegrator::HybridIntegrator(const IntervalProblem& definition,
                                    const MakeStepper& make_stepper)
-    : Integrator(definition),
+    : EventIntegrator(definition),
       modes_(problem()),
       guards_(problem(), modes_),
       stepper_(make_stepper(problem(), modes_)),

@@ -14,8 +14,8 @@
 
 #include "saltus/integrators/hybrid_locator.hpp"
 #include "saltus/integrators/hybrid_modes.hpp"
-#include "saltus/integrators/hybrid_simulation.hpp"
 #include "saltus/integrators/hybrid_stepper.hpp"
+#include "saltus/model/event_integrator.hpp"
 
 namespace saltus {
 
@@ -26,7 +26,7 @@ using MakeStepper =
 /// Events of one interval; more count as accumulation.
 inline constexpr int most_events = 1000;
 
-class HybridIntegrator final : public Integrator {
+class HybridIntegrator final : public EventIntegrator {
  public:
   HybridIntegrator(const IntervalProblem& problem, const MakeStepper& make_stepper);
 
@@ -34,14 +34,10 @@ class HybridIntegrator final : public Integrator {
   IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) override;
   std::string failure() const override;
 
-  /// Appends the events of the following calls to `events` (not owned); null ends it. Recording
-  /// allocates, integration itself does not.
-  void record(std::vector<HybridEvent>* events) { recorded_ = events; }
-  /// The mode in which the next calls start; -1: the one that follows from the state.
-  void start_in(int mode) { given_mode_ = mode; }
-  /// Where the last successful call ended; sliding modes have indices of their own.
-  int end_mode() const { return mode_; }
-  const std::string& mode_name(int mode) const { return modes_[mode].name; }
+  void record(std::vector<HybridEvent>* events) override { recorded_ = events; }
+  void start_in(int mode) override { given_mode_ = mode; }
+  int end_mode() const override { return mode_; }
+  const std::string& mode_name(int mode) const override { return modes_[mode].name; }
 
  private:
   // What is on hand at the present instant s_: y_, and with sensitivities its total derivative

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/hybrid_integrator.hpp"
 
 namespace saltus {
 namespace {
@@ -35,7 +34,7 @@ HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem
     throw DefinitionError("a hybrid simulation needs events; use simulate() without.");
   problem.differentiate_parameter.assign(problem.arguments.np, true);
   const std::unique_ptr<Integrator> made = scheme->make(problem);
-  auto* integrator = dynamic_cast<HybridIntegrator*>(made.get());
+  auto* integrator = dynamic_cast<EventIntegrator*>(made.get());
   if (integrator == nullptr) throw DefinitionError(scheme->name() + " does not handle events.");
 
   const IntervalArguments place = integrator->arguments();

@@ -5,28 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "saltus/model/integrator.hpp"
+#include "saltus/model/event_integrator.hpp"
 
 namespace saltus {
-
-enum class EventKind {
-  crosses,  ///< another field, the state goes on
-  jumps,    ///< the state is reset
-  slides,   ///< sliding begins
-  leaves,   ///< sliding ends
-};
-const char* describe(EventKind kind);
-
-/// An event as it happened.
-struct HybridEvent {
-  double time = 0.0;  ///< s
-  EventKind kind = EventKind::crosses;
-  std::string name, mode_before, mode_after;
-  VectorXd before, after;  ///< x-, x+
-  /// d time / d w of the interval (x0 | c | p | t0 | h); those of a simulation: / d (x0 | p) of all
-  /// of it.
-  VectorXd time_derivative;
-};
 
 struct HybridSimulation {
   IntegrationStatus status = IntegrationStatus::success;

@@ -1,0 +1,19 @@
+#include "saltus/model/event_integrator.hpp"
+
+namespace saltus {
+
+const char* describe(EventKind kind) {
+  switch (kind) {
+    case EventKind::crosses:
+      return "crosses";
+    case EventKind::jumps:
+      return "jumps";
+    case EventKind::slides:
+      return "slides";
+    case EventKind::leaves:
+      return "leaves";
+  }
+  return "unknown kind of event";
+}
+
+}  // namespace saltus

@@ -1,0 +1,271 @@
+#include "saltus/simulation/closed_loop.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+// What a controller answers to a measurement, whichever kind it is.
+struct Answer {
+  const HeldInput* input = nullptr;
+  LoopTick tick;
+};
+struct LoopController {
+  std::string name;
+  double period = 0.0;
+  std::function<Answer(double t, const VectorRef& measured)> answer;
+  std::function<LoopPlan()> plan = {};  ///< the last one; without: there are none
+};
+
+// The input that reaches the plant from `start` on, until the next one does.
+struct Command {
+  double start = 0.0;
+  VectorXd input;
+};
+
+class Loop {
+ public:
+  Loop(LoopController controller, LoopPlant& plant, const LoopOptions& options)
+      : controller_(std::move(controller)),
+        plant_(plant),
+        options_(options),
+        disturbances_(options.disturbances),
+        noise_(options.disturbances.seed),
+        start_(plant.time()) {
+    check();
+    log_.controller = controller_.name;
+    log_.plant = plant_.name();
+    log_.period = controller_.period;
+    log_.recording.state_names = options_.state_names;
+    log_.recording.input_names = options_.input_names;
+    const VectorXd first = disturbances_.first_input.size() > 0
+                               ? disturbances_.first_input
+                               : VectorXd(VectorXd::Zero(plant_.inputs()));
+    commands_.push_back({start_, first});
+  }
+
+  LoopLog run() {
+    constexpr double rounding = 1e-9;  // of a period
+    const long ticks = std::lround(std::ceil(options_.duration / controller_.period - rounding));
+    log_.completed = true;
+    log_.message = "the closed loop reached its end";
+    for (long k = 0; k < ticks && log_.completed; ++k) {
+      disturb_state();
+      if (!tick(k) || !move_on(k)) break;
+      if (options_.until && options_.until(plant_.time(), plant_.state())) {
+        log_.message = fmt::format("ended at t = {:.4g} s, as the run asked for", plant_.time());
+        break;
+      }
+    }
+    add_sample();
+    return std::move(log_);
+  }
+
+ private:
+  void check() const {
+    const auto complain = [](const std::string& what) {
+      throw DefinitionError("closed loop: " + what);
+    };
+    const auto nx = plant_.state().size();
+    const double period = controller_.period;
+    if (!(period > 0.0 && std::isfinite(period)))
+      complain(fmt::format("the period is {} s, expected more than 0", period));
+    if (!(options_.duration > 0.0 && std::isfinite(options_.duration)))
+      complain(fmt::format("the duration is {} s, expected more than 0", options_.duration));
+    if (options_.samples_per_tick < 1)
+      complain(fmt::format("{} samples per tick, expected 1 or more", options_.samples_per_tick));
+    for (const VectorXd* deviations :
+         {&disturbances_.state_noise, &disturbances_.measurement_noise})
+      if (deviations->size() != 0 &&
+          (deviations->size() != nx || !(deviations->array() >= 0.0).all()))
+        complain(fmt::format("noise has {} entries, expected {} numbers of at least 0",
+                             deviations->size(), nx));
+    const double late = disturbances_.measurement_delay / period;
+    if (!(late >= 0.0) || std::abs(late - std::round(late)) > 1e-6)
+      complain(fmt::format("the measurement comes {} s late, expected a multiple of {} s",
+                           disturbances_.measurement_delay, period));
+    if (!(disturbances_.input_delay >= 0.0 && std::isfinite(disturbances_.input_delay)))
+      complain(
+          fmt::format("the input comes {} s late, expected at least 0", disturbances_.input_delay));
+  }
+
+  // Times that differ by less differ by rounding.
+  double instant() const { return 1e-9 * controller_.period; }
+
+  // --- before the tick
+
+  void add_noise(VectorXd& x, const VectorXd& deviations) {
+    for (Eigen::Index i = 0; i < deviations.size(); ++i) x[i] += deviations[i] * noise_();
+  }
+
+  void disturb_state() {
+    if (!disturbances_.state && disturbances_.state_noise.size() == 0) return;
+    const VectorXd x = plant_.state();
+    VectorXd change = VectorXd::Zero(x.size());
+    if (disturbances_.state) disturbances_.state(plant_.time(), x, change);
+    add_noise(change, disturbances_.state_noise);
+    if (change.isZero(0.0)) return;
+    if (!commands_.empty() && !log_.recording.samples.empty()) add_sample();  // the jump is seen
+    plant_.disturb(change);
+  }
+
+  VectorXd measure() {
+    VectorXd x = plant_.state();
+    add_noise(x, disturbances_.measurement_noise);
+    measured_.push_back(std::move(x));
+    const auto late =
+        static_cast<std::size_t>(std::lround(disturbances_.measurement_delay / controller_.period));
+    while (measured_.size() > late + 1) measured_.pop_front();
+    return measured_.front();  // at the beginning: the oldest there is
+  }
+
+  // --- the tick
+
+  bool tick(long k) {
+    const double t = start_ + static_cast<double>(k) * controller_.period;
+    const VectorXd measured = measure();
+    if (options_.before_tick) options_.before_tick(t, measured);
+    Answer answer = controller_.answer(t, measured);
+    answer.tick.time = t;
+    answer.tick.measured = measured;
+    if (answer.tick.provenance)
+      log_.statistics.latency[static_cast<std::size_t>(*answer.tick.provenance)].add(
+          answer.tick.seconds);
+    log_.ticks.push_back(std::move(answer.tick));
+    if (!answer.input->all_finite())
+      return stop(fmt::format("the controller's input at t = {:.4g} s is no number", t));
+    while (!commands_.empty() && commands_.back().start >= t + disturbances_.input_delay)
+      commands_.pop_back();
+    for (const InputPiece& piece : *answer.input)
+      commands_.push_back({piece.start + disturbances_.input_delay, piece.input()});
+    if (controller_.plan && options_.plan_every > 0 && k % options_.plan_every == 0) {
+      LoopPlan plan = controller_.plan();
+      if (!plan.samples.empty()) log_.plans.push_back(std::move(plan));
+    }
+    return true;
+  }
+
+  // --- after the tick
+
+  bool move_on(long k) {
+    const double begin = start_ + static_cast<double>(k) * controller_.period;
+    const double end = start_ + static_cast<double>(k + 1) * controller_.period;
+    int sample = 1;
+    while (plant_.time() < end - instant()) {
+      const double now = plant_.time();
+      while (commands_.size() > 1 && commands_[1].start <= now + instant()) commands_.pop_front();
+      double next = begin + controller_.period * sample / options_.samples_per_tick;
+      if (sample >= options_.samples_per_tick) next = end;
+      if (next <= now + instant()) {
+        ++sample;
+        continue;
+      }
+      if (commands_.size() > 1) next = std::min(next, commands_[1].start);
+      if (!advance(next)) return false;
+    }
+    return true;
+  }
+
+  bool advance(double until) {
+    input_ = commands_.front().input;
+    if (disturbances_.input) {
+      VectorXd added = VectorXd::Zero(input_.size());
+      disturbances_.input(plant_.time(), plant_.state(), added);
+      input_ += added;
+    }
+    add_sample();
+    const double from = plant_.time();
+    const bool moved = plant_.advance(input_, until - from);
+    for (HybridEvent& event : plant_.take_events()) {
+      log_.recording.samples.push_back({event.time, event.before, input_, event.mode_before});
+      log_.recording.samples.push_back({event.time, event.after, input_, event.mode_after});
+      if (options_.on_event) options_.on_event(event);
+      log_.recording.events.push_back(std::move(event));
+    }
+    return moved || stop(plant_.failure());
+  }
+
+  bool stop(std::string sentence) {
+    log_.completed = false;
+    log_.message = std::move(sentence);
+    return false;
+  }
+
+  void add_sample() {
+    if (input_.size() == 0 && !commands_.empty()) input_ = commands_.front().input;
+    log_.recording.samples.push_back({plant_.time(), plant_.state(), input_, plant_.mode()});
+  }
+
+  LoopController controller_;
+  LoopPlant& plant_;
+  const LoopOptions& options_;
+  const Disturbances& disturbances_;
+  GaussianNoise noise_;
+  double start_;
+  LoopLog log_;
+  std::deque<VectorXd> measured_;
+  std::deque<Command> commands_;  // the first is in force
+  VectorXd input_;                // in force, with its disturbance
+};
+
+// States and inputs at the nodes.
+LoopPlan plan_of(RecedingHorizonController& controller, double t) {
+  const Solution solution = controller.report();
+  return {t, record(controller.shooting().problem(), solution.trajectory, 1).samples};
+}
+
+}  // namespace
+
+LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& plant,
+                             const LoopOptions& options) {
+  const Arguments& sizes = controller.shooting().problem().phases().front().sizes;
+  if (sizes.nx != plant.state().size())
+    throw DefinitionError(fmt::format("closed loop: the plant has {} states, the controller {}",
+                                      plant.state().size(), sizes.nx));
+  if (sizes.nu != plant.inputs())
+    throw DefinitionError(fmt::format("closed loop: the plant has {} inputs, the controller {}",
+                                      plant.inputs(), sizes.nu));
+  const ControlTick* last = nullptr;
+  const auto answer = [&](double t, const VectorRef& measured) {
+    last = &controller.tick(t, measured);
+    return Answer{&last->input,
+                  {t,
+                   {},
+                   last->provenance,
+                   last->status,
+                   last->iterations,
+                   last->objective,
+                   last->kkt,
+                   last->violation,
+                   last->seconds}};
+  };
+  const auto plan = [&] {
+    return last->provenance == Provenance::fallback ? LoopPlan{} : plan_of(controller, last->time);
+  };
+  return Loop({controller.solver_name(), controller.period(), answer, plan}, plant, options).run();
+}
+
+LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options) {
+  if (!law) throw DefinitionError("closed loop: the feedback law is empty");
+  HeldInput held(1, plant.inputs());
+  const auto answer = [&](double t, const VectorRef& measured) {
+    held.clear();
+    InputPiece& piece = held.add();
+    piece.start = t;
+    piece.length = options.period;
+    piece.size = plant.inputs();
+    piece.values.setZero();
+    law(t, measured, piece.values);
+    return Answer{&held, {}};
+  };
+  return Loop({"feedback law", options.period, answer}, plant, options).run();
+}
+
+}  // namespace saltus

@@ -1,0 +1,46 @@
+// What stands between a controller and the plant of its model: forces, noise, delays.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <random>
+
+#include "saltus/core/types.hpp"
+
+namespace saltus {
+
+/// Nothing happens unless it is said. The same seed gives the same run on every machine.
+/// (A mismatch of parameters is a matter of the plant: it is made with parameters of its own.)
+struct Disturbances {
+  /// Added to the input that reaches the plant; asked at the start of every piece of the input with
+  /// the true state, fills `added` (nu), which is zero before.
+  std::function<void(double t, const VectorRef& state, VectorOut added)> input = {};
+  /// Added to the state at the start of every tick, before it is measured; fills `added` (nx).
+  std::function<void(double t, const VectorRef& state, VectorOut added)> state = {};
+  /// Standard deviations (nx) of white Gaussian noise; empty: none.
+  VectorXd state_noise = {};        ///< added to the state itself at the start of every tick
+  VectorXd measurement_noise = {};  ///< added to what the controller sees only
+  std::uint64_t seed = 1;
+  /// The controller sees the state of so long ago, s; a multiple of its period.
+  double measurement_delay = 0.0;
+  /// The plant obeys so late, s; until then `first_input` (nu; empty: zero) is in force.
+  double input_delay = 0.0;
+  VectorXd first_input = {};
+};
+
+/// White Gaussian noise that does not depend on the standard library: Box and Muller's formula
+/// over the Mersenne twister.
+class GaussianNoise {
+ public:
+  explicit GaussianNoise(std::uint64_t seed) : bits_(seed) {}
+  double operator()();
+
+ private:
+  double uniform();  // in (0, 1]
+
+  std::mt19937_64 bits_;
+  double spare_ = 0.0;
+  bool has_spare_ = false;
+};
+
+}  // namespace saltus

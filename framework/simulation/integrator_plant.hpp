@@ -1,0 +1,78 @@
+// A plant given by its dynamics: any formula or hybrid automaton, advanced by any integrator.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "saltus/model/automaton.hpp"
+#include "saltus/model/event_integrator.hpp"
+#include "saltus/model/make_function.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/simulation/loop_plant.hpp"
+
+namespace saltus {
+
+/// x' = f(t, x, u, p) with constant u over each call of advance(). Systems with events record them,
+/// and their mode is carried along.
+class IntegratorPlant final : public LoopPlant {
+ public:
+  /// From `start` (nx) at `time` s; `parameters` (np) are those of the plant, which need not be
+  /// those of the controller's model. Running costs and derivatives of `problem` are left out.
+  /// Throws DefinitionError when sizes do not match, or the scheme does not fit the problem.
+  IntegratorPlant(IntervalProblem problem, const IntegratorChoice& scheme, VectorXd start,
+                  VectorXd parameters = {}, double time = 0.0);
+
+  double time() const override { return time_; }
+  VectorXd state() const override { return state_; }
+  int inputs() const override { return integrator_->problem().arguments.nu; }
+  bool advance(const VectorRef& input, double length) override;
+  std::string failure() const override { return failure_; }
+  std::string mode() const override;
+  std::vector<HybridEvent> take_events() override { return std::exchange(events_, {}); }
+  void disturb(const VectorRef& change) override;
+  std::string name() const override { return name_; }
+
+  /// From now on; np entries.
+  void set_parameters(const VectorRef& parameters);
+
+ private:
+  IntegrationStatus integrate(double length);
+
+  std::unique_ptr<Integrator> integrator_;
+  EventIntegrator* hybrid_ = nullptr;  // the same, if it knows modes
+  std::string name_, failure_;
+  double time_ = 0.0;
+  VectorXd state_, parameters_, w_, end_;
+  int mode_ = -1;  // -1: follows from the state
+  bool was_disturbed_ = false;
+  std::vector<HybridEvent> events_;
+};
+
+/// A plant for dynamics that are a callable of (t, x), (t, x, u) or (t, x, u, p).
+template <int nx, int nu, int np = 0, class Dynamics>
+IntegratorPlant make_plant(Dynamics dynamics, const IntegratorChoice& scheme, VectorXd start,
+                           VectorXd parameters = {}) {
+  IntervalProblem problem;
+  problem.arguments = {nx, nu, np};
+  problem.dynamics = make_function<nx, nu, np>(std::move(dynamics));
+  return {std::move(problem), scheme, std::move(start), std::move(parameters)};
+}
+
+/// A plant with modes and events.
+template <int nx, int nu, int np>
+IntegratorPlant make_plant(const Automaton<nx, nu, np>& automaton, const IntegratorChoice& scheme,
+                           VectorXd start, VectorXd parameters = {}) {
+  IntervalProblem problem;
+  problem.arguments = {nx, nu, np};
+  problem.switching = automaton.system();
+  if (!problem.switching.modes.empty()) problem.dynamics = problem.switching.modes.front().dynamics;
+  return {std::move(problem), scheme, std::move(start), std::move(parameters)};
+}
+
+/// The nominal model: dynamics, parameters, events and start of the first phase of a problem.
+/// Throws DefinitionError if the problem has no phase.
+IntegratorPlant nominal_plant(const OptimalControlProblem& problem, const IntegratorChoice& scheme);
+
+}  // namespace saltus

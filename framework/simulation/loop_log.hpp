@@ -1,0 +1,57 @@
+// What a closed loop did: the motion of the plant, every tick of the controller, plans and events.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/simulation/recording.hpp"
+
+namespace saltus {
+
+/// A tick as the controller saw and answered it.
+struct LoopTick {
+  double time = 0.0;  ///< s
+  VectorXd measured;  ///< the state with noise and delay
+  /// Where the input came from; a feedback law has no provenance, and nothing of what follows.
+  std::optional<Provenance> provenance;
+  SolveStatus status = SolveStatus::invalid_problem;
+  int iterations = 0;
+  double objective = 0.0, kkt = 0.0, violation = 0.0;
+  double seconds = 0.0;  ///< wall clock of the controller
+};
+
+/// What the controller had in mind at a tick: states and inputs at the nodes of its plan.
+struct LoopPlan {
+  double made_at = 0.0;  ///< s
+  std::vector<Sample> samples;
+};
+
+struct LoopLog {
+  bool completed = false;  ///< the plant reached the end, or `until` said that it is over
+  std::string message;     ///< a sentence
+  std::string controller, plant;
+  double period = 0.0;  ///< s
+  Recording recording;  ///< of the plant, with the inputs that reached it
+  std::vector<LoopTick> ticks;
+  std::vector<LoopPlan> plans;
+  LoopStatistics statistics;  ///< of a receding horizon controller, in this run
+
+  const VectorXd& final_state() const { return recording.samples.back().state; }
+  int count(Provenance provenance) const;
+
+  /// One line per tick: "t [s]", provenance, status, iterations, objective, KKT residual,
+  /// violation, solve time, measured states. Solve times differ from run to run.
+  std::string ticks_csv() const;
+  /// One line per node of every plan that was kept: "made at [s]", "t [s]", mode, states, inputs.
+  std::string plans_csv() const;
+  /// The run in figures: length, provenances, solve times, events, final state.
+  std::string summary_json() const;
+  /// trajectory.csv, events.csv, ticks.csv, summary.json and, if any were kept, plans.csv. Creates
+  /// the folder. Throws InputError naming the file that cannot be written.
+  void write(const std::filesystem::path& folder) const;
+};
+
+}  // namespace saltus

@@ -1,0 +1,163 @@
+#include "saltus/simulation/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "saltus/simulation/text_table.hpp"
+
+namespace saltus {
+namespace {
+
+std::vector<std::string> filled_up(std::vector<std::string> names, const char* letter,
+                                   std::size_t count) {
+  while (names.size() < count) names.push_back(fmt::format("{}{}", letter, names.size()));
+  return names;
+}
+
+void write_cells(TextTable& table, const VectorXd& values, std::size_t columns) {
+  for (std::size_t i = 0; i < columns; ++i)
+    if (i < static_cast<std::size_t>(values.size()))
+      table.number(values[static_cast<Eigen::Index>(i)]);
+    else
+      table.empty();
+}
+
+// What happens inside a shooting interval whose phase has events.
+std::vector<HybridEvent> events_inside(EventIntegrator& integrator, const TrajectoryPiece& piece,
+                                       const VectorXd& parameters) {
+  VectorXd w(integrator.arguments().size()), end(integrator.outputs());
+  w << piece.state, piece.coefficients, parameters, piece.start, piece.length;
+  std::vector<HybridEvent> events;
+  integrator.record(&events);
+  integrator.start_in(-1);
+  integrator.value(w.data(), end.data());
+  integrator.record(nullptr);
+  return events;
+}
+
+HybridEvent end_of_phase(const OptimalControlProblem& problem, int phase, double time,
+                         const VectorXd& before, const VectorXd& after) {
+  const PhaseDefinition& ended = problem.phases()[phase];
+  const Jump& jump = problem.jumps()[phase + 1];
+  const std::string& next = problem.phases()[phase + 1].name;
+  std::string name = ended.end_guards.empty() ? "" : ended.end_guards.front().event;
+  if (name.empty()) name = jump.map ? jump.name : "switch";
+  return {
+      time, jump.map ? EventKind::jumps : EventKind::crosses, name, ended.name, next, before, after,
+      {}};
+}
+
+}  // namespace
+
+std::vector<std::string> Recording::state_columns() const {
+  std::size_t count = state_names.size();
+  for (const Sample& s : samples) count = std::max(count, static_cast<std::size_t>(s.state.size()));
+  return filled_up(state_names, "x", count);
+}
+
+std::vector<std::string> Recording::input_columns() const {
+  std::size_t count = input_names.size();
+  for (const Sample& s : samples) count = std::max(count, static_cast<std::size_t>(s.input.size()));
+  return filled_up(input_names, "u", count);
+}
+
+std::string Recording::trajectory_csv() const {
+  const std::vector<std::string> states = state_columns(), inputs = input_columns();
+  const std::size_t nx = states.size(), nu = inputs.size();
+  const bool has_modes =
+      std::any_of(samples.begin(), samples.end(), [](const Sample& s) { return !s.mode.empty(); });
+  std::vector<std::string> columns{"t [s]"};
+  if (has_modes) columns.emplace_back("mode");
+  columns.insert(columns.end(), states.begin(), states.end());
+  columns.insert(columns.end(), inputs.begin(), inputs.end());
+  TextTable table(columns);
+  for (const Sample& s : samples) {
+    table.number(s.time);
+    if (has_modes) table.word(s.mode);
+    write_cells(table, s.state, nx);
+    write_cells(table, s.input, nu);
+    table.end_row();
+  }
+  return table.text();
+}
+
+std::string Recording::events_csv() const {
+  TextTable table({"t [s]", "event", "kind", "mode before", "mode after"});
+  for (const HybridEvent& e : events) {
+    table.number(e.time).word(e.name).word(describe(e.kind)).word(e.mode_before);
+    table.word(e.mode_after).end_row();
+  }
+  return table.text();
+}
+
+Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,
+                 int samples_per_interval) {
+  Recording recording;
+  const std::vector<TrajectoryPiece>& pieces = trajectory.pieces();
+  const Schedule& schedule = problem.schedule();
+  const bool has_schedule = !schedule.events().empty();
+  const auto scheduled_mode = [&](double t) {
+    // An instant later: at an event, and where rounding puts a node before it, the new mode holds.
+    return has_schedule ? schedule.mode_at(t + same_instant) : std::string();
+  };
+  const auto add = [&](double t, VectorXd state, const VectorXd& input, const std::string& mode) {
+    recording.samples.push_back({t, std::move(state), input, mode});
+  };
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    const TrajectoryPiece& piece = pieces[k];
+    const Trajectory::PhaseInfo& phase = trajectory.phases()[piece.phase];
+    auto* const hybrid = dynamic_cast<EventIntegrator*>(phase.integrator.get());
+    std::vector<HybridEvent> inside;
+    if (hybrid != nullptr) inside = events_inside(*hybrid, piece, phase.parameters);
+    std::string mode = phase.name;
+    if (hybrid != nullptr)
+      mode = !inside.empty() ? inside.front().mode_before
+             : recording.samples.empty() || pieces[k - 1].phase != piece.phase
+                 ? hybrid->mode_name(hybrid->end_mode())
+                 : recording.samples.back().mode;
+    else if (has_schedule)
+      mode = trajectory.phases().size() == 1 ? scheduled_mode(piece.start)
+                                             : phase.name + ", " + scheduled_mode(piece.start);
+    std::size_t next = 0;
+    const double last = piece.end();
+    for (int s = 0; s <= samples_per_interval; ++s) {
+      const double t = piece.start + piece.length * s / samples_per_interval;
+      for (; next < inside.size() && inside[next].time <= t; ++next) {
+        const HybridEvent& e = inside[next];
+        add(e.time, e.before, trajectory.input(e.time), e.mode_before);
+        add(e.time, e.after, trajectory.input(e.time), mode = e.mode_after);
+        recording.events.push_back(e);
+      }
+      if (s == 0)
+        add(t, piece.state, trajectory.input(piece.start), mode);
+      else if (s < samples_per_interval)
+        add(t, trajectory.state(t), trajectory.input(t), mode);
+      else
+        add(last, piece.end_state, trajectory.input(last - 1e-9 * piece.length), mode);
+    }
+    if (k + 1 < pieces.size())
+      for (int j = piece.phase; j < pieces[k + 1].phase; ++j)
+        recording.events.push_back(
+            end_of_phase(problem, j, last, piece.end_state, pieces[k + 1].state));
+  }
+  if (has_schedule && !pieces.empty())
+    for (std::size_t i = 0; i < schedule.events().size(); ++i) {
+      const Event& event = schedule.events()[i];
+      if (event.time < trajectory.start_time() || event.time > trajectory.end_time()) continue;
+      const VectorXd state = trajectory.state(event.time);
+      recording.events.push_back({event.time,
+                                  EventKind::crosses,
+                                  std::string(std::string_view(event.name)),
+                                  schedule.mode(static_cast<int>(i)),
+                                  schedule.mode(static_cast<int>(i) + 1),
+                                  state,
+                                  state,
+                                  {}});
+    }
+  std::stable_sort(recording.events.begin(), recording.events.end(),
+                   [](const HybridEvent& a, const HybridEvent& b) { return a.time < b.time; });
+  return recording;
+}
+
+}  // namespace saltus

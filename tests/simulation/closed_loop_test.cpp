@@ -1,0 +1,340 @@
+// Does the closed loop do what the discrete system does, and does its log tell?
+#include "saltus/simulation/closed_loop.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <memory>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/mpc/riccati_qp.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr double step = 0.1;  // s
+constexpr int intervals = 8;
+
+struct DoubleIntegrator {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+
+// Costs summed at the nodes: a discrete linear-quadratic regulator of `intervals` steps.
+const Vec<double, 2> state_weight{4.0, 0.5}, end_weight{10.0, 2.0};
+const Vec<double, 1> input_weight{0.3};
+
+OptimalControlProblem regulator() {
+  const auto state = [](const auto&, const auto& x) { return x; };
+  const auto input = [](const auto&, const auto&, const auto& u) { return u; };
+  Phase<2, 1> phase{"regulate", DoubleIntegrator{}, exactly(step * intervals)};
+  phase.track("state", state, state_weight)
+      .track("input", input, input_weight)
+      .track_at_end("end", state, end_weight);
+  OptimalControlProblem ocp("regulator");
+  ocp.start_at({1.0, -0.5}).then(phase);
+  return ocp;
+}
+
+RecedingHorizonController controller_for(OptimalControlProblem ocp,
+                                         ControllerOptions options = {}) {
+  MultipleShooting shooting(std::move(ocp),
+                            {.intervals_per_phase = intervals, .integrator = zero_order_hold()});
+  auto solver = make_real_time_iteration(shooting.nlp(), {}, riccati_qp_solver(shooting));
+  options.period = step;
+  return {std::move(shooting), std::move(solver), std::move(options)};
+}
+
+// The gain of the first step, by Riccati's recursion on the exactly sampled system.
+struct SampledRegulator {
+  Mat<double, 2, 2> A;
+  Vec<double, 2> B;
+  Mat<double, 1, 2> K;
+
+  SampledRegulator() {
+    A << 1.0, step, 0.0, 1.0;
+    B << 0.5 * step * step, step;
+    const Mat<double, 2, 2> Q = (step * state_weight).asDiagonal();
+    const double R = step * input_weight[0];
+    Mat<double, 2, 2> P = end_weight.asDiagonal();
+    for (int k = 0; k < intervals; ++k) {
+      K = (B.transpose() * P * A) / (R + B.dot(P * B));
+      P = Q + A.transpose() * P * (A - B * K);
+    }
+  }
+};
+
+TEST(ClosedLoop, LinearQuadraticControlIsTheDiscreteClosedLoop) {
+  RecedingHorizonController controller = controller_for(regulator());
+  IntegratorPlant plant = nominal_plant(regulator(), zero_order_hold());
+  const LoopLog log =
+      simulate_closed_loop(controller, plant, {.duration = 2.0, .samples_per_tick = 3});
+  ASSERT_TRUE(log.completed) << log.message;
+  ASSERT_EQ(log.ticks.size(), 20u);
+  ASSERT_EQ(log.recording.samples.size(), 61u);
+  EXPECT_EQ(log.count(Provenance::optimal), 20);
+  const SampledRegulator known;
+  Vec<double, 2> x{1.0, -0.5};
+  for (std::size_t k = 0; k <= 20; ++k) {
+    const Sample& sample = log.recording.samples[3 * k];
+    EXPECT_NEAR(sample.time, step * static_cast<double>(k), 1e-12);
+    // The solver's tolerance of 1e-8, in scaled variables of order one.
+    EXPECT_LT((sample.state - x).norm(), 1e-7) << k;
+    if (k < 20) {
+      EXPECT_NEAR(sample.input[0], -(known.K * x)[0], 1e-6) << k;
+    }
+    x = known.A * x - known.B * (known.K * x)[0];
+  }
+}
+
+TEST(ClosedLoop, AFeedbackLawIsTheDiscreteClosedLoop) {
+  const SampledRegulator known;
+  IntegratorPlant plant =
+      make_plant<2, 1>(DoubleIntegrator{}, zero_order_hold(), VectorXd{{1.0, -0.5}});
+  const LoopLog log =
+      simulate_closed_loop([&](double, const VectorRef& x, VectorOut u) { u = -known.K * x; },
+                           plant, {.duration = 2.0, .period = step});
+  Vec<double, 2> x{1.0, -0.5};
+  for (int k = 0; k < 20; ++k) x = known.A * x - known.B * (known.K * x)[0];
+  EXPECT_LT((log.final_state() - x).norm(), 1e-12);
+  EXPECT_FALSE(log.ticks[0].provenance);
+}
+
+// x' = p u: the controller's model has p = 1.
+struct Drift {
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
+    return Vec<S, 1>(p[0] * u[0]);
+  }
+};
+IntegratorPlant drift(double p = 1.0) {
+  return make_plant<1, 1, 1>(Drift{}, runge_kutta4(), VectorXd{{1.0}}, VectorXd{{p}});
+}
+const FeedbackLaw down = [](double, const VectorRef&, VectorOut u) { u[0] = -1.0; };
+
+TEST(ClosedLoop, ThePlantHasParametersOfItsOwn) {
+  IntegratorPlant plant = drift(1.5);
+  EXPECT_NEAR(simulate_closed_loop(down, plant, {.duration = 0.4}).final_state()[0], 0.4, 1e-12);
+  plant.set_parameters(VectorXd{{0.5}});
+  const LoopLog log = simulate_closed_loop(down, plant, {.duration = 0.4});
+  EXPECT_NEAR(log.recording.samples.front().time, 0.4, 1e-12);  // it goes on
+  EXPECT_NEAR(log.final_state()[0], 0.2, 1e-12);
+}
+
+TEST(ClosedLoop, InputsArriveLateInFullLength) {
+  IntegratorPlant plant = drift();
+  LoopOptions options{.duration = 0.5, .period = step};
+  options.disturbances.input_delay = 0.13;
+  options.disturbances.first_input = VectorXd{{2.0}};
+  const LoopLog log = simulate_closed_loop(down, plant, options);
+  EXPECT_NEAR(log.final_state()[0], 1.0 + 2.0 * 0.13 - 0.37, 1e-12);
+  bool seen = false;  // where the input changes there is a sample
+  for (const Sample& s : log.recording.samples) seen = seen || std::abs(s.time - 0.13) < 1e-12;
+  EXPECT_TRUE(seen);
+}
+
+TEST(ClosedLoop, MeasurementsComeLate) {
+  IntegratorPlant plant = drift();
+  LoopOptions options{.duration = 1.0, .period = step};
+  options.disturbances.measurement_delay = 3 * step;
+  const LoopLog log = simulate_closed_loop(down, plant, options);
+  for (std::size_t k = 0; k < log.ticks.size(); ++k)
+    EXPECT_NEAR(log.ticks[k].measured[0], 1.0 - step * (k < 3 ? 0.0 : double(k) - 3.0), 1e-12);
+}
+
+TEST(ClosedLoop, DisturbancesAddUp) {
+  IntegratorPlant plant = drift();
+  LoopOptions options{.duration = 1.0, .period = step};
+  options.disturbances.input = [](double t, const VectorRef&, VectorOut w) {
+    w[0] = t < 0.45 ? 0.5 : 0.0;  // changes at 0.5: inputs are pieces from tick to tick
+  };
+  options.disturbances.state = [](double t, const VectorRef&, VectorOut w) {
+    w[0] = std::abs(t - 0.3) < 1e-9 ? 7.0 : 0.0;
+  };
+  const LoopLog log = simulate_closed_loop(down, plant, options);
+  EXPECT_NEAR(log.final_state()[0], 1.0 - 1.0 + 0.25 + 7.0, 1e-12);
+}
+
+TEST(ClosedLoop, NoiseIsWhiteAndTheSeedDecides) {
+  const auto run = [](std::uint64_t seed) {
+    IntegratorPlant plant = drift();
+    LoopOptions options{.duration = 200.0, .period = step};
+    options.disturbances.measurement_noise = VectorXd{{0.2}};
+    options.disturbances.seed = seed;
+    return simulate_closed_loop([](double, const VectorRef&, VectorOut u) { u[0] = 0.0; }, plant,
+                                options);
+  };
+  const LoopLog one = run(1);
+  EXPECT_EQ(one.recording.trajectory_csv(), run(1).recording.trajectory_csv());
+  EXPECT_EQ(one.ticks[7].measured[0], run(1).ticks[7].measured[0]);
+  EXPECT_NE(one.ticks[7].measured[0], run(2).ticks[7].measured[0]);
+  double sum = 0.0, square = 0.0, lag = 0.0, before = 0.0;
+  for (const LoopTick& tick : one.ticks) {
+    const double e = tick.measured[0] - 1.0;
+    sum += e;
+    square += e * e;
+    lag += e * before;
+    before = e;
+  }
+  const auto n = static_cast<double>(one.ticks.size());
+  // Four standard deviations of the estimates from 2000 numbers.
+  EXPECT_NEAR(sum / n, 0.0, 4.0 * 0.2 / std::sqrt(n));
+  EXPECT_NEAR(square / n, 0.04, 4.0 * 0.04 * std::sqrt(2.0 / n));
+  EXPECT_NEAR(lag / n, 0.0, 4.0 * 0.04 / std::sqrt(n));
+}
+
+// A ball that loses a fifth of its speed at every impact: x = (height m, speed m/s).
+constexpr double gravity = 9.81, restitution = 0.8;
+Automaton<2, 1> ball() {
+  const auto height = [](const auto&, const auto& x) { return x[0]; };
+  Automaton<2, 1> automaton;
+  automaton
+      .mode("flight",
+            [](const auto&, const auto& x, const auto& u) {
+              return decltype(x.eval()){x[1], u[0] - gravity};
+            })
+      .event("impact", "flight", "flight", height, Crossing::falling,
+             [](const auto&, const auto& x) {
+               return decltype(x.eval()){x[0], -restitution * x[1]};
+             });
+  return automaton;
+}
+
+TEST(ClosedLoop, EventsOfTheplantHaveTheirTimes) {
+  IntegratorPlant plant = make_plant(
+      ball(), cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-11}), VectorXd{{1.0, 0.0}});
+  EXPECT_EQ(plant.mode(), "flight");
+  int heard = 0;
+  LoopOptions options{.duration = 2.0, .period = 0.01};
+  options.on_event = [&](const HybridEvent& e) { heard += e.name == "impact"; };
+  const LoopLog log = simulate_closed_loop(
+      [](double, const VectorRef&, VectorOut u) { u[0] = 0.0; }, plant, options);
+  ASSERT_TRUE(log.completed) << log.message;
+  const double first = std::sqrt(2.0 / gravity);
+  ASSERT_EQ(log.recording.events.size(), 3u);
+  EXPECT_EQ(heard, 3);
+  double t = first, flight = 2.0 * first;
+  for (const HybridEvent& e : log.recording.events) {
+    // Two hundred intervals at a local error of 1e-11.
+    EXPECT_NEAR(e.time, t, 1e-8);
+    EXPECT_EQ(e.kind, EventKind::jumps);
+    EXPECT_NEAR(e.after[1], -restitution * e.before[1], 1e-12);
+    flight *= restitution;
+    t += flight;
+  }
+}
+
+TEST(ClosedLoop, APlantThatCannotGoOnEndsTheRun) {
+  IntegratorPlant plant = make_plant(ball(), runge_kutta4(), VectorXd{{1.0, 0.0}});
+  const LoopLog log =
+      simulate_closed_loop([](double, const VectorRef&, VectorOut u) { u[0] = 0.0; }, plant,
+                           {.duration = 8.0, .period = 1.0});
+  EXPECT_FALSE(log.completed);  // impacts accumulate at 4.06 s
+  EXPECT_NE(log.message.find("4.06"), std::string::npos) << log.message;
+  EXPECT_LT(log.recording.samples.back().time, 5.0);
+  EXPECT_NE(log.summary_json().find("\"completed\": false"), std::string::npos);
+}
+
+TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
+  OptimalControlProblem ocp = regulator();
+  const auto position = [](const auto&, const auto& x) { return x[0]; };
+  Phase<2, 1> phase{"stop in time", DoubleIntegrator{}, exactly(step * intervals)};
+  phase.bound_input(0, between(-1.0, 1.0))
+      .keep("wall", position, at_most(2.0), Window{.from = step})
+      .minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
+  OptimalControlProblem wall("wall");
+  wall.start_at({0.0, 0.0}).then(phase);
+  ControllerOptions options;
+  options.fallback_input = VectorXd{{-1.0}};
+  RecedingHorizonController controller = controller_for(wall, options);
+  // At 3 m, 1 m beyond the wall, and no input brings it back within a step.
+  IntegratorPlant plant =
+      make_plant<2, 1>(DoubleIntegrator{}, zero_order_hold(), VectorXd{{3.0, 0.0}});
+  const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 3.0, .plan_every = 1});
+  ASSERT_TRUE(log.completed);
+  ASSERT_EQ(log.ticks[0].provenance, Provenance::fallback);
+  EXPECT_EQ(log.recording.samples[0].input[0], -1.0);
+  EXPECT_GT(log.count(Provenance::fallback), 5);  // until it is behind the wall again
+  EXPECT_GT(log.count(Provenance::optimal), 5);
+  EXPECT_EQ(static_cast<int>(log.plans.size()), 30 - log.count(Provenance::fallback));
+  EXPECT_EQ(log.statistics.count(Provenance::fallback), log.count(Provenance::fallback));
+  EXPECT_LT(log.final_state()[0], 2.0);
+}
+
+// The user's own plant: four functions.
+class Counter final : public LoopPlant {
+ public:
+  double time() const override { return time_; }
+  VectorXd state() const override { return VectorXd{{count_}}; }
+  int inputs() const override { return 1; }
+  bool advance(const VectorRef& input, double length) override {
+    count_ += input[0];
+    time_ += length;
+    return count_ < 5.0;
+  }
+
+ private:
+  double time_ = 0.0, count_ = 0.0;
+};
+
+TEST(ClosedLoop, DrivesAPlantOfTheUsersOwn) {
+  Counter plant;
+  const FeedbackLaw up = [](double, const VectorRef&, VectorOut u) { u[0] = 1.0; };
+  EXPECT_EQ(simulate_closed_loop(up, plant, {.duration = 0.03}).final_state()[0], 3.0);
+  const LoopLog log = simulate_closed_loop(up, plant, {.duration = 0.03});
+  EXPECT_FALSE(log.completed);
+  EXPECT_EQ(log.message, "the plant could not go on");
+  LoopOptions options{.duration = 0.03};
+  options.disturbances.state_noise = VectorXd{{1.0}};
+  EXPECT_THROW(simulate_closed_loop(up, plant, options), DefinitionError);
+}
+
+TEST(ClosedLoop, EndsWhenTheUserSaysSo) {
+  IntegratorPlant plant = drift();
+  LoopOptions options{.duration = 5.0, .period = step};
+  options.until = [](double, const VectorRef& x) { return x[0] < 0.25; };
+  const LoopLog log = simulate_closed_loop(down, plant, options);
+  EXPECT_TRUE(log.completed);
+  EXPECT_EQ(log.ticks.size(), 8u);
+  EXPECT_NE(log.message.find("t = 0.8 s"), std::string::npos) << log.message;
+}
+
+TEST(ClosedLoop, AnInputThatIsNoNumberEndsTheRun) {
+  IntegratorPlant plant = drift();
+  const LoopLog log = simulate_closed_loop(
+      [](double t, const VectorRef&, VectorOut u) { u[0] = t < 0.25 ? 1.0 : std::nan(""); }, plant,
+      {.duration = 1.0, .period = step});
+  EXPECT_FALSE(log.completed);
+  EXPECT_EQ(log.message, "the controller's input at t = 0.3 s is no number");
+  EXPECT_NEAR(log.final_state()[0], 1.3, 1e-12);
+}
+
+TEST(ClosedLoop, RefusesWhatDoesNotFit) {
+  IntegratorPlant plant = drift();
+  const auto refused = [&](const LoopOptions& options) {
+    EXPECT_THROW(simulate_closed_loop(down, plant, options), DefinitionError);
+  };
+  refused({.duration = 0.0});
+  refused({.period = 0.0});
+  refused({.samples_per_tick = 0});
+  refused({.disturbances = {.measurement_noise = VectorXd{{1.0, 1.0}}}});
+  refused({.disturbances = {.measurement_noise = VectorXd{{-1.0}}}});
+  refused({.disturbances = {.measurement_delay = 0.015}});
+  refused({.disturbances = {.input_delay = -1.0}});
+  EXPECT_THROW(simulate_closed_loop(FeedbackLaw{}, plant, {}), DefinitionError);
+  RecedingHorizonController controller = controller_for(regulator());
+  EXPECT_THROW(simulate_closed_loop(controller, plant, {}), DefinitionError);
+  EXPECT_THROW((make_plant<1, 1, 1>(Drift{}, runge_kutta4(), VectorXd{{1.0}})), DefinitionError);
+  EXPECT_THROW(make_plant(ball(), zero_order_hold(), VectorXd{{1.0, 0.0}}), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
