@@ -93,6 +93,39 @@ target_link_options(saltus_program_flags INTERFACE
                     -Wl,--exclude-libs,ALL
                     -Wl,--version-script=${PROJECT_SOURCE_DIR}/cmake/nothing_exported.map)
 
+# ---- headers parsed once ----------------------------------------------------------------------------
+
+# What nearly every object includes of other projects takes two to three seconds to parse each time.
+# Nothing of ours is in it, so that a change of ours never rebuilds everything; no source may count on
+# it (users have none, and each public header is compiled alone by a test).
+option(SALTUS_PRECOMPILED_HEADERS "Parse the headers of Eigen, fmt and the standard library once"
+       ${PROJECT_IS_TOP_LEVEL})
+
+# saltus_parsed_once(NAME DEPENDS ... HEADERS ...): what targets of the same flags can reuse.
+function(saltus_parsed_once name)
+  cmake_parse_arguments(H "" "" "DEPENDS;HEADERS" ${ARGN})
+  if(SALTUS_PRECOMPILED_HEADERS)
+    file(WRITE ${PROJECT_BINARY_DIR}/${name}.cpp.new "// Only the precompiled headers are of use.\n")
+    configure_file(${PROJECT_BINARY_DIR}/${name}.cpp.new ${PROJECT_BINARY_DIR}/${name}.cpp COPYONLY)
+    add_library(${name} OBJECT ${PROJECT_BINARY_DIR}/${name}.cpp)
+    target_link_libraries(${name} PRIVATE saltus_flags ${H_DEPENDS})
+    target_precompile_headers(${name} PRIVATE ${H_HEADERS})
+  endif()
+endfunction()
+set(SALTUS_COMMON_HEADERS
+    <Eigen/Core> <Eigen/Geometry> <fmt/format.h>
+    <algorithm> <array> <chrono> <cmath> <cstdint> <cstdio> <filesystem> <fstream> <functional> <limits>
+    <map> <memory> <numbers> <numeric> <optional> <set> <span> <sstream> <string> <string_view>
+    <utility> <variant> <vector>)
+saltus_parsed_once(saltus_common_headers DEPENDS Eigen3::Eigen fmt::fmt HEADERS ${SALTUS_COMMON_HEADERS})
+
+# saltus_reuse(TARGET NAME)
+function(saltus_reuse target name)
+  if(TARGET ${name})
+    target_precompile_headers(${target} REUSE_FROM ${name})
+  endif()
+endfunction()
+
 # ---- how targets are declared ----------------------------------------------------------------------
 
 # The components of more than one layer; the others are a layer of their own name.
@@ -118,6 +151,7 @@ function(saltus_layer name)
     add_library(saltus_${name} STATIC ${LAYER_SOURCES})
     target_link_libraries(saltus_${name} PUBLIC saltus_usage ${LAYER_DEPENDS}
                                          PRIVATE $<BUILD_INTERFACE:saltus_flags> ${LAYER_PRIVATE_DEPENDS})
+    saltus_reuse(saltus_${name} saltus_common_headers)
   else()
     add_library(saltus_${name} INTERFACE)
     target_link_libraries(saltus_${name} INTERFACE saltus_usage ${LAYER_DEPENDS})
@@ -139,9 +173,15 @@ endfunction()
 
 # saltus_program(NAME SOURCES ... DEPENDS ...): an executable of our own.
 function(saltus_program name)
-  cmake_parse_arguments(P "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(P "" "HEADERS" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${P_SOURCES})
-  target_link_libraries(${name} PRIVATE saltus_flags saltus_program_flags ${P_DEPENDS})
+  # Eigen and fmt for all: precompiled headers want the same definitions.
+  target_link_libraries(${name} PRIVATE saltus_flags saltus_program_flags ${P_DEPENDS} Eigen3::Eigen fmt::fmt)
+  if(P_HEADERS)
+    saltus_reuse(${name} ${P_HEADERS})
+  else()
+    saltus_reuse(${name} saltus_common_headers)
+  endif()
 endfunction()
 
 # saltus_data(PATH): a file or folder that programs read at run time, by data_file("PATH")
@@ -162,7 +202,12 @@ endfunction()
 # saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest.
 function(saltus_test name)
   cmake_parse_arguments(T "" "" "SOURCES;DEPENDS" ${ARGN})
-  saltus_program(test_${name} SOURCES ${T_SOURCES} DEPENDS ${T_DEPENDS} GTest::gtest_main)
+  if(NOT TARGET saltus_test_headers)
+    saltus_parsed_once(saltus_test_headers DEPENDS Eigen3::Eigen fmt::fmt GTest::gtest
+                       HEADERS ${SALTUS_COMMON_HEADERS} <gtest/gtest.h>)
+  endif()
+  saltus_program(test_${name} SOURCES ${T_SOURCES} DEPENDS ${T_DEPENDS} GTest::gtest_main
+                 HEADERS saltus_test_headers)
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
                                     PROPERTIES TIMEOUT 300)
 endfunction()

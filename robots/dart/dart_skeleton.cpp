@@ -1,5 +1,10 @@
 #include "saltus/robots/dart/dart_skeleton.hpp"
 
+#include <dart/dynamics/BoxShape.hpp>
+#include <dart/dynamics/FreeJoint.hpp>
+#include <dart/dynamics/RevoluteJoint.hpp>
+#include <dart/dynamics/WeldJoint.hpp>
+
 namespace saltus::dart_engine {
 
 namespace dd = ::dart::dynamics;

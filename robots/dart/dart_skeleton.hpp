@@ -1,9 +1,14 @@
 // A FloatingRobot as a skeleton of DART. Only this folder sees DART.
 #pragma once
 
-#include <dart/dynamics/dynamics.hpp>
+#include <dart/dynamics/BodyNode.hpp>
+#include <dart/dynamics/Skeleton.hpp>
 
 #include "saltus/robots/whole_body/dynamics_model.hpp"
+
+namespace dart::dynamics {
+class FreeJoint;
+}
 
 namespace saltus::dart_engine {
 
