@@ -81,6 +81,8 @@ struct TangentType<double, n> {
 // The operators below are always inlined: gcc takes nested ones for too large, and their calls pass
 // everything through memory (a quarter of the time of a Hessian).
 
+inline namespace SALTUS_LANES_ABI {  // pack.hpp
+
 /// value + sum_i tangent[i] e_i. T is double or again a Dual. Like a double, it is not initialised
 /// by its default constructor.
 template <class T, int N>
@@ -163,6 +165,8 @@ struct Dual {
     return {quotient, -(quotient / b.value) * b.tangent};
   }
 };
+
+}  // namespace SALTUS_LANES_ABI
 
 template <class T, int N>
 inline constexpr bool is_active_scalar<Dual<T, N>> = true;

@@ -2,14 +2,25 @@
 // processor adds and multiplies at once.
 //
 // The width follows the target (8 doubles with AVX-512, 4 with AVX, else 2): a wider pack than the
-// machine has is slow and changes the calling convention. All objects of a program must therefore
-// be built with the same -march; CMake's saltus_flags sees to that.
+// machine has is slow and changes the calling convention. The width is therefore part of the names
+// of what depends on it (SALTUS_LANES_ABI), so that a program and an installed library may be built
+// with different -march: each keeps its own instances, and no type of one meets code of the other.
 //
 // Packs are aligned like one double. Eigen is told (EIGEN_MAX_ALIGN_BYTES=16) to align the heap to
 // 16 bytes only, so that a dynamic matrix of duals with naturally aligned packs would be a crash.
 #pragma once
 
+// The name of an inline namespace.
+#if defined(__AVX512F__)
+#define SALTUS_LANES_ABI lanes_8
+#elif defined(__AVX__)
+#define SALTUS_LANES_ABI lanes_4
+#else
+#define SALTUS_LANES_ABI lanes_2
+#endif
+
 namespace saltus {
+inline namespace SALTUS_LANES_ABI {
 
 #if defined(__AVX512F__)
 inline constexpr int native_lanes = 8;
@@ -134,4 +145,5 @@ class Chunk<0> {
   friend Chunk combine(double, const Chunk&, double, const Chunk&) { return {}; }
 };
 
+}  // namespace SALTUS_LANES_ABI
 }  // namespace saltus

@@ -3,6 +3,11 @@
 
 #include <Eigen/Core>
 
+// Eigen's own default follows -march, and with it the layout of its types.
+static_assert(EIGEN_MAX_ALIGN_BYTES == 16,
+              "Saltus is built with EIGEN_MAX_ALIGN_BYTES=16, and so must be what uses it: link to "
+              "saltus::core in CMake, or pass -DEIGEN_MAX_ALIGN_BYTES=16");
+
 namespace saltus {
 
 /// Column vector of n entries of scalar type S (double, a dual number, a sparsity tracer).

@@ -130,6 +130,8 @@ void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) 
   }
 }
 
+inline namespace SALTUS_LANES_ABI {  // its passes have that width
+
 template <int nx, int nu, int np, class F>
 class FormulaBody final : public FunctionBody {
   static constexpr int inputs_count = Arguments{nx, nu, np}.size();
@@ -209,6 +211,8 @@ class FormulaBody final : public FunctionBody {
   std::vector<JacobianPass> jacobian_passes_;
   std::vector<HessianPass> hessian_passes_;
 };
+
+}  // namespace SALTUS_LANES_ABI
 
 }  // namespace detail
 
