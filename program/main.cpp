@@ -3,13 +3,15 @@
 
 #include "problems/push_recovery/push_recovery.hpp"
 #include "problems/suite/suite.hpp"
+#include "problems/sway/sway.hpp"
 #include "saltus/app/program.hpp"
 #ifdef SALTUS_HAS_LATENCY_BENCH  // absent where the benchmarks are not built
 #include "benchmarks/latency.hpp"
 #endif
 
 int main(int argc, char** argv) {
-  const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
+  const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(),
+                                                   saltus::sway::entry()};
   std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(), saltus::suite_verb()};
 #ifdef SALTUS_HAS_LATENCY_BENCH
   verbs.push_back(saltus::bench::verb());

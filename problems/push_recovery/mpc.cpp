@@ -1,9 +1,6 @@
 #include "problems/push_recovery/mpc.hpp"
 
 #include <limits>
-#include <utility>
-
-#include "saltus/integrators/zero_order_hold.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -29,21 +26,22 @@ class Mpc final : public Planner {
       : charges_change_(config.weights.wrench_change > 0.0),
         scene_(scene),
         data_(data_at_rest(robot, scene)),
-        controller_(make_controller(config, robot, scene)) {}
+        controller_(make_tick_controller(problem_of(config, robot, scene), config.planner.intervals,
+                                         config.planner, robot.mass)) {}
 
   const ControlTick& tick(const Measurement& measured, const Scene& scene,
-                          double impact_time) override {
+                          const Schedule& contacts) override {
     if (scene.two_feet != scene_.two_feet || scene.swing.position != scene_.swing.position) {
       scene_ = scene;
       set_scene(scene, data_);
     }
     set_measurement(measured, scene, data_);
     controller_.set_data("tick", data_);
-    controller_.retime("impact", impact_time);
+    controller_.set_schedule(contacts);
     if (charges_change_) {
       // Up to the landing the swing foot had no wrench from which the first one could differ.
       Vec<double, 12> before = measured.applied;
-      if (impact_time > measured.time - same_instant)
+      if (contacts.mode_at(measured.time - same_instant) == single_support)
         before.tail<6>().setConstant(std::numeric_limits<double>::quiet_NaN());
       controller_.set_previous_input(before);
     }
@@ -62,16 +60,8 @@ class Mpc final : public Planner {
     return data;
   }
 
-  static RecedingHorizonController make_controller(const Config& config,
-                                                   const RobotDescription& robot,
-                                                   const Scene& scene) {
-    MultipleShooting shooting = transcribe(config, robot, scene);
-    auto solver = make_tick_solver(config.planner, shooting);
-    return {std::move(shooting), std::move(solver), controller_options(config.planner, robot.mass)};
-  }
-
-  static MultipleShooting transcribe(const Config& config, const RobotDescription& robot,
-                                     const Scene& scene) {
+  static OptimalControlProblem problem_of(const Config& config, const RobotDescription& robot,
+                                          const Scene& scene) {
     Model model;
     model.mass = robot.mass;
     model.stance = scene.stance;
@@ -81,10 +71,7 @@ class Mpc final : public Planner {
     model.step = config.planner.step;
     model.intervals = config.planner.intervals;
     model.cost_rule = config.planner.costs;
-    OptimalControlProblem ocp =
-        problem(model, config.weights, data_at_rest(robot, scene), infinity);
-    return MultipleShooting(std::move(ocp), {.intervals_per_phase = config.planner.intervals,
-                                             .integrator = zero_order_hold()});
+    return problem(model, config.weights, data_at_rest(robot, scene), infinity);
   }
 
   bool charges_change_;

@@ -9,8 +9,12 @@
 
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_term.hpp"
+#include "saltus/robots/walking/contacts.hpp"
 
 namespace saltus::push_recovery {
+
+using walking::double_support, walking::single_support, walking::one_foot_then_two;
+
 namespace {
 
 /// gamma' = (velocity, forces / m + gravity, torques about the CoM), the last row linearised about
@@ -41,8 +45,8 @@ struct Dynamics {
 
 OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
                               double impact_time) {
-  const Window always{}, before_impact{.to = event("impact")};
-  const Window after_impact{.from = event("impact")};
+  const Window always{}, before_impact = during(single_support),
+                         after_impact = during(double_support);
   const auto gamma_error = [](const auto&, const auto& gamma, const auto&, const auto& p) {
     return (gamma - view_as<Tick>(p).gamma_desired).eval();
   };
@@ -96,7 +100,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
 
   phase.nominal(Vector9::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("push recovery");
-  ocp.schedule(Schedule({"single support", "double support"}, {{"impact", impact_time}}))
+  ocp.schedule(one_foot_then_two(impact_time))
       .costs(model.cost_rule)
       .start_at(data.gamma_desired)
       .then(phase);

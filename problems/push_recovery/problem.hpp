@@ -31,8 +31,8 @@ struct Model {
   CostRule cost_rule = CostRule::nodes;
 };
 
-/// The problem of one tick. Event "impact": landing of the swing foot, absolute time, beyond the
-/// horizon if none is due. Data "tick": Tick.
+/// The problem of one tick. The contacts are those of robots/walking/contacts.hpp: the swing foot
+/// lands at `impact_time`, absolute, beyond the horizon if no landing is due. Data "tick": Tick.
 OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
                               double impact_time);
 

@@ -8,6 +8,10 @@ const StandingPosture& BipedProblem::posture(const RobotDescription& robot) cons
 
 std::vector<Push> BipedProblem::pushes() const { return {settings().push}; }
 
+Schedule BipedProblem::contacts(const Scene& scene) const {
+  return scene.two_feet ? two_feet_throughout() : one_foot_then_two();
+}
+
 std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const Scene&) const {
   return std::make_unique<StepPlanner>();
 }

@@ -29,6 +29,8 @@ class BipedProblem {
   /// The problem's own planner, for the robot as its controllers know it.
   virtual std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
                                                 const Scene& scene) const = 0;
+  /// Which feet stand when, as far as it is known when the run begins: those of the scene.
+  virtual Schedule contacts(const Scene& scene) const;
   /// Unless said otherwise none is made.
   virtual std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const;
 

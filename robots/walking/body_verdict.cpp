@@ -37,7 +37,8 @@ void judge_limits(const RunLog& log, BodyVerdict& v) {
     }
     if (torque_at_limit) ++at_their_limit;
   }
-  v.torque_limit_fraction = static_cast<double>(at_their_limit) / static_cast<double>(log.body.size());
+  v.torque_limit_fraction =
+      static_cast<double>(at_their_limit) / static_cast<double>(log.body.size());
 }
 
 }  // namespace

@@ -21,9 +21,9 @@ struct BodyVerdict {
   double tilt_end = 0.0;    ///< a turn about the vertical is none
   Vec<double, 2> slip = Vec<double, 2>::Zero();  ///< see sole_slip, left and right, largest, m
   Vec<double, 2> force_peak = Vec<double, 2>::Zero();  ///< vertical, mean over wrench_filter, N
-  double limit_margin = infinity;   ///< least distance of a joint from its limit, rad; < 0: beyond
-  std::string limit_joint;          ///< of that joint
-  double limit_time = 0.0;          ///< and when, s
+  double limit_margin = infinity;  ///< least distance of a joint from its limit, rad; < 0: beyond
+  std::string limit_joint;         ///< of that joint
+  double limit_time = 0.0;         ///< and when, s
   double torque_limit_fraction = 0.0;  ///< of the time in which some torque is at its limit
 
   bool touches_joint_limit() const;

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_term.hpp"
 
@@ -57,13 +55,12 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
     error.template head<3>() *= momentum.mass;
     return error;
   };
-  const Window before_impact{.to = event("impact")}, after_impact{.from = event("impact")};
   Phase<9, 12, parameters> phase{"now", momentum, exactly(settings.step)};
   phase.data("tick", VectorXd::Zero(parameters));
   keep_in_cone(phase, "stance foot", cone_options(contact_settings, scene.stance_foot), 0);
   keep_in_cone(phase, "swing foot", cone_options(contact_settings, scene.swing_foot), 6,
-               after_impact);
-  for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
+               during(double_support));
+  for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), during(single_support));
   Vec<double, 6> rates;
   rates << Vec<double, 3>::Constant(linear_weight), Vec<double, 3>::Constant(angular_weight);
   Vec<double, 12> wrenches;
@@ -74,9 +71,7 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
           "wrenches", [](const auto&, const auto&, const auto& f) { return f; }, wrenches)
       .nominal(Vec<double, 9>::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("wrenches of one tick");
-  ocp.schedule(Schedule({"single support", "double support"}, {{"impact", infinity}}))
-      .start_at(VectorXd::Zero(9))
-      .then(phase);
+  ocp.schedule(one_foot_then_two()).start_at(VectorXd::Zero(9)).then(phase);
   return ocp;
 }
 
@@ -103,10 +98,11 @@ class CapturePointController final : public Planner {
  public:
   CapturePointController(const PlannerSettings& settings, const ContactSettings& contact_settings,
                          const RobotDescription& robot, const Scene& scene)
-      : controller_(make_controller(settings, contact_settings, robot, scene)) {}
+      : controller_(make_tick_controller(wrench_problem(settings, contact_settings, robot, scene),
+                                         1, settings, robot.mass)) {}
 
   const ControlTick& tick(const Measurement& measured, const Scene& scene,
-                          double impact_time) override {
+                          const Schedule& contacts) override {
     const Vec<double, 3> com = measured.gamma.head<3>(), velocity = measured.gamma.segment<3>(3);
     const Vec<double, 2> planar = scene.target_point();
     const Vec<double, 3> target(planar[0], planar[1], scene.stance.position[2] + scene.com_height);
@@ -117,7 +113,8 @@ class CapturePointController final : public Planner {
         com_at_start_ = com;
         velocity_at_start_ = velocity;
       }
-      const double T = impact_time + trajectory_after_landing - trajectory_start_;
+      const double landing = std::max(landing_time(contacts), trajectory_start_);
+      const double T = landing + trajectory_after_landing - trajectory_start_;
       wanted = minimum_jerk(com_at_start_, velocity_at_start_, target, T,
                             measured.time - trajectory_start_);
     }
@@ -127,22 +124,12 @@ class CapturePointController final : public Planner {
             com_damping * (wanted.velocity - velocity),
         -momentum_damping * measured.gamma.tail<3>();
     controller_.set_data("tick", p);
-    controller_.retime("impact", impact_time);
+    controller_.set_schedule(contacts);
     return controller_.tick(measured.time, measured.gamma);
   }
   RecedingHorizonController& controller() override { return controller_; }
 
  private:
-  static RecedingHorizonController make_controller(const PlannerSettings& settings,
-                                                   const ContactSettings& contact_settings,
-                                                   const RobotDescription& robot,
-                                                   const Scene& scene) {
-    MultipleShooting shooting(wrench_problem(settings, contact_settings, robot, scene),
-                              {.intervals_per_phase = 1, .integrator = zero_order_hold()});
-    auto solver = make_tick_solver(settings, shooting);
-    return {std::move(shooting), std::move(solver), controller_options(settings, robot.mass)};
-  }
-
   RecedingHorizonController controller_;
   double trajectory_start_ = infinity;
   Vec<double, 3> com_at_start_, velocity_at_start_;

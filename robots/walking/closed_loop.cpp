@@ -43,6 +43,7 @@ class ClosedLoop {
         pushes_(problem.pushes()),
         lead_(problem.settings().planner.step),
         scene_(initial_scene(problem, robot)),
+        contacts_(problem.contacts(scene_)),
         steps_(problem.make_step_planner(scene_)),
         planner_(planner_of(problem, robot, scene_)) {
     log_.robot = robot;
@@ -86,6 +87,7 @@ class ClosedLoop {
                                          plant_.nominal_mass(), omega),
                    omega);
     if (!steps_->is_stepping() || has_landed()) return;
+    contacts_.retime(impact, steps_->landing_time());
     scene_.swing.position = steps_->place();
     scene_.two_feet = true;
     plant_.swing(t, {steps_->landing_time(), steps_->earliest_landing(), steps_->place()});
@@ -96,22 +98,19 @@ class ClosedLoop {
     const std::optional<Landing> landing = plant_.find_landing(t);
     if (!landing) return;
     log_.touchdown = t;
+    contacts_.confirm(impact, t);
     scene_.swing.position = landing->measured;
     landed_at_ = landing->actual;
-  }
-
-  // While the foot is late the landing is held just ahead.
-  double impact_time(double t) const {
-    if (plant_.lands_on_time()) return steps_->landing_time();
-    if (has_landed()) return log_.touchdown;
-    return std::max(steps_->landing_time(), t + lead_);
   }
 
   void plan(double t) {
     CpuTime watch(log_.plan_seconds);
     const Measurement measured{t, plant_.measured(), reordered(scene_.side, plant_.applied()),
                                plant_.contact_force()};
-    tick_ = &planner_->tick(measured, scene_, impact_time(t));
+    // A foot that is late lands after this tick at the earliest.
+    if (!has_landed() && !plant_.lands_on_time() && contacts_.contains(impact))
+      contacts_.hold(impact, t, lead_);
+    tick_ = &planner_->tick(measured, scene_, contacts_);
   }
 
   // The input of the tick, piece by piece; false when the run is over.
@@ -193,6 +192,7 @@ class ClosedLoop {
   double lead_;  // s
   Scene scene_;
   bool initially_on_two_feet_ = scene_.two_feet;
+  Schedule contacts_;
   std::unique_ptr<StepPlanner> steps_;
   std::unique_ptr<Planner> planner_;
   const ControlTick* tick_ = nullptr;

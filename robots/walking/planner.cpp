@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <functional>
 #include <random>
+#include <utility>
 
 #include "saltus/app/settings.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/mpc/riccati_qp.hpp"
 #include "saltus/qp/sparse_solver.hpp"
@@ -80,6 +82,14 @@ ControllerOptions controller_options(const PlannerSettings& settings, double mas
   options.fallback_input = VectorXd::Zero(12);
   options.fallback_input[2] = mass * standard_gravity;  // on the stance foot
   return options;
+}
+
+RecedingHorizonController make_tick_controller(OptimalControlProblem problem, int intervals,
+                                               const PlannerSettings& settings, double mass) {
+  MultipleShooting shooting(std::move(problem),
+                            {.intervals_per_phase = intervals, .integrator = zero_order_hold()});
+  auto solver = make_tick_solver(settings, shooting);
+  return {std::move(shooting), std::move(solver), controller_options(settings, mass)};
 }
 
 }  // namespace saltus::walking

@@ -8,6 +8,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/contacts.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/solver/solver_choice.hpp"
 
@@ -30,10 +31,10 @@ struct Measurement {
 class Planner {
  public:
   virtual ~Planner() = default;
-  /// `impact_time`: absolute time of the landing, infinite if none is due.
-  /// The result, wrenches of stance and swing foot, lasts until the next tick.
+  /// `contacts`: which feet stand when, see contacts.hpp. The result, wrenches of stance and swing
+  /// foot, lasts until the next tick.
   virtual const ControlTick& tick(const Measurement& measured, const Scene& scene,
-                                  double impact_time) = 0;
+                                  const Schedule& contacts) = 0;
   virtual RecedingHorizonController& controller() = 0;
 };
 
@@ -59,5 +60,9 @@ std::unique_ptr<RealTimeSolver> make_tick_solver(const PlannerSettings& settings
                                                  MultipleShooting& shooting);
 /// A planner without a plan puts the robot's weight on the stance foot.
 ControllerOptions controller_options(const PlannerSettings& settings, double mass);
+/// The controller of a problem with one phase of so many intervals, its dynamics affine. `mass` of
+/// the robot, kg.
+RecedingHorizonController make_tick_controller(OptimalControlProblem problem, int intervals,
+                                               const PlannerSettings& settings, double mass);
 
 }  // namespace saltus::walking

@@ -1,6 +1,9 @@
 #include "saltus/robots/walking/scene.hpp"
 
+#include <fmt/format.h>
+
 #include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::walking {
 
@@ -28,6 +31,12 @@ Scene scene_of(const StandingPosture& posture, const RobotDescription& robot) {
   scene.two_feet = posture.stance == Stance::both;
   scene.com_height = posture.com[2];
   return scene;
+}
+
+const StandingPosture& posture_on_both_feet(const RobotDescription& robot) {
+  for (const StandingPosture& posture : robot.postures)
+    if (posture.stance == Stance::both) return posture;
+  throw InputError(fmt::format("{}: {} has no posture on both feet", robot.file, robot.name));
 }
 
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot) {

@@ -40,6 +40,9 @@ struct Scene {
 /// In this posture, its stance foot (of both: the left one) at the origin of the world, the other
 /// one on the same level ground.
 Scene scene_of(const StandingPosture& posture, const RobotDescription& robot);
+/// The first that stands on both feet. Throws InputError if there is none.
+const StandingPosture& posture_on_both_feet(const RobotDescription& robot);
+
 /// In the robot's posture on the stance foot. Throws InputError if it has none.
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot);
 

@@ -10,7 +10,6 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
-#include "tests/problems/push_recovery_run.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
 
@@ -260,45 +259,6 @@ TEST(WithoutMujoco, ThePlantSaysSo) {
     EXPECT_NE(std::string(e.what()).find("built without MuJoCo"), std::string::npos) << e.what();
   }
 }
-
-class MujocoStep : public Mujoco, public ::testing::WithParamInterface<double> {};
-
-TEST_P(MujocoStep, RecoversAsInDart) {
-  using namespace push_recovery;
-  Config config;
-  config.push.impulse = GetParam();
-  config.push.start = 0.4;
-  config.robot.urdf = urdf_path;
-  double lowest[2], touchdown[2];
-  for (const int k : {0, 1}) {
-    config.plant.choice = k == 0 ? PlantChoice::dart : PlantChoice::mujoco;
-    const RunLog log = simulate(config, description);
-    const Verdict verdict = judge(config, log);
-    EXPECT_TRUE(verdict.recovered) << log.plant << ": " << verdict.reason;
-    EXPECT_EQ(log.control_failures, 0) << log.plant;
-    lowest[k] = infinity;
-    for (const Sample& s : log.samples) lowest[k] = std::min(lowest[k], s.capture_point[1]);
-    touchdown[k] = log.touchdown;
-    const std::string engine = k == 0 ? "dart" : "mujoco";
-    RecordProperty(engine + "_lowest_capture_point", std::to_string(lowest[k]));
-    RecordProperty(engine + "_touchdown", std::to_string(touchdown[k]));
-    RecordProperty(engine + "_settling", std::to_string(verdict.icp_settling));
-    RecordProperty(engine + "_com_error", std::to_string(verdict.final_com_error));
-    RecordProperty(engine + "_plant_seconds",
-                   std::to_string(log.plant_seconds / log.samples.back().time));
-  }
-  // What two engines may differ by and still be called the same robot.
-  EXPECT_NEAR(lowest[0], lowest[1], 0.005);  // m
-  // The smallest of the pushes is caught standing.
-  ASSERT_EQ(touchdown[0] < infinity, touchdown[1] < infinity);
-  if (touchdown[0] < infinity) {
-    EXPECT_NEAR(touchdown[0], touchdown[1], 0.020);  // s
-  }
-  EXPECT_TRUE(touchdown[0] < infinity || GetParam() < 5.0);
-}
-
-INSTANTIATE_TEST_SUITE_P(Push, MujocoStep, ::testing::Values(4.0, 5.0, 6.0),
-                         [](const auto& p) { return std::to_string(static_cast<int>(p.param)); });
 
 }  // namespace
 }  // namespace saltus

@@ -1,0 +1,16 @@
+// A biped stands on both feet and sways from side to side: a second problem on the same layer as
+// push recovery, and no line of it.
+#pragma once
+
+#include "saltus/app/problem_registry.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
+
+namespace saltus::sway {
+
+/// "Recovered": after the first cycle the CoM stays within 1 cm of where it should be.
+std::unique_ptr<walking::BipedProblem> make_sway();
+
+/// `saltus run sway`.
+ProblemEntry entry();
+
+}  // namespace saltus::sway
