@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/model/named_parameters.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_term.hpp"
 
@@ -20,8 +21,15 @@ constexpr double trajectory_after_landing = 0.5;
 constexpr double linear_weight = 1.0, angular_weight = 1000.0, force_weight = 1e-4,
                  torque_weight = 1e-2;
 
-// p = (CoM | swing foot | desired CoM acceleration | desired rate of angular momentum).
-constexpr int parameters = 12;
+template <class S>
+struct Tick {
+  Vec<S, 3> com = Vec<S, 3>::Zero();            // m
+  Vec<S, 3> swing_foot = Vec<S, 3>::Zero();     // m
+  Vec<S, 3> acceleration = Vec<S, 3>::Zero();   // of the CoM, wanted, m/s^2
+  Vec<S, 3> momentum_rate = Vec<S, 3>::Zero();  // angular, wanted, Nm
+  using Entries =
+      ParameterEntries<&Tick::com, &Tick::swing_foot, &Tick::acceleration, &Tick::momentum_rate>;
+};
 
 struct MomentumRate {
   double mass;
@@ -30,15 +38,15 @@ struct MomentumRate {
 
   template <class S>
   Vec<S, 9> operator()(const S&, const Vec<S, 9>& gamma, const Vec<S, 12>& f,
-                       const Vec<S, parameters>& p) const {
+                       const Vec<S, size_of<Tick>>& p) const {
+    const auto tick = view_as<Tick>(p);
     const std::array<Contact<S>, 2> feet{
         contact<S>(stance, Vec<S, 6>(f.template head<6>())),
-        contact<S>(SoleFrameOf<S>{p.template segment<3>(3), swing_rotation.template cast<S>()},
+        contact<S>(SoleFrameOf<S>{tick.swing_foot, swing_rotation.template cast<S>()},
                    Vec<S, 6>(f.template tail<6>()))};
-    const Vec<S, 3> com = p.template head<3>();
     Vec<S, 9> rate;
     rate << gamma.template segment<3>(3), com_acceleration(mass, feet),
-        angular_momentum_rate(com, feet);
+        angular_momentum_rate(tick.com, feet);
     return rate;
   }
 };
@@ -50,13 +58,14 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
   const MomentumRate momentum{robot.mass, scene.stance, scene.swing.rotation};
   const auto miss = [momentum](const auto& t, const auto& gamma, const auto& f, const auto& p) {
     auto error = momentum(t, gamma, f, p).template tail<6>().eval();
-    error.template head<3>() -= p.template segment<3>(6);
-    error.template tail<3>() -= p.template segment<3>(9);
+    const auto tick = view_as<Tick>(p);
+    error.template head<3>() -= tick.acceleration;
+    error.template tail<3>() -= tick.momentum_rate;
     error.template head<3>() *= momentum.mass;
     return error;
   };
-  Phase<9, 12, parameters> phase{"now", momentum, exactly(settings.step)};
-  phase.data("tick", VectorXd::Zero(parameters));
+  Phase<9, 12, size_of<Tick>> phase{"now", momentum, exactly(settings.step)};
+  phase.data("tick", Tick<double>{});
   keep_in_cone(phase, "stance foot", cone_options(contact_settings, scene.stance_foot), 0);
   keep_in_cone(phase, "swing foot", cone_options(contact_settings, scene.swing_foot), 6,
                during(double_support));
@@ -118,12 +127,13 @@ class CapturePointController final : public Planner {
       wanted = minimum_jerk(com_at_start_, velocity_at_start_, target, T,
                             measured.time - trajectory_start_);
     }
-    Vec<double, parameters> p;
-    p << com, scene.swing.position,
-        wanted.acceleration + com_stiffness * (wanted.position - com) +
-            com_damping * (wanted.velocity - velocity),
-        -momentum_damping * measured.gamma.tail<3>();
-    controller_.set_data("tick", p);
+    controller_.set_data(
+        "tick",
+        Tick<double>{.com = com,
+                     .swing_foot = scene.swing.position,
+                     .acceleration = wanted.acceleration + com_stiffness * (wanted.position - com) +
+                                     com_damping * (wanted.velocity - velocity),
+                     .momentum_rate = -momentum_damping * measured.gamma.tail<3>()});
     controller_.set_schedule(contacts);
     return controller_.tick(measured.time, measured.gamma);
   }

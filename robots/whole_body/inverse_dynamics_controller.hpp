@@ -3,7 +3,7 @@
 // Unknowns: joint accelerations and the wrenches of the feet on the ground. The six equations of
 // the free base give its acceleration, d2q and wrenches the torques, so that both are affine in the
 // unknowns. Hard: torque limits and contact cones, which some accelerations always meet. Soft, at
-// named prices: stance feet do not move, joints stay within limits. The rest is weighed.
+// named penalties: stance feet do not move, joints stay within limits. The rest is weighed.
 #pragma once
 
 #include <memory>

@@ -62,7 +62,7 @@ void MeasuredPlant::step() {
 
 double MeasuredPlant::draw(double deviation) { return deviation * normal_(random_); }
 
-// Draws the same number of times whatever the deviations: each quantity keeps its course when the
+// Draws the same number of times whatever the deviations: each quantity keeps its noise when the
 // others change.
 void MeasuredPlant::measure() {
   state_ = plant_->state();

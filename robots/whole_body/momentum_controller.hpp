@@ -3,7 +3,7 @@
 // Pucci, "Stability analysis and design of momentum-based controllers for humanoid robots", 2016.
 //
 // Level 1, a quadratic program over the wrenches f of the feet that stand, within their cones:
-//   min |rate(f) - wanted|^2 + prices of |f - planned|^2 and of |tau(f)|^2.
+//   min |rate(f) - wanted|^2 + weights on |f - planned|^2 and of |tau(f)|^2.
 // Level 2, with J and a the Jacobians and accelerations of both feet, J_s those of the feet that
 // stand, S the selection of the joints, Lambda = J M^-1 S, N = I - Lambda^+ Lambda:
 //   tau(f) = Lambda^+ (J M^-1 (h - J_s' f) - dJ/dt nu + a) + N tau_0,

@@ -5,7 +5,7 @@
 namespace saltus {
 namespace {
 
-constexpr double shortest = 0.01;  // s to go: below it the course is not bent any more
+constexpr double shortest = 0.01;  // s to go: below it the trajectory is not bent any more
 
 // One step of the quintic from (p, v, a) to rest at `goal` in T.
 void minimum_jerk(double goal, double T, double dt, double& p, double& v, double& a) {

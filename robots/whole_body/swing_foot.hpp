@@ -1,4 +1,5 @@
-// The course of the foot that steps: where it should be, and the acceleration that brings it there.
+// The trajectory of the foot that steps: where it should be, and the acceleration that brings it
+// there.
 #pragma once
 
 #include "saltus/robots/whole_body/dynamics_model.hpp"

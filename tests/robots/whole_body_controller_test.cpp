@@ -41,11 +41,11 @@ class Controllers : public IcubBody {
     tasks.right_stands = both;
     tasks.posture = state.q;
     const double weight = model->mass() * standard_gravity;
-    const double share = both ? (model->com() - model->sole(Side::right).pose.translation())[1] /
-                                    (model->sole(Side::left).pose.translation() -
-                                     model->sole(Side::right).pose.translation())[1]
-                              : 1.0;
-    const double loads[2] = {share * weight, (1.0 - share) * weight};
+    const double fraction = both ? (model->com() - model->sole(Side::right).pose.translation())[1] /
+                                       (model->sole(Side::left).pose.translation() -
+                                        model->sole(Side::right).pose.translation())[1]
+                                 : 1.0;
+    const double loads[2] = {fraction * weight, (1.0 - fraction) * weight};
     for (const Side side : {Side::left, Side::right}) {
       const int i = side == Side::left ? 0 : 1;
       const Eigen::Isometry3d& pose = model->sole(side).pose;
@@ -188,7 +188,7 @@ TEST_F(Controllers, MomentumWrenchesGiveTheRateWithinTheCones) {
       rate += wrench_to_momentum(model->sole(side), model->com()) *
               command.wrenches.segment<6>(side == Side::left ? 0 : 6);
     rate[2] -= model->mass() * standard_gravity;
-    // The other prices pull at the rate: some 1e-3 of its weight.
+    // The other weights pull at the rate: some 1e-3 of its weight.
     EXPECT_LT((rate.head<3>() - tasks.force).norm(), 0.5) << i;
     EXPECT_LT((rate.tail<3>() - tasks.torque).norm(), 0.05) << i;
     EXPECT_LE(contact_cone(left).violation(command.wrenches.head<6>()), 1e-5);

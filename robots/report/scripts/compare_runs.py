@@ -28,14 +28,14 @@ class Run:
             self.summary = json.load(file)
         if "force_settling" not in self.summary:
             sys.exit(f"{folder}: summary.json has no force_settling; run it again")
-        self.course = read_table(os.path.join(folder, "trajectory.csv"))
+        self.trajectory = read_table(os.path.join(folder, "trajectory.csv"))
         if "body" in self.summary:
             body = read_table(os.path.join(folder, "body.csv"))
             self.times = body["t"]
             self.planned = {foot: body[f"{foot}_planned_fz"] for foot in COLORS}
         else:
-            self.times = self.course["t"]
-            self.planned = {foot: self.course[f"{foot}_fz"] for foot in COLORS}
+            self.times = self.trajectory["t"]
+            self.planned = {foot: self.trajectory[f"{foot}_fz"] for foot in COLORS}
         self.touchdown = self.summary["touchdown_s"]
         self.name = NAMES[self.summary["controller"]]
         engine = self.summary["plant"].split(",")[0]
@@ -81,9 +81,9 @@ def draw_forces(axes, run, begin, end):
 
 def draw_both(axes, runs, column, label, begin, end):
     for run, (color, line) in zip(runs, STYLES):
-        axes.plot(run.course["t"], run.course[column], color=color, linestyle=line, label=run.name)
-        shown = run.course["t"]
-        shown = [y for t, y in zip(shown, run.course[column]) if begin <= t <= end]
+        axes.plot(run.trajectory["t"], run.trajectory[column], color=color, linestyle=line, label=run.name)
+        shown = run.trajectory["t"]
+        shown = [y for t, y in zip(shown, run.trajectory[column]) if begin <= t <= end]
         low, high = axes.get_ylim() if axes.has_data() and run is not runs[0] else (shown[0],) * 2
         axes.set_ylim(max(min(shown + [low]) - 0.01, -1.0), min(max(shown + [high]) + 0.01, 1.0))
     axes.set_ylabel(label)
@@ -94,7 +94,7 @@ def draw_edges(axes, run, style, end):
     color, line = style
     sole = [point[1] for point in run.summary[run.summary["stance"] + "_sole"]]
     until = end if run.touchdown is None else run.touchdown
-    axes.hlines([min(sole), max(sole)], run.course["t"][0], until, colors="tab:green", linestyles=":")
+    axes.hlines([min(sole), max(sole)], run.trajectory["t"][0], until, colors="tab:green", linestyles=":")
     if run.touchdown is not None:
         hull = [point[1] for point in run.summary["hull"]]
         axes.hlines([min(hull), max(hull)], until, end, colors=color, linestyles=":",

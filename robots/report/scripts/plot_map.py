@@ -20,7 +20,7 @@ STYLES = {
     "capture_point": {"color": "tab:orange", "label": "capture point"},
     "none": {"color": "tab:green", "label": "no step"},
 }
-# Dots of different controllers stand beside each other, shares of a cell's width.
+# Dots of different controllers stand beside each other, fractions of a cell's width.
 OFFSETS = {"mpc": -0.2, "capture_point": 0.0, "none": 0.2}
 
 

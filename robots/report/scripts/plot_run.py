@@ -81,17 +81,17 @@ def draw_feet(body, summary, folder, begin, end, what):
 
 
 def draw_torques(body, robot, summary, folder, begin, end, what):
-    figure, axes = new_axes(f"Joint torques, {what}", "share of the limit")
-    shares = {}
+    figure, axes = new_axes(f"Joint torques, {what}", "fraction of the limit")
+    fractions = {}
     for entry in robot["bodies"]:
         joint, limit = entry["joint"], entry["effort"]
         if joint and limit:
-            shares[joint] = [tau / limit for tau in body["tau_" + joint]]
-    largest = sorted(shares, key=lambda joint: max(abs(s) for s in shares[joint]), reverse=True)
+            fractions[joint] = [tau / limit for tau in body["tau_" + joint]]
+    largest = sorted(fractions, key=lambda joint: max(abs(s) for s in fractions[joint]), reverse=True)
     for joint in reversed(largest[6:]):
-        axes.plot(body["t"], shares[joint], color="0.8", linewidth=0.6)
+        axes.plot(body["t"], fractions[joint], color="0.8", linewidth=0.6)
     for joint in largest[:6]:
-        axes.plot(body["t"], shares[joint], linewidth=1.0, label=joint)
+        axes.plot(body["t"], fractions[joint], linewidth=1.0, label=joint)
     axes.axhline(1.0, color="tab:red", linewidth=0.8)
     axes.axhline(-1.0, color="tab:red", linewidth=0.8)
     axes.set_ylim(-1.05, 1.05)

@@ -17,8 +17,8 @@ function at_frame(name, frame) {
 function value(name, position) {
   const frame = Math.min(Math.floor(position), motion.frames - 1);
   const next = Math.min(frame + 1, motion.frames - 1);
-  const share = position - frame;
-  return (1 - share) * at_frame(name, frame) + share * at_frame(name, next);
+  const fraction = position - frame;
+  return (1 - fraction) * at_frame(name, frame) + fraction * at_frame(name, next);
 }
 const vector = (prefix, position) =>
   new THREE.Vector3(...["x", "y", "z"].map(e => value(prefix + e, position)));

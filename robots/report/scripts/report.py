@@ -22,12 +22,12 @@ PICTURES = [  # file, caption
 BODY_PICTURES = [
     ("measured_forces.png", "Vertical forces, planned and measured"),
     ("feet.png", "Soles: place, height and slip"),
-    ("torques.png", "Joint torques as a share of their limits"),
+    ("torques.png", "Joint torques as a fraction of their limits"),
 ]
 
 # Title, then key of summary.json ("body." of its section), text, unit, factor, decimals.
 FIGURES = [
-    ("Course", [
+    ("The run", [
         ("stance", "Stance foot", "", 1, 0),
         ("touchdown_s", "Touch-down", "s", 1, 3),
         ("end_s", "Length of the run", "s", 1, 2),
@@ -54,7 +54,7 @@ FIGURES = [
         ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
     ]),
     ("Joints", [
-        ("body.torque_share_max", "Largest torque, share of its limit", "%", 100, 0),
+        ("body.torque_share_max", "Largest torque, fraction of its limit", "%", 100, 0),
         ("body.torque_share_joint", "at the joint", "", 1, 0),
         ("body.torque_limit_share", "Time with a torque at its limit", "%", 100, 1),
         ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "mrad", 1e3, 1),

@@ -11,7 +11,7 @@
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/walking/progress.hpp"
 
-namespace saltus::push_recovery {
+namespace saltus::walking {
 namespace {
 
 constexpr double period = 0.01;  // s
@@ -137,4 +137,4 @@ TEST(Progress, OneLineOnATerminal) {
 }
 
 }  // namespace
-}  // namespace saltus::push_recovery
+}  // namespace saltus::walking
