@@ -51,12 +51,11 @@ function(saltus_package component name summary text)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
 endfunction()
 
-set(about "Saltus plans through the events of hybrid systems: optimal control problems written once as
-formulas, exact derivatives and sparsity, and solvers fast enough for control loops.")
-string(REPLACE "\n" " " about ${about})
+set(about "Saltus plans through the events of hybrid systems: problems written once as
+ formulas, exact derivatives and sparsity, solvers fast enough for control.")
 set(CPACK_COMPONENTS_ALL)
 saltus_package(core libsaltus-dev "hybrid model predictive control: headers and libraries" "${about}
- This package holds the core: formulas, problems, transcription, Saltus's own solvers, controllers."
+ This package holds the core: formulas, problems, transcription, solvers."
   DEPENDS libeigen3-dev libfmt-dev libsuitesparse-dev)
 if(SALTUS_HAS_sundials)
   saltus_package(sundials libsaltus-sundials-dev "hybrid model predictive control: integrators of SUNDIALS"
@@ -96,7 +95,7 @@ if(SALTUS_HAS_mujoco)
 endif()
 if(SALTUS_BUILD_PROGRAM)
   saltus_package(program saltus "hybrid model predictive control: program and examples"
-    "${about}\n This package holds the program that runs, checks and draws the problems of the project."
+    "${about}\n This package holds the program that runs and draws the project's problems."
     DEPENDS "libsaltus-dart${SALTUS_SOVERSION} ${version}" python3)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)

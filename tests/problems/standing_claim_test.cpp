@@ -12,7 +12,7 @@
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/standing_bound.hpp"
-#include "tests/robots/linear_program.hpp"
+#include "tests/support/linear_program.hpp"
 
 namespace saltus {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "tests/robots/linear_program.hpp"
+#include "tests/support/linear_program.hpp"
 
 namespace saltus {
 namespace {

@@ -1,4 +1,4 @@
-#include "tests/robots/linear_program.hpp"
+#include "tests/support/linear_program.hpp"
 
 #include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
