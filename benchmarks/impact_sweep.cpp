@@ -48,7 +48,7 @@ std::vector<SweepVariant> sweep_variants() {
 ImpactSweep::ImpactSweep(const SweepVariant& variant)
     : variant_(variant),
       shooting_(transcribe_variant(variant)),
-      solver_(make_solver(Ipopt{.tolerance = solver_tolerance})) {}
+      solver_(make_ipopt({.tolerance = solver_tolerance})) {}
 
 ImpactSweep::~ImpactSweep() = default;
 

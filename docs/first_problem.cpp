@@ -39,6 +39,6 @@ int main() {
                                           return decltype(x){x[0], 0.97 * x[1]};
                                         }));
   MultipleShooting shooting{car, {.intervals_per_phase = 30, .integrator = runge_kutta4()}};
-  const Solution plan = solve(shooting, *make_solver(Ipopt{.tolerance = 1e-8}));
+  const Solution plan = solve(shooting, *make_ipopt({.tolerance = 1e-8}));
   fmt::print("{}: {:.3f} s, shift after {:.3f} s\n", plan.message, plan.cost, plan.durations[0]);
 }

@@ -1,5 +1,7 @@
 #include "saltus/mpc/real_time_iteration.hpp"
 
+#include <utility>
+
 #include "saltus/core/error.hpp"
 #include "saltus/solver/convexify.hpp"
 #include "saltus/solver/quadratic_model.hpp"
@@ -9,14 +11,14 @@ namespace {
 
 class Iteration final : public RealTimeSolver {
  public:
-  Iteration(const NonlinearProgram& program, const RealTimeIteration& options,
-            const QpSolverFactory& make)
-      : options_(options),
+  Iteration(const NonlinearProgram& program, RealTimeIterationOptions options)
+      : options_(std::move(options)),
         is_exact_(program.is_linear_quadratic()),
-        curvature_(options.curvature),
+        curvature_(options_.curvature),
         model_(program),
-        qp_(make(model_.qp().hessian_pattern, model_.qp().row_pattern,
-                 {.tolerance = options.tolerance, .max_iterations = options.max_iterations})),
+        qp_(options_.qp(
+            program, model_.qp().hessian_pattern, model_.qp().row_pattern,
+            {.tolerance = options_.tolerance, .max_iterations = options_.max_iterations})),
         at_(VectorXd::Zero(program.variables())),
         lambda_(VectorXd::Zero(program.rows())) {
     if (!program.supports(curvature_))
@@ -87,7 +89,7 @@ class Iteration final : public RealTimeSolver {
     revision_ = is_valid_ ? program.revision() : -1;
   }
 
-  RealTimeIteration options_;
+  RealTimeIterationOptions options_;
   bool is_exact_;
   Curvature curvature_;
   QuadraticModel model_;
@@ -102,9 +104,8 @@ class Iteration final : public RealTimeSolver {
 }  // namespace
 
 std::unique_ptr<RealTimeSolver> make_real_time_iteration(const NonlinearProgram& program,
-                                                         const RealTimeIteration& options,
-                                                         const QpSolverFactory& make_qp_solver) {
-  return std::make_unique<Iteration>(program, options, make_qp_solver);
+                                                         RealTimeIterationOptions options) {
+  return std::make_unique<Iteration>(program, std::move(options));
 }
 
 }  // namespace saltus

@@ -7,22 +7,22 @@
 #include <memory>
 
 #include "saltus/mpc/real_time_solver.hpp"
-#include "saltus/solver/sqp.hpp"
+#include "saltus/solver/qp_method.hpp"
 
 namespace saltus {
 
-struct RealTimeIteration {
+struct RealTimeIterationOptions {
   double tolerance = 1e-8;  ///< of the quadratic program
   int max_iterations = 100;
   /// Of nonlinear programs; an exact Hessian is convexified block by block.
   Curvature curvature = Curvature::gauss_newton;
-  double convexity_floor = 1e-6;  ///< see Sqp
+  double convexity_floor = 1e-6;  ///< see SqpOptions
+  QpMethod qp = riccati_qp();
 };
 
 /// For the program given and no other. After construction nothing allocates. Throws DefinitionError
 /// when the program offers no Hessian.
 std::unique_ptr<RealTimeSolver> make_real_time_iteration(const NonlinearProgram& program,
-                                                         const RealTimeIteration& options,
-                                                         const QpSolverFactory& make_qp_solver);
+                                                         RealTimeIterationOptions options = {});
 
 }  // namespace saltus

@@ -6,7 +6,8 @@
 
 namespace saltus {
 
-ElasticQp::ElasticQp(const SparseQp& shape, const QpSolverFactory& make, const QpOptions& options) {
+ElasticQp::ElasticQp(const NonlinearProgram& program, const SparseQp& shape, const QpMethod& method,
+                     const QpOptions& options) {
   const int n = shape.variables(), m = shape.row_pattern.rows();
   std::vector<std::pair<int, int>> hessian, rows;
   shape.hessian_pattern.for_each([&](int r, int c, int) { hessian.emplace_back(r, c); });
@@ -26,7 +27,7 @@ ElasticQp::ElasticQp(const SparseQp& shape, const QpSolverFactory& make, const Q
   }
   qp_.lower.tail(2 * m).setZero();
   point_ = {VectorXd::Zero(all), VectorXd::Zero(m), VectorXd::Zero(all)};
-  solver_ = make(qp_.hessian_pattern, qp_.row_pattern, options);
+  solver_ = method(program, qp_.hessian_pattern, qp_.row_pattern, options);
 }
 
 QpResult ElasticQp::solve(const SparseQp& qp, double weight, PrimalDualPoint& point,

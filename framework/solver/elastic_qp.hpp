@@ -7,13 +7,16 @@
 #include <memory>
 #include <vector>
 
-#include "saltus/solver/sqp.hpp"
+#include "saltus/core/clock.hpp"
+#include "saltus/solver/qp_method.hpp"
 
 namespace saltus {
 
 class ElasticQp {
  public:
-  ElasticQp(const SparseQp& shape, const QpSolverFactory& make, const QpOptions& options);
+  /// For models of `program`; its own programs have no stages.
+  ElasticQp(const NonlinearProgram& program, const SparseQp& shape, const QpMethod& method,
+            const QpOptions& options);
 
   /// `point` is the start and receives w and the multipliers.
   QpResult solve(const SparseQp& qp, double weight, PrimalDualPoint& point,

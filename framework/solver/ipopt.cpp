@@ -194,7 +194,7 @@ class Structure {
 
 class IpoptSolver final : public Solver {
  public:
-  explicit IpoptSolver(const saltus::Ipopt& options) : options_(options) {}
+  explicit IpoptSolver(const IpoptOptions& options) : options_(options) {}
 
   std::string name() const override { return "Ipopt"; }
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
@@ -295,14 +295,14 @@ class IpoptSolver final : public Solver {
     return app;
   }
 
-  saltus::Ipopt options_;
+  IpoptOptions options_;
   WallClock::time_point deadline_ = WallClock::time_point::max();
   Engine engine_;
 };
 
 }  // namespace
 
-std::unique_ptr<Solver> make_solver(const saltus::Ipopt& options) {
+std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options) {
   return std::make_unique<IpoptSolver>(options);
 }
 

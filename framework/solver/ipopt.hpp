@@ -8,7 +8,7 @@
 
 namespace saltus {
 
-struct Ipopt {
+struct IpoptOptions {
   double tolerance = 1e-8;  ///< scaled KKT error
   int max_iterations = 500;
   double time_limit = 0.0;  ///< s of wall clock, 0: none; works with Ipopt 3.11 too
@@ -27,6 +27,6 @@ struct Ipopt {
 };
 
 /// Works with Ipopt 3.11 to 3.14.
-std::unique_ptr<Solver> make_solver(const Ipopt& options = {});
+std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options = {});
 
 }  // namespace saltus

@@ -7,6 +7,7 @@
 #include "saltus/core/sparsity.hpp"
 #include "saltus/core/types.hpp"
 #include "saltus/model/function.hpp"
+#include "saltus/qp/stage_structure.hpp"
 
 namespace saltus {
 
@@ -33,6 +34,8 @@ class NonlinearProgram {
   /// Whether the cost is at most quadratic and every row affine, whatever the data are: one
   /// quadratic program is then the whole problem.
   virtual bool is_linear_quadratic() const { return false; }
+  /// Which variables and rows make up which stage. Throws DefinitionError: it has none.
+  virtual StageStructure stages() const;
   /// Changes whenever something other than bounds does on which evaluations depend; negative:
   /// changes are not counted, and evaluations must be repeated.
   virtual long revision() const { return -1; }

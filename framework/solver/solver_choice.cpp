@@ -1,5 +1,7 @@
 #include "saltus/solver/solver_choice.hpp"
 
+#include "saltus/core/error.hpp"
+
 namespace saltus {
 
 const std::vector<std::pair<std::string, SolverChoice>>& solver_choices() {
@@ -14,6 +16,19 @@ const char* name_of(SolverChoice choice) {
   for (const auto& [name, value] : solver_choices())
     if (value == choice) return name.c_str();
   return "unknown";
+}
+
+QpMethod qp_method(SolverChoice choice) {
+  switch (choice) {
+    case SolverChoice::sparse:
+      return sparse_qp();
+    case SolverChoice::riccati:
+      return riccati_qp();
+    case SolverChoice::ipopt:
+      break;
+  }
+  throw DefinitionError(std::string("the solver '") + name_of(choice) +
+                        "' solves no quadratic programs of ours");
 }
 
 }  // namespace saltus

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/solver/qp_method.hpp"
+
 namespace saltus {
 
 enum class SolverChoice {
@@ -15,5 +17,7 @@ enum class SolverChoice {
 /// As users write them, for Settings::choice().
 const std::vector<std::pair<std::string, SolverChoice>>& solver_choices();
 const char* name_of(SolverChoice choice);
+/// How our own solvers of that name solve their quadratic programs; DefinitionError of others.
+QpMethod qp_method(SolverChoice choice);
 
 }  // namespace saltus

@@ -9,8 +9,7 @@ namespace {
 
 class SqpSolver final : public Solver {
  public:
-  SqpSolver(const Sqp& options, QpSolverFactory qp, QpSolverFactory relaxed_qp)
-      : options_(options), make_qp_(std::move(qp)), make_relaxed_qp_(std::move(relaxed_qp)) {}
+  explicit SqpSolver(SqpOptions options) : options_(std::move(options)) {}
 
   std::string name() const override { return engine_ ? "SQP with " + engine_->qp->name() : "SQP"; }
 
@@ -22,9 +21,8 @@ class SqpSolver final : public Solver {
       curvature = curvature == Curvature::exact ? Curvature::gauss_newton : Curvature::exact;
     if (!program.supports(curvature) || !is_well_posed(program, start)) return refuse(program);
     if (engine_ == nullptr || !engine_->fits(program))
-      engine_ = std::make_unique<SqpEngine>(program, options_, make_qp_);
-    return SqpRun(program, options_, curvature, *engine_, make_relaxed_qp_, deadline_)
-        .solve(start, warm);
+      engine_ = std::make_unique<SqpEngine>(program, options_);
+    return SqpRun(program, options_, curvature, *engine_, deadline_).solve(start, warm);
   }
 
  private:
@@ -40,17 +38,15 @@ class SqpSolver final : public Solver {
     return result;
   }
 
-  Sqp options_;
-  QpSolverFactory make_qp_, make_relaxed_qp_;
+  SqpOptions options_;
   std::unique_ptr<SqpEngine> engine_;
   WallClock::time_point deadline_ = WallClock::time_point::max();
 };
 
 }  // namespace
 
-std::unique_ptr<Solver> make_solver(const Sqp& options, QpSolverFactory qp,
-                                    QpSolverFactory relaxed_qp) {
-  return std::make_unique<SqpSolver>(options, std::move(qp), std::move(relaxed_qp));
+std::unique_ptr<Solver> make_sqp(SqpOptions options) {
+  return std::make_unique<SqpSolver>(std::move(options));
 }
 
 }  // namespace saltus

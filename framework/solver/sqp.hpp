@@ -16,15 +16,14 @@
 // Optimization, 2nd ed., sec. 14.4 (trust regions and elastic mode).
 #pragma once
 
-#include <functional>
 #include <memory>
 
-#include "saltus/qp/sparse_qp.hpp"
+#include "saltus/solver/qp_method.hpp"
 #include "saltus/solver/solver.hpp"
 
 namespace saltus {
 
-struct Sqp {
+struct SqpOptions {
   double tolerance = 1e-8;   ///< scaled KKT error
   int max_iterations = 200;  ///< quadratic models; of a linear-quadratic program: of its QP solver
   double time_limit = 0.0;   ///< s of wall clock, 0: none
@@ -35,15 +34,12 @@ struct Sqp {
   double initial_trust_radius = 1.0;
   /// Smallest eigenvalue after convexification, relative to the largest of its block.
   double convexity_floor = 1e-6;
+  QpMethod qp = sparse_qp();
+  /// Of elastic mode, whose programs have two variables more per row and no stages.
+  QpMethod elastic_qp = sparse_qp();
 };
 
-/// Makes a solver of quadratic programs with these patterns.
-using QpSolverFactory = std::function<std::unique_ptr<QpSolver>(
-    const SparsityPattern& hessian, const SparsityPattern& rows, const QpOptions& options)>;
-
-/// A linear-quadratic program is one model, solved once. `relaxed_qp` makes the solver of elastic
-/// mode, whose programs have two variables more per row and no stages; it is called when needed.
-std::unique_ptr<Solver> make_solver(const Sqp& options, QpSolverFactory qp,
-                                    QpSolverFactory relaxed_qp);
+/// A linear-quadratic program is one model, solved once.
+std::unique_ptr<Solver> make_sqp(SqpOptions options = {});
 
 }  // namespace saltus

@@ -27,14 +27,13 @@ double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().ma
 
 }  // namespace
 
-SqpEngine::SqpEngine(const NonlinearProgram& program, const Sqp& options,
-                     const QpSolverFactory& make)
+SqpEngine::SqpEngine(const NonlinearProgram& program, const SqpOptions& options)
     : model(program), qp_options{.tolerance = 0.01 * options.tolerance, .convex = false} {
   if (program.is_linear_quadratic())
     qp_options = {.tolerance = options.tolerance, .max_iterations = options.max_iterations};
   else
     convexification = std::make_unique<Convexification>(model.qp().hessian_pattern);
-  qp = make(model.qp().hessian_pattern, model.qp().row_pattern, qp_options);
+  qp = options.qp(program, model.qp().hessian_pattern, model.qp().row_pattern, qp_options);
   hessian_pattern = program.hessian_pattern();
   std::vector<char> meets(program.variables(), 0);
   hessian_pattern.for_each([&](int r, int c, int) {
@@ -49,13 +48,12 @@ bool SqpEngine::fits(const NonlinearProgram& p) const {
          p.is_linear_quadratic() == (convexification == nullptr);
 }
 
-SqpRun::SqpRun(NonlinearProgram& program, const Sqp& options, Curvature curvature,
-               SqpEngine& engine, const QpSolverFactory& relaxed, WallClock::time_point deadline)
+SqpRun::SqpRun(NonlinearProgram& program, const SqpOptions& options, Curvature curvature,
+               SqpEngine& engine, WallClock::time_point deadline)
     : program_(program),
       options_(options),
       curvature_(curvature),
       engine_(engine),
-      relaxed_(relaxed),
       model_(engine.model),
       deadline_(deadline),
       merit_(program),
@@ -232,7 +230,8 @@ void SqpRun::convexify(double shift) {
 
 QpResult SqpRun::solve_elastic(NlpPoint& point, bool last_resort) {
   if (engine_.elastic == nullptr)
-    engine_.elastic = std::make_unique<ElasticQp>(model_.qp(), relaxed_, engine_.qp_options);
+    engine_.elastic =
+        std::make_unique<ElasticQp>(program_, model_.qp(), options_.elastic_qp, engine_.qp_options);
   const double factor = last_resort ? largest_elastic_weight : elastic_weight;
   elastic_weight_ = std::max(
       {factor, factor * largest(model_.gradient()), multiplier_weight * largest_multiplier_});

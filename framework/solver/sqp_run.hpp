@@ -15,7 +15,7 @@ namespace saltus {
 
 /// What depends on the patterns only, kept between runs.
 struct SqpEngine {
-  SqpEngine(const NonlinearProgram& program, const Sqp& options, const QpSolverFactory& make);
+  SqpEngine(const NonlinearProgram& program, const SqpOptions& options);
   bool fits(const NonlinearProgram& program) const;
 
   QuadraticModel model;
@@ -29,8 +29,8 @@ struct SqpEngine {
 
 class SqpRun {
  public:
-  SqpRun(NonlinearProgram& program, const Sqp& options, Curvature curvature, SqpEngine& engine,
-         const QpSolverFactory& relaxed, WallClock::time_point deadline);
+  SqpRun(NonlinearProgram& program, const SqpOptions& options, Curvature curvature,
+         SqpEngine& engine, WallClock::time_point deadline);
 
   NlpResult solve(const NlpPoint& start, bool warm);
 
@@ -52,10 +52,9 @@ class SqpRun {
   double accept(const VectorXd& w, double alpha);
 
   NonlinearProgram& program_;
-  const Sqp& options_;
+  const SqpOptions& options_;
   Curvature curvature_;
   SqpEngine& engine_;
-  const QpSolverFactory& relaxed_;
   QuadraticModel& model_;
   WallClock::time_point begin_ = WallClock::now(), deadline_;
   NlpPoint point_, next_;

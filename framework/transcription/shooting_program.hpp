@@ -24,6 +24,7 @@ class ShootingProgram final : public BlockProgram {
  public:
   ShootingProgram(OptimalControlProblem problem, const std::vector<int>& base_intervals,
                   const IntegratorChoice& integrator);
+  StageStructure stages() const override;
 
   const ProblemData& data() const { return data_; }
   /// Takes on the data of the next solve. Throws DefinitionError, changing nothing, when numbers

@@ -113,4 +113,6 @@ StageStructure stage_structure(const ShootingProgram& program) {
   return structure;
 }
 
+StageStructure ShootingProgram::stages() const { return stage_structure(*this); }
+
 }  // namespace saltus

@@ -127,7 +127,7 @@ CaseOutcome run_mpc_qps(SolverChoice choice) {
         fmt::format("set {} to the folder with mpc_qp/expected.csv", reference_data_variable);
     return outcome;
   }
-  const auto solver = make_case_solver(choice, {}, max_iterations);
+  const auto solver = make_case_solver(choice, max_iterations);
   for (const MpcQp& known : read_mpc_qps(folder)) {
     QuadraticProgram program(known.qp);
     const NlpPoint start{VectorXd::Zero(program.variables()), VectorXd(), VectorXd()};

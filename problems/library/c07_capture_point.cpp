@@ -73,8 +73,7 @@ OptimalControlProblem walk(int steps, double capture_point, const StepLimits& li
 double is_feasible(int steps, double capture_point) {
   MultipleShooting shooting(walk(steps, capture_point, flat_foot),
                             {.intervals_per_phase = 2, .integrator = zero_order_hold()});
-  const auto solver =
-      make_solver(Sqp{.tolerance = 1e-9}, make_sparse_qp_solver, make_sparse_qp_solver);
+  const auto solver = make_sqp({.tolerance = 1e-9});
   const Solution solution = solve(shooting, *solver);
   if (solution.ok()) return 1.0;
   return solution.status == SolveStatus::infeasible ? 0.0 : std::nan("");

@@ -8,9 +8,7 @@
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/cvodes.hpp"
-#include "saltus/mpc/riccati_qp.hpp"
-#include "saltus/qp/sparse_solver.hpp"
-#include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/any_solver.hpp"
 #include "saltus/transcription/replay.hpp"
 
 namespace saltus {
@@ -69,24 +67,15 @@ void check_replay(const ReferenceCase& c, const Solution& solution,
 
 }  // namespace
 
-std::unique_ptr<Solver> make_case_solver(SolverChoice choice, QpSolverFactory staged,
-                                         int max_iterations) {
-  if (choice == SolverChoice::ipopt)
-    return make_solver(saltus::Ipopt{.tolerance = library_solver_tolerance,
-                                     .max_iterations = max_iterations,
-                                     .time_limit = time_limit});
-  const Sqp sqp{.tolerance = library_solver_tolerance,
-                .max_iterations = max_iterations,
-                .time_limit = time_limit};
-  const QpSolverFactory sparse = make_sparse_qp_solver;
-  return make_solver(sqp, choice == SolverChoice::sparse ? sparse : std::move(staged), sparse);
+std::unique_ptr<Solver> make_case_solver(SolverChoice choice, int max_iterations) {
+  return make_solver(choice, {.tolerance = library_solver_tolerance,
+                              .max_iterations = max_iterations,
+                              .time_limit = time_limit});
 }
 
 Solution solve_case(const ReferenceCase& c, SolverChoice choice) {
   MultipleShooting shooting(c.problem(), c.options);
-  QpSolverFactory staged;
-  if (choice == SolverChoice::riccati) staged = riccati_qp_solver(shooting);
-  return solve(shooting, *make_case_solver(choice, std::move(staged), c.max_iterations));
+  return solve(shooting, *make_case_solver(choice, c.max_iterations));
 }
 
 CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {

@@ -6,8 +6,8 @@
 #include "problems/library/case_outcome.hpp"
 #include "problems/library/reference_case.hpp"
 #include "problems/library/simulation_case.hpp"
+#include "saltus/solver/solver.hpp"
 #include "saltus/solver/solver_choice.hpp"
-#include "saltus/solver/sqp.hpp"
 
 namespace saltus {
 
@@ -17,10 +17,8 @@ inline constexpr double library_solver_tolerance = 1e-10;
 /// Of our own residual, which is not scaled by rows.
 inline constexpr double library_kkt_limit = 100.0 * library_solver_tolerance;
 
-/// A solver as the suite asks for it; `staged` solves the quadratic programs of `riccati` and is
-/// not used otherwise.
-std::unique_ptr<Solver> make_case_solver(SolverChoice choice, QpSolverFactory staged,
-                                         int max_iterations);
+/// A solver as the suite asks for it.
+std::unique_ptr<Solver> make_case_solver(SolverChoice choice, int max_iterations);
 
 /// Cold, from the case's own guess.
 Solution solve_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt);

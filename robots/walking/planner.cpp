@@ -8,8 +8,6 @@
 #include "saltus/app/settings.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/mpc/riccati_qp.hpp"
-#include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 
 namespace saltus::walking {
@@ -67,11 +65,9 @@ std::unique_ptr<RealTimeSolver> make_tick_solver(const PlannerSettings& settings
                                                  MultipleShooting& shooting) {
   if (settings.solver == SolverChoice::ipopt)
     return make_real_time_solver(
-        make_solver(Ipopt{.tolerance = settings.tolerance, .mehrotra = true}));
-  return make_real_time_iteration(shooting.nlp(), {.tolerance = settings.tolerance},
-                                  settings.solver == SolverChoice::riccati
-                                      ? riccati_qp_solver(shooting)
-                                      : QpSolverFactory(make_sparse_qp_solver));
+        make_ipopt({.tolerance = settings.tolerance, .mehrotra = true}));
+  return make_real_time_iteration(
+      shooting.nlp(), {.tolerance = settings.tolerance, .qp = qp_method(settings.solver)});
 }
 
 ControllerOptions controller_options(const PlannerSettings& settings, double mass) {

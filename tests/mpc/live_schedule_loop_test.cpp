@@ -8,7 +8,6 @@
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
-#include "saltus/mpc/riccati_qp.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "tests/support/count_allocations.hpp"
 #include "tests/support/walking_problem.hpp"
@@ -22,10 +21,8 @@ constexpr double step = 0.1;  // s
 
 enum class Back { riccati, sparse };
 RecedingHorizonController controller_for(MultipleShooting shooting, Back which) {
-  auto solver =
-      make_real_time_iteration(shooting.nlp(), {},
-                               which == Back::riccati ? riccati_qp_solver(shooting)
-                                                      : QpSolverFactory(make_sparse_qp_solver));
+  auto solver = make_real_time_iteration(
+      shooting.nlp(), {.qp = which == Back::riccati ? riccati_qp() : sparse_qp()});
   return {std::move(shooting), std::move(solver), {.period = step}};
 }
 

@@ -12,7 +12,6 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/mpc/riccati_qp.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/count_allocations.hpp"
@@ -56,17 +55,16 @@ class Unreliable final : public Solver {
  private:
   std::vector<bool> fails_;
   std::size_t calls_ = 0;
-  std::unique_ptr<Solver> solver_ = make_solver(Ipopt{});
+  std::unique_ptr<Solver> solver_ = make_ipopt();
 };
 
-std::unique_ptr<RealTimeSolver> ipopt() { return make_real_time_solver(make_solver(Ipopt{})); }
+std::unique_ptr<RealTimeSolver> ipopt() { return make_real_time_solver(make_ipopt()); }
 
 enum class Back { riccati, sparse, ipopt };
 std::unique_ptr<RealTimeSolver> back_end(Back which, MultipleShooting& shooting) {
   if (which == Back::ipopt) return ipopt();
-  return make_real_time_iteration(shooting.nlp(), {},
-                                  which == Back::riccati ? riccati_qp_solver(shooting)
-                                                         : QpSolverFactory(make_sparse_qp_solver));
+  return make_real_time_iteration(shooting.nlp(),
+                                  {.qp = which == Back::riccati ? riccati_qp() : sparse_qp()});
 }
 
 RecedingHorizonController controller_for(MultipleShooting shooting, Back which,

@@ -139,7 +139,7 @@ TEST_P(BindingRows, AgreeWithADenseSolution) {
 
   MultipleShooting shooting = transcribe(s);
   // The sum of 700 complementarity gaps stays below the accuracy asked of the cost.
-  const auto solver = make_solver(Ipopt{.tolerance = 1e-11});
+  const auto solver = make_ipopt({.tolerance = 1e-11});
   const Solution solution = solve(shooting, *solver);
   ASSERT_TRUE(solution.ok()) << solution.message;
   EXPECT_NEAR(solution.cost, expected.cost, 1e-8 * expected.cost);

@@ -14,7 +14,7 @@ class NumericInstance : public testing::TestWithParam<const char*> {};
 TEST_P(NumericInstance, CostStatesAndWrenchesAreThePublishedOnes) {
   const QpCase c = read_case(GetParam());
   MultipleShooting shooting = transcribe(c);
-  const auto solver = make_solver(Ipopt{.tolerance = 1e-10});
+  const auto solver = make_ipopt({.tolerance = 1e-10});
   const Solution solution = solve(shooting, *solver);
   ASSERT_EQ(solution.status, SolveStatus::optimal) << solution.message;
   EXPECT_NEAR(solution.cost, c.optimum, 1e-6 * c.optimum);
@@ -33,7 +33,7 @@ TEST_P(NumericInstance, CostStatesAndWrenchesAreThePublishedOnes) {
 TEST_P(NumericInstance, PlanIsTrueUnderAnotherIntegrator) {
   const QpCase c = read_case(GetParam());
   MultipleShooting shooting = transcribe(c);
-  const Solution solution = solve(shooting, *make_solver(Ipopt{.tolerance = 1e-10}));
+  const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   const ReplayReport report = replay(shooting.problem(), solution.trajectory,
                                      cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-12}));
   ASSERT_TRUE(report.completed);

@@ -16,7 +16,7 @@ namespace {
 TEST(DesignProgram, SolvesAsWritten) {
   MultipleShooting shooting{problem(),
                             {.intervals_per_phase = 30, .integrator = cvodes({.tolerance = 1e-9})}};
-  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-8});
+  const auto solver = make_ipopt({.tolerance = 1e-8});
   const Solution solution = solve(shooting, *solver);
   ASSERT_TRUE(solution.ok()) << solution.message;
   EXPECT_EQ(solution.method,
@@ -27,7 +27,7 @@ class TwoGears : public testing::Test {
  protected:
   MultipleShooting shooting{problem(),
                             {.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 4})}};
-  Solution solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-9}));
+  Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-9}));
 };
 
 TEST_F(TwoGears, KeepsItsConditions) {

@@ -12,7 +12,6 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/mpc/riccati_qp.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 
 namespace saltus {
@@ -48,7 +47,7 @@ RecedingHorizonController controller_for(OptimalControlProblem ocp,
                                          ControllerOptions options = {}) {
   MultipleShooting shooting(std::move(ocp),
                             {.intervals_per_phase = intervals, .integrator = zero_order_hold()});
-  auto solver = make_real_time_iteration(shooting.nlp(), {}, riccati_qp_solver(shooting));
+  auto solver = make_real_time_iteration(shooting.nlp());
   options.period = step;
   return {std::move(shooting), std::move(solver), std::move(options)};
 }

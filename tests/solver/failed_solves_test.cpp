@@ -19,9 +19,9 @@ struct Cart {  // x' = v, v' = u
 };
 const auto position = [](const auto&, const auto& x) { return x[0]; };
 
-Solution attempt(const OptimalControlProblem& ocp, const saltus::Ipopt& options = {}) {
+Solution attempt(const OptimalControlProblem& ocp, const IpoptOptions& options = {}) {
   MultipleShooting shooting(ocp, ten);
-  return solve(shooting, *make_solver(options));
+  return solve(shooting, *make_ipopt(options));
 }
 
 void expect_in(const std::string& fragment, const std::string& text) {
@@ -107,7 +107,7 @@ TEST(WarmStart, OfAnOptimalControlProblemNeedsFewerIterations) {
       .reach("goal", position, exactly(0.9));
   OptimalControlProblem ocp("warm");
   MultipleShooting shooting(ocp.start_at({0, 0}).then(run), ten);
-  const auto solver = make_solver(saltus::Ipopt{});
+  const auto solver = make_ipopt();
   const Solution cold = solve(shooting, *solver);
   ASSERT_TRUE(cold.ok()) << cold.message;
   shooting.start_at(0.0, Vec<double, 2>{0.01, 0.0});

@@ -12,8 +12,8 @@ using testing_support::Rosenbrock;
 
 const NlpPoint far_start{Vec<double, 2>{-1.2, 1.0}, {}, {}};
 
-NlpResult run(Rosenbrock& program, const saltus::Ipopt& options = {}) {
-  return make_solver(options)->solve(program, far_start, false);
+NlpResult run(Rosenbrock& program, const IpoptOptions& options = {}) {
+  return make_ipopt(options)->solve(program, far_start, false);
 }
 
 TEST(Ipopt, FindsTheOptimumAndOurResidualAgrees) {
@@ -106,7 +106,7 @@ TEST(IpoptStatus, BoundsThatExcludeOneAnotherAreAnInvalidProblem) {
 TEST(IpoptStatus, AStartOfTheWrongSizeIsAnInvalidProblem) {
   Rosenbrock program;
   const NlpResult result =
-      make_solver(saltus::Ipopt{})->solve(program, {Vec<double, 3>{1.0, 1.0, 1.0}, {}, {}}, false);
+      make_ipopt()->solve(program, {Vec<double, 3>{1.0, 1.0, 1.0}, {}, {}}, false);
   EXPECT_EQ(result.status, SolveStatus::invalid_problem);
 }
 
@@ -155,7 +155,7 @@ TEST(Ipopt, WarmStartNeedsFewerIterations) {
   Rosenbrock program;
   program.upper_[0] = 0.5;
   program.row_upper_[0] = 0.7;
-  const auto solver = make_solver(saltus::Ipopt{});
+  const auto solver = make_ipopt();
   const NlpResult cold = solver->solve(program, far_start, false);
   ASSERT_EQ(cold.status, SolveStatus::optimal);
   const NlpResult warm = solver->solve(program, cold.point, true);

@@ -17,9 +17,7 @@ namespace {
 
 using namespace testing_support;
 
-std::unique_ptr<Solver> sqp(const Sqp& options = {}) {
-  return make_solver(options, make_sparse_qp_solver, make_sparse_qp_solver);
-}
+std::unique_ptr<Solver> sqp(const SqpOptions& options = {}) { return make_sqp(options); }
 
 NlpPoint point_at(double a, double b) { return {Vec<double, 2>{a, b}, {}, {}}; }
 
@@ -128,8 +126,13 @@ TEST(Sqp, IsIndifferentToTheSolverOfItsModels) {
   const ReferenceCase& c = reference_case("C03");
   MultipleShooting shooting(c.problem(), c.options);
   // The dense solver knows nothing of indefinite models.
-  const Sqp options{.curvature = Curvature::gauss_newton};
-  const auto dense = make_solver(options, make_dense_qp_solver, make_dense_qp_solver);
+  const SqpOptions options{.curvature = Curvature::gauss_newton};
+  const QpMethod dense_qp = [](const NonlinearProgram&, const SparsityPattern& hessian,
+                               const SparsityPattern& rows, const QpOptions& qp) {
+    return make_dense_qp_solver(hessian, rows, qp);
+  };
+  const auto dense =
+      make_sqp({.curvature = Curvature::gauss_newton, .qp = dense_qp, .elastic_qp = dense_qp});
   const Solution one = solve(shooting, *dense), other = solve(shooting, *sqp(options));
   ASSERT_TRUE(one.ok() && other.ok());
   EXPECT_NEAR(one.cost, other.cost, 1e-9 * one.cost);

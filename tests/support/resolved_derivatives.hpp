@@ -19,7 +19,7 @@ inline Resolved resolve(const std::function<MultipleShooting&(double)>& set, dou
                         const NlpPoint* start = nullptr) {
   const auto at = [&](double d) {
     MultipleShooting& shooting = set(d);
-    const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-11});
+    const auto solver = make_ipopt({.tolerance = 1e-11});
     const Solution s =
         start != nullptr ? solve(shooting, *solver, {start->w, {}, {}}) : solve(shooting, *solver);
     EXPECT_TRUE(s.ok()) << s.message;

@@ -38,7 +38,7 @@ OptimalControlProblem bryson_denham(const Phase<2, 1>& phase) {
   return ocp;
 }
 SolverFactory ipopt() {
-  return [](const MultipleShooting&) { return make_solver(saltus::Ipopt{.tolerance = 1e-11}); };
+  return [](const MultipleShooting&) { return make_ipopt({.tolerance = 1e-11}); };
 }
 ShootingOptions intervals(int n) {
   return {.intervals_per_phase = n, .integrator = runge_kutta4()};

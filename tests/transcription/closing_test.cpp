@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/mpc/riccati_qp.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
@@ -41,7 +40,7 @@ TEST(Closing, FindsAPeriodicCourse) {
   OptimalControlProblem ocp = oscillation();
   ocp.close();
   MultipleShooting shooting(ocp, {.intervals_per_phase = 20, .integrator = runge_kutta8()});
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
   ASSERT_TRUE(s.ok()) << s.message;
   for (const double t : {0.0, 0.3, 1.7, 3.0}) {
     EXPECT_NEAR(s.trajectory.state(t)[0], -std::cos(2.0 * t) / 3.0, 1e-9) << t;
@@ -73,7 +72,7 @@ TEST(Closing, ByAnAffineMapTakesTheLeastEffort) {
   // x(T) = -x0 + int_0^pi (sin(pi - s), cos(pi - s)) u(s) ds, so the integral is (0.6, 0): with the
   // Gramian pi/2 times the identity u = 0.6 sin(s) / (pi/2) and the cost is 1/2 0.6^2 / (pi/2).
   MultipleShooting shooting(ocp, {.intervals_per_phase = 40, .integrator = runge_kutta8()});
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.cost, 0.18 / (0.5 * M_PI), 1e-6);  // ramps follow the sine to h^4 / 720 in the cost
   const VectorXd x0 = s.trajectory.state(0.0), x1 = s.trajectory.final_state();
@@ -120,17 +119,15 @@ void expect_hop(const Solution& s, double tolerance) {
 
 TEST(Closing, FindsAHopThatRepeats) {
   MultipleShooting shooting(hopping(), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
-  expect_hop(solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11})), 1e-8);
+  expect_hop(solve(shooting, *make_ipopt({.tolerance = 1e-11})), 1e-8);
 }
 
 // The first state is carried through the stages to where it is used.
 TEST(Closing, IsSolvedStageByStage) {
   for (OptimalControlProblem ocp : {oscillation().close(), hopping()}) {
     MultipleShooting shooting(ocp, {.intervals_per_phase = 6, .integrator = runge_kutta4()});
-    const Solution by_stages =
-        solve(shooting, *make_solver(Sqp{.tolerance = 1e-9}, riccati_qp_solver(shooting),
-                                     QpSolverFactory(make_sparse_qp_solver)));
-    const Solution by_ipopt = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+    const Solution by_stages = solve(shooting, *make_sqp({.tolerance = 1e-9, .qp = riccati_qp()}));
+    const Solution by_ipopt = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
     ASSERT_TRUE(by_stages.ok()) << ocp.name() << ": " << by_stages.message;
     EXPECT_NEAR(by_stages.cost, by_ipopt.cost, 1e-8) << ocp.name();
   }
@@ -159,7 +156,7 @@ TEST(Closing, ThatIsImpossibleIsNamed) {
   OptimalControlProblem ocp("drift");
   ocp.start_within({between(-5.0, 5.0)}, Vec<double, 1>{0.0}).then(drift).close();
   MultipleShooting shooting(ocp, {.intervals_per_phase = 5, .integrator = runge_kutta4()});
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{}));
+  const Solution s = solve(shooting, *make_ipopt());
   EXPECT_EQ(s.status, SolveStatus::infeasible);
   EXPECT_NE(s.message.find("closing 'identity' from the end of phase 'drift'"), std::string::npos)
       << s.message;

@@ -38,7 +38,7 @@ Jump bounce(double restitution) {
 }
 Solution solve_by_ipopt(const OptimalControlProblem& ocp) {
   MultipleShooting shooting(ocp, {.intervals_per_phase = 8, .integrator = runge_kutta4()});
-  return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+  return solve(shooting, *make_ipopt({.tolerance = 1e-11}));
 }
 
 // From (1, 0) to (1, 0) in one second with one bounce, restitution 0.8, least effort. A flight from

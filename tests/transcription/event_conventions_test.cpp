@@ -84,7 +84,7 @@ TEST(Window, OutsideItAFormulaMayLeaveItsDomain) {
       .bound_input(0, exactly(-2.0), Window{.from = 0.3})
       .reach("end", state, between(-1.5, -0.9));
   MultipleShooting shooting(with_impact(phase, infinity), ten);
-  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{}));
+  const Solution solution = solve(shooting, *make_ipopt());
   EXPECT_EQ(solution.status, SolveStatus::optimal) << solution.message;
 }
 
@@ -121,7 +121,7 @@ TEST(Jump, StateBeforeBelongsToTheOldPhaseAndStateAfterToTheNew) {
   expect_times(active_times(shooting, "high"),
                {0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5});
   EXPECT_EQ(active_times(shooting, "low").size(), 11u);  // the start of the new phase is not given
-  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{}));
+  const Solution solution = solve(shooting, *make_ipopt());
   ASSERT_TRUE(solution.ok()) << solution.message;
   EXPECT_NEAR(solution.trajectory.state_before(0.5)[0], 2.0, 1e-7);
   EXPECT_NEAR(solution.trajectory.state(0.5)[0], -1.0, 1e-7);
@@ -255,7 +255,7 @@ TEST(Impact, CostIsContinuousInItsTime) {
       .track("input", input, Vec<double, 1>{0.1})
       .track("after", state, Vec<double, 1>{5.0}, Window{.from = event("impact")});
   MultipleShooting shooting(with_impact(phase, 0.5), ten);
-  const auto solver = make_solver(saltus::Ipopt{});
+  const auto solver = make_ipopt();
   double before = 0.0;
   for (int i = 0; i <= 60; ++i) {
     shooting.retime("impact", 0.47 + 0.001 * i);

@@ -147,14 +147,14 @@ TEST(TotalTime, FixedBoundedOrFree) {
     OptimalControlProblem ocp = two_legs();
     MultipleShooting shooting(ocp.total_time(total),
                               {.intervals_per_phase = 4, .integrator = runge_kutta4()});
-    const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+    const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
     ASSERT_TRUE(s.ok()) << s.message;
     EXPECT_NEAR(s.durations[0], 2.0, 1e-6);
     EXPECT_NEAR(s.durations[1], 4.0, 1e-6);
     EXPECT_NEAR(s.cost, 0.75, 1e-8);
   }
   MultipleShooting shooting(two_legs(), {.intervals_per_phase = 4, .integrator = runge_kutta4()});
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.durations[0], 50.0, 1e-5);  // effort is least when both take all the time they may
   EXPECT_NEAR(s.durations[1], 50.0, 1e-5);

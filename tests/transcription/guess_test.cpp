@@ -101,7 +101,7 @@ OptimalControlProblem bouncing() {
 
 TEST(GuessFromTrajectory, OfTheSameProblemIsTheSolutionItself) {
   MultipleShooting shooting(bouncing(), ten);
-  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(solution.ok()) << solution.message;
   const NlpPoint guess = shooting.guess_from(solution.trajectory);
   // The end of the first phase holds x-, the start of the second x+.
@@ -124,7 +124,7 @@ TEST(GuessFromTrajectory, TakesDurationsAndUnknownsAlong) {
   ocp.start_at({1}).then(first).then(
       next, jump<1, 1>("drop", [](const auto&, const auto& x) { return x[0] - 1.0; }));
   MultipleShooting shooting(ocp, ten);
-  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(solution.ok()) << solution.message;
   EXPECT_GT(std::abs(solution.durations[0] - 1.6), 0.05);  // the guess; something has to move
   const NlpPoint guess = shooting.guess_from(solution.trajectory);
@@ -133,7 +133,7 @@ TEST(GuessFromTrajectory, TakesDurationsAndUnknownsAlong) {
 
 TEST(GuessFromTrajectory, BeyondItsEndTheLastStateGoesOn) {
   MultipleShooting shooting(bouncing(), ten);
-  const Solution solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   shooting.start_at(0.2, Vec<double, 1>{1.0});
   const NlpPoint guess = shooting.guess_from(solution.trajectory);
   EXPECT_NEAR(guess.w[shooting.layout().state(1, 10)], solution.trajectory.final_state()[0], 1e-9);

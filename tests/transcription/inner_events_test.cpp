@@ -44,7 +44,7 @@ TEST(InnerEvents, OptimumThroughASwitch) {  // A17
       for (const int intervals : {1, 7}) {
         MultipleShooting shooting(switch_of_speed(guess),
                                   {.intervals_per_phase = intervals, .integrator = scheme});
-        const Solution s = solve(shooting, *make_solver(Ipopt{.tolerance = 1e-9}));
+        const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-9}));
         ASSERT_TRUE(s.ok()) << s.message << " from " << guess;
         EXPECT_NEAR(s.trajectory.state(0.0)[0], -1.427572232082767, 1e-6) << guess;
         EXPECT_NEAR(s.cost, 1.523772775374957, 1e-9) << guess;
@@ -170,7 +170,7 @@ TEST(InnerEvents, TheMessageNamesTimeAndEvent) {
   OptimalControlProblem ocp;
   ocp.start_within({between(-1.0, 1.0)}, VectorXd::Zero(1)).then(phase);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 2, .integrator = runge_kutta4()});
-  const Solution s = solve(shooting, *make_solver(Ipopt{}));
+  const Solution s = solve(shooting, *make_ipopt());
   EXPECT_EQ(s.status, SolveStatus::evaluation_failed);
   EXPECT_NE(s.message.find("phase 'drive', interval 0 from t = 0 s: at t = 0 s"), std::string::npos)
       << s.message;

@@ -25,7 +25,7 @@ Solution solve_with(InputParametrisation course, double impact = 0.45) {
       });
   OptimalControlProblem ocp = with_impact(phase, impact);
   MultipleShooting shooting(ocp.costs(CostRule::integrated), ten);
-  return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  return solve(shooting, *make_ipopt({.tolerance = 1e-10}));
 }
 
 double gap_at(const Solution& solution, double t) {

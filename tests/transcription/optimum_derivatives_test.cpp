@@ -15,7 +15,7 @@ namespace {
 
 using namespace testing_support;
 
-const saltus::Ipopt tight{.tolerance = 1e-10};
+const IpoptOptions tight{.tolerance = 1e-10};
 
 // --- an event that moves through an interval ----------------------------------------------------
 
@@ -52,7 +52,7 @@ TEST(OptimumDerivatives, FollowAnEventThatMovesThroughAnInterval) {
     for (const double impact : {0.43, 0.4004, 0.77}) {
       MultipleShooting shooting(landing(impact, at_least(-2.0), rule), ten);
       shooting.set_previous_input(Vec<double, 2>{-0.5, std::nan("")});
-      const Solution s = solve(shooting, *make_solver(tight));
+      const Solution s = solve(shooting, *make_ipopt(tight));
       ASSERT_TRUE(s.ok()) << s.message;
       OptimumDerivatives derivatives(shooting, s);
       const auto moved = [&](double d) -> MultipleShooting& {
@@ -67,7 +67,7 @@ TEST(OptimumDerivatives, FollowAnEventThatMovesThroughAnInterval) {
 
 TEST(OptimumDerivatives, FollowStartAndStartTime) {
   MultipleShooting shooting(landing(0.43, at_least(-2.0), CostRule::nodes), ten);
-  const Solution s = solve(shooting, *make_solver(tight));
+  const Solution s = solve(shooting, *make_ipopt(tight));
   ASSERT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
   expect_agreement(derivatives.wrt_start_time(),
@@ -97,7 +97,7 @@ TEST(OptimumDerivatives, FollowStartAndStartTime) {
 TEST(OptimumDerivatives, OfAnEventWithoutInfluenceVanish) {
   for (const double impact : {5.0, infinity}) {
     MultipleShooting shooting(landing(impact, unbounded(), CostRule::nodes), ten);
-    OptimumDerivatives derivatives(shooting, solve(shooting, *make_solver(tight)));
+    OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
     const OptimumDerivative d = derivatives.wrt_event("impact");
     EXPECT_TRUE(d.reliable) << d.message;
     EXPECT_EQ(d.cost, 0.0);
@@ -107,7 +107,7 @@ TEST(OptimumDerivatives, OfAnEventWithoutInfluenceVanish) {
 
 TEST(OptimumDerivatives, AtANodeAreRefused) {
   MultipleShooting shooting(landing(0.4, unbounded(), CostRule::nodes), ten);
-  OptimumDerivatives derivatives(shooting, solve(shooting, *make_solver(tight)));
+  OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
   EXPECT_TRUE(derivatives.reliable()) << derivatives.message();
   const OptimumDerivative d = derivatives.wrt_event("impact");
   EXPECT_FALSE(d.reliable);
@@ -123,7 +123,7 @@ TEST(OptimumDerivatives, AtAKinkAreRefused) {
   OptimalControlProblem ocp("tent");
   MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
   const auto by_start_time = [&] {
-    OptimumDerivatives derivatives(shooting, solve(shooting, *make_solver(tight)));
+    OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
     return derivatives.wrt_start_time();
   };
   const OptimumDerivative d = by_start_time();  // a node stands at the top of the tent
@@ -142,7 +142,7 @@ TEST(OptimumDerivatives, FollowModes) {
   OptimalControlProblem ocp("modes");
   Schedule schedule({"before", "after", "before"}, {{"on", 0.23}, {"off", 0.77}});
   MultipleShooting shooting(ocp.schedule(schedule).start_at({1.0, 0.4}).then(phase), ten);
-  OptimumDerivatives derivatives(shooting, solve(shooting, *make_solver(tight)));
+  OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
   for (const char* name : {"on", "off"}) {
     const double time = schedule.time_of(name);
     expect_agreement(derivatives.wrt_event(name),
@@ -158,7 +158,7 @@ TEST(OptimumDerivatives, FollowModes) {
 
 TEST(OptimumDerivatives, LeaveTheProgramAsItWas) {
   MultipleShooting shooting(landing(0.43, at_least(-2.0), CostRule::nodes), ten);
-  const Solution s = solve(shooting, *make_solver(tight));
+  const Solution s = solve(shooting, *make_ipopt(tight));
   OptimumDerivatives derivatives(shooting, s);
   NonlinearProgram& nlp = shooting.nlp();
   struct Picture {
@@ -252,7 +252,7 @@ class Anew {
 
 TEST(OptimumDerivatives, FollowFixedDurationsAndData) {
   MultipleShooting shooting(swing({}, load, std::nan("")), eight);
-  const Solution s = solve(shooting, *make_solver(tight));
+  const Solution s = solve(shooting, *make_ipopt(tight));
   ASSERT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
   EXPECT_EQ(derivatives.hessian(), "exact");
@@ -289,7 +289,7 @@ TEST(OptimumDerivatives, FollowFixedDurationsAndData) {
 TEST(OptimumDerivatives, FollowWhatTheProgramDecides) {
   const Durations open{between(0.3, 2.0), between(0.3, 0.9)};
   MultipleShooting shooting(swing(open, load, 0.3), eight);
-  const Solution s = solve(shooting, *make_solver(tight));
+  const Solution s = solve(shooting, *make_ipopt(tight));
   ASSERT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
   const double T1 = s.durations[0], T2 = s.durations[1];
@@ -334,7 +334,7 @@ TEST(OptimumDerivatives, OfASwitchingTimeAreTheHamiltonians) {
   OptimalControlProblem ocp("switched");
   ocp.start_at({1, 1}).costs(CostRule::integrated).then(first).then(second);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 5, .integrator = zero_order_hold()});
-  const Solution s = solve(shooting, *make_solver(tight));
+  const Solution s = solve(shooting, *make_ipopt(tight));
   EXPECT_NEAR(s.cost, 7.0335958076682, 1e-12);
   OptimumDerivatives derivatives(shooting, s);
   const double slope = derivatives.wrt_duration(0).cost - derivatives.wrt_duration(1).cost;
@@ -356,7 +356,7 @@ OptimalControlProblem drive(Bounds last, double effort, const std::vector<Bounds
 
 std::string why_not(const OptimalControlProblem& ocp) {
   MultipleShooting shooting(ocp, ten);
-  const Solution s = solve(shooting, *make_solver(tight));
+  const Solution s = solve(shooting, *make_ipopt(tight));
   EXPECT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
   const OptimumDerivative d = derivatives.wrt_start(0);
@@ -379,7 +379,7 @@ TEST(OptimumDerivatives, NameWhatNothingDecides) {
 TEST(OptimumDerivatives, NameASideWithoutMultiplier) {
   // The end that the optimum reaches by itself, as a limit.
   MultipleShooting free(drive(unbounded(), 1.0, {}), ten);
-  const Solution s = solve(free, *make_solver(tight));
+  const Solution s = solve(free, *make_ipopt(tight));
   const double end = s.trajectory.state_before(1.0)[0];
   const std::string message = why_not(drive(unbounded(), 1.0, {at_most(end)}));
   EXPECT_NE(message.find("without a multiplier"), std::string::npos) << message;
@@ -388,7 +388,7 @@ TEST(OptimumDerivatives, NameASideWithoutMultiplier) {
 
 TEST(OptimumDerivatives, RefuseAPointThatIsNoOptimum) {
   MultipleShooting shooting(swing({}, load, std::nan("")), eight);
-  Solution s = solve(shooting, *make_solver(tight));
+  Solution s = solve(shooting, *make_ipopt(tight));
   s.point.w.setZero();
   s.point.lambda.setZero();
   s.point.z.setZero();
@@ -400,7 +400,7 @@ TEST(OptimumDerivatives, RefuseAPointThatIsNoOptimum) {
 
 TEST(OptimumDerivatives, RefuseWhatDoesNotExist) {
   MultipleShooting shooting(swing({}, load, std::nan("")), eight);
-  OptimumDerivatives derivatives(shooting, solve(shooting, *make_solver(tight)));
+  OptimumDerivatives derivatives(shooting, solve(shooting, *make_ipopt(tight)));
   EXPECT_THROW(derivatives.wrt_event("impact"), DefinitionError);
   EXPECT_THROW(derivatives.wrt_duration(2), DefinitionError);
   EXPECT_THROW(derivatives.wrt_parameter("q"), DefinitionError);

@@ -13,7 +13,7 @@ namespace {
 
 using namespace testing_support;
 
-const saltus::Ipopt tight{.tolerance = 1e-10};
+const IpoptOptions tight{.tolerance = 1e-10};
 
 TEST(OptimumOf, PushRecoveryFollowsTheImpactTime) {
   push_recovery::QpCase c = push_recovery::read_case("ICUB-1");
@@ -22,7 +22,7 @@ TEST(OptimumOf, PushRecoveryFollowsTheImpactTime) {
   for (const double impact : {0.0336, 0.0744, 0.1163}) {
     c.impact_time = impact;
     MultipleShooting shooting = transcribe(c);
-    const Solution s = solve(shooting, *make_solver(tight));
+    const Solution s = solve(shooting, *make_ipopt(tight));
     ASSERT_TRUE(s.ok()) << s.message;
     OptimumDerivatives derivatives(shooting, s);
     const OptimumDerivative ours = derivatives.wrt_event("impact");
@@ -77,7 +77,7 @@ TEST(OptimumOf, FreeSwitchingTimesHasTheCostatesAtItsStart) {
       .then(two)
       .then(three);
   MultipleShooting shooting(ocp, {.intervals = {6, 12, 24}, .integrator = runge_kutta8()});
-  const Solution s = solve(shooting, *make_solver(tight));
+  const Solution s = solve(shooting, *make_ipopt(tight));
   ASSERT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
   // From an indirect method; ours has inputs in pieces.
@@ -109,7 +109,7 @@ OptimumDerivative of_stiffness(const IntegratorChoice& integrator, std::string& 
   OptimalControlProblem ocp("spring");
   ocp.start_at({1, 0}).costs(CostRule::integrated).then(phase);
   MultipleShooting shooting(ocp, {.intervals_per_phase = 6, .integrator = integrator});
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-8}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-8}));
   EXPECT_TRUE(s.ok()) << s.message;
   OptimumDerivatives derivatives(shooting, s);
   hessian = derivatives.hessian();

@@ -38,7 +38,7 @@ TEST(Unknown, SharedByTwoPhasesIsOne) {
   for (const double magnitude : {1.0, 40.0}) {
     MultipleShooting shooting(shared_drift(unbounded(), unbounded(), magnitude), ten);
     EXPECT_EQ(shooting.layout().parameter(0, 0), shooting.layout().parameter(1, 0));
-    const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+    const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
     ASSERT_TRUE(s.ok()) << s.message;
     EXPECT_NEAR(s.trajectory.phases()[0].parameters[0], 3.0, 1e-7);
     EXPECT_NEAR(s.trajectory.phases()[1].parameters[0], 3.0, 1e-7);
@@ -49,7 +49,7 @@ TEST(Unknown, SharedByTwoPhasesIsOne) {
 TEST(Unknown, ObeysTheBoundsOfAllPhasesThatShareIt) {
   // u = (6 - 2 p) / 2 in both seconds; p <= 2 from the first phase, >= 1 from the second.
   MultipleShooting shooting(shared_drift(at_most(2.0), at_least(1.0), 4.0), ten);
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.trajectory.phases()[1].parameters[0], 2.0, 1e-6);
   EXPECT_NEAR(s.cost, 1.0, 1e-6);
@@ -79,7 +79,7 @@ TEST(Data, IsSetByNameAndMovesTheSolution) {
       .reach("end", state, exactly(2.0));
   OptimalControlProblem ocp("data");
   MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
-  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
+  const auto solver = make_ipopt({.tolerance = 1e-10});
   for (const double drift : {0.0, 0.5, 3.0}) {
     shooting.set_data("drift", Vec<double, 1>{drift});
     const Solution s = solve(shooting, *solver);
@@ -130,7 +130,7 @@ MultipleShooting in_the_wind() {
 }
 
 double least_input(MultipleShooting& shooting) {
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   EXPECT_TRUE(s.ok()) << s.message;
   return s.trajectory.input(0.5)[0];
 }
@@ -146,7 +146,7 @@ TEST(NamedData, IsGivenWholeAndByEntry) {
   EXPECT_NEAR(least_input(shooting), 0.75, 1e-8);
   shooting.set_data("wind.breeze", Vec<double, 2>{5.0, 6.0});  // nobody reads it
   EXPECT_NEAR(least_input(shooting), 0.75, 1e-8);
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{}));
+  const Solution s = solve(shooting, *make_ipopt());
   const auto wind = view_as<Wind>(s.trajectory.phases()[0].parameters);
   EXPECT_EQ(wind.gust, 1.0);
   EXPECT_EQ(wind.breeze[1], 6.0);
@@ -211,7 +211,7 @@ TEST(NamedUnknown, IsFoundAndReadByName) {
       .reach("end", state, exactly(2.0));
   OptimalControlProblem ocp("windy");
   MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(view_as<Wind>(s.trajectory.phases()[0].parameters).gust, 2.0, 1e-6);
   EXPECT_THROW(shooting.set_data("wind.gust", 1.0), DefinitionError);
@@ -228,7 +228,7 @@ TEST(Reference, ThatVariesIsFollowed) {
   phase.track("tent", input, Vec<double, 1>{1.0}, {}, tent);
   OptimalControlProblem ocp("reference");
   MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
   for (int k = 0; k < 10; ++k)
     EXPECT_NEAR(s.trajectory.input(0.1 * k + 0.05)[0], 2.0 - std::abs(0.4 * k - 2.0), 1e-8) << k;
@@ -241,7 +241,7 @@ TEST(Reference, IsAFunctionOfAbsoluteTime) {
   OptimalControlProblem ocp("reference");
   MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
   shooting.start_at(4.0, Vec<double, 1>{0.0});
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.trajectory.input(4.31)[0], 4.3, 1e-8);
 }
@@ -272,7 +272,7 @@ TEST(StartMultipliers, AreTheSlopeOfTheOptimalCost) {
       .nominal(Vec<double, 1>{4.0}, Vec<double, 1>{2.0});
   OptimalControlProblem ocp("slope");
   MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
-  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
+  const auto solver = make_ipopt({.tolerance = 1e-10});
   const auto cost = [&](double x) {
     shooting.start_at(0.0, Vec<double, 1>{x});
     return solve(shooting, *solver);

@@ -19,9 +19,7 @@ namespace {
 
 using namespace testing_support;
 
-std::unique_ptr<Solver> sqp() {
-  return make_solver(Sqp{.tolerance = 1e-9}, make_sparse_qp_solver, make_sparse_qp_solver);
-}
+std::unique_ptr<Solver> sqp() { return make_sqp({.tolerance = 1e-9}); }
 
 MultipleShooting gears() {
   OptimalControlProblem car = two_gears::problem();

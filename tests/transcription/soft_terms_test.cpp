@@ -20,7 +20,7 @@ Solution solve_soft_end(Penalty penalty) {
   OptimalControlProblem ocp("soft end");
   ocp.start_at({1}).then(phase);
   MultipleShooting shooting(ocp, ten);
-  return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  return solve(shooting, *make_ipopt({.tolerance = 1e-10}));
 }
 
 TEST(SoftEnd, L1BelowTheMultiplierIsViolatedAsFarAsTheWeightPays) {
@@ -59,7 +59,7 @@ TEST(SoftEnd, BothSidesAreSoft) {
   OptimalControlProblem ocp("soft target");
   ocp.start_at({1}).then(phase);
   MultipleShooting shooting(ocp, ten);
-  const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.soft_violations[0].largest, 1.0, 1e-7);  // 2 / (1 + weight)
   EXPECT_NEAR(s.trajectory.final_state()[0], 2.0, 1e-7);
@@ -71,7 +71,7 @@ enum class Method { ipopt, riccati };
 
 Solution solve_with(MultipleShooting& shooting, Method method) {
   if (method == Method::ipopt)
-    return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+    return solve(shooting, *make_ipopt({.tolerance = 1e-11}));
   return solve(shooting, *make_solver(Sqp{.tolerance = 1e-10}, riccati_qp_solver(shooting),
                                       make_sparse_qp_solver));
 }
@@ -163,7 +163,7 @@ Solution solve_frozen(Penalty::Kind penalty, int intervals, double impact) {
             soft("below", 3.0, penalty));
   MultipleShooting shooting(with_impact(phase, impact),
                             {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
-  return solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+  return solve(shooting, *make_ipopt({.tolerance = 1e-10}));
 }
 
 TEST(SoftRunning, IsPaidPerUnitOfTime) {
@@ -206,7 +206,7 @@ TEST(SoftWeights, ChangeBetweenSolvesByName) {
       .reach("stop", state, at_most(0.0), soft("stop", 0.4));
   OptimalControlProblem ocp("soft end");
   MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
-  const auto solver = make_solver(saltus::Ipopt{.tolerance = 1e-10});
+  const auto solver = make_ipopt({.tolerance = 1e-10});
   shooting.set_penalty_weight("stop", 0.7);
   EXPECT_NEAR(solve(shooting, *solver).soft_violations[0].largest, 0.3, 1e-7);
 }
@@ -241,7 +241,7 @@ TEST(SoftRunning, IsPaidForTheTimeThatIsChosen) {
       // Within bounds, so that the start has its row.
       ocp.start_within({between(1.0, 2.0)}, Vec<double, 1>{1.0}).then(phase);
       MultipleShooting shooting(ocp, ten);
-      const Solution s = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-11}));
+      const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
       ASSERT_TRUE(s.ok()) << s.message;
       const double rate = cost(penalty, 1.0);
       // Rows of a state stand at both ends of the phase: the last one pays once more for the last

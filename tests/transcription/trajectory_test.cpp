@@ -31,7 +31,7 @@ struct Carried {  // the state of the second phase has two entries
 class Course : public testing::Test {
  protected:
   Course() : shooting(problem(), {.intervals = {4, 2}, .integrator = runge_kutta8()}) {
-    solution = solve(shooting, *make_solver(saltus::Ipopt{.tolerance = 1e-10}));
+    solution = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   }
   static OptimalControlProblem problem() {
     Phase<1, 1> first{"growth", Growth{}, exactly(1.0)};

@@ -1,0 +1,13 @@
+#include "saltus/solver/nonlinear_program.hpp"
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+
+StageStructure NonlinearProgram::stages() const {
+  throw DefinitionError(
+      "this program does not fall into stages, so its quadratic programs cannot be solved stage by "
+      "stage; use sparse_qp()");
+}
+
+}  // namespace saltus
