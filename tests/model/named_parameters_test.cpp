@@ -53,7 +53,7 @@ TEST(NamedParameters, FormulasReadThemWithExactSparsity) {
       [](const auto&, const auto& x, const auto&, const auto& p) {
         const auto road = view_as<Road>(p);
         const auto tyres = view_as<Tyres>(p, after<Road>);
-        return (x[0] * road.bumps(1, 0) + road.grip * tyres.wear[3]).eval();
+        return x[0] * road.bumps(1, 0) + road.grip * tyres.wear[3];
       });
   const Arguments z{1, 1, 14};
   VectorXd at = VectorXd::Zero(z.size());

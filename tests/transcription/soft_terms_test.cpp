@@ -1,8 +1,6 @@
 // Soft terms against closed forms: what is violated, by how much, and what it costs.
 #include <gtest/gtest.h>
 
-#include "saltus/mpc/riccati_qp.hpp"
-#include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "tests/support/event_problems.hpp"
@@ -70,10 +68,8 @@ TEST(SoftEnd, BothSidesAreSoft) {
 enum class Method { ipopt, riccati };
 
 Solution solve_with(MultipleShooting& shooting, Method method) {
-  if (method == Method::ipopt)
-    return solve(shooting, *make_ipopt({.tolerance = 1e-11}));
-  return solve(shooting, *make_solver(Sqp{.tolerance = 1e-10}, riccati_qp_solver(shooting),
-                                      make_sparse_qp_solver));
+  if (method == Method::ipopt) return solve(shooting, *make_ipopt({.tolerance = 1e-11}));
+  return solve(shooting, *make_sqp({.tolerance = 1e-10, .qp = riccati_qp()}));
 }
 
 // min 1/2 (1 - v)^2 + penalty(v): within the threshold as L2, beyond it the slope is constant.
