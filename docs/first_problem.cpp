@@ -1,9 +1,6 @@
-#include <fmt/format.h>
+#include <cstdio>
 
-#include <saltus/integrators/runge_kutta.hpp>
-#include <saltus/ocp/problem.hpp>
-#include <saltus/solver/ipopt.hpp>
-#include <saltus/transcription/multiple_shooting.hpp>
+#include <saltus/saltus.hpp>
 
 using namespace saltus;
 
@@ -38,7 +35,7 @@ int main() {
   car.start_at({0, 0}).then(first).then(second, jump<2>("clutch", [](auto, auto x) {
                                           return decltype(x){x[0], 0.97 * x[1]};
                                         }));
-  MultipleShooting shooting{car, {.intervals_per_phase = 30, .integrator = runge_kutta4()}};
-  const Solution plan = solve(shooting, *make_ipopt({.tolerance = 1e-8}));
-  fmt::print("{}: {:.3f} s, shift after {:.3f} s\n", plan.message, plan.cost, plan.durations[0]);
+  const Solution plan = solve(car);
+  std::printf("%s: %.3f s, shift after %.3f s\n", plan.message.c_str(), plan.cost,
+              plan.durations[0]);
 }
