@@ -1,0 +1,63 @@
+// The same problem by every solver: a cart swings up a pendulum. Same optimum, other ways to it.
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <saltus/saltus.hpp>
+#include <saltus/solver/ipopt.hpp>
+
+using namespace saltus;
+
+struct CartPole {  // x = (position m, angle rad from hanging, and their rates), u = force in N
+  template <class S>
+  Vec<S, 4> operator()(const S&, const Vec<S, 4>& x, const Vec<S, 1>& u) const {
+    constexpr double cart = 1.0, bob = 0.3, length = 0.5, g = 9.81;  // kg, kg, m, m/s^2
+    const S s = sin(x[1]), c = cos(x[1]);
+    const S mass = cart + bob * s * s;
+    const S spin = bob * length * x[3] * x[3] * s;
+    return {x[2], x[3], (spin + u[0] + bob * g * c * s) / mass,
+            -(spin * c + u[0] * c + (cart + bob) * g * s) / (length * mass)};
+  }
+};
+
+int main() {
+  const auto state = [](auto, auto x) { return x; };
+  const auto force = [](auto, auto, auto u) { return u; };
+  const Vec<double, 4> upright{1.0, M_PI, 0.0, 0.0};
+
+  Phase<4, 1> swing{"swing up", CartPole{}, exactly(2.0)};
+  swing.bound_input(0, between(-20.0, 20.0))
+      .bound_state(0, between(-2.0, 2.0))
+      .reach("upright", state, {exactly(1.0), exactly(M_PI), exactly(0.0), exactly(0.0)})
+      .track("effort", force, VectorXd::Ones(1))
+      .guess_state(Guess::interpolate(VectorXd::Zero(4), upright));
+  OptimalControlProblem ocp("cart-pole");
+  ocp.start_at({0, 0, 0, 0}).then(swing);
+
+  struct Named {
+    const char* name;
+    std::shared_ptr<Solver> solver;
+  };
+  const Named solvers[] = {{"SQP, sparse", make_sqp({.qp = sparse_qp()})},
+                           {"SQP, Riccati", make_sqp({.qp = riccati_qp()})},
+                           {"Ipopt", make_ipopt()}};
+  std::printf("%-14s %14s %10s %9s %10s\n", "solver", "cost", "iterations", "time", "KKT");
+  std::ofstream table("all_solvers.csv");
+  table << "solver,cost,iterations,seconds\n";
+  double least = INFINITY, most = -INFINITY;
+  for (const Named& s : solvers) {
+    const Solution plan = solve(ocp, {.intervals_per_phase = 60, .solver = s.solver});
+    std::printf("%-14s %14.8f %10d %6.1f ms %10.1e  %s\n", s.name, plan.cost, plan.iterations,
+                1e3 * plan.seconds, plan.kkt.scaled(), plan.message.c_str());
+    table << '"' << s.name << "\"," << plan.cost << ',' << plan.iterations << ',' << plan.seconds
+          << '\n';
+    if (!plan.ok()) return 1;
+    least = std::min(least, plan.cost);
+    most = std::max(most, plan.cost);
+    if (s.solver != solvers[0].solver) continue;
+    Recording recording = record(ocp, plan.trajectory);
+    recording.state_names = {"position [m]", "angle [rad]", "speed [m/s]", "rate [rad/s]"};
+    recording.input_names = {"force [N]"};
+    std::ofstream("cart_pole.csv") << recording.trajectory_csv();
+  }
+  return most - least < 1e-5 * most ? 0 : 1;
+}
