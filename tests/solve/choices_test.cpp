@@ -1,0 +1,105 @@
+// Solvers by name and by method: the same optimum, whoever makes them; and no clash with the
+// namespace of Ipopt itself.
+#include <gtest/gtest.h>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+
+namespace Ipopt {  // as its headers declare it
+class SmartPtrStandIn {};
+}  // namespace Ipopt
+
+using namespace saltus;  // as users do
+using Ipopt::SmartPtrStandIn;
+
+namespace {
+
+MultipleShooting regulator() {
+  const auto rate = [](const auto&, const auto&, const auto& u) { return u[0]; };
+  Phase<1, 1> phase{"regulate", rate, exactly(1.0)};
+  phase
+      .track(
+          "state", [](const auto&, const auto& x) { return x; }, VectorXd::Ones(1))
+      .track(
+          "input", [](const auto&, const auto&, const auto& u) { return u; }, VectorXd::Ones(1));
+  OptimalControlProblem ocp("regulator");
+  return MultipleShooting(ocp.start_at({1.0}).then(phase),
+                          {.intervals_per_phase = 10, .integrator = zero_order_hold()});
+}
+
+TEST(SolverChoice, EveryNameMakesASolverThatFindsTheOptimum) {
+  MultipleShooting shooting = regulator();
+  const double optimum = solve(shooting, *make_sqp({.tolerance = 1e-10})).cost;
+  for (const auto& [name, choice] : solver_choices()) {
+    const Solution s = solve(shooting, *make_solver(choice, {.tolerance = 1e-10}));
+    ASSERT_TRUE(s.ok()) << name << ": " << s.message;
+    EXPECT_NEAR(s.cost, optimum, 1e-9) << name;  // two tolerances, costs of the size of 1
+  }
+}
+
+TEST(SolverChoice, OursHaveAMethodForTheirQuadraticPrograms) {
+  MultipleShooting shooting = regulator();
+  for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {
+    const auto solver = make_sqp({.qp = qp_method(choice)});
+    EXPECT_TRUE(solve(shooting, *solver).ok());
+    EXPECT_NE(solver->name().find(choice == SolverChoice::sparse ? "sparse" : "stages"),
+              std::string::npos)
+        << solver->name();
+  }
+  EXPECT_THROW(qp_method(SolverChoice::ipopt), DefinitionError);
+}
+
+// x0 - 1 = 0 has no stages.
+class NoStages final : public NonlinearProgram {
+ public:
+  int variables() const override { return 1; }
+  int rows() const override { return 0; }
+  const VectorXd& lower() const override { return lower_; }
+  const VectorXd& upper() const override { return upper_; }
+  const VectorXd& row_lower() const override { return none_; }
+  const VectorXd& row_upper() const override { return none_; }
+  const SparsityPattern& jacobian_pattern() const override { return rows_; }
+  const SparsityPattern& hessian_pattern() const override { return hessian_; }
+  bool supports(Curvature) const override { return true; }
+  bool is_linear_quadratic() const override { return true; }
+  bool objective(const double* w, double& f) override {
+    f = 0.5 * (w[0] - 1.0) * (w[0] - 1.0);
+    return true;
+  }
+  bool gradient(const double* w, double* g) override {
+    g[0] = w[0] - 1.0;
+    return true;
+  }
+  bool constraints(const double*, double*) override { return true; }
+  bool jacobian(const double*, double*) override { return true; }
+  bool hessian(const double*, double sigma, const double*, double* h, Curvature) override {
+    h[0] = sigma;
+    return true;
+  }
+  std::string describe_variable(int) const override { return "x"; }
+  std::string describe_row(int) const override { return ""; }
+
+ private:
+  VectorXd lower_{{-10.0}}, upper_{{10.0}}, none_;
+  SparsityPattern rows_ = SparsityPattern::from_pairs(0, 1, {});
+  SparsityPattern hessian_ = SparsityPattern::from_pairs(1, 1, {{0, 0}});
+};
+
+TEST(QpMethod, ByStagesNeedsStages) {
+  NoStages program;
+  const NlpPoint start{VectorXd::Zero(1), {}, {}};
+  EXPECT_NEAR(make_sqp()->solve(program, start, false).point.w[0], 1.0, 1e-8);
+  try {
+    make_sqp({.qp = riccati_qp()})->solve(program, start, false);
+    FAIL() << "accepted";
+  } catch (const DefinitionError& e) {
+    EXPECT_NE(std::string(e.what()).find("sparse_qp()"), std::string::npos) << e.what();
+  }
+  EXPECT_THROW(make_real_time_iteration(program), DefinitionError);
+}
+
+}  // namespace

@@ -1,0 +1,61 @@
+// One call from a problem to its solution: are the defaults an optimum, and can each be replaced?
+#include <saltus/saltus.hpp>
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "saltus/solver/ipopt.hpp"
+
+namespace saltus {
+namespace {
+
+// 100 m at no more than 1 m/s^2 from rest to rest: full throttle, then full brake, 20 s.
+OptimalControlProblem race() {
+  const auto dynamics = [](const auto&, const auto& x, const auto& u) {
+    return std::decay_t<decltype(x)>{x[1], u[0]};
+  };
+  Phase<2, 1> drive{"drive", dynamics, between(5.0, 40.0)};
+  drive.bound_input(0, between(-1.0, 1.0))
+      .reach(
+          "finish", [](const auto&, const auto& x) { return x[0]; }, exactly(100.0))
+      .reach(
+          "at rest", [](const auto&, const auto& x) { return x[1]; }, exactly(0.0))
+      .minimise_at_end("time", [](const auto& t, const auto&) { return t; });
+  OptimalControlProblem ocp("race");
+  ocp.start_at({0, 0}).then(drive);
+  return ocp;
+}
+
+TEST(Solve, DefaultsFindTheOptimum) {
+  const Solution s = solve(race());
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.cost, 20.0, 1e-6);
+  EXPECT_EQ(s.trajectory.pieces().size(), 30u);
+  EXPECT_NE(s.method.find("Runge-Kutta"), std::string::npos) << s.method;
+}
+
+TEST(Solve, GridIntegratorSolverAndGuessAreReplaceable) {
+  const std::shared_ptr<Solver> ipopt = make_ipopt({.tolerance = 1e-9});
+  const Solution s =
+      solve(race(), {.intervals_per_phase = 12, .integrator = zero_order_hold(), .solver = ipopt});
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.cost, 20.0, 1e-6);
+  EXPECT_EQ(s.trajectory.pieces().size(), 12u);
+  EXPECT_NE(s.method.find("zero-order hold"), std::string::npos) << s.method;
+
+  const Solution finer = solve(race(), {.intervals = {24}, .solver = ipopt, .guess = s.trajectory});
+  ASSERT_TRUE(finer.ok()) << finer.message;
+  EXPECT_NEAR(finer.cost, 20.0, 1e-6);
+  EXPECT_EQ(finer.trajectory.pieces().size(), 24u);
+  EXPECT_THROW(solve(race(), {.intervals = {24, 24}}), DefinitionError);
+}
+
+TEST(Solve, ARefusedLimitIsAResult) {
+  const Solution s = solve(race(), {.solver = make_sqp({.max_iterations = 1})});
+  EXPECT_FALSE(s.ok());
+  EXPECT_EQ(s.status, SolveStatus::iteration_limit) << s.message;
+}
+
+}  // namespace
+}  // namespace saltus
