@@ -7,6 +7,8 @@
 // ARKODE: D. Reynolds and others, User Documentation for ARKODE, LLNL.
 #include "saltus/integrators/arkode.hpp"
 
+#include <fmt/format.h>
+
 #include <arkode/arkode_arkstep.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
@@ -355,20 +357,20 @@ class ArkodeScheme final : public IntegratorScheme {
     const bool known = implicit ? implicit_table(options.order) != ARKODE_DIRK_NONE
                                 : explicit_table(options.order) != ARKODE_ERK_NONE;
     if (!known)
-      fail(std::string("has ") +
-           (implicit ? "diagonally implicit methods of order 2, 3, 4 and 5"
-                     : "explicit methods of order 2, 3, 4, 5, 6 and 8") +
-           ", but order = " + std::to_string(options.order));
+      fail(fmt::format("has {}, but order = {}",
+                       implicit ? "diagonally implicit methods of order 2, 3, 4 and 5"
+                                : "explicit methods of order 2, 3, 4, 5, 6 and 8",
+                       options.order));
     if (!(options.tolerance > 0.0 && options.tolerance < 1.0))
-      fail("needs a relative tolerance between 0 and 1, but it is " +
-           std::to_string(options.tolerance));
+      fail(fmt::format("needs a relative tolerance between 0 and 1, but it is {}",
+                       options.tolerance));
     if (!(options.absolute_tolerance >= 0.0))
-      fail("needs an absolute tolerance that is not negative, but it is " +
-           std::to_string(options.absolute_tolerance));
+      fail(fmt::format("needs an absolute tolerance that is not negative, but it is {}",
+                       options.absolute_tolerance));
     if (options.fixed_steps < 0)
-      fail("cannot take fixed_steps = " + std::to_string(options.fixed_steps));
+      fail(fmt::format("cannot take fixed_steps = {}", options.fixed_steps));
     if (options.max_steps < 1)
-      fail("needs at least one step, but max_steps = " + std::to_string(options.max_steps));
+      fail(fmt::format("needs at least one step, but max_steps = {}", options.max_steps));
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     refuse_events(problem, "ARKODE");

@@ -1,5 +1,7 @@
 #include "saltus/integrators/cvodes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 
@@ -71,14 +73,16 @@ class CvodesScheme final : public IntegratorScheme {
  public:
   explicit CvodesScheme(const CvodesOptions& options) : options_(options) {
     if (!(options.tolerance > 0.0 && options.tolerance < 1.0))
-      throw DefinitionError("the relative tolerance of CVODES must lie between 0 and 1, but is " +
-                            std::to_string(options.tolerance) + ".");
+      throw DefinitionError(
+          fmt::format("the relative tolerance of CVODES must lie between 0 and 1, but is {}.",
+                      options.tolerance));
     if (!(options.absolute_tolerance >= 0.0))
-      throw DefinitionError("the absolute tolerance of CVODES must not be negative, but is " +
-                            std::to_string(options.absolute_tolerance) + ".");
+      throw DefinitionError(
+          fmt::format("the absolute tolerance of CVODES must not be negative, but is {}.",
+                      options.absolute_tolerance));
     if (options.max_steps < 1)
-      throw DefinitionError("CVODES needs at least one step, but max_steps = " +
-                            std::to_string(options.max_steps) + ".");
+      throw DefinitionError(
+          fmt::format("CVODES needs at least one step, but max_steps = {}.", options.max_steps));
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     if (!problem.switching.empty()) return hybrid_cvodes(problem, options_);

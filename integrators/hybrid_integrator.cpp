@@ -62,10 +62,10 @@ IntegrationStatus HybridIntegrator::jacobian(const double* w, double* end, Matri
 }
 
 IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
-  const IntervalArguments place = arguments();
+  const IntervalArguments index = arguments();
   sensitivities_ = sensitivities;
-  t0_ = w[place.t0()];
-  h_ = w[place.h()];
+  t0_ = w[index.t0()];
+  h_ = w[index.h()];
   s_ = 0.0;
   events_ = 0;
   modes_.load(w);
@@ -77,7 +77,7 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   for (int i = 0; i < states(); ++i) total_(i, i) = 1.0;
   std::fill(moving_.begin(), moving_.end(), 0.0);
   mode_ = 0;
-  if (!all_finite(w, place.size())) return fail(IntegrationStatus::not_finite);
+  if (!all_finite(w, index.size())) return fail(IntegrationStatus::not_finite);
   if (h_ < 0.0) return fail(IntegrationStatus::backward);
   if (h_ == 0.0) {  // the identity; only the derivative with respect to h needs the field
     const IntegrationStatus status = choose_mode();
@@ -222,13 +222,13 @@ IntegrationStatus HybridIntegrator::fire(int k) {
                                        : EventKind::crosses;
     event->before = Eigen::Map<const VectorXd>(y_.data(), states());
     if (sensitivities_) {  // t = t0 + s h
-      const IntervalArguments place = arguments();
-      event->time_derivative = VectorXd::Zero(place.size());
+      const IntervalArguments index = arguments();
+      event->time_derivative = VectorXd::Zero(index.size());
       for (std::size_t d = 0; d < moving_.size(); ++d)
         event->time_derivative[field.column(static_cast<int>(d))] = h_ * moving_[d];
       if (field.differentiates_time()) {
-        event->time_derivative[place.t0()] += 1.0;
-        event->time_derivative[place.h()] += s_;
+        event->time_derivative[index.t0()] += 1.0;
+        event->time_derivative[index.h()] += s_;
       }
     }
   }

@@ -1,5 +1,7 @@
 #include "saltus/integrators/hybrid_simulation.hpp"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <memory>
 
@@ -10,9 +12,8 @@ namespace {
 
 void expect_size(const char* what, Eigen::Index given, Eigen::Index expected) {
   if (given != expected)
-    throw DefinitionError(std::string("a hybrid simulation needs ") + what + " of size " +
-                          std::to_string(expected) + ", but was given " + std::to_string(given) +
-                          ".");
+    throw DefinitionError(fmt::format("a hybrid simulation needs {} of size {}, but was given {}.",
+                                      what, expected, given));
 }
 
 int mode_named(const SwitchingSystem& system, const std::string& name) {
@@ -37,19 +38,19 @@ HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem
   auto* integrator = dynamic_cast<EventIntegrator*>(made.get());
   if (integrator == nullptr) throw DefinitionError(scheme->name() + " does not handle events.");
 
-  const IntervalArguments place = integrator->arguments();
-  const int nx = place.nx, np = place.np, ny = integrator->outputs();
+  const IntervalArguments index = integrator->arguments();
+  const int nx = index.nx, np = index.np, ny = integrator->outputs();
   if (times.size() < 1) throw DefinitionError("a hybrid simulation needs at least one time.");
   const int intervals = static_cast<int>(times.size()) - 1;
   expect_size("a start state", x0.size(), nx);
   expect_size("parameters", parameters.size(), np);
-  expect_size("input coefficients per interval", coefficients.rows(), place.nc);
+  expect_size("input coefficients per interval", coefficients.rows(), index.nc);
   expect_size("one column of input coefficients per interval", coefficients.cols(), intervals);
   for (int k = 0; k < intervals; ++k)
     if (!(times[k] <= times[k + 1]))
-      throw DefinitionError("the times of a hybrid simulation must not decrease, but time " +
-                            std::to_string(k + 1) + " is " + std::to_string(times[k + 1]) +
-                            " after " + std::to_string(times[k]) + ".");
+      throw DefinitionError(fmt::format(
+          "the times of a hybrid simulation must not decrease, but time {} is {} after {}.", k + 1,
+          times[k + 1], times[k]));
   integrator->start_in(mode_named(problem.switching, start_mode));
 
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -62,8 +63,8 @@ HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem
   result.derivative = MatrixXd::Zero(ny, nx + np);
   result.derivative.topLeftCorner(nx, nx).setIdentity();
   integrator->record(&result.events);
-  VectorXd w(place.size()), end(ny);
-  MatrixXd step(ny, place.size());
+  VectorXd w(index.size()), end(ny);
+  MatrixXd step(ny, index.size());
   for (int k = 0; k < intervals; ++k) {
     const std::size_t first_event = result.events.size();
     w << result.states.col(k), coefficients.col(k), parameters, times[k], times[k + 1] - times[k];
@@ -71,18 +72,18 @@ HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem
     const MatrixXd before = result.derivative.topRows(nx);
     for (std::size_t e = first_event; e < result.events.size(); ++e) {
       VectorXd& rates = result.events[e].time_derivative;
-      VectorXd chained = before.transpose() * rates.segment(place.x(), nx);
-      chained.tail(np) += rates.segment(place.p(), np);
+      VectorXd chained = before.transpose() * rates.segment(index.x(), nx);
+      chained.tail(np) += rates.segment(index.p(), np);
       rates = std::move(chained);
     }
     if (result.status != IntegrationStatus::success) break;
     result.derivative.topRows(nx) = step.topLeftCorner(nx, nx) * before;
     result.derivative.bottomRows(ny - nx) += step.bottomLeftCorner(ny - nx, nx) * before;
-    result.derivative.rightCols(np) += step.middleCols(place.p(), np);
+    result.derivative.rightCols(np) += step.middleCols(index.p(), np);
     result.states.col(k + 1) = end.head(nx);
     result.costs.col(k + 1) = result.costs.col(k) + end.tail(ny - nx);
     ++result.intervals;
-    if (w[place.h()] > 0.0) integrator->start_in(integrator->end_mode());
+    if (w[index.h()] > 0.0) integrator->start_in(integrator->end_mode());
     result.end_mode = integrator->mode_name(integrator->end_mode());
   }
   const std::string failure = integrator->failure();

@@ -1,5 +1,7 @@
 #include "saltus/integrators/interval_field.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -10,9 +12,9 @@ namespace {
 
 void check_sizes(const Function& function, const char* what, int inputs) {
   if (function.inputs() != inputs)
-    throw DefinitionError(std::string("the ") + what +
-                          " of an interval must take (t, x, u, p) of " + std::to_string(inputs) +
-                          " entries, but takes " + std::to_string(function.inputs()) + ".");
+    throw DefinitionError(
+        fmt::format("the {} of an interval must take (t, x, u, p) of {} entries, but takes {}.",
+                    what, inputs, function.inputs()));
 }
 
 // y += a x over n entries.
@@ -36,42 +38,42 @@ IntervalField::IntervalField(const IntervalProblem& problem)
   if (!dynamics_) throw DefinitionError("an interval needs dynamics, but none are given.");
   check_sizes(dynamics_, "dynamics", sizes_.size());
   if (dynamics_.outputs() != nx_)
-    throw DefinitionError("the dynamics of an interval with " + std::to_string(nx_) +
-                          " states return " + std::to_string(dynamics_.outputs()) + " rates.");
+    throw DefinitionError(fmt::format("the dynamics of an interval with {} states return {} rates.",
+                                      nx_, dynamics_.outputs()));
   if (running_cost_) check_sizes(running_cost_, "running costs", sizes_.size());
   const auto& wanted = problem.differentiate_parameter;
   if (!wanted.empty() && static_cast<int>(wanted.size()) != sizes_.np)
-    throw DefinitionError("differentiate_parameter has " + std::to_string(wanted.size()) +
-                          " entries for " + std::to_string(sizes_.np) + " parameters.");
+    throw DefinitionError(fmt::format("differentiate_parameter has {} entries for {} parameters.",
+                                      wanted.size(), sizes_.np));
 
   // Directions in the order of w, and what each row of z takes from them.
-  shares_.resize(sizes_.size());
+  coefficients_.resize(sizes_.size());
   for (int i = 0; i < nx_; ++i) column_.push_back(interval_.x(i));
   for (int i = 0; i < interval_.nc; ++i) column_.push_back(interval_.c(i));
   for (int i = 0; i < nu_; ++i) {
-    auto& share = shares_[sizes_.u(i)];
+    auto& row = coefficients_[sizes_.u(i)];
     if (shape_ == InputShape::constant) {
-      share.push_back({nx_ + i, 1.0, 0.0});
+      row.push_back({nx_ + i, 1.0, 0.0});
     } else {
-      share.push_back({nx_ + i, 1.0, -1.0});
-      share.push_back({nx_ + nu_ + i, 0.0, 1.0});
+      row.push_back({nx_ + i, 1.0, -1.0});
+      row.push_back({nx_ + nu_ + i, 0.0, 1.0});
     }
   }
   for (int i = 0; i < sizes_.np; ++i) {
     if (wanted.empty() || !wanted[i]) continue;
-    shares_[sizes_.p(i)].push_back({directions(), 1.0, 0.0});
+    coefficients_[sizes_.p(i)].push_back({directions(), 1.0, 0.0});
     column_.push_back(interval_.p(i));
   }
   if (problem.differentiate_time) {
-    shares_[sizes_.t()].push_back({directions(), 1.0, 0.0});
+    coefficients_[sizes_.t()].push_back({directions(), 1.0, 0.0});
     column_.push_back(interval_.t0());
     h_direction_ = directions();
-    shares_[sizes_.t()].push_back({h_direction_, 0.0, 1.0});
+    coefficients_[sizes_.t()].push_back({h_direction_, 0.0, 1.0});
     column_.push_back(interval_.h());
   }
 
   // One list of Jacobian entries for f and L, without those that no direction reaches.
-  const auto reached = [&](int col) { return is_state(col) || !shares_[col].empty(); };
+  const auto reached = [&](int col) { return is_state(col) || !coefficients_[col].empty(); };
   dynamics_entries_ = dynamics_.jacobian_pattern().entries();
   dynamics_.jacobian_pattern().for_each([&](int r, int c, int e) {
     if (reached(c)) jacobian_entries_.push_back({r, c, e});
@@ -97,8 +99,8 @@ IntervalField::IntervalField(const IntervalProblem& problem)
   direct_entries_.resize(directions());
   for (const Entry& e : jacobian_entries_) {
     if (is_state(e.col)) state_entries_.push_back(e);
-    for (const Share& share : shares_[e.col])
-      direct_entries_[share.direction].push_back({e.row, e.entry, share});
+    for (const Coefficient& coefficient : coefficients_[e.col])
+      direct_entries_[coefficient.direction].push_back({e.row, e.entry, coefficient});
   }
   std::sort(curvature_rows_.begin(), curvature_rows_.end());
   curvature_rows_.erase(std::unique(curvature_rows_.begin(), curvature_rows_.end()),
@@ -158,7 +160,8 @@ void IntervalField::rate_sensitivity(double s, const double* phi, const double* 
     if (is_state(e.col))
       add_multiple(n, slope, sensitivity.data() + (e.col - 1) * n, row);
     else
-      for (const Share& share : shares_[e.col]) row[share.direction] += slope * share.at(s);
+      for (const Coefficient& coefficient : coefficients_[e.col])
+        row[coefficient.direction] += slope * coefficient.at(s);
   }
   if (differentiates_time())
     for (int r = 0; r < outputs(); ++r) rates(r, h_direction_) += phi[r];
@@ -169,7 +172,7 @@ void IntervalField::rate_sensitivity(double s, const double* phi, const double* 
   std::fill_n(rate, outputs(), 0.0);
   for (const Entry& e : state_entries_) rate[e.row] += entries[e.entry] * sensitivity[e.col - 1];
   for (const DirectEntry& e : direct_entries_[direction])
-    rate[e.row] += entries[e.entry] * e.share.at(s);
+    rate[e.row] += entries[e.entry] * e.coefficient.at(s);
   for (int r = 0; r < outputs(); ++r) rate[r] *= h_;
   if (direction == h_direction_) add_multiple(outputs(), 1.0, phi, rate);
 }
@@ -187,7 +190,8 @@ void IntervalField::add_curvature(double s, const double* z, const double* weigh
     if (is_state(c))
       add_multiple(n, m, rows + (c - 1) * n, out);
     else
-      for (const Share& share : shares_[c]) out[share.direction] += m * share.at(s);
+      for (const Coefficient& coefficient : coefficients_[c])
+        out[coefficient.direction] += m * coefficient.at(s);
   };
   const auto accumulate = [&](bool cost) {
     for (const CurvatureEntry& e : curvature_entries_) {
@@ -214,8 +218,9 @@ void IntervalField::add_curvature(double s, const double* z, const double* weigh
       for (int i = 0; i < n; ++i)
         if (left[i] != 0.0) add_multiple(i + 1, left[i], right, sum.data() + i * n);
     } else {
-      for (const Share& share : shares_[r])
-        add_multiple(share.direction + 1, share.at(s), right, sum.data() + share.direction * n);
+      for (const Coefficient& coefficient : coefficients_[r])
+        add_multiple(coefficient.direction + 1, coefficient.at(s), right,
+                     sum.data() + coefficient.direction * n);
     }
   }
 }
@@ -228,7 +233,8 @@ void IntervalField::pull_back(double s, const double* gradient, const RowMajorMa
     if (is_state(col))
       add_multiple(n, gradient[col], sensitivity.data() + (col - 1) * n, along);
     else
-      for (const Share& share : shares_[col]) along[share.direction] += gradient[col] * share.at(s);
+      for (const Coefficient& coefficient : coefficients_[col])
+        along[coefficient.direction] += gradient[col] * coefficient.at(s);
   }
 }
 
@@ -250,7 +256,8 @@ void IntervalField::differential(const SparsityPattern& pattern, const double* e
       if (is_state(col))
         add_multiple(n, entries[e], sensitivity.data() + (col - 1) * n, row);
       else
-        for (const Share& share : shares_[col]) row[share.direction] += entries[e] * share.at(s);
+        for (const Coefficient& coefficient : coefficients_[col])
+          row[coefficient.direction] += entries[e] * coefficient.at(s);
     }
   }
 }

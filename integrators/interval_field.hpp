@@ -86,7 +86,7 @@ class IntervalField {
 
  private:
   // dz_row / d direction = constant + slope * s; a theta row has at most two such directions.
-  struct Share {
+  struct Coefficient {
     int direction;
     double constant;
     double slope;
@@ -101,7 +101,7 @@ class IntervalField {
   struct DirectEntry {
     int row;
     int entry;
-    Share share;
+    Coefficient coefficient;
   };
   struct CurvatureEntry {
     int row;
@@ -121,7 +121,7 @@ class IntervalField {
   int h_direction_ = -1;
   int dynamics_entries_ = 0, cost_entries_ = 0;
   std::vector<int> column_;
-  std::vector<std::vector<Share>> shares_;  // per row of z; empty for states and data
+  std::vector<std::vector<Coefficient>> coefficients_;  // per row of z; empty for states and data
   std::vector<Entry> jacobian_entries_;
   std::vector<Entry> state_entries_;                      // those of state columns
   std::vector<std::vector<DirectEntry>> direct_entries_;  // the others, per direction

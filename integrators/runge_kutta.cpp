@@ -9,6 +9,8 @@
 // first-order stage sensitivities; see framework/design/integrators.md.
 #include "saltus/integrators/runge_kutta.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -238,16 +240,16 @@ class RungeKuttaScheme final : public IntegratorScheme {
   RungeKuttaScheme(ButcherTableau tableau, RungeKuttaOptions options)
       : tableau_(std::move(tableau)), options_(options) {
     if (options_.steps < 1)
-      throw DefinitionError(tableau_.name + " needs at least one step per interval, but steps = " +
-                            std::to_string(options_.steps) + ".");
+      throw DefinitionError(fmt::format("{} needs at least one step per interval, but steps = {}.",
+                                        tableau_.name, options_.steps));
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
     if (!problem.switching.empty()) return hybrid_runge_kutta(problem, tableau_, options_.steps);
     return std::make_unique<RungeKutta>(problem, tableau_, options_.steps);
   }
   std::string name() const override {
-    return tableau_.name + ", " + std::to_string(options_.steps) +
-           (options_.steps == 1 ? " step" : " steps");
+    return fmt::format("{}, {} step{}", tableau_.name, options_.steps,
+                       options_.steps == 1 ? "" : "s");
   }
 
  private:
@@ -260,11 +262,11 @@ void check(const ButcherTableau& tableau) {
   constexpr double rounding = 1e-12;
   const int stages = tableau.stages();
   const auto fail = [&](const std::string& why) {
-    throw DefinitionError("the Butcher tableau '" + tableau.name + "' " + why + ".");
+    throw DefinitionError(fmt::format("the Butcher tableau '{}' {}.", tableau.name, why));
   };
   if (stages < 1 || tableau.a.rows() != stages || tableau.a.cols() != stages ||
       tableau.c.size() != stages)
-    fail("needs a square a and a c of the length of b, which is " + std::to_string(stages));
+    fail(fmt::format("needs a square a and a c of the length of b, which is {}", stages));
   for (int i = 0; i < stages; ++i)
     for (int j = i; j < stages; ++j)
       if (tableau.a(i, j) != 0.0) fail("is not explicit: a has an entry on or above the diagonal");

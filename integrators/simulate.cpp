@@ -1,5 +1,7 @@
 #include "saltus/integrators/simulate.hpp"
 
+#include <fmt/format.h>
+
 #include <limits>
 #include <string>
 
@@ -10,28 +12,27 @@ namespace {
 
 void expect_size(const char* what, Eigen::Index given, Eigen::Index expected) {
   if (given != expected)
-    throw DefinitionError(std::string("a simulation needs ") + what + " of size " +
-                          std::to_string(expected) + ", but was given " + std::to_string(given) +
-                          ".");
+    throw DefinitionError(
+        fmt::format("a simulation needs {} of size {}, but was given {}.", what, expected, given));
 }
 
 }  // namespace
 
 Simulation simulate(Integrator& integrator, const VectorRef& x0, const VectorRef& times,
                     const Eigen::Ref<const MatrixXd>& coefficients, const VectorRef& parameters) {
-  const IntervalArguments place = integrator.arguments();
-  const int nx = place.nx, nq = integrator.outputs() - nx;
+  const IntervalArguments index = integrator.arguments();
+  const int nx = index.nx, nq = integrator.outputs() - nx;
   if (times.size() < 1) throw DefinitionError("a simulation needs at least one time.");
   const int intervals = static_cast<int>(times.size()) - 1;
   expect_size("a start state", x0.size(), nx);
-  expect_size("parameters", parameters.size(), place.np);
-  expect_size("input coefficients per interval", coefficients.rows(), place.nc);
+  expect_size("parameters", parameters.size(), index.np);
+  expect_size("input coefficients per interval", coefficients.rows(), index.nc);
   expect_size("one column of input coefficients per interval", coefficients.cols(), intervals);
   for (int k = 0; k < intervals; ++k)
     if (!(times[k] <= times[k + 1]))
-      throw DefinitionError("the times of a simulation must not decrease, but time " +
-                            std::to_string(k + 1) + " is " + std::to_string(times[k + 1]) +
-                            " after " + std::to_string(times[k]) + ".");
+      throw DefinitionError(
+          fmt::format("the times of a simulation must not decrease, but time {} is {} after {}.",
+                      k + 1, times[k + 1], times[k]));
 
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   Simulation result;
@@ -40,7 +41,7 @@ Simulation simulate(Integrator& integrator, const VectorRef& x0, const VectorRef
   result.costs = MatrixXd::Constant(nq, intervals + 1, unknown);
   result.states.col(0) = x0;
   result.costs.col(0).setZero();
-  VectorXd w(place.size()), end(integrator.outputs());
+  VectorXd w(index.size()), end(integrator.outputs());
   for (int k = 0; k < intervals; ++k) {
     w << result.states.col(k), coefficients.col(k), parameters, times[k], times[k + 1] - times[k];
     result.status = integrator.value(w.data(), end.data());

@@ -1,5 +1,4 @@
-// Plain simulation: states at requested times under inputs that change at these times. What a
-// closed loop drives as its plant and what tests replay a plan with.
+// Open-loop simulation: states at requested times under given inputs that change at these times.
 #pragma once
 
 #include "saltus/model/integrator.hpp"

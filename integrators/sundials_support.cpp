@@ -1,5 +1,7 @@
 #include "saltus/integrators/sundials_support.hpp"
 
+#include <fmt/format.h>
+
 #include <sundials/sundials_context.h>
 
 #include <cmath>
@@ -11,12 +13,11 @@
 namespace saltus::sundials {
 
 void require(int code, const char* call) {
-  if (code < 0)
-    throw std::runtime_error(std::string(call) + " failed with code " + std::to_string(code) + ".");
+  if (code < 0) throw std::runtime_error(fmt::format("{} failed with code {}.", call, code));
 }
 
 void require(const void* object, const char* call) {
-  if (object == nullptr) throw std::runtime_error(std::string(call) + " returned no object.");
+  if (object == nullptr) throw std::runtime_error(fmt::format("{} returned no object.", call));
 }
 
 #if SUNDIALS_VERSION_MAJOR >= 7
@@ -58,24 +59,24 @@ std::vector<double> absolute_tolerances(const IntervalProblem& problem,
   const int nx = problem.arguments.nx;
   const VectorXd& nominal = problem.nominal_state;
   if (nominal.size() != 0 && nominal.size() != nx)
-    throw DefinitionError("nominal_state has " + std::to_string(nominal.size()) + " entries for " +
-                          std::to_string(nx) + " states.");
+    throw DefinitionError(
+        fmt::format("nominal_state has {} entries for {} states.", nominal.size(), nx));
   std::vector<double> tolerances(nx + problem.nq(), relative_to_nominal);
   for (int i = 0; i < nominal.size(); ++i) {
     if (!(nominal[i] > 0.0) || !std::isfinite(nominal[i]))
-      throw DefinitionError("nominal_state must be positive and finite, but entry " +
-                            std::to_string(i) + " is " + std::to_string(nominal[i]) + ".");
+      throw DefinitionError(fmt::format(
+          "nominal_state must be positive and finite, but entry {} is {}.", i, nominal[i]));
     tolerances[i] *= nominal[i];
   }
   return tolerances;
 }
 
 double direction_scale(const IntervalProblem& problem, const double* w, int column) {
-  const IntervalArguments place{problem.arguments.nx, problem.coefficients(), problem.arguments.np};
+  const IntervalArguments index{problem.arguments.nx, problem.coefficients(), problem.arguments.np};
   double scale = 1.0;
-  if (column < place.c()) {
+  if (column < index.c()) {
     if (problem.nominal_state.size() > 0) scale = problem.nominal_state[column];
-  } else if ((column >= place.p() && column < place.t0()) || column == place.h()) {
+  } else if ((column >= index.p() && column < index.t0()) || column == index.h()) {
     scale = std::abs(w[column]);
   }
   return scale > 0.0 && std::isfinite(scale) ? std::exp2(std::round(std::log2(scale))) : 1.0;

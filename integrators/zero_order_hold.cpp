@@ -9,6 +9,8 @@
 // the exponential, and framework/design/integrators.md.
 #include "saltus/integrators/zero_order_hold.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -26,9 +28,9 @@ constexpr int cached_discretisations = 4;  // both parts of a split interval and
 
 std::string entry_name(const Arguments& sizes, int i) {
   if (i == sizes.t()) return "t";
-  if (i < sizes.u()) return "x[" + std::to_string(i - sizes.x()) + "]";
-  if (i < sizes.p()) return "u[" + std::to_string(i - sizes.u()) + "]";
-  return "p[" + std::to_string(i - sizes.p()) + "]";
+  if (i < sizes.u()) return fmt::format("x[{}]", i - sizes.x());
+  if (i < sizes.p()) return fmt::format("u[{}]", i - sizes.u());
+  return fmt::format("p[{}]", i - sizes.p());
 }
 
 // Set-up checks of the form of f and L.
@@ -52,10 +54,11 @@ class StructureCheck {
     refuse_time(problem.running_cost, "running costs");
     const int output = cost_with_varying_hessian();
     if (output >= 0)
-      throw DefinitionError(needs() +
-                            "running costs that are at most quadratic in state and "
-                            "input, but the Hessian of cost " +
-                            std::to_string(output) + " differs between two points.");
+      throw DefinitionError(
+          needs() +
+          fmt::format("running costs that are at most quadratic in state and input, but the "
+                      "Hessian of cost {} differs between two points.",
+                      output));
   }
 
  private:
@@ -68,8 +71,8 @@ class StructureCheck {
   void refuse_time(const Function& function, const char* what) const {
     for (int r = 0; r < function.outputs(); ++r)
       if (function.jacobian_pattern().contains(r, problem_.arguments.t()))
-        throw DefinitionError(needs() + what + " that do not depend on time, but output " +
-                              std::to_string(r) + " does.");
+        throw DefinitionError(
+            needs() + fmt::format("{} that do not depend on time, but output {} does.", what, r));
   }
 
   VectorXd random_point(const VectorXd& parameters) {
@@ -375,7 +378,7 @@ class ZeroOrderHold final : public Integrator {
       for (int i = 0; i < nu_; ++i) m(nx_ + i, nx_ + nu_ + i) = 1.0;
   }
 
-  // A form over (x | u | 1) placed in xi.
+  // A form over (x | u | 1) written into xi.
   void fill_form(double scale, const RowMajorMatrix& form, RowMajorMatrix& q) const {
     const int n = nx_ + nu_;
     for (int r = 0; r <= n; ++r)

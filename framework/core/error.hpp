@@ -14,7 +14,7 @@ class DefinitionError : public std::invalid_argument {
 };
 
 /// A file, key or value that came from outside is unusable. The message is one sentence that names
-/// place and remedy. Programs end with exit status 2.
+/// where it stands and the remedy. Programs end with exit status 2.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -12,7 +12,7 @@
 
 namespace saltus {
 
-/// Course of the input over one interval of length h, s = (t - t0) / h in [0, 1].
+/// The input over one interval of length h, s = (t - t0) / h in [0, 1].
 enum class InputShape {
   constant,  ///< u(s) = c0; nu coefficients
   linear     ///< u(s) = c0 + s (c1 - c0); 2 nu coefficients (c0 | c1)

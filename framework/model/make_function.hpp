@@ -1,5 +1,5 @@
 // Turns a user's formula, a template over the scalar, into a Function: value, exact derivatives and
-// exact sparsity. The only place where the formula's type is known.
+// exact sparsity. Nothing else knows the formula's type.
 //
 // A formula is a functor with a const operator() or a generic lambda, called as f(t, x), f(t, x, u)
 // or f(t, x, u, p): t a scalar S, x, u, p of type Vec<S, nx>, Vec<S, nu>, Vec<S, np>. It returns a

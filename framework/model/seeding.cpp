@@ -17,9 +17,9 @@ std::vector<int> colour_disjoint(const Lists& lists, int members) {
     const auto free_in = [&](const std::vector<bool>& used) {
       return std::none_of(lists[k].begin(), lists[k].end(), [&](int m) { return used[m]; });
     };
-    const auto place = std::find_if(taken.begin(), taken.end(), free_in);
-    colour[k] = static_cast<int>(place - taken.begin());
-    if (place == taken.end()) taken.emplace_back(members, false);
+    const auto first_free = std::find_if(taken.begin(), taken.end(), free_in);
+    colour[k] = static_cast<int>(first_free - taken.begin());
+    if (first_free == taken.end()) taken.emplace_back(members, false);
     for (int m : lists[k]) taken[colour[k]][m] = true;
   }
   return colour;

@@ -1,5 +1,7 @@
 #include "saltus/model/switching_system.hpp"
 
+#include <fmt/format.h>
+
 #include <set>
 
 #include "saltus/core/error.hpp"
@@ -12,11 +14,11 @@ void check_function(const std::string& what, const Function& function, const Arg
                     int outputs) {
   if (!function) throw DefinitionError(what + " is missing.");
   if (function.inputs() != sizes.size())
-    throw DefinitionError(what + " must take (t, x, u, p) of " + std::to_string(sizes.size()) +
-                          " entries, but takes " + std::to_string(function.inputs()) + ".");
+    throw DefinitionError(fmt::format("{} must take (t, x, u, p) of {} entries, but takes {}.",
+                                      what, sizes.size(), function.inputs()));
   if (function.outputs() != outputs)
-    throw DefinitionError(what + " must return " + std::to_string(outputs) +
-                          " entries, but returns " + std::to_string(function.outputs()) + ".");
+    throw DefinitionError(fmt::format("{} must return {} entries, but returns {}.", what, outputs,
+                                      function.outputs()));
 }
 
 }  // namespace
@@ -42,8 +44,8 @@ void SwitchingSystem::check(const Arguments& sizes, int nq) const {
     const std::string event = "event '" + transition.name + "': ";
     for (const int mode : {transition.from, transition.to})
       if (mode < 0 || mode >= count)
-        throw DefinitionError(event + "there is no mode " + std::to_string(mode) + "; there are " +
-                              std::to_string(count) + ", counted from 0.");
+        throw DefinitionError(fmt::format("{}there is no mode {}; there are {}, counted from 0.",
+                                          event, mode, count));
     const std::string between =
         "event '" + transition.name + "' of mode '" + modes[transition.from].name + "': ";
     if (transition.from == transition.to && !transition.reset)

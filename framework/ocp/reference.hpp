@@ -1,4 +1,4 @@
-// What a least-squares term tracks: nothing, a constant, or a course in time.
+// What a least-squares term tracks: nothing, a constant, or a trajectory in time.
 #pragma once
 
 #include <vector>
