@@ -1,5 +1,7 @@
 #include "saltus/integrators/hybrid_integrator.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -300,10 +302,10 @@ std::string HybridIntegrator::failure() const {
 
 void refuse_events(const IntervalProblem& problem, const char* scheme) {
   if (problem.switching.empty()) return;
-  throw DefinitionError(std::string(scheme) + " does not handle event '" +
-                        problem.switching.transitions.front().name +
-                        "' inside an interval; use cvodes, runge_kutta4 or runge_kutta8, or make "
-                        "the event the end of a phase.");
+  throw DefinitionError(
+      fmt::format("{} does not handle event '{}' inside an interval; use cvodes, runge_kutta4 or "
+                  "runge_kutta8, or make the event the end of a phase.",
+                  scheme, problem.switching.transitions.front().name));
 }
 
 }  // namespace saltus
