@@ -14,6 +14,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <memory>
+#include <ranges>
 #include <vector>
 
 #include "saltus/core/error.hpp"
@@ -183,15 +184,15 @@ class ImplicitMidpoint final : public Integrator {
     const int nq = ny_ - nx_;
     const double D = step_length();
     costate_ = Eigen::Map<const VectorXd>(weights, ny_);
-    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step) {
-      field_.scaled_state_jacobian(step->entries.data(), slope_.data());
-      step->adjoint.tail(nq) = D * costate_.tail(nq);
+    for (Step& step : std::views::reverse(steps_)) {
+      field_.scaled_state_jacobian(step.entries.data(), slope_.data());
+      step.adjoint.tail(nq) = D * costate_.tail(nq);
       residual_ = D * costate_.head(nx_);
       residual_.noalias() +=
-          0.5 * D * slope_.bottomLeftCorner(nq, nx_).transpose() * step->adjoint.tail(nq);
-      step->adjoint.head(nx_) = step->factors.transpose().solve(residual_);
-      field_.adjoint(step->entries.data(), step->adjoint.data(), step->gradient.data());
-      costate_.head(nx_) += field_.length() * step->gradient.segment(1, nx_);
+          0.5 * D * slope_.bottomLeftCorner(nq, nx_).transpose() * step.adjoint.tail(nq);
+      step.adjoint.head(nx_) = step.factors.transpose().solve(residual_);
+      field_.adjoint(step.entries.data(), step.adjoint.data(), step.gradient.data());
+      costate_.head(nx_) += field_.length() * step.gradient.segment(1, nx_);
     }
   }
 
