@@ -27,10 +27,10 @@ class SeededPoints {
     const double longest =
         std::isfinite(phase_.duration.upper) ? phase_.duration.upper : phase_.duration_guess;
     z[a.t()] = fraction * longest;
-    const auto course = [&](const Guess& guess, int size) -> VectorXd {
+    const auto values = [&](const Guess& guess, int size) -> VectorXd {
       return guess.is_given() ? guess.at(fraction) : VectorXd::Zero(size);
     };
-    const VectorXd x = course(phase_.state_guess, a.nx), u = course(phase_.input_guess, a.nu);
+    const VectorXd x = values(phase_.state_guess, a.nx), u = values(phase_.input_guess, a.nu);
     for (int i = 0; i < a.nx; ++i)
       z[a.x(i)] = within(x[i] + spread * phase_.nominal_state[i] * symmetric(),
                          whole(phase_.state_bounds, i));
@@ -69,7 +69,7 @@ class SeededPoints {
 
 }  // namespace
 
-bool GuardRate::grazes() const { return !(std::abs(value) > grazing_share * scale); }
+bool GuardRate::grazes() const { return !(std::abs(value) > grazing_fraction * scale); }
 
 GuardRate guard_rate(const PhaseDefinition& phase, const Function& guard, const VectorRef& z) {
   const Arguments& a = phase.sizes;

@@ -29,9 +29,9 @@ struct GuardRate {
   /// Size of what it is made of, |g_t| + |g_x N| |N^-1 f| with the nominal states N.
   double scale = 0.0;
 
-  /// Below this share of the scale the crossing counts as grazing: the event time would carry
+  /// Below this fraction of the scale the crossing counts as grazing: the event time would carry
   /// errors of the state a million times enlarged.
-  static constexpr double grazing_share = 1e-6;
+  static constexpr double grazing_fraction = 1e-6;
   bool grazes() const;
 };
 /// At z = (t | x- | u | p) of the phase. Allocates.

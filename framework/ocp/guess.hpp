@@ -8,7 +8,7 @@
 
 namespace saltus {
 
-/// A course over the phase, as a function of the fraction in [0, 1] of its duration.
+/// A trajectory over the phase, as a function of the fraction in [0, 1] of its duration.
 class Guess {
  public:
   Guess() = default;  ///< not given: the start of the problem for states, zero for inputs
@@ -21,7 +21,9 @@ class Guess {
       return a + s * (b - a);
     });
   }
-  static Guess course(std::function<VectorXd(double fraction)> f) { return Guess(std::move(f)); }
+  static Guess trajectory(std::function<VectorXd(double fraction)> f) {
+    return Guess(std::move(f));
+  }
   /// States only: integrate the dynamics from where the phase starts with the inputs guessed.
   static Guess simulate() {
     Guess guess;

@@ -1,4 +1,4 @@
-// What the violation of a soft constraint costs. The one place that knows the kinds of penalties:
+// What the violation of a soft constraint costs. Nothing else knows the kinds of penalties:
 // how to add one is said below.
 #pragma once
 

@@ -76,7 +76,7 @@ class Phase {
     return constrain(std::move(name), TermDomain::running, std::move(formula), std::move(bounds),
                      std::move(window), std::nullopt);
   }
-  /// The same, but a violation is possible at a price; the solution says how much was needed.
+  /// The same, but a violation is possible and penalised; the solution says how far it went.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
     return constrain(std::move(name), TermDomain::running, std::move(formula), {bounds},
@@ -151,8 +151,8 @@ class Phase {
   }
 
   // --- inputs, parameters, scaling, guesses --------------------------------------------------
-  Phase& inputs(InputParametrisation course) {
-    d_.input_parametrisation = course;
+  Phase& inputs(InputParametrisation parametrisation) {
+    d_.input_parametrisation = parametrisation;
     return *this;
   }
   /// Inputs i to i + size - 1, for each i of `firsts`, act on the state only through a common

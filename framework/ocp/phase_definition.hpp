@@ -35,7 +35,7 @@ struct ComponentBounds {
   Window window = {};
 };
 
-/// Course of a phase's inputs.
+/// How a phase's inputs vary within an interval.
 enum class InputParametrisation {
   piecewise_constant,
   piecewise_linear,             ///< may jump at every node

@@ -43,8 +43,8 @@ class OptimalControlProblem {
     return append(std::move(jump), phase.definition());
   }
 
-  /// Closes the problem: it begins with the state with which it ends (a periodic course), or with
-  /// what the jump makes of it. The start may then be free (start_within()).
+  /// Closes the problem: it begins with the state with which it ends (a periodic trajectory), or
+  /// with what the jump makes of it. The start may then be free (start_within()).
   OptimalControlProblem& close(Jump jump = Jump{});
 
   /// Events to which windows refer by name.

@@ -113,7 +113,7 @@ class InteriorPoint {
   static constexpr double centred_step = 0.99;  // leaves the products near one another
   static constexpr int most_halvings = 8;
   static constexpr double expected_fall = 0.1;
-  static constexpr double second_order[] = {1.0, 0.5, 0.0};  // share, by caution
+  static constexpr double second_order[] = {1.0, 0.5, 0.0};  // fraction, by caution
   static constexpr double barrier_per_mismatch = 1e-2, least_warm_barrier = 1e-6;
 
   void restart(System& system, const QpOptions& options) {

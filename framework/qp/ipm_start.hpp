@@ -77,9 +77,9 @@ void start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
     point.t[i] = std::max(-gap, 0.0) + slack_shift;
     point.s[i] = gap + point.t[i];
     if (point.s[i] < slack_shift) point.s[i] = slack_shift;
-    const double price = system.l1()[i] + system.l2()[i] * point.t[i];
-    point.lambda[i] = 0.5 * price;
-    point.tau[i] = 0.5 * price;
+    const double slope = system.l1()[i] + system.l2()[i] * point.t[i];
+    point.lambda[i] = 0.5 * slope;
+    point.tau[i] = 0.5 * slope;
   }
 }
 

@@ -8,7 +8,7 @@
 namespace saltus::qp {
 namespace {
 
-// Equality rows enter with a quadratic price on what the step leaves of them; their multipliers
+// Equality rows enter with a quadratic penalty on what the step leaves of them; their multipliers
 // make up for it, so that at the solution they hold exactly. It must outweigh sides that depend on
 // them.
 constexpr double least_equality_weight = 1e9, most_equality_weight = 1e15;
@@ -130,7 +130,8 @@ void RiccatiSystem::pack_point(const StageQp& qp, const StagePoint& point, bool 
   }
 }
 
-// Soft rows of the fixed start alone are no part of the packed program; what they miss has a price.
+// Soft rows of the fixed start alone are no part of the packed program; what they miss is
+// penalised.
 void RiccatiSystem::penalise_settled_rows(const StageQp& qp, StagePoint::AtStage& to) const {
   const Stage& s = qp.stages.front();
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
@@ -481,7 +482,7 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
     return;
   }
   solve_with_rows(gradient, equality, dv, dy);
-  // The price on equality rows is steep: what rounding loses is won back by a second solve.
+  // The penalty on equality rows is steep: what rounding loses is won back by a second solve.
   for (int round = 0; round < 2; ++round) {
     products<false>(dv, dy, residual_v_.data(), residual_y_.data());
     multiply(dv, side_work_.data());
@@ -502,7 +503,7 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
   }
 }
 
-// Equality rows E dv = -equality, penalty_of: dy = price (E dv + equality).
+// Equality rows E dv = -equality, penalty_of: dy = weight (E dv + equality).
 void RiccatiSystem::solve_with_rows(const double* gradient, const double* equality, double* dv,
                                     double* dy) {
   double* scaled = row_work_.data();

@@ -9,7 +9,7 @@ namespace {
 
 // A row without variables may be missed by the rounding of its terms.
 constexpr double constant_row_tolerance = 1e-9;
-// Prices below zero by no more than this, relative to their terms, are rounding.
+// Penalty weights below zero by no more than this, relative to their terms, are rounding.
 constexpr double penalty_rounding = 1e-12;
 
 constexpr int elsewhere = -2;  // of column(): not carried here
@@ -96,8 +96,8 @@ StageFill StageMap::watch(const SparseQp& qp) {
   return result;
 }
 
-// A slack s >= s0 at the price g s + h/2 s^2 is a violation t = |c| (s - s0) >= 0 of the row
-// shifted by c s0, at the price l1 t + l2/2 t^2 and a constant.
+// A slack s >= s0 with the penalty g s + h/2 s^2 is a violation t = |c| (s - s0) >= 0 of the row
+// shifted by c s0, with the penalty l1 t + l2/2 t^2 and a constant.
 StageFill StageMap::watch_soft(const SparseQp& qp, Part& part) const {
   const double side = part.side < 0 ? qp.row_lower[part.row] : qp.row_upper[part.row];
   part.active = std::isfinite(side);

@@ -16,7 +16,7 @@ enum class StageFill {
   filled,
   infeasible,  ///< a row of which every variable has equal bounds is violated
   /// Not expressible with these numbers: a row of the dynamics that is no equality, a slack with an
-  /// upper bound or a negative price, or two variables carried into one stage as one state.
+  /// upper bound or a negative penalty, or two variables carried into one stage as one state.
   not_staged
 };
 
@@ -56,7 +56,7 @@ class StageMap {
     int first = -1;  ///< first stage of a variable that shares an entry of the Hessian
     int chain = -1;
     bool gone = false;
-    int column = -1;  ///< present place in (x, u) of its stage, -1: vanished
+    int column = -1;  ///< present column in (x, u) of its stage, -1: vanished
   };
   // A side of a row, or both; soft rows are two of these if both sides have a slack.
   struct Part {

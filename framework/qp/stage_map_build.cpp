@@ -269,7 +269,7 @@ void StageMap::make_places(const SparseQp& patterns) {
       plans_[variables_[c.variable].stage].later.push_back({c.hessian, c.variable, c.other});
 }
 
-// Soft rows stand apart from hard ones, one side at a time: each has its own slack and price.
+// Soft rows stand apart from hard ones, one side at a time: each has its own slack and penalty.
 void StageMap::make_groups(const SparseQp& patterns, int stage,
                            const StageStructure::Stage& given) {
   for (const std::vector<int>& rows : given.groups) {

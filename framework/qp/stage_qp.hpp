@@ -20,7 +20,7 @@ struct RowGroup {
   MatrixXd M;                ///< at least rows x columns
   VectorXd lower, upper;     ///< may be infinite
   bool soft = false;
-  VectorXd l1, l2;  ///< prices per row, read if soft; >= 0 and not both zero
+  VectorXd l1, l2;  ///< penalty weights per row, read if soft; >= 0 and not both zero
 };
 
 /// One stage: state x, input u, cost 1/2 x'Qx + u'Sx + 1/2 u'Ru + q'x + r'u + constant, and the
@@ -82,7 +82,7 @@ struct StagePoint {
   explicit StagePoint(const StageQp& qp);
 };
 
-/// Cost at the point, prices of violated soft rows included.
+/// Cost at the point, penalties of violated soft rows included.
 double objective(const StageQp& qp, const StagePoint& point);
 
 /// First-order optimality, each the largest absolute entry; zero at the optimum.

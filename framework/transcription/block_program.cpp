@@ -91,7 +91,7 @@ void BlockProgram::set_constant(int block, int argument, double value) {
   if (constant == value) return;
   constant = value;
   Compiled& c = compiled_[block];
-  c.argument[argument] = value;  // shares are added when it is gathered
+  c.argument[argument] = value;  // variables are added when it is gathered
   if (!c.reads[argument]) return;
   c.level = Level::none;
   c.has_entries = c.has_hessian = false;

@@ -122,7 +122,7 @@ class BlockProgram : public NonlinearProgram {
   struct Compiled {
     std::vector<Scatter> jacobian, gradient, hessian;
     VectorXd argument, value, weights;   // argument: constants, once gathered with the shares
-    std::vector<int> with_coefficients;  // arguments that have shares
+    std::vector<int> with_coefficients;  // arguments that have coefficients
     std::vector<double> entries, hessian_entries;
     std::vector<char> reads;   // per argument: whether the function depends on it
     std::vector<int> degrees;  // of the outputs, in the block's variables

@@ -9,8 +9,9 @@
 namespace saltus {
 namespace {
 
-// What counts as being on a side of zero: a share of the largest value that the guard takes in the
-// phase. After a jump it often starts at zero, and a solver leaves it there within its tolerance.
+// What counts as being on a side of zero: a fraction of the largest value that the guard takes in
+// the phase. After a jump it often starts at zero, and a solver leaves it there within its
+// tolerance.
 constexpr double side_share = 1e-6;
 
 VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorXd& u,
@@ -21,12 +22,12 @@ VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorX
 }
 
 // The furthest that the guard had been beyond zero after having been before it: t and amount.
-void find_early_crossing(const std::vector<std::pair<double, double>>& course, GuardCrossing& c) {
+void find_early_crossing(const std::vector<std::pair<double, double>>& samples, GuardCrossing& c) {
   double largest = 0.0;
-  for (const auto& [t, g] : course) largest = std::max(largest, std::abs(g));
+  for (const auto& [t, g] : samples) largest = std::max(largest, std::abs(g));
   const double side = side_share * largest;
   bool was_before = false;
-  for (const auto& [t, g] : course) {
+  for (const auto& [t, g] : samples) {
     was_before = was_before || g < -side;
     if (!was_before || g <= std::max(side, c.early_amount)) continue;
     c.early_amount = g;
@@ -46,17 +47,17 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
     const VectorXd& p = trajectory.phases()[j].parameters;
     const int nu = phase.sizes.nu;
     GuardCrossing c{.phase = phase.name, .event = guard.event, .declared = guard.crossing};
-    std::vector<std::pair<double, double>> course;  // t, guard with rising as the direction
+    std::vector<std::pair<double, double>> samples;  // t, guard with rising as the direction
     const TrajectoryPiece* last = nullptr;
     for (const TrajectoryPiece& piece : trajectory.pieces()) {
       if (piece.phase != static_cast<int>(j)) continue;
       last = &piece;
       const VectorXd z =
           argument(phase.sizes, piece.start, piece.state, piece.coefficients.head(nu), p);
-      course.emplace_back(piece.start, crossing_sign(guard.crossing) * guard.guard(z)[0]);
+      samples.emplace_back(piece.start, crossing_sign(guard.crossing) * guard.guard(z)[0]);
     }
     if (last == nullptr) continue;
-    find_early_crossing(course, c);
+    find_early_crossing(samples, c);
     c.time = last->end();
     const VectorXd z =
         argument(phase.sizes, c.time, last->end_state, last->coefficients.tail(nu), p);

@@ -46,7 +46,7 @@ Grid::Grid(const OptimalControlProblem& problem, const std::vector<int>& base_in
       grid.event_node.resize(grid.intervals.size() + 1);
     }
   }
-  place(problem.schedule(), problem.start_time());
+  place_events(problem.schedule(), problem.start_time());
 }
 
 void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const {
@@ -137,7 +137,7 @@ double Grid::snap(const PhaseGrid& grid, double offset) {
   return offset;
 }
 
-void Grid::place(const Schedule& schedule, double start_time) {
+void Grid::place_events(const Schedule& schedule, double start_time) {
   schedule_.adopt(schedule);
   double start = start_time;
   for (PhaseGrid& grid : phases_) {
@@ -214,11 +214,11 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
   for (std::size_t s = 0; s < limits.size(); ++s) {
     const bool last = s + 1 == limits.size();
     const double begin = limits[s];
-    const double share = ((last ? grid.duration : limits[s + 1]) - begin) / grid.duration;
+    const double fraction = ((last ? grid.duration : limits[s + 1]) - begin) / grid.duration;
     const int others = static_cast<int>(limits.size() - s) - 1;
     const int n = last ? left
-                       : std::clamp(static_cast<int>(std::lround(share * grid.base_intervals)), 1,
-                                    left - others);
+                       : std::clamp(static_cast<int>(std::lround(fraction * grid.base_intervals)),
+                                    1, left - others);
     left -= n;
     for (int i = 0; i < n; ++i) {
       const double fraction = static_cast<double>(i) / n;

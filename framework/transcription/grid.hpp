@@ -31,7 +31,7 @@ struct PhaseWindow {
 
 /// Intervals of all phases. The number per phase is fixed at construction: the base intervals and
 /// one slot for every instant a window names; where a window names a mode, one slot for every event
-/// that the schedule has room for. place() moves the events, never the sizes.
+/// that the schedule has room for. place_events() moves the events, never the sizes.
 class Grid {
  public:
   /// `base_intervals[j]` >= 1. Throws DefinitionError when a window of a phase with unknown start
@@ -50,9 +50,9 @@ class Grid {
   bool is_event(int phase, int node) const { return phases_[phase].event_node[node]; }
 
   /// Recomputes the nodes of fixed phases for new event times or a new start time. No allocation.
-  void place(const Schedule& schedule, double start_time);
-  /// Another duration (s) of a fixed phase, for the next place(). Limits of windows that stood on
-  /// a node have no slot, and do not move with it.
+  void place_events(const Schedule& schedule, double start_time);
+  /// Another duration (s) of a fixed phase, for the next place_events(). Limits of windows that
+  /// stood on a node have no slot, and do not move with it.
   void set_duration(int phase, double duration) { phases_[phase].duration = duration; }
 
   /// Throws DefinitionError, naming phase, term and event, when a window names an event that is

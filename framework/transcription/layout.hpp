@@ -1,4 +1,4 @@
-// The only place that knows where a quantity stands among the variables of the program.
+// Where a quantity stands among the variables of the program.
 #pragma once
 
 #include <string>

@@ -118,7 +118,7 @@ class Slopes {
     try {
       move_(d);
       return structure(program_) == here_ && sample(values);
-    } catch (const DefinitionError&) {  // events change places, bounds exclude one another
+    } catch (const DefinitionError&) {  // events change their order, bounds exclude one another
       return false;
     }
   }

@@ -35,7 +35,7 @@ PlanShift::PlanShift(const ShootingProgram& program) {
     const RowInstance& s = instances[i];
     const bool by_node = s.block.point.interval < 0;
     const Term& term = program.problem().phases()[s.phase].terms[s.term];
-    if (term.domain != TermDomain::running) continue;  // at one end of the phase: keeps its place
+    if (term.domain != TermDomain::running) continue;  // at one end of the phase: keeps its node
     const auto same = [&](const Family& f) {
       const RowInstance& first = instances[f.instances.front()];
       return first.phase == s.phase && first.term == s.term &&

@@ -1,4 +1,5 @@
-// Set-up of ShootingProgram: variables, rows and blocks for every place where a term could act.
+// Set-up of ShootingProgram: variables, rows and blocks for every grid point at which a term could
+// act.
 #include <fmt/format.h>
 
 #include <algorithm>

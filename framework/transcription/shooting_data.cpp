@@ -51,7 +51,7 @@ void ShootingProgram::commit(const ProblemData& next) {
 void ShootingProgram::propose(const ProblemData& next) {
   Grid& grid = proposal_.grid;
   for (int j = 0; j < grid.phases(); ++j) grid.set_duration(j, next.durations[j]);
-  grid.place(next.schedule, next.start_time);
+  grid.place_events(next.schedule, next.start_time);
   const bool given = next.has_given_start();
   for (int j = 0; j < grid.phases(); ++j) {
     propose_input_bounds(j);

@@ -32,7 +32,7 @@ struct RowInstance {
   std::vector<int> slack_free;                ///< of penalties that have one (PenaltySlacks)
 };
 
-/// A cost term at one place: an output of a block.
+/// A cost term at one grid point: an output of a block.
 struct CostInstance {
   int phase = 0, term = 0;
   int interval = -1;  ///< -1: at one end of the phase

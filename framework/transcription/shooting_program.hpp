@@ -50,7 +50,7 @@ class ShootingProgram final : public BlockProgram {
   int closing_row() const { return closing_row_; }
   int total_time_row() const { return total_time_row_; }  ///< -1: none
 
-  /// Absolute time of a place for durations as in w (null: the reference durations), s.
+  /// Absolute time of a grid point for durations as in w (null: the reference durations), s.
   double time_of(const shooting::GridPoint& point, const VectorXd* w) const;
   double start_of(int phase, const VectorXd* w) const;
   double duration_of(int phase, const VectorXd* w) const;
@@ -68,7 +68,7 @@ class ShootingProgram final : public BlockProgram {
   std::string describe_variable(int variable) const override { return layout_.describe(variable); }
 
  private:
-  // Times: a part that is known and shares of free durations.
+  // Times: a part that is known, and free durations with their coefficients.
   double known_start(int phase) const;
   double known_time(const shooting::GridPoint& point) const;
   std::vector<VariableCoefficient> start_coefficients(int phase) const;
@@ -134,7 +134,8 @@ class ShootingProgram final : public BlockProgram {
   std::vector<shooting::CostInstance> costs_;
   std::vector<shooting::ChangeInstance> changes_;
   std::vector<shooting::BlockInstance> placed_;  // every block with data arguments
-  // For messages: the name of every group of rows, by its first row, and its place if it has one.
+  // For messages: the name of every group of rows, by its first row, and its grid point if it has
+  // one.
   struct RowGroup {
     int first = 0;
     std::string name;

@@ -8,8 +8,8 @@ namespace saltus {
 
 using namespace shooting;
 
-// Running penalties are per unit of time: of the interval that starts at the place if the window
-// reaches into it, else of the one that ends there; -1: of none.
+// Running penalties are per unit of time: of the interval that starts at the grid point if the
+// window reaches into it, else of the one that ends there; -1: of none.
 int ShootingProgram::paying_interval(const RowInstance& instance, const PhaseWindow& window) const {
   const int j = instance.phase;
   const GridPoint& point = instance.block.point;

@@ -40,7 +40,7 @@ struct GuardCrossing {
   }
 };
 
-/// The share of a named cost in the total.
+/// What a named cost adds to the total.
 struct CostContribution {
   std::string phase, term;
   double value = 0.0;

@@ -1,4 +1,4 @@
-// The course of a solution: states and inputs at any time, exact as the integrator, and as CSV.
+// The trajectory of a solution: states and inputs at any time, exact as the integrator, and as CSV.
 #pragma once
 
 #include <iosfwd>

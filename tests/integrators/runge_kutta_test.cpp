@@ -87,15 +87,15 @@ TEST_P(RungeKuttaBothShapes, ValueAndJacobianGiveTheSameEnd) {
 TEST_P(RungeKuttaBothShapes, GoesThereAndBackAgain) {
   const auto integrator = runge_kutta8({.steps = 40})->make(coupled_problem(GetParam()));
   VectorXd w = coupled_point(GetParam());
-  const IntervalArguments place = integrator->arguments();
+  const IntervalArguments index = integrator->arguments();
   const VectorXd end = end_of(*integrator, w);
   VectorXd back = w;
   back.head(3) = end.head(3);
-  back[place.t0()] += w[place.h()];
-  back[place.h()] = -w[place.h()];
+  back[index.t0()] += w[index.h()];
+  back[index.h()] = -w[index.h()];
   if (GetParam() == InputShape::linear) {
-    back.segment(place.c(), 2) = w.segment(place.c(2), 2);
-    back.segment(place.c(2), 2) = w.segment(place.c(), 2);
+    back.segment(index.c(), 2) = w.segment(index.c(2), 2);
+    back.segment(index.c(2), 2) = w.segment(index.c(), 2);
   }
   const VectorXd start = end_of(*integrator, back);
   EXPECT_LE((start.head(3) - w.head(3)).cwiseAbs().maxCoeff(), 1e-13);
@@ -130,18 +130,18 @@ TEST(RungeKutta, LengthZeroIsTheIdentity) {
   for (const auto shape : {InputShape::constant, InputShape::linear}) {
     const auto integrator = runge_kutta4()->make(coupled_problem(shape));
     VectorXd w = coupled_point(shape);
-    const IntervalArguments place = integrator->arguments();
-    w[place.h()] = 0.0;
+    const IntervalArguments index = integrator->arguments();
+    w[index.h()] = 0.0;
     const VectorXd end = end_of(*integrator, w);
     EXPECT_EQ(end.head(3), w.head(3));
     EXPECT_EQ(end.tail(2).norm(), 0.0);
     const MatrixXd derivative = jacobian_of(*integrator, w);
     VectorXd z(9);
-    z << w[place.t0()], w.head(5), w.segment(place.p(), 3);
+    z << w[index.t0()], w.head(5), w.segment(index.p(), 3);
     if (shape == InputShape::constant) {
       VectorXd rate(5);
       rate << integrator->problem().dynamics(z), integrator->problem().running_cost(z);
-      EXPECT_LE((derivative.col(place.h()) - rate).norm(), 1e-15);
+      EXPECT_LE((derivative.col(index.h()) - rate).norm(), 1e-15);
     }
     EXPECT_EQ(derivative.topLeftCorner(3, 3), MatrixXd::Identity(3, 3));
   }

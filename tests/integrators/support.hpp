@@ -117,14 +117,14 @@ inline MatrixXd hessian_of(Integrator& integrator, const VectorXd& w, const Vect
 /// Columns of w that the problem differentiates.
 inline std::vector<int> differentiated_columns(const Integrator& integrator) {
   const IntervalProblem& problem = integrator.problem();
-  const IntervalArguments place = integrator.arguments();
+  const IntervalArguments index = integrator.arguments();
   std::vector<int> columns;
-  for (int i = 0; i < place.p(); ++i) columns.push_back(i);
-  for (int i = 0; i < place.np; ++i)
-    if (problem.differentiate_parameter[i]) columns.push_back(place.p(i));
+  for (int i = 0; i < index.p(); ++i) columns.push_back(i);
+  for (int i = 0; i < index.np; ++i)
+    if (problem.differentiate_parameter[i]) columns.push_back(index.p(i));
   if (problem.differentiate_time) {
-    columns.push_back(place.t0());
-    columns.push_back(place.h());
+    columns.push_back(index.t0());
+    columns.push_back(index.h());
   }
   return columns;
 }

@@ -1,6 +1,6 @@
 // Does the push recovery problem agree with an independent dense solution when the capture point
 // runs along the edge of the hull, at the end of the horizon too, when the impact falls between two
-// nodes of the grid, and with a price on first differences there?
+// nodes of the grid, and with a penalty on first differences there?
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -163,32 +163,33 @@ TEST_P(BindingRows, AgreeWithADenseSolution) {
   EXPECT_LT(state_error, 1e-6);   // m, m/s, Nms
   EXPECT_LT(wrench_error, 1e-2);  // N, Nm
 
-  // The same rows hold, with the same prices.
-  const std::map<long, double> prices = edge_multipliers(shooting, solution.point.lambda);
+  // The same rows hold, with the same multipliers.
+  const std::map<long, double> multipliers = edge_multipliers(shooting, solution.point.lambda);
   std::vector<double> binding;
-  double price_error = 0.0, largest_price = 0.0;
+  double multiplier_error = 0.0, largest_multiplier = 0.0;
   for (int node = 0; node < dense.nodes(); ++node) {
     if (dense.hull_row[node] < 0) continue;
-    const double price = expected.w[dense.hull_row[node] + 3];
-    EXPECT_GE(price, 0.0);
-    if (price > 0.0) binding.push_back(dense.times[node]);
-    ASSERT_TRUE(prices.contains(std::lround(1e6 * dense.times[node]))) << dense.times[node];
-    price_error =
-        std::max(price_error, std::abs(prices.at(std::lround(1e6 * dense.times[node])) - price));
-    largest_price = std::max(largest_price, price);
+    const double multiplier = expected.w[dense.hull_row[node] + 3];
+    EXPECT_GE(multiplier, 0.0);
+    if (multiplier > 0.0) binding.push_back(dense.times[node]);
+    ASSERT_TRUE(multipliers.contains(std::lround(1e6 * dense.times[node]))) << dense.times[node];
+    multiplier_error =
+        std::max(multiplier_error,
+                 std::abs(multipliers.at(std::lround(1e6 * dense.times[node])) - multiplier));
+    largest_multiplier = std::max(largest_multiplier, multiplier);
   }
   ASSERT_EQ(binding.size(), GetParam().binds_at.size());
   for (std::size_t i = 0; i < binding.size(); ++i)
     EXPECT_NEAR(binding[i], GetParam().binds_at[i], 1e-12);
-  EXPECT_LT(price_error, 1e-5 * std::max(1.0, largest_price));
+  EXPECT_LT(multiplier_error, 1e-5 * std::max(1.0, largest_multiplier));
   const auto record = [](const char* what, double value) {
     RecordProperty(what, fmt::format("{:.3g}", value));
   };
   record("relative_cost_error", solution.cost / expected.cost - 1.0);
   record("state_error", state_error);
   record("wrench_error", wrench_error);
-  record("price_error", price_error);
-  record("largest_price", largest_price);
+  record("multiplier_error", multiplier_error);
+  record("largest_multiplier", largest_multiplier);
 }
 
 INSTANTIATE_TEST_SUITE_P(Instances, BindingRows, ::testing::ValuesIn(instances),

@@ -83,7 +83,7 @@ TEST_P(Impact, NeighboursApproachEachOther) {
     fine.cost = std::max(fine.cost, w.cost);
     fine.input = std::max(fine.input, w.input);
   }
-  // A continuous piecewise smooth course gives a ratio of ten, a jump gives one.
+  // A continuous piecewise smooth cost gives a ratio of ten, a jump gives one.
   EXPECT_LT(5.0 * fine.cost, coarse.cost);
   EXPECT_LT(5.0 * fine.input, coarse.input);
   RecordProperty("cost_change_1ms", std::to_string(coarse.cost));

@@ -58,7 +58,7 @@ class RandomStaged {
       qp.lower[slack] = w[slack] = low;
       const int h = qp.hessian_pattern.find(slack, slack);
       if (h >= 0) qp.hessian[h] = uniform(random_, 0.5, 2.0);
-      // In the slack above its least value the price rises from a slope that is not negative.
+      // In the slack above its least value the penalty rises from a slope that is not negative.
       qp.gradient[slack] = (h >= 0 && chance(0.5) ? 0.0 : uniform(random_, 0.1, 1.0)) -
                            (h >= 0 ? qp.hessian[h] : 0.0) * low;
     }

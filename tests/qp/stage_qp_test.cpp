@@ -111,7 +111,7 @@ TEST_F(OneStep, CheapSoftRowIsViolated) {
   multiplier() = -0.3;
   EXPECT_LT(residual().largest(), rounding);
   EXPECT_NEAR(objective(qp, point), 0.5 * (0.35 * 0.35 + 0.65 * 0.65) + 0.03, rounding);
-  multiplier() = -0.2;  // a violated side pays its full price
+  multiplier() = -0.2;  // a violated side is penalised in full
   EXPECT_NEAR(residual().complementarity, 0.1 * 0.1, rounding);
   multiplier() = -0.4;  // and no more
   EXPECT_NEAR(residual().stationarity, 0.1, rounding);

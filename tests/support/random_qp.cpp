@@ -221,9 +221,9 @@ class Builder {
     if (columns.empty()) return;
     const auto& [g, multipliers] = add_group(k, columns, random_.integer(1, 3), true);
     for (int i = 0; i < g.rows; ++i) {
-      const int prices = random_.integer(0, 2);  // linear, quadratic, both
-      if (prices != 1) g.l1[i] = random_.log_uniform(1e-2, 1e2);
-      if (prices != 0) g.l2[i] = random_.log_uniform(1e-2, 1e3);
+      const int penalty = random_.integer(0, 2);  // linear, quadratic, both
+      if (penalty != 1) g.l1[i] = random_.log_uniform(1e-2, 1e2);
+      if (penalty != 0) g.l2[i] = random_.log_uniform(1e-2, 1e3);
       const double value = product(k, g, i, out_.optimum);
       const double sign = random_.chance(0.5) ? 1.0 : -1.0;
       double& side = sign > 0.0 ? g.upper[i] : g.lower[i];

@@ -17,7 +17,7 @@ inline double uniform(std::mt19937& random, double low, double high) {
 }
 
 /// Random inputs within their bounds, and the states to which they lead.
-inline StagePoint random_course(const StageQp& qp, std::mt19937& random) {
+inline StagePoint random_trajectory(const StageQp& qp, std::mt19937& random) {
   StagePoint point(qp);
   const auto between = [&](double lower, double upper) {
     const double low = std::max(lower, upper < infinity ? upper - 2.0 : -1.0);
@@ -42,22 +42,22 @@ inline StagePoint random_course(const StageQp& qp, std::mt19937& random) {
 /// Costs agree, and so does what is violated: the dynamics hold in both.
 inline void expect_equivalent(const SparseQp& qp, StageMap& map, std::mt19937& random) {
   for (int trial = 0; trial < 3; ++trial) {
-    const StagePoint course = random_course(map.stages(), random);
+    const StagePoint trajectory = random_trajectory(map.stages(), random);
     PrimalDualPoint sparse;
-    map.convert(qp, course, sparse);
+    map.convert(qp, trajectory, sparse);
     const double cost = objective(qp, sparse.w);
-    EXPECT_NEAR(objective(map.stages(), course), cost, 1e-10 * (1.0 + std::abs(cost)));
+    EXPECT_NEAR(objective(map.stages(), trajectory), cost, 1e-10 * (1.0 + std::abs(cost)));
     const double violation = kkt_residual(qp, sparse).feasibility;
-    EXPECT_NEAR(kkt_residual(map.stages(), course).feasibility, violation,
+    EXPECT_NEAR(kkt_residual(map.stages(), trajectory).feasibility, violation,
                 1e-10 * (1.0 + violation));
     StagePoint back(map.stages());
     map.convert(qp, sparse, back);
     for (int k = 0; k <= map.stages().intervals(); ++k) {
       const Stage& s = map.stages().stages[k];
       for (int i = 0; i < s.nx; ++i)
-        EXPECT_NEAR(back.stages[k].x[i], course.stages[k].x[i],
+        EXPECT_NEAR(back.stages[k].x[i], trajectory.stages[k].x[i],
                     1e-10 * (1.0 + std::abs(back.stages[k].x[i])));
-      for (int i = 0; i < s.nu; ++i) EXPECT_EQ(back.stages[k].u[i], course.stages[k].u[i]);
+      for (int i = 0; i < s.nu; ++i) EXPECT_EQ(back.stages[k].u[i], trajectory.stages[k].u[i]);
     }
   }
 }

@@ -35,7 +35,7 @@ OptimalControlProblem oscillation() {
   return ocp;
 }
 
-// With the period of the forcing and no effort, x = -cos(2 t) / 3 is the only periodic course.
+// With the period of the forcing and no effort, x = -cos(2 t) / 3 is the only periodic trajectory.
 TEST(Closing, FindsAPeriodicCourse) {
   OptimalControlProblem ocp = oscillation();
   ocp.close();

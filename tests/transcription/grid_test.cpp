@@ -44,7 +44,7 @@ TEST(Grid, LawsHoldWhereverTheEventsFall) {
     if (kind(random) == 0) times[1] = times[0];
     std::sort(times.begin(), times.end());
     const OptimalControlProblem problem = three_events(times);
-    grid.place(problem.schedule(), 0.0);
+    grid.place_events(problem.schedule(), 0.0);
     SCOPED_TRACE(testing::Message() << "seed " << seed << " trial " << trial << " events "
                                     << times[0] << " " << times[1] << " " << times[2]);
     ASSERT_EQ(grid.intervals(0), size);

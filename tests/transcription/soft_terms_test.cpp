@@ -129,15 +129,15 @@ TEST(Penalties, AreTheLeastCostOfTheirSlacks) {
   for (const Penalty& penalty :
        {soft("a", 1.7), soft("b", 0.6, Penalty::L2), huber("c", 2.0, 0.3)}) {
     const PenaltySlacks slacks = slacks_of(penalty);
-    const auto price = [](const SlackCost& c, double s) {
+    const auto cost_of = [](const SlackCost& c, double s) {
       return c.is_quadratic ? 0.5 * c.weight * s * s : c.weight * s;
     };
     for (const double v : {0.0, 0.1, 0.3, 0.31, 1.0, 4.0}) {
-      double least = price(slacks.side, v);
+      double least = cost_of(slacks.side, v);
       constexpr int steps = 4000;
       for (int i = 0; slacks.free && i <= steps; ++i) {
         const double r = v * i / steps;
-        least = std::min(least, price(slacks.side, v - r) + price(*slacks.free, r));
+        least = std::min(least, cost_of(slacks.side, v - r) + cost_of(*slacks.free, r));
       }
       EXPECT_NEAR(cost(penalty, v), least, 1e-5 * (1.0 + v)) << penalty.name << " at " << v;
     }
