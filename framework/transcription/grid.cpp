@@ -214,11 +214,11 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
   for (std::size_t s = 0; s < limits.size(); ++s) {
     const bool last = s + 1 == limits.size();
     const double begin = limits[s];
-    const double fraction = ((last ? grid.duration : limits[s + 1]) - begin) / grid.duration;
+    const double part = ((last ? grid.duration : limits[s + 1]) - begin) / grid.duration;
     const int others = static_cast<int>(limits.size() - s) - 1;
     const int n = last ? left
-                       : std::clamp(static_cast<int>(std::lround(fraction * grid.base_intervals)),
-                                    1, left - others);
+                       : std::clamp(static_cast<int>(std::lround(part * grid.base_intervals)), 1,
+                                    left - others);
     left -= n;
     for (int i = 0; i < n; ++i) {
       const double fraction = static_cast<double>(i) / n;

@@ -128,12 +128,12 @@ DenseStepRecovery build(const StepRecovery& s) {
         VectorXd::Constant(6, s.wrench_change * s.step / first_length), before);
   for (int k = 1; k < intervals; ++k) {
     const double length = 0.5 * (result.times[k + 1] - result.times[k - 1]);
-    const double weight = s.wrench_change * s.step / length;
+    const double per_change = s.wrench_change * s.step / length;
     const int entries = landed(k - 1) ? 12 : 6;
     for (int i = 0; i < entries; ++i) {
       const int a = result.input(k - 1) + i, b = result.input(k) + i;
-      qp.P(a, a) += weight, qp.P(b, b) += weight;
-      qp.P(a, b) -= weight, qp.P(b, a) -= weight;
+      qp.P(a, a) += per_change, qp.P(b, b) += per_change;
+      qp.P(a, b) -= per_change, qp.P(b, a) -= per_change;
     }
   }
 
