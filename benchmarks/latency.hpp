@@ -30,7 +30,8 @@ LatencyReport measure_latency(const Selection& selection,
 
 struct LatencyRequest {
   Selection selection;
-  std::optional<std::filesystem::path> json;
+  std::optional<std::filesystem::path> json = {};
+  std::string help = {};  ///< not empty: asked for, in place of a run
 };
 /// What follows `bench latency`. Throws InputError.
 LatencyRequest parse_latency_request(std::span<const std::string> arguments);

@@ -6,7 +6,7 @@
 
 #include "benchmarks/latency.hpp"
 #include "benchmarks/latency_output.hpp"
-#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/option_parser.hpp"
 #include "saltus/app/output_folder.hpp"
 #include "saltus/core/error.hpp"
 
@@ -14,10 +14,15 @@ namespace saltus::bench {
 namespace {
 
 constexpr int quick_solves = 100;
+constexpr const char* summary = "times of the structured solver";
 constexpr const char* usage = "bench latency [--quick] [--json FILE] [--only PATTERN]";
 
 ExitStatus run_latency(std::span<const std::string> arguments) {
   const LatencyRequest request = parse_latency_request(arguments);
+  if (!request.help.empty()) {
+    fmt::print("{}", request.help);
+    return ExitStatus::ok;
+  }
   std::optional<OutputFolder> folder;
   if (request.json) folder = folder_of_file("--json", *request.json);
   bool begun = false;  // no head above a sentence that nothing was measured
@@ -35,23 +40,15 @@ ExitStatus run_latency(std::span<const std::string> arguments) {
 
 LatencyRequest parse_latency_request(std::span<const std::string> arguments) {
   LatencyRequest request;
-  ArgumentReader reader(arguments);
-  while (!reader.at_end()) {
-    const std::string flag = reader.next();
-    if (flag == "--quick") {
-      reader.once();
-      reader.refuse_value();
-      request.selection.solves = quick_solves;
-    } else if (flag == "--json") {
-      reader.once();
-      request.json = reader.require_value("FILE");
-    } else if (flag == "--only") {
-      reader.once();
-      request.selection.only = reader.require_value("PATTERN");
-    } else {
-      reader.reject({"--quick", "--json", "--only"}, usage);
-    }
-  }
+  bool quick = false;
+  OptionParser parser("bench latency", summary);
+  parser.flag("--quick", "fewer solves: seconds in place of minutes", quick)
+      .option("--json", "FILE", "all figures",
+              [&](const std::string& file) { request.json = file; })
+      .option("--only", "PATTERN", "part of the name of a case", request.selection.only);
+  parser.parse(arguments);
+  if (quick) request.selection.solves = quick_solves;
+  if (parser.help_wanted()) request.help = parser.help();
   return request;
 }
 

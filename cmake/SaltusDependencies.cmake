@@ -8,7 +8,7 @@
 #   robots    saltus::urdf_libraries
 #   dart      saltus::dart_libraries
 #   mujoco    saltus::mujoco_library
-#   app       nlohmann_json::nlohmann_json  saltus::yaml_library
+#   app       nlohmann_json::nlohmann_json  saltus::yaml_library  saltus::command_line_library
 #
 # The releases in view: Debian 12, Ubuntu 24.04, Debian 13. ./saltus installs the packages.
 # saltusConfig.cmake.in finds the same libraries for users of an installed Saltus.
@@ -171,6 +171,12 @@ macro(saltus_find_app)
   find_package(nlohmann_json QUIET)
   if(NOT nlohmann_json_FOUND)
     set(missing "nlohmann-json (nlohmann-json3-dev)")
+  endif()
+  find_package(CLI11 QUIET)
+  if(CLI11_FOUND)
+    saltus_external(command_line_library LINK CLI11::CLI11)
+  else()
+    set(missing "CLI11 (libcli11-dev)")
   endif()
 endmacro()
 

@@ -26,7 +26,7 @@ void flatten(const std::vector<YamlEntry>& entries, const std::string& prefix,
     Assignment assignment;
     assignment.key = prefix + entry.key;
     assignment.origin = Assignment::Origin::file;
-    assignment.place = fmt::format("{}:{}", file, entry.line);
+    assignment.location = fmt::format("{}:{}", file, entry.line);
     if (entry.form == YamlEntry::Form::scalar) assignment.form = Assignment::Form::scalar;
     if (entry.form == YamlEntry::Form::list) assignment.form = Assignment::Form::list;
     assignment.items = entry.items;
@@ -73,14 +73,14 @@ Assignment parse_set_argument(std::string_view text) {
   }
   Assignment assignment = from_text(text.substr(0, equals), text.substr(equals + 1));
   assignment.origin = Assignment::Origin::set;
-  assignment.place = fmt::format("--set {}", text);
+  assignment.location = fmt::format("--set {}", text);
   return assignment;
 }
 
 Assignment flag_assignment(std::string_view flag, std::string_view value) {
   Assignment assignment = from_text(flag, value);
   assignment.origin = Assignment::Origin::flag;
-  assignment.place = fmt::format("--{}", flag);
+  assignment.location = fmt::format("--{}", flag);
   return assignment;
 }
 
@@ -88,7 +88,7 @@ Assignment bare_flag_assignment(std::string_view flag) {
   Assignment assignment;
   assignment.key = std::string(flag);
   assignment.origin = Assignment::Origin::flag;
-  assignment.place = fmt::format("--{}", flag);
+  assignment.location = fmt::format("--{}", flag);
   return assignment;
 }
 

@@ -17,7 +17,7 @@ struct Assignment {
   Form form = Form::none;          ///< how the value was written
   std::vector<std::string> items;  ///< one entry for a scalar, any number for a list
   Origin origin = Origin::set;
-  std::string place;  ///< for messages: "push.yaml:3", "--set push.impulse=7", "--urdf"
+  std::string location;  ///< for messages: "push.yaml:3", "--set push.impulse=7", "--urdf"
 };
 
 /// The settings of a YAML file; nested maps become dotted keys, in the order of the file.

@@ -1,44 +1,31 @@
 #include "saltus/app/command_line.hpp"
 
-#include <fmt/format.h>
-
-#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/option_parser.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
 
 RunRequest parse_run_request(std::span<const std::string> arguments) {
   RunRequest request;
-  ArgumentReader reader(arguments);
-  while (!reader.at_end()) {
-    const std::string argument = reader.next();
-    if (argument == "--help" || argument == "-h") {
-      request.help = true;
-    } else if (argument == "--config") {
-      reader.once();
-      request.config_file = reader.require_value("FILE");
-    } else if (argument == "--out") {
-      reader.once();
-      request.out = reader.require_value("DIR");
-    } else if (argument == "--set") {
-      request.assignments.push_back(parse_set_argument(reader.require_value("KEY=VALUE")));
-    } else if (argument.starts_with("--") && argument.size() > 2) {
-      const std::string flag = argument.substr(2);
-      const std::optional<std::string> value = reader.take_value();
-      request.assignments.push_back(value ? flag_assignment(flag, *value)
-                                          : bare_flag_assignment(flag));
-    } else if (argument.starts_with("-")) {
-      throw InputError(fmt::format("unknown flag '{}'; flags begin with two dashes", argument));
-    } else if (request.problem.empty()) {
-      request.problem = argument;
-    } else {
-      throw InputError(
-          fmt::format("one problem at a time: '{}' or '{}'?", request.problem, argument));
-    }
-  }
+  OptionParser parser("run", "Runs a problem and leaves its results in a folder.");
+  parser.word("problem", "its name; 'saltus list' shows them", request.problem)
+      .option("--config", "FILE", "settings as YAML",
+              [&](const std::string& file) { request.config_file = file; })
+      .option("--out", "DIR", "where the results go; results/PROBLEM without",
+              [&](const std::string& folder) { request.out = folder; })
+      .repeated(
+          "--set", "KEY=VALUE", "one setting; --KEY VALUE means the same",
+          [&](const std::string& text) { request.assignments.push_back(parse_set_argument(text)); })
+      .others([&](const std::string& flag, const std::optional<std::string>& value) {
+        request.assignments.push_back(value ? flag_assignment(flag, *value)
+                                            : bare_flag_assignment(flag));
+      });
+  parser.parse(arguments);
+  request.help = parser.help_wanted();
   if (request.problem.empty() && !request.help) {
     throw InputError("run needs the name of a problem; 'saltus list' shows them");
   }
+  if (request.help) request.usage = parser.help();
   if (request.out.empty()) request.out = std::filesystem::path("results") / request.problem;
   return request;
 }

@@ -21,6 +21,7 @@ struct RunRequest {
   std::vector<Assignment> assignments;  ///< of --set and other flags, in their order
   std::filesystem::path out;            ///< results/PROBLEM unless --out says otherwise
   bool help = false;                    ///< describe the settings instead of running
+  std::string usage = {};               ///< with help: the flags that every problem has
 };
 
 /// Parses what follows the word `run`. Throws InputError if the problem is missing (unless help is

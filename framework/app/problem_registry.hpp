@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "saltus/app/command_line.hpp"
 #include "saltus/app/exit_status.hpp"
@@ -21,6 +22,8 @@ struct ProblemEntry {
   std::string name;
   std::string summary;  ///< one line for `saltus list`
   std::function<ExitStatus(const RunRequest&)> run;
+  std::vector<std::string> aliases = {};  ///< other names under which it is found
+  std::string kind = {};                  ///< for `saltus list`: "optimal control", "simulation"
 };
 
 /// What a problem is given besides its configuration.
@@ -44,8 +47,8 @@ ProblemEntry problem_entry(std::string name, std::string summary,
     Settings settings;
     declare(settings, config);
     if (request.help) {
-      fmt::print("{}: {}\n\nSettings (--set KEY=VALUE, --KEY VALUE, or a YAML file):\n{}", name,
-                 summary, settings.describe());
+      fmt::print("{}: {}\n\n{}\nSettings (--set KEY=VALUE, --KEY VALUE, or a YAML file):\n{}", name,
+                 summary, request.usage, settings.describe());
       return ExitStatus::ok;
     }
     settings.apply(request.config_file, request.assignments);

@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
@@ -15,17 +18,27 @@
 namespace saltus {
 namespace {
 
-template <class Named>
-const Named* find_by_name(std::span<const Named> entries, const std::string& name) {
-  const auto it = std::find_if(entries.begin(), entries.end(),
-                               [&](const Named& entry) { return entry.name == name; });
-  return it == entries.end() ? nullptr : &*it;
+// By name or alias, in capitals or not.
+const ProblemEntry* find_problem(std::span<const ProblemEntry> problems, const std::string& given) {
+  const auto lower_case = [](std::string text) {
+    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return text;
+  };
+  const std::string wanted = lower_case(given);
+  for (const ProblemEntry& problem : problems) {
+    if (lower_case(problem.name) == wanted) return &problem;
+    for (const std::string& alias : problem.aliases)
+      if (lower_case(alias) == wanted) return &problem;
+  }
+  return nullptr;
 }
 
-template <class Named>
-std::vector<std::string> names_of(std::span<const Named> entries) {
+std::vector<std::string> names_of(std::span<const ProblemEntry> problems) {
   std::vector<std::string> names;
-  for (const Named& entry : entries) names.push_back(entry.name);
+  for (const ProblemEntry& problem : problems) {
+    names.push_back(problem.name);
+    names.insert(names.end(), problem.aliases.begin(), problem.aliases.end());
+  }
   return names;
 }
 
@@ -37,58 +50,91 @@ std::vector<std::string> names_of(std::span<const Named> entries) {
                        : fmt::format("unknown {} '{}'; did you mean '{}'?", kind, given, meant));
 }
 
-template <class Named>
-void print_table(std::span<const Named> entries) {
+void print_list(std::span<const ProblemEntry> problems) {
   std::size_t width = 0;
-  for (const Named& entry : entries) width = std::max(width, entry.name.size());
-  for (const Named& entry : entries) {
-    fmt::print("  {:<{}}  {}\n", entry.name, width, entry.summary);
-  }
+  for (const ProblemEntry& problem : problems) width = std::max(width, problem.name.size());
+  for (const ProblemEntry& problem : problems)
+    fmt::print("  {:<{}}  {}{}\n", problem.name, width, problem.summary,
+               problem.kind.empty() ? "" : fmt::format(" ({})", problem.kind));
 }
 
-ExitStatus print_help(std::span<const Verb> more_verbs) {
-  std::vector<Verb> verbs{
-      {"list", "the problems this program knows", {}},
-      {"run", "run PROBLEM [--config FILE] [--set KEY=VALUE]... [--out DIR] [--KEY VALUE]...", {}},
-  };
-  verbs.insert(verbs.end(), more_verbs.begin(), more_verbs.end());
-  verbs.push_back({"help", "this text; 'run PROBLEM --help' lists the settings of a problem", {}});
-  fmt::print("saltus VERB ...\n\n");
-  print_table(std::span<const Verb>(verbs));
-  return ExitStatus::ok;
-}
+// The program's own verbs and those that its caller adds, as subcommands.
+class Verbs {
+ public:
+  explicit Verbs(std::span<const Verb> more) {
+    app_.name("saltus");
+    app_.set_help_flag();
+    app_.allow_extras();
+    add("list", "the problems this program knows");
+    add("run", "run PROBLEM [--config FILE] [--set KEY=VALUE]... [--out DIR] [--KEY VALUE]...");
+    for (const Verb& verb : more) add(verb.name, verb.summary);
+    add("help", "this text; 'run PROBLEM --help' lists the settings of a problem");
+    help_ = app_.help();  // of all verbs: after parsing it would be that of the one given
+  }
+
+  /// The name of the verb that the first word is. The words after it are the verb's own: CLI11
+  /// would look for further verbs among them ("run list").
+  std::string parse(const std::string& word) {
+    try {
+      app_.parse(std::vector<std::string>{word});
+    } catch (const CLI::ParseError& error) {
+      throw InputError(error.what());
+    }
+    for (const CLI::App* sub : app_.get_subcommands()) return sub->get_name();
+    if (word == "--help" || word == "-h") return "help";
+    reject_unknown("verb", word, names_, "'saltus help' shows them");
+  }
+
+  ExitStatus print_help() const {
+    fmt::print("{}", help_);
+    return ExitStatus::ok;
+  }
+
+ private:
+  void add(const std::string& name, const std::string& summary) {
+    app_.add_subcommand(name, summary)->set_help_flag();
+    names_.push_back(name);
+  }
+
+  CLI::App app_{"Hybrid model predictive control: problems to run, by name."};
+  std::vector<std::string> names_;
+  std::string help_;
+};
 
 ExitStatus run_problem(std::span<const std::string> arguments,
-                       std::span<const ProblemEntry> problems, std::span<const Verb> more_verbs) {
+                       std::span<const ProblemEntry> problems) {
   const RunRequest request = parse_run_request(arguments);
-  if (request.problem.empty()) return print_help(more_verbs);  // run --help
-  const ProblemEntry* problem = find_by_name(problems, request.problem);
+  if (request.problem.empty()) {  // run --help
+    fmt::print("{}", request.usage);
+    return ExitStatus::ok;
+  }
+  const ProblemEntry* problem = find_problem(problems, request.problem);
   if (problem == nullptr) {
     reject_unknown("problem", request.problem, names_of(problems), "'saltus list' shows them");
   }
   return problem->run(request);
 }
 
-ExitStatus dispatch(std::span<const std::string> arguments, std::span<const ProblemEntry> problems,
-                    std::span<const Verb> more_verbs) {
+ExitStatus dispatch(const std::vector<std::string>& arguments,
+                    std::span<const ProblemEntry> problems, std::span<const Verb> more_verbs) {
+  Verbs verbs(more_verbs);
   if (arguments.empty()) {
-    print_help(more_verbs);
+    verbs.print_help();
     throw InputError("a verb is missing");
   }
-  const std::string& verb = arguments.front();
-  const std::span<const std::string> rest = arguments.subspan(1);
-  if (verb == "run") return run_problem(rest, problems, more_verbs);
-  if (verb == "help" || verb == "--help" || verb == "-h") return print_help(more_verbs);
+  const std::string verb = verbs.parse(arguments.front());
+  const std::span<const std::string> rest = std::span(arguments).subspan(1);
+  if (verb == "run") return run_problem(rest, problems);
+  if (verb == "help") return verbs.print_help();
   if (verb == "list") {
     if (!rest.empty())
       throw InputError(fmt::format("list takes no arguments, but '{}' follows", rest[0]));
-    print_table(problems);
+    print_list(problems);
     return ExitStatus::ok;
   }
-  if (const Verb* more = find_by_name(more_verbs, verb)) return more->run(rest);
-  std::vector<std::string> known = names_of(more_verbs);
-  known.insert(known.end(), {"list", "run", "help"});
-  reject_unknown("verb", verb, known, "'saltus help' shows them");
+  return std::find_if(more_verbs.begin(), more_verbs.end(),
+                      [&](const Verb& more) { return more.name == verb; })
+      ->run(rest);
 }
 
 }  // namespace

@@ -15,15 +15,16 @@
 namespace saltus {
 namespace {
 
-// "'push.impulse' must be a number (N s), not 'abc'", preceded by the place.
+// "'push.impulse' must be a number (N s), not 'abc'", preceded by the location.
 [[noreturn]] void reject(const Assignment& given, const std::string& key, const std::string& what) {
   std::string shown;
   for (const std::string& item : given.items) shown += (shown.empty() ? "" : ", ") + item;
   if (given.form == Assignment::Form::list) shown = "[" + shown + "]";
   if (given.form == Assignment::Form::none || shown.empty()) {
-    throw InputError(fmt::format("{}: '{}' must be {}, but has no value", given.place, key, what));
+    throw InputError(
+        fmt::format("{}: '{}' must be {}, but has no value", given.location, key, what));
   }
-  throw InputError(fmt::format("{}: '{}' must be {}, not '{}'", given.place, key, what, shown));
+  throw InputError(fmt::format("{}: '{}' must be {}, not '{}'", given.location, key, what, shown));
 }
 
 // The YAML spelling of what is not a number is a number here too, to be refused as not finite.
@@ -152,8 +153,8 @@ Settings::Value Settings::parse(const Setting& setting, const Assignment& given)
     if (it != setting.names.end()) return static_cast<std::size_t>(it - setting.names.begin());
     const std::string meant = nearest_name(scalar, setting.names);
     if (scalar.empty() || meant.empty()) reject(given, key, allowed_text(setting));
-    throw InputError(fmt::format("{}: '{}' must be {}, not '{}'; did you mean '{}'?", given.place,
-                                 key, allowed_text(setting), scalar, meant));
+    throw InputError(fmt::format("{}: '{}' must be {}, not '{}'; did you mean '{}'?",
+                                 given.location, key, allowed_text(setting), scalar, meant));
   };
   const auto parse_text = [&]() -> std::string {
     if (given.form != Form::scalar) reject(given, key, "a text");

@@ -128,14 +128,14 @@ void Settings::stage(const std::vector<Assignment>& assignments,
   for (const Assignment& assignment : assignments) {
     const Setting* setting = find(assignment.key, assignment.origin);
     if (setting == nullptr) reject_unknown(assignment);
-    for (const auto& [other, place] : seen) {
+    for (const auto& [other, location] : seen) {
       if (other == setting) {
-        throw InputError(
-            fmt::format("{}: '{}' was already given by {}", assignment.place, setting->key, place));
+        throw InputError(fmt::format("{}: '{}' was already given by {}", assignment.location,
+                                     setting->key, location));
       }
     }
-    seen.emplace_back(setting, assignment.place);
-    changes.push_back({setting, parse(*setting, assignment), assignment.place});
+    seen.emplace_back(setting, assignment.location);
+    changes.push_back({setting, parse(*setting, assignment), assignment.location});
   }
 }
 
@@ -148,7 +148,7 @@ void Settings::check_rules(const std::vector<Change>& changes) const {
     };
     const auto last = std::find_if(changes.rbegin(), changes.rend(), concerned);
     if (last == changes.rend()) throw InputError(complaint);
-    throw InputError(fmt::format("{}: {}", last->place, complaint));
+    throw InputError(fmt::format("{}: {}", last->location, complaint));
   }
 }
 
@@ -172,7 +172,7 @@ void Settings::reject_unknown(const Assignment& given) const {
     if (key.starts_with(given.key + ".")) inside.push_back(key);
   }
   if (!inside.empty() && !is_flag) {
-    throw InputError(fmt::format("{}: '{}' is a section, not a value; it holds {}", given.place,
+    throw InputError(fmt::format("{}: '{}' is a section, not a value; it holds {}", given.location,
                                  given.key, join_names(inside)));
   }
   if (is_flag) {
@@ -187,7 +187,7 @@ void Settings::reject_unknown(const Assignment& given) const {
 
   const std::string dashes = is_flag ? "--" : "";
   std::string message = is_flag ? fmt::format("unknown flag '--{}'", given.key)
-                                : fmt::format("{}: unknown key '{}'", given.place, given.key);
+                                : fmt::format("{}: unknown key '{}'", given.location, given.key);
   if (!meant.empty()) {
     message += fmt::format("; did you mean '{}{}'?", dashes, meant);
   } else {

@@ -29,7 +29,7 @@ namespace saltus {
 ///
 /// Declaring is programming: a key declared twice, or a default outside its range, throws
 /// DefinitionError. Applying reads what a user wrote: whatever is wrong throws InputError, one
-/// sentence with place, key, value and remedy, and leaves every field as it was.
+/// sentence with location, key, value and remedy, and leaves every field as it was.
 class Settings {
  public:
   /// A finite number. `unit` is for the reader ("" if there is none).
@@ -57,7 +57,7 @@ class Settings {
 
   /// A condition on several settings, checked after all are known. `complaint` returns what is
   /// wrong ("contact.fz_min (50) exceeds contact.fz_max (20)"), or an empty string; the message
-  /// is preceded by the place that set one of `keys` last.
+  /// is preceded by the location that set one of `keys` last.
   void rule(std::vector<std::string> keys, std::function<std::string()> complaint);
 
   /// Reads the file, if one is given, then the assignments, which win. All or nothing.
@@ -99,7 +99,7 @@ class Settings {
   struct Change {
     const Setting* setting;
     Value value;
-    std::string place;
+    std::string location;
   };
 
   void declare(Setting setting);

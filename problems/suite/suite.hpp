@@ -24,7 +24,8 @@ std::vector<SuiteCase> suite_cases();
 struct SuiteRequest {
   std::string only;  ///< part of an id or name, in any case; empty: all
   SolverChoice solver = SolverChoice::ipopt;
-  std::optional<std::filesystem::path> json;
+  std::optional<std::filesystem::path> json = {};
+  std::string help = {};  ///< not empty: asked for, in place of a run
 };
 /// What follows `suite`. Throws InputError.
 SuiteRequest parse_suite_request(std::span<const std::string> arguments);

@@ -7,18 +7,22 @@
 
 #include "problems/suite/suite.hpp"
 #include "problems/suite/suite_output.hpp"
-#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/option_parser.hpp"
 #include "saltus/app/output_folder.hpp"
 #include "saltus/app/settings.hpp"
 
 namespace saltus {
 namespace {
 
-constexpr const char* usage =
-    "suite [--only PATTERN] [--set solver=ipopt|riccati|sparse] [--json FILE]";
+constexpr const char* summary =
+    "every problem of the library against its known answer, in one table";
 
 ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> arguments) {
   const SuiteRequest request = parse_suite_request(arguments);
+  if (!request.help.empty()) {
+    fmt::print("{}", request.help);
+    return ExitStatus::ok;
+  }
   std::optional<OutputFolder> folder;
   if (request.json) folder = folder_of_file("--json", *request.json);
   bool begun = false;  // no head above a sentence that there is no such case
@@ -36,21 +40,14 @@ ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> ar
 SuiteRequest parse_suite_request(std::span<const std::string> arguments) {
   SuiteRequest request;
   std::vector<Assignment> assignments;
-  ArgumentReader reader(arguments);
-  while (!reader.at_end()) {
-    const std::string flag = reader.next();
-    if (flag == "--only") {
-      reader.once();
-      request.only = reader.require_value("PATTERN");
-    } else if (flag == "--json") {
-      reader.once();
-      request.json = reader.require_value("FILE");
-    } else if (flag == "--set") {
-      assignments.push_back(parse_set_argument(reader.require_value("KEY=VALUE")));
-    } else {
-      reader.reject({"--only", "--set", "--json"}, usage);
-    }
-  }
+  OptionParser parser("suite", summary);
+  parser.option("--only", "PATTERN", "part of an id or name, in any case", request.only)
+      .repeated("--set", "KEY=VALUE", "solver=ipopt|riccati|sparse",
+                [&](const std::string& text) { assignments.push_back(parse_set_argument(text)); })
+      .option("--json", "FILE", "everything that was compared, with all digits",
+              [&](const std::string& file) { request.json = file; });
+  parser.parse(arguments);
+  if (parser.help_wanted()) request.help = parser.help();
   Settings settings;
   settings.choice("solver", request.solver, solver_choices(),
                   "what solves the optimisation problems");
@@ -59,7 +56,7 @@ SuiteRequest parse_suite_request(std::span<const std::string> arguments) {
 }
 
 Verb suite_verb(std::function<std::vector<SuiteCase>()> cases) {
-  return {"suite", usage, [cases = std::move(cases)](std::span<const std::string> arguments) {
+  return {"suite", summary, [cases = std::move(cases)](std::span<const std::string> arguments) {
             const std::vector<SuiteCase> all = cases();
             return run(all, arguments);
           }};

@@ -1,37 +1,15 @@
 #include "saltus/robots/report/scripts.hpp"
 
 #include <fmt/format.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdio>
 #include <vector>
 
-#include "saltus/app/data_file.hpp"
-#include "saltus/core/error.hpp"
+#include "saltus/app/python_script.hpp"
 
 namespace saltus::walking {
 
 void draw(const std::filesystem::path& results, const char* what, const std::string& script) {
-  std::string path;
-  try {
-    path = data_file("robots/report/scripts/" + script).string();
-  } catch (const InputError& error) {
-    fmt::print(stderr, "no {}: {}\n", what, error.what());
-    return;
-  }
-  const std::string folder = results.string();
-  std::fflush(nullptr);
-  const pid_t child = fork();
-  if (child == 0) {
-    // The system's own python3 first: that is the one whose packages the set-up installs.
-    for (const char* python : {"/usr/bin/python3", "python3"})
-      execlp(python, python, path.c_str(), folder.c_str(), static_cast<char*>(nullptr));
-    _exit(127);
-  }
-  int status = 0;
-  if (child < 0 || waitpid(child, &status, 0) < 0 || status != 0)
-    fmt::print(stderr, "no {}: python3 could not run {}\n", what, path);
+  run_python_script("robots/report/scripts/" + script, results, what);
 }
 
 std::string results_text(const std::filesystem::path& results,

@@ -21,7 +21,7 @@ struct MapRequest {
   std::filesystem::path out;
   int jobs = 1;
   bool pictures = true;
-  bool help = false;
+  std::string help = {};  ///< not empty: asked for, in place of a map
 };
 
 /// What follows `map`, for a problem with these defaults. Throws InputError.

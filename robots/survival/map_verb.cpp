@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "saltus/app/argument_reader.hpp"
+#include "saltus/app/option_parser.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/survival/map.hpp"
@@ -14,10 +14,8 @@
 namespace saltus::walking {
 namespace {
 
-constexpr const char* usage =
-    "map [--plant centroidal|dart|mujoco] [--set KEY=VALUE]... [--config FILE] [--directions 16] "
-    "[--impulses 1:1:16] [--step-times 0.3,0.45,0.6] [--controllers mpc,capture_point,none] "
-    "[--all] [--out DIR] [--jobs N]";
+constexpr const char* summary =
+    "which pushes are recovered, over size, direction and step time: a table and a polar picture";
 
 // The controllers need this long to bring the CoM from the posture's to above the sole, s.
 constexpr double map_push_start = 1.0;
@@ -97,7 +95,7 @@ void refuse_varied(const std::vector<Assignment>& assignments) {
       throw InputError(fmt::format(
           "{}: the map varies {} by itself; see --impulses, --directions, --step-times and "
           "--controllers",
-          a.place, a.key));
+          a.location, a.key));
 }
 
 // Varied settings stand at their defaults, whatever the file said.
@@ -130,38 +128,33 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
                   false};
   std::optional<std::filesystem::path> config_file;
   std::vector<Assignment> assignments;
-  ArgumentReader reader(arguments);
-  while (!reader.at_end()) {
-    const std::string flag = reader.next();
-    if (flag == "--help" || flag == "-h") {
-      request.help = true;
-    } else if (flag == "--set") {
-      assignments.push_back(parse_set_argument(reader.require_value("KEY=VALUE")));
-    } else if (flag == "--all") {
-      reader.refuse_value();
-      request.grid.all = true;
-    } else {
-      const std::vector<std::string> once{"--plant",    "--config",     "--directions",
-                                          "--impulses", "--step-times", "--controllers",
-                                          "--out",      "--jobs"};
-      if (std::find(once.begin(), once.end(), flag) == once.end()) {
-        std::vector<std::string> flags = once;
-        flags.insert(flags.end(), {"--set", "--all", "--help"});
-        reader.reject(flags, usage);
-      }
-      reader.once();
-      const std::string value = reader.require_value("VALUE");
-      if (flag == "--plant") assignments.push_back(flag_assignment("plant", value));
-      if (flag == "--config") config_file = value;
-      if (flag == "--directions")
-        request.grid.directions = directions_far_apart(count(flag, value, 360));
-      if (flag == "--impulses") request.grid.impulses = numbers(flag, value);
-      if (flag == "--step-times") request.grid.step_times = numbers(flag, value);
-      if (flag == "--controllers") request.grid.controllers = controllers(value);
-      if (flag == "--out") request.out = value;
-      if (flag == "--jobs") request.jobs = count(flag, value, 1024);
-    }
-  }
+  OptionParser parser("map", summary);
+  const auto option = [&](const char* flag, const char* what, const char* doc, auto take) {
+    parser.option(flag, what, doc, [flag, take](const std::string& value) { take(flag, value); });
+  };
+  using Text = const std::string&;
+  option("--plant", "NAME", "centroidal, dart or mujoco",
+         [&](const char*, Text value) { assignments.push_back(flag_assignment("plant", value)); });
+  parser.repeated("--set", "KEY=VALUE", "a setting of push_recovery",
+                  [&](Text text) { assignments.push_back(parse_set_argument(text)); });
+  option("--config", "FILE", "its settings as YAML",
+         [&](const char*, Text value) { config_file = value; });
+  option("--directions", "N", "so many, evenly spread", [&](const char* flag, Text value) {
+    request.grid.directions = directions_far_apart(count(flag, value, 360));
+  });
+  option("--impulses", "LIST", "N s: a,b,c or FIRST:STEP:LAST",
+         [&](const char* flag, Text value) { request.grid.impulses = numbers(flag, value); });
+  option("--step-times", "LIST", "s: a,b,c or FIRST:STEP:LAST",
+         [&](const char* flag, Text value) { request.grid.step_times = numbers(flag, value); });
+  option("--controllers", "LIST", "of mpc, capture_point and none",
+         [&](const char*, Text value) { request.grid.controllers = controllers(value); });
+  parser.flag("--all", "every cell, also where the outcome is clear", request.grid.all);
+  option("--out", "DIR", "where the results go",
+         [&](const char*, Text value) { request.out = value; });
+  option("--jobs", "N", "cells at a time",
+         [&](const char* flag, Text value) { request.jobs = count(flag, value, 1024); });
+  parser.parse(arguments);
+  if (parser.help_wanted()) request.help = parser.help();
   refuse_varied(assignments);
   config.push.start = map_push_start;
   Settings settings;
@@ -184,10 +177,10 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
 
 Verb map_verb(const BipedProblem& defaults) {
   const std::shared_ptr<const BipedProblem> problem = defaults.clone();
-  return {"map", usage, [problem](std::span<const std::string> arguments) {
+  return {"map", summary, [problem](std::span<const std::string> arguments) {
             const MapRequest request = parse_map_request(*problem, arguments);
-            if (request.help) {
-              fmt::print("{}\n", usage);
+            if (!request.help.empty()) {
+              fmt::print("{}", request.help);
               return ExitStatus::ok;
             }
             return run_map(request);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "saltus/app/option_parser.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
@@ -42,6 +43,19 @@ TEST(RunRequest, all_forms_of_flags) {
   EXPECT_EQ(request.assignments[5].form, Assignment::Form::none);
 }
 
+TEST(RunRequest, what_belongs_together_stays_together) {
+  // The word after an unknown flag is its value, the flag after one is not.
+  const RunRequest request =
+      parse_run_request(Words{"--quiet", "--out", "dir", "hopper", "--height=-0.5", "--list",
+                              "[1, 2]", "--set", "a=b=c", "--name"});
+  EXPECT_EQ(request.problem, "hopper");
+  ASSERT_EQ(request.assignments.size(), 5u);
+  EXPECT_EQ(request.assignments[0].form, Assignment::Form::none);
+  EXPECT_EQ(request.assignments[1].items, Words{"-0.5"});
+  EXPECT_EQ(request.assignments[2].items, (Words{"1", "2"}));
+  EXPECT_EQ(request.assignments[3].items, Words{"b=c"});
+}
+
 TEST(RunRequest, defaults) {
   const RunRequest request = parse_run_request(Words{"hopper"});
   EXPECT_EQ(request.out, "results/hopper");
@@ -59,6 +73,39 @@ TEST(RunRequest, mistakes) {
   EXPECT_TRUE(contains(complaint_about({"a", "--set", "b"}), "expected KEY=VALUE"));
   EXPECT_TRUE(contains(complaint_about({"a", "--out", "b", "--out", "c"}), "given twice"));
   EXPECT_TRUE(contains(complaint_about({"a", "-x"}), "unknown flag '-x'"));
+}
+
+TEST(OptionParser, help_names_every_option) {
+  std::string file;
+  bool all = false;
+  OptionParser parser("sort", "sorts things");
+  parser.option("--json", "FILE", "where to", file).flag("--all", "not only some", all);
+  for (const char* part : {"sorts things", "--json FILE", "where to", "--all", "--help"})
+    EXPECT_TRUE(contains(parser.help(), part));
+  parser.parse(Words{"--all", "--json", "a.json"});
+  EXPECT_TRUE(all);
+  EXPECT_EQ(file, "a.json");
+  EXPECT_FALSE(parser.help_wanted());
+}
+
+TEST(OptionParser, mistakes) {
+  const auto complaint = [](const Words& words) {
+    return complaint_of([&] {
+      std::string file;
+      bool all = false;
+      OptionParser("sort", "sorts")
+          .option("--json", "FILE", "where to", file)
+          .flag("--all", "not only some", all)
+          .parse(words);
+    });
+  };
+  EXPECT_EQ(complaint({"--jsn", "a"}), "unknown flag '--jsn'; did you mean '--json'?");
+  EXPECT_EQ(complaint({"--all=yes"}), "--all takes no value, but 'yes' follows");
+  EXPECT_EQ(complaint({"--json", "--all"}), "--json needs a value: --json FILE");
+  EXPECT_EQ(complaint({"--json=a", "--json=b"}), "--json is given twice");
+  EXPECT_EQ(complaint({"x"}), "'x' is not understood; usage: sort [--json FILE] [--all]");
+  EXPECT_EQ(complaint({"--all", "x"}), "'x' is not understood; usage: sort [--json FILE] [--all]");
+  EXPECT_EQ(complaint({"-h"}), "no complaint");
 }
 
 struct HopConfig {
@@ -133,6 +180,8 @@ TEST_F(ProgramTest, mistakes_are_one_sentence_and_status_two) {
   expect_refused({}, "a verb is missing");
   expect_refused({"rum"}, "unknown verb 'rum'; did you mean 'run'?");
   expect_refused({"list", "x"}, "list takes no arguments, but 'x' follows");
+  expect_refused({"rum", "list"}, "unknown verb 'rum'; did you mean 'run'?");
+  expect_refused({"run", "list"}, "unknown problem 'list'; 'saltus list' shows them");
   expect_refused({"run", "hoper"}, "unknown problem 'hoper'; did you mean 'hopper'?");
   expect_refused({"run", "zzz"}, "unknown problem 'zzz'; 'saltus list' shows them");
   expect_refused({"run", "hopper", "--hieght", "1", "--out", out.c_str()},

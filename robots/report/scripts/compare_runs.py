@@ -11,7 +11,8 @@ import json
 import os
 import sys
 
-from drawing import plt, save_picture
+import shared  # noqa: F401
+from saltus.drawing import plt, save_picture
 from plot_run import read_table
 
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}

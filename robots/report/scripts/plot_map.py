@@ -12,8 +12,9 @@ import math
 import os
 import sys
 
-from drawing import plt, save_picture
-from on_folder import on_folder
+import shared  # noqa: F401
+from saltus.drawing import plt, save_picture
+from saltus.on_folder import on_folder
 
 STYLES = {
     "mpc": {"color": "tab:blue", "label": "MPC"},

@@ -10,8 +10,9 @@ import csv
 import json
 import os
 
-from drawing import plt, save_picture
-from on_folder import on_folder
+import shared  # noqa: F401
+from saltus.drawing import plt, save_picture
+from saltus.on_folder import on_folder
 
 
 SWING = {"left": ("right", "tab:orange"), "right": ("left", "tab:blue")}  # by the stance foot

@@ -8,7 +8,8 @@ benchmarks/ writes.
 import csv
 import sys
 
-from drawing import plt, save_picture
+import shared  # noqa: F401
+from saltus.drawing import plt, save_picture
 
 GRIDS = (("10", "15"), ("50", "15"))  # dt in ms, N
 QUANTITIES = (("cost", "optimal cost"), ("left_fz", "left foot, first vertical force [N]"))

@@ -12,7 +12,8 @@ import os
 import sys
 
 import replay
-from on_folder import on_folder
+import shared  # noqa: F401
+from saltus.on_folder import on_folder
 
 PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),

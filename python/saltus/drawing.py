@@ -8,7 +8,9 @@ os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltu
 try:
     import matplotlib
 except ModuleNotFoundError:
-    sys.exit("this python3 has no matplotlib; install python3-matplotlib and use /usr/bin/python3")
+    print("no pictures: this python3 has no matplotlib; install python3-matplotlib and use "
+          "/usr/bin/python3", file=sys.stderr)
+    sys.exit(3)  # said: the program that called adds nothing
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402, F401

@@ -1,0 +1,11 @@
+// The program that the demo and the map need: `saltus` without the library of reference problems.
+#include <vector>
+
+#include "problems/push_recovery/push_recovery.hpp"
+#include "saltus/app/program.hpp"
+
+int main(int argc, char** argv) {
+  const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
+  const std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb()};
+  return saltus::saltus_main(argc, argv, problems, verbs);
+}
