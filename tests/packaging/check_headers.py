@@ -26,7 +26,7 @@ def main(arguments):
         print(f"no headers in {include}")
         return 1
     failures = 0
-    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+    with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         for header, status, words in pool.map(lambda h: check(h, include, arguments[1], arguments[2:]), headers):
             if status:
                 failures += 1

@@ -1,0 +1,84 @@
+// Where the model of iCub is found. What it downloads is tested by CI's first run, over the
+// network.
+#include "saltus/robots/icub/icub_model.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+
+class IcubModel : public testing::Test {
+ protected:
+  void SetUp() override {
+    for (const char* name : {"SALTUS_ICUB_URDF", "XDG_CACHE_HOME"}) {
+      const char* value = std::getenv(name);
+      before_.emplace_back(name, value == nullptr ? "" : value);
+    }
+    fs::remove_all(cache_);
+    setenv("XDG_CACHE_HOME", cache_.c_str(), 1);
+    unsetenv("SALTUS_ICUB_URDF");
+  }
+  void TearDown() override {
+    for (const auto& [name, value] : before_)
+      value.empty() ? unsetenv(name.c_str()) : setenv(name.c_str(), value.c_str(), 1);
+    fs::remove_all(cache_);
+  }
+
+  fs::path cache_ = fs::path(testing::TempDir()) / "saltus_icub_model";
+
+ private:
+  std::vector<std::pair<std::string, std::string>> before_;
+};
+
+TEST_F(IcubModel, IsTheOneThatTheVariableNames) {
+  fs::create_directories(cache_);
+  const fs::path urdf = cache_ / "mine.urdf";
+  std::ofstream(urdf) << "<robot/>\n";
+  setenv("SALTUS_ICUB_URDF", urdf.c_str(), 1);
+  EXPECT_EQ(find_icub_urdf(), urdf);
+}
+
+TEST_F(IcubModel, NamedButAbsentIsAnErrorAndNotFetched) {
+  setenv("SALTUS_ICUB_URDF", "/nowhere/model.urdf", 1);
+  EXPECT_EQ(find_icub_urdf(), std::nullopt);
+  EXPECT_THROW(fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }), InputError);
+}
+
+TEST_F(IcubModel, IsTakenFromTheCacheWithoutAWord) {
+  EXPECT_EQ(find_icub_urdf(), std::nullopt);
+  const fs::path urdf =
+      cache_ / "saltus/icub-models-3.2.0/share/iCub/robots/iCubGazeboV2_5/model.urdf";
+  fs::create_directories(urdf.parent_path());
+  std::ofstream(urdf) << "<robot/>\n";
+  EXPECT_EQ(find_icub_urdf(), urdf);
+  EXPECT_EQ(fetch_icub_urdf([](const std::string& line) { ADD_FAILURE() << line; }), urdf);
+}
+
+// What cannot be fetched is one sentence that names the way out.
+TEST_F(IcubModel, WithoutTheScriptOrTheNetworkOneSentence) {
+  fs::create_directories(cache_ / "robots/icub");
+  const fs::path script = cache_ / "robots/icub/fetch_icub_model";
+  std::ofstream(script) << "#!/bin/sh\nexit 1\n";
+  fs::permissions(script, fs::perms::owner_all);
+  setenv("SALTUS_DATA_DIR", cache_.c_str(), 1);
+  std::string said, sentence;
+  try {
+    fetch_icub_urdf([&](const std::string& line) { said += line; });
+  } catch (const InputError& error) {
+    sentence = error.what();
+  }
+  unsetenv("SALTUS_DATA_DIR");
+  EXPECT_NE(said.find("CC BY-SA 4.0"), std::string::npos) << said;
+  EXPECT_NE(sentence.find("--robot.urdf"), std::string::npos) << sentence;
+}
+
+}  // namespace
+}  // namespace saltus
