@@ -72,7 +72,7 @@ nlohmann::ordered_json to_json(const BodyVerdict& v) {
           {"joint_limit_margin_rad", v.limit_margin},
           {"joint_limit_joint", v.limit_joint},
           {"joint_limit_time_s", v.limit_time},
-          {"torque_limit_share", v.torque_limit_share}};
+          {"torque_limit_share", v.torque_limit_fraction}};
 }
 
 }  // namespace saltus::walking
