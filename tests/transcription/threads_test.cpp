@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/mpc/riccati_qp.hpp"
-#include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
@@ -51,9 +49,7 @@ Solution plan(const OptimalControlProblem& problem, const IntegratorChoice& sche
               double gravity) {
   MultipleShooting shooting{problem, {.intervals_per_phase = 12, .integrator = scheme}};
   shooting.set_data("gravity", Vec<double, 1>{gravity});
-  const auto solver = by_stages
-                          ? make_solver(Sqp{}, riccati_qp_solver(shooting), make_sparse_qp_solver)
-                          : make_solver(Sqp{}, make_sparse_qp_solver, make_sparse_qp_solver);
+  const auto solver = by_stages ? make_sqp({.qp = riccati_qp()}) : make_sqp();
   return solve(shooting, *solver);
 }
 
