@@ -190,10 +190,18 @@ class ImplicitMidpoint final : public Integrator {
       residual_ = D * costate_.head(nx_);
       residual_.noalias() +=
           0.5 * D * slope_.bottomLeftCorner(nq, nx_).transpose() * step.adjoint.tail(nq);
-      step.adjoint.head(nx_) = step.factors.transpose().solve(residual_);
+      solve_transposed(step.factors, step.adjoint);
       field_.adjoint(step.entries.data(), step.adjoint.data(), step.gradient.data());
       costate_.head(nx_) += field_.length() * step.gradient.segment(1, nx_);
     }
+  }
+
+  // adjoint.head(nx) = (P' L U)'^-1 residual_; that of Eigen allocates.
+  void solve_transposed(const Eigen::PartialPivLU<MatrixXd>& factors, VectorXd& adjoint) {
+    const MatrixXd& LU = factors.matrixLU();
+    LU.triangularView<Eigen::Upper>().transpose().solveInPlace(residual_);
+    LU.triangularView<Eigen::UnitLower>().transpose().solveInPlace(residual_);
+    adjoint.head(nx_) = factors.permutationP().transpose() * residual_;
   }
 
   IntervalField field_;

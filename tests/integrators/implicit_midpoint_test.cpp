@@ -82,8 +82,8 @@ IntervalProblem autonomous(Function dynamics, int nx) {
   return problem;
 }
 
-// 500 periods of an oscillator with 20 steps each: the amplitude stays, that of an explicit scheme
-// of order 4 does not.
+// 500 periods of an oscillator with 20 steps each: the energy stays; the classical scheme of order
+// 4 loses h^6 / 72 of it in each step.
 TEST(ImplicitMidpoint, KeepsTheEnergyOfAnOscillator) {
   const IntervalProblem problem = autonomous(make_function<2, 0, 0>([](const auto&, const auto& x) {
                                                return std::decay_t<decltype(x)>{x[1], -x[0]};
@@ -95,7 +95,7 @@ TEST(ImplicitMidpoint, KeepsTheEnergyOfAnOscillator) {
     return end_of(*scheme->make(problem), w).head(2).squaredNorm();
   };
   EXPECT_NEAR(energy(implicit_midpoint({.steps = 10000})), 1.0, 1e-11);
-  EXPECT_LT(energy(runge_kutta4({.steps = 10000})), 0.8);
+  EXPECT_NEAR(energy(runge_kutta4({.steps = 10000})), 0.875, 0.01);
 }
 
 // A time constant of a microsecond in steps of 0.1 s: |(1 - a) / (1 + a)| with a = 5e4.
