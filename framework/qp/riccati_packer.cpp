@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "saltus/qp/resultant.hpp"
+
 namespace saltus::qp {
 namespace {
 
@@ -138,91 +140,25 @@ void RiccatiSystem::Packer::choose_parts(int k) {
   ++system.reduced_stages_;
 }
 
-// T_p with B_p = B_1 T_p: those of the stage before if they serve, else by elimination.
+// T_p with B_p = B_1 T_p: those of the stage before if they serve.
 bool RiccatiSystem::Packer::resultant_maps(int k, int parts) {
   const Stage& s = qp.stages[k];
   PackedStage& p = system.stages_[k];
-  const int m = s.resultant_size, nn = p.sweep.next, ld = padded(m), count = (parts - 1) * m;
-  constexpr double rounding = 1e-11;  // of B's entries, well above what their computation loses
-  double scale = 0.0;
-  for (int j = 0; j < s.nu; ++j)
-    for (int i = 0; i < nn; ++i) scale = std::max(scale, std::fabs(s.B(i, j)));
-  const auto serves = [&](const double* T) {
-    for (int c = 0; c < count; ++c)
-      for (int i = 0; i < nn; ++i) {
-        double sum = -s.B(i, m + c);
-        for (int l = 0; l < m; ++l) sum += s.B(i, l) * T[l + c * ld];
-        if (std::fabs(sum) > rounding * scale) return false;
-      }
-    return true;
-  };
+  const ResultantSizes sizes{p.sweep.next, s.resultant_size, parts};
   if (k > 0) {
     const PackedStage& before = system.stages_[k - 1];
-    if (before.parts == parts && before.sweep.nu == m &&
-        (same(qp.stages[k - 1].B, s.B, nn, s.nu) || serves(before.T))) {
+    if (before.parts == parts && before.sweep.nu == sizes.size &&
+        (same(qp.stages[k - 1].B, s.B, sizes.rows, s.nu) ||
+         maps_to_resultant(s.B, sizes, before.T))) {
       p.T = before.T;
       p.T_inverse = before.T_inverse;
       return true;
     }
   }
-  // Gauss-Jordan with row pivoting on [B_1 | B_2 ...]; the pivot rows then hold T.
-  double* a = numbers(nn * s.nu);
-  double* T = numbers(ld * count);
-  double* inverse = numbers(ld * count);
-  int* used = integers(nn);
-  if (!ok) return false;
-  for (int j = 0; j < s.nu; ++j)
-    for (int i = 0; i < nn; ++i) a[i + j * nn] = s.B(i, j);
-  std::fill(used, used + nn, -1);
-  for (int c = 0; c < m; ++c) {
-    int pivot = -1;
-    for (int i = 0; i < nn; ++i)
-      if (used[i] < 0 && (pivot < 0 || std::fabs(a[i + c * nn]) > std::fabs(a[pivot + c * nn])))
-        pivot = i;
-    if (pivot < 0 || std::fabs(a[pivot + c * nn]) <= rounding * scale) return false;
-    used[pivot] = c;
-    const double inverse_pivot = 1.0 / a[pivot + c * nn];
-    for (int j = c; j < s.nu; ++j) a[pivot + j * nn] *= inverse_pivot;
-    for (int i = 0; i < nn; ++i) {
-      if (i == pivot) continue;
-      const double f = a[i + c * nn];
-      if (f == 0.0) continue;
-      for (int j = c; j < s.nu; ++j) a[i + j * nn] -= f * a[pivot + j * nn];
-    }
-  }
-  std::fill(T, T + ld * count, 0.0);
-  std::fill(inverse, inverse + ld * count, 0.0);
-  for (int i = 0; i < nn; ++i)
-    if (used[i] >= 0)
-      for (int c = 0; c < count; ++c) T[used[i] + c * ld] = a[i + (m + c) * nn];
-  if (!serves(T)) return false;
-  for (int part = 0; part + 1 < parts; ++part) {
-    Eigen::Map<const MatrixXd, 0, Eigen::OuterStride<>> forward(T + part * m * ld, m, m,
-                                                                Eigen::OuterStride<>(ld));
-    // Gauss-Jordan once more, on [T_p | I]; a is large enough for m x 2m.
-    double* w = system.work_.data();
-    for (int j = 0; j < m; ++j)
-      for (int i = 0; i < m; ++i) {
-        w[i + j * m] = forward(i, j);
-        w[i + (m + j) * m] = i == j ? 1.0 : 0.0;
-      }
-    for (int c = 0; c < m; ++c) {
-      int pivot = c;
-      for (int i = c + 1; i < m; ++i)
-        if (std::fabs(w[i + c * m]) > std::fabs(w[pivot + c * m])) pivot = i;
-      if (std::fabs(w[pivot + c * m]) < 1e-8) return false;  // nearly singular: not a resultant
-      for (int j = 0; j < 2 * m; ++j) std::swap(w[c + j * m], w[pivot + j * m]);
-      const double f = 1.0 / w[c + c * m];
-      for (int j = 0; j < 2 * m; ++j) w[c + j * m] *= f;
-      for (int i = 0; i < m; ++i) {
-        if (i == c) continue;
-        const double g = w[i + c * m];
-        for (int j = 0; j < 2 * m; ++j) w[i + j * m] -= g * w[c + j * m];
-      }
-    }
-    for (int j = 0; j < m; ++j)
-      for (int i = 0; i < m; ++i) inverse[i + (part * m + j) * ld] = w[i + (m + j) * m];
-  }
+  const int count = padded(sizes.size) * (parts - 1) * sizes.size;
+  double* T = numbers(count);
+  double* inverse = numbers(count);
+  if (!ok || !find_resultant_maps(s.B, sizes, T, inverse)) return false;
   p.T = T;
   p.T_inverse = inverse;
   return true;
