@@ -41,7 +41,7 @@ class Measurement {
   explicit Measurement(std::string name) { result_.name = std::move(name); }
 
   const std::string& name() const { return result_.name; }
-  /// Solves and counts it. Of the time only the solver's share is taken.
+  /// Solves and counts it. Only the solver's time is taken.
   void solve(StageQpSolver& solver, const StageQp& qp, StagePoint& point, bool warm,
              std::uint64_t seed);
   /// Counts what was solved and timed elsewhere.

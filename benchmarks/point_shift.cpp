@@ -5,7 +5,7 @@
 namespace saltus::bench {
 namespace {
 
-// Groups are told apart by their place in the stage and their shape.
+// Groups are told apart by their position in the stage and their shape.
 void shift_groups(const Stage& old, const StagePoint::AtStage& source, const Stage& s,
                   StagePoint::AtStage& out) {
   for (std::size_t g = 0; g < s.groups.size(); ++g) {

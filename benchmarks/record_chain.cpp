@@ -25,9 +25,9 @@ using State = Vec<double, nx>;
 State at_rest(const Function& dynamics) {
   VectorXd z = VectorXd::Zero(1 + nx + nu);
   for (int i = 0; i <= HangingChain::between; ++i) {
-    const double share = (i + 1.0) / (HangingChain::between + 1.0);
-    z[1 + 3 * i] = HangingChain::end_position * share;
-    z[1 + 3 * i + 2] = -2.0 * share * (1.0 - share);
+    const double fraction = (i + 1.0) / (HangingChain::between + 1.0);
+    z[1 + 3 * i] = HangingChain::end_position * fraction;
+    z[1 + 3 * i + 2] = -2.0 * fraction * (1.0 - fraction);
   }
   constexpr double still = 1e-13;  // m/s^2: rounding of terms of the size of gravity
   for (int step = 0; step < 50; ++step) {

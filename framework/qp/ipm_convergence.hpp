@@ -48,7 +48,7 @@ class Convergence {
     const Residuals& r = tracker.at_point();
     if (!tracker.exact() || !(r.largest <= acceptable_) || r.feasibility > requested_) return false;
     const double gap = r.mu * tracker.products();
-    double allowed = gap_share * requested_;
+    double allowed = gap_fraction * requested_;
     if (gap > allowed) allowed *= std::fmax(1.0, std::fabs(system.cost(p.v.data())));
     const double shortfall =
         std::fmax(std::fmax(r.largest, r.mu / enough_on_average) / tolerance_, gap / allowed);
@@ -92,7 +92,7 @@ class Convergence {
   static constexpr double largest_relief = largest_multiplier / large_multiplier;
   // Of the mean product, so that the largest ones are not all there are.
   static constexpr double enough_on_average = 1e-2;
-  static constexpr double gap_share = 0.3, gap_of_floor = 0.1;
+  static constexpr double gap_fraction = 0.3, gap_of_floor = 0.1;
   static constexpr double least_floor = 1e-5, largest_floor = 2e-3;
   static constexpr int patience = 20, patience_at_end = 6;
   static constexpr double worthwhile = 0.5;

@@ -157,11 +157,11 @@ void recover_from_multipliers(System& system, const Iterate& p, const Residuals&
     const Lanes small_dt = (pull - load(&target.soft[i])) / rest;
     const Lanes dt = (rest > w ? small_dt : from_multiplier - from_rows) * active;
     const Lanes ds = rest > w && smaller(tiny, lambda) < s ? from_rows + dt : from_multiplier;
-    const Lanes from_price = load(system.l2() + i) * dt - pull;
+    const Lanes from_penalty = load(system.l2() + i) * dt - pull;
     const Lanes from_product = -load(&target.soft[i]) - u * dt;
     store(&step.t[i], dt);
     store(&step.s[i], active > 0.0 ? ds : from_rows);
-    store(&step.tau[i], (smaller(tiny, t) > tau ? from_product : from_price) * active);
+    store(&step.tau[i], (smaller(tiny, t) > tau ? from_product : from_penalty) * active);
   }
 }
 

@@ -27,7 +27,7 @@ inline double largest_step(const Iterate& p, const Iterate& step, int first_soft
 }
 
 /// The length of the step that is taken: not quite to the boundary, closer to it as the optimum
-/// nears, and the same for v and y, so that every linear residual shrinks by the same factor.
+/// nears, and the same for v and y, so that every linear residual shrinks by the same fraction.
 inline double damped_step(const Iterate& p, const Iterate& step, int first_soft, int sides,
                           double mu) {
   const double fraction = std::clamp(1.0 - mu, 0.995, 0.9999);

@@ -11,7 +11,7 @@ namespace saltus::qp {
 ///     min 1/2 v'Hv + g'v   subject to   E v = e   and   G v >= beta,
 ///
 /// one "side" per finite lower or upper bound of a row (upper sides enter with reversed sign).
-/// Sides from first_soft() on are soft: beta may be missed by t >= 0 with the penalty
+/// Sides from first_soft() on are soft: beta may be missed by t >= 0, penalised by
 /// l1 t + l2/2 t^2. Padding lanes have active() = 0, beta = 0 and rows of G that are zero; padding
 /// entries of v and y stay zero. Arrays may be padded to `lanes` doubles and are 64-byte aligned.
 template <class T>

@@ -35,20 +35,23 @@ class RiccatiSolver final : public StageQpSolver {
                 std::span<const qp::RiccatiKernel> kernels)
       : options_(options),
         system_(capacity, kernels),
-        method_(system_.max_variables(), system_.max_equalities(), system_.max_sides()) {}
+        method_(system_.packed().capacity.variables, system_.packed().capacity.equalities,
+                system_.packed().capacity.sides) {}
 
   QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept override {
     QpResult result;
     if (!system_.pack(qp)) return result;
-    if (system_.contradicts_itself()) {
+    if (system_.packed().contradiction) {
       result.status = QpStatus::infeasible;
       return result;
     }
     qp::Iterate& iterate = method_.point();
-    system_.pack_point(qp, point, warm, iterate.v.data(), iterate.y.data(), iterate.lambda.data());
+    pack_point(qp, point, system_.packed(), warm, iterate.v.data(), iterate.y.data(),
+               iterate.lambda.data());
     if (!warm && options_.roll_out) system_.roll_out(iterate.v.data());
     result = method_.solve(system_, options_, deadline_, warm);
-    system_.unpack_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
+    unpack_point(qp, system_.packed(), iterate.v.data(), iterate.y.data(), iterate.lambda.data(),
+                 point);
     result.objective = objective(qp, point);
     // With data that are not numbers there is none: only asked where there is no optimum.
     if ((result.status != QpStatus::optimal || !std::isfinite(result.objective)) && !is_finite(qp))

@@ -20,9 +20,9 @@ struct RowBlock {
   bool partial = false;           ///< some of its rows lack one of the sides that others have
   int part = 0;                   ///< of the inputs, or 0: the stage's main variables
   int v_at = 0;                   ///< where the part's variables begin in v
-  const int* column = nullptr;    ///< per column, its place behind v_at
+  const int* column = nullptr;    ///< per column, its offset behind v_at
   bool contiguous = false;        ///< the columns follow one another
-  const int* target = nullptr;    ///< per pair of columns, its place in the Hessian of the part
+  const int* target = nullptr;    ///< per pair of columns, its offset in the Hessian of the part
   const double* C = nullptr;      ///< by columns, over rows
   const double* Ct = nullptr;     ///< by rows, over columns
   const double* pairs = nullptr;  ///< products of two columns, by rows over pairs; few columns only
@@ -205,8 +205,8 @@ struct SplitFunctions {
     for (int i = 0; i < m; ++i) own[i] += product[i];
   }
 
-  /// The groups' shares of their sum `own`: the first stays in it.
-  static void share(int size, const Split& s, double* own, double* further, double* work) {
+  /// What each group contributes to their sum `own`: that of the first stays in it.
+  static void divide(int size, const Split& s, double* own, double* further, double* work) {
     const Extent<M> m(size);
     const int ld = padded(m);
     for (int i = 0; i < ld; i += lanes) store(work + i, load(s.difference + i));
@@ -222,13 +222,13 @@ struct SplitKernel {
   int size;  ///< -1: any
   void (*join)(int, double*, int, Split&, double*, double);
   void (*gather)(int, Split&, const double*, double*, double*);
-  void (*share)(int, const Split&, double*, double*, double*);
+  void (*divide)(int, const Split&, double*, double*, double*);
 };
 
 template <int M>
 constexpr SplitKernel split_kernel() {
   using F = SplitFunctions<M>;
-  return {M, &F::join, &F::gather, &F::share};
+  return {M, &F::join, &F::gather, &F::divide};
 }
 
 }  // namespace saltus::qp

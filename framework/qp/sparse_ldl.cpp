@@ -59,7 +59,7 @@ struct SparseLdl::Handle {
   cholmod_common common;
   cholmod_sparse* matrix = nullptr;
   cholmod_factor* factor = nullptr;
-  std::vector<int> place;          // of each row in the order of elimination
+  std::vector<int> position;       // of each row in the order of elimination
   std::vector<int> slot;           // of each entry of the pattern among the values
   std::vector<signed char> signs;  // in the order of elimination
   std::vector<double> right_side;
@@ -69,28 +69,28 @@ SparseLdl::SparseLdl(const SparsityPattern& lower, std::vector<signed char> sign
     : handle_(std::make_unique<Handle>()) {
   Handle& h = *handle_;
   const int n = lower.rows();
-  h.place.resize(n);
-  for (int i = 0; i < n; ++i) h.place[i] = i;
+  h.position.resize(n);
+  for (int i = 0; i < n; ++i) h.position[i] = i;
 
   // First for the order alone. The matrix is then stored in that order, and analysed again: so the
   // numeric code finds it as it wants it and copies nothing.
-  h.build(lower, h.place);
+  h.build(lower, h.position);
   h.common.method[0].ordering = CHOLMOD_AMD;
   h.common.postorder = 1;
   h.factor = cholmod_analyze(h.matrix, &h.common);
   h.check(h.factor != nullptr, "ordering");
   const int* order = static_cast<const int*>(h.factor->Perm);
-  for (int i = 0; i < n; ++i) h.place[order[i]] = i;
+  for (int i = 0; i < n; ++i) h.position[order[i]] = i;
   cholmod_free_factor(&h.factor, &h.common);
 
-  h.build(lower, h.place);
+  h.build(lower, h.position);
   h.common.method[0].ordering = CHOLMOD_NATURAL;
   h.common.postorder = 0;
   h.factor = cholmod_analyze(h.matrix, &h.common);
   h.check(h.factor != nullptr, "symbolic analysis");
 
   h.signs.resize(n);
-  for (int i = 0; i < n; ++i) h.signs[h.place[i]] = signs[i];
+  for (int i = 0; i < n; ++i) h.signs[h.position[i]] = signs[i];
   h.right_side.resize(n);
 
   // The first numeric factor takes the memory that later ones use again. It needs pivots, any will
@@ -126,7 +126,7 @@ bool SparseLdl::factor_and_visit(Visit visit) {
   const int* start = static_cast<const int*>(h.factor->p);
   const double* value = static_cast<const double*>(h.factor->x);
   for (int j = 0; j < n; ++j) {
-    const double pivot = value[start[j]];  // the diagonal of L is 1, and its place holds D
+    const double pivot = value[start[j]];  // the diagonal of L is 1: its entry holds D
     if (!std::isfinite(pivot) || !visit(pivot, h.signs[j])) return false;
   }
   return true;
@@ -154,8 +154,8 @@ void SparseLdl::solve(double* x) {
   const int* row = static_cast<const int*>(h.factor->i);
   const double* value = static_cast<const double*>(h.factor->x);
   double* b = h.right_side.data();
-  for (int i = 0; i < n; ++i) b[h.place[i]] = x[i];
-  // Columns of L begin with their diagonal entry, in whose place D is stored.
+  for (int i = 0; i < n; ++i) b[h.position[i]] = x[i];
+  // Columns of L begin with their diagonal entry, which holds D.
   for (int j = 0; j < n; ++j) {
     const double bj = b[j];
     for (int e = start[j] + 1; e < start[j] + count[j]; ++e) b[row[e]] -= value[e] * bj;
@@ -165,7 +165,7 @@ void SparseLdl::solve(double* x) {
     for (int e = start[j] + 1; e < start[j] + count[j]; ++e) bj -= value[e] * b[row[e]];
     b[j] = bj;
   }
-  for (int i = 0; i < n; ++i) x[i] = b[h.place[i]];
+  for (int i = 0; i < n; ++i) x[i] = b[h.position[i]];
 }
 
 }  // namespace saltus::qp

@@ -28,7 +28,7 @@ class SparseLdl {
   /// By Sylvester's law the signs of D are the inertia, whatever the order. False if it is not the
   /// expected one, or if a pivot vanished: then there is no factor.
   bool factor();
-  /// The same, but the expected inertia may come with other signs in other places: that of a matrix
+  /// The same, but the expected inertia may come with other signs elsewhere: that of a matrix
   /// that need not be quasi-definite. Its factor may have lost digits.
   bool factor_with_inertia();
   /// x = inverse of the matrix times x.

@@ -2,18 +2,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "saltus/qp/stage_map.hpp"
+#include "saltus/qp/stage_map_lists.hpp"
 
 namespace saltus {
 
-void StageMap::convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) noexcept {
+void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) {
   to.w.resize(qp.variables());
   to.z.setZero(qp.variables());
   to.lambda.setZero(qp.row_pattern.rows());
-  for (int k = 0; k < static_cast<int>(plans_.size()); ++k) {
-    const StagePlan& plan = plans_[k];
+  for (int k = 0; k < static_cast<int>(plans.size()); ++k) {
+    const StagePlan& plan = plans[k];
     const StagePoint::AtStage& p = from.stages[k];
-    const bool given = k == 0 && stages_.fixed_start;  // bounds are not read there
+    const bool given = k == 0 && stages.fixed_start;  // bounds are not read there
     if (!plan.is_front)
       for (std::size_t i = 0; i < plan.states.size(); ++i) {
         to.w[plan.states[i]] = p.x[i];
@@ -27,50 +27,50 @@ void StageMap::convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoi
       to.lambda[plan.dynamics[i]] = plan.scale[i] * p.costate[i];
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
       for (const Part& part : plan.groups[g].parts)
-        if (part.at >= 0) to.lambda[part.row] += p.group[g][part.at];
+        if (part.group_row >= 0) to.lambda[part.row] += p.group[g][part.group_row];
   }
-  for (const int v : removable_)
-    if (variables_[v].gone) to.w[v] = qp.lower[v];
+  for (const int v : removable)
+    if (variables[v].gone) to.w[v] = qp.lower[v];
 
   give_slacks(qp, to);
   // What is left follows from stationarity: bounds of vanished variables and of slacks, the start.
-  if (!stages_.fixed_start) {
+  if (!stages.fixed_start) {
     const StagePoint::AtStage& first = from.stages.front();
-    for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
-      const int row = structure_.start_rows[i], v = structure_.stages.front().states[i];
-      const double c = qp.rows[start_entry_[i]], m = first.x_bound[i];
+    for (std::size_t i = 0; i < structure.start_rows.size(); ++i) {
+      const int row = structure.start_rows[i], v = structure.stages.front().states[i];
+      const double c = qp.rows[start_entry[i]], m = first.x_bound[i];
       // One of the two sides holds: that of the row, or that of the variable.
       const double side = (m > 0.0) == (c > 0.0) ? qp.row_upper[row] / c : qp.row_lower[row] / c;
-      const bool of_row = front_ > 0 || (m > 0.0 ? side <= qp.upper[v] : side >= qp.lower[v]);
+      const bool of_row = front > 0 || (m > 0.0 ? side <= qp.upper[v] : side >= qp.lower[v]);
       if (!of_row) continue;
       to.lambda[row] = m / c;
-      if (front_ == 0) to.z[v] = 0.0;
+      if (front == 0) to.z[v] = 0.0;
     }
   }
   compute_gradient(qp, to);
-  for (const int v : removable_)
-    if (variables_[v].gone) to.z[v] = -gradient_[v];
-  for (const SoftRow& soft : soft_rows_)
+  for (const int v : removable)
+    if (variables[v].gone) to.z[v] = -gradient[v];
+  for (const SoftRow& soft : soft_rows)
     for (const Slack* slack : {&soft.below, &soft.above})
-      if (slack->variable >= 0) to.z[slack->variable] = -gradient_[slack->variable];
-  if (stages_.fixed_start)
-    for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
-      const int v = structure_.stages.front().states[i];
-      to.lambda[structure_.start_rows[i]] = -gradient_[v] / qp.rows[start_entry_[i]];
+      if (slack->variable >= 0) to.z[slack->variable] = -gradient[slack->variable];
+  if (stages.fixed_start)
+    for (std::size_t i = 0; i < structure.start_rows.size(); ++i) {
+      const int v = structure.stages.front().states[i];
+      to.lambda[structure.start_rows[i]] = -gradient[v] / qp.rows[start_entry[i]];
     }
 }
 
 // Slacks that the values of their rows call for; the multipliers of soft rows without variables.
-void StageMap::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const {
-  for (const SoftRow& soft : soft_rows_)
+void StageMap::Lists::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const {
+  for (const SoftRow& soft : soft_rows)
     for (const Slack* slack : {&soft.below, &soft.above})
       if (slack->variable >= 0) to.w[slack->variable] = qp.lower[slack->variable];
-  for (const StagePlan& plan : plans_)
+  for (const StagePlan& plan : plans)
     for (const Group& group : plan.groups) {
       if (!group.soft) continue;
       for (const Part& part : group.parts) {
         // Only one side can be missed; what rounding leaves of the other one is no miss.
-        const int below = soft_rows_[soft_of_row_[part.row]].below.variable;
+        const int below = soft_rows[soft_of_row[part.row]].below.variable;
         if (part.side > 0 && below >= 0 && to.w[below] > qp.lower[below]) continue;
         double value = 0.0;
         for (int e = qp.row_pattern.row_begin(part.row); e < qp.row_pattern.row_end(part.row); ++e)
@@ -85,28 +85,28 @@ void StageMap::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const {
     }
 }
 
-// gradient_ = g + H w + J'lambda + z.
-void StageMap::compute_gradient(const SparseQp& qp, const PrimalDualPoint& at) {
-  gradient_ = qp.gradient + at.z;
+// gradient = g + H w + J'lambda + z.
+void StageMap::Lists::compute_gradient(const SparseQp& qp, const PrimalDualPoint& at) {
+  gradient = qp.gradient + at.z;
   qp.hessian_pattern.for_each([&](int row, int col, int e) {
-    gradient_[row] += qp.hessian[e] * at.w[col];
-    if (row != col) gradient_[col] += qp.hessian[e] * at.w[row];
+    gradient[row] += qp.hessian[e] * at.w[col];
+    if (row != col) gradient[col] += qp.hessian[e] * at.w[row];
   });
   for (int row = 0; row < qp.row_pattern.rows(); ++row) {
     const double lambda = at.lambda[row];
     if (lambda == 0.0) continue;
     for (int e = qp.row_pattern.row_begin(row); e < qp.row_pattern.row_end(row); ++e)
-      gradient_[qp.row_pattern.col(e)] += qp.rows[e] * lambda;
+      gradient[qp.row_pattern.col(e)] += qp.rows[e] * lambda;
   }
 }
 
-void StageMap::convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to) noexcept {
+void StageMap::Lists::to_stages(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to) {
   const bool has_multipliers =
       from.lambda.size() == qp.row_pattern.rows() && from.z.size() == qp.variables();
   const auto lambda = [&](int row) { return has_multipliers ? from.lambda[row] : 0.0; };
   const auto z = [&](int v) { return has_multipliers ? from.z[v] : 0.0; };
-  for (int k = 0; k < static_cast<int>(plans_.size()); ++k) {
-    const StagePlan& plan = plans_[k];
+  for (int k = 0; k < static_cast<int>(plans.size()); ++k) {
+    const StagePlan& plan = plans[k];
     StagePoint::AtStage& p = to.stages[k];
     const int states = static_cast<int>(plan.states.size());
     for (int i = 0; i < states; ++i) {
@@ -115,7 +115,7 @@ void StageMap::convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoi
     }
     for (int i = states; i < plan.nx; ++i) p.x_bound[i] = 0.0;
     for (const int v : plan.globals)
-      if (!variables_[v].gone) p.x[plan.global_column[variables_[v].index]] = from.w[v];
+      if (!variables[v].gone) p.x[plan.global_column[variables[v].index]] = from.w[v];
     for (const int chain : plan.chains)
       if (plan.holder[chain] >= 0) p.x[plan.chain_column[chain]] = from.w[plan.holder[chain]];
     for (int i = 0; i < plan.nu; ++i) {
@@ -124,28 +124,28 @@ void StageMap::convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoi
     }
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
       for (const Part& part : plan.groups[g].parts) {
-        if (part.at < 0) continue;
+        if (part.group_row < 0) continue;
         const double l = lambda(part.row);
-        p.group[g][part.at] = part.side == 0  ? l
-                              : part.side < 0 ? std::min(l, 0.0)
-                                              : std::max(l, 0.0);
+        p.group[g][part.group_row] = part.side == 0  ? l
+                                     : part.side < 0 ? std::min(l, 0.0)
+                                                     : std::max(l, 0.0);
       }
     for (std::size_t i = 0; i < plan.dynamics.size(); ++i)
       p.costate[i] = lambda(plan.dynamics[i]) / plan.scale[i];
   }
-  for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
+  for (std::size_t i = 0; i < structure.start_rows.size(); ++i) {
     double& m = to.stages.front().x_bound[i];
-    m = stages_.fixed_start ? 0.0 : m + lambda(structure_.start_rows[i]) * qp.rows[start_entry_[i]];
+    m = stages.fixed_start ? 0.0 : m + lambda(structure.start_rows[i]) * qp.rows[start_entry[i]];
   }
   // Costates of what is carried follow from stationarity, the last ones first.
-  for (int k = static_cast<int>(plans_.size()) - 2; k >= 0; --k)
-    for (int i = static_cast<int>(plans_[k].dynamics.size()); i < plans_[k + 1].nx; ++i)
+  for (int k = static_cast<int>(plans.size()) - 2; k >= 0; --k)
+    for (int i = static_cast<int>(plans[k].dynamics.size()); i < plans[k + 1].nx; ++i)
       to.stages[k].costate[i] = has_multipliers ? costate(to, k + 1, i) : 0.0;
 }
 
 // Of the dynamics that end in entry i of this stage's states.
-double StageMap::costate(const StagePoint& point, int k, int i) const {
-  const Stage& s = stages_.stages[k];
+double StageMap::Lists::costate(const StagePoint& point, int k, int i) const {
+  const Stage& s = stages.stages[k];
   const StagePoint::AtStage& p = point.stages[k];
   double sum = s.q[i] + p.x_bound[i];
   for (int j = 0; j < s.nx; ++j) sum += s.Q(i, j) * p.x[j];
@@ -157,8 +157,8 @@ double StageMap::costate(const StagePoint& point, int k, int i) const {
     sum +=
         group.M.col(at - group.columns.begin()).head(group.rows).dot(p.group[g].head(group.rows));
   }
-  if (k + 1 < static_cast<int>(plans_.size()))
-    for (int j = 0; j < plans_[k + 1].nx; ++j) sum += s.A(j, i) * p.costate[j];
+  if (k + 1 < static_cast<int>(plans.size()))
+    for (int j = 0; j < plans[k + 1].nx; ++j) sum += s.A(j, i) * p.costate[j];
   return sum;
 }
 

@@ -12,6 +12,18 @@ namespace saltus {
 /// equalities. A group is hard, or soft as a whole: a violation s >= 0 of a side then costs
 /// l1 s + l2/2 s^2, and the rows never make a problem infeasible.
 ///
+/// Penalties of one violation that rows of a stage express, all of them convex:
+///
+///     linear, exact (L1)    l1 = w, l2 = 0
+///     quadratic (L2)        l1 = 0, l2 = w
+///     both, an elastic net  l1 = w, l2 = c
+///     Huber: c/2 s^2 up to s = w/c, then w s - w^2/(2c). It is the least of c/2 a^2 + w b with
+///     a + b = s, a >= 0, b >= 0: b is a further input of the stage, with bounds [0, inf) and the
+///     linear cost w b, that is subtracted in the row (added on a lower side); a is the row's own
+///     violation, l1 = 0, l2 = c.
+///
+/// What has to be concave somewhere, such as a saturated penalty, has no such form.
+///
 /// Sizes may change between solves within the capacity: `rows` of them are in force, on the first
 /// `columns.size()` columns.
 struct RowGroup {

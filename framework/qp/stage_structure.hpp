@@ -6,7 +6,7 @@
 
 namespace saltus {
 
-/// Variables and rows are indices into the sparse program; each stands here once.
+/// Variables and rows are indices into the sparse program; every one of them is named here once.
 ///
 /// A variable that meets one of a later stage, in a row or in the Hessian, is carried there as an
 /// additional state while that entry is in force. Rows and entries may thus join any stages;
@@ -19,7 +19,7 @@ struct StageStructure {
     std::vector<int> dynamics = {};
     /// Other rows, in groups with the same columns. None of their variables is of a later stage.
     std::vector<std::vector<int>> groups = {};
-    /// Inputs at these positions of `inputs`, each the first of `resultant_size`, act on the next
+    /// Positions in `inputs`, each the first of `resultant_size` that act on the next
     /// states through a common resultant (see saltus::Stage). Used where no other input exists.
     std::vector<int> resultants = {};
     int resultant_size = 0;

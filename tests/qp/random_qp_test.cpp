@@ -42,7 +42,7 @@ TEST(RandomQp, OptimaAreOptimalAndMarginsAreKept) {
     for (const StagePoint::AtStage& p : random.optimum.stages)
       active += static_cast<int>((p.u_bound.array() != 0.0).count());
   }
-  // Shares of 15 and 10 percent.
+  // Probabilities of 15 and 10 percent.
   EXPECT_NEAR(degenerate, 0.15 * seeds, 40);
   EXPECT_NEAR(rank_deficient, 0.10 * seeds, 40);
   EXPECT_GT(active, seeds);

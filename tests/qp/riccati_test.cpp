@@ -28,9 +28,9 @@ constexpr int programs = 10000, unsolvable = 1000;
 constexpr double required =
     1e-8;  // of cost (relative) and of residuals in units of the multipliers
 
-// The sparse solver takes 6 ms for what takes this one 0.3: it sees a share of the programs, or
+// The sparse solver takes 6 ms for what takes this one 0.3: it sees some of the programs, or
 // with SALTUS_ALL_SEEDS set all of them.
-int share_for_sparse(int share) { return std::getenv("SALTUS_ALL_SEEDS") ? 1 : share; }
+int one_in_for_sparse(int one_in) { return std::getenv("SALTUS_ALL_SEEDS") ? 1 : one_in; }
 
 QpResult solve_cold(const StageQp& qp, StagePoint& point) {
   point = StagePoint(qp);
@@ -65,7 +65,7 @@ TEST(RiccatiSolver, FindsTenThousandKnownOptima) {
 }
 
 TEST(RiccatiSolver, AgreesWithTheSparseSolver) {
-  for (int seed = 1; seed <= programs; seed += share_for_sparse(8)) {
+  for (int seed = 1; seed <= programs; seed += one_in_for_sparse(8)) {
     const RandomQp random = random_qp(seed);
     StagePoint point;
     const QpResult structured = solve_cold(random.qp, point), sparse = solve_sparse(random.qp);
@@ -90,7 +90,7 @@ TEST(RiccatiSolver, RecognisesInfeasiblePrograms) {
 
 TEST(SparseSolver, RecognisesInfeasiblePrograms) {
   int recognised = 0, asked = 0;
-  for (int seed = 1; seed <= unsolvable; seed += share_for_sparse(4), ++asked) {
+  for (int seed = 1; seed <= unsolvable; seed += one_in_for_sparse(4), ++asked) {
     const QpStatus status = solve_sparse(infeasible_qp(seed).qp).status;
     EXPECT_NE(status, QpStatus::optimal) << "seed " << seed;
     recognised += status == QpStatus::infeasible;
@@ -108,7 +108,7 @@ TEST(RiccatiSolver, NeverCallsAnUnboundedProgramSolved) {
     EXPECT_NE(status, QpStatus::optimal) << "seed " << seed << ": " << random.proof;
     EXPECT_NE(status, QpStatus::infeasible) << "seed " << seed << ": " << random.proof;
     structured += status == QpStatus::unbounded;
-    if (seed % share_for_sparse(4) != 0) continue;
+    if (seed % one_in_for_sparse(4) != 0) continue;
     ++asked;
     const QpStatus other = solve_sparse(random.qp).status;
     EXPECT_NE(other, QpStatus::optimal) << "seed " << seed << ": " << random.proof;
@@ -154,9 +154,9 @@ constexpr RandomQpOptions plain{.free_start = 0.0,
                                 .rank_deficient = 0.0,
                                 .tight = 0.0,
                                 .large_multipliers = 0.0};
-RandomQpOptions with(double RandomQpOptions::*share) {
+RandomQpOptions with(double RandomQpOptions::*probability) {
   RandomQpOptions options = plain;
-  options.*share = 1.0;
+  options.*probability = 1.0;
   return options;
 }
 INSTANTIATE_TEST_SUITE_P(
@@ -164,7 +164,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Kind{"Plain", plain}, Kind{"FreeStart", with(&RandomQpOptions::free_start)},
         Kind{"EqualityRows", with(&RandomQpOptions::equality_rows)},
-        // Multipliers do not tell how a weakly active soft side shares its slack and violation.
+        // Multipliers do not tell how a weakly active soft side is split into slack and violation.
         Kind{"SoftRows", with(&RandomQpOptions::soft_rows), 5}),
     [](const auto& kind) { return kind.param.name; });
 
@@ -222,7 +222,7 @@ TEST(RiccatiSolver, AResultantChangesTheArithmeticOnly) {
       for (Stage& s : plain_qp.stages) s.resultant_size = 0;
       qp::RiccatiSystem system(declared, {});
       ASSERT_TRUE(system.pack(declared));
-      EXPECT_EQ(system.reduced_stages(), declared.intervals());
+      EXPECT_EQ(system.packed().reduced_stages, declared.intervals());
       StagePoint a, b;
       const QpResult with_resultant = solve_cold(declared, a), without = solve_cold(plain_qp, b);
       ASSERT_EQ(without.status, QpStatus::optimal) << groups << " groups, seed " << seed;
@@ -242,7 +242,7 @@ TEST(RiccatiSolver, GroupsThatShareACostAreNotReduced) {
   for (int k = 0; k < qp.intervals(); ++k) qp.stages[k].R(0, 3) = qp.stages[k].R(3, 0) = 1e-3;
   qp::RiccatiSystem system(qp, {});
   ASSERT_TRUE(system.pack(qp));
-  EXPECT_EQ(system.reduced_stages(), 0);
+  EXPECT_EQ(system.packed().reduced_stages, 0);
   StagePoint point;
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::optimal);
   EXPECT_LE(kkt_residual(qp, point).largest(), required * multiplier_scale(point));
@@ -276,6 +276,30 @@ TEST(RiccatiSolver, HardRowsOfAFixedStartHoldOrContradict) {
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::optimal);
   row.lower[0] = 2.5;
   EXPECT_EQ(solve_cold(qp, point).status, QpStatus::infeasible);
+}
+
+// min 1/2 (u - a)^2 + h(u), h Huber's penalty on u > 0 as stage_qp.hpp has it.
+TEST(RiccatiSolver, AFurtherInputMakesAHuberPenaltyOfAQuadraticOne) {
+  constexpr double c = 4.0, w = 2.0;
+  for (const double a : {-1.0, 0.5, 2.4, 2.6, 5.0, 50.0}) {
+    StageQp qp({{1, 2, {{1, 2, true}}}, {1, 0, {}}});
+    Stage& s = qp.stages[0];
+    s.R(0, 0) = 1.0;
+    s.r << -a, w;
+    s.u_lower[1] = 0.0;
+    RowGroup& row = s.groups[0];
+    row.rows = 1;
+    row.columns = {1, 2};
+    row.M << 1.0, -1.0;
+    row.upper[0] = 0.0;
+    row.l2[0] = c;
+    StagePoint point;
+    EXPECT_EQ(solve_cold(qp, point).status, QpStatus::optimal) << a;
+    const double u = a < 0.0 ? a : std::max(a / (1.0 + c), a - w);
+    const double penalty = u < 0.0 ? 0.0 : u < w / c ? 0.5 * c * u * u : w * u - 0.5 * w * w / c;
+    EXPECT_NEAR(point.stages[0].u[0], u, 1e-5 * (1.0 + std::abs(a))) << a;
+    EXPECT_NEAR(objective(qp, point), 0.5 * u * u - a * u + penalty, 1e-8 * (1.0 + a * a)) << a;
+  }
 }
 
 class OneStagedProgram : public ::testing::Test {

@@ -89,7 +89,7 @@ class RandomStaged {
   enum class Kind { start, dynamics, hard, soft };
 
   double number() { return uniform(random_, -1.0, 1.0); }
-  bool chance(double share) { return uniform(random_, 0.0, 1.0) < share; }
+  bool chance(double probability) { return uniform(random_, 0.0, 1.0) < probability; }
   int integer(int low, int high) {
     return low + static_cast<int>(random_() % static_cast<unsigned>(high - low + 1));
   }
@@ -267,7 +267,7 @@ TEST(StageMap, NamesWhatDoesNotFit) {
   EXPECT_NE(refusal(without_variable).find("variable 1 belongs to no stage"), std::string::npos);
   Small twice;
   twice.structure.globals = {1};
-  EXPECT_NE(refusal(twice).find("variable 1 has two places"), std::string::npos);
+  EXPECT_NE(refusal(twice).find("variable 1 is named twice"), std::string::npos);
   Small early;  // the row on u stands before u does
   early.structure.stages[1].inputs = {1};
   early.structure.stages[0].inputs.clear();
@@ -286,8 +286,8 @@ TEST(StageMap, RowOfVanishedVariablesIsCheckedAndLeftOut) {
   EXPECT_EQ(map.fill(small.qp), StageFill::infeasible);
 }
 
-TEST(StageMap, TwoVariablesCarriedInOnePlaceAreRefusedWhileBothAre) {
-  Small small;  // x0 and u meet x1, and share a place
+TEST(StageMap, TwoVariablesCarriedAsOneStateAreRefusedWhileBothAre) {
+  Small small;  // x0 and u meet x1, and share a state
   small.structure.carried = {{0, 1}};
   small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{1, 1}, {2, 2}, {2, 0}, {2, 1}}),
                       small.qp.row_pattern);

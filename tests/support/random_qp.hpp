@@ -20,7 +20,7 @@ class Random {
   int integer(int low, int high) {  ///< both included
     return low + static_cast<int>(engine_() % static_cast<std::uint64_t>(high - low + 1));
   }
-  bool chance(double share) { return uniform(0.0, 1.0) < share; }
+  bool chance(double probability) { return uniform(0.0, 1.0) < probability; }
   VectorXd vector(int n) { return matrix(n, 1); }
   MatrixXd matrix(int rows, int cols);  ///< entries in [-1, 1]
 
@@ -28,7 +28,7 @@ class Random {
   std::mt19937_64 engine_;
 };
 
-/// Shares are probabilities per program.
+/// Plain numbers such as free_start are probabilities per program.
 struct RandomQpOptions {
   int min_intervals = 1, max_intervals = 10;
   int max_states = 8, max_inputs = 4;  ///< per stage, drawn anew where `varying_sizes` says so

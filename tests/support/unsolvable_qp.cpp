@@ -119,7 +119,7 @@ void free_input(Stage& s, const StagePoint::AtStage& z, int i) {
   s.u_upper[i] = infinity;
 }
 
-// As far as possible in the given program; false if it has no place for it.
+// As far as possible in the given program; false if nothing in it fits.
 bool make_unbounded(UnboundedQp& out, const StagePoint& optimum, Random& random) {
   const int N = out.qp.intervals();
   const int kind = random.integer(0, 2);

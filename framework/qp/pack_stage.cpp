@@ -1,0 +1,238 @@
+// Packing of one stage without its rows: its parts, sizes, dynamics and cost.
+//
+// Stage k: x_next = A x + B u + b, cost 1/2 x'Qx + u'Sx + 1/2 u'Ru + q'x + r'u. Packed: v = (x, u),
+// x_next = F v + b with F = [A B], cost 1/2 v'Hv + g'v. Further inputs w = T_p u_p have the Hessian
+// T_p^-T R_p T_p^-1 and the gradient T_p^-T r_p.
+#include <algorithm>
+#include <array>
+
+#include "saltus/qp/packing.hpp"
+#include "saltus/qp/resultant.hpp"
+
+namespace saltus::qp {
+namespace {
+
+constexpr RiccatiKernel any_size = riccati_kernel<-1, -1, -1>();
+// The last fits any size.
+constexpr SplitKernel split_kernels[] = {split_kernel<3>(), split_kernel<6>(), split_kernel<-1>()};
+
+bool is_zero(const MatrixXd& a, int row, int column, int rows, int columns) {
+  for (int j = column; j < column + columns; ++j)
+    for (int i = row; i < row + rows; ++i)
+      if (a(i, j) != 0.0) return false;
+  return true;
+}
+
+// Whether no row of the stage has columns in more than one group of `size` inputs.
+bool rows_keep_to_parts(const Stage& s, int size) {
+  for (const RowGroup& g : s.groups) {
+    if (g.rows == 0 || g.columns.empty()) continue;
+    const auto part_of = [&](int j) { return j < s.nx ? -1 : (j - s.nx) / size; };
+    const int part = part_of(g.columns.front());
+    for (const int j : g.columns)
+      if (part_of(j) != part) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool Packing::stage(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = to.stages[k];
+  if (s.nx > s.q.size() || s.nu > s.r.size()) return false;
+  p.constant_states = starts_fixed(k) ? s.nx : 0;
+  p.free_states = starts_free(k) ? s.nx : 0;
+  SweepStage& w = p.sweep;
+  w.nx = k == 0 ? 0 : s.nx;
+  w.next = k == qp.intervals() ? 0 : qp.stages[k + 1].nx;
+  choose_parts(k);
+  w.nu = p.free_states + s.nu / p.parts;
+  const int n = w.nx + w.nu;
+  w.ld = padded(n);
+  w.ld_next = padded(w.next);
+  p.kernel = &any_size;
+  for (const RiccatiKernel& kernel : to.storage.kernels)
+    if (kernel.nx == w.nx && kernel.nu == w.nu && kernel.next == w.next) p.kernel = &kernel;
+  w.M = numbers(w.ld * n);
+  w.L = numbers(w.ld * w.nu);
+  w.pivot = numbers(padded(w.nu));
+  w.p = numbers(w.ld);
+  p.v_at = v;
+  v += w.ld + (p.parts - 1) * padded(w.nu);
+  p.costate_at = y;
+  y += w.ld_next;
+  if (ok) dynamics(k);
+  if (ok) gradient(k);
+  if (ok) hessian(k);
+  return ok;
+}
+
+void Packing::choose_parts(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = to.stages[k];
+  p.parts = 1;
+  const int size = s.resultant_size;
+  if (size <= 0 || starts_free(k) || k == qp.intervals() || s.nu % size != 0) return;
+  const int parts = s.nu / size;
+  if (parts < 2 || parts > max_parts || p.sweep.next < size) return;
+  // They share neither cost nor rows.
+  if (!is_zero(s.S, 0, 0, s.nu, s.nx) || !rows_keep_to_parts(s, size)) return;
+  for (int part = 0; part + 1 < parts; ++part)
+    if (!is_zero(s.R, (part + 1) * size, part * size, s.nu - (part + 1) * size, size)) return;
+  if (!find_maps(k, parts)) return;
+  p.parts = parts;
+  p.split_kernel = kernel_for(split_kernels, &SplitKernel::size, size);
+  ++to.reduced_stages;
+}
+
+// T_p with B_p = B_1 T_p: those of the stage before if they serve.
+bool Packing::find_maps(int k, int parts) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = to.stages[k];
+  const ResultantSizes sizes{p.sweep.next, s.resultant_size, parts};
+  if (k > 0) {
+    const PackedStage& before = to.stages[k - 1];
+    if (before.parts == parts && before.sweep.nu == sizes.size &&
+        (same(qp.stages[k - 1].B, s.B, sizes.rows, s.nu) ||
+         maps_to_resultant(s.B, sizes, before.T))) {
+      p.T = before.T;
+      p.T_inverse = before.T_inverse;
+      return true;
+    }
+  }
+  const int count = padded(sizes.size) * (parts - 1) * sizes.size;
+  double* T = numbers(count);
+  double* inverse = numbers(count);
+  if (!ok || !find_resultant_maps(s.B, sizes, T, inverse)) return false;
+  p.T = T;
+  p.T_inverse = inverse;
+  return true;
+}
+
+void Packing::dynamics(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = to.stages[k];
+  SweepStage& w = p.sweep;
+  const int n = w.nx + w.nu, next = w.next, states = k == 0 ? p.free_states : w.nx;
+  if (next > s.b.size()) {
+    ok = false;
+    return;
+  }
+  double* b = zeros(w.ld_next);
+  if (!ok) return;
+  for (int i = 0; i < next; ++i) b[i] = s.b[i];
+  for (int j = 0; j < p.constant_states; ++j)
+    for (int i = 0; i < next; ++i) b[i] += s.A(i, j) * qp.start[j];
+  p.b = b;
+  if (k > 1) {
+    const PackedStage& before = to.stages[k - 1];
+    const Stage& t = qp.stages[k - 1];
+    if (before.sweep.nx == w.nx && before.sweep.nu == w.nu && before.sweep.next == next &&
+        same(s.A, t.A, next, s.nx) && same(s.B, t.B, next, w.nu)) {
+      w.flow = before.sweep.flow;
+      w.flow_transposed = before.sweep.flow_transposed;
+      return;
+    }
+  }
+  double* F = zeros(w.ld_next * n);
+  double* Ft = zeros(w.ld * next);
+  if (!ok) return;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < next; ++i)
+      Ft[j + i * w.ld] = F[i + j * w.ld_next] = j < states ? s.A(i, j) : s.B(i, j - states);
+  w.flow = F;
+  w.flow_transposed = Ft;
+}
+
+void Packing::gradient(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = to.stages[k];
+  const SweepStage& w = p.sweep;
+  const int n = w.nx + w.nu, states = k == 0 ? p.free_states : w.nx, inputs = n - states;
+  const int ld = padded(inputs), further = p.parts - 1;
+  double* g = zeros(w.ld);
+  double* r = further > 0 ? zeros(further * ld) : nullptr;
+  if (!ok) return;
+  for (int j = 0; j < n; ++j) g[j] = j < states ? s.q[j] : s.r[j - states];
+  for (int j = 0; j < p.constant_states; ++j)
+    for (int i = 0; i < inputs; ++i) g[i] += s.S(i, j) * qp.start[j];
+  for (int part = 0; part < further; ++part)
+    for (int c = 0; c < inputs; ++c) {
+      const double* column = p.T_inverse + (part * inputs + c) * ld;
+      double sum = 0.0;
+      for (int i = 0; i < inputs; ++i) sum += column[i] * s.r[(part + 1) * inputs + i];
+      r[part * ld + c] = sum;
+    }
+  p.g = g;
+  p.r = r;
+}
+
+void Packing::hessian(int k) {
+  const Stage& s = qp.stages[k];
+  PackedStage& p = to.stages[k];
+  const SweepStage& w = p.sweep;
+  const int n = w.nx + w.nu, states = k == 0 ? p.free_states : w.nx, m = n - states;
+  const int ld = padded(m), further = p.parts - 1;
+  make_splits(k);
+  if (!ok) return;
+  if (k > 1) {
+    const PackedStage& before = to.stages[k - 1];
+    const Stage& t = qp.stages[k - 1];
+    if (before.sweep.nx == w.nx && before.sweep.nu == w.nu && before.parts == p.parts &&
+        (further == 0 || before.T == p.T) && same(s.Q, t.Q, s.nx, s.nx) &&
+        same(s.R, t.R, s.nu, s.nu) && same(s.S, t.S, s.nu, s.nx)) {
+      p.H = before.H;
+      p.R = before.R;
+      return;
+    }
+  }
+  double* H = zeros(w.ld * n);
+  double* R = further > 0 ? zeros(further * ld * m) : nullptr;
+  if (!ok) return;
+  for (int j = 0; j < states; ++j) {
+    for (int i = 0; i < states; ++i) H[i + j * w.ld] = s.Q(i, j);
+    if (further == 0)
+      for (int i = 0; i < m; ++i) H[states + i + j * w.ld] = H[j + (states + i) * w.ld] = s.S(i, j);
+  }
+  for (int j = 0; j < m; ++j)
+    for (int i = 0; i < m; ++i) H[states + i + (states + j) * w.ld] = s.R(i, j);
+  std::array<double, max_resultant_size> half;  // a column of R_p T_p^-1
+  for (int part = 0; part < further; ++part)
+    for (int c = 0; c < m; ++c) {
+      const int first = (part + 1) * m;
+      const double* right = p.T_inverse + (part * m + c) * ld;
+      for (int i = 0; i < m; ++i) {
+        half[i] = 0.0;
+        for (int l = 0; l < m; ++l) half[i] += s.R(first + i, first + l) * right[l];
+      }
+      for (int i = 0; i < m; ++i) {
+        const double* left = p.T_inverse + (part * m + i) * ld;
+        double sum = 0.0;
+        for (int l = 0; l < m; ++l) sum += left[l] * half[l];
+        R[part * ld * m + i + c * ld] = sum;
+      }
+    }
+  p.H = H;
+  p.R = R;
+}
+
+// Where the factorisation joins the parts.
+void Packing::make_splits(int k) {
+  PackedStage& p = to.stages[k];
+  const int m = p.sweep.nu, ld = padded(m), further = p.parts - 1;
+  p.R_work = further > 0 ? numbers(further * ld * m) : nullptr;
+  p.splits = to.storage.splits.data() + (max_parts - 1) * k;
+  for (int part = 0; part < further; ++part) {
+    Split& split = p.splits[part];
+    split.before = numbers(Split::size(m));
+    if (!ok) return;
+    split.second = p.R_work + part * ld * m;
+    split.L = split.before + ld * m;
+    split.Lt = split.L + ld * m;
+    split.pivot = split.Lt + ld * m;
+    split.difference = split.pivot + ld;
+  }
+}
+
+}  // namespace saltus::qp

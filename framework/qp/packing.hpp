@@ -1,0 +1,92 @@
+// One pass of PackedQp::pack(): what its steps share. Private to packed_qp.cpp and pack_*.cpp.
+#pragma once
+
+#include <algorithm>
+
+#include "saltus/qp/packed_qp.hpp"
+
+namespace saltus::qp {
+
+struct Packing {
+  PackedQp& to;
+  const StageQp& qp;
+  int v = 0, y = 0, hard = 0, soft = 0, blocks = 0;  ///< entries given away so far
+  bool ok = true;  ///< false: a step met what is no program, or is beyond the capacity
+
+  /// pack_stage.cpp: sizes, dynamics and cost of a stage. Stages in their order, before any rows.
+  bool stage(int k);
+  /// pack_rows.cpp: groups and bounds of a stage.
+  bool rows(int k);
+  /// pack_sides.cpp: numbers of all sides and equality rows.
+  void fill_sides();
+
+ private:
+  bool starts_fixed(int k) const { return k == 0 && qp.fixed_start; }
+  bool starts_free(int k) const { return k == 0 && !qp.fixed_start; }
+
+  // Where entry j of the user's v = (x, u) went: the part, and the offset in it. Part -1: it is
+  // constant.
+  struct Column {
+    int part, offset;
+  };
+  Column column_of(int k, int j) const;
+
+  // Pieces of the program's memory; beyond its capacity null, and ok is false.
+  double* numbers(int count) { return taken(to.storage.numbers.take(count)); }
+  int* integers(int count) { return taken(to.storage.integers.take(count)); }
+  double* zeros(int count) {
+    double* piece = numbers(count);
+    if (piece != nullptr) std::fill_n(piece, count, 0.0);
+    return piece;
+  }
+  template <class T>
+  T* taken(T* piece) {
+    if (piece == nullptr) ok = false;
+    return piece;
+  }
+
+  void choose_parts(int k);
+  bool find_maps(int k, int parts);
+  void dynamics(int k);
+  void gradient(int k);
+  void hessian(int k);
+  void make_splits(int k);
+
+  void add_group(int k, int g, bool equalities);
+  void bounds(int k);
+  void add_bound_rows(int k, int part, bool equalities);
+  bool is_settled(int k, int g, int row);
+  double* coefficients(int k, const RowBlock& block, const int* user_column, int user_columns);
+  void scale_rows(RowBlock& block, double* C);
+  const RowBlock* twin_of(int k, const RowBlock& block) const;
+  RowBlock& new_block(int k, int group, int rows, int columns, int part);
+  void finish_block(int k, RowBlock& block, const RowBlock* twin);
+  int* targets(const RowBlock& block, int ld);
+  double* products_of_pairs(const RowBlock& block);
+  void give_offsets(RowBlock& block, bool equalities, bool has_lower, bool has_upper);
+
+  void fill_row(int k, RowBlock& block, int i);
+  void fill_bounds(int k);
+  void set_side(int side, double value, double sign);
+};
+
+/// Whether the leading rows x columns of both have the same bits.
+bool same(const MatrixXd& a, const MatrixXd& b, int rows, int columns);
+
+/// Bounds of entry j of v = (x, u).
+inline double lower_bound(const Stage& s, int j) {
+  return j < s.nx ? s.x_lower[j] : s.u_lower[j - s.nx];
+}
+inline double upper_bound(const Stage& s, int j) {
+  return j < s.nx ? s.x_upper[j] : s.u_upper[j - s.nx];
+}
+
+/// The kernel made for this size, or the last one, which fits any.
+template <class Kernel, std::size_t count>
+const Kernel* kernel_for(const Kernel (&kernels)[count], int Kernel::*size, int wanted) {
+  for (const Kernel& k : kernels)
+    if (k.*size == wanted) return &k;
+  return &kernels[count - 1];
+}
+
+}  // namespace saltus::qp

@@ -1,0 +1,178 @@
+// Products of the packed program: with H, F and C, for residuals and for what refinement needs.
+//
+//     stationarity = H v [+ g] + F'y + E'y - G'lambda,   dynamics = F v [+ b] - x_next,
+//     equality rows = E v [- e],   sides = G v
+//
+// The dynamics see the sum of the parts' inputs. An upper side is a row with reversed sign.
+#include <algorithm>
+
+#include "saltus/qp/riccati_system.hpp"
+
+namespace saltus::qp {
+
+// The stage's main variables, with the inputs of further parts added to those of the first: what
+// the dynamics see.
+const double* RiccatiSystem::with_resultant(const PackedStage& p, const double* v) {
+  const double* main = v + p.v_at;
+  if (p.parts == 1) return main;
+  const SweepStage& w = p.sweep;
+  double* sum = sum_.data();
+  for (int i = 0; i < w.ld; i += lanes) store(sum + i, load(main + i));
+  for (int part = 1; part < p.parts; ++part) {
+    const double* further = main + w.ld + (part - 1) * padded(w.nu);
+    for (int i = 0; i < w.nu; ++i) sum[w.nx + i] += further[i];
+  }
+  return sum;
+}
+
+template <bool affine>
+void RiccatiSystem::products(const double* v, const double* y, double* stationarity,
+                             double* equality) {
+  const double* costate = nullptr;  // of the dynamics that lead into the stage
+  double* force = work_.data();
+  for (std::size_t k = 0; k < packed_.stages.size(); ++k) {
+    const PackedStage& p = packed_.stages[k];
+    const SweepStage& w = p.sweep;
+    const int ldm = padded(w.nu);
+    const double* main = v + p.v_at;
+    double* out = stationarity + p.v_at;
+    const double* pi = y + p.costate_at;
+    double* gap = equality + p.costate_at;
+    for (int i = 0; i < w.ld; i += lanes) store(out + i, affine ? load(p.g + i) : Lanes{});
+    for (int i = 0; i < w.ld_next; i += lanes) store(gap + i, affine ? load(p.b + i) : Lanes{});
+    p.kernel->products(w, p.H, main, with_resultant(p, v), pi,
+                       w.next > 0 ? v + packed_.stages[k + 1].v_at : nullptr, out, force, gap);
+    for (int i = 0; i < w.nx && costate != nullptr; ++i) out[i] -= costate[i];
+    if (w.next > 0)
+      for (int i = 0; i < w.ld; i += lanes) store(out + i, load(out + i) + load(force + i));
+    for (int part = 1; part < p.parts; ++part) {
+      const double* further = main + w.ld + (part - 1) * ldm;
+      double* to = out + w.ld + (part - 1) * ldm;
+      for (int i = 0; i < ldm; i += lanes)
+        store(to + i, affine ? load(p.r + (part - 1) * ldm + i) : Lanes{});
+      multiply_vector<Update::add>(w.nu, w.nu, p.R + (part - 1) * ldm * w.nu, ldm, further, to);
+      for (int i = 0; i < w.nu; ++i) to[i] += force[w.nx + i];
+    }
+    costate = pi;
+  }
+  if (!packed_.has_equality_rows) return;
+  for (const PackedStage& p : packed_.stages)
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at < 0) continue;
+      b.kernel->multiply(b, v + b.v_at, 1.0, equality + b.equality_at);
+      if (affine)
+        for (int i = 0; i < padded(b.rows); ++i)
+          equality[b.equality_at + i] -= packed_.wanted[b.equality_at + i];
+      b.kernel->add_transposed(b, y + b.equality_at, 1.0, stationarity + b.v_at);
+    }
+}
+
+void RiccatiSystem::multiply(const double* v, double* side) {
+  const auto mask = [&](int at, int rows) {
+    for (int i = at; i < at + padded(rows); i += lanes)
+      store(side + i, load(side + i) * load(&packed_.active[i]));
+  };
+  for (const PackedStage& p : packed_.stages) {
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at >= 0) continue;
+      if (b.upper_at >= 0) b.kernel->multiply(b, v + b.v_at, -1.0, side + b.upper_at);
+      if (b.lower_at >= 0 && b.upper_at >= 0)
+        for (int i = 0; i < padded(b.rows); i += lanes)
+          store(side + b.lower_at + i, -load(side + b.upper_at + i));
+      else if (b.lower_at >= 0)
+        b.kernel->multiply(b, v + b.v_at, 1.0, side + b.lower_at);
+      if (b.partial && b.lower_at >= 0) mask(b.lower_at, b.rows);
+      if (b.partial && b.upper_at >= 0) mask(b.upper_at, b.rows);
+    }
+    const BoundBlock& b = p.bounds;
+    for (int i = 0; i < b.length; i += lanes) {
+      const Lanes x = load(v + p.v_at + b.first + i);
+      if (b.lower_at >= 0) store(side + b.lower_at + i, x * load(&packed_.active[b.lower_at + i]));
+      if (b.upper_at >= 0) store(side + b.upper_at + i, -x * load(&packed_.active[b.upper_at + i]));
+    }
+  }
+}
+
+template <int sign>
+void RiccatiSystem::add_sides(const double* side, double* v) {
+  double* rows = work_.data();
+  for (const PackedStage& p : packed_.stages) {
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at >= 0) continue;
+      if (b.lower_at < 0) {
+        b.kernel->add_transposed(b, side + b.upper_at, -sign, v + b.v_at);
+      } else if (b.upper_at < 0) {
+        b.kernel->add_transposed(b, side + b.lower_at, sign, v + b.v_at);
+      } else {
+        for (int i = 0; i < padded(b.rows); i += lanes)
+          store(rows + i, load(side + b.lower_at + i) - load(side + b.upper_at + i));
+        b.kernel->add_transposed(b, rows, sign, v + b.v_at);
+      }
+    }
+    const BoundBlock& b = p.bounds;
+    for (int i = 0; i < b.length; i += lanes) {
+      double* to = v + p.v_at + b.first + i;
+      Lanes sum{};
+      if (b.lower_at >= 0)
+        sum += load(side + b.lower_at + i) * load(&packed_.active[b.lower_at + i]);
+      if (b.upper_at >= 0)
+        sum -= load(side + b.upper_at + i) * load(&packed_.active[b.upper_at + i]);
+      store(to, load(to) + (sign > 0 ? sum : -sum));
+    }
+  }
+}
+
+void RiccatiSystem::multiply_transposed(const double* side, double* v) {
+  for (int i = 0; i < packed_.variables; i += lanes) store(v + i, Lanes{});
+  add_sides<1>(side, v);
+}
+
+void RiccatiSystem::evaluate(const double* v, const double* y, const double* lambda,
+                             double* stationarity, double* equality, double* side) {
+  products<true>(v, y, stationarity, equality);
+  add_sides<-1>(lambda, stationarity);
+  multiply(v, side);
+}
+
+void RiccatiSystem::apply(const double* v, const double* y, const double* lambda,
+                          double* stationarity, double* equality, double* side) {
+  products<false>(v, y, stationarity, equality);
+  add_sides<-1>(lambda, stationarity);
+  multiply(v, side);
+}
+
+double RiccatiSystem::cost(const double* v) {
+  double* slope = work_.data();
+  double total = 0.0;
+  // v'(1/2 H v + g) of one block.
+  const auto add = [&](int size, const double* H, const double* g, const double* at) {
+    multiply_vector<Update::set>(size, size, H, padded(size), at, slope);
+    for (int i = 0; i < size; ++i) total += (0.5 * slope[i] + g[i]) * at[i];
+  };
+  for (const PackedStage& p : packed_.stages) {
+    const int m = p.sweep.nu, ldm = padded(m);
+    const double* main = v + p.v_at;
+    add(p.sweep.nx + m, p.H, p.g, main);
+    for (int part = 0; part + 1 < p.parts; ++part)
+      add(m, p.R + part * ldm * m, p.r + part * ldm, main + p.sweep.ld + part * ldm);
+  }
+  return total;
+}
+
+void RiccatiSystem::roll_out(double* v) {
+  for (std::size_t k = 0; k + 1 < packed_.stages.size(); ++k) {
+    const PackedStage& p = packed_.stages[k];
+    const int nn = p.sweep.next, n = p.sweep.nx + p.sweep.nu;
+    const double* main = with_resultant(p, v);
+    double* next = work_.data();
+    for (int i = 0; i < p.sweep.ld_next; i += lanes) store(next + i, load(p.b + i));
+    multiply_vector<Update::add>(nn, n, p.sweep.flow, p.sweep.ld_next, main, next);
+    std::copy(next, next + nn, v + packed_.stages[k + 1].v_at);
+  }
+}
+
+// riccati_system.cpp refines with them.
+template void RiccatiSystem::products<false>(const double*, const double*, double*, double*);
+template void RiccatiSystem::add_sides<1>(const double*, double*);
+
+}  // namespace saltus::qp

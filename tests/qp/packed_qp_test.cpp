@@ -1,0 +1,102 @@
+// Is a packed program a value: filled again and moved without a trace of what it held before?
+#include "saltus/qp/packed_qp.hpp"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "tests/support/random_qp.hpp"
+
+namespace saltus::qp {
+namespace {
+
+using saltus::testing::multiplier_scale;
+using saltus::testing::random_qp;
+using saltus::testing::RandomQp;
+
+struct FlatPoint {
+  explicit FlatPoint(const PackedQp& packed)
+      : v(packed.capacity.variables),
+        y(packed.capacity.equalities),
+        lambda(packed.capacity.sides) {}
+  AlignedArray v, y, lambda;
+};
+
+StagePoint there_and_back(const StageQp& qp, const PackedQp& packed, const StagePoint& point) {
+  FlatPoint flat(packed);
+  pack_point(qp, point, packed, true, flat.v.data(), flat.y.data(), flat.lambda.data());
+  StagePoint result(qp);
+  unpack_point(qp, packed, flat.v.data(), flat.y.data(), flat.lambda.data(), result);
+  return result;
+}
+
+double largest_difference(const StageQp& qp, const StagePoint& a, const StagePoint& b) {
+  double most = 0.0;
+  const auto see = [&](const VectorXd& x, const VectorXd& y, int size) {
+    if (size > 0) most = std::max(most, (x - y).head(size).cwiseAbs().maxCoeff());
+  };
+  for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+    const Stage& s = qp.stages[k];
+    see(a.stages[k].x, b.stages[k].x, s.nx);
+    see(a.stages[k].u, b.stages[k].u, s.nu);
+    see(a.stages[k].x_bound, b.stages[k].x_bound, s.nx);
+    see(a.stages[k].u_bound, b.stages[k].u_bound, s.nu);
+    if (k + 1 < qp.stages.size())
+      see(a.stages[k].costate, b.stages[k].costate, qp.stages[k + 1].nx);
+    for (std::size_t g = 0; g < s.groups.size(); ++g)
+      see(a.stages[k].group[g], b.stages[k].group[g], s.groups[g].rows);
+  }
+  return most;
+}
+
+// Of a fixed start rows of the start alone are no part of the packed program: they have no
+// multipliers to come back.
+TEST(PackedQp, PointsComeBackAsTheyWere) {
+  for (int seed = 1; seed <= 200; ++seed) {
+    const RandomQp random = random_qp(seed, {.free_start = 1.0});
+    PackedQp packed(random.qp, {});
+    ASSERT_TRUE(packed.pack(random.qp)) << random.describe();
+    const StagePoint back = there_and_back(random.qp, packed, random.optimum);
+    // Multipliers of equality rows are divided by the row's scale and multiplied again.
+    EXPECT_LE(largest_difference(random.qp, back, random.optimum),
+              1e-14 * multiplier_scale(random.optimum))
+        << random.describe();
+  }
+}
+
+TEST(PackedQp, MovingAndPackingAgainChangeNothing) {
+  for (int seed = 1; seed <= 50; ++seed) {
+    const RandomQp random = random_qp(seed);
+    PackedQp first(random.qp, {});
+    ASSERT_TRUE(first.pack(random.qp));
+    PackedQp packed = std::move(first);
+    const StagePoint once = there_and_back(random.qp, packed, random.optimum);
+    StageQp other = random.qp;
+    for (Stage& s : other.stages) {
+      s.Q *= 2.0;
+      s.q.setOnes();
+      for (RowGroup& g : s.groups) g.rows = 0;
+    }
+    ASSERT_TRUE(packed.pack(other));
+    ASSERT_TRUE(packed.pack(random.qp));
+    EXPECT_EQ(
+        largest_difference(random.qp, there_and_back(random.qp, packed, random.optimum), once), 0.0)
+        << random.describe();
+  }
+}
+
+TEST(PackedQp, WhatIsNoProgramIsRefused) {
+  const RandomQp random = random_qp(1);
+  PackedQp packed(random.qp, {});
+  StageQp crossed = random.qp;
+  crossed.stages.back().x_lower[0] = 1.0;
+  crossed.stages.back().x_upper[0] = 0.0;
+  EXPECT_FALSE(packed.pack(crossed));
+  StageQp shorter = random.qp;
+  shorter.stages.pop_back();
+  EXPECT_FALSE(packed.pack(shorter));
+  EXPECT_TRUE(packed.pack(random.qp));
+}
+
+}  // namespace
+}  // namespace saltus::qp
