@@ -14,7 +14,7 @@ namespace {
 
 constexpr double rounding = 1e-11;  // of B's entries, well above what their computation loses
 // A pivot of T_p below this is no resultant: some force of the group moves nothing.
-constexpr double least_pivot = 1e-8;
+constexpr double least_map_pivot = 1e-8;
 
 // Of fixed capacity, so that nothing allocates.
 template <int max_rows>
@@ -58,7 +58,7 @@ bool find_resultant_maps(const MatrixXd& B, const ResultantSizes& s, double* T, 
     further = B.block(0, part * m, s.rows, m);
     forward = first.solve(further);
     map.compute(forward);
-    if (map.matrixLU().diagonal().cwiseAbs().minCoeff() < least_pivot) return false;
+    if (map.matrixLU().diagonal().cwiseAbs().minCoeff() < least_map_pivot) return false;
     back = map.inverse();
   }
   return maps_to_resultant(B, s, T);
