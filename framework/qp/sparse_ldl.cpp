@@ -101,7 +101,7 @@ SparseLdl::SparseLdl(const SparsityPattern& lower, std::vector<signed char> sign
 
 SparseLdl::~SparseLdl() = default;
 
-int SparseLdl::rows() const { return static_cast<int>(handle_->place.size()); }
+int SparseLdl::rows() const { return static_cast<int>(handle_->position.size()); }
 
 int SparseLdl::factor_entries() const {
   const int* count = static_cast<const int*>(handle_->factor->nz);
