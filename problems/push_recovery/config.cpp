@@ -20,7 +20,7 @@ void declare_weights(Settings& s, Weights& w) {
            "on the capture point as long as no step is planned", at_least(0.0));
   s.number("weights.wrench_change", w.wrench_change, "", "on first differences of the wrenches",
            at_least(0.0));
-  s.number("weights.capture_point_penalty", w.capture_point_penalty, "1/(m s)",
+  s.number("weights.capture_point_softness", w.capture_point_penalty, "1/(m s)",
            "penalty on a capture point outside the hull; 0 forbids it", at_least(0.0));
 }
 

@@ -53,11 +53,11 @@ void declare_settings(Settings& s, PlannerSettings& planner) {
                      "running costs summed at the nodes or integrated");
   s.number("solver_tolerance", planner.tolerance, "", "scaled KKT error", strictly_between(0, 1));
 
-  s.number("mpplanner.deadline", planner.deadline, "s", "wall clock per tick; 0: none",
+  s.number("mpc.deadline", planner.deadline, "s", "wall clock per tick; 0: none",
            at_least(0.0));
-  s.number("mpplanner.missed_fraction", planner.missed_fraction, "",
+  s.number("mpc.missed_share", planner.missed_fraction, "",
            "fraction of the ticks that are denied their solve, to try the loop", between(0.0, 0.9));
-  s.integer("mpplanner.missed_seed", planner.missed_seed, "", "which ticks those are",
+  s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are",
             at_least(0.0));
 }
 

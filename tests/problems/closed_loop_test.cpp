@@ -1,7 +1,10 @@
 // Is iCub caught by the step, and only by the step?
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <sstream>
 
 #include "saltus/app/assignment.hpp"
 #include "saltus/robots/icub/icub.hpp"
@@ -270,6 +273,34 @@ TEST(StepLogic, PlacesCountAwayFromTheStanceFootOnEitherSide) {
       EXPECT_EQ(a.place()[0], b.place()[0]);
       EXPECT_EQ(a.place()[1], -b.place()[1]);
     }
+}
+
+// Users' files name them.
+TEST(Settings, EveryKeyIsStillThere) {
+  Config config;
+  Settings settings;
+  declare_settings(settings, config);
+  std::vector<std::string> keys = settings.keys();
+  std::sort(keys.begin(), keys.end());
+  std::istringstream words(
+      "contact.edges contact.friction contact.fz_max contact.fz_min contact.pyramid "
+      "contact.torsional_friction control.period controller dart.collision dart.lcp "
+      "model.mass_error momentum.angular_momentum momentum.linear_momentum momentum.posture "
+      "momentum.posture_damping momentum.swing_regularisation momentum.torque "
+      "momentum.wrench mpc.costs mpc.deadline mpc.intervals mpc.missed_seed "
+      "mpc.missed_share mpc.step noise.angle noise.angular_velocity noise.force "
+      "noise.position noise.seed noise.velocity pictures plant push.direction push.duration "
+      "push.impulse push.link push.point push.shape push.start robot.config robot.urdf "
+      "simulator.delay_ticks simulator.friction simulator.ground_edge simulator.ground_step "
+      "simulator.joint_friction simulator.step solver solver_tolerance stance "
+      "step.decision_delay step.duration step.fixed_place step.forward_max step.lateral_max "
+      "step.lateral_min step.placement step.trigger stepping target weights.capture_point "
+      "weights.capture_point_softness weights.capture_point_standing weights.gamma "
+      "weights.gamma_impact weights.wrench weights.wrench_change "
+      "whole_body.angular_momentum whole_body.controller whole_body.linear_momentum "
+      "whole_body.posture whole_body.swing_foot whole_body.wrench");
+  const std::vector<std::string> known{std::istream_iterator<std::string>(words), {}};
+  EXPECT_EQ(keys, known);
 }
 
 TEST(Settings, FixedPlaceAcrossTheStanceFootIsRefused) {
