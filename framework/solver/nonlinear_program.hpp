@@ -47,7 +47,7 @@ class NonlinearProgram {
   virtual bool hessian(const double* w, double sigma, const double* lambda, double* entries,
                        Curvature curvature) = 0;
 
-  /// "phase 'flight', state 1 at node 3 (t = 0.2 s)": for messages.
+  /// For messages: "phase 'flight', node 3, state 1".
   virtual std::string describe_variable(int i) const = 0;
   virtual std::string describe_row(int i) const = 0;
 };

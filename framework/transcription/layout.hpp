@@ -28,7 +28,7 @@ class Layout {
   /// Variables from here on are slacks of soft constraints.
   void set_first_slack(int first) { first_slack_ = first; }
 
-  /// "phase 'flight', state 1 at node 3".
+  /// "phase 'flight', node 3, state 1", for messages.
   std::string describe(int variable) const;
 
  private:
