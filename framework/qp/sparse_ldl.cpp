@@ -33,8 +33,8 @@ struct SparseLdl::Handle {
     throw std::runtime_error(std::string("CHOLMOD failed: ") + what);
   }
 
-  // Upper triangle by columns of the pattern, its rows and columns renumbered.
-  void build(const SparsityPattern& lower, const std::vector<int>& position) {
+  // Upper triangle by columns of the pattern, its rows and columns renumbered by `position`.
+  void build(const SparsityPattern& lower) {
     const int n = lower.rows();
     cholmod_free_sparse(&matrix, &common);
     matrix = cholmod_allocate_sparse(n, n, lower.entries(), /*sorted=*/0, /*packed=*/1,
@@ -74,7 +74,7 @@ SparseLdl::SparseLdl(const SparsityPattern& lower, std::vector<signed char> sign
 
   // First for the order alone. The matrix is then stored in that order, and analysed again: so the
   // numeric code finds it as it wants it and copies nothing.
-  h.build(lower, h.position);
+  h.build(lower);
   h.common.method[0].ordering = CHOLMOD_AMD;
   h.common.postorder = 1;
   h.factor = cholmod_analyze(h.matrix, &h.common);
@@ -83,7 +83,7 @@ SparseLdl::SparseLdl(const SparsityPattern& lower, std::vector<signed char> sign
   for (int i = 0; i < n; ++i) h.position[order[i]] = i;
   cholmod_free_factor(&h.factor, &h.common);
 
-  h.build(lower, h.position);
+  h.build(lower);
   h.common.method[0].ordering = CHOLMOD_NATURAL;
   h.common.postorder = 0;
   h.factor = cholmod_analyze(h.matrix, &h.common);
