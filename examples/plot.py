@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws a table of Saltus: states above, inputs below, a shade for every other mode.
 
-Usage: plot.py trajectory.csv picture.png [--inputs N] [--path X Y]
+Usage: plot.py trajectory.csv picture.png [--inputs N] [--time LABEL] [--path X Y]
 The first columns are time and mode. --path draws column Y over column X in place of time.
 """
 
@@ -24,6 +24,7 @@ def main():
     parser.add_argument("picture")
     parser.add_argument("--path", nargs=2, metavar=("X", "Y"))
     parser.add_argument("--inputs", type=int, default=0, help="so many columns, from the right, are inputs")
+    parser.add_argument("--time", help="label of the time axis, in place of the first column's name")
     arguments = parser.parse_args()
     with open(arguments.table, encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
@@ -50,11 +51,11 @@ def main():
                 panel.axvspan(time[starts[k]], time[starts[k + 1]], color="0.9", lw=0)
             for k, (start, end) in enumerate(zip(starts, starts[1:])):
                 if panel is axes[0] and len(starts) > 2:
-                    panel.annotate(modes[start], ((time[start] + time[end]) / 2, 1.01), ha="center", fontsize=8,
+                    panel.annotate(modes[start], ((time[start] + time[end]) / 2, 1.04), ha="center", fontsize=8,
                                    xycoords=("data", "axes fraction"))
             panel.legend(fontsize=8)
             panel.margins(x=0)
-        axes[1].set_xlabel(header[0])
+        axes[1].set_xlabel(arguments.time or header[0])
     figure.tight_layout()
     figure.savefig(arguments.picture, dpi=110)
 
