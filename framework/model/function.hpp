@@ -16,8 +16,8 @@ namespace saltus {
 enum class Curvature { exact, gauss_newton };
 
 /// What stands behind a Function: y = f(z), z of `inputs` entries, y of `outputs` entries.
-/// Bodies are immutable as seen from outside, but may own scratch memory: one Function must not be
-/// evaluated from two threads at once. Evaluation neither allocates nor throws.
+/// Evaluation neither allocates nor throws. Bodies of formulas (make_function) serve several threads
+/// at once; those composed of others own scratch memory and serve one thread at a time.
 class FunctionBody {
  public:
   FunctionBody(int inputs, int outputs) : inputs_(inputs), outputs_(outputs) {}
