@@ -67,6 +67,9 @@ class Iteration final : public RealTimeSolver {
       result.iterations += r.iterations;
     }
     result.status = to_solve_status(r.status);
+    // The optimum of a model is the program's only where the program is its own model.
+    if (!is_exact_ && result.status == SolveStatus::optimal)
+      result.status = SolveStatus::step_taken;
     result.objective = r.objective;
     result.kkt = r.residual;
     result.violation = r.violation;

@@ -31,6 +31,8 @@ const char* describe(Provenance provenance) {
       return "shifted";
     case Provenance::fallback:
       return "fallback";
+    case Provenance::step:
+      return "step";
   }
   return "unknown";
 }
@@ -81,6 +83,7 @@ void RecedingHorizonController::set_entries(std::string_view name, const VectorR
 }
 
 void RecedingHorizonController::retime(std::string_view event, double time) {
+  if (time == shooting_->data().schedule.time_of(event)) return;
   if (std::isnan(time))
     has_bad_data_ = true;
   else
@@ -89,6 +92,7 @@ void RecedingHorizonController::retime(std::string_view event, double time) {
 }
 
 void RecedingHorizonController::set_schedule(const Schedule& schedule) {
+  if (schedule == shooting_->data().schedule) return;
   shooting_->set_schedule(schedule);
   is_prepared_ = false;
 }
@@ -105,6 +109,7 @@ bool RecedingHorizonController::is_measured(const VectorRef& state) const {
 }
 
 void RecedingHorizonController::prepare(double t) noexcept {
+  const WallClock::time_point begin = WallClock::now();
   now_ = std::isfinite(t) ? t : now_ + options_.period;
   try {
     shooting_->start_time(now_);
@@ -114,22 +119,26 @@ void RecedingHorizonController::prepare(double t) noexcept {
   shift_.apply(shooting_->program(), has_plan_ ? plan_ : initial_, guess_);
   solver_->prepare(shooting_->nlp(), guess_);
   is_prepared_ = true;
+  preparation_ = seconds_since(begin);
 }
 
 const ControlTick& RecedingHorizonController::feedback(const VectorRef& state) noexcept {
   const WallClock::time_point begin = WallClock::now();
-  if (!is_prepared_) prepare(now_ + options_.period);
-  return answer(state, begin);
+  const bool is_due = !is_prepared_;
+  if (is_due) prepare(now_ + options_.period);
+  return answer(state, begin, is_due);
 }
 
 const ControlTick& RecedingHorizonController::tick(double t, const VectorRef& state) noexcept {
   const WallClock::time_point begin = WallClock::now();
-  if (!is_prepared_ || t != now_) prepare(t);
-  return answer(state, begin);
+  const bool is_due = !is_prepared_ || t != now_;
+  if (is_due) prepare(t);
+  return answer(state, begin, is_due);
 }
 
 const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
-                                                     WallClock::time_point begin) noexcept {
+                                                     WallClock::time_point begin,
+                                                     bool prepared_late) noexcept {
   tick_.time = now_;
   tick_.status = SolveStatus::invalid_problem;
   tick_.iterations = 0;
@@ -141,8 +150,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   } catch (const std::exception&) {  // of a program that cannot even be posed
     tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
   }
-  const bool accepted =
-      tick_.provenance == Provenance::optimal || tick_.provenance == Provenance::feasible;
+  const bool accepted = is_of_this_tick(tick_.provenance);
   if (accepted) {
     std::swap(plan_, point_);
     shift_.remember(shooting_->program(), plan_.w);
@@ -154,6 +162,11 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   is_prepared_ = has_bad_data_ = false;
   ++ticks_;
   tick_.seconds = seconds_since(begin);
+  tick_.preparation = preparation_;
+  tick_.feedback = tick_.seconds - (prepared_late ? preparation_ : 0.0);
+  statistics_.preparation.add(tick_.preparation);
+  statistics_.feedback.add(tick_.feedback);
+  if (!prepared_late) ++statistics_.prepared_ahead;
   statistics_.latency[static_cast<std::size_t>(tick_.provenance)].add(tick_.seconds);
   return tick_;
 }
@@ -174,7 +187,7 @@ void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_po
                         point_.lambda.allFinite() && point_.z.allFinite();
   if (!is_whole) return;
   if (is_success(r.status))
-    tick_.provenance = Provenance::optimal;
+    tick_.provenance = r.status == SolveStatus::step_taken ? Provenance::step : Provenance::optimal;
   else if (was_cut_off(r.status) && r.violation <= options_.feasibility)
     tick_.provenance = Provenance::feasible;
   else
@@ -214,8 +227,7 @@ void RecedingHorizonController::fall_back(const VectorRef& state) {
 }
 
 Solution RecedingHorizonController::report() {
-  const bool accepted =
-      tick_.provenance == Provenance::optimal || tick_.provenance == Provenance::feasible;
+  const bool accepted = is_of_this_tick(tick_.provenance);
   NlpResult result;
   result.status = tick_.status;
   result.point = accepted ? plan_ : guess_;

@@ -19,13 +19,18 @@ namespace saltus {
 
 /// Where the input of a tick comes from.
 enum class Provenance {
-  optimal,   ///< of the plan made in this tick
+  optimal,   ///< of the plan made in this tick, an optimum of the program to the solver's tolerance
   feasible,  ///< the same, cut off by a limit, but within all rows and bounds
   shifted,   ///< the plan of an earlier tick goes on
-  fallback   ///< there is no plan: what the user supplied for that case
+  fallback,  ///< there is no plan: what the user supplied for that case
+  step  ///< of the plan made in this tick by one step towards the optimum (real-time iteration)
 };
-inline constexpr int provenances = 4;
+inline constexpr int provenances = 5;
 const char* describe(Provenance provenance);
+/// Whether the plan behind the input was made in the tick itself.
+inline bool is_of_this_tick(Provenance p) {
+  return p == Provenance::optimal || p == Provenance::feasible || p == Provenance::step;
+}
 
 struct ControllerOptions {
   double period = 0.01;          ///< between ticks, s
@@ -48,12 +53,17 @@ struct ControlTick {
   double objective = 0.0;
   double kkt = infinity;  ///< residual, see TickResult
   double violation = infinity;
-  double seconds = 0.0;  ///< wall clock, of the feedback and of the preparation if it was due
+  // Wall clock, s.
+  double preparation = 0.0;  ///< of prepare(), whether it was called ahead or was due in the tick
+  double feedback = 0.0;     ///< from the measurement to the input, without preparation
+  double seconds = 0.0;      ///< from the measurement to the input, all in all
 };
 
 /// How often, and how long it took.
 struct LoopStatistics {
-  std::array<LatencyHistogram, provenances> latency;  ///< indexed by provenance
+  std::array<LatencyHistogram, provenances> latency;  ///< all in all, indexed by provenance
+  LatencyHistogram preparation, feedback;             ///< apart, see ControlTick
+  long prepared_ahead = 0;                            ///< ticks that found their preparation done
   long count(Provenance p) const { return latency[static_cast<std::size_t>(p)].count(); }
   LatencyHistogram all() const;
 };
@@ -73,13 +83,17 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   // of throwing.
   void set_entries(std::string_view name, const VectorRef& values,
                    std::span<const ParameterEntry> entries);  // behind set_data()
+  /// To the same time: nothing happens, and what was prepared stays so.
   void retime(std::string_view event, double time);
   /// An event that came early or late: Schedule::confirm and hold on a copy of the schedule, which
   /// is then set here.
   void set_schedule(const Schedule& schedule);
   void set_previous_input(const VectorRef& input);
 
-  /// Everything for the tick at absolute time t that does not need the measurement; optional.
+  /// Everything for the tick at absolute time t that does not need the measurement: grid, shifted
+  /// plan, and of the linearisation what later calls of set_data() leave as it is. Optional; to be
+  /// called ahead of the tick, when the measurement is not there yet. Data may change afterwards;
+  /// another schedule has it done again in the tick.
   void prepare(double t) noexcept;
   /// The tick at the time prepared for. The result is the controller's and lasts until the next.
   const ControlTick& feedback(const VectorRef& state) noexcept;
@@ -93,7 +107,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   Solution report();
 
  private:
-  const ControlTick& answer(const VectorRef& state, WallClock::time_point begin) noexcept;
+  const ControlTick& answer(const VectorRef& state, WallClock::time_point begin,
+                            bool prepared_late) noexcept;
   void solve(const VectorRef& state, WallClock::time_point begin);
   void fall_back(const VectorRef& state);
   bool is_measured(const VectorRef& state) const;
@@ -106,6 +121,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
   NlpPoint guess_, point_;  // on the present grid
   bool has_plan_ = false, is_prepared_ = false, has_bad_data_ = false;
+  double preparation_ = 0.0;  // s, of the last prepare()
   double now_ = 0.0;
   long ticks_ = 0;
   VectorXd fallback_;

@@ -8,6 +8,8 @@ const char* describe(SolveStatus status) {
       return "an optimum was found to the requested tolerance";
     case SolveStatus::acceptable:
       return "progress stopped at a point that meets the looser, acceptable tolerance";
+    case SolveStatus::step_taken:
+      return "one step towards the optimum was taken, and whether it leads there was not checked";
     case SolveStatus::infeasible:
       return "the constraints cannot all be met, not even near the point reached";
     case SolveStatus::unbounded:

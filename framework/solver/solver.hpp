@@ -15,6 +15,7 @@ namespace saltus {
 enum class SolveStatus {
   optimal,
   acceptable,  ///< a looser tolerance was met and progress had stopped
+  step_taken,  ///< one quadratic model was solved; nobody asked whether its solution is an optimum
   infeasible,  ///< converged to a point where the constraints cannot be met
   unbounded,   ///< the cost falls without limit
   iteration_limit,
@@ -27,8 +28,9 @@ enum class SolveStatus {
 const char* describe(SolveStatus status);
 /// What a quadratic program's status means for the program that it is.
 SolveStatus to_solve_status(QpStatus status);
+/// Whether the solve did what it is for: it converged, or took the one step that was asked of it.
 inline bool is_success(SolveStatus s) {
-  return s == SolveStatus::optimal || s == SolveStatus::acceptable;
+  return s == SolveStatus::optimal || s == SolveStatus::acceptable || s == SolveStatus::step_taken;
 }
 
 struct NlpResult {
