@@ -5,20 +5,18 @@
 #include "saltus/core/error.hpp"
 #include "saltus/solver/convexify.hpp"
 #include "saltus/solver/quadratic_model.hpp"
+#include "saltus/transcription/stage_program.hpp"
 
 namespace saltus {
 namespace {
 
 class Iteration final : public RealTimeSolver {
  public:
-  Iteration(const NonlinearProgram& program, RealTimeIterationOptions options)
+  Iteration(NonlinearProgram& program, RealTimeIterationOptions options)
       : options_(std::move(options)),
         is_exact_(program.is_linear_quadratic()),
         curvature_(options_.curvature),
         model_(program),
-        qp_(options_.qp(
-            program, model_.qp().hessian_pattern, model_.qp().row_pattern,
-            {.tolerance = options_.tolerance, .max_iterations = options_.max_iterations})),
         at_(VectorXd::Zero(program.variables())),
         lambda_(VectorXd::Zero(program.rows())) {
     if (!program.supports(curvature_))
@@ -28,6 +26,7 @@ class Iteration final : public RealTimeSolver {
     if (!is_exact_)
       convexification_ = std::make_unique<Convexification>(model_.qp().hessian_pattern);
     start_ = {at_, lambda_, at_};
+    make_qp_solver(program);
   }
 
   void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept override {
@@ -40,6 +39,7 @@ class Iteration final : public RealTimeSolver {
       revision_ = -1;
     }
     linearise(program);
+    if (stages_ != nullptr && is_valid_) stages_->fill();
   }
 
   TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
@@ -79,12 +79,33 @@ class Iteration final : public RealTimeSolver {
   std::string name() const override { return "real-time iteration with " + qp_->name(); }
 
  private:
-  void linearise(NonlinearProgram& program) {
-    if (revision_ >= 0 && revision_ == program.revision()) {
-      model_.update_bounds(program);
+  // A shooting program fills the stages itself; whatever else has stages is sorted into them.
+  void make_qp_solver(NonlinearProgram& program) {
+    const QpOptions asked{.tolerance = options_.tolerance,
+                          .max_iterations = options_.max_iterations};
+    auto* shooting = options_.qp ? nullptr : dynamic_cast<ShootingProgram*>(&program);
+    if (shooting == nullptr) {
+      const QpMethod method = options_.qp ? options_.qp : riccati_qp();
+      qp_ = method(program, model_.qp().hessian_pattern, model_.qp().row_pattern, asked);
       return;
     }
-    is_valid_ = model_.linearise(program, at_, lambda_, curvature_);
+    RiccatiOptions riccati;
+    riccati.tolerance = asked.tolerance;
+    riccati.max_iterations = asked.max_iterations;
+    auto stages = std::make_unique<StageProgram>(*shooting, model_, [&](const StageQp& capacity) {
+      return make_riccati_solver(capacity, riccati);
+    });
+    stages_ = stages.get();
+    qp_ = std::move(stages);
+  }
+
+  void linearise(NonlinearProgram& program) {
+    if (revision_ >= 0 && revision_ == program.revision()) {
+      if (stages_ == nullptr) model_.update_bounds(program);  // stages look after their own
+      return;
+    }
+    is_valid_ = stages_ != nullptr ? stages_->linearise(at_, lambda_, curvature_)
+                                   : model_.linearise(program, at_, lambda_, curvature_);
     if (is_valid_ && convexification_ != nullptr) {
       convexification_->apply(model_.qp().hessian, options_.convexity_floor);
       model_.hessian_changed();
@@ -97,6 +118,7 @@ class Iteration final : public RealTimeSolver {
   Curvature curvature_;
   QuadraticModel model_;
   std::unique_ptr<QpSolver> qp_;
+  StageProgram* stages_ = nullptr;  // what qp_ is where the program is written into stages directly
   std::unique_ptr<Convexification> convexification_;
   VectorXd at_, lambda_;  // of the model
   NlpPoint start_;
@@ -106,7 +128,7 @@ class Iteration final : public RealTimeSolver {
 
 }  // namespace
 
-std::unique_ptr<RealTimeSolver> make_real_time_iteration(const NonlinearProgram& program,
+std::unique_ptr<RealTimeSolver> make_real_time_iteration(NonlinearProgram& program,
                                                          RealTimeIterationOptions options) {
   return std::make_unique<Iteration>(program, std::move(options));
 }

@@ -17,12 +17,14 @@ struct RealTimeIterationOptions {
   /// Of nonlinear programs; an exact Hessian is convexified block by block.
   Curvature curvature = Curvature::gauss_newton;
   double convexity_floor = 1e-6;  ///< see SqpOptions
-  QpMethod qp = riccati_qp();
+  /// Empty: Riccati sweeps over the program's stages, which a shooting program fills directly, so
+  /// that a measurement changes nothing but the start of the first one.
+  QpMethod qp = {};
 };
 
 /// For the program given and no other. After construction nothing allocates. Throws DefinitionError
 /// when the program offers no Hessian.
-std::unique_ptr<RealTimeSolver> make_real_time_iteration(const NonlinearProgram& program,
+std::unique_ptr<RealTimeSolver> make_real_time_iteration(NonlinearProgram& program,
                                                          RealTimeIterationOptions options = {});
 
 }  // namespace saltus

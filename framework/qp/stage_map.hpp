@@ -3,7 +3,9 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
+#include "saltus/core/entry_target.hpp"
 #include "saltus/core/primal_dual_point.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 #include "saltus/qp/stage_qp.hpp"
@@ -18,6 +20,17 @@ enum class StageFill {
   /// Not expressible with these numbers: a row of the dynamics that is no equality, a slack with an
   /// upper bound or a negative weight, or two variables carried into one stage as one state.
   not_staged
+};
+
+/// Rows of a program that are written straight into the stages, without a sparse matrix between.
+class DirectRows {
+ public:
+  virtual ~DirectRows() = default;
+  /// Writes every entry of the rows' pattern to its target; of rows without bounds none.
+  virtual bool write(std::span<const EntryTarget> targets) noexcept = 0;
+  virtual void multiply(const VectorXd& w, VectorXd& rows) const noexcept = 0;  ///< rows = J w
+  /// gradient += J' lambda.
+  virtual void add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept = 0;
 };
 
 /// Variables with equal bounds, rows without bounds and slacks vanish; what is left is written into
@@ -42,6 +55,14 @@ class StageMap {
   /// The program in stages as of the last fill(); its address stays.
   const StageQp& stages() const;
   StageFill fill(const SparseQp& qp) noexcept;
+
+  /// From now on the rows' entries come from `rows`, and `qp`, which is the one that will be
+  /// filled, keeps only those that stand in no stage. Both must outlive the map.
+  void write_directly(SparseQp& qp, DirectRows& rows);
+  /// As fill(qp); unless `rows_changed`, only what moved to another column is written again.
+  StageFill fill(const SparseQp& qp, bool rows_changed) noexcept;
+  /// Direct rows: since the last fill() nothing but the values of a given start has changed.
+  void restart(const VectorXd& row_sides) noexcept;
 
   // For the program of the last fill(), which must have succeeded.
   /// All variables and multipliers, those of vanished variables included. `to` is resized.

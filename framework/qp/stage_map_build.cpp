@@ -296,6 +296,7 @@ void StageMap::Lists::make_groups(const SparseQp& patterns, int stage,
           const int v = patterns.row_pattern.col(e);
           if (variables[v].kind == Kind::slack) continue;
           ++entries;
+          group.entries.push_back(e);
           group.variables.push_back(v);
         }
       std::sort(group.variables.begin(), group.variables.end());

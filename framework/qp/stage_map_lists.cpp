@@ -121,6 +121,7 @@ void StageMap::Lists::list_dynamics(const SparseQp& qp, int k) {
         plan.B.push_back({e, i + (c - nx) * ld, i});
     }
   }
+  if (direct != nullptr) aim_dynamics(qp, k);
   const auto pass = [&](int v, int to) {
     const int c = column(v, k);
     if (c < nx)
@@ -181,6 +182,7 @@ void StageMap::Lists::list_groups(const SparseQp& qp, int k) {
           group.M.push_back({e, part.group_row + position[c] * ld});
       }
     }
+    if (direct != nullptr) aim_group(group, target);
   }
 }
 

@@ -50,8 +50,10 @@ struct Group {
   bool soft = false;
   std::vector<Part> parts;
   std::vector<int> variables;  ///< that may be columns
+  std::vector<int> entries;    ///< of the rows, slacks left out
   std::vector<Move> M;
   std::vector<Fixed> fixed;  ///< `to` is a part
+  std::vector<Move> twins;   ///< in M: the second side of a soft row, of direct rows
   VectorXd shift;            ///< of every part, by vanished variables and least slacks
 };
 struct Entry {  // of the Hessian
@@ -147,10 +149,17 @@ struct StageMap::Lists {
     return part.side < 0 ? soft.below : soft.above;
   }
 
+  // Direct rows: stage_map_direct.cpp.
+  void write_directly(SparseQp& qp, DirectRows& rows);
+  void aim_dynamics(const SparseQp& qp, int stage);
+  void aim_group(Group& group, RowGroup& target);
+  void restart(const VectorXd& row_sides);
+
   // Points: stage_map_points.cpp.
   void to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
   void to_stages(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to);
-  void give_slacks(const SparseQp& qp, PrimalDualPoint& to) const;
+  void give_slacks(const SparseQp& qp, PrimalDualPoint& to);
+  double row_value(const SparseQp& qp, int row, const VectorXd& w) const;
   void compute_gradient(const SparseQp& qp, const PrimalDualPoint& at);
   double costate(const StagePoint& point, int stage, int x) const;
 
@@ -171,6 +180,11 @@ struct StageMap::Lists {
   std::vector<int> position;  // per column of a stage: work space
   StageQp stages;
   VectorXd gradient;
+
+  DirectRows* direct = nullptr;      // null: entries of rows are those of the sparse program
+  double* aside = nullptr;           // where entries go that stand in no stage
+  std::vector<EntryTarget> targets;  // of every entry
+  VectorXd row_values;               // work space
 };
 
 }  // namespace saltus

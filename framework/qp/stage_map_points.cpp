@@ -60,11 +60,21 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
     }
 }
 
+double StageMap::Lists::row_value(const SparseQp& qp, int row, const VectorXd& w) const {
+  if (direct != nullptr) return row_values[row];
+  double value = 0.0;
+  for (int e = qp.row_pattern.row_begin(row); e < qp.row_pattern.row_end(row); ++e)
+    value += qp.rows[e] * w[qp.row_pattern.col(e)];
+  return value;
+}
+
 // Slacks that the values of their rows call for; the multipliers of soft rows without variables.
-void StageMap::Lists::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const {
+void StageMap::Lists::give_slacks(const SparseQp& qp, PrimalDualPoint& to) {
+  if (soft_rows.empty()) return;
   for (const SoftRow& soft : soft_rows)
     for (const Slack* slack : {&soft.below, &soft.above})
       if (slack->variable >= 0) to.w[slack->variable] = qp.lower[slack->variable];
+  if (direct != nullptr) direct->multiply(to.w, row_values);
   for (const StagePlan& plan : plans)
     for (const Group& group : plan.groups) {
       if (!group.soft) continue;
@@ -72,9 +82,7 @@ void StageMap::Lists::give_slacks(const SparseQp& qp, PrimalDualPoint& to) const
         // Only one side can be missed; what rounding leaves of the other one is no miss.
         const int below = soft_rows[soft_of_row[part.row]].below.variable;
         if (part.side > 0 && below >= 0 && to.w[below] > qp.lower[below]) continue;
-        double value = 0.0;
-        for (int e = qp.row_pattern.row_begin(part.row); e < qp.row_pattern.row_end(part.row); ++e)
-          value += qp.rows[e] * to.w[qp.row_pattern.col(e)];
+        const double value = row_value(qp, part.row, to.w);
         const double miss =
             part.side < 0 ? qp.row_lower[part.row] - value : value - qp.row_upper[part.row];
         if (!(miss > 0.0)) continue;
@@ -92,6 +100,10 @@ void StageMap::Lists::compute_gradient(const SparseQp& qp, const PrimalDualPoint
     gradient[row] += qp.hessian[e] * at.w[col];
     if (row != col) gradient[col] += qp.hessian[e] * at.w[row];
   });
+  if (direct != nullptr) {
+    direct->add_transposed(at.lambda, gradient);
+    return;
+  }
   for (int row = 0; row < qp.row_pattern.rows(); ++row) {
     const double lambda = at.lambda[row];
     if (lambda == 0.0) continue;

@@ -68,8 +68,10 @@ StageFill StageMap::Lists::write_dynamics(const SparseQp& qp, int k) {
   }
   const double *rows = qp.rows.data(), *scale = plan.scale.data();
   double *A = stage.A.data(), *B = stage.B.data();
-  for (const StagePlan::Scaled& m : plan.A) A[m.to] = rows[m.from] * scale[m.row];
-  for (const StagePlan::Scaled& m : plan.B) B[m.to] = rows[m.from] * scale[m.row];
+  if (direct == nullptr) {
+    for (const StagePlan::Scaled& m : plan.A) A[m.to] = rows[m.from] * scale[m.row];
+    for (const StagePlan::Scaled& m : plan.B) B[m.to] = rows[m.from] * scale[m.row];
+  }
   if (any_fixed_value)
     for (const Fixed& f : plan.b_fixed)
       stage.b[f.to] += scale[f.to] * rows[f.from] * qp.lower[f.variable];
@@ -85,7 +87,10 @@ StageFill StageMap::Lists::write_groups(const SparseQp& qp, int k) {
     RowGroup& target = stage.groups[g];
     if (target.rows == 0 && !group.soft && group.fixed.empty()) continue;
     double* M = target.M.data();
-    for (const Move& m : group.M) M[m.to] = qp.rows[m.from];
+    if (direct == nullptr)
+      for (const Move& m : group.M) M[m.to] = qp.rows[m.from];
+    else
+      for (const Move& m : group.twins) M[m.to] = M[m.from];
     group.shift.setZero();
     if (any_fixed_value)
       for (const Fixed& f : group.fixed)

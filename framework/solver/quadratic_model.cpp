@@ -35,16 +35,27 @@ QuadraticModel::QuadraticModel(const NonlinearProgram& program)
 
 bool QuadraticModel::linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
                                Curvature curvature) {
-  w0_ = w;
   // Derivatives first: a program that keeps what it evaluated then has the values as well.
-  if (!program.gradient(w0_.data(), gradient_.data()) ||
-      !program.jacobian(w0_.data(), qp_.rows.data()) ||
-      !program.constraints(w0_.data(), c_.data()) || !program.objective(w0_.data(), cost_))
+  if (!program.gradient(w.data(), gradient_.data()) ||
+      !program.jacobian(w.data(), qp_.rows.data()) || !evaluate(program, w))
     return false;
   multiply(qp_.row_pattern, qp_.rows, w0_, offset_);
   offset_ = c_ - offset_;
   update_bounds(program);
   return set_curvature(program, lambda, curvature);
+}
+
+bool QuadraticModel::linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
+                               Curvature curvature, const VectorXd& rows_times_w) {
+  if (!program.gradient(w.data(), gradient_.data()) || !evaluate(program, w)) return false;
+  offset_ = c_ - rows_times_w;
+  update_bounds(program);
+  return set_curvature(program, lambda, curvature);
+}
+
+bool QuadraticModel::evaluate(NonlinearProgram& program, const VectorXd& w) {
+  w0_ = w;
+  return program.constraints(w0_.data(), c_.data()) && program.objective(w0_.data(), cost_);
 }
 
 bool QuadraticModel::set_curvature(NonlinearProgram& program, const VectorXd& lambda,

@@ -25,6 +25,9 @@ class QuadraticModel {
   /// program cannot be evaluated.
   bool linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
                  Curvature curvature);
+  /// The same without the rows' entries, which stand elsewhere; `rows_times_w` is J w.
+  bool linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
+                 Curvature curvature, const VectorXd& rows_times_w);
   /// Hessian alone, at the w of the last linearise().
   bool set_curvature(NonlinearProgram& program, const VectorXd& lambda, Curvature curvature);
   /// To be called after the Hessian's entries were changed from outside, and by nobody else.
@@ -43,6 +46,7 @@ class QuadraticModel {
   const VectorXd& constraints() const { return c_; }
 
  private:
+  bool evaluate(NonlinearProgram& program, const VectorXd& w);
   void shift_rows(const NonlinearProgram& program);
 
   SparseQp qp_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace saltus {
 namespace {
@@ -71,8 +72,12 @@ void BlockProgram::finish() {
   hessian_pattern_ = SparsityPattern::from_pairs(variables(), variables(), std::move(hessian));
   for (Linear& l : linear_) l.position = jacobian_pattern_.find(l.row, l.variable);
 
+  std::vector<char> filled(jacobian_pattern_.entries(), 0);
+  for (Linear& l : linear_) l.adds = std::exchange(filled[l.position], 1) != 0;
   compiled_.resize(blocks_.size());
   for (std::size_t i = 0; i < blocks_.size(); ++i) compile_block(blocks_[i], compiled_[i]);
+  for (Compiled& c : compiled_)
+    for (Scatter& s : c.jacobian) s.adds = std::exchange(filled[s.to], 1) != 0;
   linear_cost_ = VectorXd::Zero(variables());
   quadratic_cost_ = VectorXd::Zero(variables());
   quadratic_position_.assign(variables(), -1);
@@ -242,6 +247,50 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
     }
   return std::all_of(entries, entries + jacobian_pattern_.entries(),
                      [](double e) { return std::isfinite(e); });
+}
+
+// Linear entries first: what a block has there as well is added.
+bool BlockProgram::write_jacobian(const double* w, std::span<const EntryTarget> targets) {
+  for (const Linear& l : linear_) {
+    const EntryTarget& target = targets[l.position];
+    const double value = target.scale * l.coefficient;
+    *target.to = l.adds ? *target.to + value : value;
+  }
+  if (!evaluate(w, Level::derivatives)) return false;
+  bool finite = true;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const double* entries = compiled_[i].entries.data();
+    const BlockOutput* outputs = blocks_[i].outputs.data();
+    for (const Scatter& s : compiled_[i].jacobian) {
+      if (is_off(outputs[s.output].row)) continue;
+      const EntryTarget& target = targets[s.to];
+      const double value = target.scale * (s.factor * entries[s.from]);
+      *target.to = s.adds ? *target.to + value : value;
+      finite = finite && std::isfinite(value);
+    }
+  }
+  return finite;
+}
+
+void BlockProgram::multiply_jacobian(const VectorXd& v, VectorXd& out) const {
+  out.setZero();
+  for (const Linear& l : linear_) out[l.row] += l.coefficient * v[l.variable];
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (const Scatter& s : compiled_[i].jacobian) {
+      const int row = blocks_[i].outputs[s.output].row;
+      if (!is_off(row))
+        out[row] += s.factor * compiled_[i].entries[s.from] * v[jacobian_pattern_.col(s.to)];
+    }
+}
+
+void BlockProgram::add_jacobian_transposed(const VectorXd& lambda, VectorXd& out) const {
+  for (const Linear& l : linear_) out[l.variable] += l.coefficient * lambda[l.row];
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (const Scatter& s : compiled_[i].jacobian) {
+      const double multiplier = lambda[blocks_[i].outputs[s.output].row];
+      if (multiplier != 0.0)
+        out[jacobian_pattern_.col(s.to)] += s.factor * compiled_[i].entries[s.from] * multiplier;
+    }
 }
 
 bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, double* entries,

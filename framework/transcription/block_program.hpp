@@ -1,11 +1,13 @@
 // A sparse program assembled from small functions: knows blocks and patterns, but no phases.
 #pragma once
 
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "saltus/core/bounds.hpp"
+#include "saltus/core/entry_target.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
@@ -55,15 +57,21 @@ class BlockProgram : public NonlinearProgram {
   void finish();
 
   void bound_variable(int i, double lower, double upper) {
+    if (lower_[i] == lower && upper_[i] == upper) return;
     lower_[i] = lower;
     upper_[i] = upper;
+    ++bounds_revision_;
   }
   void bound_row(int i, double lower, double upper) {
+    if (row_lower_[i] == lower && row_upper_[i] == upper) return;
     const bool was_off = is_off(i);
     row_lower_[i] = lower;
     row_upper_[i] = upper;
+    ++bounds_revision_;
     if (is_off(i) != was_off) ++revision_;
   }
+  /// An equality stays one, at another value: what a measurement does. Not counted as a change.
+  void move_equality(int i, double value) { row_lower_[i] = row_upper_[i] = value; }
   void set_constant(int block, int argument, double value);
   void set_weight(int block, int output, double value);
   double weight(int block, int output) const { return blocks_[block].outputs[output].factor; }
@@ -80,6 +88,14 @@ class BlockProgram : public NonlinearProgram {
     return (linear_cost_[variable] + 0.5 * quadratic_cost_[variable] * w) * w;
   }
   int block_outputs(int block) const { return blocks_[block].function.outputs(); }
+  // The Jacobian without a sparse matrix, for programs that are written where they are solved.
+  bool evaluate_derivatives(const double* w) { return evaluate(w, Level::derivatives); }
+  /// Writes every entry at w to its target; of rows that are off nothing. False where the program
+  /// cannot be evaluated; linear entries are written then, too.
+  bool write_jacobian(const double* w, std::span<const EntryTarget> targets);
+  // With the derivatives of the last evaluation.
+  void multiply_jacobian(const VectorXd& v, VectorXd& out) const;             ///< out = J v
+  void add_jacobian_transposed(const VectorXd& lambda, VectorXd& out) const;  ///< out += J' lambda
   /// Outputs of a block at w (for reports).
   void evaluate_block(int block, const double* w, double* outputs);
 
@@ -96,6 +112,8 @@ class BlockProgram : public NonlinearProgram {
   }
   bool is_linear_quadratic() const override { return linear_quadratic_; }
   long revision() const override { return revision_; }
+  /// Counts the changes of bounds, as revision() counts those of everything else.
+  long bounds_revision() const { return bounds_revision_; }
 
   bool objective(const double* w, double& f) override;
   bool gradient(const double* w, double* gradient) override;
@@ -114,10 +132,11 @@ class BlockProgram : public NonlinearProgram {
 
   enum class Level { none, values, derivatives };
 
-  // local entry -> target position, with the product of its fixed factors
+  // local entry -> position in the pattern, with the product of its fixed factors
   struct Scatter {
     int from, to, output;
     double factor;
+    bool adds = false;  // to what a linear entry or this block has put there
   };
   struct Compiled {
     std::vector<Scatter> jacobian, gradient, hessian;
@@ -150,6 +169,7 @@ class BlockProgram : public NonlinearProgram {
   struct Linear {
     int row, variable, position;
     double coefficient;
+    bool adds = false;  // to another linear entry
   };
   std::vector<Linear> linear_;
   std::vector<int> quadratic_variables_;
@@ -163,6 +183,7 @@ class BlockProgram : public NonlinearProgram {
   VectorXd last_w_;
   long point_ = 0;     // counts the points visited
   long revision_ = 1;  // counts the changes of data
+  long bounds_revision_ = 1;
   Level level_ = Level::none;
   long evaluated_point_ = 0, evaluated_revision_ = 0;
   bool finite_ = false;

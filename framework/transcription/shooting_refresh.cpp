@@ -66,9 +66,15 @@ void ShootingProgram::place_data() {
 
 void ShootingProgram::refresh_start() {
   const PhaseDefinition& first = problem_.phases().front();
-  for (int i = 0; i < first.sizes.nx; ++i)
-    bound_row(start_row_ + i, data_.start_bounds[i].lower / first.nominal_state[i],
-              data_.start_bounds[i].upper / first.nominal_state[i]);
+  for (int i = 0; i < first.sizes.nx; ++i) {
+    const int row = start_row_ + i;
+    const double lower = data_.start_bounds[i].lower / first.nominal_state[i];
+    const double upper = data_.start_bounds[i].upper / first.nominal_state[i];
+    if (lower == upper && row_lower()[row] == row_upper()[row])
+      move_equality(row, lower);
+    else
+      bound_row(row, lower, upper);
+  }
 }
 
 // Of states and inputs as proposed; unknowns have their own.

@@ -64,10 +64,10 @@ void declare_settings(Settings& s, PlannerSettings& planner) {
 std::unique_ptr<RealTimeSolver> make_tick_solver(const PlannerSettings& settings,
                                                  MultipleShooting& shooting) {
   if (settings.solver == SolverChoice::ipopt)
-    return make_real_time_solver(
-        make_ipopt({.tolerance = settings.tolerance, .mehrotra = true}));
-  return make_real_time_iteration(
-      shooting.nlp(), {.tolerance = settings.tolerance, .qp = qp_method(settings.solver)});
+    return make_real_time_solver(make_ipopt({.tolerance = settings.tolerance, .mehrotra = true}));
+  RealTimeIterationOptions options{.tolerance = settings.tolerance};
+  if (settings.solver != SolverChoice::riccati) options.qp = qp_method(settings.solver);
+  return make_real_time_iteration(shooting.nlp(), options);
 }
 
 ControllerOptions controller_options(const PlannerSettings& settings, double mass) {

@@ -60,9 +60,11 @@ class Unreliable final : public Solver {
 
 std::unique_ptr<RealTimeSolver> ipopt() { return make_real_time_solver(make_ipopt()); }
 
-enum class Back { riccati, sparse, ipopt };
+// stages: filled directly; riccati: as a sparse program whose stages are known.
+enum class Back { stages, riccati, sparse, ipopt };
 std::unique_ptr<RealTimeSolver> back_end(Back which, MultipleShooting& shooting) {
   if (which == Back::ipopt) return ipopt();
+  if (which == Back::stages) return make_real_time_iteration(shooting.nlp());
   return make_real_time_iteration(shooting.nlp(),
                                   {.qp = which == Back::riccati ? riccati_qp() : sparse_qp()});
 }
@@ -152,11 +154,12 @@ TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, EveryBackEnd,
-                         ::testing::Values(Back::riccati, Back::sparse, Back::ipopt),
+                         ::testing::Values(Back::stages, Back::riccati, Back::sparse, Back::ipopt),
                          [](const auto& instance) {
-                           return instance.param == Back::riccati  ? "Riccati"
-                                  : instance.param == Back::sparse ? "Sparse"
-                                                                   : "Ipopt";
+                           return instance.param == Back::stages    ? "Stages"
+                                  : instance.param == Back::riccati ? "Riccati"
+                                  : instance.param == Back::sparse  ? "Sparse"
+                                                                    : "Ipopt";
                          });
 
 TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
@@ -273,7 +276,7 @@ TEST(RecedingHorizon, PreparesAheadOfDataAndOfTheSameSchedule) {
       ocp.then(phase);
       return controller_for(MultipleShooting(std::move(ocp), {.intervals_per_phase = 10,
                                                               .integrator = runge_kutta4()}),
-                            Back::riccati);
+                            Back::stages);
     };
     RecedingHorizonController ahead = make(), at_once = make();
     constexpr int ticks = 8, moved = 5;
@@ -305,7 +308,7 @@ TEST(RecedingHorizon, PreparesAheadOfDataAndOfTheSameSchedule) {
 }
 
 TEST(RealTimeIteration, OneModelPerTickApproachesTheOptimum) {
-  RecedingHorizonController iterated = controller_for(pendulum(), Back::riccati);
+  RecedingHorizonController iterated = controller_for(pendulum(), Back::stages);
   RecedingHorizonController converged = controller_for(pendulum(), Back::ipopt);
   ASSERT_FALSE(iterated.shooting().nlp().is_linear_quadratic());
   IntervalProblem interval;
@@ -330,7 +333,7 @@ TEST(RealTimeIteration, OneModelPerTickApproachesTheOptimum) {
 }
 
 TEST(NoAllocation, InATickOfALinearQuadraticAndOfANonlinearProblem) {
-  for (const Back which : {Back::riccati, Back::sparse}) {
+  for (const Back which : {Back::stages, Back::riccati, Back::sparse}) {
     RecedingHorizonController controller = controller_for(gate(0.537), which);
     RecedingHorizonController nonlinear = controller_for(pendulum(), which);
     VectorXd x = VectorXd::Constant(1, 0.6);

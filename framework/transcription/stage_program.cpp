@@ -1,0 +1,71 @@
+#include "saltus/transcription/stage_program.hpp"
+
+#include "saltus/transcription/shooting_stages.hpp"
+
+namespace saltus {
+
+StageProgram::StageProgram(ShootingProgram& program, QuadraticModel& model,
+                           const MakeStageSolver& make)
+    : program_(&program),
+      model_(&model),
+      map_(model.qp(), stage_structure(program)),
+      point_(map_.stages()),
+      solver_(make(map_.stages())),
+      at_(VectorXd::Zero(program.variables())),
+      rows_times_w_(VectorXd::Zero(program.rows())) {
+  map_.write_directly(model.qp(), *this);
+}
+
+bool StageProgram::linearise(const VectorXd& w, const VectorXd& lambda, Curvature curvature) {
+  at_ = w;
+  is_new_model_ = true;
+  rows_times_w_.setZero();
+  if (!w.isZero(0.0)) {
+    if (!program_->evaluate_derivatives(w.data())) return false;
+    program_->multiply_jacobian(w, rows_times_w_);
+  }
+  return model_->linearise(*program_, w, lambda, curvature, rows_times_w_);
+}
+
+void StageProgram::fill() noexcept {
+  const bool same_bounds = filled_bounds_ == program_->bounds_revision();
+  if (!is_new_model_ && same_bounds && map_.stages().fixed_start) {
+    map_.restart(program_->row_lower());
+    return;
+  }
+  if (!same_bounds) model_->update_bounds(*program_);
+  state_ = map_.fill(model_->qp(), is_new_model_);
+  is_new_model_ = false;
+  filled_bounds_ = program_->bounds_revision();
+}
+
+QpResult StageProgram::solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept {
+  QpResult result;
+  if (point.w.size() != qp.variables()) return result;
+  fill();
+  if (state_ != StageFill::filled) {
+    result.status =
+        state_ == StageFill::infeasible ? QpStatus::infeasible : QpStatus::invalid_problem;
+    return result;
+  }
+  map_.convert(qp, point, point_);
+  result = solver_->solve(map_.stages(), point_, warm);
+  if (result.status != QpStatus::invalid_problem) map_.convert(qp, point_, point);
+  return result;
+}
+
+bool StageProgram::write(std::span<const EntryTarget> targets) noexcept {
+  return program_->write_jacobian(at_.data(), targets);
+}
+
+void StageProgram::multiply(const VectorXd& w, VectorXd& rows) const noexcept {
+  program_->evaluate_derivatives(at_.data());  // again, if somebody looked elsewhere since
+  program_->multiply_jacobian(w, rows);
+}
+
+void StageProgram::add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept {
+  program_->evaluate_derivatives(at_.data());
+  program_->add_jacobian_transposed(lambda, gradient);
+}
+
+}  // namespace saltus
