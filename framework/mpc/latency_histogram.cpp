@@ -12,8 +12,8 @@ int LatencyHistogram::bucket(double seconds) {
   constexpr int mantissa_bits = 52, kept_bits = 3, bias = 1023;
   static_assert(steps == 1 << kept_bits);
   const auto bits = std::bit_cast<std::uint64_t>(seconds) >> (mantissa_bits - kept_bits);
-  const long place = static_cast<long>(bits) - (static_cast<long>(bias + lowest) << kept_bits);
-  return static_cast<int>(std::clamp(place, 0L, static_cast<long>((highest - lowest) * steps - 1)));
+  const long index = static_cast<long>(bits) - (static_cast<long>(bias + lowest) << kept_bits);
+  return static_cast<int>(std::clamp(index, 0L, static_cast<long>((highest - lowest) * steps - 1)));
 }
 
 void LatencyHistogram::add(double seconds) {

@@ -31,13 +31,13 @@ class Guess {
     return guess;
   }
 
-  bool is_given() const { return static_cast<bool>(course_); }
+  bool is_given() const { return static_cast<bool>(trajectory_); }
   bool is_simulated() const { return simulated_; }
-  VectorXd at(double fraction) const { return course_(fraction); }
+  VectorXd at(double fraction) const { return trajectory_(fraction); }
 
  private:
-  explicit Guess(std::function<VectorXd(double)> f) : course_(std::move(f)) {}
-  std::function<VectorXd(double)> course_;
+  explicit Guess(std::function<VectorXd(double)> f) : trajectory_(std::move(f)) {}
+  std::function<VectorXd(double)> trajectory_;
   bool simulated_ = false;
 };
 

@@ -80,25 +80,25 @@ const std::vector<Mistake>& mistakes() {
        {"phase 'motion'", "term 'effort'", "one number", "2 rows"}},
       {"WeightSize",
        phase([](Motion& m) {
-         m.track("course", state, Vec<double, 3>{1.0, 1.0, 1.0});
+         m.track("speed", state, Vec<double, 3>{1.0, 1.0, 1.0});
        }),
-       {"phase 'motion'", "term 'course'", "1 entries", "3 x 3"}},
+       {"phase 'motion'", "term 'speed'", "1 entries", "3 x 3"}},
       {"NegativeWeight",
-       phase([](Motion& m) { m.track("course", state, Vec<double, 1>{-1.0}); }),
-       {"phase 'motion'", "term 'course'", "-1"}},
+       phase([](Motion& m) { m.track("speed", state, Vec<double, 1>{-1.0}); }),
+       {"phase 'motion'", "term 'speed'", "-1"}},
       {"NanWeight",
-       phase([](Motion& m) { m.track("course", state, Vec<double, 1>{nan}); }),
-       {"phase 'motion'", "term 'course'", "not finite"}},
+       phase([](Motion& m) { m.track("speed", state, Vec<double, 1>{nan}); }),
+       {"phase 'motion'", "term 'speed'", "not finite"}},
       {"ReferenceSize",
        phase([](Motion& m) {
-         m.track("course", state, Vec<double, 1>{1.0}, {}, VectorXd(Vec<double, 2>{1.0, 2.0}));
+         m.track("speed", state, Vec<double, 1>{1.0}, {}, VectorXd(Vec<double, 2>{1.0, 2.0}));
        }),
-       {"phase 'motion'", "term 'course'", "1 entries", "reference has 2"}},
+       {"phase 'motion'", "term 'speed'", "1 entries", "reference has 2"}},
       {"ReferenceNan",
        phase([](Motion& m) {
-         m.track("course", state, Vec<double, 1>{1.0}, {}, VectorXd(Vec<double, 1>{nan}));
+         m.track("speed", state, Vec<double, 1>{1.0}, {}, VectorXd(Vec<double, 1>{nan}));
        }),
-       {"phase 'motion'", "term 'course'", "reference", "not finite"}},
+       {"phase 'motion'", "term 'speed'", "reference", "not finite"}},
       {"SameTermTwice",
        phase([](Motion& m) {
          m.keep("lane", state, at_most(1.0)).keep("lane", state, at_least(0.0));
@@ -111,8 +111,8 @@ const std::vector<Mistake>& mistakes() {
        phase([](Motion& m) { m.reach("stop", input, exactly(0.0)); }),
        {"phase 'motion'", "term 'stop'", "input"}},
       {"PenaltyWeight",
-       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {}, soft("price", 0.0)); }),
-       {"phase 'motion'", "term 'lane'", "'price'", "positive"}},
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {}, soft("lane", 0.0)); }),
+       {"phase 'motion'", "term 'lane'", "'lane'", "positive"}},
       // --- windows
       {"EmptyWindow",
        phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = 0.6, .to = 0.3}); }),
@@ -443,7 +443,7 @@ TEST(Change, ThatIsRefusedLeavesTheProgramAsItWas) {
   EXPECT_THROW(shooting.start_at(nan, Vec<double, 1>{1.0}), DefinitionError);
   EXPECT_THROW(shooting.retime("imapct", 0.2), DefinitionError);
   EXPECT_THROW(shooting.retime("impact", nan), DefinitionError);
-  EXPECT_THROW(shooting.set_penalty_weight("price", 1.0), DefinitionError);
+  EXPECT_THROW(shooting.set_penalty_weight("lane", 1.0), DefinitionError);
   EXPECT_THROW(shooting.set_previous_input(Vec<double, 2>{1.0, 2.0}), DefinitionError);
   EXPECT_EQ(shooting.data().schedule.time_of("impact"), 0.43);
   EXPECT_EQ(shooting.nlp().lower(), lower);

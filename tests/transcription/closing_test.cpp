@@ -1,5 +1,5 @@
-// The last phase linked to the first: periodic courses, with and without a map between the ends,
-// and jumps where sizes change.
+// The last phase linked to the first: periodic trajectories, with and without a map between the
+// ends, and jumps where sizes change.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -149,7 +149,7 @@ TEST(Closing, GuessFromATrajectoryTakesItsStart) {
   EXPECT_EQ(guess.w[bounded.layout().state(0, 0) + 1], 0.0);
 }
 
-// What a closed course cannot meet is named.
+// What a closed problem cannot meet is named.
 TEST(Closing, ThatIsImpossibleIsNamed) {
   Phase<1, 1> drift{"drift", [](auto, auto, auto u) { return decltype(u)(u); }, exactly(1.0)};
   drift.bound_input(0, between(1.0, 2.0));

@@ -42,7 +42,7 @@ const auto thrust = [](const auto& t, const auto& x, const auto& u) { return u[0
 // for the time that is chosen, and the jump reads the time.
 template <class Dynamics>
 OptimalControlProblem free_time(const Dynamics& dynamics, CostRule rule,
-                                InputParametrisation course) {
+                                InputParametrisation parametrisation) {
   OptimalControlProblem ocp("free time");
   Phase<2, 1, 1> first{"first", dynamics, between(0.3, 2.0)};
   Phase<2, 1, 1> second{"second", dynamics, between(0.6, 2.0)};
@@ -51,13 +51,13 @@ OptimalControlProblem free_time(const Dynamics& dynamics, CostRule rule,
       .keep("window", lane, between(-2.0, 2.0), Window{.from = 0.25})
       .reach("late", lane, between(-1.0, 1.0));
   for (auto* phase : {&first, &second})
-    phase->inputs(course)
+    phase->inputs(parametrisation)
         .unknown("stiffness", Vec<double, 1>{0.8}, between(0.1, 3.0))
         .minimise("cost", cost)
         .track("follow", lane, Vec<double, 1>{0.6})
         .minimise_at_end("end", [](auto t, auto x) { return t * t + x[1] * t; })
         .keep("thrust", thrust, between(-5.0, 5.0))
-        .keep("soft lane", lane, at_most(0.1), {}, soft("price", 0.8))
+        .keep("soft lane", lane, at_most(0.1), {}, soft("lane", 0.8))
         .keep("soft thrust", thrust, at_most(0.1), {}, soft("square", 0.8, Penalty::L2));
   ocp.start_within({unbounded(), unbounded()}, Vec<double, 2>{0.4, 0.1});
   ocp.then(first).then(second, jump<2>("kick", [](auto t, auto x) {
@@ -81,16 +81,16 @@ class FreeTime : public ::testing::TestWithParam<Method> {};
 TEST_P(FreeTime, HasExactDerivatives) {
   const Method& method = GetParam();
   for (const CostRule rule : {CostRule::nodes, CostRule::integrated})
-    for (const InputParametrisation course :
+    for (const InputParametrisation parametrisation :
          {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
-      const bool ramps = course == InputParametrisation::piecewise_linear;
+      const bool ramps = parametrisation == InputParametrisation::piecewise_linear;
       const bool integrated = rule == CostRule::integrated;
       if (method.form == Form::affine && (ramps || integrated)) continue;
       if (method.form == Form::slow && !(ramps && integrated)) continue;
       SCOPED_TRACE(rule == CostRule::nodes ? "nodes" : "integrated");
       const OptimalControlProblem ocp = method.form == Form::affine
-                                            ? free_time(Drive{}, rule, course)
-                                            : free_time(Swing{}, rule, course);
+                                            ? free_time(Drive{}, rule, parametrisation)
+                                            : free_time(Swing{}, rule, parametrisation);
       MultipleShooting shooting(ocp, {.intervals_per_phase = 2, .integrator = method.integrator});
       NonlinearProgram& nlp = shooting.nlp();
       NlpPoint at = perturbed(nlp, shooting.initial_guess().w, 11, 0.1);
@@ -133,11 +133,11 @@ struct Velocity {
 // take T/3 and 2T/3, and the cost is 9 / (2 T).
 OptimalControlProblem two_legs() {
   const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
-  const auto place = [](const auto&, const auto& x) { return x[0]; };
+  const auto position = [](const auto&, const auto& x) { return x[0]; };
   Phase<1, 1> one{"one", Velocity{}, between(0.1, 50.0)},
       two{"two", Velocity{}, between(0.1, 50.0)};
-  one.guess_duration(1.0).minimise("effort", effort).reach("mark", place, exactly(1.0));
-  two.guess_duration(1.0).minimise("effort", effort).reach("end", place, exactly(3.0));
+  one.guess_duration(1.0).minimise("effort", effort).reach("mark", position, exactly(1.0));
+  two.guess_duration(1.0).minimise("effort", effort).reach("end", position, exactly(3.0));
   OptimalControlProblem ocp("two legs");
   return ocp.start_at({0}).then(one).then(two);
 }

@@ -52,7 +52,7 @@ TEST(InnerEvents, OptimumThroughASwitch) {  // A17
 }
 
 // A ball with a thruster above a moving floor: input and time in guard and reset, all free.
-OptimalControlProblem thrusted_ball(InputParametrisation course) {
+OptimalControlProblem thrusted_ball(InputParametrisation parametrisation) {
   Phase<2, 1, 1> phase(
       "flight",
       [](const auto& t, const auto& x, const auto& u, const auto& p) {
@@ -71,7 +71,7 @@ OptimalControlProblem thrusted_ball(InputParametrisation course) {
             using V = std::decay_t<decltype(x)>;
             return V{x[0], -0.8 * x[1] + 0.15 * cos(3.0 * t) + 0.02 * u[0] * p[0]};
           })
-      .inputs(course)
+      .inputs(parametrisation)
       .minimise("effort", [](const auto&, const auto& x,
                              const auto& u) { return u[0] * u[0] + 0.1 * x[0] * x[0]; })
       .guess_duration(1.3)
@@ -110,9 +110,9 @@ void expect_first_derivatives_match(NonlinearProgram& program, const VectorXd& a
 }
 
 TEST(InnerEvents, DerivativesOfTheProgram) {
-  for (const auto course :
+  for (const auto parametrisation :
        {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
-    MultipleShooting shooting(thrusted_ball(course),
+    MultipleShooting shooting(thrusted_ball(parametrisation),
                               {.intervals_per_phase = 4, .integrator = runge_kutta4({.steps = 3})});
     expect_first_derivatives_match(shooting.nlp(), shooting.initial_guess().w);
   }

@@ -16,9 +16,9 @@ using namespace testing_support;
 // ----------------------------------------------------------------------------------------
 
 // Tracks a speed that is not constant, with an event in the middle of an interval.
-Solution solve_with(InputParametrisation course, double impact = 0.45) {
+Solution solve_with(InputParametrisation parametrisation, double impact = 0.45) {
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
-  phase.inputs(course)
+  phase.inputs(parametrisation)
       .bound_input(0, at_most(0.2), Window{.to = event("impact")})
       .minimise("tracking", [](const auto& t, const auto&, const auto& u) {
         return (u[0] - t * t) * (u[0] - t * t);
@@ -65,16 +65,17 @@ TEST(InputParametrisation, ContinuousLinearJumpsAtAnEventOnANodeToo) {
 }
 
 TEST(InputParametrisation, BoundsHoldOverTheWholeInterval) {
-  for (const InputParametrisation course : {InputParametrisation::piecewise_linear,
-                                            InputParametrisation::piecewise_linear_continuous}) {
-    const Solution s = solve_with(course, infinity);
+  for (const InputParametrisation parametrisation :
+       {InputParametrisation::piecewise_linear,
+        InputParametrisation::piecewise_linear_continuous}) {
+    const Solution s = solve_with(parametrisation, infinity);
     ASSERT_TRUE(s.ok()) << s.message;
     for (int i = 0; i <= 1000; ++i) EXPECT_LE(s.trajectory.input(i / 1000.0)[0], 0.2 + 1e-8);
   }
 }
 
 TEST(InputParametrisation, DerivativesAreExactForEveryCourse) {
-  for (const InputParametrisation course :
+  for (const InputParametrisation parametrisation :
        {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear,
         InputParametrisation::piecewise_linear_continuous})
     for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
@@ -82,8 +83,9 @@ TEST(InputParametrisation, DerivativesAreExactForEveryCourse) {
           "motion",
           [](const auto& t, const auto& x, const auto& u) { return u[0] * sin(x[0]) + t; },
           between(0.5, 2.0)};
-      phase.inputs(course).guess_duration(1.0).minimise(
-          "cost", [](const auto& t, const auto& x, const auto& u) {
+      phase.inputs(parametrisation)
+          .guess_duration(1.0)
+          .minimise("cost", [](const auto& t, const auto& x, const auto& u) {
             return t * x[0] * x[0] + u[0] * u[0] * x[0];
           });
       phase.keep(

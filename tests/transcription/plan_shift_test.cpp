@@ -82,11 +82,11 @@ TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
   // What is left of a plan: its costates are those of the new one up to the change of the grid,
   // which cuts the first phase into other intervals.
   const double scale = warm.point.lambda.cwiseAbs().maxCoeff();
-  for (const shooting::IntervalInstance& site : car.program().interval_instances())
+  for (const shooting::IntervalInstance& instance : car.program().interval_instances())
     for (int i = 0; i < 2; ++i)
-      EXPECT_NEAR(m.guess.lambda[site.first_row + i], warm.point.lambda[site.first_row + i],
+      EXPECT_NEAR(m.guess.lambda[instance.first_row + i], warm.point.lambda[instance.first_row + i],
                   0.02 * scale)
-          << site.phase << " " << site.interval;
+          << instance.phase << " " << instance.interval;
 }
 
 TEST(PlanShift, AFreePhaseThatIsOverIsAsShortAsItMayBe) {

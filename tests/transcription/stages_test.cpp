@@ -131,9 +131,9 @@ TEST(Stages, WithChangeCosts) {
 }
 
 TEST(Stages, WithRamps) {
-  for (const InputParametrisation course :
+  for (const InputParametrisation parametrisation :
        {InputParametrisation::piecewise_linear, InputParametrisation::piecewise_linear_continuous})
-    expect_stages_around_impact(motion().inputs(course), CostRule::integrated);
+    expect_stages_around_impact(motion().inputs(parametrisation), CostRule::integrated);
 }
 
 TEST(Stages, WithSoftRows) {
@@ -190,10 +190,10 @@ TEST(Stages, OfFreeDurationsAndSizesThatChange) {
 // What a slack costs depends on the duration: it is not eliminated.
 TEST(Stages, OfSoftRowsInAPhaseOfFreeDuration) {
   for (const Penalty::Kind penalty : {Penalty::L1, Penalty::L2})
-    for (const InputParametrisation course :
+    for (const InputParametrisation parametrisation :
          {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear}) {
       Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
-      phase.inputs(course)
+      phase.inputs(parametrisation)
           .track("effort", input, Vec<double, 1>{1.0})
           .keep("lane", state, between(0.2, 0.4), {}, soft("lane", 2.0, penalty))
           .keep("limit", input, at_least(-0.5), {}, soft("limit", 1.0, penalty))
@@ -228,20 +228,20 @@ TEST(Stages, OfAStartThatIsFreeOrPartlySo) {
 
 class PushRecovery : public ::testing::Test {
  protected:
-  static MultipleShooting shooting(double wrench_change, double softness, int intervals = 15) {
+  static MultipleShooting shooting(double wrench_change, double penalty, int intervals = 15) {
     push_recovery::QpCase c = push_recovery::read_case("ICUB-1");
     c.model.intervals = intervals;
     c.weights.wrench_change = wrench_change;
-    c.weights.capture_point_penalty = softness;
+    c.weights.capture_point_penalty = penalty;
     return push_recovery::transcribe(c);
   }
 };
 
 TEST_F(PushRecovery, HasEquivalentStagesWhereverTheImpactFalls) {
   std::mt19937 random(3);
-  for (const double softness : {0.0, 10.0})
+  for (const double penalty : {0.0, 10.0})
     for (const double change : {0.0, 1e-3}) {
-      MultipleShooting problem = shooting(change, softness, 6);
+      MultipleShooting problem = shooting(change, penalty, 6);
       if (change > 0.0) problem.set_previous_input(VectorXd::Constant(12, 1.0));
       StageMap map(patterns(problem), problem.stages());
       for (const double impact :

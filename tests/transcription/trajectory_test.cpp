@@ -1,4 +1,4 @@
-// The course of a solution between nodes, at events and as CSV.
+// A solution between nodes, at events and as CSV.
 #include "saltus/transcription/trajectory.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ class Course : public testing::Test {
     Phase<2, 2> then{"carried", Carried{}, exactly(0.5)};
     then.track("effort", input, Vec<double, 2>{1.0, 1.0})
         .reach("end", state, {exactly(1.0), exactly(0.0)});
-    OptimalControlProblem ocp("course");
+    OptimalControlProblem ocp("trajectory");
     ocp.start_time(2.0).start_at({0.5}).then(first).then(
         then, jump<1>("split", [](const auto&, const auto& x) {
           return std::decay_t<decltype(x)>(x).template replicate<2, 1>().eval();
