@@ -90,8 +90,8 @@ std::string LoopLog::summary_json() const {
   add("start_s", samples.empty() ? "null" : json_number(samples.front().time));
   add("end_s", samples.empty() ? "null" : json_number(samples.back().time));
   std::string counts;
-  for (const Provenance p :
-       {Provenance::optimal, Provenance::feasible, Provenance::shifted, Provenance::fallback})
+  for (const Provenance p : {Provenance::optimal, Provenance::step, Provenance::feasible,
+                             Provenance::shifted, Provenance::fallback})
     counts += fmt::format("{}\"{}\": {}", counts.empty() ? "" : ", ", describe(p), count(p));
   add("provenance", "{" + counts + "}");
   const LatencyHistogram latency = statistics.all();
