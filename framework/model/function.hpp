@@ -16,8 +16,8 @@ namespace saltus {
 enum class Curvature { exact, gauss_newton };
 
 /// What stands behind a Function: y = f(z), z of `inputs` entries, y of `outputs` entries.
-/// Evaluation neither allocates nor throws. Bodies of formulas (make_function) serve several threads
-/// at once; those composed of others own scratch memory and serve one thread at a time.
+/// Evaluation neither allocates nor throws. Bodies of formulas (make_function) may be evaluated by
+/// several threads at once; those composed of others own scratch memory: by one at a time.
 class FunctionBody {
  public:
   FunctionBody(int inputs, int outputs) : inputs_(inputs), outputs_(outputs) {}
