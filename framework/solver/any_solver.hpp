@@ -10,9 +10,9 @@ namespace saltus {
 
 /// What every solver can be asked for.
 struct SolverLimits {
-  double tolerance = 1e-8;   ///< scaled KKT error
+  double tolerance = 1e-8;  ///< scaled KKT error
   int max_iterations = 500;
-  double time_limit = 0.0;   ///< s of wall clock, 0: none
+  double time_limit = 0.0;  ///< s of wall clock, 0: none
 };
 std::unique_ptr<Solver> make_solver(SolverChoice choice, const SolverLimits& limits = {});
 

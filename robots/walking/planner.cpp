@@ -53,12 +53,10 @@ void declare_settings(Settings& s, PlannerSettings& planner) {
                      "running costs summed at the nodes or integrated");
   s.number("solver_tolerance", planner.tolerance, "", "scaled KKT error", strictly_between(0, 1));
 
-  s.number("mpc.deadline", planner.deadline, "s", "wall clock per tick; 0: none",
-           at_least(0.0));
+  s.number("mpc.deadline", planner.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
   s.number("mpc.missed_share", planner.missed_fraction, "",
            "fraction of the ticks that are denied their solve, to try the loop", between(0.0, 0.9));
-  s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are",
-            at_least(0.0));
+  s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are", at_least(0.0));
 }
 
 std::unique_ptr<RealTimeSolver> make_tick_solver(const PlannerSettings& settings,
