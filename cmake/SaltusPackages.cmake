@@ -82,8 +82,10 @@ if(SALTUS_HAS_dart)
     "${about}\n This package holds the shared library that simulates a robot in DART.")
   set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_SECTION libs)
   set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_SHLIBDEPS ON)
-  set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_GENERATE_SHLIBS ON)
-  set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_GENERATE_SHLIBS_POLICY "=")
+  set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+  set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS_POLICY "=")
+  file(WRITE ${PROJECT_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
+  set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
   saltus_package(dart libsaltus-dart-dev "hybrid model predictive control: plant in DART, headers"
     "${about}\n This package is for programs that simulate a robot in DART."
     DEPENDS "libsaltus-robots-dev ${version}" "libsaltus-dart${SALTUS_SOVERSION} ${version}")
