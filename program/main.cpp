@@ -1,7 +1,9 @@
 // The program `saltus`: its problems by name.
+#include <utility>
 #include <vector>
 
 #include "problems/push_recovery/push_recovery.hpp"
+#include "problems/suite/library_problems.hpp"
 #include "problems/suite/suite.hpp"
 #include "problems/sway/sway.hpp"
 #include "saltus/app/program.hpp"
@@ -10,8 +12,10 @@
 #endif
 
 int main(int argc, char** argv) {
-  const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(),
-                                                   saltus::sway::entry()};
+  std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(), saltus::sway::entry()};
+  for (saltus::ProblemEntry& entry : problems) entry.kind = "closed loop";
+  for (saltus::ProblemEntry& entry : saltus::library_problems())
+    problems.push_back(std::move(entry));
   std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(), saltus::suite_verb()};
 #ifdef SALTUS_HAS_LATENCY_BENCH
   verbs.push_back(saltus::bench::verb());

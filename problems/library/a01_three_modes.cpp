@@ -83,6 +83,9 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase three_modes() {
   return {.id = "A01",
           .name = "three_modes",
+          .summary = "Three nonlinear modes in order: when to switch, and with which input?",
+          .states = {"x1", "x2"},
+          .inputs = {"u"},
           .exercises = "three modes, two free switching times, their sum given, continuous input",
           .source = "Xu and Antsaklis, IEEE TAC 49 (2004); computed by indirect shooting",
           .problem = problem,

@@ -55,6 +55,8 @@ OptimalControlProblem problem() {
 ReferenceCase fishing() {
   return {.id = "A06",
           .name = "fishing",
+          .summary = "Predators and prey are fished, all or nothing, in four trips: when?",
+          .states = {"prey", "predators"},
           .exercises = "nine phases without inputs, eight free switching times",
           .source = "mintOC and SwitchTimeOpt.jl; computed independently",
           .problem = problem,

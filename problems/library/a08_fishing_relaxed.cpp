@@ -60,6 +60,9 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase fishing_relaxed() {
   return {.id = "A08",
           .name = "fishing_relaxed",
+          .summary = "Predators and prey are fished with any effort between nothing and all.",
+          .states = {"prey", "predators"},
+          .inputs = {"effort"},
           .exercises = "bang, bang, singular: two free switching times and a singular input",
           .source = "mintOC, relaxed; more digits computed independently",
           .problem = problem,

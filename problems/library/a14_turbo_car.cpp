@@ -70,6 +70,9 @@ OptimalControlProblem problem() {
 ReferenceCase turbo_car() {
   return {.id = "A14",
           .name = "turbo_car",
+          .summary = "A car with a turbo charger that works above 10 m/s, 200 m from rest to rest.",
+          .states = {"position [m]", "speed [m/s]"},
+          .inputs = {"throttle [m/s^2]"},
           .exercises = "modes switched by the state, speed limits that hold between the nodes",
           .source = "nosnoc, pss_tutorial_example; closed form",
           .problem = problem,

@@ -44,6 +44,8 @@ OptimalControlProblem problem() {
 ReferenceCase switch_of_speed() {
   return {.id = "A17",
           .name = "switch_of_speed",
+          .summary = "A point that drives three times as fast below zero as above: where to start?",
+          .states = {"x"},
           .exercises = "a state-triggered switch inside an interval, differentiated through",
           .source = "Nurkanovic and others 2024, nosnoc examples/ivp_problem; closed form",
           .problem = problem,

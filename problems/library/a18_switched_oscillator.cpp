@@ -6,6 +6,7 @@
 // -sin w(t - 1)). The end is t = pi/2.
 // Source: nosnoc, examples/oscilator_integrator_order; closed form.
 #include "problems/library/hybrid_systems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 
 namespace saltus::library {
@@ -20,14 +21,24 @@ std::vector<CheckedValue> run() {
           {"x2(pi/2)", sim.states(1, 1), 0.76149362060601, tolerance, 14}};
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  Motion motion =
+      simulate_motion(oscillator(), scheme ? scheme : tight_scheme(),
+                      numbers({std::exp(-1.0), 0.0}), even_times(0.0, std::numbers::pi / 2, 400));
+  motion.recording.state_names = motion.plane = {"x1", "x2"};
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase switched_oscillator() {
   return {.id = "A18",
           .name = "switched_oscillator",
+          .summary = "An oscillator whose sense of rotation changes on the unit circle.",
           .exercises = "a crossing located on a curved surface",
           .source = "nosnoc examples/oscilator_integrator_order; closed form",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

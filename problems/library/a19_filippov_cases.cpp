@@ -8,6 +8,7 @@
 // with the field of x < 0 | of x > 0 and the slope dx(1.5)/dx(0).
 // Source: nosbench, different_switching_cases; closed forms.
 #include "problems/library/hybrid_systems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 
 namespace saltus::library {
@@ -36,14 +37,29 @@ std::vector<CheckedValue> run() {
           {"spontaneous: reported", reported ? 1.0 : 0.0, 1.0, 0.0, exact}};
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  const auto motion = [&](const char* name, Ramp below, Ramp above, double start) {
+    Motion m = simulate_motion(scalar_filippov(below, above), scheme ? scheme : tight_scheme(),
+                               numbers({start}), even_times(0.0, 1.5, 60));
+    m.name = name;
+    m.recording.state_names = {"x"};
+    return m;
+  };
+  return {motion("crossing", {2.0, 0.0}, {0.2, 0.0}, -1.0),
+          motion("entering", {1.0, 0.0}, {-1.0, 0.0}, -0.5),
+          motion("leaving", {1.0, 1.0}, {-1.0, 1.0}, 0.0)};
+}
+
 }  // namespace
 
 SimulationCase filippov_cases() {
   return {.id = "A19",
           .name = "filippov_cases",
+          .summary = "What a discontinuous field can do: cross, slide, leave, and not be unique.",
           .exercises = "crossing, entering and leaving sliding; a motion that is not unique",
           .source = "nosbench different_switching_cases; closed forms",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

@@ -66,6 +66,9 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase juggled_ball() {
   return {.id = "A20",
           .name = "juggled_ball",
+          .summary = "A ball is juggled with the least effort: one bounce, and back where it was.",
+          .states = {"height [m]", "speed [m/s]"},
+          .inputs = {"thrust [m/s^2]"},
           .exercises = "a phase that ends by a guard, a jump of the state, a free impact time",
           .source = "constructed; closed form",
           .problem = problem,

@@ -56,6 +56,9 @@ OptimalControlProblem problem() {
 ReferenceCase bryson_denham() {
   return {.id = "B01",
           .name = "bryson_denham",
+          .summary = "Bryson and Denham's block, which must not rise above a ceiling.",
+          .states = {"position", "speed"},
+          .inputs = {"acceleration"},
           .exercises = "three phases of free duration, their sum given, piecewise linear inputs",
           .source = "Bryson and Ho, Applied Optimal Control, sec. 3.11; closed form",
           .problem = problem,

@@ -52,6 +52,9 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase bang_bang() {
   return {.id = "B05",
           .name = "bang_bang",
+          .summary = "A car that brakes twice as hard as it accelerates, 300 m in least time.",
+          .states = {"position [m]", "speed [m/s]"},
+          .inputs = {"acceleration [m/s^2]"},
           .exercises = "least time, two free durations, constant inputs to be found",
           .source = "ICLOCS2 examples; closed form",
           .problem = problem,

@@ -183,6 +183,9 @@ ReferenceCase delta_iii() {
   return {
       .id = "B09",
       .name = "delta_iii",
+      .summary = "Ascent of a Delta III into a transfer orbit: four phases, boosters dropped.",
+      .states = {"rx [m]", "ry [m]", "rz [m]", "vx [m/s]", "vy [m/s]", "vz [m/s]", "mass [kg]"},
+      .inputs = {"ux", "uy", "uz"},
       .exercises = "four phases, drops of mass, a free end, quantities of very unlike magnitude",
       .source = "Benson 2005; PSOPT examples, launch; optimum computed independently",
       .problem = problem,

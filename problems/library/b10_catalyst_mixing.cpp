@@ -14,7 +14,7 @@
 namespace saltus::library {
 namespace {
 
-struct Reactions {  // x = shares of the first two substances, u = share of the first catalyst
+struct Reactions {  // x = fractions of the first two substances, u = of the first catalyst
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
     const S exchange = u[0] * (10.0 * x[1] - x[0]);
@@ -51,6 +51,9 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase catalyst_mixing() {
   return {.id = "B10",
           .name = "catalyst_mixing",
+          .summary = "Two catalysts along a tube: how to mix them for the largest yield?",
+          .states = {"substance 1", "substance 2"},
+          .inputs = {"first catalyst"},
           .exercises = "bang, singular, bang: two free switches and a singular input",
           .source = "COPS 3.0, catmix; more digits computed independently",
           .problem = problem,

@@ -58,6 +58,9 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase particle_steering() {
   return {.id = "B11",
           .name = "particle_steering",
+          .summary = "A particle is steered by the direction of a constant thrust, in least time.",
+          .states = {"height", "horizontal speed", "vertical speed"},
+          .inputs = {"direction [rad]"},
           .exercises = "one phase of free duration, minimum time, a smooth input within bounds",
           .source = "COPS 3.1, particle steering; closed form",
           .problem = problem,

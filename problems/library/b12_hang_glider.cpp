@@ -79,6 +79,9 @@ ReferenceCase hang_glider() {
   return {
       .id = "B12",
       .name = "hang_glider",
+      .summary = "A hang glider crosses a thermal and flies as far as it can.",
+      .states = {"distance [m]", "height [m]", "horizontal speed [m/s]", "vertical speed [m/s]"},
+      .inputs = {"lift coefficient"},
       .exercises = "free durations of all phases, an input at its bound, a bumpy field of forces",
       .source = "COPS 3.1, hang glider; optimum computed independently",
       .problem = problem,

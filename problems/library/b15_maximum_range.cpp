@@ -47,6 +47,9 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase maximum_range() {
   return {.id = "B15",
           .name = "maximum_range",
+          .summary = "As far as possible in two seconds: going down buys speed.",
+          .states = {"x", "y", "speed"},
+          .inputs = {"path angle [rad]"},
           .exercises = "a terminal value to maximise, a start where the input loses its force",
           .source = "Bryson, Dynamic Optimization; PSOPT examples; optimum computed independently",
           .problem = problem,

@@ -68,6 +68,9 @@ std::vector<CheckedValue> more(const Solution& solution) {
 ReferenceCase hyper_sensitive() {
   return {.id = "B16",
           .name = "hyper_sensitive",
+          .summary = "A long quiet time between two short transients.",
+          .states = {"x"},
+          .inputs = {"u"},
           .exercises = "time scales of 1 s and 10,000 s, a grid graded by phases",
           .source = "Rao and Mease 1999; closed form",
           .problem = problem,

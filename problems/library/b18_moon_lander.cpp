@@ -56,6 +56,8 @@ std::vector<CheckedValue> more(const Solution& s) {
 ReferenceCase moon_lander() {
   return {.id = "B18",
           .name = "moon_lander",
+          .summary = "Soft landing on the Moon with the least fuel: fall freely, then brake.",
+          .states = {"height", "speed upwards", "mass"},
           .exercises = "two free durations that the constraints decide, no inputs",
           .source = "Meditch, IEEE TAC 9 (1964), data of PSOPT and dymos; closed form",
           .problem = problem,

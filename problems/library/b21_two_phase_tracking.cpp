@@ -55,6 +55,9 @@ OptimalControlProblem problem() {
 ReferenceCase two_phase_tracking() {
   return {.id = "B21",
           .name = "two_phase_tracking",
+          .summary = "A point robot follows a path with a corner.",
+          .states = {"x", "y", "vx", "vy"},
+          .inputs = {"ux", "uy"},
           .exercises = "a corner of the reference between two phases, singular inputs",
           .source = "PSOPT examples, two-phase path tracking robot; optimum computed independently",
           .problem = problem,

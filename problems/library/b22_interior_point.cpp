@@ -1,4 +1,4 @@
-// A course through a given point: the state passes 0.9 at t = 0.75 on its way from 1 to 0.75.
+// A trajectory through a given point: the state passes 0.9 at t = 0.75 on its way from 1 to 0.75.
 //
 //   min int x^2 + u^2   x' = u   x(0) = 1, x(0.75) = 0.9, x(1) = 0.75
 //
@@ -43,6 +43,9 @@ OptimalControlProblem problem() {
 ReferenceCase interior_point() {
   return {.id = "B22",
           .name = "interior_point",
+          .summary = "A state passes a given point on its way.",
+          .states = {"x"},
+          .inputs = {"u"},
           .exercises = "a condition between two phases, an input that jumps there",
           .source = "PSOPT examples, interior point; closed form",
           .problem = problem,

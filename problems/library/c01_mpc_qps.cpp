@@ -88,7 +88,7 @@ void bring_worst_cost_to_front(std::vector<CheckedValue>& checked) {
                             [](const CheckedValue& v) { return v.name.ends_with("cost"); });
   const auto worst = std::max_element(checked.begin(), costs_end,
                                       [](const CheckedValue& a, const CheckedValue& b) {
-                                        return a.share_of_tolerance() < b.share_of_tolerance();
+                                        return a.fraction_of_tolerance() < b.fraction_of_tolerance();
                                       });
   std::iter_swap(checked.begin(), worst);
 }

@@ -58,6 +58,10 @@ OptimalControlProblem problem() {
 ReferenceCase phase_transition() {
   return {.id = "C02",
           .name = "phase_transition",
+          .summary =
+              "A fast slide is braked, then steered by its velocity: the state loses a dimension.",
+          .states = {"position", "velocity"},
+          .inputs = {"acceleration, then velocity"},
           .exercises = "different state dimensions, a jump, a cost of the passage, node costs",
           .source = "acados, mocp_transition_example; optimum computed independently",
           .problem = problem,

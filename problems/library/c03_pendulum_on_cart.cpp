@@ -54,6 +54,9 @@ OptimalControlProblem problem() {
 ReferenceCase pendulum_on_cart() {
   return {.id = "C03",
           .name = "pendulum_on_cart",
+          .summary = "Swing-up of a pendulum on a cart in one second.",
+          .states = {"position [m]", "angle [rad]", "speed [m/s]", "angular speed [rad/s]"},
+          .inputs = {"force [N]"},
           .exercises = "nonlinear dynamics, an interpolated guess among local minima, node costs",
           .source = "acados, pendulum_on_cart; optimum computed independently",
           .problem = problem,

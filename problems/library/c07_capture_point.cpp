@@ -16,6 +16,7 @@
 
 #include <cmath>
 
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/qp/sparse_solver.hpp"
@@ -129,14 +130,33 @@ std::vector<CheckedValue> run() {
   return values;
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  const IntegratorChoice used = scheme ? scheme : zero_order_hold();
+  const double far = capturability_margin(3, flat_foot, pendulum_frequency(height)) - margin;
+  const OptimalControlProblem problem = walk(3, far, flat_foot);
+  MultipleShooting shooting(problem, {.intervals_per_phase = 2, .integrator = used});
+  const auto solver = make_sqp({.tolerance = 1e-9});
+  const Solution solution = solve(shooting, *solver);
+  Motion motion;
+  motion.recording = record(problem, solution.trajectory, 20);
+  motion.recording.state_names = {"capture point [m]", "ankle [m]", "next ankle [m]"};
+  motion.recording.input_names = {"centre of pressure from the ankle [m]",
+                                  "speed of the next ankle [m/s]"};
+  motion.integrator = used->name();
+  if (!solution.ok()) motion.failure = solution.message;
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase capture_point() {
   return {.id = "C07",
           .name = "capture_point",
+          .summary = "When can a walker stop, and within how many steps?",
           .exercises = "closed forms of the pendulum; what steps can do, by optimal control",
           .source = "Pratt et al. 2006; Koolen et al. 2012; closed form",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

@@ -69,9 +69,22 @@ OptimalControlProblem problem(double impact_time) {
   return ocp;
 }
 
-ReferenceCase instance(std::string id, std::string name, double impact_time, double optimum) {
+std::vector<std::string> wrench_names() {
+  std::vector<std::string> names;
+  for (const char* foot : {"left", "right"})
+    for (const char* entry : {"fx [N]", "fy [N]", "fz [N]", "tx [Nm]", "ty [Nm]", "tz [Nm]"})
+      names.push_back(fmt::format("{} {}", foot, entry));
+  return names;
+}
+
+ReferenceCase instance(std::string id, std::string name, std::string summary, double impact_time,
+                       double optimum) {
   return {.id = std::move(id),
           .name = std::move(name),
+          .summary = std::move(summary),
+          .states = {"CoM x [m]", "CoM y [m]", "CoM z [m]", "vx [m/s]", "vy [m/s]", "vz [m/s]",
+                     "Lx [Nms]", "Ly [Nms]", "Lz [Nms]"},
+          .inputs = wrench_names(),
           .exercises = "model predictive control: an event on the grid, contact cones, exact hold",
           .source = "Dafarra, Romano and Nori; instance constructed, solved independently",
           .problem = [impact_time] { return problem(impact_time); },
@@ -98,7 +111,9 @@ void check(ReferenceCase& c, const Vector6& wrench, const Vector9& end) {
 }  // namespace
 
 ReferenceCase step_recovery_landing() {
-  ReferenceCase c = instance("C09a", "step_recovery_landing", landing, 0.9698742382);
+  ReferenceCase c = instance("C09a", "step_recovery_landing",
+                             "One tick of push recovery: the swing foot lands 60 ms later.",
+                             landing, 0.9698742382);
   check(c, Vector6{{-16.363, 15.652, 254.744, -7.642, -4.325, -0.059}},
         Vector9{{0.007319, -0.021850, 0.495188, -0.012802, -0.178821, -0.013463, 0.082682, 0.006964,
                  -0.000411}});
@@ -106,7 +121,9 @@ ReferenceCase step_recovery_landing() {
 }
 
 ReferenceCase step_recovery_waiting() {
-  ReferenceCase c = instance("C09b", "step_recovery_waiting", beyond, 1.9847063181);
+  ReferenceCase c = instance("C09b", "step_recovery_waiting",
+                             "One tick of push recovery: the swing foot lands beyond the horizon.",
+                             beyond, 1.9847063181);
   check(c, Vector6{{-15.442, 18.639, 313.194, -9.396, -4.325, -0.335}},
         Vector9{{0.007710, -0.036347, 0.497868, -0.008207, -0.456830, -0.099006, 0.400879, 0.019140,
                  0.002189}});

@@ -23,10 +23,10 @@ struct CheckedValue {
     return reference == 0.0 ? error() : error() / std::abs(reference);
   }
   /// The error in units of what is allowed; infinite for NaN.
-  double share_of_tolerance() const {
+  double fraction_of_tolerance() const {
     if (is_met() && error() == 0.0) return 0.0;
-    const double share = error() / tolerance;
-    return std::isnan(share) ? std::numeric_limits<double>::infinity() : share;
+    const double fraction = error() / tolerance;
+    return std::isnan(fraction) ? std::numeric_limits<double>::infinity() : fraction;
   }
   /// How many significant digits agree with the known ones: the error is at most half a unit of
   /// the last that does, and half a unit of the last known one, which may itself be rounded.

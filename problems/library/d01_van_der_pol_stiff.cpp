@@ -8,6 +8,7 @@
 // Source: Hairer and Wanner, Solving Ordinary Differential Equations II, sec. IV.10; test set for
 // initial value problem solvers (1.706167732170483, -8.928097010247975e-4).
 #include "problems/library/initial_value_problems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 #include "saltus/integrators/cvodes.hpp"
 
@@ -33,14 +34,28 @@ std::vector<CheckedValue> run() {
           check("y2(2), short form", fast[1], -0.892809701024870)};
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  const IntegratorChoice own = cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14});
+  // A jump lasts a thousandth of the time: every tenth of a second where it is.
+  VectorXd times(4002);
+  times << even_times(0.0, 800.0, 1000), even_times(801.0, 820.0, 2000),
+      even_times(821.0, 2000.0, 999);
+  Motion motion = simulate_motion(van_der_pol(1.0, 1e3), scheme ? scheme : own,
+                                  (VectorXd(2) << 2.0, 0.0).finished(), times);
+  motion.recording.state_names = {"y1", "y2"};
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase van_der_pol_stiff() {
   return {.id = "D01",
           .name = "van_der_pol_stiff",
+          .summary = "Van der Pol's oscillator where it is stiff.",
           .exercises = "CVODES (BDF) on a stiff oscillator, two scalings",
           .source = "IVP test set; Hairer and Wanner; recomputed independently",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

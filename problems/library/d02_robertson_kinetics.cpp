@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "problems/library/initial_value_problems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 #include "saltus/integrators/cvodes.hpp"
 
@@ -51,14 +52,30 @@ std::vector<CheckedValue> run() {
   return values;
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  const IntegratorChoice own = cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13});
+  VectorXd times(202);
+  times << 0.0, VectorXd::LinSpaced(201, -5.0, std::log10(4e4)).unaryExpr([](double decade) {
+    return std::pow(10.0, decade);
+  });
+  const VectorXd point = robertson_point(0.0);
+  Motion motion = simulate_motion(robertson(), scheme ? scheme : own, point.head(3), times,
+                                  point.segment(3, 3));
+  motion.recording.state_names = {"y1", "y2", "y3"};
+  motion.logarithmic_time = true;
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase robertson_kinetics() {
   return {.id = "D02",
           .name = "robertson_kinetics",
+          .summary = "Robertson's chemical kinetics: rates that differ by nine orders.",
           .exercises = "CVODES on stiff kinetics, forward sensitivities to parameters",
           .source = "Robertson 1966; CVODES cvsRoberts_FSA; recomputed independently",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

@@ -6,6 +6,7 @@
 //
 // Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, sec. II.0.
 #include "problems/library/initial_value_problems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 #include "saltus/integrators/arkode.hpp"
 
@@ -28,14 +29,27 @@ std::vector<CheckedValue> run() {
   return values;
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  const IntegratorChoice own =
+      arkode({.order = 8, .tolerance = 1e-13, .absolute_tolerance = 1e-15});
+  const VectorXd w = arenstorf_point();
+  Motion motion =
+      simulate_motion(arenstorf(), scheme ? scheme : own, w.head(4), even_times(0.0, w[5], 2000));
+  motion.recording.state_names = {"y1", "y2", "y1'", "y2'"};
+  motion.plane = {"y1", "y2"};
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase restricted_three_body() {
   return {.id = "D06",
           .name = "restricted_three_body",
+          .summary = "A satellite between earth and moon on Arenstorf's orbit, which closes.",
           .exercises = "ARKODE (order 8) on an orbit that must close",
           .source = "Arenstorf 1963; Hairer, Norsett and Wanner, sec. II.0",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "problems/library/hybrid_systems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 
 namespace saltus::library {
@@ -50,14 +51,23 @@ std::vector<CheckedValue> run() {
   return values;
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  Motion motion = simulate_motion(bouncing_ball(), scheme ? scheme : tight_scheme(), start,
+                                  even_times(0.0, 3.0, 600), parameters);
+  motion.recording.state_names = {"height [m]", "speed [m/s]"};
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase bouncing_ball_simulation() {
   return {.id = "D07",
           .name = "bouncing_ball",
+          .summary = "A ball that loses a fifth of its speed at every impact.",
           .exercises = "impacts: their times, sensitivities through them, accumulation",
           .source = "closed form",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

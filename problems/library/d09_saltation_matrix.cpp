@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "problems/library/hybrid_systems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 
 namespace saltus::library {
@@ -34,14 +35,24 @@ std::vector<CheckedValue> run() {
           {"Xi22", xi(1, 1), -e, tolerance, 16}};
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  Motion motion =
+      simulate_motion(bouncing_ball(), scheme ? scheme : tight_scheme(), numbers({1.0, 0.0}),
+                      even_times(0.0, 1.0, 200), numbers({9.81, 0.8}));
+  motion.recording.state_names = {"height [m]", "speed [m/s]"};
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase saltation_matrix() {
   return {.id = "D09",
           .name = "saltation_matrix",
+          .summary = "What an event does to first-order variations, on the first impact of a ball.",
           .exercises = "first-order variations through a jump",
           .source = "Aizerman and Gantmacher 1958; closed form",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

@@ -6,6 +6,7 @@
 // by (g + sqrt(g^2 + w^2 v^2)) / w^2, and lift-off is at +1 m/s: no energy is lost.
 // Source: Blickhan, The spring-mass model for running and hopping, 1989; closed form.
 #include "problems/library/hybrid_systems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 
 namespace saltus::library {
@@ -27,14 +28,27 @@ std::vector<CheckedValue> run() {
           {"speed at lift-off", both ? sim.events[1].after[1] : std::nan(""), v, tolerance, 16}};
 }
 
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  const SpringLeg leg;
+  const double fall = 0.05, v = 1.0;  // s, m/s
+  Motion motion =
+      simulate_motion(leg.problem(), scheme ? scheme : tight_scheme(),
+                      numbers({fall * (v - 0.5 * leg.gravity * fall), -v + leg.gravity * fall}),
+                      even_times(0.0, 0.4, 200));
+  motion.recording.state_names = {"height over the rest length [m]", "speed [m/s]"};
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase spring_leg_stance() {
   return {.id = "D11",
           .name = "spring_leg_stance",
-          .exercises = "two events without jumps, and the course between them",
+          .summary = "A runner's leg as a spring: stance between touchdown and lift-off.",
+          .exercises = "two events without jumps, and the trajectory between them",
           .source = "Blickhan 1989; closed form",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

@@ -8,6 +8,7 @@
 // Source: Van Loan, IEEE TAC 23 (1978) 395-404; system and best tau from Egerstedt, Wardi and
 // Axelsson, IEEE TAC 51 (2006) 110-115, and SwitchTimeOpt.jl, test/linsys.jl, with more digits.
 #include "problems/library/initial_value_problems.hpp"
+#include "problems/library/motion.hpp"
 #include "problems/library/simulations.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 
@@ -68,14 +69,42 @@ std::vector<CheckedValue> run() {
           {"x2(0.5)", half.at_switch[1], 3.42219888, 5e-9, 9}};
 }
 
+IntervalProblem flow(Function dynamics) {
+  IntervalProblem problem;
+  problem.arguments = {2, 0, 0};
+  problem.dynamics = std::move(dynamics);
+  return problem;
+}
+
+std::vector<Motion> motions(const IntegratorChoice& scheme) {
+  const IntegratorChoice used = scheme ? scheme : zero_order_hold();
+  const double tau = 0.26486609904077944;
+  Motion motion = simulate_motion(flow(make_function<2, 0, 0>(First{})), used, VectorXd::Ones(2),
+                                  even_times(0.0, tau, 50));
+  const VectorXd at_switch = motion.recording.samples.back().state;
+  const Motion second = simulate_motion(flow(make_function<2, 0, 0>(Second{})), used, at_switch,
+                                        even_times(tau, 1.0, 150));
+  for (Sample& sample : motion.recording.samples) sample.mode = "A1";
+  for (Sample sample : second.recording.samples) {
+    sample.mode = "A2";
+    motion.recording.samples.push_back(std::move(sample));
+  }
+  motion.recording.events.push_back(
+      {tau, EventKind::crosses, "switch", "A1", "A2", at_switch, at_switch, {}});
+  motion.recording.state_names = {"x1", "x2"};
+  return {motion};
+}
+
 }  // namespace
 
 SimulationCase matrix_exponential() {
   return {.id = "D12",
           .name = "matrix_exponential",
+          .summary = "A linear system that switches once, by matrix exponentials alone.",
           .exercises = "exact zero-order hold: flow, cost and slope in a switching time",
           .source = "Van Loan 1978; Egerstedt, Wardi and Axelsson 2006, computed independently",
-          .run = run};
+          .run = run,
+          .motions = motions};
 }
 
 }  // namespace saltus::library

@@ -118,11 +118,12 @@ inline IntervalProblem scalar_filippov(Ramp below, Ramp above) {
 }
 
 /// Local error 1e-12: what the library's answers to twelve digits ask for.
+inline IntegratorChoice tight_scheme() {
+  return cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-12, .absolute_tolerance = 1e-14});
+}
 inline HybridSimulation simulate_tightly(const IntervalProblem& problem, const VectorXd& x0,
                                          const VectorXd& times, const VectorXd& p = VectorXd()) {
-  return simulate_hybrid(
-      cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-12, .absolute_tolerance = 1e-14}),
-      problem, x0, times, MatrixXd(0, times.size() - 1), p);
+  return simulate_hybrid(tight_scheme(), problem, x0, times, MatrixXd(0, times.size() - 1), p);
 }
 
 /// Time of an event; NaN if there are fewer.

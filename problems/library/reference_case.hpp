@@ -22,8 +22,11 @@ struct DerivativeCheck {
 };
 
 struct ReferenceCase {
-  std::string id;         ///< short and stable, as in the literature list: "B01"
-  std::string name;       ///< of the file in problems/library: "bryson_denham"
+  std::string id;            ///< short and stable, as in the literature list: "B01"
+  std::string name;          ///< of the file in problems/library: "bryson_denham"
+  std::string summary = {};  ///< one sentence on what is to be done
+  /// With units, for tables and pictures: "height [m]".
+  std::vector<std::string> states = {}, inputs = {};
   std::string exercises;  ///< what of the framework it puts to the test
   std::string source;     ///< where the statement and the optimum come from
 

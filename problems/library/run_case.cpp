@@ -45,12 +45,12 @@ void check_between_nodes(const ReferenceCase& c, const Solution& solution, CaseO
   if (!solution.between_nodes) return;
   const PathViolation& worst = *solution.between_nodes;
   outcome.between_nodes = worst.amount;
-  const std::string place = worst.amount > 0.0
+  const std::string where = worst.amount > 0.0
                                 ? fmt::format(", phase '{}', term '{}' at t = {:.4g} s",
                                               worst.phase, worst.term, worst.time)
                                 : "";
   outcome.checked.push_back(
-      residual_of("violation between the nodes" + place, worst.amount, c.between_nodes));
+      residual_of("violation between the nodes" + where, worst.amount, c.between_nodes));
 }
 
 // The plan integrated again must be the plan.

@@ -160,6 +160,10 @@ def draw_motion(folder, table_file, summary):
             axes.plot(*jumps_at(t, table[name]), color=color, linewidth=1.2,
                       drawstyle="steps-post" if held else "default")
             axes.set_ylabel(name)
+            axes.ticklabel_format(axis="y", useOffset=False)
+            known = [value for value in table[name] if not math.isnan(value)]
+            if known and max(known) - min(known) <= 1e-9 * max(1.0, abs(known[0])):
+                axes.set_ylim(known[0] - 1.0, known[0] + 1.0)  # constant but for rounding
         if summary.get("logarithmic_time"):
             axes.set_xscale("log")
         else:

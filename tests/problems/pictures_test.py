@@ -122,6 +122,27 @@ class Pictures(unittest.TestCase):
         self.is_drawn(script("plot_map.py", path("map")))
         self.is_picture("map", "map.png")
 
+    def test_problems_of_the_library(self):
+        for name, pictures in (("a20", ["trajectory.png"]), ("robertson_kinetics", ["trajectory.png"]),
+                               ("a19", ["trajectory_crossing.png", "trajectory_entering.png"])):
+            done = subprocess.run([program, "run", name, "--out", path(name)], capture_output=True,
+                                  text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            self.assertEqual(done.stderr, "")
+            for picture in pictures:
+                self.is_picture(name, picture)
+
+    def test_without_matplotlib_a_sentence_says_so(self):
+        os.makedirs(path("none"))
+        with open(path("none", "matplotlib.py"), "w", encoding="utf-8") as file:
+            file.write("raise ModuleNotFoundError('matplotlib')")
+        done = subprocess.run([program, "run", "d07", "--out", path("d07")], capture_output=True,
+                              text=True, env=dict(os.environ, PYTHONPATH=path("none")))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("has no matplotlib", done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.assertTrue(os.path.exists(path("d07", "trajectory.csv")))
+
 
 if __name__ == "__main__":
     if not program:

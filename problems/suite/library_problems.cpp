@@ -1,0 +1,239 @@
+#include "problems/suite/library_problems.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "problems/library/c01_mpc_qps.hpp"
+#include "problems/library/catalogue.hpp"
+#include "problems/library/run_case.hpp"
+#include "problems/suite/run_files.hpp"
+#include "saltus/app/python_script.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/arkode.hpp"
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/simulation/recording.hpp"
+
+namespace saltus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+enum class Scheme { own, runge_kutta4, runge_kutta8, cvodes, arkode, zero_order_hold };
+
+const std::vector<std::pair<std::string, Scheme>> schemes{
+    {"own", Scheme::own},       {"rk4", Scheme::runge_kutta4}, {"rk8", Scheme::runge_kutta8},
+    {"cvodes", Scheme::cvodes}, {"arkode", Scheme::arkode},    {"zoh", Scheme::zero_order_hold}};
+
+constexpr const char* scheme_doc =
+    "what integrates: the case's own, Runge-Kutta of order 4 or 8, CVODES, ARKODE, or the exact "
+    "zero-order hold";
+
+// None: the case's own.
+IntegratorChoice made(Scheme scheme, double tolerance) {
+  switch (scheme) {
+    case Scheme::own:
+      return nullptr;
+    case Scheme::runge_kutta4:
+      return runge_kutta4();
+    case Scheme::runge_kutta8:
+      return runge_kutta8();
+    case Scheme::cvodes:
+      return cvodes({.method = CvodesMethod::Bdf, .tolerance = tolerance});
+    case Scheme::arkode:
+      return arkode({.tolerance = tolerance});
+    case Scheme::zero_order_hold:
+      return zero_order_hold();
+  }
+  return nullptr;
+}
+
+void finish(const RunContext& context, Json summary, bool pictures, const std::string& text) {
+  const OutputFolder& output = context.output;
+  output.write("config.yaml", std::string_view(context.effective_config));
+  output.write("summary.json", summary);
+  const bool drawn =
+      pictures && run_python_script("python/saltus/plot_trajectory.py", output.path(), "picture");
+  fmt::print("{}results in {}: trajectory and events (.csv), summary.json{}\n", text,
+             output.path().string(), drawn ? ", pictures (.png)" : "");
+}
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+template <class Config>
+ProblemEntry entry_of(const std::string& id, const std::string& name, std::string summary,
+                      const char* kind, void (*declare)(Settings&, Config&),
+                      std::function<ExitStatus(const Config&, const RunContext&)> run) {
+  ProblemEntry entry = problem_entry<Config>(lower_case(id) + "_" + name, std::move(summary),
+                                             declare, std::move(run));
+  entry.aliases = {id, name};
+  entry.kind = kind;
+  return entry;
+}
+
+// ---- optimal control ----------------------------------------------------------------------------
+
+struct OptimalControlConfig {
+  SolverChoice solver = SolverChoice::ipopt;
+  int intervals = 0;
+  Scheme integrator = Scheme::own;
+  double integrator_tolerance = 1e-9;
+  int samples = 8;
+  bool pictures = true;
+};
+
+void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
+  s.choice("solver", c.solver, solver_choices(), "what solves the program");
+  s.integer("intervals", c.intervals, "", "per phase; 0: the case's own grid", between(0, 2000));
+  s.choice<Scheme>("integrator", c.integrator, schemes, scheme_doc);
+  s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
+           between(1e-14, 1e-2));
+  s.integer("samples", c.samples, "", "of each interval, in the table", between(1, 1000));
+  s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
+}
+
+ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlConfig& config,
+                               const RunContext& context) {
+  ReferenceCase c = known;
+  if (config.intervals > 0) {
+    c.options.intervals.clear();
+    c.options.intervals_per_phase = config.intervals;
+  }
+  if (const IntegratorChoice scheme = made(config.integrator, config.integrator_tolerance))
+    c.options.integrator = scheme;
+  const Solution solution = solve_case(c, config.solver);
+  const CaseOutcome outcome = check_case(c, solution);
+  Recording recording = record(c.problem(), solution.trajectory, config.samples);
+  recording.state_names = c.states;
+  recording.input_names = c.inputs;
+  write_recording(context.output, recording);
+
+  Json summary = summary_head(outcome, c.summary);
+  summary.update(solution_json(solution, recording));
+  summary["reference"] = c.optimum;
+  summary["solver"] = name_of(config.solver);
+  summary["integrator"] = c.options.integrator->name();
+  summary["checked"] = checked_json(outcome);
+  summary["states"] = recording.state_columns();
+  summary["inputs"] = recording.input_columns();
+  summary["tables"] = {"trajectory.csv"};
+  finish(context, summary, config.pictures,
+         fmt::format("{} {}: {}", c.id, c.name, verdict_text(outcome)));
+  return solution.ok() ? ExitStatus::ok : ExitStatus::solver_failed;
+}
+
+// ---- simulations --------------------------------------------------------------------------------
+
+struct SimulationConfig {
+  Scheme integrator = Scheme::own;
+  double integrator_tolerance = 1e-9;
+  bool pictures = true;
+};
+
+void declare_simulation(Settings& s, SimulationConfig& c) {
+  s.choice<Scheme>("integrator", c.integrator, schemes, scheme_doc);
+  s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
+           between(1e-14, 1e-2));
+  s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
+}
+
+ExitStatus run_simulation(const SimulationCase& c, const SimulationConfig& config,
+                          const RunContext& context) {
+  const std::vector<Motion> motions =
+      c.motions(made(config.integrator, config.integrator_tolerance));
+  const CaseOutcome outcome = run_case(c);
+  Json summary = summary_head(outcome, c.summary), described = Json::array(),
+       tables = Json::array();
+  bool completed = true;
+  std::string text = fmt::format("{} {}: {}", c.id, c.name, verdict_text(outcome));
+  for (const Motion& m : motions) {
+    write_recording(context.output, m.recording, m.name);
+    tables.push_back("trajectory" + (m.name.empty() ? "" : "_" + m.name) + ".csv");
+    Json events = Json::array();
+    for (const HybridEvent& e : m.recording.events)
+      events.push_back({{"t_s", e.time}, {"event", e.name}, {"kind", describe(e.kind)}});
+    described.push_back({{"name", m.name},
+                         {"completed", m.failure.empty()},
+                         {"message", m.failure},
+                         {"integrator", m.integrator},
+                         {"events", events}});
+    completed = completed && m.failure.empty();
+    if (!m.failure.empty()) text += "  " + m.failure + "\n";
+  }
+  summary["completed"] = completed;
+  summary["motions"] = described;
+  summary["seconds"] = outcome.seconds;
+  summary["checked"] = checked_json(outcome);
+  if (!motions.empty()) {
+    summary["integrator"] = motions.front().integrator;
+    summary["states"] = motions.front().recording.state_columns();
+    summary["inputs"] = motions.front().recording.input_columns();
+    summary["plane"] = motions.front().plane;
+    summary["logarithmic_time"] = motions.front().logarithmic_time;
+  }
+  summary["tables"] = tables;
+  finish(context, summary, config.pictures, text);
+  return completed ? ExitStatus::ok : ExitStatus::solver_failed;
+}
+
+// ---- quadratic programs -------------------------------------------------------------------------
+
+struct QuadraticConfig {
+  SolverChoice solver = SolverChoice::ipopt;
+};
+
+void declare_quadratic(Settings& s, QuadraticConfig& c) {
+  s.choice("solver", c.solver, solver_choices(), "what solves the programs");
+}
+
+ExitStatus run_quadratic(const QuadraticConfig& config, const RunContext& context) {
+  const CaseOutcome outcome = library::run_mpc_qps(config.solver);
+  if (outcome.verdict == Verdict::skipped || outcome.verdict == Verdict::not_applicable)
+    throw InputError(outcome.status);
+  Json summary = summary_head(outcome, outcome.exercises);
+  summary["kind"] = "quadratic programs";
+  summary["iterations"] = outcome.iterations;
+  summary["seconds"] = outcome.seconds;
+  summary["checked"] = checked_json(outcome);
+  context.output.write("config.yaml", std::string_view(context.effective_config));
+  context.output.write("summary.json", summary);
+  fmt::print("{} {}: {}results in {}: summary.json\n", outcome.id, outcome.name,
+             verdict_text(outcome), context.output.path().string());
+  return outcome.verdict == Verdict::failed ? ExitStatus::solver_failed : ExitStatus::ok;
+}
+
+}  // namespace
+
+std::vector<ProblemEntry> library_problems() {
+  std::vector<ProblemEntry> entries;
+  for (const ReferenceCase& c : reference_cases())
+    entries.push_back(entry_of<OptimalControlConfig>(
+        c.id, c.name, c.summary, "optimal control", declare_optimal_control,
+        [&c](const OptimalControlConfig& config, const RunContext& context) {
+          return run_optimal_control(c, config, context);
+        }));
+  for (const SimulationCase& c : simulation_cases())
+    entries.push_back(
+        entry_of<SimulationConfig>(c.id, c.name, c.summary, "simulation", declare_simulation,
+                                   [&c](const SimulationConfig& config, const RunContext& context) {
+                                     return run_simulation(c, config, context);
+                                   }));
+  entries.push_back(entry_of<QuadraticConfig>(
+      library::mpc_qps_id, library::mpc_qps_name,
+      "Quadratic programs of walking robots, from files of reference data.", "quadratic programs",
+      declare_quadratic, run_quadratic));
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const ProblemEntry& a, const ProblemEntry& b) { return a.name < b.name; });
+  return entries;
+}
+
+}  // namespace saltus

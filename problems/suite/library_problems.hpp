@@ -1,0 +1,16 @@
+// The problems of the library as `saltus run` and `saltus list` know them.
+#pragma once
+
+#include <vector>
+
+#include "saltus/app/problem_registry.hpp"
+
+namespace saltus {
+
+/// One entry per case, in the order of their ids: "a01_three_modes", also found as "A01" and
+/// "three_modes". A run leaves trajectory.csv (of a case with several motions one per motion),
+/// events.csv, summary.json, config.yaml and a picture in its folder. A value that misses its
+/// reference is a result; a solver that gives up ends with status 3.
+std::vector<ProblemEntry> library_problems();
+
+}  // namespace saltus

@@ -1,0 +1,27 @@
+// What a run of a problem of the library leaves, and what it tells on the terminal.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "problems/library/case_outcome.hpp"
+#include "problems/library/reference_case.hpp"
+#include "problems/library/simulation_case.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/simulation/recording.hpp"
+
+namespace saltus {
+
+/// trajectory_NAME.csv and events_NAME.csv; without a name trajectory.csv and events.csv.
+void write_recording(const OutputFolder& output, const Recording& recording,
+                     const std::string& name = {});
+
+/// What all summaries share: id, name, what it is about, and the versions that made it.
+nlohmann::ordered_json summary_head(const CaseOutcome& outcome, const std::string& summary);
+/// Every checked value beside its reference.
+nlohmann::ordered_json checked_json(const CaseOutcome& outcome);
+nlohmann::ordered_json solution_json(const Solution& solution, const Recording& recording);
+
+/// The value that counts beside its reference, and why if it is not met.
+std::string verdict_text(const CaseOutcome& outcome);
+
+}  // namespace saltus

@@ -1,0 +1,147 @@
+// `saltus run` for problems of the library: can every one be found, and are its tables right?
+#include "problems/suite/library_problems.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "problems/library/catalogue.hpp"
+#include "saltus/app/program.hpp"
+#include "tests/app/support.hpp"
+
+namespace saltus {
+namespace {
+
+// A CSV table by lines and cells; no quoted cells here.
+std::vector<std::vector<std::string>> table_of(const std::filesystem::path& file) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream stream(file_content(file));
+  for (std::string line; std::getline(stream, line);) {
+    std::istringstream cells(line);
+    rows.emplace_back();
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+struct LibraryProblems : testing::Test {
+  // The exit status of `saltus run NAME ...`, its results in the folder.
+  int run(std::vector<const char*> words) {
+    const std::string out = folder.path().string();
+    words.insert(words.begin(), {"saltus", "run"});
+    words.insert(words.end(), {"--out", out.c_str()});
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    const int status = saltus_main(static_cast<int>(words.size()), words.data(), problems);
+    printed = testing::internal::GetCapturedStdout();
+    complaint = testing::internal::GetCapturedStderr();
+    return status;
+  }
+  nlohmann::json summary() const {
+    return nlohmann::json::parse(file_content(folder / "summary.json"));
+  }
+
+  const std::vector<ProblemEntry> problems = library_problems();
+  TemporaryFolder folder;
+  std::string printed, complaint;
+};
+
+TEST_F(LibraryProblems, EveryCaseIsThereUnderThreeNamesWithASentence) {
+  EXPECT_EQ(problems.size(), reference_cases().size() + simulation_cases().size() + 1);
+  std::set<std::string> names;
+  for (const ProblemEntry& entry : problems) {
+    EXPECT_TRUE(names.insert(entry.name).second) << entry.name;
+    ASSERT_FALSE(entry.summary.empty()) << entry.name;
+    EXPECT_NE(std::string(".?").find(entry.summary.back()), std::string::npos) << entry.summary;
+    EXPECT_FALSE(entry.kind.empty());
+    EXPECT_EQ(entry.aliases.size(), 2u);
+  }
+  for (const SimulationCase& c : simulation_cases()) EXPECT_TRUE(c.motions) << c.name;
+}
+
+TEST_F(LibraryProblems, StatesAndInputsHaveNames) {
+  for (const ReferenceCase& c : reference_cases()) {
+    int nx = 0, nu = 0;
+    const OptimalControlProblem problem = c.problem();
+    for (const PhaseDefinition& phase : problem.phases()) {
+      nx = std::max(nx, phase.sizes.nx);
+      nu = std::max(nu, phase.sizes.nu);
+    }
+    EXPECT_EQ(static_cast<int>(c.states.size()), nx) << c.name;
+    EXPECT_EQ(static_cast<int>(c.inputs.size()), nu) << c.name;
+  }
+}
+
+TEST_F(LibraryProblems, AnOptimalControlProblemLeavesItsTables) {
+  ASSERT_EQ(run({"A20", "--pictures=false"}), 0) << complaint;
+  EXPECT_TRUE(contains(printed, "2.57065"));
+  const auto trajectory = table_of(folder / "trajectory.csv");
+  EXPECT_EQ(trajectory[0], (std::vector<std::string>{"t [s]", "mode", "height [m]", "speed [m/s]",
+                                                     "thrust [m/s^2]"}));
+  EXPECT_EQ(trajectory[1][1], "fall");
+  EXPECT_EQ(trajectory.back()[1], "rise");
+  EXPECT_NEAR(std::stod(trajectory.back()[0]), 1.0, 1e-12);
+  const auto events = table_of(folder / "events.csv");
+  ASSERT_EQ(events.size(), 2u);
+  EXPECT_EQ(events[1][1], "impact");
+  EXPECT_NEAR(std::stod(events[1][0]), 0.470504556810741, 1e-8);
+  const nlohmann::json s = summary();
+  EXPECT_EQ(s.at("verdict"), "ok");
+  EXPECT_EQ(s.at("solver"), "ipopt");
+  EXPECT_NEAR(s.at("cost").get<double>(), 2.570651595764464, 1e-9);
+  EXPECT_EQ(s.at("reference").get<double>(), 2.570651595764464);
+  EXPECT_LT(s.at("kkt_residual").get<double>(), 1e-8);
+  EXPECT_TRUE(contains(s.at("integrator"), "Kutta"));
+  EXPECT_EQ(s.at("phases").size(), 2u);
+  EXPECT_TRUE(s.at("versions").contains("saltus"));
+  EXPECT_TRUE(contains(file_content(folder / "config.yaml"), "solver: ipopt"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "trajectory.png"));
+}
+
+TEST_F(LibraryProblems, SettingsChangeGridIntegratorAndSolver) {
+  ASSERT_EQ(run({"phase_transition", "--solver", "riccati", "--intervals=6", "--integrator=rk8",
+                 "--pictures=false", "--samples", "2"}),
+            0)
+      << complaint;
+  EXPECT_EQ(summary().at("solver"), "riccati");
+  EXPECT_EQ(summary().at("verdict"), "MISSED");  // another grid, other costs at its nodes
+  EXPECT_EQ(table_of(folder / "trajectory.csv").size(), 1u + 2u * 6u * 3u);
+  EXPECT_EQ(run({"c02", "--integrator=zoh", "--solvr=ipopt"}), 2);
+  EXPECT_EQ(complaint, "saltus: unknown flag '--solvr'; did you mean '--solver'?\n");
+  EXPECT_EQ(run({"a01", "--integrator=zoh", "--pictures=false"}), 2);  // not linear
+  EXPECT_EQ(std::count(complaint.begin(), complaint.end(), '\n'), 1) << complaint;
+  EXPECT_EQ(run({"a01_tree_modes"}), 2);
+  EXPECT_TRUE(contains(complaint, "did you mean 'a01_three_modes'?"));
+}
+
+TEST_F(LibraryProblems, ASimulationLeavesItsEvents) {
+  ASSERT_EQ(run({"D07", "--pictures=false"}), 0) << complaint;
+  const auto events = table_of(folder / "events.csv");
+  ASSERT_GE(events.size(), 7u);
+  const double first = std::sqrt(2.0 / 9.81);
+  EXPECT_NEAR(std::stod(events[1][0]), first, 1e-9);
+  EXPECT_NEAR(std::stod(events[2][0]), first * (1.0 + 2.0 * 0.8), 1e-9);
+  EXPECT_EQ(events[1][2], "jumps");
+  ASSERT_EQ(run({"spring_leg_stance", "--integrator", "rk4", "--pictures=false"}), 0) << complaint;
+  const auto trajectory = table_of(folder / "trajectory.csv");
+  EXPECT_EQ(trajectory[1][1], "flight");
+  EXPECT_EQ(run({"D06", "--integrator", "zoh", "--pictures=false"}), 2);
+}
+
+TEST_F(LibraryProblems, ACaseWithSeveralMotionsLeavesATableForEach) {
+  ASSERT_EQ(run({"filippov_cases", "--pictures=false"}), 0) << complaint;
+  const nlohmann::json s = summary();
+  EXPECT_EQ(s.at("tables"), (nlohmann::json{"trajectory_crossing.csv", "trajectory_entering.csv",
+                                            "trajectory_leaving.csv"}));
+  const auto sliding = table_of(folder / "events_entering.csv");
+  ASSERT_EQ(sliding.size(), 2u);
+  EXPECT_EQ(sliding[1][2], "slides");
+  EXPECT_NEAR(std::stod(sliding[1][0]), 0.5, 1e-9);
+}
+
+}  // namespace
+}  // namespace saltus
