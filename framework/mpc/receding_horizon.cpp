@@ -113,8 +113,9 @@ void RecedingHorizonController::prepare(double t) noexcept {
   now_ = std::isfinite(t) ? t : now_ + options_.period;
   try {
     shooting_->start_time(now_);
+    has_bad_grid_ = false;
   } catch (const std::exception&) {  // terms now exclude one another: the old grid stays
-    has_bad_data_ = true;
+    has_bad_grid_ = true;
   }
   shift_.apply(shooting_->program(), has_plan_ ? plan_ : initial_, guess_);
   solver_->prepare(shooting_->nlp(), guess_);
@@ -146,7 +147,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   tick_.kkt = tick_.violation = infinity;
   tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
   try {
-    if (is_measured(state) && !has_bad_data_) solve(state, begin);
+    if (is_measured(state) && !has_bad_data_ && !has_bad_grid_) solve(state, begin);
   } catch (const std::exception&) {  // of a program that cannot even be posed
     tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
   }

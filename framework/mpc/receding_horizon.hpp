@@ -121,7 +121,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
   NlpPoint guess_, point_;  // on the present grid
   bool has_plan_ = false, is_prepared_ = false, has_bad_data_ = false;
-  double preparation_ = 0.0;  // s, of the last prepare()
+  bool has_bad_grid_ = false;  // of the last prepare()
+  double preparation_ = 0.0;   // s, of the last prepare()
   double now_ = 0.0;
   long ticks_ = 0;
   VectorXd fallback_;

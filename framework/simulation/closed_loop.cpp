@@ -21,7 +21,8 @@ struct LoopController {
   std::string name;
   double period = 0.0;
   std::function<Answer(double t, const VectorRef& measured)> answer;
-  std::function<LoopPlan()> plan = {};  ///< the last one; without: there are none
+  std::function<LoopPlan()> plan = {};         ///< the last one; without: there are none
+  std::function<void(double t)> prepare = {};  ///< what can be done ahead of the measurement
 };
 
 // The input that reaches the plant from `start` on, until the next one does.
@@ -130,14 +131,17 @@ class Loop {
 
   bool tick(long k) {
     const double t = start_ + static_cast<double>(k) * controller_.period;
+    if (controller_.prepare) controller_.prepare(t);
     const VectorXd measured = measure();
     if (options_.before_tick) options_.before_tick(t, measured);
     Answer answer = controller_.answer(t, measured);
     answer.tick.time = t;
     answer.tick.measured = measured;
-    if (answer.tick.provenance)
+    if (answer.tick.provenance) {
       log_.statistics.latency[static_cast<std::size_t>(*answer.tick.provenance)].add(
           answer.tick.seconds);
+      log_.statistics.preparation.add(answer.tick.preparation);
+    }
     log_.ticks.push_back(std::move(answer.tick));
     if (!answer.input->all_finite())
       return stop(fmt::format("the controller's input at t = {:.4g} s is no number", t));
@@ -244,12 +248,16 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
                    last->objective,
                    last->kkt,
                    last->violation,
-                   last->seconds}};
+                   last->seconds,
+                   last->preparation}};
   };
+  const auto prepare = [&](double t) { controller.prepare(t); };
   const auto plan = [&] {
     return last->provenance == Provenance::fallback ? LoopPlan{} : plan_of(controller, last->time);
   };
-  return Loop({controller.solver_name(), controller.period(), answer, plan}, plant, options).run();
+  return Loop({controller.solver_name(), controller.period(), answer, plan, prepare}, plant,
+              options)
+      .run();
 }
 
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options) {

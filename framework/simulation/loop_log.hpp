@@ -20,7 +20,8 @@ struct LoopTick {
   SolveStatus status = SolveStatus::invalid_problem;
   int iterations = 0;
   double objective = 0.0, kkt = 0.0, violation = 0.0;
-  double seconds = 0.0;  ///< wall clock of the controller
+  double seconds = 0.0;      ///< wall clock of the controller, from the measurement to the input
+  double preparation = 0.0;  ///< wall clock ahead of the measurement
 };
 
 /// What the controller had in mind at a tick: states and inputs at the nodes of its plan.

@@ -105,6 +105,7 @@ class ClosedLoop {
 
   void plan(double t) {
     CpuTime watch(log_.plan_seconds);
+    planner_->controller().prepare(t);  // ahead of the measurement: grid, plan moved on, blocks
     const Measurement measured{t, plant_.measured(), reordered(scene_.side, plant_.applied()),
                                plant_.contact_force()};
     // A foot that is late lands after this tick at the earliest.
