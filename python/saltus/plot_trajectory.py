@@ -19,8 +19,8 @@ from saltus.on_folder import on_folder  # noqa: E402
 from saltus.tables import read_table  # noqa: E402
 
 SHADES = ["#dbe9f6", "#fde6cf", "#dff0d8", "#f3dcef", "#fff3bf", "#e2e2e2", "#d5f0f0", "#f6d8d8"]
-PROVENANCES = {"optimal": "tab:green", "feasible": "tab:olive", "shifted": "tab:orange",
-               "fallback": "tab:red"}
+PROVENANCES = {"optimal": "tab:green", "step": "tab:blue", "feasible": "tab:olive",
+               "shifted": "tab:orange", "fallback": "tab:red"}
 MOST_LABELS = 6  # of modes or events that are named in a picture
 
 
