@@ -25,8 +25,7 @@ fs::path data_file(const std::string& name) {
   if (const char* named = variable("SALTUS_DATA_DIR")) {
     folders = {named};
   } else {
-    std::error_code unknown;
-    const fs::path program = fs::read_symlink("/proc/self/exe", unknown).parent_path();
+    const fs::path program = program_folder();
     folders = {program / "share/saltus", program.parent_path() / "share/saltus"};
   }
   for (const fs::path& folder : folders) {
@@ -39,6 +38,11 @@ fs::path data_file(const std::string& name) {
       fmt::format("there is no {} in {}; SALTUS_DATA_DIR names the folder share/saltus of an "
                   "installation",
                   name, text));
+}
+
+fs::path program_folder() {
+  std::error_code unknown;
+  return fs::read_symlink("/proc/self/exe", unknown).parent_path();
 }
 
 fs::path cache_folder() {

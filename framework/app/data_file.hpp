@@ -12,6 +12,9 @@ namespace saltus {
 /// saltus_data() puts it there. Throws InputError naming where it was looked for.
 std::filesystem::path data_file(const std::string& name);
 
+/// The folder that the running program lies in; empty if the system does not tell.
+std::filesystem::path program_folder();
+
 /// The user's folder for what can be fetched again: saltus in XDG_CACHE_HOME, else in ~/.cache. It
 /// may not exist. Throws InputError if there is neither variable.
 std::filesystem::path cache_folder();

@@ -1,17 +1,21 @@
 #include "saltus/app/program.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <new>
 #include <utility>
 
+#include "saltus/app/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 
@@ -138,6 +142,22 @@ ExitStatus dispatch(const std::vector<std::string>& arguments,
 }
 
 }  // namespace
+
+Verb verb_of_program(std::string name, std::string summary, std::string program) {
+  const auto become = [name, program](std::span<const std::string> arguments) -> ExitStatus {
+    const std::filesystem::path file = program_folder() / program;
+    std::vector<std::string> words{"saltus", name};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    std::fflush(stdout);
+    ::execv(file.c_str(), argv.data());
+    throw InputError(fmt::format("{} needs the program {}, which cannot be started: {}", name,
+                                 file.string(), std::strerror(errno)));
+  };
+  return {std::move(name), std::move(summary), become};
+}
 
 int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry> problems,
                 std::span<const Verb> more_verbs) {

@@ -18,6 +18,10 @@ struct Verb {
   std::function<ExitStatus(std::span<const std::string> arguments)> run;
 };
 
+/// A verb that another program in the folder of the running one carries out: the process becomes
+/// that program, given the verb and its arguments. InputError if the program is not there.
+Verb verb_of_program(std::string name, std::string summary, std::string program);
+
 /// `int main(int argc, char** argv) { return saltus_main(argc, argv, problems); }`
 ///
 /// InputError and DefinitionError end with one sentence on the error stream and status 2, whatever

@@ -13,7 +13,7 @@ struct Block {
   }
 };
 
-// gcc 12 with AVX-512 made [1, 1] of both (cmake/SaltusTarget.cmake).
+// gcc 12 with AVX-512 made [1, 1] of both (framework/cmake/SaltusTarget.cmake).
 TEST(Bounds, EachRowKeepsItsOwn) {
   Phase<2, 1> phase{"block", Block{}, exactly(1.0)};
   phase.reach("end", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)})

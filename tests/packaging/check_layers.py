@@ -100,8 +100,8 @@ def in_order(graph):
 
 
 def private_includes(root):
-    """A line for every include of a public header (cmake/public_headers.txt) that is not public itself."""
-    listing = root / "cmake/public_headers.txt"
+    """A line for every include of a public header (framework/cmake/public_headers.txt) that is not public itself."""
+    listing = root / "framework/cmake/public_headers.txt"
     if not listing.exists():
         return []
     public = set()
@@ -114,7 +114,7 @@ def private_includes(root):
         for included in INCLUDE.findall((root / header).read_text(encoding="utf-8")):
             target = resolve(root, pathlib.PurePosixPath(header), included)
             if target is not None and target.as_posix() not in public:
-                lines.append(f"{header}: is public and includes {included}, which is not (cmake/public_headers.txt)")
+                lines.append(f"{header}: is public and includes {included}, which is not (framework/cmake/public_headers.txt)")
     return lines
 
 

@@ -40,7 +40,7 @@ CASES = [
                 "framework/ocp/b.hpp": '#include "saltus/core/a.hpp"\n'},
      "a circle between folders: framework/core -> framework/ocp -> framework/core"),
     ("private", {"framework/core/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/core/b.hpp": "",
-                 "cmake/public_headers.txt": "core core/a.hpp\n"}, "is public and includes saltus/core/b.hpp"),
+                 "framework/cmake/public_headers.txt": "core core/a.hpp\n"}, "is public and includes saltus/core/b.hpp"),
     ("missing", {"framework/core/a.hpp": '#include "saltus/core/gone.hpp"\n'}, "which is not there"),
 ]
 

@@ -7,13 +7,13 @@ set(SALTUS_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/saltus)
 # saltus_public_headers(OUT component): as they are included, below saltus/.
 function(saltus_public_headers out component)
   set(headers)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/public_headers.txt)
-  file(STRINGS ${PROJECT_SOURCE_DIR}/cmake/public_headers.txt lines REGEX "^${component} ")
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/framework/cmake/public_headers.txt)
+  file(STRINGS ${PROJECT_SOURCE_DIR}/framework/cmake/public_headers.txt lines REGEX "^${component} ")
   foreach(line ${lines})
     string(REGEX REPLACE "^${component} +" "" pattern ${line})
     file(GLOB found RELATIVE ${SALTUS_INCLUDE_DIR}/saltus ${SALTUS_INCLUDE_DIR}/saltus/${pattern})
     if(NOT found)
-      message(WARNING "cmake/public_headers.txt: there is no header ${pattern}")
+      message(WARNING "framework/cmake/public_headers.txt: there is no header ${pattern}")
     endif()
     list(APPEND headers ${found})
   endforeach()
@@ -49,7 +49,7 @@ foreach(component ${SALTUS_ALL_COMPONENTS})
 endforeach()
 
 # Found next to one another or not at all: each component's file comes with its package.
-configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/saltusConfig.cmake.in
+configure_package_config_file(${PROJECT_SOURCE_DIR}/framework/cmake/saltusConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/saltusConfig.cmake
                               INSTALL_DESTINATION ${SALTUS_CMAKE_DIR}
                               NO_CHECK_REQUIRED_COMPONENTS_MACRO)

@@ -91,7 +91,7 @@ target_include_directories(saltus_inside INTERFACE ${PROJECT_SOURCE_DIR})
 add_library(saltus_program_flags INTERFACE)
 target_link_options(saltus_program_flags INTERFACE
                     -Wl,--exclude-libs,ALL
-                    -Wl,--version-script=${PROJECT_SOURCE_DIR}/cmake/nothing_exported.map)
+                    -Wl,--version-script=${PROJECT_SOURCE_DIR}/framework/cmake/nothing_exported.map)
 
 # ---- headers parsed once ----------------------------------------------------------------------------
 
@@ -182,6 +182,15 @@ function(saltus_program name)
   else()
     saltus_reuse(${name} saltus_common_headers)
   endif()
+endfunction()
+
+# saltus_install_program(NAME): the program finds the shared libraries installed with it.
+function(saltus_install_program name)
+  if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr") # whose libraries are found anyway
+    file(RELATIVE_PATH to_libraries ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR})
+    set_target_properties(${name} PROPERTIES INSTALL_RPATH "$ORIGIN/${to_libraries}")
+  endif()
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 endfunction()
 
 # saltus_data(PATH): a file or folder that programs read at run time, by data_file("PATH")

@@ -7,18 +7,15 @@
 #include "problems/suite/suite.hpp"
 #include "problems/sway/sway.hpp"
 #include "saltus/app/program.hpp"
-#ifdef SALTUS_HAS_LATENCY_BENCH  // absent where the benchmarks are not built
-#include "benchmarks/latency.hpp"
-#endif
 
 int main(int argc, char** argv) {
   std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(), saltus::sway::entry()};
   for (saltus::ProblemEntry& entry : problems) entry.kind = "closed loop";
   for (saltus::ProblemEntry& entry : saltus::library_problems())
     problems.push_back(std::move(entry));
-  std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(), saltus::suite_verb()};
-#ifdef SALTUS_HAS_LATENCY_BENCH
-  verbs.push_back(saltus::bench::verb());
-#endif
+  const std::vector<saltus::Verb> verbs{
+      saltus::push_recovery::map_verb(), saltus::suite_verb(),
+      saltus::verb_of_program("bench", "bench latency: times of the structured solver",
+                              "saltus-bench")};
   return saltus::saltus_main(argc, argv, problems, verbs);
 }

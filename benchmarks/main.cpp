@@ -1,0 +1,10 @@
+// The program `saltus-bench`, which `saltus bench` becomes: problems never know benchmarks.
+#include <vector>
+
+#include "benchmarks/latency.hpp"
+#include "saltus/app/program.hpp"
+
+int main(int argc, char** argv) {
+  const std::vector<saltus::Verb> verbs{saltus::bench::verb()};
+  return saltus::saltus_main(argc, argv, {}, verbs);
+}
