@@ -208,6 +208,14 @@ function(saltus_data path)
   endif()
 endfunction()
 
+# saltus_compiled_fast(TARGET): for code whose own speed does not matter, a third less to compile.
+# -fexpensive-optimizations keeps multiplications and additions fused as they are elsewhere. Not for
+# libraries with matrices: of an inline function that two objects hold the linker keeps either.
+function(saltus_compiled_fast target)
+  target_compile_options(${target} PRIVATE
+    $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-O1;-fexpensive-optimizations>)
+endfunction()
+
 # saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest.
 function(saltus_test name)
   cmake_parse_arguments(T "" "" "SOURCES;DEPENDS" ${ARGN})
@@ -217,6 +225,7 @@ function(saltus_test name)
   endif()
   saltus_program(test_${name} SOURCES ${T_SOURCES} DEPENDS ${T_DEPENDS} GTest::gtest_main
                  HEADERS saltus_test_headers)
+  saltus_compiled_fast(test_${name})
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
                                     PROPERTIES TIMEOUT 300)
 endfunction()

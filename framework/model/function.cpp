@@ -1,8 +1,11 @@
 #include "saltus/model/function.hpp"
 
+#include <utility>
 #include <vector>
 
 namespace saltus {
+
+Function::Function(std::unique_ptr<const FunctionBody> body) : body_(std::move(body)) {}
 
 // From the patterns alone: without a pair of variables the function is affine in them.
 int FunctionBody::degree(int output, const std::vector<char>& variable) const {

@@ -60,6 +60,8 @@ class Function {
  public:
   Function() = default;
   explicit Function(std::shared_ptr<const FunctionBody> body) : body_(std::move(body)) {}
+  /// Compiled once, unlike std::make_shared for the type of each formula.
+  explicit Function(std::unique_ptr<const FunctionBody> body);
 
   explicit operator bool() const { return body_ != nullptr; }
   int inputs() const { return body_->inputs(); }

@@ -120,8 +120,9 @@ void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) 
                   "a formula must not return an unevaluated Eigen expression, which refers to "
                   "variables that no longer exist: state the return type Vec<S, m> or end the "
                   "expression with .eval()");
-    constexpr int m = rows_of_result<Result>();
-    Eigen::Map<Vec<S, m>>(y, m) = call(formula, z).template cast<S>();
+    // Entry by entry: each further type of Eigen costs every formula compile time, per scalar.
+    const Result result = call(formula, z);
+    for (int r = 0; r < rows_of_result<Result>(); ++r) y[r] = S(result.coeff(r));
   } else {
     static_assert(std::convertible_to<Result, S>,
                   "a formula must return a scalar or a vector of the scalar type S it is called "
@@ -148,11 +149,8 @@ class FormulaBody final : public FunctionBody {
  public:
   explicit FormulaBody(F formula)
       : FunctionBody(inputs_count, outputs_count), formula_(std::move(formula)) {
-    Argument<Tracer> z;
-    for (int i = 0; i < inputs_count; ++i) z[i] = Tracer::input(i);
-    std::vector<Tracer> y(outputs_count);
-    evaluate(formula_, z, y.data());
-    const FormulaStructure structure = structure_of(inputs_count, y);
+    const FormulaStructure structure =
+        structure_of(inputs_count, trace(std::vector<char>(inputs_count, 1)));
     jacobian_pattern_ = structure.jacobian;
     hessian_pattern_ = structure.hessian;
     jacobian_passes_ = jacobian_passes(jacobian_pattern_, jacobian_lanes);
@@ -160,11 +158,7 @@ class FormulaBody final : public FunctionBody {
   }
 
   int degree(int output, const std::vector<char>& variable) const override {
-    Argument<Tracer> z;
-    for (int i = 0; i < inputs_count; ++i) z[i] = Tracer::input(i, variable[i] ? 1 : 0);
-    std::vector<Tracer> y(outputs_count);
-    evaluate(formula_, z, y.data());
-    return y[output].degree();
+    return trace(variable)[output].degree();
   }
 
   void value(const double* z, double* y) const override {
@@ -207,6 +201,15 @@ class FormulaBody final : public FunctionBody {
   }
 
  private:
+  // Runs at set-up only, so the compiler need not make it fast.
+  [[gnu::cold, gnu::noinline]] std::vector<Tracer> trace(const std::vector<char>& variable) const {
+    Argument<Tracer> z;
+    for (int i = 0; i < inputs_count; ++i) z[i] = Tracer::input(i, variable[i] ? 1 : 0);
+    std::vector<Tracer> y(outputs_count);
+    evaluate(formula_, z, y.data());
+    return y;
+  }
+
   F formula_;
   std::vector<JacobianPass> jacobian_passes_;
   std::vector<HessianPass> hessian_passes_;
@@ -221,7 +224,8 @@ class FormulaBody final : public FunctionBody {
 template <int nx, int nu, int np, class F>
 Function make_function(F formula) {
   static_assert(nx >= 0 && nu >= 0 && np >= 0, "sizes cannot be negative");
-  return Function(std::make_shared<detail::FormulaBody<nx, nu, np, F>>(std::move(formula)));
+  return Function(std::unique_ptr<const FunctionBody>(
+      new detail::FormulaBody<nx, nu, np, F>(std::move(formula))));
 }
 
 }  // namespace saltus

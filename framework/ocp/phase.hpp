@@ -230,42 +230,21 @@ class Phase {
   template <class F>
   Phase& constrain(std::string name, TermDomain domain, F formula, std::vector<Bounds> bounds,
                    Window window, std::optional<Penalty> penalty) {
-    Function function = make_function<nx, nu, np>(std::move(formula));
-    if (bounds.size() == 1) bounds.resize(function.outputs(), bounds.front());
-    d_.terms.push_back({.name = std::move(name),
-                        .kind = TermKind::constraint,
-                        .domain = domain,
-                        .function = std::move(function),
-                        .bounds = std::move(bounds),
-                        .soft = std::move(penalty),
-                        .weight = {},
-                        .reference = {},
-                        .window = std::move(window)});
+    add_constraint(d_, std::move(name), domain, make_function<nx, nu, np>(std::move(formula)),
+                   std::move(bounds), std::move(window), std::move(penalty));
     return *this;
   }
   template <class F>
   Phase& cost(std::string name, TermDomain domain, F formula, Window window) {
-    d_.terms.push_back({.name = std::move(name),
-                        .kind = TermKind::cost,
-                        .domain = domain,
-                        .function = make_function<nx, nu, np>(std::move(formula)),
-                        .bounds = {},
-                        .weight = {},
-                        .reference = {},
-                        .window = std::move(window)});
+    add_cost(d_, std::move(name), domain, make_function<nx, nu, np>(std::move(formula)),
+             std::move(window));
     return *this;
   }
   template <class F>
   Phase& least_squares(std::string name, TermDomain domain, F residual, MatrixXd weight,
                        Window window, Reference reference) {
-    d_.terms.push_back({.name = std::move(name),
-                        .kind = TermKind::least_squares,
-                        .domain = domain,
-                        .function = make_function<nx, nu, np>(std::move(residual)),
-                        .bounds = {},
-                        .weight = std::move(weight),
-                        .reference = std::move(reference),
-                        .window = std::move(window)});
+    add_least_squares(d_, std::move(name), domain, make_function<nx, nu, np>(std::move(residual)),
+                      std::move(weight), std::move(window), std::move(reference));
     return *this;
   }
 

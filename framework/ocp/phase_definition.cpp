@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/model/structure.hpp"
@@ -190,6 +191,44 @@ void PhaseDefinition::check() const {
     if (input_parametrisation != InputParametrisation::piecewise_constant)
       fail(*this, "penalise_change is for piecewise constant inputs");
   }
+}
+
+void add_constraint(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
+                    std::vector<Bounds> bounds, Window window, std::optional<Penalty> penalty) {
+  if (bounds.size() == 1) bounds.resize(function.outputs(), bounds.front());
+  phase.terms.push_back({.name = std::move(name),
+                         .kind = TermKind::constraint,
+                         .domain = domain,
+                         .function = std::move(function),
+                         .bounds = std::move(bounds),
+                         .soft = std::move(penalty),
+                         .weight = {},
+                         .reference = {},
+                         .window = std::move(window)});
+}
+
+void add_cost(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
+              Window window) {
+  phase.terms.push_back({.name = std::move(name),
+                         .kind = TermKind::cost,
+                         .domain = domain,
+                         .function = std::move(function),
+                         .bounds = {},
+                         .weight = {},
+                         .reference = {},
+                         .window = std::move(window)});
+}
+
+void add_least_squares(PhaseDefinition& phase, std::string name, TermDomain domain,
+                       Function residual, MatrixXd weight, Window window, Reference reference) {
+  phase.terms.push_back({.name = std::move(name),
+                         .kind = TermKind::least_squares,
+                         .domain = domain,
+                         .function = std::move(residual),
+                         .bounds = {},
+                         .weight = std::move(weight),
+                         .reference = std::move(reference),
+                         .window = std::move(window)});
 }
 
 }  // namespace saltus

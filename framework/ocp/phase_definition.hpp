@@ -1,6 +1,7 @@
 // A phase once its sizes and formulas are erased: what the transcription reads.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -80,5 +81,14 @@ struct PhaseDefinition {
   /// Throws DefinitionError with the phase, the term, the expected size and the given one.
   void check() const;
 };
+
+// What every term of a Phase comes down to, compiled once.
+/// One Bounds serves all rows of the function.
+void add_constraint(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
+                    std::vector<Bounds> bounds, Window window, std::optional<Penalty> penalty);
+void add_cost(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
+              Window window);
+void add_least_squares(PhaseDefinition& phase, std::string name, TermDomain domain,
+                       Function residual, MatrixXd weight, Window window, Reference reference);
 
 }  // namespace saltus

@@ -19,8 +19,16 @@ struct ConeRows {
 
   template <class S, int nx, int nu>
   Vec<S, rows> operator()(const S&, const Vec<S, nx>&, const Vec<S, nu>& u) const {
-    const Vec<S, 6> wrench = u.template segment<6>(first);
-    return A * wrench;
+    // In plain numbers: Eigen's product would cost seconds of compile time, for each number of
+    // rows.
+    const S* w = u.data() + first;
+    Vec<S, rows> values;
+    for (int r = 0; r < rows; ++r) {
+      const S force = A(r, 0) * w[0] + (A(r, 1) * w[1] + A(r, 2) * w[2]);
+      const S torque = A(r, 3) * w[3] + (A(r, 4) * w[4] + A(r, 5) * w[5]);
+      values[r] = force + torque;
+    }
+    return values;
   }
 };
 
