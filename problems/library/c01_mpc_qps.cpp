@@ -86,10 +86,10 @@ void bring_worst_cost_to_front(std::vector<CheckedValue>& checked) {
   const auto costs_end =
       std::stable_partition(checked.begin(), checked.end(),
                             [](const CheckedValue& v) { return v.name.ends_with("cost"); });
-  const auto worst = std::max_element(checked.begin(), costs_end,
-                                      [](const CheckedValue& a, const CheckedValue& b) {
-                                        return a.fraction_of_tolerance() < b.fraction_of_tolerance();
-                                      });
+  const auto worst = std::max_element(
+      checked.begin(), costs_end, [](const CheckedValue& a, const CheckedValue& b) {
+        return a.fraction_of_tolerance() < b.fraction_of_tolerance();
+      });
   std::iter_swap(checked.begin(), worst);
 }
 

@@ -57,10 +57,10 @@ Verdict judge(const std::vector<CheckedValue>& checked) {
 }
 
 void bring_worst_to_front(std::vector<CheckedValue>& checked) {
-  const auto worst = std::max_element(checked.begin(), checked.end(),
-                                      [](const CheckedValue& a, const CheckedValue& b) {
-                                        return a.fraction_of_tolerance() < b.fraction_of_tolerance();
-                                      });
+  const auto worst = std::max_element(
+      checked.begin(), checked.end(), [](const CheckedValue& a, const CheckedValue& b) {
+        return a.fraction_of_tolerance() < b.fraction_of_tolerance();
+      });
   if (worst != checked.end()) std::rotate(checked.begin(), worst, std::next(worst));
 }
 
