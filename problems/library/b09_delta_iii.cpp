@@ -9,10 +9,11 @@
 // The five elements are the angular momentum and the two components of the eccentricity vector in
 // the plane of the orbit, all of them smooth. The thrust follows the direction of u, so that linear
 // pieces of u turn it and do not weaken it between the nodes; |u| = 1 there fixes the length.
-// Guess: at rest on the rotating Earth, with the masses of the burn, thrust upwards, 650 s for the
-// second stage. (A straight line to the perigee would pass through the Earth: density overflows.)
-// Source: Benson 2005, Betts 2010; PSOPT examples, launch, 7529.661 kg; the optimum was computed
-// independently.
+// Guess: straight up and straight east, 30, 80, 150 and 200 km high and 1, 2, 4.5 and 8 km/s fast
+// at the ends of the phases, with the masses of the burn, thrust upwards, 650 s for the second
+// stage. (From rest on the ground the intervals fall into the Earth, and whether Ipopt comes out of
+// that in 140 iterations or not at all is a matter of rounding.) Source: Benson 2005, Betts 2010;
+// PSOPT examples, launch, 7529.661 kg; the optimum was computed independently.
 #include <cmath>
 #include <numbers>
 
@@ -146,8 +147,12 @@ OptimalControlProblem problem() {
   OptimalControlProblem ocp("Delta III");
   ocp.start_at(start);
   double mass = start[6];
-  const auto add = [&](Phase<7, 3>& phase, double burnt, Jump jump) {
+  Vec<double, 6> reached = start.head<6>();
+  const auto add = [&](Phase<7, 3>& phase, double burnt, double height, double speed, Jump jump) {
     Vec<double, 7> begins = start, ends = start;
+    begins.head<6>() = reached;
+    reached << (radius + height) * up, 0.0, speed, 0.0;  // m, m/s
+    ends.head<6>() = reached;
     begins[6] = mass;
     ends[6] = mass -= burnt;
     nominal[6] = begins[6];
@@ -162,13 +167,15 @@ OptimalControlProblem problem() {
     else
       ocp.then(phase);
   };
-  add(six, 6 * booster_fuel + first_rate * booster_burn, {});
+  add(six, 6 * booster_fuel + first_rate * booster_burn, 3e4, 1000.0, {});
   mass -= 6 * booster_empty;
-  add(three, 3 * booster_fuel + first_rate * booster_burn, drop("six boosters", 6 * booster_empty));
+  add(three, 3 * booster_fuel + first_rate * booster_burn, 8e4, 2000.0,
+      drop("six boosters", 6 * booster_empty));
   mass -= 3 * booster_empty;
-  add(first, first_rate * third_phase, drop("three boosters", 3 * booster_empty));
+  add(first, first_rate * third_phase, 1.5e5, 4500.0, drop("three boosters", 3 * booster_empty));
   mass -= first_total - first_fuel;
-  add(second, second_fuel * 650.0 / second_burn, drop("first stage", first_total - first_fuel));
+  add(second, second_fuel * 650.0 / second_burn, 2e5, 8000.0,
+      drop("first stage", first_total - first_fuel));
   return ocp;
 }
 
