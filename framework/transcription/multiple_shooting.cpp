@@ -76,6 +76,9 @@ void MultipleShooting::start_time(double t) {
 void MultipleShooting::set_entries(std::string_view name, const VectorRef& values,
                                    std::span<const ParameterEntry> entries) {
   check_data(problem(), name, static_cast<int>(values.size()), entries);
+  for (int i = 0; i < values.size(); ++i)  // by the name that was given
+    if (!std::isfinite(values[i]))
+      throw DefinitionError(fmt::format("parameter '{}': entry {} is {}", name, i, values[i]));
   change([&](ProblemData& next) {
     for (std::size_t j = 0; j < problem().phases().size(); ++j)
       if (const auto range = find_parameter(problem().phases()[j], name))
