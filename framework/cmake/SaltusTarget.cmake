@@ -48,6 +48,24 @@ target_include_directories(saltus_usage INTERFACE $<BUILD_INTERFACE:${SALTUS_INC
 # Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
 # types layout-compatible whatever -march is chosen.
 target_compile_definitions(saltus_usage INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
+# What Eigen allocates it must free in the same way, and that follows the width of vectors: who uses an
+# installed library compiles for the processor that it was built for, and core/types.hpp refuses others.
+set(SALTUS_EIGEN_ALIGN_BYTES 16)
+if(SALTUS_MARCH)
+  include(CheckCXXSourceCompiles)
+  set(CMAKE_REQUIRED_FLAGS "-march=${SALTUS_MARCH}")
+  check_cxx_source_compiles("#ifndef __AVX__\n#error\n#endif\nint main() {}" SALTUS_MARCH_${SALTUS_MARCH}_HAS_AVX)
+  check_cxx_source_compiles("#ifndef __AVX512F__\n#error\n#endif\nint main() {}" SALTUS_MARCH_${SALTUS_MARCH}_HAS_AVX512)
+  unset(CMAKE_REQUIRED_FLAGS)
+  if(SALTUS_MARCH_${SALTUS_MARCH}_HAS_AVX512)
+    set(SALTUS_EIGEN_ALIGN_BYTES 64)
+  elseif(SALTUS_MARCH_${SALTUS_MARCH}_HAS_AVX)
+    set(SALTUS_EIGEN_ALIGN_BYTES 32)
+  endif()
+  target_compile_options(saltus_usage INTERFACE $<INSTALL_INTERFACE:-march=${SALTUS_MARCH}>)
+endif()
+target_compile_definitions(saltus_usage INTERFACE
+                           $<INSTALL_INTERFACE:SALTUS_EIGEN_ALIGN_BYTES=${SALTUS_EIGEN_ALIGN_BYTES}>)
 # gcc 12 loads a wide constant such as {1, 1, 0, 0} that it stores in one piece as a broadcast of its
 # first half where -march has AVX-512: {exactly(1), exactly(0)} became [1, 1] twice. Pieces of 16
 # bytes, as without -march, leave vector loops alone.

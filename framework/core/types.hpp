@@ -7,6 +7,12 @@
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16,
               "Saltus is built with EIGEN_MAX_ALIGN_BYTES=16, and so must be what uses it: link to "
               "saltus::core in CMake, or pass -DEIGEN_MAX_ALIGN_BYTES=16");
+#ifdef SALTUS_EIGEN_ALIGN_BYTES  // of an installed library
+static_assert(EIGEN_DEFAULT_ALIGN_BYTES == SALTUS_EIGEN_ALIGN_BYTES,
+              "this installation of Saltus was built for vectors of another width, where Eigen "
+              "allocates in another way: leave -march to saltus::core, or build Saltus with "
+              "-D SALTUS_MARCH=... for your processor");
+#endif
 
 namespace saltus {
 
