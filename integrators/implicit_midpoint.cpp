@@ -227,6 +227,9 @@ class ImplicitMidpointScheme final : public IntegratorScheme {
     refuse_events(problem, "The implicit midpoint rule");
     return std::make_unique<ImplicitMidpoint>(problem, options_.steps);
   }
+  IntegratorChoice refined() const override {
+    return implicit_midpoint({.steps = 2 * options_.steps});
+  }
   std::string name() const override {
     return fmt::format("implicit midpoint, {} step{}", options_.steps,
                        options_.steps == 1 ? "" : "s");

@@ -1,6 +1,7 @@
 #include "saltus/integrators/sundials_support.hpp"
 
 #include <fmt/format.h>
+#include <algorithm>
 
 #include <sundials/sundials_context.h>
 
@@ -25,6 +26,10 @@ namespace {
 void ignore_error(int, const char*, const char*, const char*, SUNErrCode, void*, SUNContext) {}
 }  // namespace
 #endif
+
+double refined_tolerance(double tolerance) {
+  return std::max(0.01 * tolerance, std::min(tolerance, 1e-13));
+}
 
 Context::Context() {
 #if SUNDIALS_VERSION_MAJOR >= 7

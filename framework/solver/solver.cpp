@@ -10,6 +10,8 @@ const char* describe(SolveStatus status) {
       return "progress stopped at a point that meets the looser, acceptable tolerance";
     case SolveStatus::step_taken:
       return "one step towards the optimum was taken, and whether it leads there was not checked";
+    case SolveStatus::coarse_grid:
+      return "an optimum on the grid was found, but between its nodes the plan is not one";
     case SolveStatus::infeasible:
       return "the constraints cannot all be met, not even near the point reached";
     case SolveStatus::unbounded:

@@ -16,6 +16,9 @@ enum class SolveStatus {
   optimal,
   acceptable,  ///< a looser tolerance was met and progress had stopped
   step_taken,  ///< one quadratic model was solved; nobody asked whether its solution is an optimum
+  /// An optimum of the program, but not of the problem: its grid is too coarse. Path constraints
+  /// are violated between the nodes.
+  coarse_grid,
   infeasible,  ///< converged to a point where the constraints cannot be met
   unbounded,   ///< the cost falls without limit
   iteration_limit,

@@ -27,14 +27,18 @@ std::vector<PathViolation> violations_between_nodes(const MultipleShooting& shoo
 
 struct RefinementOptions {
   double tolerance = 1e-6;    ///< on the largest violation between nodes, in the term's units
-  int rounds = 8;             ///< solves, the first included
+  double integration = 1e-3;  ///< on IntegrationError::states
+  /// The intervals of inputs stay as they are, and new nodes in them only let their rows look
+  /// (Mesh::holds): for a plan that is carried out at the rate of the first grid.
+  bool hold_inputs = false;
+  int rounds = 12;            ///< solves, the first included
   int most_intervals = 2000;  ///< per phase
 };
 
 struct RefinedSolution {
   MultipleShooting shooting;   ///< the last one that was solved
   Solution solution;           ///< of it
-  std::vector<int> intervals;  ///< per phase
+  std::vector<int> intervals;  ///< per phase; where they lie: shooting.options().meshes
   /// After each solve, the largest violation between nodes.
   std::vector<double> violations;
   bool reached = false;  ///< solved, and within the tolerance
@@ -44,10 +48,12 @@ struct RefinedSolution {
 /// Makes the solver of one grid; called anew for each.
 using SolverFactory = std::function<std::unique_ptr<Solver>(const MultipleShooting&)>;
 
-/// Solves, measures between the nodes and raises the number of intervals of the phases that miss
-/// the tolerance, two to four times, so that old nodes stay nodes; each solve begins with the
-/// trajectory before. Ends when the tolerance is met, a limit is reached or a solve fails, which
-/// leaves the last successful one.
+/// Solves, measures between the nodes and the error of the integration, and cuts the intervals that
+/// miss a tolerance into two to four, so that old nodes stay nodes and no others come where all is
+/// well; each solve begins with the trajectory before. While an obstacle is passed between two
+/// nodes, inputs are held through the new ones, or the plan would pass the next finer interval:
+/// what is reached is then an optimum for inputs on the intervals before. Ends when the tolerances
+/// are met, a limit is reached or a solve fails, which leaves the last successful one.
 RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOptions options,
                               const SolverFactory& make_solver,
                               const RefinementOptions& refinement = {});

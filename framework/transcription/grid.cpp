@@ -24,16 +24,14 @@ void for_each_window(const PhaseDefinition& phase, Visit&& visit) {
 
 }  // namespace
 
-Grid::Grid(const OptimalControlProblem& problem, const std::vector<int>& base_intervals)
+Grid::Grid(const OptimalControlProblem& problem, const std::vector<Mesh>& meshes)
     : schedule_(problem.schedule()) {
   bool known_start = true;
   for (std::size_t j = 0; j < problem.phases().size(); ++j) {
     const PhaseDefinition& phase = problem.phases()[j];
     PhaseGrid& grid = phases_.emplace_back();
-    grid.base_intervals = base_intervals[j];
-    if (grid.base_intervals < 1)
-      throw DefinitionError(fmt::format("phase '{}': it has {} intervals, expected at least 1",
-                                        phase.name, grid.base_intervals));
+    grid.mesh = meshes[j];
+    grid.mesh.check(phase.name);
     grid.is_free = phase.has_free_duration();
     grid.has_known_start = known_start;
     grid.duration = grid.is_free ? phase.duration_guess : phase.duration.lower;
@@ -41,9 +39,10 @@ Grid::Grid(const OptimalControlProblem& problem, const std::vector<int>& base_in
     if (grid.is_free) place_free(grid, phase);
     known_start = known_start && !grid.is_free;
     if (!grid.is_free) {
-      grid.intervals.resize(grid.base_intervals + grid.slots.size() + grid.cuts.size());
+      grid.intervals.resize(grid.mesh.intervals + grid.slots.size() + grid.cuts.size());
       grid.offsets.resize(grid.intervals.size() + 1);
       grid.event_node.resize(grid.intervals.size() + 1);
+      grid.held_node.resize(grid.intervals.size() + 1);
     }
   }
   place_events(problem.schedule(), problem.start_time());
@@ -68,10 +67,9 @@ void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const
                         "last only {} s",
                         where, s, phase.duration.lower));
       if (!(s > same_instant) || s >= T - same_instant) return;  // the ends are nodes anyway
-      const double position = s * grid.base_intervals / T;
-      const double nearest = std::round(position);
-      if (!grid.is_free && std::abs(position - nearest) * T / grid.base_intervals <= same_instant) {
-        grid.marks.push_back(nearest * T / grid.base_intervals);
+      const double nearest = nearest_base_offset(grid, s);
+      if (!grid.is_free && std::abs(s - nearest) <= same_instant) {
+        grid.marks.push_back(nearest);
         return;
       }
     }
@@ -117,7 +115,26 @@ void Grid::check_events(const OptimalControlProblem& problem, const Schedule& sc
 }
 
 double Grid::nominal_length(int phase) const {
-  return phases_[phase].duration / phases_[phase].base_intervals;
+  return phases_[phase].duration / phases_[phase].mesh.intervals;
+}
+
+// Offset of a base node at the reference duration (s).
+double Grid::base_offset(const PhaseGrid& grid, int node) {
+  const Mesh& mesh = grid.mesh;
+  return mesh.nodes.empty() ? grid.duration * node / mesh.intervals
+                            : grid.duration * mesh.nodes[node];
+}
+
+double Grid::nearest_base_offset(const PhaseGrid& grid, double offset) {
+  const Mesh& mesh = grid.mesh;
+  if (mesh.nodes.empty())
+    return std::round(offset * mesh.intervals / grid.duration) * grid.duration / mesh.intervals;
+  const auto after = std::upper_bound(mesh.nodes.begin(), mesh.nodes.end(), offset / grid.duration);
+  if (after == mesh.nodes.begin()) return base_offset(grid, 0);
+  const int before = static_cast<int>(after - mesh.nodes.begin()) - 1;
+  const int next = std::min(before + 1, mesh.intervals);
+  const double lower = base_offset(grid, before), upper = base_offset(grid, next);
+  return offset - lower <= upper - offset ? lower : upper;
 }
 
 double Grid::instant_offset(const PhaseGrid& grid, const Instant& instant, Clock clock) const {
@@ -128,10 +145,8 @@ double Grid::instant_offset(const PhaseGrid& grid, const Instant& instant, Clock
 // An instant within same_instant of a base node, or of the ends, is that node.
 double Grid::snap(const PhaseGrid& grid, double offset) {
   if (!std::isfinite(offset)) return offset;
-  const double h = grid.duration / grid.base_intervals;
-  if (h > 0.0 && !grid.is_free) {
-    const double nearest = std::round(offset / h);
-    const double node = nearest * grid.duration / grid.base_intervals;
+  if (grid.duration > 0.0 && !grid.is_free) {
+    const double node = nearest_base_offset(grid, offset);
     if (std::abs(offset - node) <= same_instant) return node;
   }
   return offset;
@@ -159,19 +174,22 @@ double Grid::insert_node(PhaseGrid& grid, std::size_t& count, double at) {
   for (; i > 0 && grid.offsets[i - 1] > at; --i) {
     grid.offsets[i] = grid.offsets[i - 1];
     grid.event_node[i] = grid.event_node[i - 1];
+    grid.held_node[i] = grid.held_node[i - 1];
   }
   grid.offsets[i] = at;
   grid.event_node[i] = inside ? 1 : 0;
+  grid.held_node[i] = 0;
   return inside ? at : wanted;
 }
 
 void Grid::place_fixed(PhaseGrid& grid) {
   const double T = grid.duration;
-  const int n = grid.base_intervals;
+  const int n = grid.mesh.intervals;
   // Base nodes first, then the events; std::stable_sort would allocate, insertion does not.
   std::size_t count = 0;
   for (int i = 0; i <= n; ++i) {
-    grid.offsets[count] = T * i / n;
+    grid.offsets[count] = base_offset(grid, i);
+    grid.held_node[count] = grid.mesh.holds_input(i) ? 1 : 0;
     grid.event_node[count++] = 0;
   }
   for (std::size_t s = 0; s < grid.slots.size(); ++s)
@@ -188,8 +206,9 @@ void Grid::place_fixed(PhaseGrid& grid) {
     if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i]) grid.event_node[i - 1] = 1;
   for (std::size_t i = 1; i < count; ++i)
     if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i - 1]) grid.event_node[i] = 1;
-  // Whole intervals have one length, free of the rounding of their ends: an integrator that keeps
-  // what it computed for a length would otherwise compute it for every interval.
+  // Whole intervals of a uniform mesh have one length, free of the rounding of their ends: an
+  // integrator that keeps what it computed for a length would otherwise compute it for every
+  // interval.
   const double whole = T / n;
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * T;
   for (std::size_t k = 0; k + 1 < count; ++k) {
@@ -199,26 +218,45 @@ void Grid::place_fixed(PhaseGrid& grid) {
   }
 }
 
-// Free duration: the segments between window limits are uniform, the last one stretches with T.
+// Free duration: the segments between window limits are uniform, the last one stretches with T. A
+// mesh of its own stretches as a whole, and then no window may have a limit inside.
 void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
   std::vector<double> limits{0.0};
   for (std::size_t s = 0; s < grid.slots.size(); ++s)
     if (std::isfinite(grid.slots[s].seconds())) limits.push_back(grid.slots[s].seconds());
   std::sort(limits.begin(), limits.end());
-  if (grid.base_intervals < static_cast<int>(limits.size()))
+  if (!grid.mesh.nodes.empty()) {
+    if (limits.size() > 1)
+      throw DefinitionError(fmt::format(
+          "phase '{}': its duration is free and a window ends inside it, at {} s: give its mesh as "
+          "a number of intervals, not by nodes",
+          phase.name, limits[1]));
+    for (int i = 0; i < grid.mesh.intervals; ++i) {
+      const double begin = grid.mesh.nodes[i];
+      grid.intervals.push_back({0.0, begin, 0.0, grid.mesh.nodes[i + 1] - begin});
+    }
+    for (int i = 0; i <= grid.mesh.intervals; ++i) {
+      grid.offsets.push_back(base_offset(grid, i));
+      grid.event_node.push_back(0);
+      grid.held_node.push_back(grid.mesh.holds_input(i) ? 1 : 0);
+    }
+    return;
+  }
+  const int base_intervals = grid.mesh.intervals;
+  if (base_intervals < static_cast<int>(limits.size()))
     throw DefinitionError(
         fmt::format("phase '{}': {} window limits need at least {} intervals, "
                     "but it has {}",
-                    phase.name, limits.size() - 1, limits.size(), grid.base_intervals));
-  int left = grid.base_intervals;
+                    phase.name, limits.size() - 1, limits.size(), base_intervals));
+  int left = base_intervals;
   for (std::size_t s = 0; s < limits.size(); ++s) {
     const bool last = s + 1 == limits.size();
     const double begin = limits[s];
     const double part = ((last ? grid.duration : limits[s + 1]) - begin) / grid.duration;
     const int others = static_cast<int>(limits.size() - s) - 1;
-    const int n = last ? left
-                       : std::clamp(static_cast<int>(std::lround(part * grid.base_intervals)), 1,
-                                    left - others);
+    const int n =
+        last ? left
+             : std::clamp(static_cast<int>(std::lround(part * base_intervals)), 1, left - others);
     left -= n;
     for (int i = 0; i < n; ++i) {
       const double fraction = static_cast<double>(i) / n;
@@ -233,6 +271,7 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
   }
   grid.offsets.push_back(grid.duration);
   grid.event_node.push_back(0);
+  grid.held_node.assign(grid.offsets.size(), 0);
 }
 
 PhaseWindow Grid::resolve(int phase, const Window& window) const {

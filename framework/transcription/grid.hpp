@@ -1,11 +1,12 @@
-// Where the nodes stand: a uniform grid per phase plus a node exactly at every event, in storage
-// of constant size.
+// Where the nodes stand: the mesh of each phase plus a node exactly at every event, in storage of
+// constant size.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "saltus/ocp/problem.hpp"
+#include "saltus/transcription/mesh.hpp"
 
 namespace saltus {
 
@@ -34,20 +35,26 @@ struct PhaseWindow {
 /// that the schedule has room for. place_events() moves the events, never the sizes.
 class Grid {
  public:
-  /// `base_intervals[j]` >= 1. Throws DefinitionError when a window of a phase with unknown start
-  /// or duration refers to absolute time or may lie beyond the phase.
-  Grid(const OptimalControlProblem& problem, const std::vector<int>& base_intervals);
+  /// One mesh per phase. Throws DefinitionError when a mesh is none, or a window of a phase with
+  /// unknown start or duration refers to absolute time or may lie beyond the phase.
+  Grid(const OptimalControlProblem& problem, const std::vector<Mesh>& meshes);
 
   int phases() const { return static_cast<int>(phases_.size()); }
   int intervals(int phase) const { return static_cast<int>(phases_[phase].intervals.size()); }
-  int base_intervals(int phase) const { return phases_[phase].base_intervals; }
+  int base_intervals(int phase) const { return phases_[phase].mesh.intervals; }
   const GridInterval& interval(int phase, int k) const { return phases_[phase].intervals[k]; }
-  /// Length of an interval before events cut it: duration over base intervals (s).
+  /// Mean length of an interval before events cut it: duration over base intervals (s).
   double nominal_length(int phase) const;
   /// Fixed duration, or the guess of a free one (s).
   double reference_duration(int phase) const { return phases_[phase].duration; }
   /// Whether a control break is due at node k because an event or window limit stands there.
   bool is_event(int phase, int node) const { return phases_[phase].event_node[node]; }
+
+  bool has_held_inputs(int phase) const { return !phases_[phase].mesh.holds.empty(); }
+  /// Whether the input of the interval that ends at the node goes on in the next (Mesh::holds).
+  bool holds_input(int phase, int node) const {
+    return phases_[phase].held_node[node] && !is_event(phase, node);
+  }
 
   /// Recomputes the nodes of fixed phases for new event times or a new start time. No allocation.
   void place_events(const Schedule& schedule, double start_time);
@@ -70,7 +77,7 @@ class Grid {
 
  private:
   struct PhaseGrid {
-    int base_intervals = 1;
+    Mesh mesh;
     bool is_free = false;
     bool has_known_start = true;
     double duration = 0.0;
@@ -82,6 +89,7 @@ class Grid {
     std::vector<double> cuts;     // where they do, rounded to nodes; outside the phase as they are
     std::vector<double> offsets;  // of the nodes, at the reference duration
     std::vector<char> event_node;
+    std::vector<char> held_node;
     std::vector<GridInterval> intervals;
   };
 
@@ -93,6 +101,8 @@ class Grid {
   void place_free(PhaseGrid& grid, const PhaseDefinition& phase);
   double instant_offset(const PhaseGrid& grid, const Instant& instant, Clock clock) const;
   static double snap(const PhaseGrid& grid, double offset);
+  static double base_offset(const PhaseGrid& grid, int node);
+  static double nearest_base_offset(const PhaseGrid& grid, double offset);
 
   Schedule schedule_;
   std::vector<PhaseGrid> phases_;

@@ -2,39 +2,47 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/transcription/between_nodes.hpp"
+#include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "saltus/transcription/shooting_stages.hpp"
 
 namespace saltus {
 namespace {
 
-std::vector<int> base_intervals(const OptimalControlProblem& problem,
-                                const ShootingOptions& options) {
+std::vector<Mesh> meshes_of(const OptimalControlProblem& problem, const ShootingOptions& options) {
   problem.check();
   if (!options.integrator)
     throw DefinitionError(
         fmt::format("problem '{}': the shooting options name no integrator", problem.name()));
-  if (options.intervals.empty())
-    return std::vector<int>(problem.phases().size(), options.intervals_per_phase);
-  if (options.intervals.size() != problem.phases().size())
-    throw DefinitionError(
-        fmt::format("problem '{}': intervals are given for {} phases, but it has {}",
-                    problem.name(), options.intervals.size(), problem.phases().size()));
-  return options.intervals;
+  const std::size_t phases = problem.phases().size();
+  const auto expect_one_per_phase = [&](const char* what, std::size_t given) {
+    if (given != 0 && given != phases)
+      throw DefinitionError(fmt::format("problem '{}': {} are given for {} phases, but it has {}",
+                                        problem.name(), what, given, phases));
+  };
+  expect_one_per_phase("meshes", options.meshes.size());
+  expect_one_per_phase("intervals", options.intervals.size());
+  if (!options.meshes.empty()) return options.meshes;
+  std::vector<Mesh> meshes(phases, Mesh{.intervals = options.intervals_per_phase});
+  for (std::size_t j = 0; j < options.intervals.size(); ++j)
+    meshes[j].intervals = options.intervals[j];
+  return meshes;
 }
 
 }  // namespace
 
 MultipleShooting::MultipleShooting(OptimalControlProblem problem, ShootingOptions options) {
-  const std::vector<int> intervals = base_intervals(problem, options);
-  program_ = std::make_unique<ShootingProgram>(std::move(problem), intervals, options.integrator);
+  options.meshes = meshes_of(problem, options);
+  program_ =
+      std::make_unique<ShootingProgram>(std::move(problem), options.meshes, options.integrator);
   next_ = program_->data();
-  integrator_name_ = options.integrator->name();
+  options_ = std::move(options);
 }
 
 MultipleShooting::~MultipleShooting() = default;
@@ -111,6 +119,37 @@ void MultipleShooting::set_penalty_weight(std::string_view weight_name, double w
         fmt::format("problem '{}' has no penalty weight '{}'", problem().name(), weight_name));
 }
 
+namespace {
+
+// What the program cannot know of its own solution.
+void judge_grid(const MultipleShooting& shooting, Solution& solution) {
+  const GridAccuracy& accuracy = shooting.options().accuracy;
+  const auto violations = violations_between_nodes(shooting, solution.trajectory);
+  solution.between_nodes = violations.empty() ? PathViolation{} : violations.front();
+  solution.integration = integration_error(*shooting.options().integrator, solution.trajectory);
+  if (!solution.ok()) return;
+  const auto worst = std::max_element(
+      violations.begin(), violations.end(),
+      [](const PathViolation& a, const PathViolation& b) { return a.relative() < b.relative(); });
+  if (worst != violations.end() && worst->relative() > accuracy.between_nodes) {
+    solution.status = SolveStatus::coarse_grid;
+    solution.message = fmt::format(
+        "{}; term '{}' of phase '{}' is violated by {:.3g} between two nodes, at t = {:.6g} s: "
+        "take "
+        "more intervals there, or solve_refined()",
+        describe(solution.status), worst->term, worst->phase, worst->amount, worst->time);
+  }
+  if (solution.integration && solution.integration->states > accuracy.integration) {
+    const IntegrationError& e = *solution.integration;
+    solution.message += fmt::format(
+        "; {} is off by {:.1e} of the states' magnitudes, most in state {} of phase '{}' at t = "
+        "{:.6g} s: take more intervals or steps, or a smaller tolerance",
+        shooting.options().integrator->name(), e.states, e.state, e.phase, e.time);
+  }
+}
+
+}  // namespace
+
 Solution solve(MultipleShooting& shooting, Solver& solver) {
   return solve(shooting, solver, shooting.initial_guess());
 }
@@ -118,10 +157,7 @@ Solution solve(MultipleShooting& shooting, Solver& solver) {
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
   const bool warm = start.lambda.size() == shooting.nlp().rows();
   Solution solution = shooting.interpret(solver.solve(shooting.nlp(), start, warm));
-  if (!solution.trajectory.empty()) {
-    const auto violations = violations_between_nodes(shooting, solution.trajectory);
-    solution.between_nodes = violations.empty() ? PathViolation{} : violations.front();
-  }
+  if (!solution.trajectory.empty()) judge_grid(shooting, solution);
   return solution;
 }
 

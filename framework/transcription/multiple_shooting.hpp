@@ -20,10 +20,20 @@ namespace saltus {
 
 class ShootingProgram;
 
+/// What a grid is asked for. Beyond it the message of a solution says so.
+struct GridAccuracy {
+  /// Violations of path constraints between the nodes, relative to PathViolation::scale. A plan
+  /// with more is no solution: its status is coarse_grid.
+  double between_nodes = 1e-2;
+  double integration = 1e-3;  ///< IntegrationError::states
+};
+
 struct ShootingOptions {
   int intervals_per_phase = 30;
   std::vector<int> intervals = {};  ///< per phase, in place of the number above
+  std::vector<Mesh> meshes = {};    ///< per phase, in place of both
   IntegratorChoice integrator;      ///< required; see integrators/
+  GridAccuracy accuracy = {};       ///< for solve()
 };
 
 /// Direct multiple shooting. Patterns and sizes are fixed by the constructor; start, data, event
@@ -41,6 +51,8 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   const OptimalControlProblem& problem() const;
   /// Of the next solve.
   const ProblemData& data() const;
+  /// As given, with the meshes that follow from them.
+  const ShootingOptions& options() const { return options_; }
   const Grid& grid() const;
   const Layout& layout() const;
   /// What nlp() is, with the grid points of its terms: for PlanShift.
@@ -86,11 +98,12 @@ class MultipleShooting : public DataByName<MultipleShooting> {
 
   std::unique_ptr<ShootingProgram> program_;
   ProblemData next_;  // where data are edited, so that nothing allocates
-  std::string integrator_name_;
+  ShootingOptions options_;
 };
 
 /// Solves from the problem's own guess, or from `start` (warm if it has multipliers), and measures
-/// what happens between the nodes.
+/// what the program does not know: path constraints between the nodes, and the error of the
+/// integration. Status and message say where they exceed ShootingOptions::accuracy.
 Solution solve(MultipleShooting& shooting, Solver& solver);
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start);
 

@@ -29,12 +29,11 @@ std::vector<int> running_costs(const PhaseDefinition& phase) {
 
 }  // namespace
 
-ShootingProgram::ShootingProgram(OptimalControlProblem problem,
-                                 const std::vector<int>& base_intervals,
+ShootingProgram::ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
                                  const IntegratorChoice& integrator)
     : problem_(std::move(problem)),
       data_(problem_),
-      grid_(problem_, base_intervals),
+      grid_(problem_, meshes),
       layout_(problem_, grid_, *this),
       proposal_{grid_, {}, {}} {
   build_start();
@@ -145,17 +144,35 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
     placed_.push_back({index, point, a.t0(), a.h(), a.p()});
     for (int q = 0; q < nq; ++q) costs_.push_back({j, running[q], k, index, sizes.nx + q, true});
 
-    // Continuous inputs: the end of one ramp is the start of the next.
-    if (phase.input_parametrisation == InputParametrisation::piecewise_linear_continuous &&
-        k + 1 < grid_.intervals(j)) {
-      instance.continuity_row = new_rows(
-          sizes.nu, fmt::format("phase '{}', continuity at node {}, input", phase.name, k + 1));
-      for (int i = 0; i < sizes.nu; ++i) {
-        add_linear(instance.continuity_row + i, layout_.input(j, k) + sizes.nu + i, 1.0);
-        add_linear(instance.continuity_row + i, layout_.input(j, k + 1) + i, -1.0);
-      }
-    }
+    join_inputs(j, k, instance);
     intervals_.push_back(instance);
+  }
+}
+
+// Continuous inputs: the end of one ramp is the start of the next. Held ones: the same constant, or
+// also the same slope.
+void ShootingProgram::join_inputs(int j, int k, IntervalInstance& instance) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  const int nu = phase.sizes.nu;
+  const bool is_linear = phase.input_shape() == InputShape::linear;
+  const bool holds = grid_.has_held_inputs(j);
+  const bool is_continuous =
+      phase.input_parametrisation == InputParametrisation::piecewise_linear_continuous;
+  if ((!holds && !is_continuous) || k + 1 >= grid_.intervals(j)) return;
+  instance.continuity_row =
+      new_rows(nu, fmt::format("phase '{}', continuity at node {}, input", phase.name, k + 1));
+  const int far_end = is_linear ? nu : 0;
+  for (int i = 0; i < nu; ++i) {
+    add_linear(instance.continuity_row + i, layout_.input(j, k) + far_end + i, 1.0);
+    add_linear(instance.continuity_row + i, layout_.input(j, k + 1) + i, -1.0);
+  }
+  if (!holds || !is_linear) return;
+  instance.slope_row =
+      new_rows(nu, fmt::format("phase '{}', slope at node {}, input", phase.name, k + 1));
+  for (int i = 0; i < nu; ++i) {  // with the continuity: c1 - c0 of both
+    add_linear(instance.slope_row + i, layout_.input(j, k) + i, 1.0);
+    add_linear(instance.slope_row + i, layout_.input(j, k + 1) + i, -2.0);
+    add_linear(instance.slope_row + i, layout_.input(j, k + 1) + nu + i, 1.0);
   }
 }
 

@@ -50,7 +50,8 @@ struct ChangeInstance {
 struct IntervalInstance {
   int phase = 0, interval = 0;
   int first_row = 0;        ///< of the defect
-  int continuity_row = -1;  ///< of continuous inputs, -1: none
+  int continuity_row = -1;  ///< of continuous and of held inputs, -1: none
+  int slope_row = -1;       ///< of held ramps, -1: none
 };
 
 }  // namespace saltus::shooting

@@ -22,7 +22,7 @@ namespace saltus {
 /// and weights for new data; it changes neither sizes nor patterns.
 class ShootingProgram final : public BlockProgram {
  public:
-  ShootingProgram(OptimalControlProblem problem, const std::vector<int>& base_intervals,
+  ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
                   const IntegratorChoice& integrator);
   StageStructure stages() const override;
 
@@ -79,6 +79,7 @@ class ShootingProgram final : public BlockProgram {
   void build_start();
   void build_phase(int j, const IntegratorChoice& choice);
   void build_intervals(int j, const Function& flow, int nq);
+  void join_inputs(int j, int k, shooting::IntervalInstance& instance);
   void build_running(int j, int t, bool integrated);
   void build_changes(int j);
   int build_jump(const Jump& jump, int ends, int begins);  // first row

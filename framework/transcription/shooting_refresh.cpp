@@ -158,12 +158,21 @@ void ShootingProgram::propose_state_bounds(int j, bool given_start) {
 void ShootingProgram::refresh_continuity() {
   for (const IntervalInstance& instance : intervals_) {
     if (instance.continuity_row < 0) continue;
-    const bool joined = !grid_.is_event(instance.phase, instance.interval + 1) &&
-                        !grid_.interval(instance.phase, instance.interval).is_empty() &&
-                        !grid_.interval(instance.phase, instance.interval + 1).is_empty();
-    const double gap = joined ? 0.0 : infinity;
-    for (int i = 0; i < problem_.phases()[instance.phase].sizes.nu; ++i)
+    const int j = instance.phase, node = instance.interval + 1;
+    const GridInterval &before = grid_.interval(j, node - 1), &after = grid_.interval(j, node);
+    const bool meet = !grid_.is_event(j, node) && !before.is_empty() && !after.is_empty();
+    const bool is_held = meet && grid_.holds_input(j, node);
+    const PhaseDefinition& phase = problem_.phases()[j];
+    const bool is_joined =
+        is_held ||
+        (meet && phase.input_parametrisation == InputParametrisation::piecewise_linear_continuous);
+    const double T = grid_.reference_duration(j);
+    const bool goes_on = is_held && std::abs(before.length(T) - after.length(T)) <= same_instant;
+    const double gap = is_joined ? 0.0 : infinity, bend = goes_on ? 0.0 : infinity;
+    for (int i = 0; i < phase.sizes.nu; ++i) {
       bound_row(instance.continuity_row + i, -gap, gap);
+      if (instance.slope_row >= 0) bound_row(instance.slope_row + i, -bend, bend);
+    }
   }
 }
 

@@ -124,7 +124,7 @@ Solution MultipleShooting::interpret(NlpResult result) {
   solution.iterations = result.iterations;
   solution.seconds = result.seconds;
   solution.method = fmt::format(
-      "{}, {}, {} Hessian", integrator_name_,
+      "{}, {}, {} Hessian", options_.integrator->name(),
       problem().cost_rule() == CostRule::nodes ? "costs summed at the nodes" : "costs integrated",
       result.hessian);
   const VectorXd& w = result.point.w;

@@ -1,9 +1,13 @@
 // Where every variable and row of a shooting program stands.
 #include "saltus/transcription/shooting_stages.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <map>
 #include <numeric>
+
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 
@@ -60,6 +64,12 @@ StageStructure stage_structure(const ShootingProgram& program) {
     const int nu = phases[instance.phase].sizes.nu,
               stage = first_stage[instance.phase] + instance.interval;
     structure.stages[stage].dynamics = range(instance.first_row, phases[instance.phase].sizes.nx);
+    if (instance.slope_row >= 0)
+      throw DefinitionError(
+          fmt::format("phase '{}': ramps that its mesh holds join more than neighbouring stages; "
+                      "take the sparse "
+                      "solver or Ipopt, or constant inputs",
+                      phases[instance.phase].name));
     if (instance.continuity_row >= 0 && nu > 0)
       structure.stages[stage + 1].groups.push_back(range(instance.continuity_row, nu));
   }

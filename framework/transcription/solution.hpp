@@ -7,6 +7,7 @@
 
 #include "saltus/model/crossing.hpp"
 #include "saltus/solver/solver.hpp"
+#include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/trajectory.hpp"
 
 namespace saltus {
@@ -23,6 +24,10 @@ struct PathViolation {
   std::string phase, term;
   double amount = 0.0;  ///< in the term's own units
   double time = 0.0;    ///< s, where it is largest
+  /// What changes the term much, in its units: its range over the plan or, where that is more, what
+  /// nominal changes of state and input do to it there.
+  double scale = 1.0;
+  double relative() const { return amount / scale; }
 };
 
 /// How the guard that ends a phase passed zero there.
@@ -60,6 +65,9 @@ struct Solution {
   /// The largest violation of a hard path constraint between the nodes, where the program does not
   /// look (amount 0: none). Measured by solve(), not in control loops: then it is empty.
   std::optional<PathViolation> between_nodes;
+  /// How far the integration is from the differential equation; not estimated in control loops, nor
+  /// where the integrator offers nothing finer (exact ones have no need).
+  std::optional<IntegrationError> integration;
   KktResidual kkt;  ///< recomputed from the program
   int iterations = 0;
   double seconds = 0.0;  ///< wall clock of the solver

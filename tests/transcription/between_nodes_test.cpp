@@ -116,10 +116,10 @@ TEST(Refinement, SaysWhatWasReached) {
   EXPECT_LE(r.solution.between_nodes->amount, 1e-6);
   EXPECT_NEAR(r.solution.cost, 4.0, 1e-6);
   const RefinedSolution limited = solve_refined(bryson_denham(phase), intervals(10), ipopt(),
-                                                {.tolerance = 1e-9, .most_intervals = 45});
+                                                {.tolerance = 1e-11, .most_intervals = 25});
   EXPECT_FALSE(limited.reached);
-  EXPECT_EQ(limited.intervals.front(), 40);
-  EXPECT_NE(limited.message.find("45 intervals"), std::string::npos) << limited.message;
+  EXPECT_LE(limited.intervals.front(), 25);
+  EXPECT_NE(limited.message.find("25 intervals"), std::string::npos) << limited.message;
   EXPECT_NE(limited.message.find("'ceiling' of phase 'block'"), std::string::npos)
       << limited.message;
 }
@@ -132,8 +132,8 @@ TEST(Refinement, OnlyWhereItIsNeeded) {
   OptimalControlProblem ocp = bryson_denham(phase);
   const RefinedSolution r = solve_refined(ocp.then(after), intervals(5), ipopt());
   EXPECT_TRUE(r.reached) << r.message;
-  EXPECT_NEAR(r.solution.cost, 2.24, 1e-8);  // with a node at the top the ramps are exact
-  EXPECT_EQ(r.intervals, (std::vector<int>{20, 5}));
+  EXPECT_NEAR(r.solution.cost, 2.24, 1e-8);          // with a node at the top the ramps are exact
+  EXPECT_EQ(r.intervals, (std::vector<int>{8, 5}));  // the third interval in four
 }
 
 TEST(Refinement, OfWhatCannotBeSolvedSaysSo) {

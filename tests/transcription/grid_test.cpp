@@ -31,7 +31,7 @@ TEST(Grid, LawsHoldWhereverTheEventsFall) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> anywhere(-0.3, 2.0);
   std::uniform_int_distribution<int> kind(0, 3);
-  Grid grid(three_events({0.1, 0.2, 0.3}), {15});
+  Grid grid(three_events({0.1, 0.2, 0.3}), {Mesh{.intervals = 15}});
   const int size = grid.intervals(0);
   EXPECT_EQ(size, 15 + 4);
   for (int trial = 0; trial < 2000; ++trial) {
@@ -88,7 +88,7 @@ TEST(Grid, WindowLimitsAtBaseNodesNeedNoSlots) {
       .minimise("late", one, Window{.from = 0.55});
   OptimalControlProblem ocp("grid");
   ocp.start_at({0}).then(phase);
-  const Grid grid(ocp, {10});
+  const Grid grid(ocp, {Mesh{.intervals = 10}});
   EXPECT_EQ(grid.intervals(0), 11);  // 0.55 only
   EXPECT_TRUE(grid.is_event(0, 2));
   EXPECT_FALSE(grid.is_event(0, 3));
@@ -99,7 +99,7 @@ TEST(Grid, OfAFreePhaseKeepsItsNodesAtTheWindowLimitsForEveryDuration) {
   phase.bound_input(0, exactly(0.0), Window{.from = 0.1, .to = 0.4}).guess_duration(1.0);
   OptimalControlProblem ocp("grid");
   ocp.start_at({0}).then(phase);
-  const Grid grid(ocp, {10});
+  const Grid grid(ocp, {Mesh{.intervals = 10}});
   ASSERT_EQ(grid.intervals(0), 10);
   for (const double T : {0.5, 1.0, 3.3}) {
     double covered = 0.0;

@@ -1,0 +1,70 @@
+#include "saltus/transcription/mesh.hpp"
+
+#include <fmt/format.h>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+
+double Mesh::fraction(int node) const {
+  return nodes.empty() ? static_cast<double>(node) / intervals : nodes[node];
+}
+
+std::vector<Mesh::InputInterval> Mesh::input_intervals() const {
+  std::vector<InputInterval> result;
+  for (int k = 0; k < intervals; ++k)
+    if (k > 0 && holds_input(k))
+      ++result.back().count;
+    else
+      result.push_back({k, 1});
+  return result;
+}
+
+Mesh Mesh::divided(const std::vector<Cut>& cuts) const {
+  Mesh result{0, {}, {}};
+  bool holds_any = false;
+  const std::vector<InputInterval> parts = input_intervals();
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const double begin = fraction(parts[i].first);
+    const double length = fraction(parts[i].first + parts[i].count) - begin;
+    for (int k = 0; k < cuts[i].pieces; ++k) {
+      result.nodes.push_back(begin + length * k / cuts[i].pieces);
+      result.holds.push_back(k > 0 && cuts[i].holds ? 1 : 0);
+      holds_any = holds_any || result.holds.back() != 0;
+    }
+  }
+  result.nodes.push_back(1.0);
+  result.holds.push_back(0);
+  if (!holds_any) result.holds.clear();
+  result.intervals = static_cast<int>(result.nodes.size()) - 1;
+  return result;
+}
+
+void Mesh::check(const std::string& phase) const {
+  if (intervals < 1)
+    throw DefinitionError(
+        fmt::format("phase '{}': it has {} intervals, expected at least 1", phase, intervals));
+  const auto expected = static_cast<std::size_t>(intervals) + 1;
+  if (!holds.empty() && holds.size() != expected)
+    throw DefinitionError(
+        fmt::format("phase '{}': its mesh says of {} nodes whether they hold the "
+                    "input, but it has {}",
+                    phase, holds.size(), expected));
+  if (nodes.empty()) return;
+  if (nodes.size() != expected)
+    throw DefinitionError(
+        fmt::format("phase '{}': its mesh has {} nodes for {} intervals, expected {}", phase,
+                    nodes.size(), intervals, expected));
+  if (nodes.front() != 0.0 || nodes.back() != 1.0)
+    throw DefinitionError(
+        fmt::format("phase '{}': the nodes of its mesh go from {} to {}, expected from 0 to 1",
+                    phase, nodes.front(), nodes.back()));
+  for (int k = 0; k < intervals; ++k)
+    if (!(nodes[k + 1] > nodes[k]))
+      throw DefinitionError(
+          fmt::format("phase '{}': node {} of its mesh stands at {} and node {} at {}, expected "
+                      "rising fractions",
+                      phase, k, nodes[k], k + 1, nodes[k + 1]));
+}
+
+}  // namespace saltus

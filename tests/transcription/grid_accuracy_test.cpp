@@ -1,0 +1,150 @@
+// What a program does not know of its own solution: constraints thinner than an interval, and the
+// error of the integration. Status and message say it, and refinement mends it.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/transcription/between_nodes.hpp"
+#include "saltus/transcription/replay.hpp"
+
+namespace saltus {
+namespace {
+
+SolverFactory ipopt() {
+  return [](const MultipleShooting&) { return make_ipopt({.tolerance = 1e-9}); };
+}
+
+// ---- the Alp rider: four peaks, of which the last is 1 s wide
+// ----------------------------------------
+
+struct Rider {
+  template <class S>
+  Vec<S, 4> operator()(const S&, const Vec<S, 4>& x, const Vec<S, 2>& u) const {
+    return {-10.0 * x[0] + u[0] + u[1], -2.0 * x[1] + u[0] + 2.0 * u[1],
+            -3.0 * x[2] + 5.0 * x[3] + u[0] - u[1], 5.0 * x[2] - 3.0 * x[3] + u[0] + 3.0 * u[1]};
+  }
+};
+// |x|^2 must be above the terrain.
+const auto height_above = [](auto t, auto x) {
+  using std::exp;
+  const auto peak = [&](double a, double b) { return exp(-b * (t - a) * (t - a)); };
+  return x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3] - 3.0 * peak(3, 12) -
+         3.0 * peak(6, 10) - 3.0 * peak(10, 6) - 8.0 * peak(15, 4);
+};
+
+OptimalControlProblem alp_rider() {
+  Phase<4, 2> phase{"ride", Rider{}, exactly(20.0)};
+  phase.minimise("effort", [](auto, auto x, auto u) {
+    return 100.0 * (x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]) +
+           0.01 * (u[0] * u[0] + u[1] * u[1]);
+  });
+  phase.keep("above the terrain", height_above, at_least(0.01));
+  for (int i = 0; i < 4; ++i)
+    phase.reach(
+        "end " + std::to_string(i), [i](auto, auto x) { return x[i]; },
+        exactly(std::array{2.0, 3.0, 1.0, -2.0}[i]));
+  OptimalControlProblem ocp("Alp rider");
+  ocp.start_at({2, 1, 2, 1}).then(phase).costs(CostRule::integrated);
+  return ocp;
+}
+
+TEST(ThinConstraint, PassedBetweenTwoNodesIsNoOptimum) {
+  MultipleShooting shooting(alp_rider(),
+                            {.intervals_per_phase = 100, .integrator = runge_kutta4({.steps = 4})});
+  const Solution s = solve(shooting, *make_ipopt());
+  EXPECT_LT(s.cost, 1900.0);  // 2031 is right
+  EXPECT_FALSE(s.ok());
+  EXPECT_EQ(s.status, SolveStatus::coarse_grid);
+  EXPECT_GT(s.between_nodes->amount, 1.0);
+  EXPECT_NE(s.message.find("'above the terrain' of phase 'ride'"), std::string::npos) << s.message;
+  EXPECT_NE(s.message.find("solve_refined"), std::string::npos) << s.message;
+}
+
+// Refined freely the plan would pass the next finer interval; with held inputs nothing is passed,
+// and the optimum is that of 100 intervals (2460; with 200 it is 2178, with 400 2085).
+TEST(ThinConstraint, RefinementStopsTunnelling) {
+  const RefinedSolution r = solve_refined(
+      alp_rider(), {.intervals_per_phase = 100, .integrator = runge_kutta4({.steps = 4})}, ipopt(),
+      {.tolerance = 1e-2, .integration = 0.1});
+  EXPECT_TRUE(r.reached) << r.message;
+  EXPECT_TRUE(r.solution.ok()) << r.solution.message;
+  EXPECT_LE(r.solution.between_nodes->amount, 1e-2);
+  EXPECT_NEAR(r.solution.cost, 2460.0, 10.0) << r.message;
+  EXPECT_EQ(r.shooting.options().meshes[0].input_intervals().size(), 100u);
+}
+
+// ---- integration
+// ---------------------------------------------------------------------------------
+
+struct Pendulum {  // x = (angle rad, rate rad/s), u = torque per inertia
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    using std::sin;
+    return {x[1], -9.81 * sin(x[0]) + u[0]};
+  }
+};
+
+OptimalControlProblem pendulum() {
+  Phase<2, 1> phase{"swing", Pendulum{}, exactly(4.0)};
+  phase.bound_input(0, between(-6.0, 6.0))
+      .minimise("effort", [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; })
+      .reach(
+          "up", [](auto, auto x) { return x[0]; }, exactly(3.14159265358979))
+      .reach(
+          "at rest", [](auto, auto x) { return x[1]; }, exactly(0.0));
+  OptimalControlProblem ocp("pendulum");
+  ocp.start_at({0, 0}).then(phase).costs(CostRule::integrated);
+  return ocp;
+}
+
+TEST(IntegrationErrorOf, AGridThatIsTooCoarseIsSaid) {
+  MultipleShooting shooting(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()});
+  const Solution s = solve(shooting, *make_ipopt());
+  ASSERT_TRUE(s.ok()) << s.message;
+  ASSERT_TRUE(s.integration.has_value());
+  EXPECT_GT(s.integration->states, 1e-3);
+  EXPECT_NE(s.message.find("is off by"), std::string::npos) << s.message;
+  // The truth, interval by interval, is near the estimate.
+  const ReplayReport truth = replay(shooting.problem(), s.trajectory, cvodes({.tolerance = 1e-12}));
+  const double worst =
+      *std::max_element(s.integration->intervals.begin(), s.integration->intervals.end());
+  EXPECT_GT(worst, 0.8 * truth.from_nodes);
+  EXPECT_LT(worst, 1.2 * truth.from_nodes);
+}
+
+TEST(IntegrationErrorOf, AFineGridIsSmallAndOfAnExactSchemeThereIsNone) {
+  MultipleShooting fine(pendulum(),
+                        {.intervals_per_phase = 80, .integrator = runge_kutta4({.steps = 4})});
+  const Solution s = solve(fine, *make_ipopt());
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_LT(s.integration->states, 1e-6);
+  EXPECT_EQ(s.message.find("is off by"), std::string::npos) << s.message;
+  MultipleShooting adaptive(pendulum(),
+                            {.intervals_per_phase = 20, .integrator = cvodes({.tolerance = 1e-7})});
+  const Solution a = solve(adaptive, *make_ipopt());
+  ASSERT_TRUE(a.ok()) << a.message;
+  EXPECT_LT(a.integration->states, 1e-4);
+  EXPECT_GT(a.integration->states, 1e-12);
+  EXPECT_EQ(zero_order_hold()->refined(), nullptr);
+}
+
+TEST(IntegrationErrorOf, RefinementActsOnIt) {
+  const RefinedSolution r =
+      solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, ipopt(),
+                    {.integration = 1e-4});
+  EXPECT_TRUE(r.reached) << r.message;
+  EXPECT_LE(r.solution.integration->states, 1e-4);
+  EXPECT_GT(r.intervals.front(), 8);
+  const RefinedSolution limited =
+      solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, ipopt(),
+                    {.integration = 1e-4, .rounds = 1});
+  EXPECT_FALSE(limited.reached);
+  EXPECT_NE(limited.message.find("integration is off by"), std::string::npos) << limited.message;
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,147 @@
+// Meshes of unequal intervals, and nodes through which an input is held.
+#include "saltus/transcription/mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+
+namespace saltus {
+namespace {
+
+struct Cart {  // x = (position m, speed m/s), u = acceleration m/s^2
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+const auto position = [](const auto&, const auto& x) { return x[0]; };
+const auto speed = [](const auto&, const auto& x) { return x[1]; };
+const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+
+OptimalControlProblem cart(Bounds duration, Window window = {},
+                           InputParametrisation inputs = InputParametrisation::piecewise_constant) {
+  Phase<2, 1> phase{"cart", Cart{}, duration};
+  phase.inputs(inputs)
+      .minimise("effort", effort)
+      .minimise_at_end("time", [](auto t, const auto&) { return 0.1 * t; })
+      .keep("speed limit", speed, at_most(20.0), window)
+      .reach("there", position, exactly(1.0))
+      .reach("at rest", speed, exactly(0.0));
+  phase.guess_duration(1.0);
+  OptimalControlProblem ocp("cart");
+  ocp.start_at({0, 0}).then(phase).costs(CostRule::integrated);
+  return ocp;
+}
+ShootingOptions on(std::vector<Mesh> meshes) {
+  return {.meshes = std::move(meshes), .integrator = runge_kutta4()};
+}
+
+TEST(Mesh, DividedKeepsItsNodesAndHoldsWhereAsked) {
+  const Mesh mesh{.intervals = 3};
+  const Mesh finer = mesh.divided({{}, {.pieces = 2}, {}});
+  EXPECT_EQ(finer.intervals, 4);
+  EXPECT_EQ(finer.nodes,
+            (std::vector<double>{0.0, 1.0 / 3, 1.0 / 3 + (2.0 / 3 - 1.0 / 3) / 2, 2.0 / 3, 1.0}));
+  EXPECT_TRUE(finer.holds.empty());
+  const Mesh held = mesh.divided({{}, {2, true}, {}});
+  EXPECT_EQ(held.holds, (std::vector<char>{0, 0, 1, 0, 0}));
+  ASSERT_EQ(held.input_intervals().size(), 3u);
+  EXPECT_EQ(held.input_intervals()[1].count, 2);
+  const Mesh again = held.divided({{.pieces = 2}, {4, true}, {}});  // the second one in four in all
+  EXPECT_EQ(again.holds, (std::vector<char>{0, 0, 0, 1, 1, 1, 0, 0}));
+  EXPECT_DOUBLE_EQ(again.nodes[3], 1.0 / 3 + 1.0 / 12);
+}
+
+TEST(Mesh, NodesStandWhereItSaysAndEventsComeOnTop) {
+  const Mesh mesh{4, {0.0, 0.1, 0.2, 0.6, 1.0}, {}};
+  MultipleShooting shooting(cart(exactly(2.0), {.from = 0.5, .to = 1.2}), on({mesh}));
+  const Grid& grid = shooting.grid();
+  ASSERT_EQ(grid.intervals(0), 5);  // 1.2 s is a node already
+  const double expected[] = {0.0, 0.2, 0.4, 0.5, 1.2, 2.0};
+  for (int i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(grid.node_offset(0, i), expected[i]) << i;
+  EXPECT_TRUE(grid.is_event(0, 3));
+  EXPECT_TRUE(grid.is_event(0, 4));
+  EXPECT_FALSE(grid.is_event(0, 2));
+}
+
+TEST(Mesh, OfFreeDurationStretches) {
+  const Mesh mesh{4, {0.0, 0.1, 0.2, 0.6, 1.0}, {}};
+  MultipleShooting shooting(cart(between(0.5, 4.0)), on({mesh}));
+  const Solution s = solve(shooting, *make_ipopt());
+  ASSERT_TRUE(s.ok()) << s.message;
+  ASSERT_EQ(s.trajectory.pieces().size(), 4u);
+  const double T = s.durations[0];
+  EXPECT_GT(T, 1.5);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(s.trajectory.pieces()[k].start, mesh.nodes[k] * T, 1e-12 * T);
+  EXPECT_THROW(MultipleShooting(cart(between(0.5, 4.0), {.from = 0.1}), on({mesh})),
+               DefinitionError);
+}
+
+// Held inputs have no more freedom: the same optimum as on the mesh below, by every solver.
+TEST(Mesh, HeldInputsAreThoseOfTheMeshBelow) {
+  const Mesh coarse{.intervals = 5};
+  MultipleShooting below(cart(exactly(1.0)), on({coarse}));
+  const Solution expected = solve(below, *make_ipopt({.tolerance = 1e-11}));
+  ASSERT_TRUE(expected.ok()) << expected.message;
+  const Mesh held = coarse.divided({{}, {3, true}, {}, {2, true}, {}});
+  MultipleShooting shooting(cart(exactly(1.0)), on({held}));
+  for (const QpMethod& qp : {sparse_qp(), riccati_qp()}) {
+    const Solution s = solve(shooting, *make_sqp({.tolerance = 1e-10, .qp = qp}));
+    ASSERT_TRUE(s.ok()) << s.message;
+    EXPECT_NEAR(s.cost, expected.cost, 1e-8 * expected.cost);
+    ASSERT_EQ(s.trajectory.pieces().size(), 8u);
+    for (const TrajectoryPiece& p : s.trajectory.pieces())
+      EXPECT_NEAR(p.coefficients[0], expected.trajectory.input(p.start + 0.5 * p.length)[0], 1e-7);
+  }
+  // Without being held they are freer.
+  MultipleShooting freer(cart(exactly(1.0)), on({coarse.divided({{}, {3}, {}, {2}, {}})}));
+  EXPECT_LT(solve(freer, *make_ipopt()).cost, expected.cost * (1.0 - 1e-4));
+}
+
+TEST(Mesh, HeldRampsGoOn) {
+  OptimalControlProblem ramps = cart(exactly(1.0), {}, InputParametrisation::piecewise_linear);
+  const Mesh coarse{.intervals = 4};
+  MultipleShooting below(ramps, on({coarse}));
+  const Solution expected = solve(below, *make_ipopt({.tolerance = 1e-11}));
+  ASSERT_TRUE(expected.ok()) << expected.message;
+  MultipleShooting shooting(ramps, on({coarse.divided({{}, {3, true}, {2, true}, {}})}));
+  const Solution s = solve(shooting, *make_sqp({.tolerance = 1e-10}));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.cost, expected.cost, 1e-8 * expected.cost);
+  EXPECT_THROW(shooting.stages(), DefinitionError);
+}
+
+TEST(Mesh, AnEventEndsWhatIsHeld) {
+  const Mesh held = Mesh{.intervals = 2}.divided({{2, true}, {2, true}});
+  OptimalControlProblem ocp = cart(exactly(1.0), {.from = 0.25});
+  MultipleShooting shooting(ocp, on({held}));
+  EXPECT_FALSE(shooting.grid().holds_input(0, 1));  // the event stands on this node
+  EXPECT_TRUE(shooting.grid().holds_input(0, 3));
+}
+
+TEST(Mesh, ThatIsNoneIsRefused) {
+  const auto refusal = [](const Mesh& mesh) -> std::string {
+    try {
+      MultipleShooting(cart(exactly(1.0)), on({mesh}));
+    } catch (const DefinitionError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_NE(refusal({.intervals = 0}).find("phase 'cart': it has 0 intervals"), std::string::npos);
+  EXPECT_NE(refusal({2, {0.0, 1.0}, {}}).find("2 nodes for 2 intervals, expected 3"),
+            std::string::npos);
+  EXPECT_NE(refusal({2, {0.0, 0.5, 0.9}, {}}).find("expected from 0 to 1"), std::string::npos);
+  EXPECT_NE(refusal({3, {0.0, 0.5, 0.5, 1.0}, {}}).find("expected rising fractions"),
+            std::string::npos);
+  EXPECT_NE(refusal({2, {}, {0, 1}}).find("of 2 nodes"), std::string::npos);
+  EXPECT_THROW(MultipleShooting(cart(exactly(1.0)), on({Mesh{}, Mesh{}})), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
