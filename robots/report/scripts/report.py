@@ -95,7 +95,7 @@ body { font: 16px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 62em;
 .good { background: #2e7d32; } .bad { background: #b3261e; }
 table { border-collapse: collapse; } td, th { padding: .15em .9em .15em 0; text-align: left; }
 .groups { columns: 2 27em; column-gap: 2.5em; } section { break-inside: avoid; }
-h3 { margin: .9em 0 .2em; } section table { width: 100%; }
+h3 { margin: 0 0 .2em; padding-top: .9em; } section table { width: 100%; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 figure { display: inline-block; margin: 0 .8em 1em 0; width: 29em; max-width: 100%; }
 img { width: 100%; } figcaption { color: #555; } code { font-size: .95em; }
