@@ -11,7 +11,8 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME saltus)
 set(CPACK_PACKAGE_VENDOR "Saltus")
-set(CPACK_PACKAGE_CONTACT "The Saltus authors <saltus@localhost>" CACHE STRING "Maintainer of the packages")
+# The project has no address of its own; who gives packages to others puts theirs here.
+set(CPACK_PACKAGE_CONTACT "The Saltus developers" CACHE STRING "Maintainer of the packages: NAME <ADDRESS>")
 set(CPACK_PACKAGING_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -24,12 +25,16 @@ set(version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 
 # What dpkg wants to find of every package in share/doc.
 set(changelog ${PROJECT_BINARY_DIR}/changelog.Debian)
+set(signature ${CPACK_PACKAGE_CONTACT})
+if(NOT signature MATCHES "<")
+  string(APPEND signature " <>")
+endif()
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC) # of SOURCE_DATE_EPOCH if that is set
 file(WRITE ${changelog} "saltus (${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}) unstable; urgency=medium
 
   * What changed is in CHANGELOG.md of the project.
 
- -- ${CPACK_PACKAGE_CONTACT}  ${date}
+ -- ${signature}  ${date}
 ")
 execute_process(COMMAND gzip -9nf ${changelog})
 file(READ ${PROJECT_SOURCE_DIR}/LICENSE license)
@@ -51,35 +56,36 @@ function(saltus_package component name summary text)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${component} PARENT_SCOPE)
 endfunction()
 
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "") # each package has its own
 set(about "Saltus plans through the events of hybrid systems: problems written once as
- formulas, exact derivatives and sparsity, solvers fast enough for control.")
+formulas, exact derivatives and sparsity, solvers fast enough for control.")
 set(CPACK_COMPONENTS_ALL)
 saltus_package(core libsaltus-dev "hybrid model predictive control: headers and libraries" "${about}
- This package holds the core: formulas, problems, transcription, solvers."
+This package holds the core: formulas, problems, transcription, solvers."
   DEPENDS libeigen3-dev libfmt-dev libsuitesparse-dev)
 if(SALTUS_HAS_sundials)
   saltus_package(sundials libsaltus-sundials-dev "hybrid model predictive control: integrators of SUNDIALS"
-    "${about}\n This package holds the adaptive integrators CVODES and ARKODE."
+    "${about}\nThis package holds the adaptive integrators CVODES and ARKODE."
     DEPENDS "libsaltus-dev ${version}" libsundials-dev)
 endif()
 if(SALTUS_HAS_ipopt)
   saltus_package(ipopt libsaltus-ipopt-dev "hybrid model predictive control: Ipopt as a solver"
-    "${about}\n This package holds the interface to Ipopt."
+    "${about}\nThis package holds the interface to Ipopt."
     DEPENDS "libsaltus-dev ${version}" coinor-libipopt-dev)
 endif()
 if(SALTUS_HAS_app)
   saltus_package(app libsaltus-app-dev "hybrid model predictive control: parts of programs"
-    "${about}\n This package holds what programs need: settings, command lines, tables."
+    "${about}\nThis package holds what programs need: settings, command lines, tables."
     DEPENDS "libsaltus-dev ${version}" nlohmann-json3-dev libyaml-cpp-dev)
 endif()
 if(SALTUS_HAS_robots)
   saltus_package(robots libsaltus-robots-dev "hybrid model predictive control: legged robots"
-    "${about}\n This package holds models, contacts and controllers of legged robots."
+    "${about}\nThis package holds models, contacts and controllers of legged robots."
     DEPENDS "libsaltus-dev ${version}" "libsaltus-app-dev ${version}" liburdfdom-dev libconsole-bridge-dev)
 endif()
 if(SALTUS_HAS_dart)
   saltus_package(dart-runtime libsaltus-dart${SALTUS_SOVERSION} "hybrid model predictive control: plant in DART"
-    "${about}\n This package holds the shared library that simulates a robot in DART.")
+    "${about}\nThis package holds the shared library that simulates a robot in DART.")
   set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_SECTION libs)
   set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
@@ -87,17 +93,17 @@ if(SALTUS_HAS_dart)
   file(WRITE ${PROJECT_BINARY_DIR}/triggers "activate-noawait ldconfig\n")
   set(CPACK_DEBIAN_DART-RUNTIME_PACKAGE_CONTROL_EXTRA ${PROJECT_BINARY_DIR}/triggers)
   saltus_package(dart libsaltus-dart-dev "hybrid model predictive control: plant in DART, headers"
-    "${about}\n This package is for programs that simulate a robot in DART."
+    "${about}\nThis package is for programs that simulate a robot in DART."
     DEPENDS "libsaltus-robots-dev ${version}" "libsaltus-dart${SALTUS_SOVERSION} ${version}")
 endif()
 if(SALTUS_HAS_mujoco)
   saltus_package(mujoco libsaltus-mujoco-dev "hybrid model predictive control: plant in MuJoCo"
-    "${about}\n This package is for programs that simulate a robot in MuJoCo."
+    "${about}\nThis package is for programs that simulate a robot in MuJoCo."
     DEPENDS "libsaltus-robots-dev ${version}" libmujoco-dev)
 endif()
 if(SALTUS_BUILD_PROGRAM)
   saltus_package(program saltus "hybrid model predictive control: program and examples"
-    "${about}\n This package holds the program that runs and draws the project's problems."
+    "${about}\nThis package holds the program that runs and draws the project's problems."
     DEPENDS "libsaltus-dart${SALTUS_SOVERSION} ${version}" python3)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
   set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
