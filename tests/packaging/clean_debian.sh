@@ -1,87 +1,238 @@
 #!/usr/bin/env bash
-# In a clean file system of a Debian release: builds the packages there (or takes given ones), installs
-# them with apt, and configures, builds and runs a project outside, in the order in which docs say.
+# In clean file systems of a Debian release, the steps of docs/install.md in their order: get Saltus, as
+# packages or below a prefix, then configure, build and run a project outside; the program, too. What to
+# install beforehand is read from the tables and lines of that page, so that it is the page that is tried.
 #
 # Usage, as root:
-#   clean_debian.sh RELEASE FOLDER [--components core,ipopt] [--packages FOLDER_OF_DEBS] [--mirror URL]
-#                                  [--launcher COMMAND]
-# RELEASE is bookworm or trixie, FOLDER becomes the file system (about 1.5 GB, kept: a second run is
-# faster). The mirror is the one of this machine's apt if none is named. Needs debootstrap.
+#   clean_debian.sh RELEASE FOLDER [--components core,ipopt | all] [--packages FOLDER_OF_DEBS | --sources]
+#                                  [--mirror URL] [--launcher ccache] [--icub-urdf FILE]
+# RELEASE is bookworm or trixie. FOLDER gets the file system as debootstrap makes it, `clean`, and copies:
+# `build`, where the packages are built unless some are given, and `user`, made anew by every run, which
+# never sees what a build needs. With --sources the user builds and installs below a prefix instead, where
+# nothing but the components' own -dev packages is installed. A launcher of that name is installed where
+# compilers run and keeps its cache in FOLDER. The model of iCub is fetched as the program does it, or is
+# taken from the folder of the given URDF. The mirror is the one of this machine's apt if none is named.
+# All components take 6 GB. JOBS compilers run at once, one per processor if it is not set. Needs debootstrap.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source_tree=$(realpath "$here/../..")
+page=$source_tree/docs/install.md
 
-(($# >= 2)) || { sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 2; }
-release=$1 root=$2
+(($# >= 2)) || { sed -n '2,18s/^# \{0,1\}//p' "$0"; exit 2; }
+release=$1
+mkdir -p "$2"
+folder=$(realpath "$2")
 shift 2
-components=core packages= launcher=
+components=core packages= sources= launcher= icub_urdf= jobs=${JOBS:-$(nproc)}
 mirror=$(apt-cache policy | sed -nE 's|^ *[0-9]+ (https?://[^ ]+) [a-z-]+/main .*|\1|p' | grep -v security | head -n 1)
 while (($# > 0)); do
+  case $1 in
+    --sources) sources=yes; shift; continue ;;
+    --components | --packages | --mirror | --launcher | --icub-urdf) (($# > 1)) || { echo "$1 needs a value" >&2; exit 2; } ;;
+    *) echo "unknown option $1" >&2; exit 2 ;;
+  esac
   case $1 in
     --components) components=${2//,/;} ;;
     --packages) packages=$(realpath "$2") ;;
     --mirror) mirror=$2 ;;
     --launcher) launcher=$2 ;;
-    *) echo "unknown option $1" >&2; exit 2 ;;
+    --icub-urdf) icub_urdf=$(realpath "$2") ;;
   esac
   shift 2
 done
+everything="core;sundials;ipopt;app;robots;dart;mujoco"
+[[ $components != all ]] || components=$everything
 ((EUID == 0)) || { echo "root is needed to make a file system" >&2; exit 1; }
 command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt-get install debootstrap" >&2; exit 1; }
 
-step() { printf '%s: %s\n' "$release" "$*"; }
-inside() { chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
+log=$folder/log
+began=$SECONDS
+step() { printf '%s, %d s: %s\n' "$release" $((SECONDS - began)) "$*"; }
+quietly() { # shows the end of its output only if it fails
+  "$@" >"$log" 2>&1 || {
+    local status=$?
+    tail -n 60 "$log"
+    step "failed ($status): $*"
+    exit 1
+  }
+}
 
-if [[ ! -x $root/usr/bin/apt-get ]]; then
-  step "making a clean file system from $mirror"
-  debootstrap --variant=minbase "$release" "$root" "$mirror" >"$root.log" 2>&1 || { tail -n 20 "$root.log"; exit 1; }
-fi
-mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
-trap 'umount "$root/proc"' EXIT
-inside apt-get update -qq
+# ---- file systems ---------------------------------------------------------------------------------
 
-if [[ -z $packages ]]; then
-  # What the components need to be built; that users need less is what the packages say.
-  needed=(g++ cmake ninja-build pkg-config dpkg-dev file libeigen3-dev libfmt-dev libsuitesparse-dev)
-  for component in ${components//;/ }; do
-    case $component in
-      sundials) needed+=(libsundials-dev) ;;
-      ipopt) needed+=(coinor-libipopt-dev) ;;
-      app) needed+=(nlohmann-json3-dev libyaml-cpp-dev) ;;
-      robots) needed+=(nlohmann-json3-dev libyaml-cpp-dev liburdfdom-dev libconsole-bridge-dev) ;;
-      dart) needed+=(libdart-collision-bullet-dev libdart-collision-ode-dev libdart-external-ikfast-dev) ;;
-    esac
-  done
-  step "installing what the build needs: ${needed[*]}"
-  inside apt-get install -y -qq --no-install-recommends "${needed[@]}" >"$root.log" 2>&1 || { tail "$root.log"; exit 1; }
-  step "building the packages of $components with $(inside g++ --version | head -n 1)"
+mounted=()
+unmount() { ((${#mounted[@]} == 0)) || umount --lazy "${mounted[@]}"; }
+trap unmount EXIT
+
+# enter ROOT: what follows runs `inside` it.
+enter() {
+  root=$1
+  mount -t proc proc "$root/proc"
+  mounted+=("$root/proc")
+  # Only what a package says that it needs comes with it.
+  echo 'APT::Get::Assume-Yes "true"; APT::Install-Recommends "false"; Dpkg::Use-Pty "false";' >"$root/etc/apt/apt.conf.d/90clean"
+  echo force-unsafe-io >"$root/etc/dpkg/dpkg.cfg.d/fast" # nothing is lost with this file system
+  if [[ -n $launcher ]]; then
+    mkdir -p "$folder/cache" "$root/var/cache/compiler"
+    mount --bind "$folder/cache" "$root/var/cache/compiler"
+    mounted+=("$root/var/cache/compiler")
+  fi
+  quietly inside apt-get update
+}
+inside() {
+  local compiler=()
+  # Both languages, and precompiled headers from the cache too.
+  [[ -z $launcher ]] || compiler=(CMAKE_C_COMPILER_LAUNCHER="$launcher" CMAKE_CXX_COMPILER_LAUNCHER="$launcher"
+    CXXFLAGS=-fpch-preprocess CCACHE_DIR=/var/cache/compiler CCACHE_NOHASHDIR=1 CCACHE_COMPILERCHECK=content
+    CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime)
+  chroot "$root" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+    "${compiler[@]}" "$@"
+}
+inside_sh() { quietly inside sh -c "set -e; $1"; }
+fresh_copy() {
+  ! grep -q " $folder/$1/" /proc/mounts || { echo "something is mounted in $folder/$1" >&2; exit 1; }
+  rm -rf "${folder:?}/$1"
+  cp -a "$folder/clean" "$folder/$1"
+}
+put_sources() { # what git knows of, in the file system
+  rm -rf "$root/src/saltus/"{framework,integrators,robots,problems,tests,benchmarks,examples,docs,python}
   mkdir -p "$root/src/saltus"
-  (cd "$source_tree" && git ls-files -z | xargs -0 tar c) | tar x -C "$root/src/saltus"
-  inside sh -c "cd /src/saltus &&
-    cmake --preset package -D SALTUS_COMPONENTS='$components' -D SALTUS_BUILD_PROGRAM=OFF -D SALTUS_BUILD_BENCHMARKS=OFF \
-      ${launcher:+-D CMAKE_CXX_COMPILER_LAUNCHER=$launcher} &&
-    cmake --build build-package && rm -rf /src/debs && cpack -G DEB --config build-package/CPackConfig.cmake -B /src/debs" \
-    >"$root.log" 2>&1 || { tail -n 40 "$root.log"; exit 1; }
+  (cd "$source_tree" && git ls-files -z | xargs -0 tar c) | tar x -C "$root/src/saltus" --no-same-owner
+}
+
+# ---- what the page says ---------------------------------------------------------------------------
+
+# packages_of COMPONENT: those of the table, to build and to use.
+packages_of() { sed -nE "s/^\| $1 \|.*\|([^|]*)\|\$/\1/p" "$page" | grep -oE '[a-z0-9][a-z0-9.+-]*-dev' || true; }
+# line_of_page BEGINNING: the first line of a sample that begins so.
+line_of_page() { grep -m 1 -F -e "$1" "$page" | sed 's/ *#.*//'; }
+needed=$(for component in ${components//;/ }; do packages_of "$component"; done | sort -u | xargs)
+
+if [[ ! -x $folder/clean/usr/bin/apt-get ]]; then
+  step "making a clean file system from $mirror"
+  quietly debootstrap --variant=minbase "$release" "$folder/clean.new" "$mirror"
+  mv "$folder/clean.new" "$folder/clean"
+fi
+
+# ---- 1. get it ------------------------------------------------------------------------------------
+
+if [[ -z $packages && -z $sources ]]; then
+  [[ -d $folder/build ]] || fresh_copy build
+  enter "$folder/build"
+  to_build=$(line_of_page "apt-get install g++ cmake ninja-build")
+  # The page names the rest of what all components' build asks for in a line of its own.
+  [[ $components != "$everything" ]] || needed+=" $(line_of_page "apt-get install libbenchmark-dev" | sed 's/apt-get install //')"
+  step "$to_build $needed"
+  inside_sh "$to_build $needed $launcher"
+  put_sources
+  step "building the packages of $components with $(inside g++ --version | head -n 1)"
+  choice="-D SALTUS_COMPONENTS='$components'"
+  [[ $components != "$everything" ]] || choice=
+  inside_sh "cd /src/saltus && cmake --fresh --preset package $choice"
+  inside_sh "cd /src/saltus && cmake --build build-package -j $jobs"
+  step "built, $(grep -c 'warning:' "$log" || true) warnings"
+  cp "$log" "$folder/build.log"
+  inside_sh "cd /src/saltus/build-package && rm -f *.deb && cpack"
+  packages=$root/src/saltus/build-package
+fi
+
+fresh_copy user
+enter "$folder/user"
+if [[ -n $sources ]]; then
+  # The prefix: nothing of what the components do not need is there.
+  to_build=$(line_of_page "apt-get install g++ cmake make")
+  step "$to_build $needed"
+  inside_sh "$to_build $needed $launcher"
+  put_sources
+  for command in "cmake -S . -B build-mine -D SALTUS_COMPONENTS='$components' -D CMAKE_BUILD_TYPE=Release" \
+    "cmake --build build-mine -j $jobs" "cmake --install build-mine --prefix /opt/saltus"; do
+    step "$command"
+    inside_sh "cd /src/saltus && $command"
+  done
+  # What is found by default is just this.
+  inside_sh "cd /src/saltus && cmake -S . -B build-found"
+  step "by default: $(grep -o 'Saltus without [a-z]*' "$log" | sed 's/Saltus //' | xargs)"
+  rm -rf "$root/src/saltus/build-mine" "$root/src/saltus/build-found"
+  prefix="-D CMAKE_PREFIX_PATH=/opt/saltus"
 else
   mkdir -p "$root/src/debs"
   cp "$packages"/*.deb "$root/src/debs/"
+  wanted=() # the library's packages, and those that they need of ours
+  for component in ${components//;/ }; do
+    name=libsaltus-$component-dev
+    [[ $component != core ]] || name=libsaltus-dev
+    if compgen -G "$root/src/debs/${name}_*.deb" >/dev/null; then
+      wanted+=("./${name}_*.deb")
+    else
+      step "there is no package $name"
+      exit 1
+    fi
+    [[ $component != dart ]] || wanted+=("./libsaltus-dart0*.deb")
+  done
+  to_use=$(line_of_page "apt-get install g++ cmake make")
+  step "$to_use; apt-get install ${wanted[*]}"
+  inside_sh "$to_use $launcher"
+  inside_sh "cd /src/debs && apt-get install ${wanted[*]}"
+  prefix=
 fi
 
-# As docs say: install the packages, configure, build, run.
-wanted=()
-for component in ${components//;/ }; do
-  name=libsaltus-$component-dev
-  [[ $component != core ]] || name=libsaltus-dev
-  wanted+=("/src/debs/$name"_*.deb)
+# ---- 2. use it ------------------------------------------------------------------------------------
+
+# The project of the page: its CMakeLists.txt with the components at hand, and the first problem.
+mkdir -p "$root/src/car"
+sed -n '/^# CMakeLists.txt$/,/^```$/{/^```$/!p}' "$page" >"$root/src/car/CMakeLists.txt"
+[[ $components == *ipopt* ]] || sed -i 's/ core ipopt)/ core)/; s/ saltus::ipopt)/)/' "$root/src/car/CMakeLists.txt"
+cp "$source_tree/docs/first_problem.cpp" "$root/src/car/car.cpp"
+configure=$(line_of_page "cmake -S . -B build -D CMAKE_BUILD_TYPE=Release")
+for command in "$configure $prefix" "cmake --build build" build/car; do
+  step "car: $command"
+  inside_sh "cd /src/car && $command"
 done
-step "installing ${wanted[*]##*/}"
-inside sh -c "apt-get install -y -qq --no-install-recommends g++ cmake make $(printf '%s ' "${wanted[@]}")" >"$root.log" 2>&1 ||
-  { tail "$root.log"; exit 1; }
-rm -rf "$root/src/outside" "$root/src/work"
+step "$(tail -n 1 "$log")"
+
 cp -r "$here/outside" "$root/src/outside"
-for command in "cmake -S /src/outside -B /src/work -D COMPONENTS='$components'" "cmake --build /src/work" \
+for command in "cmake -S /src/outside -B /src/work -D COMPONENTS='$components' $prefix" "cmake --build /src/work -j $jobs" \
   "ctest --test-dir /src/work --output-on-failure"; do
-  step "$command"
-  inside sh -c "$command" >"$root.log" 2>&1 || { tail -n 40 "$root.log"; exit 1; }
+  step "outside: $command"
+  inside_sh "$command"
 done
-step "$(grep 'tests passed' "$root.log")"
+step "$(grep 'tests passed' "$log")"
+
+if [[ $components == *sundials* && $components == *ipopt* ]]; then
+  cp -r "$source_tree/examples" "$root/src/examples"
+  for command in "cmake -S /src/examples -B /src/examples/build -D CMAKE_BUILD_TYPE=Release $prefix" \
+    "cmake --build /src/examples/build -j $jobs" "ctest --test-dir /src/examples/build --output-on-failure"; do
+    step "examples: $command"
+    inside_sh "$command"
+  done
+  step "$(grep 'tests passed' "$log")"
+fi
+
+# ---- the program ----------------------------------------------------------------------------------
+
+compgen -G "$root/src/debs/saltus_*.deb" >/dev/null || exit 0
+step "apt-get install ./saltus_*.deb ./libsaltus-dart0*.deb"
+inside_sh "cd /src/debs && apt-get install ./saltus_*.deb ./libsaltus-dart0*.deb"
+inside_sh "saltus list"
+step "saltus list: $(wc -l <"$log") lines"
+inside_sh "mkdir /src/runs && cd /src/runs && saltus run bryson_denham --out bare && cat bare/summary.json"
+step "saltus run bryson_denham, without what is recommended: $(ls "$root/src/runs/bare" | xargs)"
+# What the package itself recommends: pictures, and what fetches the model. By default apt installs it too.
+inside_sh "apt-get install \$(dpkg-query -W -f '\${Recommends}' saltus | tr -d ,)"
+inside_sh "cd /src/runs && saltus run bryson_denham --out problem"
+step "saltus run bryson_denham: $(ls "$root/src/runs/problem" | xargs)"
+ls "$root"/src/runs/problem/*.png >/dev/null
+inside_sh "cd /src/runs && saltus run push_recovery --out centroidal"
+step "saltus run push_recovery: $(ls "$root/src/runs/centroidal" | xargs)"
+ls "$root"/src/runs/centroidal/*.png "$root/src/runs/centroidal/summary.json" >/dev/null
+environment=
+if [[ -n $icub_urdf ]]; then # .../share/iCub/robots/iCubGazeboV2_5/model.urdf, with the meshes beside it
+  mkdir -p "$root/src/share"
+  cp -r "${icub_urdf%/robots/*}" "$root/src/share/"
+  environment=SALTUS_ICUB_URDF=/src/share/iCub/robots/iCubGazeboV2_5/model.urdf
+else # over connections that this machine trusts
+  cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
+  inside_sh update-ca-certificates
+fi
+inside_sh "cd /src/runs && $environment saltus run push_recovery --plant dart --out dart"
+step "saltus run push_recovery --plant dart: $(ls "$root/src/runs/dart" | xargs); cache: $(ls "$root/root/.cache/saltus" 2>/dev/null | xargs)"
+ls "$root/src/runs/dart/report.html" >/dev/null
