@@ -12,6 +12,8 @@ const char* describe(SolveStatus status) {
       return "one step towards the optimum was taken, and whether it leads there was not checked";
     case SolveStatus::coarse_grid:
       return "an optimum on the grid was found, but between its nodes the plan is not one";
+    case SolveStatus::no_minimum:
+      return "the point is stationary but no minimum: a saddle or a maximum";
     case SolveStatus::infeasible:
       return "the constraints cannot all be met, not even near the point reached";
     case SolveStatus::unbounded:

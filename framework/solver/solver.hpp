@@ -19,6 +19,9 @@ enum class SolveStatus {
   /// An optimum of the program, but not of the problem: its grid is too coarse. Path constraints
   /// are violated between the nodes.
   coarse_grid,
+  /// The first-order conditions hold, but the cost falls from here along a direction and along its
+  /// negative: a saddle or a maximum.
+  no_minimum,
   infeasible,  ///< converged to a point where the constraints cannot be met
   unbounded,   ///< the cost falls without limit
   iteration_limit,

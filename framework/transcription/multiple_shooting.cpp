@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/solver/second_order.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/shooting_program.hpp"
@@ -148,6 +149,28 @@ void judge_grid(const MultipleShooting& shooting, Solution& solution) {
   }
 }
 
+// First-order conditions hold at saddles and maxima too; and where a solver gave up, a cost that
+// curves downward may be why.
+void judge_curvature(MultipleShooting& shooting, Solution& solution) {
+  const bool gave_up = solution.status == SolveStatus::numerical_failure ||
+                       solution.status == SolveStatus::unbounded;
+  if (!solution.ok() && !gave_up) return;
+  const SecondOrderCheck check = check_second_order(shooting.nlp(), solution.point);
+  solution.curvature_checked = check.verdict != SecondOrderCheck::Verdict::unknown;
+  if (check.verdict != SecondOrderCheck::Verdict::descent) return;
+  const std::string where = shooting.nlp().describe_variable(check.variable);
+  if (gave_up) {
+    solution.message +=
+        fmt::format("; the problem is not convex there: its cost curves downward along {}", where);
+    return;
+  }
+  solution.status = SolveStatus::no_minimum;
+  solution.message = fmt::format(
+      "{}; the cost falls when {} is moved to either side (start elsewhere, or bound what it gains "
+      "from)",
+      describe(solution.status), where);
+}
+
 }  // namespace
 
 Solution solve(MultipleShooting& shooting, Solver& solver) {
@@ -157,7 +180,9 @@ Solution solve(MultipleShooting& shooting, Solver& solver) {
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
   const bool warm = start.lambda.size() == shooting.nlp().rows();
   Solution solution = shooting.interpret(solver.solve(shooting.nlp(), start, warm));
-  if (!solution.trajectory.empty()) judge_grid(shooting, solution);
+  if (solution.trajectory.empty()) return solution;
+  judge_curvature(shooting, solution);
+  judge_grid(shooting, solution);
   return solution;
 }
 

@@ -68,6 +68,9 @@ struct Solution {
   /// How far the integration is from the differential equation; not estimated in control loops, nor
   /// where the integrator offers nothing finer (exact ones have no need).
   std::optional<IntegrationError> integration;
+  /// Whether the solution is a minimum to second order: looked at by solve() where the Hessian is
+  /// exact, not in control loops.
+  bool curvature_checked = false;
   KktResidual kkt;  ///< recomputed from the program
   int iterations = 0;
   double seconds = 0.0;  ///< wall clock of the solver
