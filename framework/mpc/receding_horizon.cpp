@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -73,6 +74,12 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   tick_.input = held_input_for(*shooting_);
 }
 
+RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
+                                                     ControllerOptions options)
+    : RecedingHorizonController(std::move(shooting), nullptr, std::move(options)) {
+  solver_ = make_real_time_iteration(shooting_->nlp());
+}
+
 void RecedingHorizonController::set_entries(std::string_view name, const VectorRef& values,
                                             std::span<const ParameterEntry> entries) {
   if (values.allFinite())
@@ -102,6 +109,21 @@ void RecedingHorizonController::set_previous_input(const VectorRef& input) {
     has_bad_data_ = true;
   else
     shooting_->set_previous_input(input);
+}
+
+void RecedingHorizonController::set_remaining(Bounds first_phase, Bounds total_time) {
+  shooting_->set_remaining(first_phase, total_time);
+  is_prepared_ = false;
+}
+
+void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
+  shooting_->start_time(t);
+  plan_.w = shooting_->guess_from(plan).w;
+  plan_.lambda.setZero(initial_.lambda.size());
+  plan_.z.setZero(initial_.z.size());
+  shift_.remember(shooting_->program(), plan_.w);
+  has_plan_ = true;
+  has_multipliers_ = is_prepared_ = false;
 }
 
 bool RecedingHorizonController::is_measured(const VectorRef& state) const {
@@ -155,7 +177,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   if (accepted) {
     std::swap(plan_, point_);
     shift_.remember(shooting_->program(), plan_.w);
-    has_plan_ = true;
+    has_plan_ = has_multipliers_ = true;
   }
   if (tick_.provenance != Provenance::fallback)
     hold(*shooting_, accepted ? plan_.w : guess_.w, now_, options_.period, tick_.input);
@@ -178,7 +200,7 @@ void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_po
   WallClock::time_point deadline = seconds_after(begin, options_.deadline);
   if (options_.miss_deadline && options_.miss_deadline(ticks_)) deadline = begin;
   point_ = guess_;
-  const TickResult r = solver_->feedback(nlp, point_, has_plan_, deadline);
+  const TickResult r = solver_->feedback(nlp, point_, has_plan_ && has_multipliers_, deadline);
   tick_.status = r.status;
   tick_.iterations = r.iterations;
   tick_.objective = r.objective;
@@ -225,6 +247,11 @@ void RecedingHorizonController::fall_back(const VectorRef& state) {
     if (d >= 0 && !std::isfinite(guess_.w[d])) guess_.w[d] = initial_.w[d];
   }
   hold(*shooting_, guess_.w, now_, options_.period, tick_.input);
+}
+
+double RecedingHorizonController::end_of_phase(int phase) const {
+  const NlpPoint& plan = is_of_this_tick(tick_.provenance) ? plan_ : guess_;
+  return shooting_->program().start_of(phase + 1, &plan.w);
 }
 
 Solution RecedingHorizonController::report() {

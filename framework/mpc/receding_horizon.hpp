@@ -75,8 +75,11 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
  public:
   RecedingHorizonController(MultipleShooting shooting, std::unique_ptr<RealTimeSolver> solver,
                             ControllerOptions options);
+  /// With the real-time iteration, stage by stage. Others by name: any_real_time_solver.hpp.
+  RecedingHorizonController(MultipleShooting shooting, ControllerOptions options);
 
   MultipleShooting& shooting() { return *shooting_; }
+  const OptimalControlProblem& problem() const { return shooting_->problem(); }
   double period() const { return options_.period; }
 
   // Like those of shooting(), but what is no number makes the next tick go on with its plan instead
@@ -89,6 +92,11 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// is then set here.
   void set_schedule(const Schedule& schedule);
   void set_previous_input(const VectorRef& input);
+  /// For a horizon that shrinks, before every tick: MultipleShooting::set_remaining.
+  void set_remaining(Bounds first_phase, Bounds total_time);
+  /// Begins with what is left at time t of a plan made elsewhere: it is where the next solve
+  /// starts, and goes on where that fails. Allocates.
+  void adopt_plan(double t, const Trajectory& plan);
 
   /// Everything for the tick at absolute time t that does not need the measurement: grid, shifted
   /// plan, and of the linearisation what later calls of set_data() leave as it is. Optional; to be
@@ -102,6 +110,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
 
   const LoopStatistics& statistics() const { return statistics_; }
   std::string solver_name() const { return solver_->name(); }
+  /// When the plan behind the last tick's input ends this phase, s.
+  double end_of_phase(int phase) const;
   /// The plan behind the last tick's input with all its costs and residuals recomputed: outside the
   /// loop, before anything is changed. Allocates.
   Solution report();
@@ -120,7 +130,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   NlpPoint initial_;        // where the first solve starts
   NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
   NlpPoint guess_, point_;  // on the present grid
-  bool has_plan_ = false, is_prepared_ = false, has_bad_data_ = false;
+  bool has_plan_ = false, has_multipliers_ = false, is_prepared_ = false, has_bad_data_ = false;
   bool has_bad_grid_ = false;  // of the last prepare()
   double preparation_ = 0.0;   // s, of the last prepare()
   double now_ = 0.0;

@@ -63,6 +63,41 @@ OptimalControlProblem& OptimalControlProblem::close(Jump jump) {
   return *this;
 }
 
+OptimalControlProblem OptimalControlProblem::after(int phases) const {
+  if (phases < 0 || phases >= static_cast<int>(phases_.size()))
+    throw DefinitionError(fmt::format("problem '{}' has {} phases, and none is left after {}",
+                                      name_, phases_.size(), phases));
+  if (phases == 0) return *this;
+  if (closing_)
+    throw DefinitionError(fmt::format(
+        "problem '{}' is closed: what is left of it does not end where it began", name_));
+  OptimalControlProblem rest = *this;
+  rest.phases_.erase(rest.phases_.begin(), rest.phases_.begin() + phases);
+  rest.jumps_.erase(rest.jumps_.begin(), rest.jumps_.begin() + phases);
+  // An equality stays one: what of it is left is known once the phases are over.
+  double begin = start_time_, shortest = 0.0, longest = 0.0;
+  for (int j = 0; j < phases; ++j) {
+    const PhaseDefinition& over = phases_[j];
+    shortest += over.duration.lower;
+    longest += over.duration.upper;
+    begin += over.has_free_duration() ? over.duration_guess : over.duration.lower;
+  }
+  rest.start_time_ = begin;
+  if (total_time_.is_equality()) {
+    double least = 0.0, most = 0.0;
+    for (const PhaseDefinition& left : rest.phases_) {
+      least += left.duration.lower;
+      most += left.duration.upper;
+    }
+    rest.total_time_ = exactly(std::clamp(total_time_.lower - (begin - start_time_), least, most));
+  } else {
+    rest.total_time_ = {total_time_.lower - longest, total_time_.upper - shortest};
+  }
+  const PhaseDefinition& first = rest.phases_.front();
+  return rest.start_at(first.state_guess.is_given() ? first.state_guess.at(0.0)
+                                                    : VectorXd(VectorXd::Zero(first.sizes.nx)));
+}
+
 bool OptimalControlProblem::set_penalty_weight(std::string_view weight_name, double weight) {
   bool found = false;
   for (PhaseDefinition& phase : phases_)

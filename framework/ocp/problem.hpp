@@ -53,6 +53,10 @@ class OptimalControlProblem {
   /// Bounds on the sum of all durations, s.
   OptimalControlProblem& total_time(Bounds bounds);
 
+  /// The problem once its first phases are over: it begins with the state of the phase that is then
+  /// the first, to be given by start_at(). Throws DefinitionError if none is left or it is closed.
+  OptimalControlProblem after(int phases) const;
+
   /// Sets every penalty weight of this name; false if there is none.
   bool set_penalty_weight(std::string_view weight_name, double weight);
   /// For event times that move between solves.

@@ -82,6 +82,20 @@ void MultipleShooting::start_time(double t) {
   change([&](ProblemData& next) { next.start_time = t; });
 }
 
+void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
+  const PhaseDefinition& first = problem().phases().front();
+  if (!first.has_free_duration() && !first_phase.is_equality())
+    throw DefinitionError(fmt::format("phase '{}': its duration is fixed, not within [{}, {}] s",
+                                      first.name, first_phase.lower, first_phase.upper));
+  change([&](ProblemData& next) {
+    if (first.has_free_duration())
+      next.duration_bounds.front() = first_phase;
+    else
+      next.durations.front() = first_phase.lower;
+    next.total_time = total_time;
+  });
+}
+
 void MultipleShooting::set_entries(std::string_view name, const VectorRef& values,
                                    std::span<const ParameterEntry> entries) {
   check_data(problem(), name, static_cast<int>(values.size()), entries);

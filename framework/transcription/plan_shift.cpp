@@ -115,7 +115,8 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
     const PhaseDefinition& phase = program.problem().phases()[j];
     double T = grid.reference_duration(j);
     if (layout.duration(j) >= 0) {
-      T = std::clamp(old_[j].back().end() - start, phase.duration.lower, phase.duration.upper);
+      const Bounds& bounds = program.data().duration_bounds[j];
+      T = std::clamp(old_[j].back().end() - start, bounds.lower, bounds.upper);
       guess.w[layout.duration(j)] = T / phase.nominal_duration;
     }
     start += T;

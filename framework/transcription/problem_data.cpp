@@ -15,11 +15,13 @@ namespace saltus {
 ProblemData::ProblemData(const OptimalControlProblem& problem)
     : start_time(problem.start_time()),
       start_bounds(problem.start_bounds()),
+      total_time(problem.total_time()),
       previous_input(VectorXd::Constant(problem.phases().front().sizes.nu,
                                         std::numeric_limits<double>::quiet_NaN())),
       schedule(problem.schedule()) {
   for (const PhaseDefinition& phase : problem.phases()) {
     durations.push_back(phase.has_free_duration() ? phase.duration_guess : phase.duration.lower);
+    duration_bounds.push_back(phase.duration);
     VectorXd& p = parameters.emplace_back(phase.sizes.np);
     int i = 0;
     for (const ParameterBlock& block : phase.parameters)
@@ -34,6 +36,7 @@ bool ProblemData::has_given_start() const {
 
 bool ProblemData::has_times_of(const ProblemData& other) const {
   return start_time == other.start_time && durations == other.durations &&
+         duration_bounds == other.duration_bounds && total_time == other.total_time &&
          schedule == other.schedule;
 }
 
@@ -56,6 +59,20 @@ void check_start(const OptimalControlProblem& problem, const ProblemData& data) 
           fmt::format("start of problem '{}': entry {} is {}", problem.name(), i,
                       b.is_equality() || std::isnan(b.upper) ? b.upper : b.lower));
   }
+}
+
+void check_times(const OptimalControlProblem& problem, const ProblemData& data) {
+  for (std::size_t j = 0; j < data.durations.size(); ++j) {
+    const Bounds& b = data.duration_bounds[j];
+    if (!(data.durations[j] >= 0.0) || b.is_empty() || !(b.upper >= 0.0))
+      throw DefinitionError(fmt::format("phase '{}': a duration of {} s within [{}, {}] s is none",
+                                        problem.phases()[j].name, data.durations[j], b.lower,
+                                        b.upper));
+  }
+  if (data.total_time.is_empty())
+    throw DefinitionError(fmt::format("problem '{}': the total time has the empty bounds [{}, {}]",
+                                      problem.name(), data.total_time.lower,
+                                      data.total_time.upper));
 }
 
 void check_parameters(const PhaseDefinition& phase, const VectorXd& p) {
@@ -87,9 +104,11 @@ void check_previous_input(const PhaseDefinition& first, const VectorXd& input) {
 void check(const OptimalControlProblem& problem, const ProblemData& data) {
   const std::size_t phases = problem.phases().size();
   check_start(problem, data);
-  if (data.durations.size() != phases || data.parameters.size() != phases)
-    check_size("phases in the data of problem '" + problem.name() + "'",
-               std::min(data.durations.size(), data.parameters.size()), phases);
+  const std::size_t fewest =
+      std::min({data.durations.size(), data.duration_bounds.size(), data.parameters.size()});
+  if (fewest != phases || data.durations.size() != phases)
+    check_size("phases in the data of problem '" + problem.name() + "'", fewest, phases);
+  check_times(problem, data);
   for (std::size_t j = 0; j < phases; ++j)
     check_parameters(problem.phases()[j], data.parameters[j]);
   check_previous_input(problem.phases().front(), data.previous_input);

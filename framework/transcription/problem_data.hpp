@@ -12,11 +12,13 @@ namespace saltus {
 
 /// Data of a solve. A program takes it on whole or not at all (ShootingProgram::commit).
 struct ProblemData {
-  double start_time = 0.0;           ///< absolute, s
-  std::vector<Bounds> start_bounds;  ///< of the first state; equal sides where it is given
-  std::vector<double> durations;     ///< per phase, s; of a free one its guess, which stays
-  std::vector<VectorXd> parameters;  ///< p of each phase: data, and guesses of unknowns
-  VectorXd previous_input;           ///< applied before the horizon; NaN: not known, not charged
+  double start_time = 0.0;              ///< absolute, s
+  std::vector<Bounds> start_bounds;     ///< of the first state; equal sides where it is given
+  std::vector<double> durations;        ///< per phase, s; of a free one its guess, which stays
+  std::vector<Bounds> duration_bounds;  ///< per phase, s; of fixed ones they are not read
+  Bounds total_time;                    ///< s; read where the problem bounds it
+  std::vector<VectorXd> parameters;     ///< p of each phase: data, and guesses of unknowns
+  VectorXd previous_input;              ///< applied before the horizon; NaN: not known, not charged
   Schedule schedule;
 
   ProblemData() = default;
@@ -24,7 +26,7 @@ struct ProblemData {
   explicit ProblemData(const OptimalControlProblem& problem);
 
   bool has_given_start() const;
-  /// Whether both put the nodes at the same times.
+  /// Whether both put the nodes at the same times, and leave them as much room.
   bool has_times_of(const ProblemData& other) const;
 };
 

@@ -36,6 +36,8 @@ void ShootingProgram::commit(const ProblemData& next) {
   data_.start_time = next.start_time;
   data_.start_bounds = next.start_bounds;
   data_.durations = next.durations;
+  data_.duration_bounds = next.duration_bounds;
+  data_.total_time = next.total_time;
   data_.previous_input = next.previous_input;
   if (moves) {
     data_.schedule.adopt(next.schedule);

@@ -74,7 +74,8 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     if (layout().duration(j) >= 0) {  // it ends when it ended there
       for (const TrajectoryPiece& piece : trajectory.pieces())
         if (piece.phase == j)
-          T = std::clamp(piece.end() - start, phase.duration.lower, phase.duration.upper);
+          T = std::clamp(piece.end() - start, data().duration_bounds[j].lower,
+                         data().duration_bounds[j].upper);
       point.w[layout().duration(j)] = T / phase.nominal_duration;
     }
     if (j < static_cast<int>(trajectory.phases().size()) &&

@@ -50,8 +50,7 @@ void ShootingProgram::refresh_times() {
 void ShootingProgram::refresh_total_time() {
   if (total_time_row_ < 0) return;
   const double known = known_start(grid_.phases()) - data_.start_time;
-  bound_row(total_time_row_, problem_.total_time().lower - known,
-            problem_.total_time().upper - known);
+  bound_row(total_time_row_, data_.total_time.lower - known, data_.total_time.upper - known);
 }
 
 void ShootingProgram::place_data() {
@@ -91,8 +90,8 @@ void ShootingProgram::refresh_bounds() {
                        b.upper / block.nominal[i]);
       }
     if (layout_.duration(j) >= 0)
-      bound_variable(layout_.duration(j), phase.duration.lower / phase.nominal_duration,
-                     phase.duration.upper / phase.nominal_duration);
+      bound_variable(layout_.duration(j), data_.duration_bounds[j].lower / phase.nominal_duration,
+                     data_.duration_bounds[j].upper / phase.nominal_duration);
   }
 }
 

@@ -58,6 +58,17 @@ VectorXd Trajectory::state_before(double t) const {
 }
 VectorXd Trajectory::input(double t) const { return input_in(piece_at(t), t); }
 
+Trajectory Trajectory::after(int phases) const {
+  Trajectory rest;
+  rest.phases_.assign(phases_.begin() + phases, phases_.end());
+  for (const TrajectoryPiece& piece : pieces_)
+    if (piece.phase >= phases) {
+      rest.pieces_.push_back(piece);
+      rest.pieces_.back().phase -= phases;
+    }
+  return rest;
+}
+
 void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {
   int nx = 0, nu = 0;
   for (const PhaseInfo& phase : phases_) {

@@ -1,0 +1,75 @@
+#include "saltus/mpc/shrinking_horizon.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+// A program needs some length of time for what is over but for rounding.
+constexpr double least = 10.0 * same_instant;  // s
+
+Bounds what_is_left(const Bounds& duration, double elapsed) {
+  return {std::max(duration.lower - elapsed, least), std::max(duration.upper - elapsed, least)};
+}
+
+}  // namespace
+
+std::vector<RecedingHorizonController> rests_of(
+    const OptimalControlProblem& problem, ShootingOptions options,
+    const std::function<RecedingHorizonController(MultipleShooting)>& controller_of) {
+  const std::size_t phases = problem.phases().size();
+  if (options.intervals.empty()) options.intervals.assign(phases, options.intervals_per_phase);
+  std::vector<RecedingHorizonController> rests;
+  for (std::size_t j = 0; j < phases; ++j) {
+    rests.push_back(controller_of(MultipleShooting(problem.after(static_cast<int>(j)), options)));
+    options.intervals.erase(options.intervals.begin());
+  }
+  return rests;
+}
+
+ShrinkingHorizonController::ShrinkingHorizonController(const OptimalControlProblem& problem,
+                                                       std::vector<RecedingHorizonController> rests)
+    : rests_(std::move(rests)),
+      total_time_(problem.total_time()),
+      start_(problem.start_time()),
+      entered_(problem.start_time()) {
+  for (const PhaseDefinition& phase : problem.phases()) durations_.push_back(phase.duration);
+  if (rests_.size() != durations_.size())
+    throw DefinitionError(fmt::format("controller: problem '{}' has {} phases, and {} rests",
+                                      problem.name(), durations_.size(), rests_.size()));
+}
+
+const PhaseDefinition& ShrinkingHorizonController::definition() const {
+  return rest().phases().front();
+}
+
+void ShrinkingHorizonController::enter(int phase, double t) {
+  if (phase <= phase_ || phase >= static_cast<int>(rests_.size()))
+    throw DefinitionError(
+        fmt::format("controller: phase {} cannot follow phase {}", phase, phase_));
+  const Trajectory plan = rests_[phase_].report().trajectory.after(phase - phase_);
+  phase_ = phase;
+  entered_ = t;
+  if (!plan.empty()) rests_[phase_].adopt_plan(t, plan);
+}
+
+const ControlTick& ShrinkingHorizonController::tick(double t, const VectorRef& state) noexcept {
+  RecedingHorizonController& rest = rests_[phase_];
+  try {
+    rest.set_remaining(what_is_left(durations_[phase_], t - entered_),
+                       {total_time_.lower - (t - start_), total_time_.upper - (t - start_)});
+  } catch (const std::exception&) {  // a time that is none: the tick goes on with its plan
+  }
+  return rest.tick(t, state);
+}
+
+double ShrinkingHorizonController::end_of_phase(int phase) const {
+  return rests_[phase_].end_of_phase(phase - phase_);
+}
+
+}  // namespace saltus

@@ -1,0 +1,152 @@
+// A horizon that shrinks: is what is left of a problem the problem that one would have written, and
+// does the plan go on from phase to phase?
+#include "saltus/mpc/shrinking_horizon.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus {
+namespace {
+
+struct Cart {  // x = (position m, speed m/s), u = acceleration m/s^2
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+const auto position = [](const auto&, const auto& x) { return x[0]; };
+const auto speed = [](const auto&, const auto& x) { return x[1]; };
+const auto force = [](const auto&, const auto&, const auto& u) { return u; };
+
+// From rest to rest over 1 m within `duration`, by way of a point at 0.3 m.
+OptimalControlProblem by_way_of(Bounds first, Bounds second, Bounds total) {
+  Phase<2, 1> out{"out", Cart{}, first}, in{"in", Cart{}, second};
+  out.reach("gate", position, exactly(0.3)).guess_duration(0.4);
+  in.reach("there", position, exactly(1.0)).reach("at rest", speed, exactly(0.0));
+  in.guess_duration(0.6);
+  for (auto* phase : {&out, &in})
+    phase->track("effort", force, VectorXd::Ones(1)).bound_input(0, between(-30.0, 30.0));
+  OptimalControlProblem ocp("by way of a gate");
+  ocp.start_at({0, 0}).then(out).then(in).total_time(total);
+  return ocp;
+}
+const ShootingOptions grid{.intervals_per_phase = 8, .integrator = runge_kutta4()};
+
+RecedingHorizonController optimising(MultipleShooting rest) {
+  return {std::move(rest), make_real_time_solver(make_sqp({.tolerance = 1e-9})), {.period = 0.05}};
+}
+
+TEST(WhatIsLeft, IsTheProblemThatOneWouldHaveWritten) {
+  const Bounds any = between(0.1, 0.9);
+  MultipleShooting shortened(by_way_of(any, any, exactly(1.0)), grid);
+  shortened.set_remaining(between(0.05, 0.85), exactly(0.95));
+  shortened.start_at(0.05, VectorXd{{0.01, 0.3}});
+  const Solution left = solve(shortened, *make_sqp({.tolerance = 1e-10}));
+
+  OptimalControlProblem written = by_way_of(between(0.05, 0.85), any, exactly(0.95));
+  MultipleShooting anew(written.start_time(0.05).start_at({0.01, 0.3}), grid);
+  const Solution known = solve(anew, *make_sqp({.tolerance = 1e-10}));
+  ASSERT_TRUE(left.ok() && known.ok()) << left.message << known.message;
+  EXPECT_NEAR(left.cost, known.cost, 1e-7);  // costs of about 6, tolerance 1e-10 on their slopes
+  EXPECT_NEAR(left.durations[0], known.durations[0], 1e-6);
+  EXPECT_NEAR(left.trajectory.end_time(), 1.0, 1e-9);
+}
+
+TEST(WhatIsLeft, OfAFixedPhaseIsShorter) {
+  MultipleShooting shooting(by_way_of(exactly(0.4), exactly(0.6), {}), grid);
+  EXPECT_THROW(shooting.set_remaining(between(0.1, 0.2), {}), DefinitionError);
+  EXPECT_THROW(shooting.set_remaining(exactly(-0.1), {}), DefinitionError);
+  shooting.set_remaining(exactly(0.3), {});
+  shooting.start_time(0.1);
+  const Solution s = solve(shooting, *make_sqp());
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.durations[0], 0.3, 1e-12);
+  EXPECT_NEAR(s.trajectory.end_time(), 1.0, 1e-12);
+}
+
+TEST(WhatIsLeft, AfterAPhaseBeginsWithTheNext) {
+  const OptimalControlProblem whole = by_way_of(between(0.1, 0.9), between(0.1, 0.9), exactly(1.0));
+  const OptimalControlProblem rest = whole.after(1);
+  ASSERT_EQ(rest.phases().size(), 1u);
+  EXPECT_EQ(rest.phases()[0].name, "in");
+  EXPECT_TRUE(rest.total_time().is_equality());
+  EXPECT_NO_THROW(rest.check());
+  EXPECT_EQ(whole.after(0).phases().size(), 2u);
+  EXPECT_THROW(whole.after(2), DefinitionError);
+  OptimalControlProblem closed = whole;
+  EXPECT_THROW(closed.close().after(1), DefinitionError);
+}
+
+TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
+  const OptimalControlProblem problem =
+      by_way_of(between(0.1, 0.9), between(0.1, 0.9), exactly(1.0));
+  ShrinkingHorizonController controller(problem, rests_of(problem, grid, optimising));
+  controller.tick(0.0, VectorXd{{0.0, 0.0}});
+  const Solution plan = controller.report();
+  ASSERT_TRUE(plan.ok()) << plan.message;
+  const double gate = controller.end_of_phase(0);
+  EXPECT_NEAR(controller.end_of_phase(1), 1.0, 1e-9);
+  // Along the plan the optimum stays what it was, but for the grid, which becomes finer.
+  controller.tick(0.1, plan.trajectory.state(0.1));
+  EXPECT_NEAR(controller.end_of_phase(0), gate, 2e-3);
+  EXPECT_NEAR(controller.end_of_phase(1), 1.0, 1e-9);
+  controller.enter(1, gate);
+  EXPECT_EQ(controller.definition().name, "in");
+  const VectorXd state = plan.trajectory.state(0.6);
+  const ControlTick& tick = controller.tick(0.6, state);
+  EXPECT_EQ(tick.provenance, Provenance::optimal);
+  // Least effort to rest at 1 m is linear in time; the first of eight pieces has its middle's
+  // value.
+  const double T = 1.0 - 0.6, missing = 1.0 - state[0],
+               begin = 6.0 * missing / (T * T) - 4.0 * state[1] / T,
+               end = -6.0 * missing / (T * T) + 2.0 * state[1] / T;
+  EXPECT_NEAR(tick.input[0].input()[0], begin + (end - begin) / 16.0, 0.02 * std::abs(begin));
+  EXPECT_NEAR(controller.end_of_phase(1), 1.0, 1e-9);
+  EXPECT_THROW(controller.enter(0, 0.7), DefinitionError);
+  EXPECT_THROW(controller.enter(2, 0.7), DefinitionError);
+  EXPECT_THROW(ShrinkingHorizonController(problem, {}), DefinitionError);
+}
+
+TEST(ShrinkingHorizon, APhaseThatBeginsGoesOnWithThePlan) {
+  const OptimalControlProblem problem = by_way_of(exactly(0.4), exactly(0.6), {});
+  bool fails = false;
+  ControllerOptions options{.period = 0.05};
+  options.miss_deadline = [&](long) { return fails; };
+  ShrinkingHorizonController controller(
+      problem, rests_of(problem, {.intervals_per_phase = 8, .integrator = zero_order_hold()},
+                        [&](MultipleShooting rest) {
+                          return RecedingHorizonController(std::move(rest), options);
+                        }));
+  controller.tick(0.0, VectorXd{{0.0, 0.0}});
+  const Solution plan = controller.report();
+  fails = true;  // the phase begins without a solve of its own
+  controller.enter(1, 0.4);
+  const ControlTick& tick = controller.tick(0.45, plan.trajectory.state(0.45));
+  EXPECT_EQ(tick.provenance, Provenance::shifted);
+  EXPECT_NEAR(tick.input[0].input()[0], plan.trajectory.input(0.45 + 1e-6)[0], 1e-9);
+}
+
+TEST(ShrinkingHorizon, TicksDoNotAllocate) {
+  const OptimalControlProblem problem = by_way_of(exactly(0.4), exactly(0.6), {});
+  ShrinkingHorizonController controller(
+      problem, rests_of(problem, {.intervals_per_phase = 8, .integrator = zero_order_hold()},
+                        [](MultipleShooting rest) {
+                          return RecedingHorizonController(std::move(rest), {.period = 0.05});
+                        }));
+  VectorXd state{{0.0, 0.0}};
+  controller.tick(0.0, state);
+  const testing::AllocationCount count;
+  for (int k = 1; k < 7; ++k) controller.tick(0.05 * k, state);
+  EXPECT_EQ(count.made(), 0);
+}
+
+}  // namespace
+}  // namespace saltus
