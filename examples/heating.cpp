@@ -47,8 +47,7 @@ int main() {
       .then(phase);
 
   MultipleShooting shooting{office, {.intervals_per_phase = 48, .integrator = zero_order_hold()}};
-  auto solver = make_real_time_iteration(shooting.nlp());
-  RecedingHorizonController controller{std::move(shooting), std::move(solver), {.period = period}};
+  RecedingHorizonController controller{std::move(shooting), {.period = period}};
 
   // The house is not quite the one of the model, and the weather changes.
   House<double> true_house{.losses = 0.14, .outside = 0.0};

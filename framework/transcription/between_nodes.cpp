@@ -267,10 +267,9 @@ bool is_solved_on_its_grid(const Solution& solution) {
 }  // namespace
 
 RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOptions options,
-                              const SolverFactory& make_solver,
-                              const RefinementOptions& refinement) {
+                              Solver& solver, const RefinementOptions& refinement) {
   const auto attempt = [&](MultipleShooting& shooting, const NlpPoint& start) {
-    return solve(shooting, *make_solver(shooting), start);
+    return solve(shooting, solver, start);
   };
   MultipleShooting first(problem, options);
   options = first.options();

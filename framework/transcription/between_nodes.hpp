@@ -2,8 +2,6 @@
 // the trajectory follows the dynamics and may bulge out. And refinement until it does so little.
 #pragma once
 
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -45,9 +43,6 @@ struct RefinedSolution {
   std::string message;   ///< one sentence: what was reached, or what ended it
 };
 
-/// Makes the solver of one grid; called anew for each.
-using SolverFactory = std::function<std::unique_ptr<Solver>(const MultipleShooting&)>;
-
 /// Solves, measures between the nodes and the error of the integration, and cuts the intervals that
 /// miss a tolerance into two to four, so that old nodes stay nodes and no others come where all is
 /// well; each solve begins with the trajectory before. While an obstacle is passed between two
@@ -55,7 +50,6 @@ using SolverFactory = std::function<std::unique_ptr<Solver>(const MultipleShooti
 /// what is reached is then an optimum for inputs on the intervals before. Ends when the tolerances
 /// are met, a limit is reached or a solve fails, which leaves the last successful one.
 RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOptions options,
-                              const SolverFactory& make_solver,
-                              const RefinementOptions& refinement = {});
+                              Solver& solver, const RefinementOptions& refinement = {});
 
 }  // namespace saltus

@@ -7,8 +7,7 @@
 
 #include "saltus/app/settings.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
-#include "saltus/mpc/real_time_iteration.hpp"
-#include "saltus/solver/ipopt.hpp"
+#include "saltus/mpc/any_real_time_solver.hpp"
 
 namespace saltus::walking {
 namespace {
@@ -59,15 +58,6 @@ void declare_settings(Settings& s, PlannerSettings& planner) {
   s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are", at_least(0.0));
 }
 
-std::unique_ptr<RealTimeSolver> make_tick_solver(const PlannerSettings& settings,
-                                                 MultipleShooting& shooting) {
-  if (settings.solver == SolverChoice::ipopt)
-    return make_real_time_solver(make_ipopt({.tolerance = settings.tolerance, .mehrotra = true}));
-  RealTimeIterationOptions options{.tolerance = settings.tolerance};
-  if (settings.solver != SolverChoice::riccati) options.qp = qp_method(settings.solver);
-  return make_real_time_iteration(shooting.nlp(), options);
-}
-
 ControllerOptions controller_options(const PlannerSettings& settings, double mass) {
   ControllerOptions options;
   options.period = settings.step;
@@ -82,8 +72,9 @@ RecedingHorizonController make_tick_controller(OptimalControlProblem problem, in
                                                const PlannerSettings& settings, double mass) {
   MultipleShooting shooting(std::move(problem),
                             {.intervals_per_phase = intervals, .integrator = zero_order_hold()});
-  auto solver = make_tick_solver(settings, shooting);
-  return {std::move(shooting), std::move(solver), controller_options(settings, mass)};
+  return make_controller(std::move(shooting),
+                         {.solver = settings.solver, .tolerance = settings.tolerance},
+                         controller_options(settings, mass));
 }
 
 }  // namespace saltus::walking

@@ -55,9 +55,6 @@ void declare_solver(Settings& settings, PlannerSettings& planner);
 /// mpc.* and solver_tolerance.
 void declare_settings(Settings& settings, PlannerSettings& planner);
 
-/// What the settings ask for, for the programs of this transcription.
-std::unique_ptr<RealTimeSolver> make_tick_solver(const PlannerSettings& settings,
-                                                 MultipleShooting& shooting);
 /// A planner without a plan puts the robot's weight on the stance foot.
 ControllerOptions controller_options(const PlannerSettings& settings, double mass);
 /// The controller of a problem with one phase of so many intervals, its dynamics affine. `mass` of

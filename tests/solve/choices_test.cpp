@@ -4,6 +4,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/mpc/any_real_time_solver.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/sqp.hpp"
@@ -21,7 +22,7 @@ namespace {
 MultipleShooting regulator() {
   const auto rate = [](const auto&, const auto&, const auto& u) { return u[0]; };
   Phase<1, 1> phase{"regulate", rate, exactly(1.0)};
-  phase
+  phase.bound_input(0, between(-0.3, 0.3))
       .track(
           "state", [](const auto&, const auto& x) { return x; }, VectorXd::Ones(1))
       .track(
@@ -51,6 +52,30 @@ TEST(SolverChoice, OursHaveAMethodForTheirQuadraticPrograms) {
         << solver->name();
   }
   EXPECT_THROW(qp_method(SolverChoice::ipopt), DefinitionError);
+}
+
+TEST(RealTimeChoice, EveryNameAndMethodGivesTheSameInput) {
+  RecedingHorizonController plain(regulator(), {.period = 0.1});
+  const double input = plain.tick(0.0, VectorXd{{1.0}}).input[0].input()[0];
+  for (const auto& [name, solver] : solver_choices())
+    for (const auto& [word, method] : tick_methods()) {
+      RecedingHorizonController controller = make_controller(
+          regulator(), {.solver = solver, .method = method, .tolerance = 1e-10}, {.period = 0.1});
+      const ControlTick& tick = controller.tick(0.0, VectorXd{{1.0}});
+      EXPECT_EQ(tick.provenance, Provenance::optimal) << name << ' ' << word;
+      EXPECT_NEAR(tick.input[0].input()[0], input, 1e-6) << name << ' ' << word;
+      const bool is_step = method == TickMethod::step && solver != SolverChoice::ipopt;
+      EXPECT_EQ(controller.solver_name().starts_with("real-time iteration"), is_step)
+          << controller.solver_name();
+    }
+}
+
+TEST(RealTimeChoice, TheLimitOfIterationsIsTheUsers) {
+  for (const auto& [name, solver] : solver_choices()) {
+    RecedingHorizonController controller =
+        make_controller(regulator(), {.solver = solver, .max_iterations = 1}, {.period = 0.1});
+    EXPECT_EQ(controller.tick(0.0, VectorXd{{1.0}}).status, SolveStatus::iteration_limit) << name;
+  }
 }
 
 // x0 - 1 = 0 has no stages.

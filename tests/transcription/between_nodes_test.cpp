@@ -37,9 +37,7 @@ OptimalControlProblem bryson_denham(const Phase<2, 1>& phase) {
   ocp.start_at({0, 1}).then(phase).costs(CostRule::integrated);
   return ocp;
 }
-SolverFactory ipopt() {
-  return [](const MultipleShooting&) { return make_ipopt({.tolerance = 1e-11}); };
-}
+std::unique_ptr<Solver> ipopt() { return make_ipopt({.tolerance = 1e-11}); }
 ShootingOptions intervals(int n) {
   return {.intervals_per_phase = n, .integrator = runge_kutta4()};
 }
@@ -49,7 +47,7 @@ TEST(BetweenNodes, TheBulgeIsMeasured) {
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(0.2));
   MultipleShooting shooting(bryson_denham(phase), intervals(5));
-  const Solution s = solve(shooting, *ipopt()(shooting));
+  const Solution s = solve(shooting, *ipopt());
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_LT(s.cost, 2.24 - 1e-4);
   ASSERT_TRUE(s.between_nodes.has_value());
@@ -65,7 +63,7 @@ TEST(BetweenNodes, BoundsOfStatesCountAndSoftTermsDoNot) {
   Phase<2, 1> phase = block();
   phase.bound_state(0, at_most(0.2)).keep("soft", height, at_most(0.01), {}, soft("soft", 1e-3));
   MultipleShooting shooting(bryson_denham(phase), intervals(5));
-  const Solution s = solve(shooting, *ipopt()(shooting));
+  const Solution s = solve(shooting, *ipopt());
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_EQ(s.between_nodes->term, "bounds of state 0");
   EXPECT_LT(s.between_nodes->amount, 0.1);
@@ -76,7 +74,7 @@ TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
   phase.keep("ceiling", height, at_most(0.2), Window{.to = 0.35});
   phase.keep("floor", height, at_least(-1.0));
   MultipleShooting shooting(bryson_denham(phase), intervals(5));
-  const Solution s = solve(shooting, *ipopt()(shooting));
+  const Solution s = solve(shooting, *ipopt());
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_GT(s.trajectory.state(0.5)[0], 0.2);  // beyond the window it rises
   EXPECT_LE(s.between_nodes->time, 0.35);
@@ -85,8 +83,7 @@ TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
 
 TEST(BetweenNodes, ControlLoopsDoNotMeasure) {
   MultipleShooting shooting(bryson_denham(block()), intervals(5));
-  const NlpResult result =
-      ipopt()(shooting)->solve(shooting.nlp(), shooting.initial_guess(), false);
+  const NlpResult result = ipopt()->solve(shooting.nlp(), shooting.initial_guess(), false);
   EXPECT_FALSE(shooting.interpret(result).between_nodes.has_value());
 }
 
@@ -95,7 +92,7 @@ TEST(Refinement, ReachesTheOptimumFromBelow) {
   phase.keep("ceiling", height, at_most(1.0 / 9.0));
   double before = 0.0, bulge = infinity;
   for (const int rounds : {1, 2, 3}) {
-    const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), ipopt(),
+    const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), *ipopt(),
                                             {.tolerance = 1e-8, .rounds = rounds});
     ASSERT_TRUE(r.solution.ok()) << r.solution.message;
     ASSERT_EQ(r.violations.size(), static_cast<std::size_t>(rounds)) << r.message;
@@ -110,12 +107,12 @@ TEST(Refinement, ReachesTheOptimumFromBelow) {
 TEST(Refinement, SaysWhatWasReached) {
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(1.0 / 9.0));
-  const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), ipopt());
+  const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), *ipopt());
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_LE(r.violations.back(), 1e-6);
   EXPECT_LE(r.solution.between_nodes->amount, 1e-6);
   EXPECT_NEAR(r.solution.cost, 4.0, 1e-6);
-  const RefinedSolution limited = solve_refined(bryson_denham(phase), intervals(10), ipopt(),
+  const RefinedSolution limited = solve_refined(bryson_denham(phase), intervals(10), *ipopt(),
                                                 {.tolerance = 1e-11, .most_intervals = 25});
   EXPECT_FALSE(limited.reached);
   EXPECT_LE(limited.intervals.front(), 25);
@@ -130,7 +127,7 @@ TEST(Refinement, OnlyWhereItIsNeeded) {
   phase.keep("ceiling", height, at_most(0.2));
   after.minimise("effort", effort).keep("low", height, at_most(5.0));
   OptimalControlProblem ocp = bryson_denham(phase);
-  const RefinedSolution r = solve_refined(ocp.then(after), intervals(5), ipopt());
+  const RefinedSolution r = solve_refined(ocp.then(after), intervals(5), *ipopt());
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_NEAR(r.solution.cost, 2.24, 1e-8);          // with a node at the top the ramps are exact
   EXPECT_EQ(r.intervals, (std::vector<int>{8, 5}));  // the third interval in four
@@ -139,7 +136,7 @@ TEST(Refinement, OnlyWhereItIsNeeded) {
 TEST(Refinement, OfWhatCannotBeSolvedSaysSo) {
   Phase<2, 1> phase = block();
   phase.keep("ceiling", height, at_most(0.2)).keep("floor", height, at_least(0.3));
-  const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(5), ipopt());
+  const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(5), *ipopt());
   EXPECT_FALSE(r.reached);
   EXPECT_FALSE(r.solution.ok());
   EXPECT_NE(r.message.find("not solved"), std::string::npos) << r.message;

@@ -14,9 +14,7 @@
 namespace saltus {
 namespace {
 
-SolverFactory ipopt() {
-  return [](const MultipleShooting&) { return make_ipopt({.tolerance = 1e-9}); };
-}
+std::unique_ptr<Solver> ipopt() { return make_ipopt({.tolerance = 1e-9}); }
 
 // ---- the Alp rider: four peaks, of which the last is 1 s wide
 // ----------------------------------------
@@ -68,7 +66,7 @@ TEST(ThinConstraint, PassedBetweenTwoNodesIsNoOptimum) {
 // and the optimum is that of 100 intervals (2460; with 200 it is 2178, with 400 2085).
 TEST(ThinConstraint, RefinementStopsTunnelling) {
   const RefinedSolution r = solve_refined(
-      alp_rider(), {.intervals_per_phase = 100, .integrator = runge_kutta4({.steps = 4})}, ipopt(),
+      alp_rider(), {.intervals_per_phase = 100, .integrator = runge_kutta4({.steps = 4})}, *ipopt(),
       {.tolerance = 1e-2, .integration = 0.1});
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_TRUE(r.solution.ok()) << r.solution.message;
@@ -134,13 +132,13 @@ TEST(IntegrationErrorOf, AFineGridIsSmallAndOfAnExactSchemeThereIsNone) {
 
 TEST(IntegrationErrorOf, RefinementActsOnIt) {
   const RefinedSolution r =
-      solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, ipopt(),
+      solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, *ipopt(),
                     {.integration = 1e-4});
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_LE(r.solution.integration->states, 1e-4);
   EXPECT_GT(r.intervals.front(), 8);
   const RefinedSolution limited =
-      solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, ipopt(),
+      solve_refined(pendulum(), {.intervals_per_phase = 8, .integrator = runge_kutta4()}, *ipopt(),
                     {.integration = 1e-4, .rounds = 1});
   EXPECT_FALSE(limited.reached);
   EXPECT_NE(limited.message.find("integration is off by"), std::string::npos) << limited.message;

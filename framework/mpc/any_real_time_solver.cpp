@@ -1,0 +1,61 @@
+#include "saltus/mpc/any_real_time_solver.hpp"
+
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/sqp.hpp"
+
+namespace saltus {
+namespace {
+
+std::unique_ptr<RealTimeSolver> whole_solve_by_ipopt(NonlinearProgram& program,
+                                                     const RealTimeChoice& choice) {
+  IpoptOptions options{.tolerance = choice.tolerance, .mehrotra = program.is_linear_quadratic()};
+  if (choice.max_iterations > 0) options.max_iterations = choice.max_iterations;
+  return make_real_time_solver(make_ipopt(options));
+}
+
+std::unique_ptr<RealTimeSolver> whole_solve_by_sqp(const RealTimeChoice& choice) {
+  SqpOptions options{.tolerance = choice.tolerance, .qp = qp_method(choice.solver)};
+  if (choice.max_iterations > 0) options.max_iterations = choice.max_iterations;
+  return make_real_time_solver(make_sqp(options), /*use_multipliers=*/true);
+}
+
+std::unique_ptr<RealTimeSolver> iteration(NonlinearProgram& program, const RealTimeChoice& choice) {
+  RealTimeIterationOptions options{.tolerance = choice.tolerance};
+  if (choice.max_iterations > 0) options.max_iterations = choice.max_iterations;
+  // Stage by stage is its own: it fills the stages of a shooting program directly.
+  if (choice.solver != SolverChoice::riccati) options.qp = qp_method(choice.solver);
+  return make_real_time_iteration(program, std::move(options));
+}
+
+}  // namespace
+
+const std::vector<std::pair<std::string, TickMethod>>& tick_methods() {
+  static const std::vector<std::pair<std::string, TickMethod>> methods{
+      {"step", TickMethod::step}, {"optimum", TickMethod::optimum}};
+  return methods;
+}
+
+std::unique_ptr<RealTimeSolver> make_real_time_solver(MultipleShooting& shooting,
+                                                      const RealTimeChoice& choice) {
+  if (choice.solver == SolverChoice::ipopt) return whole_solve_by_ipopt(shooting.nlp(), choice);
+  return choice.method == TickMethod::optimum ? whole_solve_by_sqp(choice)
+                                              : iteration(shooting.nlp(), choice);
+}
+
+RecedingHorizonController make_controller(MultipleShooting shooting, const RealTimeChoice& choice,
+                                          ControllerOptions options) {
+  auto solver = make_real_time_solver(shooting, choice);
+  return {std::move(shooting), std::move(solver), std::move(options)};
+}
+
+ShrinkingHorizonController make_controller(const OptimalControlProblem& problem,
+                                           const ShootingOptions& grid,
+                                           const RealTimeChoice& choice,
+                                           const ControllerOptions& options) {
+  return {problem, rests_of(problem, grid, [&](MultipleShooting rest) {
+            return make_controller(std::move(rest), choice, options);
+          })};
+}
+
+}  // namespace saltus
