@@ -102,8 +102,12 @@ class Loop {
 
   // --- before the tick
 
+  // A later phase of the plant may have fewer states; the others' noise goes by.
   void add_noise(VectorXd& x, const VectorXd& deviations) {
-    for (Eigen::Index i = 0; i < deviations.size(); ++i) x[i] += deviations[i] * noise_();
+    for (Eigen::Index i = 0; i < deviations.size(); ++i) {
+      const double noise = deviations[i] * noise_();
+      if (i < x.size()) x[i] += noise;
+    }
   }
 
   void disturb_state() {
@@ -219,45 +223,81 @@ class Loop {
   VectorXd input_;                // in force, with its disturbance
 };
 
+void expect_fit(const PhaseDefinition& phase, const LoopPlant& plant) {
+  if (phase.sizes.nx != plant.state().size())
+    throw DefinitionError(fmt::format("closed loop: the plant has {} states, the controller {}",
+                                      plant.state().size(), phase.sizes.nx));
+  if (phase.sizes.nu != plant.inputs())
+    throw DefinitionError(fmt::format("closed loop: the plant has {} inputs, the controller {}",
+                                      plant.inputs(), phase.sizes.nu));
+}
+
+Answer answer_of(const ControlTick& tick) {
+  return {&tick.input,
+          {tick.time,
+           {},
+           tick.provenance,
+           tick.status,
+           tick.iterations,
+           tick.objective,
+           tick.kkt,
+           tick.violation,
+           tick.seconds,
+           tick.preparation}};
+}
+
 // States and inputs at the nodes.
-LoopPlan plan_of(RecedingHorizonController& controller, double t) {
-  const Solution solution = controller.report();
-  return {t, record(controller.shooting().problem(), solution.trajectory, 1).samples};
+LoopPlan plan_of(const ControlTick& tick, const OptimalControlProblem& problem,
+                 const Solution& solution) {
+  return {tick.time, record(problem, solution.trajectory, 1).samples};
 }
 
 }  // namespace
 
 LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& plant,
                              const LoopOptions& options) {
-  const Arguments& sizes = controller.shooting().problem().phases().front().sizes;
-  if (sizes.nx != plant.state().size())
-    throw DefinitionError(fmt::format("closed loop: the plant has {} states, the controller {}",
-                                      plant.state().size(), sizes.nx));
-  if (sizes.nu != plant.inputs())
-    throw DefinitionError(fmt::format("closed loop: the plant has {} inputs, the controller {}",
-                                      plant.inputs(), sizes.nu));
+  expect_fit(controller.problem().phases().front(), plant);
   const ControlTick* last = nullptr;
   const auto answer = [&](double t, const VectorRef& measured) {
     last = &controller.tick(t, measured);
-    return Answer{&last->input,
-                  {t,
-                   {},
-                   last->provenance,
-                   last->status,
-                   last->iterations,
-                   last->objective,
-                   last->kkt,
-                   last->violation,
-                   last->seconds,
-                   last->preparation}};
+    return answer_of(*last);
   };
   const auto prepare = [&](double t) { controller.prepare(t); };
   const auto plan = [&] {
-    return last->provenance == Provenance::fallback ? LoopPlan{} : plan_of(controller, last->time);
+    return last->provenance == Provenance::fallback
+               ? LoopPlan{}
+               : plan_of(*last, controller.problem(), controller.report());
   };
   return Loop({controller.solver_name(), controller.period(), answer, plan, prepare}, plant,
               options)
       .run();
+}
+
+LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
+                             const LoopOptions& options) {
+  expect_fit(controller.definition(), plant);
+  const ControlTick* last = nullptr;
+  const auto answer = [&](double t, const VectorRef& measured) {
+    if (plant.phase() != controller.phase()) controller.enter(plant.phase(), plant.entered_at());
+    last = &controller.tick(t, measured);
+    for (int j = plant.phase(); j < plant.phases(); ++j)
+      plant.end_phase_at(j, controller.end_of_phase(j));
+    return answer_of(*last);
+  };
+  const auto plan = [&] {
+    return last->provenance == Provenance::fallback
+               ? LoopPlan{}
+               : plan_of(*last, controller.rest(), controller.report());
+  };
+  LoopOptions until_over = options;
+  until_over.until = [&](double t, const VectorRef& state) {
+    return plant.is_over() || (options.until && options.until(t, state));
+  };
+  LoopLog log =
+      Loop({controller.solver_name(), controller.period(), answer, plan}, plant, until_over).run();
+  if (plant.is_over() && log.completed)
+    log.message = fmt::format("the last phase ended at t = {:.6g} s", plant.over_since());
+  return log;
 }
 
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options) {

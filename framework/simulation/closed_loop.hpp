@@ -11,10 +11,12 @@
 #include <vector>
 
 #include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/mpc/shrinking_horizon.hpp"
 #include "saltus/simulation/disturbances.hpp"
 #include "saltus/simulation/integrator_plant.hpp"
 #include "saltus/simulation/loop_log.hpp"
 #include "saltus/simulation/loop_plant.hpp"
+#include "saltus/simulation/phased_plant.hpp"
 
 namespace saltus {
 
@@ -43,6 +45,10 @@ using FeedbackLaw = std::function<void(double t, const VectorRef& measured, Vect
 /// give the same log, but for solve times, and plans that a deadline cuts off.
 /// Throws DefinitionError when sizes or options do not fit.
 LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& plant,
+                             const LoopOptions& options);
+/// A motion with an end: the plan says when the plant goes on to its next phase, where no guard
+/// does, and the run is over when the plant's last phase is.
+LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options);
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options);
 

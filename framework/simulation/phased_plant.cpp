@@ -1,0 +1,251 @@
+#include "saltus/simulation/phased_plant.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+#include "saltus/ocp/cost_functions.hpp"
+
+namespace saltus {
+namespace {
+
+bool is_running_cost(const Term& term) {
+  return term.kind != TermKind::constraint && term.domain == TermDomain::running;
+}
+
+VectorXd parameters_of(const PhaseDefinition& phase) {
+  VectorXd p(phase.sizes.np);
+  Eigen::Index at = 0;
+  for (const ParameterBlock& block : phase.parameters) {
+    p.segment(at, block.value.size()) = block.value;
+    at += block.value.size();
+  }
+  return p;
+}
+
+double outside(double value, const Bounds& b) {
+  return std::isfinite(value) ? std::max({b.lower - value, value - b.upper, 0.0}) : infinity;
+}
+
+// Keeps the largest miss of each term of each phase.
+void note(std::vector<PhasedPlant::Miss>& misses, PhasedPlant::Miss miss) {
+  if (miss.amount <= 0.0) return;
+  for (PhasedPlant::Miss& known : misses)
+    if (known.phase == miss.phase && known.term == miss.term) {
+      if (miss.amount > known.amount) known = std::move(miss);
+      return;
+    }
+  misses.push_back(std::move(miss));
+}
+
+}  // namespace
+
+PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& scheme)
+    : problem_(std::move(problem)),
+      time_(problem_.start_time()),
+      entered_(time_),
+      state_(problem_.start_guess()) {
+  if (!scheme) throw DefinitionError("plant: no integrator is given");
+  problem_.check();
+  name_ = scheme->name();
+  for (const PhaseDefinition& phase : problem_.phases()) {
+    if (!phase.switching.empty())
+      throw DefinitionError(fmt::format("plant: phase '{}' has events inside", phase.name));
+    IntervalProblem interval;
+    interval.arguments = phase.sizes;
+    interval.dynamics = phase.dynamics;
+    interval.nominal_state = phase.nominal_state;
+    interval.differentiate_parameter.assign(phase.sizes.np, false);
+    Phase& p = phases_.emplace_back();
+    std::vector<Function> running;
+    for (std::size_t t = 0; t < phase.terms.size(); ++t)
+      if (is_running_cost(phase.terms[t])) {
+        p.running.push_back(static_cast<int>(t));
+        running.push_back(cost_function(phase.terms[t]));
+      }
+    if (!running.empty()) interval.running_cost = stack(running);
+    p.integrator = scheme->make(interval);
+    p.parameters = parameters_of(phase);
+  }
+  ends_.assign(phases_.size(), infinity);
+}
+
+VectorXd PhasedPlant::argument(const VectorRef& input) const {
+  VectorXd z(definition().sizes.size());
+  z << time_, state_, input, phases_[phase_].parameters;
+  return z;
+}
+
+// A phase that begins within a tick may have other inputs than those that the plan had in mind.
+VectorXd PhasedPlant::fitted(const VectorRef& input) const {
+  VectorXd u = VectorXd::Zero(inputs());
+  const Eigen::Index n = std::min(u.size(), input.size());
+  u.head(n) = input.head(n);
+  return u;
+}
+
+bool PhasedPlant::advance(const VectorRef& input, double length) {
+  const double until = time_ + length;
+  if (!has_begun_) begin_phase(fitted(input));
+  while (!is_over() && time_ < until) {
+    if (std::exchange(passed_guard_, false)) {
+      end_phase(fitted(input));
+      continue;
+    }
+    const double planned = definition().end_guards.empty() ? ends_[phase_] : infinity;
+    const double stop = std::clamp(planned, time_, until);
+    const int phase = phase_;
+    if (!move(fitted(input), stop - time_)) return false;
+    if (phase_ == phase && planned <= until + same_instant) end_phase(fitted(input));
+  }
+  if (is_over()) time_ = until;
+  return true;
+}
+
+double PhasedPlant::guard(const VectorRef& input) const {
+  const EndGuard& g = definition().end_guards.front();
+  return crossing_sign(g.crossing) * g.guard(argument(input))[0];
+}
+
+IntegrationStatus PhasedPlant::integrate(const VectorRef& input, double length) {
+  const Phase& p = phases_[phase_];
+  VectorXd w(p.integrator->arguments().size());
+  w << state_, input, p.parameters, time_, length;
+  end_.resize(p.integrator->outputs());
+  return p.integrator->value(w.data(), end_.data());
+}
+
+// To the end of the piece, or to where the guard passes zero and the next phase begins.
+bool PhasedPlant::move(const VectorRef& input, double length) {
+  if (length <= 0.0) return true;
+  const VectorXd start = state_;
+  const double begin = time_;
+  const auto go = [&](double by) {
+    state_ = start;
+    time_ = begin;
+    const IntegrationStatus status = integrate(input, by);
+    if (status != IntegrationStatus::success) {
+      failure_ = phases_[phase_].integrator->failure();
+      if (failure_.empty()) failure_ = describe(status);
+      return false;
+    }
+    state_ = end_.head(start.size());
+    time_ = begin + by;
+    return true;
+  };
+  const bool has_guard = !definition().end_guards.empty();
+  const double before = has_guard ? guard(input) : 0.0;
+  if (!go(length)) return false;
+  const bool crossed = has_guard && before < 0.0 && guard(input) >= 0.0;
+  if (crossed) {
+    double low = 0.0, high = length;
+    // Halving ends at neighbouring numbers: the event is as exact as the integrator.
+    for (double middle = 0.5 * (low + high); middle > low && middle < high;
+         middle = 0.5 * (low + high)) {
+      if (!go(middle)) return false;
+      (guard(input) >= 0.0 ? high : low) = middle;
+    }
+    if (!go(high)) return false;
+  }
+  const Phase& p = phases_[phase_];
+  for (std::size_t i = 0; i < p.running.size(); ++i)
+    if (is_in_force(definition().terms[p.running[i]].window, begin))
+      cost_ += end_[start.size() + static_cast<Eigen::Index>(i)];
+  look_on_the_way(input);
+  if (crossed) end_phase(input);
+  return true;
+}
+
+// Limits in the midst of a piece count from its next start on.
+bool PhasedPlant::is_in_force(const Window& window, double t) const {
+  const Schedule& schedule = problem_.schedule();
+  const auto time_of = [&](const Instant& instant) {
+    if (instant.is_event()) return schedule.time_of(instant.event());
+    return instant.seconds() + (window.clock == Clock::phase ? entered_ : 0.0);
+  };
+  if (window.from && t < time_of(*window.from) - same_instant) return false;
+  if (window.to && t >= time_of(*window.to) - same_instant) return false;
+  if (window.modes.empty()) return true;
+  return std::ranges::find(window.modes, schedule.mode_at(t + same_instant)) != window.modes.end();
+}
+
+void PhasedPlant::count_once(TermDomain domain, const VectorRef& input) {
+  const VectorXd z = argument(input);
+  for (const Term& term : definition().terms) {
+    if (term.domain != domain) continue;
+    if (term.kind != TermKind::constraint) {
+      cost_ += cost_function(term)(z)[0];
+    } else if (!term.soft) {
+      const VectorXd value = term.function(z);
+      for (int i = 0; i < value.size(); ++i)
+        note(at_ends_, {definition().name, term.name, time_, outside(value[i], term.bounds[i])});
+    }
+  }
+}
+
+void PhasedPlant::look_on_the_way(const VectorRef& input) {
+  const VectorXd z = argument(input);
+  const PhaseDefinition& phase = definition();
+  for (const Term& term : phase.terms) {
+    if (term.kind != TermKind::constraint || term.domain != TermDomain::running || term.soft ||
+        !is_in_force(term.window, time_))
+      continue;
+    const VectorXd value = term.function(z);
+    for (int i = 0; i < value.size(); ++i)
+      note(on_the_way_, {phase.name, term.name, time_, outside(value[i], term.bounds[i])});
+  }
+  for (const ComponentBounds& b : phase.state_bounds)
+    if (is_in_force(b.window, time_))
+      note(on_the_way_, {phase.name, fmt::format("bounds of state {}", b.component), time_,
+                         outside(state_[b.component], b.bounds)});
+}
+
+void PhasedPlant::begin_phase(const VectorRef& input) {
+  has_begun_ = true;
+  entered_ = time_;
+  count_once(TermDomain::phase_start, input);
+}
+
+void PhasedPlant::end_phase(const VectorRef& input) {
+  count_once(TermDomain::phase_end, input);
+  const PhaseDefinition& ended = definition();
+  HybridEvent event;
+  event.time = time_;
+  event.before = event.after = state_;
+  event.mode_before = event.mode_after = ended.name;
+  event.name = ended.end_guards.empty() ? "switch" : ended.end_guards.front().event;
+  if (phase_ + 1 == phases()) {
+    over_since_ = time_;
+    event.name = "end";
+  } else {
+    const Jump& jump = problem_.jumps()[phase_ + 1];
+    event.after = jump.apply(time_, state_, phases_[phase_].parameters);
+    if (jump.map) {
+      event.kind = EventKind::jumps;
+      if (ended.end_guards.empty()) event.name = jump.name;
+    }
+    state_ = event.after;
+    ++phase_;
+    event.mode_after = definition().name;
+  }
+  events_.push_back(std::move(event));
+  if (!is_over()) begin_phase(fitted(input));
+}
+
+void PhasedPlant::disturb(const VectorRef& change) {
+  if (change.size() != state_.size())
+    throw DefinitionError(
+        fmt::format("plant: the disturbance of the state has {} entries, expected {}",
+                    change.size(), state_.size()));
+  if (is_over()) return;
+  const VectorXd u = VectorXd::Zero(inputs());
+  const bool has_guard = !definition().end_guards.empty();
+  const bool was_before = has_guard && guard(u) < 0.0;
+  state_ += change;
+  passed_guard_ = passed_guard_ || (was_before && guard(u) >= 0.0);
+}
+
+}  // namespace saltus

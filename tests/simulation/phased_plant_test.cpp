@@ -1,0 +1,145 @@
+// A plant with phases: does each end where its guard or the plan says, and what did it cost?
+#include "saltus/simulation/phased_plant.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/simulation/closed_loop.hpp"
+#include "saltus/solver/sqp.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr double gravity = 9.81;  // m/s^2
+
+struct Ball {  // x = (height m, speed m/s), u = thrust m/s^2
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0] - gravity};
+  }
+};
+const auto height = [](const auto&, const auto& x) { return x[0]; };
+const auto speed = [](const auto&, const auto& x) { return x[1]; };
+const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+
+// Falls until it touches the ground, loses a fifth of its speed, and rises for some time.
+OptimalControlProblem bounce(bool with_ceiling = false) {
+  Phase<2, 1> fall{"fall", Ball{}, between(0.1, 0.9)}, rise{"rise", Ball{}, between(0.1, 0.9)};
+  fall.ends_when("impact", height, Crossing::falling).minimise("effort", effort);
+  if (with_ceiling) rise.keep("ceiling", height, at_most(0.3));
+  rise.minimise("effort", effort)
+      .reach("back", height, exactly(1.0))
+      .reach("at rest", speed, exactly(0.0))
+      .minimise_at_end("height", height);
+  for (auto* phase : {&fall, &rise}) phase->guess_duration(0.5);
+  const auto map = [](const auto&, const auto& x) { return decltype(x.eval()){x[0], -0.8 * x[1]}; };
+  OptimalControlProblem ocp("bounce");
+  ocp.start_at({1, 0}).then(fall).then(rise, jump<2>("bounce", map)).total_time(exactly(1.0));
+  return ocp;
+}
+
+TEST(PhasedPlant, AGuardEndsAPhaseWhereItIsZero) {
+  PhasedPlant plant(bounce(), runge_kutta4());
+  const VectorXd none = VectorXd::Zero(1);
+  plant.end_phase_at(0, 0.1);  // not heard: the guard decides
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(plant.advance(none, 0.1)) << plant.failure();
+  const double impact = std::sqrt(2.0 / gravity);
+  const std::vector<HybridEvent> events = plant.take_events();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].name, "impact");
+  EXPECT_EQ(events[0].kind, EventKind::jumps);
+  EXPECT_NEAR(events[0].time, impact, 1e-12);  // quadratic in time: order four is exact
+  EXPECT_NEAR(events[0].before[1], -gravity * impact, 1e-12);
+  EXPECT_NEAR(events[0].after[1], 0.8 * gravity * impact, 1e-12);
+  EXPECT_EQ(plant.phase(), 1);
+  EXPECT_EQ(plant.mode(), "rise");
+  const double since = 0.5 - impact;
+  EXPECT_NEAR(plant.state()[0], 0.8 * gravity * impact * since - 0.5 * gravity * since * since,
+              1e-12);
+}
+
+TEST(PhasedPlant, EndsWhereThePlanSaysAndCountsCostsAndMisses) {
+  PhasedPlant plant(bounce(true), runge_kutta4());
+  const VectorXd thrust = VectorXd::Constant(1, 2.0);
+  ASSERT_TRUE(plant.advance(thrust, 0.7));
+  plant.end_phase_at(1, 0.85);
+  ASSERT_TRUE(plant.advance(thrust, 0.3));
+  ASSERT_TRUE(plant.is_over());
+  EXPECT_EQ(plant.over_since(), 0.85);
+  EXPECT_NEAR(plant.time(), 1.0, 1e-12);
+  const double end = plant.state()[0];
+  EXPECT_NEAR(plant.cost(), 0.85 * 2.0 + end, 1e-12);
+  for (const PhasedPlant::Miss& miss : plant.misses_at_ends())
+    if (miss.term == "back")
+      EXPECT_NEAR(miss.amount, 1.0 - end, 1e-12);
+    else if (miss.term == "impact")  // of the guard, which is zero but for rounding
+      EXPECT_LT(miss.amount, 1e-12);
+    else
+      EXPECT_EQ(miss.term, "at rest");
+  ASSERT_EQ(plant.misses_on_the_way().size(), 1u);
+  EXPECT_NEAR(plant.misses_on_the_way()[0].amount, end - 0.3, 1e-12);
+  plant.disturb(VectorXd::Ones(2));  // over is over
+  EXPECT_EQ(plant.state()[0], end);
+}
+
+TEST(PhasedPlant, ADisturbancePastTheGuardEndsThePhase) {
+  PhasedPlant plant(bounce(), runge_kutta4());
+  ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.2));
+  plant.disturb(VectorXd{{-2.0, 0.0}});
+  ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.01));
+  EXPECT_EQ(plant.phase(), 1);
+  EXPECT_EQ(plant.take_events().at(0).time, 0.2);
+  EXPECT_TRUE(plant.misses_on_the_way().empty());
+}
+
+TEST(PhasedPlant, EventsInsideAPhaseAreForAnotherPlant) {
+  Phase<2, 1> phase{"fall", Ball{}, exactly(1.0)};
+  phase.on("impact", height, Crossing::falling, [](auto, auto x, auto) { return x; });
+  OptimalControlProblem ocp("fall");
+  EXPECT_THROW(PhasedPlant(ocp.start_at({1, 0}).then(phase), runge_kutta4()), DefinitionError);
+  EXPECT_THROW(PhasedPlant(bounce(), nullptr), DefinitionError);
+}
+
+TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
+  const OptimalControlProblem problem = bounce();
+  const auto controller = [&] {
+    return ShrinkingHorizonController(
+        problem, rests_of(problem, {.intervals_per_phase = 6, .integrator = runge_kutta4()},
+                          [](MultipleShooting rest) {
+                            return RecedingHorizonController(std::move(rest),
+                                                             make_real_time_solver(make_sqp()),
+                                                             {.period = 0.05});
+                          }));
+  };
+  LoopOptions options{.duration = 2.0, .plan_every = 5};
+  // Once, while it falls: three centimetres down.
+  options.disturbances.state = [](double t, const VectorRef&, VectorOut added) {
+    if (std::abs(t - 0.2) < 1e-9) added[0] = -0.03;
+  };
+  ShrinkingHorizonController loop = controller();
+  PhasedPlant plant(problem, runge_kutta4());
+  const LoopLog log = simulate_closed_loop(loop, plant, options);
+  ASSERT_TRUE(log.completed) << log.message;
+  ASSERT_TRUE(plant.is_over());
+  EXPECT_NEAR(plant.over_since(), 1.0, 1e-6);
+  EXPECT_EQ(log.count(Provenance::fallback), 0);
+  EXPECT_NEAR(plant.state()[0], 1.0, 1e-3);  // the input is held where the plan has ramps
+  EXPECT_NEAR(plant.state()[1], 0.0, 1e-2);
+  ASSERT_EQ(log.recording.events.size(), 2u);
+  EXPECT_EQ(log.recording.events[0].mode_after, "rise");
+  EXPECT_EQ(log.recording.events[1].name, "end");
+  EXPECT_GE(log.plans.size(), 3u);
+  PhasedPlant other(problem, runge_kutta4());
+  ShrinkingHorizonController first = controller();
+  const LoopLog undisturbed =
+      simulate_closed_loop(first, other, {.duration = 2.0, .plan_every = 0});
+  EXPECT_LT(undisturbed.ticks.size(), 22u);
+  EXPECT_GT(plant.cost(), other.cost());  // what the disturbance costs
+}
+
+}  // namespace
+}  // namespace saltus
