@@ -9,6 +9,7 @@ enum class ExitStatus {
   internal_error = 1,  ///< something the program did not foresee; please report it
   bad_input = 2,       ///< a file, key, flag or value is unusable; nothing was written
   solver_failed = 3,   ///< a solver gave up; the results written so far say which and why
+  not_applicable = 4,  ///< makes no sense for this problem, and a sentence says why
 };
 
 }  // namespace saltus

@@ -11,13 +11,11 @@
 #include "problems/library/c01_mpc_qps.hpp"
 #include "problems/library/catalogue.hpp"
 #include "problems/library/run_case.hpp"
+#include "problems/suite/integrator_names.hpp"
+#include "problems/suite/library_loop.hpp"
 #include "problems/suite/run_files.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
-#include "saltus/integrators/arkode.hpp"
-#include "saltus/integrators/cvodes.hpp"
-#include "saltus/integrators/runge_kutta.hpp"
-#include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/simulation/recording.hpp"
 
 namespace saltus {
@@ -25,34 +23,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-enum class Scheme { own, runge_kutta4, runge_kutta8, cvodes, arkode, zero_order_hold };
-
-const std::vector<std::pair<std::string, Scheme>> schemes{
-    {"own", Scheme::own},       {"rk4", Scheme::runge_kutta4}, {"rk8", Scheme::runge_kutta8},
-    {"cvodes", Scheme::cvodes}, {"arkode", Scheme::arkode},    {"zoh", Scheme::zero_order_hold}};
-
 constexpr const char* scheme_doc =
     "what integrates: the case's own, Runge-Kutta of order 4 or 8, CVODES, ARKODE, or the exact "
     "zero-order hold";
-
-// None: the case's own.
-IntegratorChoice made(Scheme scheme, double tolerance) {
-  switch (scheme) {
-    case Scheme::own:
-      return nullptr;
-    case Scheme::runge_kutta4:
-      return runge_kutta4();
-    case Scheme::runge_kutta8:
-      return runge_kutta8();
-    case Scheme::cvodes:
-      return cvodes({.method = CvodesMethod::Bdf, .tolerance = tolerance});
-    case Scheme::arkode:
-      return arkode({.tolerance = tolerance});
-    case Scheme::zero_order_hold:
-      return zero_order_hold();
-  }
-  return nullptr;
-}
 
 void finish(const RunContext& context, Json summary, bool pictures, const std::string& text) {
   const OutputFolder& output = context.output;
@@ -89,16 +62,43 @@ struct OptimalControlConfig {
   double integrator_tolerance = 1e-9;
   int samples = 8;
   bool pictures = true;
+  LoopConfig loop = {};
 };
 
 void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
   s.choice("solver", c.solver, solver_choices(), "what solves the program");
   s.integer("intervals", c.intervals, "", "per phase; 0: the case's own grid", between(0, 2000));
-  s.choice<Scheme>("integrator", c.integrator, schemes, scheme_doc);
+  s.choice<Scheme>("integrator", c.integrator, schemes(), scheme_doc);
   s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
            between(1e-14, 1e-2));
   s.integer("samples", c.samples, "", "of each interval, in the table", between(1, 1000));
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
+  declare_loop(s, c.loop);
+}
+
+ExitStatus refuse_loop(const std::string& id, const std::string& name, const std::string& why) {
+  fmt::print(stderr, "saltus: no loop can be closed over {} {}: {}\n", id, name, why);
+  return ExitStatus::not_applicable;
+}
+
+ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
+                    const OptimalControlConfig& config, const RunContext& context) {
+  if (!plan.ok()) {
+    fmt::print(stderr, "saltus: there is no plan to begin with: {}\n", plan.message);
+    return ExitStatus::solver_failed;
+  }
+  const LibraryLoop loop = close_loop(c, plan, config.solver, config.loop);
+  const PlanRunOut planned =
+      run_out(c, plan, make_scheme(config.loop.integrator, config.loop.integrator_tolerance));
+
+  write_recording(context.output, loop.log.recording);
+  const std::string ticks = loop.log.ticks_csv(), plans = loop.log.plans_csv();
+  context.output.write("ticks.csv", std::string_view(ticks));
+  if (!loop.log.plans.empty()) context.output.write("plans.csv", std::string_view(plans));
+  Json summary = loop_json(c, plan, loop, planned);
+  summary["solver"] = name_of(config.solver);
+  finish(context, summary, config.pictures, loop_text(c, loop, planned));
+  return loop.log.completed ? ExitStatus::ok : ExitStatus::solver_failed;
 }
 
 ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlConfig& config,
@@ -108,8 +108,13 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
     c.options.intervals.clear();
     c.options.intervals_per_phase = config.intervals;
   }
-  if (const IntegratorChoice scheme = made(config.integrator, config.integrator_tolerance))
+  if (const IntegratorChoice scheme = make_scheme(config.integrator, config.integrator_tolerance))
     c.options.integrator = scheme;
+  if (config.loop.run) {
+    const std::string why = why_no_loop(c.problem());
+    return why.empty() ? run_loop(c, solve_case(c, config.solver), config, context)
+                       : refuse_loop(c.id, c.name, why);
+  }
   const Solution solution = solve_case(c, config.solver);
   const CaseOutcome outcome = check_case(c, solution);
   Recording recording = record(c.problem(), solution.trajectory, config.samples);
@@ -137,19 +142,26 @@ struct SimulationConfig {
   Scheme integrator = Scheme::own;
   double integrator_tolerance = 1e-9;
   bool pictures = true;
+  bool loop = false;
 };
 
+void declare_loop_to_refuse(Settings& s, bool& loop) {
+  s.flag("loop", loop, "not for this one: there is nothing to control");
+}
+
 void declare_simulation(Settings& s, SimulationConfig& c) {
-  s.choice<Scheme>("integrator", c.integrator, schemes, scheme_doc);
+  s.choice<Scheme>("integrator", c.integrator, schemes(), scheme_doc);
   s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
            between(1e-14, 1e-2));
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
+  declare_loop_to_refuse(s, c.loop);
 }
 
 ExitStatus run_simulation(const SimulationCase& c, const SimulationConfig& config,
                           const RunContext& context) {
+  if (config.loop) return refuse_loop(c.id, c.name, "it is a simulation, without inputs");
   const std::vector<Motion> motions =
-      c.motions(made(config.integrator, config.integrator_tolerance));
+      c.motions(make_scheme(config.integrator, config.integrator_tolerance));
   const CaseOutcome outcome = run_case(c);
   Json summary = summary_head(outcome, c.summary), described = Json::array(),
        tables = Json::array();
@@ -189,13 +201,18 @@ ExitStatus run_simulation(const SimulationCase& c, const SimulationConfig& confi
 
 struct QuadraticConfig {
   SolverChoice solver = SolverChoice::ipopt;
+  bool loop = false;
 };
 
 void declare_quadratic(Settings& s, QuadraticConfig& c) {
   s.choice("solver", c.solver, solver_choices(), "what solves the programs");
+  declare_loop_to_refuse(s, c.loop);
 }
 
 ExitStatus run_quadratic(const QuadraticConfig& config, const RunContext& context) {
+  if (config.loop)
+    return refuse_loop(library::mpc_qps_id, library::mpc_qps_name,
+                       "its programs come without the plants that they were made for");
   const CaseOutcome outcome = library::run_mpc_qps(config.solver);
   if (outcome.verdict == Verdict::skipped || outcome.verdict == Verdict::not_applicable)
     throw InputError(outcome.status);
@@ -217,7 +234,9 @@ std::vector<ProblemEntry> library_problems() {
   std::vector<ProblemEntry> entries;
   for (const ReferenceCase& c : reference_cases())
     entries.push_back(entry_of<OptimalControlConfig>(
-        c.id, c.name, c.summary, "optimal control", declare_optimal_control,
+        c.id, c.name, c.summary,
+        why_no_loop(c.problem()).empty() ? "optimal control, --loop" : "optimal control",
+        declare_optimal_control,
         [&c](const OptimalControlConfig& config, const RunContext& context) {
           return run_optimal_control(c, config, context);
         }));

@@ -21,6 +21,29 @@ Json versions() {
 
 std::string suffix_of(const std::string& name) { return name.empty() ? "" : "_" + name; }
 
+Json misses_json(const std::vector<PhasedPlant::Miss>& misses) {
+  Json list = Json::array();
+  for (const PhasedPlant::Miss& m : misses)
+    list.push_back({{"phase", m.phase}, {"term", m.term}, {"t_s", m.time}, {"amount", m.amount}});
+  return list;
+}
+
+double largest(const std::vector<PhasedPlant::Miss>& misses) {
+  double amount = 0.0;
+  for (const PhasedPlant::Miss& m : misses) amount = std::max(amount, m.amount);
+  return amount;
+}
+
+// No histogram's bucket: the tick itself.
+const LoopTick* worst_tick(const LoopLog& log) {
+  const auto worst = std::ranges::max_element(log.ticks, {}, &LoopTick::seconds);
+  return worst == log.ticks.end() ? nullptr : &*worst;
+}
+
+constexpr Provenance all_provenances[] = {Provenance::optimal, Provenance::step,
+                                          Provenance::feasible, Provenance::shifted,
+                                          Provenance::fallback};
+
 }  // namespace
 
 void write_recording(const OutputFolder& output, const Recording& recording,
@@ -91,6 +114,73 @@ std::string verdict_text(const CaseOutcome& outcome) {
   }
   if (outcome.verdict == Verdict::missed) text += "  " + outcome.reason_in_brief() + "\n";
   return text;
+}
+
+Json loop_json(const ReferenceCase& c, const Solution& plan, const LibraryLoop& loop,
+               const PlanRunOut& planned) {
+  const LoopLog& log = loop.log;
+  Json provenance = Json::object(), events = Json::array(), worst = nullptr;
+  for (const Provenance p : all_provenances) provenance[describe(p)] = log.count(p);
+  for (const HybridEvent& e : log.recording.events)
+    events.push_back({{"t_s", e.time},
+                      {"event", e.name},
+                      {"kind", describe(e.kind)},
+                      {"mode_before", e.mode_before},
+                      {"mode_after", e.mode_after}});
+  if (const LoopTick* tick = worst_tick(log))
+    worst = {{"t_s", tick->time},
+             {"seconds", tick->seconds},
+             {"provenance", tick->provenance ? describe(*tick->provenance) : ""},
+             {"iterations", tick->iterations}};
+  const LatencyHistogram latency = log.statistics.all();
+  std::vector<double> end(log.final_state().begin(), log.final_state().end());
+  return {{"id", c.id},
+          {"name", c.name + " in closed loop"},
+          {"summary", c.summary},
+          {"source", c.source},
+          {"kind", "closed loop"},
+          {"completed", log.completed},
+          {"message", log.message},
+          {"controller", log.controller},
+          {"plant", log.plant},
+          {"horizon", describe(loop.horizon)},
+          {"period_s", log.period},
+          {"start_s", log.recording.samples.front().time},
+          {"end_s", loop.over_since.value_or(log.recording.samples.back().time)},
+          {"ticks", log.ticks.size()},
+          {"provenance", provenance},
+          {"fallbacks", log.count(Provenance::fallback)},
+          {"solve_s", {{"median", latency.median()}, {"p99", latency.p99()}}},
+          {"worst_tick", worst},
+          {"cost", loop.cost},
+          {"cost_of_plan", planned.cost},
+          {"cost_of_plan_by_solver", plan.cost},
+          {"plan_end_s", plan.trajectory.end_time()},
+          {"missed_at_ends", misses_json(loop.misses_at_ends)},
+          {"missed_on_the_way", misses_json(loop.misses_on_the_way)},
+          {"plan_missed_at_ends", misses_json(planned.misses_at_ends)},
+          {"final_state", end},
+          {"events", events},
+          {"states", log.recording.state_columns()},
+          {"inputs", log.recording.input_columns()},
+          {"tables", {"trajectory.csv"}},
+          {"versions", versions()}};
+}
+
+std::string loop_text(const ReferenceCase& c, const LibraryLoop& loop, const PlanRunOut& planned) {
+  std::string counts;
+  for (const Provenance p : all_provenances)
+    if (const int n = loop.log.count(p); n > 0)
+      counts += fmt::format("{}{} {}", counts.empty() ? "" : ", ", n, describe(p));
+  const LoopTick* worst = worst_tick(loop.log);
+  return fmt::format(
+      "{} {} in closed loop, horizon {}: {}\n"
+      "  {} ticks ({}), the slowest {:.3g} ms\n"
+      "  cost {:.6g}, of the plan in the same plant {:.6g}; ends missed by {:.2g}, the way by "
+      "{:.2g} at most\n",
+      c.id, c.name, describe(loop.horizon), loop.log.message, loop.log.ticks.size(), counts,
+      worst == nullptr ? 0.0 : 1e3 * worst->seconds, loop.cost, planned.cost,
+      largest(loop.misses_at_ends), largest(loop.misses_on_the_way));
 }
 
 }  // namespace saltus

@@ -6,6 +6,7 @@
 #include "problems/library/case_outcome.hpp"
 #include "problems/library/reference_case.hpp"
 #include "problems/library/simulation_case.hpp"
+#include "problems/suite/library_loop.hpp"
 #include "saltus/app/output_folder.hpp"
 #include "saltus/simulation/recording.hpp"
 
@@ -23,5 +24,10 @@ nlohmann::ordered_json solution_json(const Solution& solution, const Recording& 
 
 /// The value that counts beside its reference, and why if it is not met.
 std::string verdict_text(const CaseOutcome& outcome);
+
+/// A closed loop beside the plan that it began with.
+nlohmann::ordered_json loop_json(const ReferenceCase& c, const Solution& plan,
+                                 const LibraryLoop& loop, const PlanRunOut& planned);
+std::string loop_text(const ReferenceCase& c, const LibraryLoop& loop, const PlanRunOut& planned);
 
 }  // namespace saltus

@@ -4,7 +4,7 @@
 Usage: plot_trajectory.py RESULTS, a folder with trajectory.csv ("t [s]", perhaps "mode", states,
 inputs) and perhaps events.csv and summary.json; writes trajectory.png beside it. Of a case with
 several motions every trajectory_NAME.csv gets its picture. A closed loop is a run like any other;
-its ticks.csv adds where the inputs came from and how long the controller took.
+its ticks.csv adds where the inputs came from and how long the controller took, its plans.csv, thin, what it had in mind.
 """
 
 import glob
@@ -82,6 +82,16 @@ def draw_ticks(axes, ticks):
     axes.legend(fontsize="x-small", ncols=4)
 
 
+def draw_plans(axes, plans, name):
+    """Every plan that was kept, from the tick that made it to its end."""
+    if name not in plans:
+        return
+    for made_at in dict.fromkeys(plans["made at [s]"]):
+        chosen = [i for i, t in enumerate(plans["made at [s]"]) if t == made_at]
+        axes.plot(*jumps_at([plans["t [s]"][i] for i in chosen], [plans[name][i] for i in chosen]),
+                  color="0.45", linewidth=0.6, alpha=0.6)
+
+
 def legend_of(figure, spans, names, events):
     handles = []
     shown = [name for name in names if any(s[2] == name and s[1] > s[0] for s in spans)]
@@ -125,6 +135,9 @@ def draw_motion(folder, table_file, summary):
     ticks_file = os.path.join(folder, "ticks.csv")
     ticks = read_table(ticks_file) if os.path.exists(ticks_file) else None
 
+    plans_file = os.path.join(folder, "plans.csv")
+    plans = read_table(plans_file) if ticks and os.path.exists(plans_file) else {}
+
     t = table["t [s]"]
     spans = mode_spans(t, table["mode"]) if "mode" in table else []
     names = list(dict.fromkeys(span[2] for span in spans))
@@ -157,6 +170,7 @@ def draw_motion(folder, table_file, summary):
         else:
             color = "tab:blue" if kind == "state" else "tab:red"
             held = kind == "input" and ticks  # from sample to sample; plans say where they bend
+            draw_plans(axes, plans, name)
             axes.plot(*jumps_at(t, table[name]), color=color, linewidth=1.2,
                       drawstyle="steps-post" if held else "default")
             axes.set_ylabel(name)

@@ -143,5 +143,58 @@ TEST_F(LibraryProblems, ACaseWithSeveralMotionsLeavesATableForEach) {
   EXPECT_NEAR(std::stod(sliding[1][0]), 0.5, 1e-9);
 }
 
+TEST_F(LibraryProblems, ALoopLeavesItsTicksAndHonestFigures) {
+  ASSERT_EQ(run({"A20", "--loop", "--loop.period=0.1", "--loop.disturbance=0.01", "--loop.seed=3",
+                 "--pictures=false"}),
+            0)
+      << complaint;
+  const nlohmann::json s = summary();
+  EXPECT_EQ(s.at("horizon"), "shrinking");
+  EXPECT_TRUE(s.at("completed").get<bool>()) << s.at("message");
+  const auto ticks = table_of(folder / "ticks.csv");
+  EXPECT_EQ(ticks.size(), s.at("ticks").get<std::size_t>() + 1);
+  int counted = 0;
+  for (const auto& [name, count] : s.at("provenance").items()) counted += count.get<int>();
+  EXPECT_EQ(counted, s.at("ticks").get<int>());
+  EXPECT_EQ(s.at("fallbacks"), 0);
+  EXPECT_GT(s.at("worst_tick").at("seconds").get<double>(), 0.0);
+  EXPECT_NEAR(s.at("cost_of_plan_by_solver").get<double>(), 2.570651595764464, 1e-8);
+  // Held for a tenth of a second, ramps of the input become stairs.
+  EXPECT_NEAR(s.at("cost_of_plan").get<double>(), 2.57, 0.05);
+  EXPECT_GT(s.at("cost").get<double>(), 0.0);
+  const auto events = table_of(folder / "events.csv");
+  ASSERT_EQ(events.size(), 3u);
+  EXPECT_EQ(events[1][1], "impact");
+  EXPECT_EQ(events[2][1], "end");
+  EXPECT_NEAR(std::stod(events[2][0]), 1.0, 1e-6);
+  EXPECT_TRUE(std::filesystem::exists(folder / "plans.csv"));
+  EXPECT_TRUE(contains(printed, "in closed loop"));
+  const std::string trajectory = file_content(folder / "trajectory.csv");
+  ASSERT_EQ(run({"A20", "--loop", "--loop.period=0.1", "--loop.disturbance=0.01", "--loop.seed=3",
+                 "--pictures=false"}),
+            0);
+  EXPECT_EQ(file_content(folder / "trajectory.csv"), trajectory);  // the seed decides
+}
+
+TEST_F(LibraryProblems, ARegulatorRecedesAndStepsByChoice) {
+  ASSERT_EQ(run({"C03", "--solver=riccati", "--loop", "--loop.method=step", "--loop.period=0.05",
+                 "--loop.duration=0.2", "--pictures=false"}),
+            0)
+      << complaint;
+  EXPECT_EQ(summary().at("horizon"), "receding");
+  EXPECT_EQ(summary().at("provenance").at("step"), 4);
+}
+
+TEST_F(LibraryProblems, WithoutAnythingToControlThereIsNoLoop) {
+  for (const char* name : {"D07", "A17", "C01"}) {
+    EXPECT_EQ(run({name, "--loop"}), static_cast<int>(ExitStatus::not_applicable)) << name;
+    EXPECT_EQ(std::count(complaint.begin(), complaint.end(), '\n'), 1) << complaint;
+    EXPECT_TRUE(contains(complaint, "no loop can be closed")) << complaint;
+  }
+  int loops = 0;
+  for (const ProblemEntry& entry : problems) loops += contains(entry.kind, "--loop") ? 1 : 0;
+  EXPECT_EQ(loops, static_cast<int>(reference_cases().size()) - 1);  // all but A17
+}
+
 }  // namespace
 }  // namespace saltus

@@ -132,6 +132,13 @@ class Pictures(unittest.TestCase):
             for picture in pictures:
                 self.is_picture(name, picture)
 
+    def test_a_problem_of_the_library_in_closed_loop(self):
+        done = subprocess.run([program, "run", "a20", "--loop", "--loop.period", "0.05", "--out",
+                               path("loop")], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.stderr, "")
+        self.is_picture("loop", "trajectory.png")
+
     def test_without_matplotlib_a_sentence_says_so(self):
         os.makedirs(path("none"))
         with open(path("none", "matplotlib.py"), "w", encoding="utf-8") as file:

@@ -1,0 +1,191 @@
+#include "problems/suite/library_loop.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "problems/library/run_case.hpp"
+
+namespace saltus {
+namespace {
+
+bool depends_on_time(const Function& f) {
+  bool depends = false;
+  f.jacobian_pattern().for_each([&](int, int column, int) { depends = depends || column == 0; });
+  return depends;
+}
+
+// How far each state moves along the plan: the measure of disturbances.
+VectorXd ranges_of(const Trajectory& plan, Eigen::Index states) {
+  VectorXd lowest = VectorXd::Constant(states, infinity), highest = -lowest;
+  const auto look_at = [&](const VectorXd& x) {
+    const Eigen::Index n = std::min(states, x.size());
+    lowest.head(n) = lowest.head(n).cwiseMin(x.head(n));
+    highest.head(n) = highest.head(n).cwiseMax(x.head(n));
+  };
+  for (const TrajectoryPiece& piece : plan.pieces()) {
+    look_at(piece.state);
+    look_at(piece.end_state);
+  }
+  return highest - lowest;
+}
+
+ControllerOptions controller_options(const LoopConfig& config, double period) {
+  ControllerOptions options;
+  options.period = period;
+  if (config.deadline > 0.0) options.deadline = config.deadline;
+  return options;
+}
+
+// Switches where the plan has them.
+void end_phases_as_planned(PhasedPlant& plant, const Trajectory& plan) {
+  for (const TrajectoryPiece& piece : plan.pieces()) plant.end_phase_at(piece.phase, piece.end());
+}
+
+}  // namespace
+
+const char* describe(Horizon horizon) {
+  switch (horizon) {
+    case Horizon::fitting:
+      return "fitting";
+    case Horizon::shrinking:
+      return "shrinking";
+    case Horizon::receding:
+      return "receding";
+    case Horizon::plan:
+      return "plan";
+  }
+  return "unknown";
+}
+
+void declare_loop(Settings& s, LoopConfig& loop) {
+  s.flag("loop.run", loop.run, "close the loop over a plant, in place of one solve");
+  s.alias("loop", "loop.run");
+  s.choice<Horizon>("loop.horizon", loop.horizon,
+                    {{"fitting", Horizon::fitting},
+                     {"shrinking", Horizon::shrinking},
+                     {"receding", Horizon::receding},
+                     {"plan", Horizon::plan}},
+                    "to the problem's end, as long as ever, or the first plan run out; fitting: "
+                    "receding for regulators that know no time, else shrinking");
+  s.choice("loop.method", loop.method, tick_methods(),
+           "a tick takes one step of the real-time iteration, or solves to the optimum (Ipopt "
+           "always does)");
+  s.number("loop.period", loop.period, "s", "of the controller; 0: a fiftieth of the plan",
+           at_least(0.0));
+  s.number("loop.duration", loop.duration, "s",
+           "0: to the problem's end; of a receding horizon twice the plan", at_least(0.0));
+  s.number("loop.deadline", loop.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
+  s.number("loop.disturbance", loop.disturbance, "",
+           "of the plant's state at every tick: standard deviation as a fraction of what each "
+           "state covers along the plan",
+           between(0.0, 1.0));
+  s.number("loop.noise", loop.noise, "", "of the measurement, in the same measure",
+           between(0.0, 1.0));
+  s.integer("loop.seed", loop.seed, "", "of disturbance and noise", at_least(0.0));
+  s.choice("loop.integrator", loop.integrator, schemes(),
+           "what integrates the plant; own: as the controller's model");
+  s.number("loop.integrator_tolerance", loop.integrator_tolerance, "",
+           "of the plant's CVODES or ARKODE", between(1e-14, 1e-2));
+  s.integer("loop.plan_every", loop.plan_every, "", "ticks from one plan that is kept to the next",
+            between(0.0, 1e6));
+}
+
+std::string why_no_loop(const OptimalControlProblem& problem) {
+  bool decides = false;
+  for (const PhaseDefinition& phase : problem.phases()) {
+    if (!phase.switching.empty())
+      return "its phase '" + phase.name + "' has events inside, which no controller here decides";
+    for (const ParameterBlock& block : phase.parameters)
+      if (block.unknown) return "it decides parameters, once and for all, before the start";
+    decides = decides || phase.sizes.nu > 0 || phase.has_free_duration();
+  }
+  if (!decides) return "there is no input and no switch to decide, only where to start";
+  if (problem.closing()) return "it is periodic: its end decides where it begins";
+  for (const Bounds& b : problem.start_bounds())
+    if (!b.is_equality()) return "it decides where to start, which a plant does not ask";
+  return {};
+}
+
+Horizon fitting_horizon(const OptimalControlProblem& problem) {
+  const PhaseDefinition& only = problem.phases().front();
+  bool recedes = problem.phases().size() == 1 && !only.has_free_duration() &&
+                 problem.schedule().events().empty() && !depends_on_time(only.dynamics);
+  for (const Term& term : only.terms) {
+    const bool is_end_condition =
+        term.kind == TermKind::constraint && term.domain == TermDomain::phase_end;
+    const bool is_target = term.kind == TermKind::cost && term.domain == TermDomain::phase_end;
+    recedes = recedes && !is_end_condition && !is_target && term.window.is_whole() &&
+              !term.reference.varies() && !depends_on_time(term.function);
+  }
+  return recedes ? Horizon::receding : Horizon::shrinking;
+}
+
+LibraryLoop close_loop(const ReferenceCase& c, const Solution& plan, SolverChoice solver,
+                       const LoopConfig& config) {
+  const OptimalControlProblem problem = c.problem();
+  LibraryLoop result;
+  result.horizon = config.horizon == Horizon::fitting ? fitting_horizon(problem) : config.horizon;
+  const double length = plan.trajectory.end_time() - plan.trajectory.start_time();
+  const double period = config.period > 0.0 ? config.period : length / 50.0;
+
+  const IntegratorChoice scheme = make_scheme(config.integrator, config.integrator_tolerance);
+  PhasedPlant plant(problem, scheme ? scheme : c.options.integrator);
+  const VectorXd ranges = ranges_of(plan.trajectory, plant.state().size());
+  LoopOptions options;
+  options.samples_per_tick = 4;
+  options.plan_every = config.plan_every;
+  options.state_names = c.states;
+  options.input_names = c.inputs;
+  options.disturbances.seed = static_cast<std::uint64_t>(config.seed);
+  if (config.disturbance > 0.0) options.disturbances.state_noise = config.disturbance * ranges;
+  if (config.noise > 0.0) options.disturbances.measurement_noise = config.noise * ranges;
+
+  const RealTimeChoice choice{
+      .solver = solver, .method = config.method, .tolerance = library_solver_tolerance};
+  const ControllerOptions controls = controller_options(config, period);
+  // Where the end is free, a disturbed motion may take longer than planned, but not forever.
+  options.duration = config.duration > 0.0 ? config.duration : 2.0 * length;
+  if (result.horizon == Horizon::receding) {
+    RecedingHorizonController controller =
+        make_controller(MultipleShooting(problem, c.options), choice, controls);
+    controller.adopt_plan(problem.start_time(), plan.trajectory);
+    result.log = simulate_closed_loop(controller, plant, options);
+  } else if (result.horizon == Horizon::shrinking) {
+    ShrinkingHorizonController controller = make_controller(problem, c.options, choice, controls);
+    controller.adopt_plan(plan.trajectory);
+    result.log = simulate_closed_loop(controller, plant, options);
+  } else {
+    end_phases_as_planned(plant, plan.trajectory);
+    options.period = period;
+    options.until = [&](double, const VectorRef&) { return plant.is_over(); };
+    const FeedbackLaw as_planned = [&](double t, const VectorRef&, VectorOut input) {
+      const VectorXd u = plan.trajectory.input(t + 0.5 * period);
+      input.head(u.size()) = u;
+    };
+    result.log = simulate_closed_loop(as_planned, plant, options);
+  }
+  result.cost = plant.cost();
+  result.misses_at_ends = plant.misses_at_ends();
+  result.misses_on_the_way = plant.misses_on_the_way();
+  if (plant.is_over()) result.over_since = plant.over_since();
+  return result;
+}
+
+PlanRunOut run_out(const ReferenceCase& c, const Solution& plan, const IntegratorChoice& scheme) {
+  PhasedPlant plant(c.problem(), scheme ? scheme : c.options.integrator);
+  end_phases_as_planned(plant, plan.trajectory);
+  PlanRunOut result;
+  for (const TrajectoryPiece& piece : plan.trajectory.pieces()) {
+    const bool is_ramp = piece.coefficients.size() > plant.inputs();
+    const int steps = is_ramp ? 16 : 1;  // stairs for ramps: costs are good to 1 / 16^2 of a ramp's
+    const double h = piece.length / steps;
+    for (int s = 0; s < steps && result.failure.empty(); ++s)
+      if (!plant.advance(plan.trajectory.input(piece.start + (s + 0.5) * h), h))
+        result.failure = plant.failure();
+  }
+  result.cost = plant.cost();
+  result.misses_at_ends = plant.misses_at_ends();
+  return result;
+}
+
+}  // namespace saltus
