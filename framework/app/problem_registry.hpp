@@ -52,6 +52,8 @@ ProblemEntry problem_entry(std::string name, std::string summary,
       return ExitStatus::ok;
     }
     settings.apply(request.config_file, request.assignments);
+    for (const std::string& warning : settings.warnings())
+      fmt::print(stderr, "saltus: {}\n", warning);
     OutputFolder output(request.out);
     const std::string effective_config = settings.to_yaml();
     return run(config, RunContext{request, output, effective_config});

@@ -58,6 +58,7 @@ void Settings::declare(Setting setting) {
   const auto complain = [&](std::string_view what) {
     throw DefinitionError(fmt::format("setting '{}': {}", setting.key, what));
   };
+  if (find_renamed(setting.key) != nullptr) complain("it is an old name of another setting");
   for (const Setting& other : settings_) {
     if (other.key == setting.key) complain("declared twice");
     if (other.key.starts_with(setting.key + ".") || setting.key.starts_with(other.key + ".")) {
@@ -90,6 +91,14 @@ void Settings::alias(std::string flag, const std::string& key) {
   aliases_.emplace_back(std::move(flag), key);
 }
 
+void Settings::renamed(std::string old_key, const std::string& key, std::string version) {
+  if (find(key, Assignment::Origin::set) == nullptr)
+    throw DefinitionError(fmt::format("old key '{}': there is no setting '{}'", old_key, key));
+  if (find(old_key, Assignment::Origin::flag) != nullptr)
+    throw DefinitionError(fmt::format("old key '{}': the name is taken", old_key));
+  renamed_.push_back({std::move(old_key), key, std::move(version)});
+}
+
 void Settings::rule(std::vector<std::string> keys, std::function<std::string()> complaint) {
   for (const std::string& key : keys) {
     if (find(key, Assignment::Origin::set) == nullptr) {
@@ -104,6 +113,7 @@ void Settings::rule(std::vector<std::string> keys, std::function<std::string()> 
 void Settings::apply(const std::optional<std::filesystem::path>& file,
                      const std::vector<Assignment>& assignments) {
   std::vector<Change> changes;
+  warnings_.clear();
   if (file) stage(read_assignments(*file), changes);
   stage(assignments, changes);
 
@@ -122,11 +132,15 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
 }
 
 // Parses everything; assigns nothing.
-void Settings::stage(const std::vector<Assignment>& assignments,
-                     std::vector<Change>& changes) const {
+void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes) {
   std::vector<std::pair<const Setting*, std::string>> seen;
   for (const Assignment& assignment : assignments) {
     const Setting* setting = find(assignment.key, assignment.origin);
+    if (const Renamed* old = find_renamed(assignment.key)) {
+      setting = find(old->key, Assignment::Origin::set);
+      warnings_.push_back(fmt::format("{}: '{}' is called '{}' now; the old name goes with {}",
+                                      assignment.location, old->old_key, old->key, old->version));
+    }
     if (setting == nullptr) reject_unknown(assignment);
     for (const auto& [other, location] : seen) {
       if (other == setting) {
@@ -162,6 +176,11 @@ const Settings::Setting* Settings::find(std::string_view name, Assignment::Origi
   const auto it = std::find_if(settings_.begin(), settings_.end(),
                                [&](const Setting& setting) { return setting.key == key; });
   return it == settings_.end() ? nullptr : &*it;
+}
+
+const Settings::Renamed* Settings::find_renamed(std::string_view old_key) const {
+  const auto it = std::ranges::find(renamed_, old_key, &Renamed::old_key);
+  return it == renamed_.end() ? nullptr : &*it;
 }
 
 void Settings::reject_unknown(const Assignment& given) const {

@@ -55,6 +55,10 @@ class Settings {
   /// Lets a flag of the command line stand for a key: alias("urdf", "robot.urdf").
   void alias(std::string flag, const std::string& key);
 
+  /// A key that had another name: the old one is still understood, in files and on the command
+  /// line, with a warning. `version` in which it will be gone.
+  void renamed(std::string old_key, const std::string& key, std::string version);
+
   /// A condition on several settings, checked after all are known. `complaint` returns what is
   /// wrong ("contact.fz_min (50) exceeds contact.fz_max (20)"), or an empty string; the message
   /// is preceded by the location that set one of `keys` last.
@@ -65,6 +69,10 @@ class Settings {
              const std::vector<Assignment>& assignments);
   /// The same for assignments alone. A key that occurs twice among them is an error.
   void apply(const std::vector<Assignment>& assignments) { apply(std::nullopt, assignments); }
+
+  /// Of the last apply(): one sentence for every key that was given by an old name. Whoever prints
+  /// shows them.
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
   /// One line per key: name, default, unit, what is allowed, what it means.
   std::string describe() const;
@@ -96,6 +104,9 @@ class Settings {
     std::vector<std::string> keys;
     std::function<std::string()> complaint;
   };
+  struct Renamed {
+    std::string old_key, key, version;
+  };
   struct Change {
     const Setting* setting;
     Value value;
@@ -104,7 +115,8 @@ class Settings {
 
   void declare(Setting setting);
   const Setting* find(std::string_view key_or_alias, Assignment::Origin origin) const;
-  void stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes) const;
+  const Renamed* find_renamed(std::string_view old_key) const;
+  void stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes);
   void check_rules(const std::vector<Change>& changes) const;
   [[noreturn]] void reject_unknown(const Assignment& assignment) const;
 
@@ -116,7 +128,9 @@ class Settings {
 
   std::vector<Setting> settings_;
   std::vector<std::pair<std::string, std::string>> aliases_;  // flag, key
+  std::vector<Renamed> renamed_;
   std::vector<Rule> rules_;
+  std::vector<std::string> warnings_;
 };
 
 template <class Enum>

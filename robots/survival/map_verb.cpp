@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <thread>
 
 #include "saltus/app/option_parser.hpp"
@@ -160,6 +161,8 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
   Settings settings;
   request.problem->declare(settings);
   settings.apply(config_file, assignments);
+  for (const std::string& warning : settings.warnings())
+    fmt::print(stderr, "saltus: {}\n", warning);
   request.pictures = config.pictures;
   request.settings = stamp(*request.problem);
   for (const double t : request.grid.step_times)

@@ -276,6 +276,32 @@ TEST_F(SettingsTest, description_names_default_unit_range_and_flag) {
   EXPECT_TRUE(contains(text, "step.trigger=none "));
 }
 
+TEST_F(SettingsTest, an_old_key_is_understood_with_a_sentence_that_names_the_new_one) {
+  settings.renamed("push.size", "push.impulse", "0.4");
+  set({"push.size=9"});
+  EXPECT_EQ(config.impulse, 9.0);
+  EXPECT_EQ(settings.warnings(),
+            std::vector<std::string>{"--set push.size=9: 'push.size' is called 'push.impulse' now; "
+                                     "the old name goes with 0.4"});
+  set({"push.impulse=8"});
+  EXPECT_TRUE(settings.warnings().empty());
+  settings.apply({flag_assignment("push.size", "6")});
+  EXPECT_EQ(config.impulse, 6.0);
+  settings.apply(folder.file("old.yaml", "push:\n  size: 5\n"), {});
+  EXPECT_EQ(config.impulse, 5.0);
+  EXPECT_TRUE(contains(settings.warnings().at(0), "old.yaml:2: 'push.size' is called"));
+  EXPECT_TRUE(contains(complaint([&] {
+                         set({"push.size=1", "push.impulse=2"});
+                       }),
+                       "'push.impulse' was already given"));
+  EXPECT_EQ(config.impulse, 5.0);
+  EXPECT_FALSE(contains(settings.describe(), "push.size"));  // nobody learns it any more
+  double number = 1.0;
+  EXPECT_THROW(settings.number("push.size", number, "", ""), DefinitionError);
+  EXPECT_THROW(settings.renamed("x", "no.such.key", "0.4"), DefinitionError);
+  EXPECT_THROW(settings.renamed("stepping", "push.impulse", "0.4"), DefinitionError);
+}
+
 TEST_F(SettingsTest, wrong_declarations) {
   double number = -1.0;
   std::string name = "c";
