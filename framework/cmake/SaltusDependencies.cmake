@@ -8,12 +8,13 @@
 #   robots    saltus::urdf_libraries
 #   dart      saltus::dart_libraries
 #   mujoco    saltus::mujoco_library
+#   legged    none of its own: it runs on all that the others bring
 #   app       nlohmann_json::nlohmann_json  saltus::yaml_library  saltus::command_line_library
 #
 # The releases in view: Debian 12, Ubuntu 24.04, Debian 13. ./saltus installs the packages.
 # saltusConfig.cmake.in finds the same libraries for users of an installed Saltus.
 
-set(SALTUS_ALL_COMPONENTS core sundials ipopt robots dart mujoco app)
+set(SALTUS_ALL_COMPONENTS core sundials ipopt robots dart mujoco legged app)
 set(SALTUS_COMPONENTS "found" CACHE STRING
     "Components to build, a list of: ${SALTUS_ALL_COMPONENTS}; or 'all'; or 'found': those whose packages are installed")
 # What each needs of the others.
@@ -24,6 +25,7 @@ set(SALTUS_app_NEEDS core)
 set(SALTUS_robots_NEEDS core app)
 set(SALTUS_dart_NEEDS robots)
 set(SALTUS_mujoco_NEEDS robots)
+set(SALTUS_legged_NEEDS core app robots sundials ipopt dart)
 
 if(SALTUS_COMPONENTS STREQUAL "all" OR SALTUS_COMPONENTS STREQUAL "found")
   set(SALTUS_WANTED ${SALTUS_ALL_COMPONENTS})
@@ -166,6 +168,9 @@ macro(saltus_find_mujoco)
   endif()
 endmacro()
 
+macro(saltus_find_legged)
+endmacro()
+
 macro(saltus_find_app)
   saltus_find_yaml()
   find_package(nlohmann_json QUIET)
@@ -181,7 +186,7 @@ macro(saltus_find_app)
 endmacro()
 
 # In an order in which each comes after what it needs.
-foreach(component core sundials ipopt app robots dart mujoco)
+foreach(component core sundials ipopt app robots dart mujoco legged)
   set(SALTUS_HAS_${component} OFF)
   if(component IN_LIST SALTUS_WANTED)
     set(missing)

@@ -48,6 +48,11 @@ foreach(component ${SALTUS_ALL_COMPONENTS})
   endif()
 endforeach()
 
+# A closed loop that was built with MuJoCo is linked with it.
+set(SALTUS_LEGGED_MUJOCO)
+if(SALTUS_HAS_mujoco)
+  set(SALTUS_LEGGED_MUJOCO mujoco)
+endif()
 # Found next to one another or not at all: each component's file comes with its package.
 configure_package_config_file(${PROJECT_SOURCE_DIR}/framework/cmake/saltusConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/saltusConfig.cmake

@@ -1,7 +1,7 @@
 # Debian packages: `cmake --preset package`, build, `cpack --config build-package/CPackConfig.cmake`.
 #
 #   libsaltus-dev           core: headers and static libraries, find_package(saltus)
-#   libsaltus-NAME-dev      the components sundials, ipopt, app, robots, dart, mujoco
+#   libsaltus-NAME-dev      the components sundials, ipopt, app, robots, dart, mujoco, legged
 #   libsaltus-dart0.2       the shared library that hides DART
 #   saltus                  the program with its scripts and data
 #
@@ -100,6 +100,15 @@ if(SALTUS_HAS_mujoco)
   saltus_package(mujoco libsaltus-mujoco-dev "hybrid model predictive control: plant in MuJoCo"
     "${about}\nThis package is for programs that simulate a robot in MuJoCo."
     DEPENDS "libsaltus-robots-dev ${version}" libmujoco-dev)
+endif()
+if(SALTUS_HAS_legged)
+  set(needs)
+  foreach(component sundials ipopt app robots dart ${SALTUS_LEGGED_MUJOCO})
+    list(APPEND needs "libsaltus-${component}-dev ${version}")
+  endforeach()
+  saltus_package(legged libsaltus-legged-dev "hybrid model predictive control: bipeds in closed loop"
+    "${about}\n This package holds a biped in closed loop: steps, planners, plants, verdicts, reports."
+    DEPENDS "libsaltus-dev ${version}" ${needs})
 endif()
 if(SALTUS_BUILD_PROGRAM)
   saltus_package(program saltus "hybrid model predictive control: program and examples"

@@ -147,7 +147,7 @@ endfunction()
 # ---- how targets are declared ----------------------------------------------------------------------
 
 # The components of more than one layer; the others are a layer of their own name.
-foreach(component core robots)
+foreach(component core robots legged)
   if(SALTUS_HAS_${component})
     add_library(saltus_component_${component} INTERFACE)
     add_library(saltus::${component} ALIAS saltus_component_${component})

@@ -28,6 +28,7 @@ std::vector<RecedingHorizonController> rests_of(
   for (std::size_t j = 0; j < phases; ++j) {
     rests.push_back(controller_of(MultipleShooting(problem.after(static_cast<int>(j)), options)));
     options.intervals.erase(options.intervals.begin());
+    if (!options.meshes.empty()) options.meshes.erase(options.meshes.begin());
   }
   return rests;
 }
