@@ -83,7 +83,7 @@ ExitStatus refuse_loop(const std::string& id, const std::string& name, const std
 
 ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
                     const OptimalControlConfig& config, const RunContext& context) {
-  if (!plan.ok()) {
+  if (!plan.ok() && plan.status != SolveStatus::coarse_grid) {
     fmt::print(stderr, "saltus: there is no plan to begin with: {}\n", plan.message);
     return ExitStatus::solver_failed;
   }

@@ -40,7 +40,7 @@ while (($# > 0)); do
   esac
   shift 2
 done
-everything="core;sundials;ipopt;app;robots;dart;mujoco"
+everything="core;sundials;ipopt;app;robots;dart;mujoco;legged"
 [[ $components != all ]] || components=$everything
 ((EUID == 0)) || { echo "root is needed to make a file system" >&2; exit 1; }
 command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt-get install debootstrap" >&2; exit 1; }
