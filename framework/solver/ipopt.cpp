@@ -1,9 +1,15 @@
 #include "saltus/solver/ipopt.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <string>
 #include <utility>
 #include <vector>
+
+#include "saltus/core/error.hpp"
 
 // The folder (coin/ before Ipopt 3.14, coin-or/ since) comes from the package's own flags.
 #include <IpIpoptApplication.hpp>
@@ -160,6 +166,17 @@ SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {
   }
 }
 
+// Whether Ipopt knows the option and takes the value: as text, a whole number or a number.
+bool set_named(coin::OptionsList& options, const std::string& name, const std::string& value) {
+  if (options.SetStringValue(name, value)) return true;
+  char* end = nullptr;
+  const long whole = std::strtol(value.c_str(), &end, 10);
+  if (!value.empty() && *end == '\0' && options.SetIntegerValue(name, static_cast<Index>(whole)))
+    return true;
+  const double number = std::strtod(value.c_str(), &end);
+  return !value.empty() && *end == '\0' && options.SetNumericValue(name, number);
+}
+
 // What Ipopt reports as an internal error, or does not look at.
 bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
   return start.w.size() == program.variables() &&
@@ -291,6 +308,7 @@ class IpoptSolver final : public Solver {
             "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
         ok = o->SetNumericValue(push, options_.warm_start_barrier) && ok;
     }
+    for (const auto& [name, value] : options_.named) ok = set_named(*o, name, value) && ok;
     if (!ok || app->Initialize("") != coin::Solve_Succeeded) return nullptr;
     return app;
   }
@@ -303,6 +321,15 @@ class IpoptSolver final : public Solver {
 }  // namespace
 
 std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options) {
+  if (!options.named.empty()) {
+    const coin::SmartPtr<coin::IpoptApplication> trial = new coin::IpoptApplication(false);
+    for (const auto& [name, value] : options.named)
+      if (!set_named(*trial->Options(), name, value))
+        throw DefinitionError(
+            fmt::format("Ipopt takes no option '{}' with the value '{}'; its options are listed by "
+                        "`ipopt --print-options` and in its documentation",
+                        name, value));
+  }
   return std::make_unique<IpoptSolver>(options);
 }
 

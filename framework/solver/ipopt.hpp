@@ -3,6 +3,8 @@
 
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "saltus/solver/solver.hpp"
 
@@ -24,9 +26,13 @@ struct IpoptOptions {
   /// Threads of the BLAS under the linear solver, where it can be told (OpenBLAS). The dense blocks
   /// of optimal control problems are small: more threads wait for one another. 0: as it is.
   int blas_threads = 1;
+  /// Ipopt's own options by name, after all of the above: {{"mu_init", "1e-2"}}. Numbers are
+  /// written as text.
+  std::vector<std::pair<std::string, std::string>> named = {};
 };
 
-/// Works with Ipopt 3.11 to 3.14.
+/// Works with Ipopt 3.11 to 3.14. Throws DefinitionError where it does not know a named option, or
+/// not that value.
 std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options = {});
 
 }  // namespace saltus

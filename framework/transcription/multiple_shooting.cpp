@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/second_order.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/integration_error.hpp"
@@ -193,7 +194,16 @@ Solution solve(MultipleShooting& shooting, Solver& solver) {
 
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
   const bool warm = start.lambda.size() == shooting.nlp().rows();
-  Solution solution = shooting.interpret(solver.solve(shooting.nlp(), start, warm));
+  KktResidual in_scale;
+  NlpResult result;
+  if (shooting.options().automatic_scale) {
+    result = solve_in_scale(solver, shooting.nlp(), start, warm, in_scale);
+  } else {
+    result = solver.solve(shooting.nlp(), start, warm);
+    in_scale = result.kkt;
+  }
+  Solution solution = shooting.interpret(std::move(result));
+  solution.kkt_in_scale = in_scale;
   if (solution.trajectory.empty()) return solution;
   judge_curvature(shooting, solution);
   judge_grid(shooting, solution);

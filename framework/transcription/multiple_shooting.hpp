@@ -34,6 +34,9 @@ struct ShootingOptions {
   std::vector<Mesh> meshes = {};    ///< per phase, in place of both
   IntegratorChoice integrator;      ///< required; see integrators/
   GridAccuracy accuracy = {};       ///< for solve()
+  /// For solve(): costs and rows whose derivatives at the start are below 1e-2 or above 5e3 are
+  /// scaled (solver/scaled_program.hpp). Off: the program is solved as it is stated.
+  bool automatic_scale = true;
 };
 
 /// Direct multiple shooting. Patterns and sizes are fixed by the constructor; start, data, event

@@ -72,6 +72,9 @@ struct Solution {
   /// exact, not in control loops.
   bool curvature_checked = false;
   KktResidual kkt;  ///< recomputed from the program
+  /// The same in the scale in which it was solved, which is what the solver's tolerance is about
+  /// (ShootingOptions::automatic_scale).
+  KktResidual kkt_in_scale;
   int iterations = 0;
   double seconds = 0.0;  ///< wall clock of the solver
   std::string method;    ///< integrator, cost rule, Hessian
