@@ -48,16 +48,25 @@ bool HybridIntegrator::moves_away(int mode, int guard) {
   return later.rate < 0.0 && !later.is_tangent();
 }
 
+// Whether the state is on the surface of a sliding mode, of which the first guard leads to a mode
+// beside it. Parameters and inputs may have moved the surface away since the last interval.
+bool HybridIntegrator::is_on_surface(int sliding) {
+  const OutgoingGuard& leave = modes_[sliding].guards.front();
+  return guards_.sample(modes_[leave.target], leave.partner, s_, y_.data()).is_on();
+}
+
 // First a mode inside all its guards, or on one of them and moving away from it; then one that has
 // an event at this very instant; then one behind a guard to which it returns (a shooting node just
-// behind the reset of the event before it).
+// behind the reset of the event before it); then, if the mode is given, its event at once.
 IntegrationStatus HybridIntegrator::choose_mode() {
-  if (given_mode_ >= modes_.declared()) {  // sliding goes on
-    mode_ = given_mode_;
-    return settle(false, -1, false, -1);
+  int given = given_mode_;
+  if (given >= modes_.declared()) {
+    mode_ = given;
+    if (is_on_surface(given)) return settle(false, -1, false, -1);  // sliding goes on
+    given = -1;
   }
-  const int first = std::max(given_mode_, 0);
-  const int last = given_mode_ >= 0 ? given_mode_ : modes_.declared() - 1;
+  const int first = std::max(given, 0);
+  const int last = given >= 0 ? given : modes_.declared() - 1;
   bool tangent = false;
   int tangent_mode = first;
   for (int m = first; m <= last; ++m) {
@@ -99,7 +108,35 @@ IntegrationStatus HybridIntegrator::choose_mode() {
     return IntegrationStatus::success;
   }
   mode_ = first;
-  return fail(IntegrationStatus::beyond_guard);
+  return given >= 0 ? catch_up() : fail(IntegrationStatus::beyond_guard);
+}
+
+// A guard of the given mode_ was moved over the state since the last interval, by a parameter, an
+// input or a disturbance: its event happens at once, wherever the guard is now. Its instant is the
+// start, whatever moves.
+IntegrationStatus HybridIntegrator::catch_up() {
+  for (int hops = 0; hops <= most_at_once; ++hops) {
+    const IntegrationStatus verdict = judge_start(mode_);
+    if (verdict == IntegrationStatus::grazing) return settle(false, -1, false, -1);
+    if (verdict != IntegrationStatus::beyond_guard)
+      return verdict == IntegrationStatus::success ? verdict : fail(verdict);
+    const FlowMode& mode = modes_[mode_];
+    int crossed = -1;
+    bool returns = true;
+    for (int k = static_cast<int>(mode.guards.size()) - 1; k >= 0; --k) {
+      const GuardSample& g = samples_[k];
+      if (!std::isfinite(g.value)) return fail(IntegrationStatus::not_finite, k);
+      sides_[k] = g.value < 0.0 ? GuardSide::inside : GuardSide::returning;
+      if (sides_[k] == GuardSide::inside || g.is_on()) continue;
+      crossed = k;
+      returns = returns && g.rate < 0.0 && !g.is_tangent();
+    }
+    if (returns) return IntegrationStatus::success;
+    std::fill(moving_.begin(), moving_.end(), 0.0);
+    const IntegrationStatus passed = pass(crossed);
+    if (passed != IntegrationStatus::success) return passed;
+  }
+  return fail(IntegrationStatus::accumulation);
 }
 
 // After a jump or at the start: what the guards of mode_ say at this instant. `partner` is the

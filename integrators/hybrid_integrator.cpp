@@ -189,15 +189,14 @@ IntegrationStatus HybridIntegrator::fire(int k) {
   const FlowMode& mode = modes_[mode_];
   const OutgoingGuard& guard = mode.guards[k];
   const IntervalField& field = *mode.field;
-  if (++events_ > most_events) return fail(IntegrationStatus::accumulation, k);
   const GuardSample sample = guards_.sample(mode, k, s_, y_.data());
   if (!(sample.rate > 0.0) || sample.is_tangent()) return fail(IntegrationStatus::grazing, k);
   const IntegrationStatus repeated = watch_accumulation(guard);
   if (repeated != IntegrationStatus::success) return fail(repeated, k);
 
-  field.argument(s_, y_.data(), z_.data());
   if (sensitivities_) {
     double g = 0.0;
+    field.argument(s_, y_.data(), z_.data());
     const SparsityPattern& pattern = guard.function.jacobian_pattern();
     guard.function.jacobian(z_.data(), &g, entries_.data());
     field.differential(pattern, entries_.data(), s_, held_, guard_row_);
@@ -212,6 +211,21 @@ IntegrationStatus HybridIntegrator::fire(int k) {
       for (std::size_t d = 0; d < moving_.size(); ++d)
         total_(r, d) = held_(r, d) + slope_[r] * moving_[d];
   }
+  const int came_from = mode_;
+  const IntegrationStatus passed = pass(k);
+  if (passed != IntegrationStatus::success) return passed;
+  const bool same = came_from == mode_;
+  return settle(static_cast<bool>(guard.reset), guard.partner, guard.ends_sliding, same ? k : -1);
+}
+
+// Through the guard into the next mode, at s_ with y_, total_ and moving_: the record and the
+// reset.
+IntegrationStatus HybridIntegrator::pass(int k) {
+  const FlowMode& mode = modes_[mode_];
+  const OutgoingGuard& guard = mode.guards[k];
+  const IntervalField& field = *mode.field;
+  if (++events_ > most_events) return fail(IntegrationStatus::accumulation, k);
+  field.argument(s_, y_.data(), z_.data());
   HybridEvent* event = nullptr;
   if (recorded_ != nullptr) {
     event = &recorded_->emplace_back();
@@ -247,10 +261,8 @@ IntegrationStatus HybridIntegrator::fire(int k) {
     }
   }
   if (event != nullptr) event->after = Eigen::Map<const VectorXd>(y_.data(), states());
-  const int came_from = mode_;
   mode_ = guard.target;
-  const bool same = came_from == mode_;
-  return settle(static_cast<bool>(guard.reset), guard.partner, guard.ends_sliding, same ? k : -1);
+  return IntegrationStatus::success;
 }
 
 // held_ and slope_ at s_ from total_ and moving_, in the field of mode_.

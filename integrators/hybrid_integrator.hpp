@@ -44,10 +44,13 @@ class HybridIntegrator final : public EventIntegrator {
   // total_ and the derivative moving_ of s_ itself.
   IntegrationStatus run(const double* w, bool sensitivities);
   IntegrationStatus choose_mode();
+  IntegrationStatus catch_up();
+  bool is_on_surface(int sliding);
   IntegrationStatus judge_start(int mode);
   IntegrationStatus settle(bool after_jump, int partner, bool left_sliding, int fired);
   IntegrationStatus flow(bool& finished);
   IntegrationStatus fire(int guard);
+  IntegrationStatus pass(int guard);
   IntegrationStatus enter_sliding(int guard);
   void hold_instant();
   bool moves_away(int mode, int guard);

@@ -88,6 +88,56 @@ TEST_P(HybridEdges, StartBehindAGuard) {
   EXPECT_NE(turns.message.find("'flight'"), std::string::npos) << turns.message;
 }
 
+// A thermostat heats up to p_0 + 1/2, and what it counts at every switch depends on everything.
+IntervalProblem thermostat() {
+  const auto counts = [](const auto& t, const auto& x, const auto&, const auto& p) {
+    return std::decay_t<decltype(x)>{x[0], x[1] * p[0] + sin(3.0 * t) + x[0]};
+  };
+  Automaton<2, 0, 1> system;
+  system
+      .mode("heating",
+            [](const auto&, const auto& x) {
+              return std::decay_t<decltype(x)>{2.0 - 0.1 * x[0], 0.3 * x[1]};
+            })
+      .mode("cooling",
+            [](const auto&, const auto& x) {
+              return std::decay_t<decltype(x)>{-0.2 * x[0], 0.0 * x[1]};
+            })
+      .event(
+          "warm", "heating", "cooling",
+          [](const auto&, const auto& x, const auto&, const auto& p) { return x[0] - p[0] - 0.5; },
+          Crossing::rising, counts)
+      .event(
+          "cold", "cooling", "heating",
+          [](const auto&, const auto& x, const auto&, const auto& p) { return x[0] - p[0] + 0.5; },
+          Crossing::falling, counts);
+  return hybrid_problem(system);
+}
+
+// A set-point that jumped between two intervals: the guard of the mode in force is behind the
+// state.
+TEST_P(HybridEdges, AGuardThatJumpedOverTheStateHasItsEventAtOnce) {
+  const auto integrator = GetParam().choice->make(thermostat());
+  auto& hybrid = dynamic_cast<HybridIntegrator&>(*integrator);
+  std::vector<HybridEvent> events;
+  hybrid.start_in(0);
+  hybrid.record(&events);
+  const VectorXd w = vec({10.0, 1.0, 6.0, 0.2, 0.4});  // x0, p, t0, h: 3.5 above the guard
+  const VectorXd end = end_of(*integrator, w);
+  hybrid.record(nullptr);
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_EQ(events[0].name, "warm");
+  EXPECT_EQ(events[0].time, 0.2);
+  EXPECT_EQ(events[0].mode_after, "cooling");
+  EXPECT_EQ(hybrid.end_mode(), 1);
+  EXPECT_NEAR(end[0], 10.0 * std::exp(-0.2 * 0.4), 1e-6);  // one step of order 4
+  EXPECT_NEAR(end[1], 6.0 + std::sin(0.6) + 10.0, 1e-9);
+  expect_jacobian_matches(*integrator, w, 1e-7);
+  // A mode that is not given is chosen by the state, without an event.
+  hybrid.start_in(-1);
+  EXPECT_NEAR(end_of(*integrator, w)[1], 1.0, 1e-9);
+}
+
 TEST_P(HybridEdges, AnEventAtTheEndIsNeitherLostNorTakenTwice) {
   const VectorXd p = vec({9.81, 0.8});
   const double t1 = std::sqrt(2.0 / 9.81);
