@@ -123,11 +123,16 @@ void PhaseDefinition::check() const {
   } catch (const DefinitionError& e) {
     fail(*this, e.what());
   }
+  if (duration.lower == -infinity)
+    fail(*this,
+         fmt::format("the duration has no lower bound, and it cannot be negative; write {}",
+                     duration.upper < infinity ? fmt::format("between(0.0, {})", duration.upper)
+                                               : "at_least(0.0) and guess it by guess_duration()"));
   if (duration.is_empty() || duration.lower < 0.0)
     fail(*this, fmt::format("the duration [{}, {}] s is empty or negative", duration.lower,
                             duration.upper));
   if (duration.upper == 0.0) fail(*this, "the duration is 0 s, so that nothing can happen in it");
-  if (std::isinf(duration.lower)) fail(*this, "the shortest duration must be finite");
+  if (duration.lower == infinity) fail(*this, "the shortest duration must be finite");
   if (has_free_duration() && !(duration_guess > 0.0 && std::isfinite(duration_guess)))
     fail(*this, fmt::format("the free duration needs a positive guess, but it is {} s; use "
                             "guess_duration()",

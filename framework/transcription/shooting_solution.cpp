@@ -105,6 +105,19 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
   return uses;
 }
 
+// Free phases that have no more than what a solver's tolerance leaves of them; one clause, or none.
+std::string describe_vanished(const OptimalControlProblem& problem,
+                              const std::vector<double>& durations) {
+  constexpr double negligible = 1e-6;  // of the guess
+  std::string names;
+  for (std::size_t j = 0; j < durations.size(); ++j) {
+    const PhaseDefinition& phase = problem.phases()[j];
+    if (phase.has_free_duration() && durations[j] <= negligible * phase.duration_guess)
+      names += fmt::format("{}phase '{}'", names.empty() ? "" : ", ", phase.name);
+  }
+  return names.empty() ? names : "given no time, and so without effect: " + names;
+}
+
 }  // namespace
 
 Solution MultipleShooting::interpret(NlpResult result) {
@@ -137,6 +150,8 @@ Solution MultipleShooting::interpret(NlpResult result) {
     solution.crossings = guard_crossings(problem(), solution.trajectory);
     const std::string doubt = describe_doubtful(solution.crossings);
     if (solution.ok() && !doubt.empty()) solution.message += "; " + doubt;
+    const std::string vanished = describe_vanished(problem(), solution.durations);
+    if (solution.ok() && !vanished.empty()) solution.message += "; " + vanished;
   }
   const PhaseDefinition& first = problem().phases().front();
   if (result.point.lambda.size() == program_->rows())

@@ -263,6 +263,20 @@ const std::vector<Mistake>& mistakes() {
          const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
        },
        {"phase 'motion'", "duration"}},
+      {"UnboundedDuration",
+       [] {
+         Motion m{"motion", Velocity{}, unbounded()};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "no lower bound", "at_least(0.0)", "guess_duration()"}},
+      {"DurationBoundedOnlyAbove",
+       [] {
+         Motion m{"motion", Velocity{}, at_most(3.0)};
+         OptimalControlProblem ocp("errors");
+         const MultipleShooting shooting(ocp.start_at({1}).then(m), ten);
+       },
+       {"phase 'motion'", "no lower bound", "between(0.0, 3)"}},
       {"GuessOfAnOpenDuration",
        [] {
          Motion m{"motion", Velocity{}, at_least(0.5)};

@@ -113,5 +113,26 @@ TEST(EndGuard, ThatHadBeenCrossedBeforeIsSaid) {
   EXPECT_NE(s.message.find("not the first"), std::string::npos) << s.message;
 }
 
+// Two ways of going, of which only the fast one is worth its time: the slow phase vanishes.
+TEST(FreeDurations, APhaseThatVanishedIsSaid) {
+  const auto at_speed = [](double rate) {
+    return
+        [rate](const auto&, const auto& x) { return std::decay_t<decltype(x)>(rate + 0.0 * x[0]); };
+  };
+  Phase<1, 0> slow{"slow", at_speed(1.0), between(0.0, 5.0)};
+  Phase<1, 0> fast{"fast", at_speed(2.0), between(0.0, 5.0)};
+  const auto time = [](const auto& t, const auto&) { return t; };
+  fast.minimise_at_end("time", time)
+      .reach(
+          "goal", [](const auto&, const auto& x) { return x[0]; }, exactly(3.0));
+  OptimalControlProblem ocp("two speeds");
+  const Solution s = solve_by_ipopt(ocp.start_at({0}).then(slow).then(fast));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.durations[0], 0.0, 1e-6);
+  EXPECT_NE(s.message.find("given no time, and so without effect: phase 'slow'"), std::string::npos)
+      << s.message;
+  EXPECT_EQ(s.message.find("phase 'fast'"), std::string::npos) << s.message;
+}
+
 }  // namespace
 }  // namespace saltus
