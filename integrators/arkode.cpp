@@ -244,37 +244,42 @@ class Stepper {
     if (code >= 0) code = calls::set_stop_time(memory_.get(), 1.0);
     double reached = 0.0;
     if (code >= 0) code = calls::evolve(memory_.get(), 2.0, y_, &reached, ARK_NORMAL);
+    exception_.throw_again();
     return code;
   }
 
  private:
   static int rate(sunrealtype s, N_Vector y, N_Vector rates, void* user) {
     Stepper& self = *static_cast<Stepper*>(user);
-    const double* in = N_VGetArrayPointer(y);
-    double* out = N_VGetArrayPointer(rates);
-    const int ny = self.ny_;
-    self.field_.argument(s, in, self.z_.data());
-    if (self.columns_ == 1) {
-      self.field_.value(self.z_.data(), self.phi_.data());
+    return self.exception_.keep(
+        [&] { return self.rate_of(s, N_VGetArrayPointer(y), N_VGetArrayPointer(rates)); });
+  }
+
+  int rate_of(double s, const double* in, double* out) {
+    field_.argument(s, in, z_.data());
+    if (columns_ == 1) {
+      field_.value(z_.data(), phi_.data());
     } else {
-      self.field_.jacobian(self.z_.data(), self.phi_.data(), self.entries_.data());
-      for (int k = 1; k < self.columns_; ++k)
-        self.field_.rate_sensitivity(s, self.phi_.data(), self.entries_.data(), k - 1, in + k * ny,
-                                     out + k * ny);
+      field_.jacobian(z_.data(), phi_.data(), entries_.data());
+      for (int k = 1; k < columns_; ++k)
+        field_.rate_sensitivity(s, phi_.data(), entries_.data(), k - 1, in + k * ny_,
+                                out + k * ny_);
     }
-    for (int r = 0; r < ny; ++r) out[r] = self.field_.length() * self.phi_[r];
-    return all_finite(out, ny * self.columns_) ? callback_success : callback_recoverable;
+    for (int r = 0; r < ny_; ++r) out[r] = field_.length() * phi_[r];
+    return all_finite(out, ny_ * columns_) ? callback_success : callback_recoverable;
   }
 
   static int state_jacobian(sunrealtype s, N_Vector y, N_Vector, SUNMatrix matrix, void* user,
                             N_Vector, N_Vector, N_Vector) {
     Stepper& self = *static_cast<Stepper*>(user);
-    self.field_.argument(s, N_VGetArrayPointer(y), self.z_.data());
-    self.field_.jacobian(self.z_.data(), self.phi_.data(), self.entries_.data());
-    if (!all_finite(self.entries_.data(), static_cast<int>(self.entries_.size())))
-      return callback_recoverable;
-    self.field_.scaled_state_jacobian(self.entries_.data(), SUNDenseMatrix_Data(matrix));
-    return callback_success;
+    return self.exception_.keep([&] {
+      self.field_.argument(s, N_VGetArrayPointer(y), self.z_.data());
+      self.field_.jacobian(self.z_.data(), self.phi_.data(), self.entries_.data());
+      if (!all_finite(self.entries_.data(), static_cast<int>(self.entries_.size())))
+        return callback_recoverable;
+      self.field_.scaled_state_jacobian(self.entries_.data(), SUNDenseMatrix_Data(matrix));
+      return callback_success;
+    });
   }
 
   IntervalField& field_;
@@ -285,6 +290,7 @@ class Stepper {
   std::unique_ptr<SharedFactorSolver> linear_;
   std::unique_ptr<void, FreeArkode> memory_;
   std::vector<double> z_, phi_, entries_;
+  sundials::KeptException exception_;
 };
 
 class Arkode final : public Integrator {

@@ -129,30 +129,35 @@ bool CvodesMemory::update_sensitivity_tolerances(const double* w) {
 
 int CvodesMemory::rate(sunrealtype s, N_Vector y, N_Vector rates, void* user) {
   CvodesMemory& self = *static_cast<CvodesMemory*>(user);
-  self.field_->argument(s, N_VGetArrayPointer(y), self.z_.data());
-  double* out = N_VGetArrayPointer(rates);
-  self.field_->value(self.z_.data(), out);
-  for (int r = 0; r < self.outputs_; ++r) out[r] *= self.field_->length();
-  return all_finite(out, self.outputs_) ? callback_success : callback_recoverable;
+  return self.exception_.keep([&] {
+    return self.evaluate(s, N_VGetArrayPointer(y), N_VGetArrayPointer(rates))
+               ? callback_success
+               : callback_recoverable;
+  });
 }
 
 int CvodesMemory::state_jacobian(sunrealtype s, N_Vector y, N_Vector, SUNMatrix matrix, void* user,
                                  N_Vector, N_Vector, N_Vector) {
   CvodesMemory& self = *static_cast<CvodesMemory*>(user);
-  if (!self.evaluate_jacobian(s, N_VGetArrayPointer(y))) return callback_recoverable;
-  self.field_->scaled_state_jacobian(self.entries_.data(), SUNDenseMatrix_Data(matrix));
-  return callback_success;
+  return self.exception_.keep([&] {
+    if (!self.evaluate_jacobian(s, N_VGetArrayPointer(y))) return callback_recoverable;
+    self.field_->scaled_state_jacobian(self.entries_.data(), SUNDenseMatrix_Data(matrix));
+    return callback_success;
+  });
 }
 
 int CvodesMemory::sensitivity_rate(int count, sunrealtype s, N_Vector y, N_Vector,
                                    N_Vector* sensitivity, N_Vector* rates, void* user, N_Vector,
                                    N_Vector) {
   CvodesMemory& self = *static_cast<CvodesMemory*>(user);
-  if (!self.evaluate_jacobian(s, N_VGetArrayPointer(y))) return callback_recoverable;
-  for (int d = 0; d < count; ++d)
-    self.field_->rate_sensitivity(s, self.phi_.data(), self.entries_.data(), d,
-                                  N_VGetArrayPointer(sensitivity[d]), N_VGetArrayPointer(rates[d]));
-  return callback_success;
+  return self.exception_.keep([&] {
+    if (!self.evaluate_jacobian(s, N_VGetArrayPointer(y))) return callback_recoverable;
+    for (int d = 0; d < count; ++d)
+      self.field_->rate_sensitivity(s, self.phi_.data(), self.entries_.data(), d,
+                                    N_VGetArrayPointer(sensitivity[d]),
+                                    N_VGetArrayPointer(rates[d]));
+    return callback_success;
+  });
 }
 
 bool CvodesMemory::evaluate_jacobian(double s, const double* x) {
@@ -176,7 +181,9 @@ int CvodesMemory::begin(double s, const double* w, bool sensitivities) {
 }
 
 int CvodesMemory::advance(int task, double& reached) {
-  return CVode(memory_.get(), 1.0, y_, &reached, task);
+  const int code = CVode(memory_.get(), 1.0, y_, &reached, task);
+  exception_.throw_again();
+  return code;
 }
 
 int CvodesMemory::read_sensitivity() {

@@ -12,8 +12,10 @@
 #include <sundials/sundials_types.h>
 #include <sundials/sundials_version.h>
 
+#include <exception>
 #include <memory>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "saltus/model/integrator.hpp"
@@ -86,6 +88,28 @@ using NonlinearSolver =
 /// Return values of right-hand sides: SUNDIALS tries a smaller step after a recoverable failure.
 inline constexpr int callback_success = 0;
 inline constexpr int callback_recoverable = 1;
+inline constexpr int callback_failed = -1;
+
+/// Formulas are called by call-backs, between frames of C through which no exception may pass: what
+/// they throw is kept, ends the call of the library, and is thrown again behind it.
+class KeptException {
+ public:
+  template <class F>
+  int keep(F&& call_back) noexcept {
+    try {
+      return call_back();
+    } catch (...) {
+      kept_ = std::current_exception();
+      return callback_failed;
+    }
+  }
+  void throw_again() {
+    if (kept_) std::rethrow_exception(std::exchange(kept_, nullptr));
+  }
+
+ private:
+  std::exception_ptr kept_;
+};
 
 /// Absolute tolerances of (x | q): `relative_to_nominal` times nominal_state, q with nominal 1.
 /// Throws DefinitionError when a nominal value is not positive or their number is wrong.

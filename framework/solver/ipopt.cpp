@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,6 +36,7 @@ class Adapter final : public coin::TNLP {
 
   NlpResult result;
   bool timed_out = false;
+  std::exception_ptr thrown;  // by a formula; Ipopt would swallow it
   WallClock::time_point deadline = WallClock::time_point::max();
 
   /// Before every solve; `start` must outlive it.
@@ -42,6 +44,7 @@ class Adapter final : public coin::TNLP {
     start_ = &start;
     result = {};
     timed_out = false;
+    thrown = nullptr;
     begin_ = WallClock::now();
   }
 
@@ -83,23 +86,24 @@ class Adapter final : public coin::TNLP {
   }
 
   bool eval_f(Index, const Number* w, bool, Number& f) override {
-    return program_.objective(w, f) && std::isfinite(f);
+    return keep([&] { return program_.objective(w, f) && std::isfinite(f); });
   }
   bool eval_grad_f(Index, const Number* w, bool, Number* gradient) override {
-    return program_.gradient(w, gradient);
+    return keep([&] { return program_.gradient(w, gradient); });
   }
   bool eval_g(Index, const Number* w, bool, Index, Number* g) override {
-    return program_.constraints(w, g);
+    return keep([&] { return program_.constraints(w, g); });
   }
   bool eval_jac_g(Index, const Number* w, bool, Index, Index, Index* rows, Index* cols,
                   Number* entries) override {
-    if (entries != nullptr) return program_.jacobian(w, entries);
+    if (entries != nullptr) return keep([&] { return program_.jacobian(w, entries); });
     fill_structure(program_.jacobian_pattern(), rows, cols);
     return true;
   }
   bool eval_h(Index, const Number* w, bool, Number sigma, Index, const Number* lambda, bool, Index,
               Index* rows, Index* cols, Number* entries) override {
-    if (entries != nullptr) return program_.hessian(w, sigma, lambda, entries, curvature_);
+    if (entries != nullptr)
+      return keep([&] { return program_.hessian(w, sigma, lambda, entries, curvature_); });
     fill_structure(program_.hessian_pattern(), rows, cols);
     return true;
   }
@@ -110,7 +114,7 @@ class Adapter final : public coin::TNLP {
     result.iterations = iteration;
     timed_out =
         (time_limit_ > 0.0 && seconds_since(begin_) > time_limit_) || WallClock::now() >= deadline;
-    return !timed_out;
+    return !timed_out && !thrown;
   }
 
   void finalize_solution(coin::SolverReturn, Index n, const Number* w, const Number* z_lower,
@@ -124,6 +128,18 @@ class Adapter final : public coin::TNLP {
   }
 
  private:
+  // An evaluation, as long as none threw.
+  template <class Evaluate>
+  bool keep(Evaluate&& evaluate) noexcept {
+    if (thrown) return false;
+    try {
+      return evaluate();
+    } catch (...) {
+      thrown = std::current_exception();
+      return false;
+    }
+  }
+
   static void fill_structure(const SparsityPattern& pattern, Index* rows, Index* cols) {
     pattern.for_each([&](int r, int c, int e) {
       rows[e] = r;
@@ -231,6 +247,10 @@ class IpoptSolver final : public Solver {
         const coin::ApplicationReturnStatus code = engine_.run(Structure(program));
         status = translate(code, engine_.adapter->timed_out);  // timed_out is known only now
         result = std::move(engine_.adapter->result);
+        if (engine_.adapter->thrown) {
+          const std::exception_ptr thrown = std::exchange(engine_, {}).adapter->thrown;
+          std::rethrow_exception(thrown);
+        }
       }
     }
     result.status = status;

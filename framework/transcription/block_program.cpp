@@ -166,6 +166,7 @@ void BlockProgram::move_to(const double* w) {
 
 void BlockProgram::update(const Block& block, Compiled& c, const double* w, Level level) {
   if (c.point == point_ && c.level >= level) return;
+  c.level = Level::none;  // in case the formula throws
   gather(block, c, w);
   // The slopes of an affine block are those of any point.
   if (level == Level::values || (c.is_affine && c.has_entries)) {
@@ -182,6 +183,7 @@ bool BlockProgram::evaluate(const double* w, Level level) {
   move_to(w);
   if (evaluated_point_ == point_ && evaluated_revision_ == revision_ && level_ >= level)
     return finite_;
+  evaluated_point_ = 0;  // in case a formula throws
   finite_ = true;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     const Block& block = blocks_[i];
@@ -317,6 +319,7 @@ bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, 
     const bool known = c.has_hessian && (c.is_quadratic || c.hessian_point == point_) &&
                        c.hessian_curvature == curvature && c.hessian_weights == c.weights;
     if (!known) {
+      c.has_hessian = false;  // in case the formula throws
       gather(block, c, w);
       block.function.hessian(c.argument.data(), c.weights.data(), c.hessian_entries.data(),
                              curvature);

@@ -1,5 +1,7 @@
 #include "saltus/transcription/stage_program.hpp"
 
+#include <limits>
+
 #include "saltus/transcription/shooting_stages.hpp"
 
 namespace saltus {
@@ -35,7 +37,7 @@ void StageProgram::fill() noexcept {
   }
   if (!same_bounds) model_->update_bounds(*program_);
   state_ = map_.fill(model_->qp(), is_new_model_);
-  is_new_model_ = false;
+  is_new_model_ = state_ != StageFill::filled;  // what was not written is still to be
   filled_bounds_ = program_->bounds_revision();
 }
 
@@ -54,18 +56,26 @@ QpResult StageProgram::solve(const SparseQp& qp, PrimalDualPoint& point, bool wa
   return result;
 }
 
-bool StageProgram::write(std::span<const EntryTarget> targets) noexcept {
+// What a formula throws is a point that cannot be evaluated: the solver finds no numbers there.
+
+bool StageProgram::write(std::span<const EntryTarget> targets) noexcept try {
   return program_->write_jacobian(at_.data(), targets);
+} catch (...) {
+  return false;
 }
 
-void StageProgram::multiply(const VectorXd& w, VectorXd& rows) const noexcept {
+void StageProgram::multiply(const VectorXd& w, VectorXd& rows) const noexcept try {
   program_->evaluate_derivatives(at_.data());  // again, if somebody looked elsewhere since
   program_->multiply_jacobian(w, rows);
+} catch (...) {
+  rows.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
-void StageProgram::add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept {
+void StageProgram::add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept try {
   program_->evaluate_derivatives(at_.data());
   program_->add_jacobian_transposed(lambda, gradient);
+} catch (...) {
+  gradient.setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace saltus
