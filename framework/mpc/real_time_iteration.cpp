@@ -56,6 +56,7 @@ class Iteration final : public RealTimeSolver {
       point.z.setZero(at_.size());
     }
     start_ = point;
+    result.of_model = !is_exact_;
     qp_->set_deadline(deadline);
     QpResult r = qp_->solve(model_.qp(), point, warm);
     result.iterations = r.iterations;
@@ -67,7 +68,8 @@ class Iteration final : public RealTimeSolver {
       result.iterations += r.iterations;
     }
     result.status = to_solve_status(r.status);
-    // The optimum of a model is the program's only where the program is its own model.
+    // The optimum of a model is the program's only where the program is its own model; elsewhere it
+    // is up to the caller to look.
     if (!is_exact_ && result.status == SolveStatus::optimal)
       result.status = SolveStatus::step_taken;
     result.objective = r.objective;
@@ -99,7 +101,17 @@ class Iteration final : public RealTimeSolver {
     qp_ = std::move(stages);
   }
 
-  void linearise(NonlinearProgram& program) {
+  // What a formula throws is a point that cannot be evaluated.
+  void linearise(NonlinearProgram& program) noexcept {
+    try {
+      make_model(program);
+    } catch (...) {
+      is_valid_ = false;
+      revision_ = -1;
+    }
+  }
+
+  void make_model(NonlinearProgram& program) {
     if (revision_ >= 0 && revision_ == program.revision()) {
       if (stages_ == nullptr) model_.update_bounds(program);  // stages look after their own
       return;

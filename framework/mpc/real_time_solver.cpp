@@ -1,7 +1,8 @@
 #include "saltus/mpc/real_time_solver.hpp"
 
-#include <exception>
 #include <utility>
+
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {
@@ -19,9 +20,11 @@ class FullSolve final : public RealTimeSolver {
     NlpResult r = solver_->solve(program, point, warm && use_multipliers_);
     point = std::move(r.point);
     return {r.status, r.iterations, r.objective, r.kkt.scaled(), r.kkt.feasibility};
-  } catch (const std::exception&) {
+  } catch (const DefinitionError&) {
+    return {};     // an invalid problem
+  } catch (...) {  // a formula
     TickResult failed;
-    failed.status = SolveStatus::numerical_failure;
+    failed.status = SolveStatus::evaluation_failed;
     return failed;
   }
 

@@ -16,8 +16,10 @@ struct TickResult {
   SolveStatus status = SolveStatus::invalid_problem;
   int iterations = 0;
   double objective = 0.0;
-  double kkt = infinity;        ///< residual of the program, or of the model that was solved
+  double kkt = infinity;        ///< scaled residual, see KktResidual
   double violation = infinity;  ///< largest one of a row or bound
+  /// The last three are those of a quadratic model, which say little of the program.
+  bool of_model = false;
 };
 
 class RealTimeSolver {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -14,7 +13,10 @@
 namespace saltus {
 namespace {
 
-// Ends of a solve that leave an iterate worth looking at.
+// Ends of a solve at a point that is to be used as it is, and ends that leave one worth looking at.
+bool has_arrived(SolveStatus status) {
+  return is_success(status) || status == SolveStatus::step_taken;
+}
 bool was_cut_off(SolveStatus status) {
   return status == SolveStatus::time_limit || status == SolveStatus::iteration_limit ||
          status == SolveStatus::numerical_failure;
@@ -50,7 +52,8 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
     : shooting_(std::make_unique<MultipleShooting>(std::move(shooting))),
       solver_(std::move(solver)),
       options_(std::move(options)),
-      shift_(shooting_->program()) {
+      shift_(shooting_->program()),
+      check_(shooting_->nlp()) {
   const PhaseDefinition& first = shooting_->problem().phases().front();
   if (!(options_.period > 0.0 && std::isfinite(options_.period)))
     throw DefinitionError(
@@ -58,6 +61,11 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   if (!(options_.deadline > 0.0))
     throw DefinitionError(
         fmt::format("controller: the deadline is {} s, expected more than 0", options_.deadline));
+  for (const auto& [name, tolerance] :
+       {std::pair{"optimality", options_.optimality}, {"feasibility", options_.feasibility}})
+    if (!(tolerance > 0.0))
+      throw DefinitionError(fmt::format(
+          "controller: the tolerance '{}' is {}, expected more than 0", name, tolerance));
   if (options_.fallback_input.size() == 0) options_.fallback_input = VectorXd::Zero(first.sizes.nu);
   if (options_.fallback_input.size() != first.sizes.nu || !options_.fallback_input.allFinite())
     throw DefinitionError(
@@ -136,7 +144,7 @@ void RecedingHorizonController::prepare(double t) noexcept {
   try {
     shooting_->start_time(now_);
     has_bad_grid_ = false;
-  } catch (const std::exception&) {  // terms now exclude one another: the old grid stays
+  } catch (...) {  // terms now exclude one another: the old grid stays
     has_bad_grid_ = true;
   }
   shift_.apply(shooting_->program(), has_plan_ ? plan_ : initial_, guess_);
@@ -165,12 +173,13 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   tick_.time = now_;
   tick_.status = SolveStatus::invalid_problem;
   tick_.iterations = 0;
-  tick_.objective = 0.0;
+  tick_.objective = tick_.check = 0.0;
   tick_.kkt = tick_.violation = infinity;
   tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
+  is_of_model_ = false;
   try {
     if (is_measured(state) && !has_bad_data_ && !has_bad_grid_) solve(state, begin);
-  } catch (const std::exception&) {  // of a program that cannot even be posed
+  } catch (...) {  // of a program that cannot even be posed
     tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
   }
   const bool accepted = is_of_this_tick(tick_.provenance);
@@ -187,11 +196,40 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   tick_.seconds = seconds_since(begin);
   tick_.preparation = preparation_;
   tick_.feedback = tick_.seconds - (prepared_late ? preparation_ : 0.0);
+  if (options_.send) {
+    try {
+      options_.send(tick_);
+    } catch (...) {  // the input stands, whatever became of it
+    }
+  }
+  if (is_of_this_tick(tick_.provenance) && is_of_model_) check_plan();
   statistics_.preparation.add(tick_.preparation);
   statistics_.feedback.add(tick_.feedback);
+  if (tick_.check > 0.0) statistics_.check.add(tick_.check);
   if (!prepared_late) ++statistics_.prepared_ahead;
   statistics_.latency[static_cast<std::size_t>(tick_.provenance)].add(tick_.seconds);
   return tick_;
+}
+
+// What the plan handed out is for the program itself: an optimum, a feasible point, or neither.
+void RecedingHorizonController::check_plan() noexcept {
+  const WallClock::time_point begin = WallClock::now();
+  try {
+    NonlinearProgram& nlp = shooting_->nlp();
+    const KktResidual residual = check_(nlp, plan_);
+    if (nlp.objective(plan_.w.data(), tick_.objective)) {
+      tick_.kkt = residual.scaled();
+      tick_.violation = residual.feasibility;
+    }
+  } catch (...) {  // of formulas: nothing is known, and the input is out
+  }
+  if (tick_.violation <= options_.feasibility) {
+    const bool is_optimal = tick_.kkt <= options_.optimality;
+    tick_.provenance = is_optimal ? Provenance::optimal : Provenance::feasible;
+    if (tick_.status == SolveStatus::step_taken)
+      tick_.status = is_optimal ? SolveStatus::optimal : SolveStatus::feasible;
+  }
+  tick_.check = seconds_since(begin);
 }
 
 void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_point begin) {
@@ -201,20 +239,26 @@ void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_po
   if (options_.miss_deadline && options_.miss_deadline(ticks_)) deadline = begin;
   point_ = guess_;
   const TickResult r = solver_->feedback(nlp, point_, has_plan_ && has_multipliers_, deadline);
-  tick_.status = r.status;
-  tick_.iterations = r.iterations;
-  tick_.objective = r.objective;
-  tick_.kkt = r.kkt;
-  tick_.violation = r.violation;
   const bool is_whole = point_.w.size() == nlp.variables() && point_.w.allFinite() &&
                         point_.lambda.allFinite() && point_.z.allFinite();
-  if (!is_whole) return;
-  if (is_success(r.status))
-    tick_.provenance = r.status == SolveStatus::step_taken ? Provenance::step : Provenance::optimal;
-  else if (was_cut_off(r.status) && r.violation <= options_.feasibility)
-    tick_.provenance = Provenance::feasible;
+  tick_.iterations = r.iterations;
+  tick_.status = is_whole || !has_arrived(r.status) ? r.status : SolveStatus::numerical_failure;
+  is_of_model_ = r.of_model;
+  if (!is_of_model_) {
+    tick_.objective = r.objective;
+    tick_.kkt = r.kkt;
+    tick_.violation = r.violation;
+  }
+  const bool is_within = r.violation <= options_.feasibility;
+  if (!is_whole || !(has_arrived(r.status) || (was_cut_off(r.status) && is_within))) return;
+  const bool is_optimal = r.status == SolveStatus::optimal ||
+                          (is_success(r.status) && is_within && r.kkt <= options_.optimality);
+  if (is_of_model_)
+    tick_.provenance = Provenance::step;  // until it is checked
+  else if (is_optimal)
+    tick_.provenance = Provenance::optimal;
   else
-    return;
+    tick_.provenance = is_within ? Provenance::feasible : Provenance::step;
   // A solver's tolerance is no reason to hand over more than the bounds allow.
   point_.w = point_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
 }
@@ -263,8 +307,13 @@ Solution RecedingHorizonController::report() {
   result.seconds = tick_.seconds;
   result.hessian = solver_->name();
   shooting_->nlp().objective(result.point.w.data(), result.objective);
-  result.kkt = kkt_residual(shooting_->nlp(), result.point);
-  return shooting_->interpret(std::move(result));
+  result.kkt = check_(shooting_->nlp(), result.point);
+  const KktResidual kkt = result.kkt;
+  Solution solution = shooting_->interpret(std::move(result));
+  if (accepted && solution.status != SolveStatus::optimal)
+    solution.message += fmt::format("; scaled KKT residual {:.3g}, largest violation {:.3g}",
+                                    kkt.scaled(), kkt.feasibility);
+  return solution;
 }
 
 }  // namespace saltus

@@ -12,18 +12,20 @@
 #include "saltus/mpc/held_input.hpp"
 #include "saltus/mpc/latency_histogram.hpp"
 #include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/solver/kkt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/plan_shift.hpp"
 
 namespace saltus {
 
-/// Where the input of a tick comes from.
+/// Where the input of a tick comes from. Of a plan made in the tick: what it is for the program
+/// itself, whatever model of it was solved.
 enum class Provenance {
-  optimal,   ///< of the plan made in this tick, an optimum of the program to the solver's tolerance
-  feasible,  ///< the same, cut off by a limit, but within all rows and bounds
+  optimal,   ///< of the plan made in this tick, an optimum
+  feasible,  ///< of the plan made in this tick, within all rows and bounds, but no optimum
   shifted,   ///< the plan of an earlier tick goes on
   fallback,  ///< there is no plan: what the user supplied for that case
-  step  ///< of the plan made in this tick by one step towards the optimum (real-time iteration)
+  step       ///< of the plan made in this tick, a step towards the optimum that is neither yet
 };
 inline constexpr int provenances = 5;
 const char* describe(Provenance provenance);
@@ -32,37 +34,53 @@ inline bool is_of_this_tick(Provenance p) {
   return p == Provenance::optimal || p == Provenance::feasible || p == Provenance::step;
 }
 
-struct ControllerOptions {
-  double period = 0.01;          ///< between ticks, s
-  double deadline = infinity;    ///< wall clock per tick, s
-  double feasibility = 1e-6;     ///< largest violation of a "feasible" plan, in scaled variables
-  VectorXd fallback_input = {};  ///< constant; empty: zero. Cut to the bounds of the inputs
-  /// In place of the constant: fills in the input at time t for the measured state, which may be
-  /// NaN. Must not allocate if the tick must not; what it throws, or NaN, leads to the constant.
-  std::function<void(double t, const VectorRef& state, VectorOut input)> fallback = {};
-  /// For tests of the loop: the solver gets no time at all in ticks for which this is true.
-  std::function<bool(long tick)> miss_deadline = {};
-};
-
 struct ControlTick {
   double time = 0.0;  ///< s
   Provenance provenance = Provenance::fallback;
-  HeldInput input;                                    ///< covers the tick; never empty, never NaN
-  SolveStatus status = SolveStatus::invalid_problem;  ///< of this tick's solve
+  HeldInput input;  ///< covers the tick; never empty, never NaN
+  /// Why this tick's solve ended; where it took one step, what the check found of its plan.
+  SolveStatus status = SolveStatus::invalid_problem;
   int iterations = 0;
+  // Of the program at the plan of this tick; where only a model of it was solved (see `check`)
+  // they are infinite until the check, and if formulas fail there.
   double objective = 0.0;
-  double kkt = infinity;  ///< residual, see TickResult
-  double violation = infinity;
+  double kkt = infinity;        ///< scaled residual, see KktResidual
+  double violation = infinity;  ///< largest one of a row or bound, in scaled variables
   // Wall clock, s.
   double preparation = 0.0;  ///< of prepare(), whether it was called ahead or was due in the tick
   double feedback = 0.0;     ///< from the measurement to the input, without preparation
   double seconds = 0.0;      ///< from the measurement to the input, all in all
+  /// Of the check that follows the input: the nonlinear program, of which one quadratic model was
+  /// solved, is evaluated at the plan. 0: it was not needed. Not part of the others.
+  double check = 0.0;
+};
+
+struct ControllerOptions {
+  double period = 0.01;        ///< between ticks, s
+  double deadline = infinity;  ///< wall clock per tick, s
+  /// Largest scaled KKT residual of an "optimal" plan of a real-time iteration on a nonlinear
+  /// program: steps end where the model's own tolerance (1e-8) and the motion of the plant let
+  /// them. What solves the program itself has a tolerance of its own.
+  double optimality = 1e-6;
+  double feasibility = 1e-6;  ///< largest violation of a "feasible" plan, in scaled variables
+  /// The moment to apply the input: called as soon as it stands, before the plan is checked, so
+  /// that a step on a nonlinear program is still a `step` here. Must not allocate if the tick must
+  /// not; what it throws is dropped. Without it the input is there when the tick returns, which is
+  /// ControlTick::check later.
+  std::function<void(const ControlTick& tick)> send = {};
+  VectorXd fallback_input = {};  ///< constant; empty: zero. Cut to the bounds of the inputs
+  /// In place of the constant: fills in the input at time t for the measured state, which may be
+  /// NaN. Must not allocate if the tick must not; what it throws, or NaN, leads to the constant.
+  std::function<void(double t, const VectorRef& state, VectorOut input)> fallback = {};
+  /// For tests of the loop: the solver gets no time at all in ticks for which this is true, or
+  /// which it leaves by an exception.
+  std::function<bool(long tick)> miss_deadline = {};
 };
 
 /// How often, and how long it took.
 struct LoopStatistics {
   std::array<LatencyHistogram, provenances> latency;  ///< all in all, indexed by provenance
-  LatencyHistogram preparation, feedback;             ///< apart, see ControlTick
+  LatencyHistogram preparation, feedback, check;      ///< apart, see ControlTick
   long prepared_ahead = 0;                            ///< ticks that found their preparation done
   long count(Provenance p) const { return latency[static_cast<std::size_t>(p)].count(); }
   LatencyHistogram all() const;
@@ -70,7 +88,8 @@ struct LoopStatistics {
 
 /// Every tick: the last plan is moved on to the new grid (plan_shift.hpp), solved again from the
 /// measurement, and held. Data, event times and the previous input are set before the tick. After
-/// construction a tick does not allocate, if the solver does not, and never throws.
+/// construction a tick does not allocate, if the solver does not, and never throws: what a formula
+/// or a function of the options throws, whatever it is, leads to the plan before or the fallback.
 class RecedingHorizonController : public DataByName<RecedingHorizonController> {
  public:
   RecedingHorizonController(MultipleShooting shooting, std::unique_ptr<RealTimeSolver> solver,
@@ -82,8 +101,9 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   const OptimalControlProblem& problem() const { return shooting_->problem(); }
   double period() const { return options_.period; }
 
-  // Like those of shooting(), but what is no number makes the next tick go on with its plan instead
-  // of throwing.
+  // Like those of shooting(), which throw DefinitionError for names, sizes and orders of events
+  // that are wrong, but what is no number makes the next tick go on with its plan instead of
+  // throwing.
   void set_entries(std::string_view name, const VectorRef& values,
                    std::span<const ParameterEntry> entries);  // behind set_data()
   /// To the same time: nothing happens, and what was prepared stays so.
@@ -113,13 +133,15 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// When the plan behind the last tick's input ends this phase, s.
   double end_of_phase(int phase) const;
   /// The plan behind the last tick's input with all its costs and residuals recomputed: outside the
-  /// loop, before anything is changed. Allocates.
+  /// loop, before anything is changed. Its status is the tick's, so that ok() is false where the
+  /// plan is not known to be within its constraints. Allocates, and formulas that throw are heard.
   Solution report();
 
  private:
   const ControlTick& answer(const VectorRef& state, WallClock::time_point begin,
                             bool prepared_late) noexcept;
   void solve(const VectorRef& state, WallClock::time_point begin);
+  void check_plan() noexcept;
   void fall_back(const VectorRef& state);
   bool is_measured(const VectorRef& state) const;
 
@@ -127,11 +149,13 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   std::unique_ptr<RealTimeSolver> solver_;
   ControllerOptions options_;
   PlanShift shift_;
+  KktCheck check_;
   NlpPoint initial_;        // where the first solve starts
   NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
   NlpPoint guess_, point_;  // on the present grid
   bool has_plan_ = false, has_multipliers_ = false, is_prepared_ = false, has_bad_data_ = false;
   bool has_bad_grid_ = false;  // of the last prepare()
+  bool is_of_model_ = false;   // what the present tick knows of its plan
   double preparation_ = 0.0;   // s, of the last prepare()
   double now_ = 0.0;
   long ticks_ = 0;

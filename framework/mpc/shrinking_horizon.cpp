@@ -53,7 +53,11 @@ void ShrinkingHorizonController::enter(int phase, double t) {
   if (phase <= phase_ || phase >= static_cast<int>(rests_.size()))
     throw DefinitionError(
         fmt::format("controller: phase {} cannot follow phase {}", phase, phase_));
-  const Trajectory plan = rests_[phase_].report().trajectory.after(phase - phase_);
+  Trajectory plan;
+  try {
+    plan = rests_[phase_].report().trajectory.after(phase - phase_);
+  } catch (...) {  // formulas: there is no plan to take over
+  }
   phase_ = phase;
   entered_ = t;
   if (!plan.empty()) rests_[phase_].adopt_plan(t, plan);
@@ -64,7 +68,7 @@ const ControlTick& ShrinkingHorizonController::tick(double t, const VectorRef& s
   try {
     rest.set_remaining(what_is_left(durations_[phase_], t - entered_),
                        {total_time_.lower - (t - start_), total_time_.upper - (t - start_)});
-  } catch (const std::exception&) {  // a time that is none: the tick goes on with its plan
+  } catch (...) {  // a time that is none: the tick goes on with its plan
   }
   return rest.tick(t, state);
 }

@@ -7,6 +7,7 @@
 #include <deque>
 #include <utility>
 
+#include "saltus/core/describe_exception.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -138,13 +139,20 @@ class Loop {
     if (controller_.prepare) controller_.prepare(t);
     const VectorXd measured = measure();
     if (options_.before_tick) options_.before_tick(t, measured);
-    Answer answer = controller_.answer(t, measured);
+    Answer answer;
+    try {
+      answer = controller_.answer(t, measured);
+    } catch (...) {
+      return stop(
+          fmt::format("{} threw at t = {:.4g} s: {}", controller_.name, t, describe_exception()));
+    }
     answer.tick.time = t;
     answer.tick.measured = measured;
     if (answer.tick.provenance) {
       log_.statistics.latency[static_cast<std::size_t>(*answer.tick.provenance)].add(
           answer.tick.seconds);
       log_.statistics.preparation.add(answer.tick.preparation);
+      if (answer.tick.check > 0.0) log_.statistics.check.add(answer.tick.check);
     }
     log_.ticks.push_back(std::move(answer.tick));
     if (!answer.input->all_finite())
@@ -154,8 +162,11 @@ class Loop {
     for (const InputPiece& piece : *answer.input)
       commands_.push_back({piece.start + disturbances_.input_delay, piece.input()});
     if (controller_.plan && options_.plan_every > 0 && k % options_.plan_every == 0) {
-      LoopPlan plan = controller_.plan();
-      if (!plan.samples.empty()) log_.plans.push_back(std::move(plan));
+      try {
+        LoopPlan plan = controller_.plan();
+        if (!plan.samples.empty()) log_.plans.push_back(std::move(plan));
+      } catch (...) {  // formulas, as in the tick: there is nothing to keep
+      }
     }
     return true;
   }
@@ -190,7 +201,12 @@ class Loop {
     }
     add_sample();
     const double from = plant_.time();
-    const bool moved = plant_.advance(input_, until - from);
+    bool moved = false;
+    try {
+      moved = plant_.advance(input_, until - from);
+    } catch (...) {
+      return stop(fmt::format("the plant threw at t = {:.4g} s: {}", from, describe_exception()));
+    }
     for (HybridEvent& event : plant_.take_events()) {
       log_.recording.samples.push_back({event.time, event.before, input_, event.mode_before});
       log_.recording.samples.push_back({event.time, event.after, input_, event.mode_after});
@@ -243,7 +259,8 @@ Answer answer_of(const ControlTick& tick) {
            tick.kkt,
            tick.violation,
            tick.seconds,
-           tick.preparation}};
+           tick.preparation,
+           tick.check}};
 }
 
 // States and inputs at the nodes.

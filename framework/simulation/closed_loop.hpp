@@ -40,10 +40,11 @@ struct LoopOptions {
 /// Fills in the input (nu) for the measured state.
 using FeedbackLaw = std::function<void(double t, const VectorRef& measured, VectorOut input)>;
 
-/// Runs from the plant's present time and state. A plant that cannot go on, or a law that returns
-/// what is no number, ends the run: the log says so and keeps what came before. The same arguments
-/// give the same log, but for solve times, and plans that a deadline cuts off.
-/// Throws DefinitionError when sizes or options do not fit.
+/// Runs from the plant's present time and state. A plant that cannot go on, a law that returns what
+/// is no number, and a formula of either that throws end the run: the log says so and keeps what
+/// came before. The same arguments give the same log, but for solve times, and plans that a
+/// deadline cuts off. Throws DefinitionError when sizes or options do not fit; what functions of
+/// the options throw comes through.
 LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& plant,
                              const LoopOptions& options);
 /// A motion with an end: the plan says when the plant goes on to its next phase, where no guard

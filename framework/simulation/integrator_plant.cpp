@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "saltus/core/describe_exception.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -41,7 +42,24 @@ IntegratorPlant::IntegratorPlant(IntervalProblem problem, const IntegratorChoice
   end_.resize(integrator_->outputs());
 }
 
-IntegrationStatus IntegratorPlant::integrate(double length) {
+// What formulas throw becomes a sentence.
+bool IntegratorPlant::integrate(double length) {
+  const std::size_t known = events_.size();
+  try {
+    const IntegrationStatus status = evaluate(length);
+    if (status == IntegrationStatus::success) return true;
+    const std::string sentence = integrator_->failure();
+    failure_ = sentence.empty() ? describe(status) : sentence;
+  } catch (...) {
+    if (hybrid_ != nullptr) hybrid_->record(nullptr);
+    events_.resize(known);
+    failure_ = fmt::format("between t = {:.6g} s and {:.6g} s a formula threw: {}", time_,
+                           time_ + length, describe_exception());
+  }
+  return false;
+}
+
+IntegrationStatus IntegratorPlant::evaluate(double length) {
   if (hybrid_ == nullptr) return integrator_->value(w_.data(), end_.data());
   const std::size_t known = events_.size();
   hybrid_->record(&events_);
@@ -58,17 +76,7 @@ IntegrationStatus IntegratorPlant::integrate(double length) {
 bool IntegratorPlant::advance(const VectorRef& input, double length) {
   expect_size("the input", input.size(), inputs());
   w_ << state_, input, parameters_, time_, length;
-  IntegrationStatus status = integrate(length);
-  if (status == IntegrationStatus::beyond_guard && was_disturbed_) {
-    mode_ = -1;  // the disturbance led behind a guard: the mode is what the state says
-    status = integrate(length);
-  }
-  was_disturbed_ = false;
-  if (status != IntegrationStatus::success) {
-    const std::string sentence = integrator_->failure();
-    failure_ = sentence.empty() ? describe(status) : sentence;
-    return false;
-  }
+  if (!integrate(length)) return false;
   state_ = end_.head(state_.size());
   time_ += length;
   return true;
@@ -81,15 +89,18 @@ std::string IntegratorPlant::mode() const {
   VectorXd w(w_.size()), end(end_.size());
   w << state_, VectorXd::Zero(inputs()), parameters_, time_, 0.0;
   hybrid_->start_in(-1);
-  return hybrid_->value(w.data(), end.data()) == IntegrationStatus::success
-             ? hybrid_->mode_name(hybrid_->end_mode())
-             : std::string();
+  try {
+    return hybrid_->value(w.data(), end.data()) == IntegrationStatus::success
+               ? hybrid_->mode_name(hybrid_->end_mode())
+               : std::string();
+  } catch (...) {  // a formula; the first step says so
+    return {};
+  }
 }
 
 void IntegratorPlant::disturb(const VectorRef& change) {
   expect_size("the disturbance of the state", change.size(), state_.size());
   state_ += change;
-  was_disturbed_ = true;
 }
 
 void IntegratorPlant::set_parameters(const VectorRef& parameters) {

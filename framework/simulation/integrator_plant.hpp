@@ -15,7 +15,8 @@
 namespace saltus {
 
 /// x' = f(t, x, u, p) with constant u over each call of advance(). Systems with events record them,
-/// and their mode is carried along.
+/// and their mode is carried along; a guard that an input, a parameter or a disturbance moves over
+/// the state (a thermostat's set-point) has its event at once. What formulas throw is a failure().
 class IntegratorPlant final : public LoopPlant {
  public:
   /// From `start` (nx) at `time` s; `parameters` (np) are those of the plant, which need not be
@@ -38,7 +39,8 @@ class IntegratorPlant final : public LoopPlant {
   void set_parameters(const VectorRef& parameters);
 
  private:
-  IntegrationStatus integrate(double length);
+  bool integrate(double length);
+  IntegrationStatus evaluate(double length);
 
   std::unique_ptr<Integrator> integrator_;
   EventIntegrator* hybrid_ = nullptr;  // the same, if it knows modes
@@ -46,7 +48,6 @@ class IntegratorPlant final : public LoopPlant {
   double time_ = 0.0;
   VectorXd state_, parameters_, w_, end_;
   int mode_ = -1;  // -1: follows from the state
-  bool was_disturbed_ = false;
   std::vector<HybridEvent> events_;
 };
 

@@ -24,6 +24,12 @@ std::string json_list(const std::vector<std::string>& words) {
   return "[" + list + "]";
 }
 
+std::string quantiles(const LatencyHistogram& latency) {
+  if (latency.count() == 0) return "null";
+  return fmt::format(R"({{"median": {}, "p99": {}, "max": {}}})", json_number(latency.median()),
+                     json_number(latency.p99()), json_number(latency.max()));
+}
+
 }  // namespace
 
 int LoopLog::count(Provenance provenance) const {
@@ -33,8 +39,9 @@ int LoopLog::count(Provenance provenance) const {
 }
 
 std::string LoopLog::ticks_csv() const {
-  std::vector<std::string> columns{"t [s]",     "provenance",   "status",    "iterations",
-                                   "objective", "KKT residual", "violation", "solve time [s]"};
+  std::vector<std::string> columns{"t [s]",      "provenance",     "status",
+                                   "iterations", "objective",      "KKT residual",
+                                   "violation",  "solve time [s]", "check time [s]"};
   for (const std::string& state : recording.state_columns()) columns.push_back("measured " + state);
   TextTable table(columns);
   for (const LoopTick& tick : ticks) {
@@ -46,7 +53,7 @@ std::string LoopLog::ticks_csv() const {
       table.word("feedback law");
       for (int i = 0; i < 5; ++i) table.empty();
     }
-    table.number(tick.seconds);
+    table.number(tick.seconds).number(tick.check);
     for (const double x : tick.measured) table.number(x);
     table.end_row();
   }
@@ -94,12 +101,8 @@ std::string LoopLog::summary_json() const {
                              Provenance::shifted, Provenance::fallback})
     counts += fmt::format("{}\"{}\": {}", counts.empty() ? "" : ", ", describe(p), count(p));
   add("provenance", "{" + counts + "}");
-  const LatencyHistogram latency = statistics.all();
-  add("solve_s",
-      latency.count() == 0
-          ? std::string("null")
-          : fmt::format(R"({{"median": {}, "p99": {}, "max": {}}})", json_number(latency.median()),
-                        json_number(latency.p99()), json_number(latency.max())));
+  add("solve_s", quantiles(statistics.all()));
+  add("check_s", quantiles(statistics.check));
   std::string list;
   for (const HybridEvent& e : recording.events)
     list += fmt::format(R"({}    {{"t_s": {}, "event": {}, "kind": "{}", "mode_after": {}}})",

@@ -22,6 +22,7 @@ struct LoopTick {
   double objective = 0.0, kkt = 0.0, violation = 0.0;
   double seconds = 0.0;      ///< wall clock of the controller, from the measurement to the input
   double preparation = 0.0;  ///< wall clock ahead of the measurement
+  double check = 0.0;        ///< wall clock behind the input, see ControlTick
 };
 
 /// What the controller had in mind at a tick: states and inputs at the nodes of its plan.
@@ -44,7 +45,7 @@ struct LoopLog {
   int count(Provenance provenance) const;
 
   /// One line per tick: "t [s]", provenance, status, iterations, objective, KKT residual,
-  /// violation, solve time, measured states. Solve times differ from run to run.
+  /// violation, solve time, check time, measured states. Times of computing differ from run to run.
   std::string ticks_csv() const;
   /// One line per node of every plan that was kept: "made at [s]", "t [s]", mode, states, inputs.
   std::string plans_csv() const;

@@ -28,27 +28,35 @@ double KktResidual::scaled() const {
       {stationarity / multiplier_scale, complementarity / multiplier_scale, feasibility});
 }
 
-KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
+KktCheck::KktCheck(const NonlinearProgram& program)
+    : stationarity_(VectorXd::Zero(program.variables())),
+      rows_(VectorXd::Zero(program.rows())),
+      entries_(program.jacobian_pattern().entries()) {}
+
+KktResidual KktCheck::operator()(NonlinearProgram& program, const NlpPoint& point) {
   const int n = program.variables();
   const int m = program.rows();
   KktResidual result;
-  VectorXd stationarity(n), g(m);
-  std::vector<double> entries(program.jacobian_pattern().entries());
-  if (!program.gradient(point.w.data(), stationarity.data()) ||
-      !program.constraints(point.w.data(), g.data()) ||
-      !program.jacobian(point.w.data(), entries.data())) {
+  const bool is_whole = point.w.size() == n && point.lambda.size() == m && point.z.size() == n;
+  const bool is_known = is_whole && point.w.allFinite() && point.lambda.allFinite() &&
+                        point.z.allFinite() &&
+                        program.gradient(point.w.data(), stationarity_.data()) &&
+                        program.constraints(point.w.data(), rows_.data()) &&
+                        program.jacobian(point.w.data(), entries_.data());
+  if (is_known)
+    program.jacobian_pattern().for_each(
+        [&](int row, int col, int e) { stationarity_[col] += point.lambda[row] * entries_[e]; });
+  if (!is_known || !stationarity_.allFinite() || !rows_.allFinite()) {
     result.stationarity = result.feasibility = result.complementarity =
         std::numeric_limits<double>::infinity();
     return result;
   }
-  program.jacobian_pattern().for_each(
-      [&](int row, int col, int e) { stationarity[col] += point.lambda[row] * entries[e]; });
 
   double worst = 0.0;
   for (int i = 0; i < n; ++i) {
     const double lower = program.lower()[i], upper = program.upper()[i];
     if (lower != upper) {
-      result.stationarity = std::max(result.stationarity, std::abs(stationarity[i] + point.z[i]));
+      result.stationarity = std::max(result.stationarity, std::abs(stationarity_[i] + point.z[i]));
       result.complementarity =
           std::max(result.complementarity, complementarity(point.z[i], point.w[i], lower, upper));
     }
@@ -61,9 +69,9 @@ KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
   for (int i = 0; i < m; ++i) {
     const double lower = program.row_lower()[i], upper = program.row_upper()[i];
     if (lower != upper)
-      result.complementarity =
-          std::max(result.complementarity, complementarity(point.lambda[i], g[i], lower, upper));
-    const double v = violation(g[i], lower, upper);
+      result.complementarity = std::max(result.complementarity,
+                                        complementarity(point.lambda[i], rows_[i], lower, upper));
+    const double v = violation(rows_[i], lower, upper);
     if (v > worst) {
       worst = v;
       result.worst_variable = -1;
@@ -75,6 +83,10 @@ KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
   constexpr double usual = 100.0;  // multipliers up to this size need no scaling
   result.multiplier_scale = std::max(usual, sum / std::max(1, n + m)) / usual;
   return result;
+}
+
+KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point) {
+  return KktCheck(program)(program, point);
 }
 
 }  // namespace saltus

@@ -1,6 +1,8 @@
 // Our own check of an optimum: the KKT residual, computed from the problem and nothing else.
 #pragma once
 
+#include <vector>
+
 #include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
@@ -19,8 +21,23 @@ struct KktResidual {
   double scaled() const;
 };
 
-/// Evaluates at the point. Bound multipliers of variables with equal bounds are free and ignored.
-/// Allocates; meant for checking, not for control loops.
+/// The check with its memory kept, for control loops: nothing allocates after construction, if the
+/// program does not.
+class KktCheck {
+ public:
+  /// For programs of these sizes and patterns.
+  explicit KktCheck(const NonlinearProgram& program);
+  /// Evaluates gradient, rows and Jacobian at the point; where that cannot be done, or
+  /// entries of the point are missing or no numbers, every residual is infinite. Bound multipliers
+  /// of variables with equal bounds are free and ignored.
+  KktResidual operator()(NonlinearProgram& program, const NlpPoint& point);
+
+ private:
+  VectorXd stationarity_, rows_;
+  std::vector<double> entries_;
+};
+
+/// The same, once. Allocates.
 KktResidual kkt_residual(NonlinearProgram& program, const NlpPoint& point);
 
 }  // namespace saltus

@@ -8,8 +8,11 @@ const char* describe(SolveStatus status) {
       return "an optimum was found to the requested tolerance";
     case SolveStatus::acceptable:
       return "progress stopped at a point that meets the looser, acceptable tolerance";
+    case SolveStatus::feasible:
+      return "one step towards the optimum was taken: it meets all constraints, but is no optimum "
+             "yet";
     case SolveStatus::step_taken:
-      return "one step towards the optimum was taken, and whether it leads there was not checked";
+      return "one step towards the optimum was taken, and the constraints are not known to be met";
     case SolveStatus::coarse_grid:
       return "an optimum on the grid was found, but between its nodes the plan is not one";
     case SolveStatus::no_minimum:

@@ -15,7 +15,8 @@ namespace saltus {
 enum class SolveStatus {
   optimal,
   acceptable,  ///< a looser tolerance was met and progress had stopped
-  step_taken,  ///< one quadratic model was solved; nobody asked whether its solution is an optimum
+  feasible,    ///< one step was taken: within all rows and bounds, but not shown to be an optimum
+  step_taken,  ///< one step was taken, and nobody knows yet, or has seen, that it meets the rows
   /// An optimum of the program, but not of the problem: its grid is too coarse. Path constraints
   /// are violated between the nodes.
   coarse_grid,
@@ -34,9 +35,10 @@ enum class SolveStatus {
 const char* describe(SolveStatus status);
 /// What a quadratic program's status means for the program that it is.
 SolveStatus to_solve_status(QpStatus status);
-/// Whether the solve did what it is for: it converged, or took the one step that was asked of it.
+/// Whether the solve did what it is for: it converged, or took the one step that was asked of it
+/// and is within all rows and bounds.
 inline bool is_success(SolveStatus s) {
-  return s == SolveStatus::optimal || s == SolveStatus::acceptable || s == SolveStatus::step_taken;
+  return s == SolveStatus::optimal || s == SolveStatus::acceptable || s == SolveStatus::feasible;
 }
 
 struct NlpResult {

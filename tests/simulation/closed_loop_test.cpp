@@ -6,6 +6,9 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <memory>
+#include <stdexcept>
+#include <type_traits>
+#include <vector>
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/cvodes.hpp"
@@ -242,6 +245,135 @@ TEST(ClosedLoop, APlantThatCannotGoOnEndsTheRun) {
   EXPECT_NE(log.summary_json().find("\"completed\": false"), std::string::npos);
 }
 
+// x warms up or cools down at 1 / s, half a degree above and below the set-point u + p.
+Automaton<1, 1, 1> thermostat() {
+  const auto above = [](const auto&, const auto& x, const auto& u, const auto& p) {
+    return x[0] - (u[0] + p[0] + 0.5);
+  };
+  const auto below = [](const auto&, const auto& x, const auto& u, const auto& p) {
+    return x[0] - (u[0] + p[0] - 0.5);
+  };
+  Automaton<1, 1, 1> automaton;
+  automaton.mode("heating", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
+      .mode("cooling", [](const auto&, const auto& x) { return -1.0 + 0.0 * x[0]; })
+      .event("warm", "heating", "cooling", above, Crossing::rising)
+      .event("cold", "cooling", "heating", below, Crossing::falling);
+  return automaton;
+}
+
+TEST(ClosedLoop, ASetPointThatJumpsOverTheStateSwitches) {
+  const auto set_point = [](double t) { return t < 0.25 ? 20.0 : t < 0.95 ? 19.0 : 25.0; };
+  const auto expect = [](const LoopLog& log) {
+    ASSERT_TRUE(log.completed) << log.message;
+    ASSERT_EQ(log.recording.events.size(), 2u);
+    EXPECT_EQ(log.recording.events[0].name, "warm");  // at 20.3, the set-point at 19
+    EXPECT_NEAR(log.recording.events[0].time, 0.3, 1e-12);
+    EXPECT_EQ(log.recording.events[1].name, "cold");  // at 19.6, the set-point at 25
+    EXPECT_NEAR(log.recording.events[1].time, 1.0, 1e-12);
+    EXPECT_NEAR(log.final_state()[0], 20.6, 1e-12);
+    EXPECT_EQ(log.recording.samples.back().mode, "heating");
+  };
+  LoopOptions options{.duration = 2.0, .period = step};
+  IntegratorPlant by_input =
+      make_plant(thermostat(), runge_kutta4(), VectorXd{{20.0}}, VectorXd{{0.0}});
+  expect(simulate_closed_loop([&](double t, const VectorRef&, VectorOut u) { u[0] = set_point(t); },
+                              by_input, options));
+  IntegratorPlant by_parameter =
+      make_plant(thermostat(), runge_kutta4(), VectorXd{{20.0}}, VectorXd{{0.0}});
+  options.before_tick = [&](double t, const VectorRef&) {
+    by_parameter.set_parameters(VectorXd{{set_point(t)}});
+  };
+  expect(simulate_closed_loop([](double, const VectorRef&, VectorOut u) { u[0] = 0.0; },
+                              by_parameter, options));
+}
+
+// Without hysteresis it slides on the set-point, which moves away under it, or is left by a push.
+TEST(ClosedLoop, ASurfaceThatJumpsAwayIsNotSlidOn) {
+  Automaton<1, 1> relay;
+  relay.mode("below", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
+      .mode("above", [](const auto&, const auto& x) { return -1.0 + 0.0 * x[0]; })
+      .surface("set-point", "below", "above",
+               [](const auto&, const auto& x, const auto& u) { return x[0] - u[0]; });
+  IntegratorPlant plant = make_plant(relay, runge_kutta4(), VectorXd{{19.9}});
+  LoopOptions options{.duration = 2.5, .period = step};
+  options.disturbances.state = [](double t, const VectorRef&, VectorOut w) {
+    w[0] = std::abs(t - 1.5) < 1e-9 ? 0.55 : 0.0;
+  };
+  const LoopLog log = simulate_closed_loop(
+      [](double t, const VectorRef&, VectorOut u) { u[0] = t < 0.25 ? 20.0 : 19.0; }, plant,
+      options);
+  ASSERT_TRUE(log.completed) << log.message;
+  std::vector<double> times;
+  for (const HybridEvent& e : log.recording.events)
+    if (e.kind == EventKind::slides) times.push_back(e.time);
+  ASSERT_EQ(times.size(), 3u);
+  EXPECT_NEAR(times[0], 0.1, 1e-9);
+  EXPECT_NEAR(times[1], 1.3, 1e-9);   // from 20 at 0.3 s down to 19
+  EXPECT_NEAR(times[2], 2.05, 1e-9);  // from 19.55 at 1.5 s
+  EXPECT_NEAR(log.final_state()[0], 19.0, 1e-12);
+}
+
+// x' = u, until the formula cannot go on.
+bool armed = false;
+struct Fragile {
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u) const {
+    if (armed) throw std::runtime_error("the table ends here");
+    return Vec<S, 1>(u[0]);
+  }
+};
+
+TEST(ClosedLoop, AFormulaThatThrowsEndsTheRunInASentence) {
+  const FeedbackLaw up = [](double, const VectorRef&, VectorOut u) { u[0] = 1.0; };
+  const auto expect = [](const LoopLog& log, std::initializer_list<const char*> parts) {
+    armed = false;
+    EXPECT_FALSE(log.completed);
+    for (const char* part : parts)
+      EXPECT_NE(log.message.find(part), std::string::npos) << log.message;
+    EXPECT_NEAR(log.final_state()[0], 0.5, 1e-12);  // what came before is kept
+  };
+  for (const IntegratorChoice& scheme :
+       {runge_kutta4(), cvodes({.method = CvodesMethod::Adams, .tolerance = 1e-11})}) {
+    IntegratorPlant plant = make_plant<1, 1>(Fragile{}, scheme, VectorXd{{0.0}});
+    LoopOptions options{.duration = 1.0, .period = step};
+    options.before_tick = [](double t, const VectorRef&) { armed = t > 0.45; };
+    expect(simulate_closed_loop(up, plant, options),
+           {"0.5 s", "a formula threw", "the table ends here"});
+  }
+  {
+    IntegratorPlant plant = make_plant<1, 1>(Fragile{}, runge_kutta4(), VectorXd{{0.0}});
+    const FeedbackLaw throws = [](double t, const VectorRef&, VectorOut u) {
+      if (t > 0.45) throw 42;
+      u[0] = 1.0;
+    };
+    expect(simulate_closed_loop(throws, plant, {.duration = 1.0, .period = step}),
+           {"feedback law threw", "t = 0.5 s", "no std::exception"});
+  }
+}
+
+// A plant that ends, and a model of the controller that does: the fallback goes on.
+TEST(ClosedLoop, AModelThatThrowsLeavesTheFallback) {
+  Phase<1, 1> phase{"drift", Fragile{}, exactly(step * intervals)};
+  phase.minimise("effort", [](const auto&, const auto& x, const auto& u) {
+    return x[0] * x[0] * x[0] * x[0] + u[0] * u[0];
+  });
+  OptimalControlProblem ocp("drift");
+  ocp.start_at({1.0}).then(phase);
+  MultipleShooting shooting(std::move(ocp),
+                            {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
+  auto solver = make_real_time_iteration(shooting.nlp());
+  RecedingHorizonController controller(std::move(shooting), std::move(solver),
+                                       {.period = step, .fallback_input = VectorXd{{-0.25}}});
+  IntegratorPlant plant = drift();
+  armed = true;
+  const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 1.0, .plan_every = 1});
+  armed = false;
+  EXPECT_TRUE(log.completed) << log.message;
+  EXPECT_EQ(log.count(Provenance::fallback), 10);
+  EXPECT_TRUE(log.plans.empty());
+  EXPECT_NEAR(log.final_state()[0], 0.75, 1e-12);
+}
+
 TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
   OptimalControlProblem ocp = regulator();
   const auto position = [](const auto&, const auto& x) { return x[0]; };
@@ -275,6 +407,7 @@ class Counter final : public LoopPlant {
   VectorXd state() const override { return VectorXd{{count_}}; }
   int inputs() const override { return 1; }
   bool advance(const VectorRef& input, double length) override {
+    if (count_ >= 5.0) throw std::runtime_error("the counter is full");
     count_ += input[0];
     time_ += length;
     return count_ < 5.0;
@@ -291,6 +424,9 @@ TEST(ClosedLoop, DrivesAPlantOfTheUsersOwn) {
   const LoopLog log = simulate_closed_loop(up, plant, {.duration = 0.03});
   EXPECT_FALSE(log.completed);
   EXPECT_EQ(log.message, "the plant could not go on");
+  const LoopLog wrecked = simulate_closed_loop(up, plant, {.duration = 0.03});
+  EXPECT_FALSE(wrecked.completed);
+  EXPECT_NE(wrecked.message.find("the counter is full"), std::string::npos) << wrecked.message;
   LoopOptions options{.duration = 0.03};
   options.disturbances.state_noise = VectorXd{{1.0}};
   EXPECT_THROW(simulate_closed_loop(up, plant, options), DefinitionError);

@@ -65,5 +65,17 @@ TEST_F(AtTheOptimum, ProgramsThatCannotBeEvaluatedHaveAnInfiniteResidual) {
   EXPECT_TRUE(std::isinf(kkt_residual(program, point).scaled()));
 }
 
+TEST_F(AtTheOptimum, WhatIsNoNumberOrMissingIsNotOverlooked) {
+  KktCheck check(program);
+  EXPECT_LT(check(program, point).scaled(), 1e-14);
+  NlpPoint other = point;
+  other.z[1] = std::nan("");
+  EXPECT_TRUE(std::isinf(check(program, other).scaled()));
+  other = point;
+  other.lambda.resize(0);
+  EXPECT_TRUE(std::isinf(check(program, other).scaled()));
+  EXPECT_LT(check(program, point).scaled(), 1e-14);  // nothing is left of it
+}
+
 }  // namespace
 }  // namespace saltus

@@ -1,0 +1,214 @@
+// Is what a tick says of its plan true of the nonlinear program itself? And when is it said?
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr double step = 0.1;  // s
+
+// x = (angle, speed) of a pendulum, upright at zero.
+template <bool nonlinear>
+struct Pendulum {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], (nonlinear ? S(sin(x[0])) : x[0]) + u[0]};
+  }
+};
+
+// With a hard row: at the end the mass is at a place, which is no linear function of the angle.
+// Steps of the iteration soon meet it; where it falls on a speed as well (steep), they never do.
+template <bool nonlinear>
+MultipleShooting pendulum(double steep = 0.0) {
+  Phase<2, 1> phase{"pendulum", Pendulum<nonlinear>{}, exactly(10 * step)};
+  phase.bound_input(0, between(-12.0, 12.0))
+      .track(
+          "upright", [](const auto&, const auto& x) { return x; }, Vec<double, 2>{10.0, 1.0})
+      .track(
+          "torque", [](const auto&, const auto&, const auto& u) { return u; }, Vec<double, 1>{0.1});
+  if constexpr (nonlinear)
+    phase.reach(
+        "place", [steep](const auto&, const auto& x) { return sin(x[0]) + steep * x[1] * x[1]; },
+        exactly(steep > 0.0 ? 0.0 : 0.3));
+  OptimalControlProblem ocp("pendulum");
+  ocp.start_at({0.5, 0.0}).then(phase);
+  return MultipleShooting(std::move(ocp),
+                          {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+}
+
+enum class Back { stages, riccati, sparse };
+template <bool nonlinear = true>
+RecedingHorizonController controller_for(Back which, ControllerOptions options = {},
+                                         double steep = 0.0) {
+  MultipleShooting shooting = pendulum<nonlinear>(steep);
+  RealTimeIterationOptions iteration;
+  if (which != Back::stages) iteration.qp = which == Back::riccati ? riccati_qp() : sparse_qp();
+  auto solver = make_real_time_iteration(shooting.nlp(), iteration);
+  options.period = step;
+  return {std::move(shooting), std::move(solver), std::move(options)};
+}
+
+const VectorXd hanging = Vec<double, 2>{2.8, 0.0};
+
+class TickTruth : public ::testing::TestWithParam<Back> {};
+
+// What a tick says of its plan, against the program evaluated here.
+void expect_true(RecedingHorizonController& controller, const ControlTick& tick) {
+  const ControllerOptions limits;
+  const Solution plan = controller.report();
+  const KktResidual truth = kkt_residual(controller.shooting().nlp(), plan.point);
+  EXPECT_EQ(tick.kkt, truth.scaled());
+  EXPECT_EQ(tick.violation, truth.feasibility);
+  EXPECT_EQ(tick.objective, plan.cost);
+  EXPECT_EQ(tick.status, plan.status);
+  if (truth.feasibility > limits.feasibility) {
+    EXPECT_EQ(tick.provenance, Provenance::step);
+    EXPECT_EQ(tick.status, SolveStatus::step_taken);
+    EXPECT_FALSE(plan.ok());
+    for (const char* part : {"misses its bounds by", "residual", "violation"})
+      EXPECT_NE(plan.message.find(part), std::string::npos) << plan.message;
+  } else if (truth.scaled() > limits.optimality) {
+    EXPECT_EQ(tick.provenance, Provenance::feasible);
+    EXPECT_EQ(tick.status, SolveStatus::feasible);
+    EXPECT_TRUE(plan.ok());
+    EXPECT_NE(plan.message.find("no optimum yet"), std::string::npos) << plan.message;
+  } else {
+    EXPECT_EQ(tick.provenance, Provenance::optimal);
+    EXPECT_EQ(tick.status, SolveStatus::optimal);
+  }
+}
+
+TEST_P(TickTruth, ResidualAndViolationAreThoseOfTheProgram) {
+  RecedingHorizonController controller = controller_for(GetParam());
+  std::array<int, provenances> counts{};
+  constexpr int ticks = 10;
+  for (int k = 0; k < ticks; ++k) {  // the same instant again: the iteration converges
+    SCOPED_TRACE(k);
+    const ControlTick& tick = controller.tick(0.0, hanging);
+    expect_true(controller, tick);
+    if (k == 0) {
+      EXPECT_GT(tick.violation, 0.1);  // of one quadratic model of a swing from far away
+      EXPECT_GT(tick.kkt, 0.5);
+    }
+    ++counts[static_cast<std::size_t>(tick.provenance)];
+  }
+  const LoopStatistics& statistics = controller.statistics();
+  for (const Provenance p : {Provenance::step, Provenance::feasible, Provenance::optimal}) {
+    EXPECT_GE(counts[static_cast<std::size_t>(p)], 1) << describe(p);
+    EXPECT_EQ(statistics.count(p), counts[static_cast<std::size_t>(p)]);
+  }
+  EXPECT_EQ(statistics.all().count(), ticks);
+  EXPECT_EQ(statistics.check.count(), ticks);
+}
+
+TEST_P(TickTruth, StepsThatLeadNowhereAreNeverCalledMore) {
+  RecedingHorizonController controller = controller_for(GetParam(), {}, 0.2);
+  for (int k = 0; k < 60; ++k) {
+    SCOPED_TRACE(k);
+    const ControlTick& tick = controller.tick(0.0, hanging);
+    expect_true(controller, tick);
+    EXPECT_EQ(tick.provenance, Provenance::step);
+  }
+}
+
+// A plan that time cut off is judged by the program as well, and keeps the reason.
+TEST_P(TickTruth, OfPlansThatWereCutOff) {
+  ControllerOptions options;
+  options.miss_deadline = [](long k) { return k > 0; };
+  RecedingHorizonController controller = controller_for(GetParam(), options);
+  controller.tick(0.0, hanging);
+  for (int k = 1; k < 20; ++k) {
+    const ControlTick& tick = controller.tick(0.0, hanging);
+    EXPECT_FALSE(is_success(tick.status)) << k;
+    if (!is_of_this_tick(tick.provenance)) continue;
+    const KktResidual truth = kkt_residual(controller.shooting().nlp(), controller.report().point);
+    EXPECT_EQ(tick.violation, truth.feasibility) << k;
+    EXPECT_EQ(tick.provenance == Provenance::step, truth.feasibility > options.feasibility) << k;
+  }
+}
+
+TEST_P(TickTruth, TheInputIsOutBeforeTheCheckAndDoesNotWaitForIt) {
+  std::vector<ControlTick> sent;
+  ControllerOptions options;
+  options.send = [&](const ControlTick& tick) { sent.push_back(tick); };
+  RecedingHorizonController controller = controller_for(GetParam(), options);
+  const ControlTick& tick = controller.tick(0.0, hanging);
+  ASSERT_EQ(sent.size(), 1u);
+  EXPECT_EQ(sent[0].provenance, Provenance::step);
+  EXPECT_EQ(sent[0].status, SolveStatus::step_taken);
+  EXPECT_EQ(sent[0].kkt, infinity);
+  EXPECT_EQ(sent[0].violation, infinity);
+  EXPECT_EQ(sent[0].check, 0.0);
+  EXPECT_EQ(sent[0].input[0].input()[0], tick.input[0].input()[0]);
+  EXPECT_EQ(sent[0].seconds, tick.seconds);
+  EXPECT_LT(tick.kkt, infinity);
+  EXPECT_GT(tick.check, 0.0);
+  EXPECT_GE(controller.statistics().check.max(), tick.check);
+  EXPECT_EQ(controller.statistics().all().max(), tick.seconds);
+  controller.tick(0.1, VectorXd::Constant(2, std::nan("")));  // also what is not of this tick
+  ASSERT_EQ(sent.size(), 2u);
+  EXPECT_EQ(sent[1].provenance, Provenance::shifted);
+  EXPECT_EQ(tick.check, 0.0);
+}
+
+// Where the program is its own model there is nothing to be checked.
+TEST_P(TickTruth, ALinearQuadraticProgramIsNotCheckedAgain) {
+  RecedingHorizonController controller = controller_for<false>(GetParam());
+  ASSERT_TRUE(controller.shooting().nlp().is_linear_quadratic());
+  const ControlTick& tick = controller.tick(0.0, hanging);
+  EXPECT_EQ(tick.provenance, Provenance::optimal);
+  EXPECT_EQ(tick.check, 0.0);
+  EXPECT_EQ(controller.statistics().check.count(), 0);
+  const Solution plan = controller.report();
+  EXPECT_LT(plan.kkt.scaled(), 1e-6);
+  EXPECT_TRUE(plan.ok()) << plan.message;
+}
+
+TEST_P(TickTruth, TheCheckDoesNotAllocate) {
+  RecedingHorizonController controller = controller_for(GetParam());
+  controller.tick(0.0, hanging);
+  const testing::AllocationCount count;
+  long checked = 0;
+  for (int k = 1; k < 10; ++k) checked += controller.tick(0.0, hanging).check > 0.0 ? 1 : 0;
+  EXPECT_EQ(count.made(), 0);
+  EXPECT_EQ(checked, 9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, TickTruth,
+                         ::testing::Values(Back::stages, Back::riccati, Back::sparse),
+                         [](const auto& instance) {
+                           return instance.param == Back::stages    ? "Stages"
+                                  : instance.param == Back::riccati ? "Riccati"
+                                                                    : "Sparse";
+                         });
+
+TEST(TickStatus, ASolverOfTheProgramIsTakenAtItsWord) {
+  MultipleShooting shooting = pendulum<true>();
+  auto solver = make_real_time_solver(make_ipopt());
+  RecedingHorizonController controller(std::move(shooting), std::move(solver), {.period = step});
+  const ControlTick& tick = controller.tick(0.0, hanging);
+  ASSERT_EQ(tick.provenance, Provenance::optimal) << describe(tick.status);
+  EXPECT_EQ(tick.check, 0.0);
+  EXPECT_LT(controller.report().kkt.scaled(), 1e-6);
+}
+
+TEST(TickStatus, TolerancesAreChecked) {
+  for (ControllerOptions options :
+       {ControllerOptions{.optimality = 0.0}, ControllerOptions{.feasibility = std::nan("")}})
+    EXPECT_THROW(controller_for(Back::stages, options), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
