@@ -10,10 +10,8 @@
 // up to quadratic; parameters are inputs of degree zero.
 #pragma once
 
-#include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "saltus/autodiff/math.hpp"
@@ -50,18 +48,19 @@ class IndexSet {
   std::vector<std::uint64_t> words_;
 };
 
-/// Stands in for a double in a formula. Allocates freely: set-up only.
+/// Stands in for a double in a formula. Allocates freely: set-up only. Its arithmetic is compiled
+/// once, in tracer.cpp, and not with every formula.
 class Tracer {
  public:
   Tracer() = default;                            // the constant zero
   Tracer(double constant) : value_(constant) {}  // NOLINT: implicit
+  Tracer(const Tracer& other);
+  Tracer(Tracer&& other) noexcept;
+  Tracer& operator=(const Tracer& other);
+  Tracer& operator=(Tracer&& other) noexcept;
+  ~Tracer();
   /// `degree` 1: a variable, 0: a parameter.
-  static Tracer input(int index, int degree = 1) {
-    Tracer x;
-    x.inputs_.insert(index);
-    x.degree_ = degree;
-    return x;
-  }
+  static Tracer input(int index, int degree = 1);
   /// What is not a polynomial of degree 0, 1 or 2 in the variables.
   static constexpr int no_degree = 3;
 
@@ -82,64 +81,26 @@ class Tracer {
   }
 
   /// f(a) for a nonlinear f.
-  static Tracer nonlinear(const Tracer& a) {
-    Tracer result = a;
-    result.interact(a, a);
-    if (result.degree_ > 0) result.degree_ = no_degree;
-    return result;
-  }
+  static Tracer nonlinear(const Tracer& a);
   /// f(a, b) for an f without any structure.
-  static Tracer nonlinear(const Tracer& a, const Tracer& b) { return nonlinear(linear(a, b)); }
-  static Tracer select(const Tracer& condition, const Tracer& a, const Tracer& b) {
-    if (condition.is_constant()) return condition.value_ >= 0.0 ? a : b;
-    return nonlinear(condition, linear(a, b));
-  }
+  static Tracer nonlinear(const Tracer& a, const Tracer& b);
+  static Tracer select(const Tracer& condition, const Tracer& a, const Tracer& b);
 
-  Tracer& operator+=(const Tracer& b) { return *this = *this + b; }
-  Tracer& operator-=(const Tracer& b) { return *this = *this - b; }
-  Tracer& operator*=(const Tracer& b) { return *this = *this * b; }
-  Tracer& operator/=(const Tracer& b) { return *this = *this / b; }
+  Tracer& operator+=(const Tracer& b);
+  Tracer& operator-=(const Tracer& b);
+  Tracer& operator*=(const Tracer& b);
+  Tracer& operator/=(const Tracer& b);
 
-  friend Tracer operator+(const Tracer& a) { return a; }
-  friend Tracer operator-(const Tracer& a) { return a.is_constant() ? Tracer(-a.value_) : a; }
-  friend Tracer operator+(const Tracer& a, const Tracer& b) {
-    if (a.is_constant() && b.is_constant()) return a.value_ + b.value_;
-    return linear(a, b);
-  }
-  friend Tracer operator-(const Tracer& a, const Tracer& b) {
-    if (a.is_constant() && b.is_constant()) return a.value_ - b.value_;
-    return linear(a, b);
-  }
-  friend Tracer operator*(const Tracer& a, const Tracer& b) {
-    if (a.is_zero() || b.is_zero()) return 0.0;
-    if (a.is_constant() && b.is_constant()) return a.value_ * b.value_;
-    Tracer result = linear(a, b);
-    result.interact(a, b);
-    result.degree_ = std::min(a.degree_ + b.degree_, no_degree);
-    return result;
-  }
-  friend Tracer operator/(const Tracer& a, const Tracer& b) {
-    if (b.is_constant()) return a.is_constant() ? Tracer(a.value_ / b.value_) : a;
-    return a * nonlinear(b);
-  }
+  friend Tracer operator+(const Tracer& a);
+  friend Tracer operator-(const Tracer& a);
+  friend Tracer operator+(const Tracer& a, const Tracer& b);
+  friend Tracer operator-(const Tracer& a, const Tracer& b);
+  friend Tracer operator*(const Tracer& a, const Tracer& b);
+  friend Tracer operator/(const Tracer& a, const Tracer& b);
 
  private:
-  static Tracer linear(const Tracer& a, const Tracer& b) {
-    Tracer result = a;
-    result.inputs_.insert(b.inputs_);
-    result.pairs_.insert(b.pairs_);
-    result.degree_ = std::max(a.degree_, b.degree_);
-    return result;
-  }
-  void interact(const Tracer& a, const Tracer& b) {
-    a.inputs_.for_each([&](int i) {
-      b.inputs_.for_each([&](int j) {
-        const int high = i > j ? i : j;
-        const int low = i > j ? j : i;
-        pairs_.insert(high * (high + 1) / 2 + low);
-      });
-    });
-  }
+  static Tracer linear(const Tracer& a, const Tracer& b);
+  void interact(const Tracer& a, const Tracer& b);
 
   double value_ = 0.0;  // meaningful for constants only
   int degree_ = 0;
@@ -150,75 +111,24 @@ class Tracer {
 template <>
 inline constexpr bool is_active_scalar<Tracer> = true;
 
-namespace detail {
-template <class F>
-Tracer trace(F f, const Tracer& x) {
-  return x.is_constant() ? Tracer(f(x.constant())) : Tracer::nonlinear(x);
-}
-template <class F>
-Tracer trace(F f, const Tracer& a, const Tracer& b) {
-  if (a.is_constant() && b.is_constant()) return f(a.constant(), b.constant());
-  return Tracer::nonlinear(a, b);
-}
-}  // namespace detail
-
-// The lambdas pick the double overload, which has no address of its own among the templates.
-inline Tracer sin(const Tracer& x) {
-  return detail::trace([](double v) { return std::sin(v); }, x);
-}
-inline Tracer cos(const Tracer& x) {
-  return detail::trace([](double v) { return std::cos(v); }, x);
-}
-inline Tracer tan(const Tracer& x) {
-  return detail::trace([](double v) { return std::tan(v); }, x);
-}
-inline Tracer asin(const Tracer& x) {
-  return detail::trace([](double v) { return std::asin(v); }, x);
-}
-inline Tracer acos(const Tracer& x) {
-  return detail::trace([](double v) { return std::acos(v); }, x);
-}
-inline Tracer atan(const Tracer& x) {
-  return detail::trace([](double v) { return std::atan(v); }, x);
-}
-inline Tracer sinh(const Tracer& x) {
-  return detail::trace([](double v) { return std::sinh(v); }, x);
-}
-inline Tracer cosh(const Tracer& x) {
-  return detail::trace([](double v) { return std::cosh(v); }, x);
-}
-inline Tracer tanh(const Tracer& x) {
-  return detail::trace([](double v) { return std::tanh(v); }, x);
-}
-inline Tracer exp(const Tracer& x) {
-  return detail::trace([](double v) { return std::exp(v); }, x);
-}
-inline Tracer log(const Tracer& x) {
-  return detail::trace([](double v) { return std::log(v); }, x);
-}
-inline Tracer sqrt(const Tracer& x) {
-  return detail::trace([](double v) { return std::sqrt(v); }, x);
-}
-inline Tracer abs(const Tracer& x) {
-  return detail::trace([](double v) { return std::abs(v); }, x);
-}
-inline Tracer min(const Tracer& a, const Tracer& b) {
-  return detail::trace([](double v, double w) { return min(v, w); }, a, b);
-}
-inline Tracer max(const Tracer& a, const Tracer& b) {
-  return detail::trace([](double v, double w) { return max(v, w); }, a, b);
-}
-inline Tracer atan2(const Tracer& a, const Tracer& b) {
-  return detail::trace([](double v, double w) { return std::atan2(v, w); }, a, b);
-}
-inline Tracer hypot(const Tracer& a, const Tracer& b) {
-  return detail::trace([](double v, double w) { return std::hypot(v, w); }, a, b);
-}
-inline Tracer pow(const Tracer& a, const Tracer& b) {
-  if (b.is_constant() && b.constant() == 0.0) return 1.0;
-  if (b.is_constant() && b.constant() == 1.0) return a;
-  return detail::trace([](double v, double w) { return std::pow(v, w); }, a, b);
-}
-inline Tracer pow(const Tracer& a, double exponent) { return pow(a, Tracer(exponent)); }
+Tracer sin(const Tracer& x);
+Tracer cos(const Tracer& x);
+Tracer tan(const Tracer& x);
+Tracer asin(const Tracer& x);
+Tracer acos(const Tracer& x);
+Tracer atan(const Tracer& x);
+Tracer sinh(const Tracer& x);
+Tracer cosh(const Tracer& x);
+Tracer tanh(const Tracer& x);
+Tracer exp(const Tracer& x);
+Tracer log(const Tracer& x);
+Tracer sqrt(const Tracer& x);
+Tracer abs(const Tracer& x);
+Tracer min(const Tracer& a, const Tracer& b);
+Tracer max(const Tracer& a, const Tracer& b);
+Tracer atan2(const Tracer& a, const Tracer& b);
+Tracer hypot(const Tracer& a, const Tracer& b);
+Tracer pow(const Tracer& a, const Tracer& b);
+Tracer pow(const Tracer& a, double exponent);
 
 }  // namespace saltus

@@ -5,6 +5,11 @@
 
 namespace saltus {
 
+Function::Function(const Function& other) = default;
+Function::Function(Function&& other) noexcept = default;
+Function& Function::operator=(const Function& other) = default;
+Function& Function::operator=(Function&& other) noexcept = default;
+Function::~Function() = default;
 Function::Function(std::unique_ptr<const FunctionBody> body) : body_(std::move(body)) {}
 
 // From the patterns alone: without a pair of variables the function is affine in them.

@@ -55,10 +55,16 @@ class FunctionBody {
   int outputs_;
 };
 
-/// A handle with value semantics on an immutable body. Empty until assigned.
+/// A handle with value semantics on an immutable body. Empty until assigned. Copies are compiled
+/// once: what holds functions is copied and destroyed wherever a problem is written.
 class Function {
  public:
   Function() = default;
+  Function(const Function& other);
+  Function(Function&& other) noexcept;
+  Function& operator=(const Function& other);
+  Function& operator=(Function&& other) noexcept;
+  ~Function();
   explicit Function(std::shared_ptr<const FunctionBody> body) : body_(std::move(body)) {}
   /// Compiled once, unlike std::make_shared for the type of each formula.
   explicit Function(std::unique_ptr<const FunctionBody> body);

@@ -4,6 +4,13 @@
 
 namespace saltus {
 
+IntervalProblem::IntervalProblem() = default;
+IntervalProblem::IntervalProblem(const IntervalProblem& other) = default;
+IntervalProblem::IntervalProblem(IntervalProblem&& other) noexcept = default;
+IntervalProblem& IntervalProblem::operator=(const IntervalProblem& other) = default;
+IntervalProblem& IntervalProblem::operator=(IntervalProblem&& other) noexcept = default;
+IntervalProblem::~IntervalProblem() = default;
+
 Integrator::Integrator(IntervalProblem problem)
     : problem_(std::move(problem)),
       interval_arguments_{problem_.arguments.nx, problem_.coefficients(), problem_.arguments.np} {

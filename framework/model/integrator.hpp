@@ -20,6 +20,13 @@ enum class InputShape {
 
 /// What is integrated over an interval: x' = f(t, x, u(t), p) and q' = L(t, x, u(t), p), q(0) = 0.
 struct IntervalProblem {
+  IntervalProblem();
+  IntervalProblem(const IntervalProblem& other);
+  IntervalProblem(IntervalProblem&& other) noexcept;
+  IntervalProblem& operator=(const IntervalProblem& other);
+  IntervalProblem& operator=(IntervalProblem&& other) noexcept;
+  ~IntervalProblem();
+
   Arguments arguments;    ///< sizes; both functions take z = (t | x | u | p)
   Function dynamics;      ///< nx outputs
   Function running_cost;  ///< nq outputs; empty when nothing is accumulated

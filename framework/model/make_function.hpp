@@ -19,7 +19,7 @@
 #include "saltus/model/arguments.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/seeding.hpp"
-#include "saltus/model/structure.hpp"
+#include "saltus/model/traced_body.hpp"
 
 namespace saltus {
 
@@ -37,8 +37,9 @@ struct FormulaArguments {
     if (i <= nx + nu) return u.data()[i - 1 - nx];
     return p.data()[i - 1 - nx - nu];
   }
-  /// From the numbers z; derivatives zero.
-  static FormulaArguments constant(const double* z) {
+  /// From numbers z (derivatives zero), or from entries that are scalars S already.
+  template <class Entry>
+  static FormulaArguments constant(const Entry* z) {
     FormulaArguments a;
     a.t = z[0];
     for (int i = 0; i < nx; ++i) a.x.data()[i] = z[1 + i];
@@ -134,7 +135,7 @@ void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) 
 inline namespace SALTUS_LANES_ABI {  // its passes have that width
 
 template <int nx, int nu, int np, class F>
-class FormulaBody final : public FunctionBody {
+class FormulaBody final : public TracedBody {
   static constexpr int inputs_count = Arguments{nx, nu, np}.size();
   static constexpr int outputs_count = outputs_of<nx, nu, np, F>;
   // Short passes: after the inputs that may share a direction do, few are left, and a dual of one
@@ -148,17 +149,8 @@ class FormulaBody final : public FunctionBody {
 
  public:
   explicit FormulaBody(F formula)
-      : FunctionBody(inputs_count, outputs_count), formula_(std::move(formula)) {
-    const FormulaStructure structure =
-        structure_of(inputs_count, trace(std::vector<char>(inputs_count, 1)));
-    jacobian_pattern_ = structure.jacobian;
-    hessian_pattern_ = structure.hessian;
-    jacobian_passes_ = jacobian_passes(jacobian_pattern_, jacobian_lanes);
-    hessian_passes_ = hessian_passes(hessian_pattern_, hessian_lanes);
-  }
-
-  int degree(int output, const std::vector<char>& variable) const override {
-    return trace(variable)[output].degree();
+      : TracedBody(inputs_count, outputs_count), formula_(std::move(formula)) {
+    find_structure(jacobian_lanes, hessian_lanes);
   }
 
   void value(const double* z, double* y) const override {
@@ -202,17 +194,11 @@ class FormulaBody final : public FunctionBody {
 
  private:
   // Runs at set-up only, so the compiler need not make it fast.
-  [[gnu::cold, gnu::noinline]] std::vector<Tracer> trace(const std::vector<char>& variable) const {
-    Argument<Tracer> z;
-    for (int i = 0; i < inputs_count; ++i) z[i] = Tracer::input(i, variable[i] ? 1 : 0);
-    std::vector<Tracer> y(outputs_count);
-    evaluate(formula_, z, y.data());
-    return y;
+  [[gnu::cold, gnu::noinline]] void trace(const Tracer* z, Tracer* y) const override {
+    evaluate(formula_, Argument<Tracer>::constant(z), y);
   }
 
   F formula_;
-  std::vector<JacobianPass> jacobian_passes_;
-  std::vector<HessianPass> hessian_passes_;
 };
 
 }  // namespace SALTUS_LANES_ABI

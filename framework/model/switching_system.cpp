@@ -23,6 +23,13 @@ void check_function(const std::string& what, const Function& function, const Arg
 
 }  // namespace
 
+SwitchingSystem::SwitchingSystem() = default;
+SwitchingSystem::SwitchingSystem(const SwitchingSystem& other) = default;
+SwitchingSystem::SwitchingSystem(SwitchingSystem&& other) noexcept = default;
+SwitchingSystem& SwitchingSystem::operator=(const SwitchingSystem& other) = default;
+SwitchingSystem& SwitchingSystem::operator=(SwitchingSystem&& other) noexcept = default;
+SwitchingSystem::~SwitchingSystem() = default;
+
 int SwitchingSystem::mode_index(const std::string& name) const {
   for (std::size_t m = 0; m < modes.size(); ++m)
     if (modes[m].name == name) return static_cast<int>(m);

@@ -36,6 +36,13 @@ struct Transition {
 };
 
 struct SwitchingSystem {
+  SwitchingSystem();
+  SwitchingSystem(const SwitchingSystem& other);
+  SwitchingSystem(SwitchingSystem&& other) noexcept;
+  SwitchingSystem& operator=(const SwitchingSystem& other);
+  SwitchingSystem& operator=(SwitchingSystem&& other) noexcept;
+  ~SwitchingSystem();
+
   std::vector<Mode> modes;
   std::vector<Transition> transitions;
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <utility>
 
 #include "saltus/core/types.hpp"
 
@@ -11,32 +10,25 @@ namespace saltus {
 /// A trajectory over the phase, as a function of the fraction in [0, 1] of its duration.
 class Guess {
  public:
-  Guess() = default;  ///< not given: the start of the problem for states, zero for inputs
-  static Guess constant(VectorXd value) {
-    return Guess([v = std::move(value)](double) { return v; });
-  }
+  Guess();  ///< not given: the start of the problem for states, zero for inputs
+  Guess(const Guess& other);
+  Guess(Guess&& other) noexcept;
+  Guess& operator=(const Guess& other);
+  Guess& operator=(Guess&& other) noexcept;
+  ~Guess();
+  static Guess constant(VectorXd value);
   /// Straight line from `first` at the start of the phase to `last` at its end.
-  static Guess interpolate(VectorXd first, VectorXd last) {
-    return Guess([a = std::move(first), b = std::move(last)](double s) -> VectorXd {
-      return a + s * (b - a);
-    });
-  }
-  static Guess trajectory(std::function<VectorXd(double fraction)> f) {
-    return Guess(std::move(f));
-  }
+  static Guess interpolate(VectorXd first, VectorXd last);
+  static Guess trajectory(std::function<VectorXd(double fraction)> f);
   /// States only: integrate the dynamics from where the phase starts with the inputs guessed.
-  static Guess simulate() {
-    Guess guess;
-    guess.simulated_ = true;
-    return guess;
-  }
+  static Guess simulate();
 
   bool is_given() const { return static_cast<bool>(trajectory_); }
   bool is_simulated() const { return simulated_; }
   VectorXd at(double fraction) const { return trajectory_(fraction); }
 
  private:
-  explicit Guess(std::function<VectorXd(double)> f) : trajectory_(std::move(f)) {}
+  explicit Guess(std::function<VectorXd(double)> f);
   std::function<VectorXd(double)> trajectory_;
   bool simulated_ = false;
 };

@@ -22,14 +22,7 @@ class Phase {
   /// `dynamics` returns dx/dt (nx entries). `duration` in s; exactly(T) fixes it.
   template <class Dynamics>
   Phase(std::string name, Dynamics dynamics, Bounds duration) {
-    d_.name = std::move(name);
-    d_.sizes = {nx, nu, np};
-    d_.dynamics = make_function<nx, nu, np>(std::move(dynamics));
-    d_.duration = duration;
-    d_.duration_guess =
-        duration.is_equality() ? duration.lower : 0.5 * (duration.lower + duration.upper);
-    d_.nominal_state = Vec<double, nx>::Ones();
-    d_.nominal_input = Vec<double, nu>::Ones();
+    begin(d_, std::move(name), {nx, nu, np}, erased(std::move(dynamics)), duration);
   }
   /// Several modes with state-triggered events between them, all inside one phase; the mode at the
   /// start of each interval follows from the state (framework/design/events.md).
@@ -44,76 +37,86 @@ class Phase {
   /// both push onto the surface, the state slides on it (Filippov).
   template <class Guard, class Field>
   Phase& switch_at(const std::string& event, Guard guard, Field above) {
-    add_surface(d_, event, make_function<nx, nu, np>(std::move(guard)),
-                make_function<nx, nu, np>(std::move(above)));
+    add_surface(d_, event, erased(std::move(guard)), erased(std::move(above)));
     return *this;
   }
   /// Where the guard crosses zero the state becomes reset(t, x, ...) and the phase goes on.
   template <class Guard, class Reset>
   Phase& on(const std::string& event, Guard guard, Crossing crossing, Reset reset) {
-    add_reset(d_, event, make_function<nx, nu, np>(std::move(guard)), crossing,
-              make_function<nx, nu, np>(std::move(reset)));
+    add_reset(d_, event, erased(std::move(guard)), crossing, erased(std::move(reset)));
     return *this;
   }
 
   // --- constraints -------------------------------------------------------------------------
   Phase& bound_input(int i, Bounds bounds, Window window = {}) {
-    d_.input_bounds.push_back({i, bounds, std::move(window)});
+    add_bounds(d_.input_bounds, i, bounds, std::move(window));
     return *this;
   }
   Phase& bound_state(int i, Bounds bounds, Window window = {}) {
-    d_.state_bounds.push_back({i, bounds, std::move(window)});
+    add_bounds(d_.state_bounds, i, bounds, std::move(window));
     return *this;
   }
   /// The formula stays within bounds during the window; one Bounds serves all its rows.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window = {}) {
-    return constrain(std::move(name), TermDomain::running, std::move(formula), {bounds},
-                     std::move(window), std::nullopt);
+    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)), {bounds},
+                   std::move(window), std::nullopt);
+    return *this;
+  }
+  /// The same for what is no formula of C++: a Function of z = (t | x | u | p).
+  Phase& keep(std::string name, Function function, Bounds bounds, Window window = {}) {
+    add_constraint(d_, std::move(name), TermDomain::running, std::move(function), {bounds},
+                   std::move(window), std::nullopt);
+    return *this;
   }
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window = {}) {
-    return constrain(std::move(name), TermDomain::running, std::move(formula), std::move(bounds),
-                     std::move(window), std::nullopt);
+    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)),
+                   std::move(bounds), std::move(window), std::nullopt);
+    return *this;
   }
   /// The same, but a violation is possible and penalised; the solution says how far it went.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
-    return constrain(std::move(name), TermDomain::running, std::move(formula), {bounds},
-                     std::move(window), std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)), {bounds},
+                   std::move(window), std::move(penalty));
+    return *this;
   }
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window,
               Penalty penalty) {
-    return constrain(std::move(name), TermDomain::running, std::move(formula), std::move(bounds),
-                     std::move(window), std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)),
+                   std::move(bounds), std::move(window), std::move(penalty));
+    return *this;
   }
   /// Holds once, where the phase ends (before the jump); if soft, a violation is paid once.
   template <class F>
   Phase& reach(std::string name, F formula, Bounds bounds,
                std::optional<Penalty> penalty = std::nullopt) {
-    return constrain(std::move(name), TermDomain::phase_end, std::move(formula), {bounds}, {},
-                     std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::phase_end, erased(std::move(formula)), {bounds},
+                   {}, std::move(penalty));
+    return *this;
   }
   template <class F>
   Phase& reach(std::string name, F formula, std::vector<Bounds> bounds,
                std::optional<Penalty> penalty = std::nullopt) {
-    return constrain(std::move(name), TermDomain::phase_end, std::move(formula), std::move(bounds),
-                     {}, std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::phase_end, erased(std::move(formula)),
+                   std::move(bounds), {}, std::move(penalty));
+    return *this;
   }
   /// Holds once, where the phase begins (after the jump).
   template <class F>
   Phase& begin_with(std::string name, F formula, Bounds bounds) {
-    return constrain(std::move(name), TermDomain::phase_start, std::move(formula), {bounds}, {},
-                     std::nullopt);
+    add_constraint(d_, std::move(name), TermDomain::phase_start, erased(std::move(formula)),
+                   {bounds}, {}, std::nullopt);
+    return *this;
   }
 
   /// The phase ends where the guard, a scalar of (t, x) that may read parameters, passes zero in
   /// the given direction: a terminal constraint guard = 0 that decides the free duration.
   template <class F>
   Phase& ends_when(std::string event, F guard, Crossing crossing) {
-    constrain(event, TermDomain::phase_end, std::move(guard), {exactly(0.0)}, {}, std::nullopt);
-    d_.end_guards.push_back({std::move(event), d_.terms.back().function, crossing});
+    add_end_guard(d_, std::move(event), erased(std::move(guard)), crossing);
     return *this;
   }
 
@@ -121,26 +124,31 @@ class Phase {
   /// Integral of the scalar formula over the window.
   template <class F>
   Phase& minimise(std::string name, F formula, Window window = {}) {
-    return cost(std::move(name), TermDomain::running, std::move(formula), std::move(window));
+    add_cost(d_, std::move(name), TermDomain::running, erased(std::move(formula)),
+             std::move(window));
+    return *this;
   }
   /// The scalar formula once, where the phase ends.
   template <class F>
   Phase& minimise_at_end(std::string name, F formula) {
-    return cost(std::move(name), TermDomain::phase_end, std::move(formula), {});
+    add_cost(d_, std::move(name), TermDomain::phase_end, erased(std::move(formula)), {});
+    return *this;
   }
   /// Integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
   template <class F>
   Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
-    return least_squares(std::move(name), TermDomain::running, std::move(residual),
-                         weights.asDiagonal(), std::move(window), std::move(reference));
+    add_least_squares(d_, std::move(name), TermDomain::running, erased(std::move(residual)),
+                      weights, std::move(window), std::move(reference));
+    return *this;
   }
   /// 1/2 |residual - reference|^2_W once, where the phase ends.
   template <class F>
   Phase& track_at_end(std::string name, F residual, const VectorXd& weights,
                       Reference reference = {}) {
-    return least_squares(std::move(name), TermDomain::phase_end, std::move(residual),
-                         weights.asDiagonal(), {}, std::move(reference));
+    add_least_squares(d_, std::move(name), TermDomain::phase_end, erased(std::move(residual)),
+                      weights, {}, std::move(reference));
+    return *this;
   }
   /// 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals, the first against the input applied
   /// before the horizon; weighted by the nominal over the mean length of the two intervals. An
@@ -165,21 +173,27 @@ class Phase {
   }
   /// Parameters in the order of declaration make up p. Data: given per solve.
   Phase& data(std::string name, const VectorXd& value) {
-    return parameter(std::move(name), value, {});
+    add_parameter(d_, std::move(name), value, {});
+    return *this;
   }
   /// The same with a name for every entry (saltus/model/named_parameters.hpp).
   template <NamedParameters Block>
   Phase& data(std::string name, const Block& value) {
-    return parameter(std::move(name), packed(value), entries_of<Block>());
+    add_parameter(d_, std::move(name), packed(value), entries_of<Block>());
+    return *this;
   }
   /// An unknown of the problem; the same name in several phases is the same unknown, within the
   /// bounds of all of them and from the guess of the last. `magnitude` scales its entries.
   Phase& unknown(std::string name, const VectorXd& guess, Bounds bounds, double magnitude = 1.0) {
-    return parameter(std::move(name), guess, {}).made_unknown(bounds, magnitude);
+    add_parameter(d_, std::move(name), guess, {});
+    make_unknown(d_, bounds, magnitude);
+    return *this;
   }
   template <NamedParameters Block>
   Phase& unknown(std::string name, const Block& guess, Bounds bounds, double magnitude = 1.0) {
-    return data(std::move(name), guess).made_unknown(bounds, magnitude);
+    data(std::move(name), guess);
+    make_unknown(d_, bounds, magnitude);
+    return *this;
   }
   /// Magnitudes by which variables and defects are scaled (positive).
   Phase& nominal(const VectorXd& state, const VectorXd& input) {
@@ -214,38 +228,9 @@ class Phase {
       return Vec<S, nx>::Zero();
     }
   };
-  Phase& parameter(std::string name, const VectorXd& value,
-                   std::span<const ParameterEntry> entries) {
-    d_.parameters.push_back(
-        {std::move(name), value, false, {}, VectorXd::Ones(value.size()), entries});
-    return *this;
-  }
-  Phase& made_unknown(Bounds bounds, double magnitude) {
-    ParameterBlock& block = d_.parameters.back();
-    block.unknown = true;
-    block.bounds.assign(block.value.size(), bounds);
-    block.nominal.setConstant(magnitude);
-    return *this;
-  }
   template <class F>
-  Phase& constrain(std::string name, TermDomain domain, F formula, std::vector<Bounds> bounds,
-                   Window window, std::optional<Penalty> penalty) {
-    add_constraint(d_, std::move(name), domain, make_function<nx, nu, np>(std::move(formula)),
-                   std::move(bounds), std::move(window), std::move(penalty));
-    return *this;
-  }
-  template <class F>
-  Phase& cost(std::string name, TermDomain domain, F formula, Window window) {
-    add_cost(d_, std::move(name), domain, make_function<nx, nu, np>(std::move(formula)),
-             std::move(window));
-    return *this;
-  }
-  template <class F>
-  Phase& least_squares(std::string name, TermDomain domain, F residual, MatrixXd weight,
-                       Window window, Reference reference) {
-    add_least_squares(d_, std::move(name), domain, make_function<nx, nu, np>(std::move(residual)),
-                      std::move(weight), std::move(window), std::move(reference));
-    return *this;
+  static Function erased(F formula) {
+    return make_function<nx, nu, np>(std::move(formula));
   }
 
   PhaseDefinition d_;

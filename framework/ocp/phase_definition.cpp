@@ -105,6 +105,13 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
 
 }  // namespace
 
+PhaseDefinition::PhaseDefinition() = default;
+PhaseDefinition::PhaseDefinition(const PhaseDefinition& other) = default;
+PhaseDefinition::PhaseDefinition(PhaseDefinition&& other) noexcept = default;
+PhaseDefinition& PhaseDefinition::operator=(const PhaseDefinition& other) = default;
+PhaseDefinition& PhaseDefinition::operator=(PhaseDefinition&& other) noexcept = default;
+PhaseDefinition::~PhaseDefinition() = default;
+
 double PhaseDefinition::nominal_parameter(int i) const {
   for (const ParameterBlock& block : parameters) {
     if (i < block.nominal.size()) return block.nominal[i];
@@ -198,8 +205,26 @@ void PhaseDefinition::check() const {
   }
 }
 
-void add_constraint(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
-                    std::vector<Bounds> bounds, Window window, std::optional<Penalty> penalty) {
+void begin(PhaseDefinition& phase, std::string&& name, const Arguments& sizes, Function&& dynamics,
+           const Bounds& duration) {
+  phase.name = std::move(name);
+  phase.sizes = sizes;
+  phase.dynamics = std::move(dynamics);
+  phase.duration = duration;
+  phase.duration_guess =
+      duration.is_equality() ? duration.lower : 0.5 * (duration.lower + duration.upper);
+  phase.nominal_state = VectorXd::Ones(sizes.nx);
+  phase.nominal_input = VectorXd::Ones(sizes.nu);
+}
+
+void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,
+                Window&& window) {
+  all.push_back({component, bounds, std::move(window)});
+}
+
+void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+                    Function&& function, std::vector<Bounds>&& bounds, Window&& window,
+                    std::optional<Penalty>&& penalty) {
   if (bounds.size() == 1) bounds.resize(function.outputs(), bounds.front());
   phase.terms.push_back({.name = std::move(name),
                          .kind = TermKind::constraint,
@@ -212,8 +237,15 @@ void add_constraint(PhaseDefinition& phase, std::string name, TermDomain domain,
                          .window = std::move(window)});
 }
 
-void add_cost(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
-              Window window) {
+void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard,
+                   Crossing crossing) {
+  add_constraint(phase, std::string(event), TermDomain::phase_end, Function(guard), {exactly(0.0)},
+                 {}, std::nullopt);
+  phase.end_guards.push_back({std::move(event), std::move(guard), crossing});
+}
+
+void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,
+              Window&& window) {
   phase.terms.push_back({.name = std::move(name),
                          .kind = TermKind::cost,
                          .domain = domain,
@@ -224,16 +256,30 @@ void add_cost(PhaseDefinition& phase, std::string name, TermDomain domain, Funct
                          .window = std::move(window)});
 }
 
-void add_least_squares(PhaseDefinition& phase, std::string name, TermDomain domain,
-                       Function residual, MatrixXd weight, Window window, Reference reference) {
+void add_least_squares(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+                       Function&& residual, const VectorXd& weights, Window&& window,
+                       Reference&& reference) {
   phase.terms.push_back({.name = std::move(name),
                          .kind = TermKind::least_squares,
                          .domain = domain,
                          .function = std::move(residual),
                          .bounds = {},
-                         .weight = std::move(weight),
+                         .weight = weights.asDiagonal(),
                          .reference = std::move(reference),
                          .window = std::move(window)});
+}
+
+void add_parameter(PhaseDefinition& phase, std::string&& name, const VectorXd& value,
+                   std::span<const ParameterEntry> entries) {
+  phase.parameters.push_back(
+      {std::move(name), value, false, {}, VectorXd::Ones(value.size()), entries});
+}
+
+void make_unknown(PhaseDefinition& phase, const Bounds& bounds, double magnitude) {
+  ParameterBlock& block = phase.parameters.back();
+  block.unknown = true;
+  block.bounds.assign(block.value.size(), bounds);
+  block.nominal.setConstant(magnitude);
 }
 
 }  // namespace saltus

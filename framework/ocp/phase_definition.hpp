@@ -44,6 +44,13 @@ enum class InputParametrisation {
 };
 
 struct PhaseDefinition {
+  PhaseDefinition();
+  PhaseDefinition(const PhaseDefinition& other);
+  PhaseDefinition(PhaseDefinition&& other) noexcept;
+  PhaseDefinition& operator=(const PhaseDefinition& other);
+  PhaseDefinition& operator=(PhaseDefinition&& other) noexcept;
+  ~PhaseDefinition();
+
   std::string name;
   Arguments sizes;
   Function dynamics;  ///< z = (t | x | u | p) -> dx/dt
@@ -82,13 +89,27 @@ struct PhaseDefinition {
   void check() const;
 };
 
-// What every term of a Phase comes down to, compiled once.
+// What the methods of a Phase come down to, compiled once. What is moved from is taken by
+// reference: each further temporary would be destroyed once more in every definition of a problem.
+void begin(PhaseDefinition& phase, std::string&& name, const Arguments& sizes, Function&& dynamics,
+           const Bounds& duration);
+void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,
+                Window&& window);
 /// One Bounds serves all rows of the function.
-void add_constraint(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
-                    std::vector<Bounds> bounds, Window window, std::optional<Penalty> penalty);
-void add_cost(PhaseDefinition& phase, std::string name, TermDomain domain, Function function,
-              Window window);
-void add_least_squares(PhaseDefinition& phase, std::string name, TermDomain domain,
-                       Function residual, MatrixXd weight, Window window, Reference reference);
+void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+                    Function&& function, std::vector<Bounds>&& bounds, Window&& window,
+                    std::optional<Penalty>&& penalty);
+void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard,
+                   Crossing crossing);
+void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,
+              Window&& window);
+/// 1/2 (residual - reference)' diag(weights) (residual - reference)
+void add_least_squares(PhaseDefinition& phase, std::string&& name, TermDomain domain,
+                       Function&& residual, const VectorXd& weights, Window&& window,
+                       Reference&& reference);
+void add_parameter(PhaseDefinition& phase, std::string&& name, const VectorXd& value,
+                   std::span<const ParameterEntry> entries);
+/// The parameter added last becomes an unknown.
+void make_unknown(PhaseDefinition& phase, const Bounds& bounds, double magnitude);
 
 }  // namespace saltus

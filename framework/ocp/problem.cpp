@@ -52,9 +52,9 @@ OptimalControlProblem& OptimalControlProblem::total_time(Bounds bounds) {
   return *this;
 }
 
-OptimalControlProblem& OptimalControlProblem::append(Jump jump, PhaseDefinition phase) {
+OptimalControlProblem& OptimalControlProblem::append(Jump jump, const PhaseDefinition& phase) {
   jumps_.push_back(std::move(jump));
-  phases_.push_back(std::move(phase));
+  phases_.push_back(phase);
   return *this;
 }
 
@@ -199,6 +199,15 @@ void check_window(const PhaseDefinition& phase, const Window& window, const Sche
 }
 
 }  // namespace
+
+OptimalControlProblem::OptimalControlProblem(const OptimalControlProblem& other) = default;
+OptimalControlProblem::OptimalControlProblem(OptimalControlProblem&& other) noexcept = default;
+OptimalControlProblem& OptimalControlProblem::operator=(const OptimalControlProblem& other) =
+    default;
+OptimalControlProblem& OptimalControlProblem::operator=(OptimalControlProblem&& other) noexcept =
+    default;
+OptimalControlProblem::~OptimalControlProblem() = default;
+OptimalControlProblem::OptimalControlProblem(std::string name) : name_(std::move(name)) {}
 
 void OptimalControlProblem::check() const {
   if (phases_.empty())

@@ -23,7 +23,12 @@ enum class CostRule {
 /// One or more phases in order. Copies are independent; formulas are shared, being immutable.
 class OptimalControlProblem {
  public:
-  explicit OptimalControlProblem(std::string name = "problem") : name_(std::move(name)) {}
+  OptimalControlProblem(const OptimalControlProblem& other);
+  OptimalControlProblem(OptimalControlProblem&& other) noexcept;
+  OptimalControlProblem& operator=(const OptimalControlProblem& other);
+  OptimalControlProblem& operator=(OptimalControlProblem&& other) noexcept;
+  ~OptimalControlProblem();
+  explicit OptimalControlProblem(std::string name = "problem");
 
   /// The state at the start is given (it can be replaced between solves).
   OptimalControlProblem& start_at(VectorXd state);
@@ -81,7 +86,7 @@ class OptimalControlProblem {
   void check() const;
 
  private:
-  OptimalControlProblem& append(Jump jump, PhaseDefinition phase);
+  OptimalControlProblem& append(Jump jump, const PhaseDefinition& phase);
   void check_times() const;
 
   std::string name_;

@@ -9,6 +9,13 @@
 
 namespace saltus {
 
+Reference::Reference() = default;
+Reference::Reference(const Reference& other) = default;
+Reference::Reference(Reference&& other) noexcept = default;
+Reference& Reference::operator=(const Reference& other) = default;
+Reference& Reference::operator=(Reference&& other) noexcept = default;
+Reference::~Reference() = default;
+
 Reference::Reference(VectorXd value) : times_{0.0}, values_(std::move(value)) {}
 
 Reference::Reference(std::vector<double> times, MatrixXd values)

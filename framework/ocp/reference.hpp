@@ -11,7 +11,12 @@ namespace saltus {
 class Reference {
  public:
   /// Zero, of any size.
-  Reference() = default;
+  Reference();
+  Reference(const Reference& other);
+  Reference(Reference&& other) noexcept;
+  Reference& operator=(const Reference& other);
+  Reference& operator=(Reference&& other) noexcept;
+  ~Reference();
   /// Constant.
   Reference(VectorXd value);  // NOLINT(google-explicit-constructor)
   /// Samples at increasing absolute times (s); one column of `values` per time. Throws

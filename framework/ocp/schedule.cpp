@@ -42,6 +42,13 @@ void check_order(std::span<const Event> events) {
 
 }  // namespace
 
+Schedule::Schedule() = default;
+Schedule::Schedule(const Schedule& other) = default;
+Schedule::Schedule(Schedule&& other) noexcept = default;
+Schedule& Schedule::operator=(const Schedule& other) = default;
+Schedule& Schedule::operator=(Schedule&& other) noexcept = default;
+Schedule::~Schedule() = default;
+
 Schedule::Schedule(std::vector<std::string> modes, std::vector<Event> events)
     : events_(std::move(events)), count_(events_.size()) {
   if (modes.size() != count_ + 1)

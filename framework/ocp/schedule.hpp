@@ -24,7 +24,12 @@ struct Event {
 /// leaves the schedule as it was, and nothing allocates as long as nothing is wrong.
 class Schedule {
  public:
-  Schedule() = default;
+  Schedule();
+  Schedule(const Schedule& other);
+  Schedule(Schedule&& other) noexcept;
+  Schedule& operator=(const Schedule& other);
+  Schedule& operator=(Schedule&& other) noexcept;
+  ~Schedule();
   /// Throws DefinitionError when the counts do not fit, a name repeats or times decrease.
   Schedule(std::vector<std::string> modes, std::vector<Event> events);
 

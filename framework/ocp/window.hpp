@@ -13,6 +13,11 @@ namespace saltus {
 class Instant {
  public:
   Instant(double seconds) : seconds_(seconds) {}  // NOLINT(google-explicit-constructor)
+  Instant(const Instant& other);
+  Instant(Instant&& other) noexcept;
+  Instant& operator=(const Instant& other);
+  Instant& operator=(Instant&& other) noexcept;
+  ~Instant();
   static Instant of_event(std::string name) { return Instant(std::move(name)); }
 
   bool is_event() const { return !event_.empty(); }

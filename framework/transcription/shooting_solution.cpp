@@ -120,6 +120,13 @@ std::string describe_vanished(const OptimalControlProblem& problem,
 
 }  // namespace
 
+Solution::Solution() = default;
+Solution::Solution(const Solution& other) = default;
+Solution::Solution(Solution&& other) noexcept = default;
+Solution& Solution::operator=(const Solution& other) = default;
+Solution& Solution::operator=(Solution&& other) noexcept = default;
+Solution::~Solution() = default;
+
 Solution MultipleShooting::interpret(NlpResult result) {
   Solution solution;
   solution.status = result.status;

@@ -52,6 +52,13 @@ struct CostContribution {
 };
 
 struct Solution {
+  Solution();
+  Solution(const Solution& other);
+  Solution(Solution&& other) noexcept;
+  Solution& operator=(const Solution& other);
+  Solution& operator=(Solution&& other) noexcept;
+  ~Solution();
+
   SolveStatus status = SolveStatus::invalid_problem;
   /// A sentence; when a constraint cannot be met it names phase, term and time, and by how much.
   std::string message;

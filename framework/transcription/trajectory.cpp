@@ -16,6 +16,13 @@ namespace {
 double rounding(double t) { return 1e-12 * std::max(1.0, std::abs(t)); }
 }  // namespace
 
+Trajectory::Trajectory() = default;
+Trajectory::Trajectory(const Trajectory& other) = default;
+Trajectory::Trajectory(Trajectory&& other) noexcept = default;
+Trajectory& Trajectory::operator=(const Trajectory& other) = default;
+Trajectory& Trajectory::operator=(Trajectory&& other) noexcept = default;
+Trajectory::~Trajectory() = default;
+
 const TrajectoryPiece& Trajectory::piece_at(double t) const {
   const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), t + rounding(t),
                                       [](double time, const auto& p) { return time < p.start; });

@@ -32,7 +32,12 @@ class Trajectory {
     std::shared_ptr<Integrator> integrator;
   };
 
-  Trajectory() = default;
+  Trajectory();
+  Trajectory(const Trajectory& other);
+  Trajectory(Trajectory&& other) noexcept;
+  Trajectory& operator=(const Trajectory& other);
+  Trajectory& operator=(Trajectory&& other) noexcept;
+  ~Trajectory();
   Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces)
       : phases_(std::move(phases)), pieces_(std::move(pieces)) {}
 

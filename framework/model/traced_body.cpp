@@ -1,0 +1,30 @@
+#include "saltus/model/traced_body.hpp"
+
+#include "saltus/model/structure.hpp"
+
+namespace saltus::detail {
+
+TracedBody::TracedBody(int inputs, int outputs) : FunctionBody(inputs, outputs) {}
+
+TracedBody::~TracedBody() = default;
+
+void TracedBody::find_structure(int jacobian_lanes, int hessian_lanes) {
+  const FormulaStructure structure = structure_of(inputs(), traced(std::vector<char>(inputs(), 1)));
+  jacobian_pattern_ = structure.jacobian;
+  hessian_pattern_ = structure.hessian;
+  jacobian_passes_ = jacobian_passes(jacobian_pattern_, jacobian_lanes);
+  hessian_passes_ = hessian_passes(hessian_pattern_, hessian_lanes);
+}
+
+int TracedBody::degree(int output, const std::vector<char>& variable) const {
+  return traced(variable)[output].degree();
+}
+
+std::vector<Tracer> TracedBody::traced(const std::vector<char>& variable) const {
+  std::vector<Tracer> z, y(outputs());
+  for (int i = 0; i < inputs(); ++i) z.push_back(Tracer::input(i, variable[i] ? 1 : 0));
+  trace(z.data(), y.data());
+  return y;
+}
+
+}  // namespace saltus::detail

@@ -1,0 +1,32 @@
+// What the bodies of all formulas have in common, whatever the formula: patterns found by a trace,
+// and the passes that fill them. Compiled once, and not with every formula.
+#pragma once
+
+#include <vector>
+
+#include "saltus/autodiff/tracer.hpp"
+#include "saltus/model/function.hpp"
+#include "saltus/model/seeding.hpp"
+
+namespace saltus::detail {
+
+class TracedBody : public FunctionBody {
+ public:
+  ~TracedBody() override;
+  int degree(int output, const std::vector<char>& variable) const override;
+
+ protected:
+  TracedBody(int inputs, int outputs);
+  /// Patterns and passes, at the end of the constructor of a derived class.
+  void find_structure(int jacobian_lanes, int hessian_lanes);
+  /// y = formula(z) with z of inputs() entries, y of outputs().
+  virtual void trace(const Tracer* z, Tracer* y) const = 0;
+
+  std::vector<JacobianPass> jacobian_passes_;
+  std::vector<HessianPass> hessian_passes_;
+
+ private:
+  std::vector<Tracer> traced(const std::vector<char>& variable) const;
+};
+
+}  // namespace saltus::detail

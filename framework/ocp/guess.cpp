@@ -1,0 +1,33 @@
+#include "saltus/ocp/guess.hpp"
+
+#include <utility>
+
+namespace saltus {
+
+Guess::Guess() = default;
+Guess::Guess(const Guess& other) = default;
+Guess::Guess(Guess&& other) noexcept = default;
+Guess& Guess::operator=(const Guess& other) = default;
+Guess& Guess::operator=(Guess&& other) noexcept = default;
+Guess::~Guess() = default;
+Guess::Guess(std::function<VectorXd(double)> f) : trajectory_(std::move(f)) {}
+
+Guess Guess::constant(VectorXd value) {
+  return Guess([v = std::move(value)](double) { return v; });
+}
+
+Guess Guess::interpolate(VectorXd first, VectorXd last) {
+  return Guess([a = std::move(first), b = std::move(last)](double s) -> VectorXd {
+    return a + s * (b - a);
+  });
+}
+
+Guess Guess::trajectory(std::function<VectorXd(double fraction)> f) { return Guess(std::move(f)); }
+
+Guess Guess::simulate() {
+  Guess guess;
+  guess.simulated_ = true;
+  return guess;
+}
+
+}  // namespace saltus

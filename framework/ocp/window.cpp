@@ -1,0 +1,11 @@
+#include "saltus/ocp/window.hpp"
+
+namespace saltus {
+
+Instant::Instant(const Instant& other) = default;
+Instant::Instant(Instant&& other) noexcept = default;
+Instant& Instant::operator=(const Instant& other) = default;
+Instant& Instant::operator=(Instant&& other) noexcept = default;
+Instant::~Instant() = default;
+
+}  // namespace saltus
