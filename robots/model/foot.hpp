@@ -35,7 +35,12 @@ struct SoleFrameOf {
   /// A vector given in the sole's axes (force, torque, direction), in the world's axes.
   template <class T>
   Vec<T, 3> to_world(const Vec<T, 3>& in_sole) const {
-    return rotation * in_sole;
+    // Entry by entry: Eigen's product would be compiled for each pair of scalars.
+    Vec<T, 3> in_world;
+    for (int i = 0; i < 3; ++i)
+      in_world[i] =
+          rotation(i, 0) * in_sole[0] + (rotation(i, 1) * in_sole[1] + rotation(i, 2) * in_sole[2]);
+    return in_world;
   }
 };
 using SoleFrame = SoleFrameOf<double>;
