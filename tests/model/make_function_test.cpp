@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "saltus/model/derivative_check.hpp"
+#include "saltus/model/structure.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {
