@@ -7,6 +7,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/cholesky.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {
@@ -121,7 +122,8 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   stage.nu = size;
 
   // The base's equations: M_bb a + M_bj d2q + h_b = J_b' w.
-  const Eigen::LLT<Mat<double, 6, 6>> factor(Mat<double, 6, 6>(M.topLeftCorner<6, 6>()));
+  Cholesky<6> factor;
+  factor.compute(M.topLeftCorner<6, 6>());
   base.leftCols(n) = -M.topRightCorner(6, n);
   torque.leftCols(n) = M.bottomRightCorner(n, n);
   for (const int foot : {left, right}) {
@@ -133,9 +135,9 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     torque.middleCols(standing[foot], 6).noalias() =
         soles[foot]->jacobian.rightCols(n).transpose() * reaction;
   }
-  factor.solveInPlace(base.leftCols(size));
+  factor.solve_in_place(base.leftCols(size));
   Vec<double, 6> rest = -h.head<6>();
-  factor.solveInPlace(rest);
+  factor.solve_in_place(rest);
   base_0 = rest;
   torque.leftCols(size).noalias() += M.bottomLeftCorner(n, 6) * base.leftCols(size);
   torque_0.noalias() = h.tail(n) + M.bottomLeftCorner(n, 6) * base_0;

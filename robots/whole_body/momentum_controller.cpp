@@ -8,6 +8,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/cholesky.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {
@@ -63,6 +64,9 @@ class MomentumController final : public WholeBodyController {
         posture_(n_),
         jacobian_(12, n_),
         transfer_(n_, 12),
+        gram_(12, 12),
+        gram_factor_(12),
+        effort_of_missing_(12),
         torque_(n_, 12),
         torque_0_(n_),
         rest_(n_) {
@@ -102,16 +106,19 @@ class MomentumController final : public WholeBodyController {
   VectorXd effort_, lower_, upper_;
 
   // With the base eliminated: mass d2q + bias = tau + sum jacobian_i' w_i.
-  Eigen::LLT<Mat<double, 6, 6>> base_factor_;  // of M_bb
-  MatrixXd base_;                              // M_bb^-1 M_bj
-  Vec<double, 6> base_bias_;                   // M_bb^-1 h_b
+  Cholesky<6> base_factor_;   // of M_bb
+  MatrixXd base_;             // M_bb^-1 M_bj
+  Vec<double, 6> base_bias_;  // M_bb^-1 h_b
   MatrixXd mass_;
-  Eigen::LLT<MatrixXd> mass_factor_;
+  Cholesky<Eigen::Dynamic> mass_factor_;
   VectorXd bias_;
 
-  VectorXd posture_;             // wanted joint accelerations
-  MatrixXd jacobian_;            // of both feet, the base moving along
-  MatrixXd transfer_;            // Lambda'
+  VectorXd posture_;   // wanted joint accelerations
+  MatrixXd jacobian_;  // of both feet, the base moving along
+  MatrixXd transfer_;  // Lambda'
+  MatrixXd gram_;      // Lambda Lambda', regularised
+  Cholesky<Eigen::Dynamic> gram_factor_;
+  VectorXd effort_of_missing_;   // gram_^-1 missing_
   Mat<double, 12, 12> pull_;     // acceleration of the feet by the base alone, per sole wrench
   Vec<double, 12> missing_;      // acceleration that posture and a falling base leave to be made
   Mat<double, 6, 12> momentum_;  // rate of momentum per sole wrench
@@ -130,9 +137,9 @@ void MomentumController::eliminate_base(const DynamicsModel& model) {
   const VectorXd& h = model.bias();
   base_factor_.compute(M.topLeftCorner<6, 6>());
   base_ = M.topRightCorner(6, n_);
-  base_factor_.solveInPlace(base_);
+  base_factor_.solve_in_place(base_);
   base_bias_ = h.head<6>();
-  base_factor_.solveInPlace(base_bias_);
+  base_factor_.solve_in_place(base_bias_);
   mass_ = M.bottomRightCorner(n_, n_);
   mass_.noalias() -= M.bottomLeftCorner(n_, 6) * base_;
   mass_factor_.compute(mass_);
@@ -164,17 +171,16 @@ void MomentumController::set_feet(const DynamicsModel& model, const WholeBodySta
     if (stands_[i]) size_ += 6;
   }
   transfer_ = jacobian_.transpose();
-  mass_factor_.solveInPlace(transfer_);
-  Mat<double, 12, 12> gram;
-  gram.noalias() = transfer_.transpose() * transfer_;
-  gram.diagonal() += regularisation;
-  const Eigen::LLT<Mat<double, 12, 12>> gram_factor(gram);
+  mass_factor_.solve_in_place(transfer_);
+  gram_.noalias() = transfer_.transpose() * transfer_;
+  gram_.diagonal() += regularisation;
+  gram_factor_.compute(gram_);
 
   for (int i = 0; i < feet; ++i) {
     if (!stands_[i]) continue;
     world_[i] = wrench_to_world(*soles[i]);
-    const Mat<double, 6, 6> base =
-        base_factor_.solve(soles[i]->jacobian.topLeftCorner<6, 6>().transpose() * world_[i]);
+    Mat<double, 6, 6> base = soles[i]->jacobian.topLeftCorner<6, 6>().transpose() * world_[i];
+    base_factor_.solve_in_place(base);
     for (int k = 0; k < feet; ++k)
       pull_.block<6, 6>(6 * k, column_[i]).noalias() =
           soles[k]->jacobian.topLeftCorner<6, 6>() * base;
@@ -186,10 +192,11 @@ void MomentumController::set_feet(const DynamicsModel& model, const WholeBodySta
   // tau_0 and Lambda^+ of what is missing.
   torque_0_ = bias_;
   torque_0_.noalias() += mass_ * posture_;
-  const Vec<double, 12> effort = gram_factor.solve(missing_);
-  torque_0_.noalias() += transfer_ * effort;
+  effort_of_missing_ = missing_;
+  gram_factor_.solve_in_place(effort_of_missing_);
+  torque_0_.noalias() += transfer_ * effort_of_missing_;
   Mat<double, 12, 12> per_wrench = pull_;
-  gram_factor.solveInPlace(per_wrench);
+  gram_factor_.solve_in_place(per_wrench);
   torque_.leftCols(size_).noalias() -= transfer_ * per_wrench.leftCols(size_);
 }
 
@@ -246,7 +253,7 @@ void MomentumController::finish(const WholeBodyState& state) {
     rest_.noalias() +=
         jacobian_.middleRows<6>(6 * i).transpose() * (world_[i] * f.segment<6>(column_[i]));
   }
-  mass_factor_.solveInPlace(rest_);
+  mass_factor_.solve_in_place(rest_);
   command_.joint_acceleration = rest_;
 
   rest_ -= posture_;
