@@ -44,7 +44,7 @@ HybridModes::HybridModes(const IntervalProblem& problem)
         problem_of_mode(problem, system.modes[m].dynamics, running_cost(problem, m)));
     modes_.push_back(std::move(mode));
   }
-  for (const Transition& t : system.transitions) {
+  for (const SwitchingSystem::Transition& t : system.transitions) {
     OutgoingGuard guard;
     guard.name = t.name;
     guard.function = t.guard;

@@ -17,6 +17,8 @@
 // lose derivatives without a word. Constants become duals by themselves, with a zero tangent.
 #pragma once
 
+#include <concepts>
+
 #include "saltus/autodiff/eigen_scalar.hpp"
 #include "saltus/autodiff/pack.hpp"
 #include "saltus/autodiff/scalar.hpp"
@@ -163,6 +165,22 @@ struct Dual {
   [[gnu::always_inline]] friend Dual operator/(double a, const Dual& b) {
     const T quotient = a / b.value;
     return {quotient, -(quotient / b.value) * b.tangent};
+  }
+
+  // Declared so that the compiler says what to write (scalar.hpp).
+  template <class Index>
+  const Dual& operator[](const Index&) const {
+    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    return *this;
+  }
+  template <class Index>
+  const Dual& operator()(const Index&) const {
+    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    return *this;
+  }
+  template <std::same_as<double> Number>
+  explicit operator Number() const {
+    return detail::number_without_derivatives<(sizeof(Number) > 0)>();
   }
 };
 

@@ -35,13 +35,29 @@ struct CommonScalar<T, Ts...> {
   using Type = std::conditional_t<ActiveScalar<T>, T, Rest>;
 };
 
-template <class A>
+// Each is instantiated once, whatever the scalars: the compiler gives one sentence, not one per
+// scalar.
+template <bool used>
 bool branching_on_a_state() {
-  static_assert(!ActiveScalar<A>,
+  static_assert(!used,
                 "a formula cannot branch on a state, input or parameter, because its derivatives "
                 "and sparsity must hold on both sides: use saltus::select(condition, a, b), min, "
-                "max, abs or smooth_step instead");
+                "max, abs or smooth_step instead, without std::");
   return false;
+}
+template <bool used>
+void index_of_a_scalar() {
+  static_assert(!used,
+                "a scalar has no entries: a formula is called as f(t, x), f(t, x, u) or "
+                "f(t, x, u, p), with the time t first, and only x, u and p have entries");
+}
+template <bool used>
+double number_without_derivatives() {
+  static_assert(!used,
+                "a number that carries derivatives does not become a double: declare variables "
+                "and results of a formula by its scalar type, S and Vec<S, n> in place of double "
+                "and Vec<double, n>");
+  return 0.0;
 }
 }  // namespace detail
 
@@ -54,32 +70,32 @@ using CommonScalar = typename detail::CommonScalar<Ts...>::Type;
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator<(const A&, const B&) {
-  return detail::branching_on_a_state<CommonScalar<A, B>>();
+  return detail::branching_on_a_state<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator>(const A&, const B&) {
-  return detail::branching_on_a_state<CommonScalar<A, B>>();
+  return detail::branching_on_a_state<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator<=(const A&, const B&) {
-  return detail::branching_on_a_state<CommonScalar<A, B>>();
+  return detail::branching_on_a_state<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator>=(const A&, const B&) {
-  return detail::branching_on_a_state<CommonScalar<A, B>>();
+  return detail::branching_on_a_state<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator==(const A&, const B&) {
-  return detail::branching_on_a_state<CommonScalar<A, B>>();
+  return detail::branching_on_a_state<ActivePair<A, B>>();
 }
 template <class A, class B>
   requires ActivePair<A, B>
 bool operator!=(const A&, const B&) {
-  return detail::branching_on_a_state<CommonScalar<A, B>>();
+  return detail::branching_on_a_state<ActivePair<A, B>>();
 }
 
 }  // namespace saltus

@@ -18,6 +18,12 @@ Tracer Tracer::input(int index, int degree) {
   return x;
 }
 
+Tracer Tracer::unwritten() {
+  Tracer x;
+  x.written_ = false;
+  return x;
+}
+
 Tracer Tracer::nonlinear(const Tracer& a) {
   Tracer result = a;
   result.interact(a, a);
@@ -32,39 +38,12 @@ Tracer Tracer::select(const Tracer& condition, const Tracer& a, const Tracer& b)
   return nonlinear(condition, linear(a, b));
 }
 
-Tracer& Tracer::operator+=(const Tracer& b) { return *this = *this + b; }
-Tracer& Tracer::operator-=(const Tracer& b) { return *this = *this - b; }
-Tracer& Tracer::operator*=(const Tracer& b) { return *this = *this * b; }
-Tracer& Tracer::operator/=(const Tracer& b) { return *this = *this / b; }
-
-Tracer operator+(const Tracer& a) { return a; }
-Tracer operator-(const Tracer& a) { return a.is_constant() ? Tracer(-a.value_) : a; }
-Tracer operator+(const Tracer& a, const Tracer& b) {
-  if (a.is_constant() && b.is_constant()) return a.value_ + b.value_;
-  return Tracer::linear(a, b);
-}
-Tracer operator-(const Tracer& a, const Tracer& b) {
-  if (a.is_constant() && b.is_constant()) return a.value_ - b.value_;
-  return Tracer::linear(a, b);
-}
-Tracer operator*(const Tracer& a, const Tracer& b) {
-  if (a.is_zero() || b.is_zero()) return 0.0;
-  if (a.is_constant() && b.is_constant()) return a.value_ * b.value_;
-  Tracer result = Tracer::linear(a, b);
-  result.interact(a, b);
-  result.degree_ = std::min(a.degree_ + b.degree_, Tracer::no_degree);
-  return result;
-}
-Tracer operator/(const Tracer& a, const Tracer& b) {
-  if (b.is_constant()) return a.is_constant() ? Tracer(a.value_ / b.value_) : a;
-  return a * Tracer::nonlinear(b);
-}
-
 Tracer Tracer::linear(const Tracer& a, const Tracer& b) {
   Tracer result = a;
   result.inputs_.insert(b.inputs_);
   result.pairs_.insert(b.pairs_);
   result.degree_ = std::max(a.degree_, b.degree_);
+  result.written_ = a.written_ && b.written_;
   return result;
 }
 
@@ -78,7 +57,40 @@ void Tracer::interact(const Tracer& a, const Tracer& b) {
   });
 }
 
+Tracer& Tracer::operator+=(const Tracer& b) { return *this = *this + b; }
+Tracer& Tracer::operator-=(const Tracer& b) { return *this = *this - b; }
+Tracer& Tracer::operator*=(const Tracer& b) { return *this = *this * b; }
+Tracer& Tracer::operator/=(const Tracer& b) { return *this = *this / b; }
+
+Tracer operator+(const Tracer& a) { return a; }
+Tracer operator-(const Tracer& a) { return a.is_constant() ? Tracer(-a.value_) : a; }
+
+Tracer operator+(const Tracer& a, const Tracer& b) {
+  if (a.is_constant() && b.is_constant()) return a.value_ + b.value_;
+  return Tracer::linear(a, b);
+}
+
+Tracer operator-(const Tracer& a, const Tracer& b) {
+  if (a.is_constant() && b.is_constant()) return a.value_ - b.value_;
+  return Tracer::linear(a, b);
+}
+
+Tracer operator*(const Tracer& a, const Tracer& b) {
+  if (a.is_zero() || b.is_zero()) return 0.0;
+  if (a.is_constant() && b.is_constant()) return a.value_ * b.value_;
+  Tracer result = Tracer::linear(a, b);
+  result.interact(a, b);
+  result.degree_ = std::min(a.degree_ + b.degree_, Tracer::no_degree);
+  return result;
+}
+
+Tracer operator/(const Tracer& a, const Tracer& b) {
+  if (b.is_constant()) return a.is_constant() ? Tracer(a.value_ / b.value_) : a;
+  return a * Tracer::nonlinear(b);
+}
+
 namespace {
+
 template <class F>
 Tracer trace(F f, const Tracer& x) {
   return x.is_constant() ? Tracer(f(x.constant())) : Tracer::nonlinear(x);
@@ -88,6 +100,7 @@ Tracer trace(F f, const Tracer& a, const Tracer& b) {
   if (a.is_constant() && b.is_constant()) return f(a.constant(), b.constant());
   return Tracer::nonlinear(a, b);
 }
+
 }  // namespace
 
 // The lambdas pick the double overload, which has no address of its own among the templates.
@@ -149,4 +162,42 @@ Tracer pow(const Tracer& a, const Tracer& b) {
 }
 Tracer pow(const Tracer& a, double exponent) { return pow(a, Tracer(exponent)); }
 
+namespace {
+
+// The input that a number is, or -1.
+int input_of(const Tracer& x) {
+  int input = -1, count = 0, pairs = 0;
+  x.inputs().for_each([&](int i) {
+    input = i;
+    ++count;
+  });
+  x.for_each_pair([&](int, int) { ++pairs; });
+  return count == 1 && pairs == 0 ? input : -1;
+}
+
+int first_of_inputs(const Tracer* entries, long count) {
+  for (long i = 0; i < count; ++i) {
+    const int input = input_of(entries[i]);
+    if (input < 0 || input != input_of(entries[0]) + i) return -1;
+  }
+  return count > 0 ? input_of(entries[0]) : -1;
+}
+
+}  // namespace
+
+namespace detail {
+
+void TracedBounds::refuse(long row, long col) const {
+  throw IndexError{row, col, rows, cols, first_of_inputs(first, rows * cols)};
+}
+
+void TracedBounds::refuse(long index) const {
+  throw IndexError{index, 0, rows * cols, 1, first_of_inputs(first, rows * cols)};
+}
+
+void mark_unwritten(Tracer* entries, int count) {
+  std::fill_n(entries, count, Tracer::unwritten());
+}
+
+}  // namespace detail
 }  // namespace saltus

@@ -7,46 +7,16 @@
 // of the Jacobian. A formula must therefore keep its constants once it has been traced.
 //
 // Beside the sets a number knows its degree as a polynomial in the inputs that count as variables,
-// up to quadratic; parameters are inputs of degree zero.
+// up to quadratic; parameters are inputs of degree zero. And it knows whether it was written at
+// all: an entry of a vector that was not is no number, nor is what is computed from it.
 #pragma once
 
-#include <bit>
-#include <cstdint>
-#include <vector>
+#include <concepts>
 
+#include "saltus/autodiff/index_set.hpp"
 #include "saltus/autodiff/math.hpp"
 
 namespace saltus {
-
-/// A set of small non-negative integers that allocates only when it is not empty.
-class IndexSet {
- public:
-  void insert(int i) {
-    grow(i / 64 + 1);
-    words_[i / 64] |= std::uint64_t{1} << (i % 64);
-  }
-  void insert(const IndexSet& other) {
-    grow(static_cast<int>(other.words_.size()));
-    for (std::size_t w = 0; w < other.words_.size(); ++w) words_[w] |= other.words_[w];
-  }
-  bool contains(int i) const {
-    return i / 64 < static_cast<int>(words_.size()) && ((words_[i / 64] >> (i % 64)) & 1u) != 0;
-  }
-  bool empty() const { return words_.empty(); }
-  /// Calls visit(i) in ascending order.
-  template <class Visit>
-  void for_each(Visit&& visit) const {
-    for (std::size_t w = 0; w < words_.size(); ++w)
-      for (std::uint64_t rest = words_[w]; rest != 0; rest &= rest - 1)
-        visit(static_cast<int>(64 * w) + std::countr_zero(rest));
-  }
-
- private:
-  void grow(int words) {
-    if (words > static_cast<int>(words_.size())) words_.resize(words, 0);
-  }
-  std::vector<std::uint64_t> words_;
-};
 
 /// Stands in for a double in a formula. Allocates freely: set-up only. Its arithmetic is compiled
 /// once, in tracer.cpp, and not with every formula.
@@ -61,10 +31,13 @@ class Tracer {
   ~Tracer();
   /// `degree` 1: a variable, 0: a parameter.
   static Tracer input(int index, int degree = 1);
+  /// What stands in a vector that nobody has written to yet.
+  static Tracer unwritten();
   /// What is not a polynomial of degree 0, 1 or 2 in the variables.
   static constexpr int no_degree = 3;
 
-  bool is_constant() const { return inputs_.empty(); }
+  bool is_written() const { return written_; }
+  bool is_constant() const { return written_ && inputs_.empty(); }
   bool is_zero() const { return is_constant() && value_ == 0.0; }
   double constant() const { return value_; }
   int degree() const { return degree_; }
@@ -98,12 +71,29 @@ class Tracer {
   friend Tracer operator*(const Tracer& a, const Tracer& b);
   friend Tracer operator/(const Tracer& a, const Tracer& b);
 
+  // Declared so that the compiler says what to write (scalar.hpp).
+  template <class Index>
+  const Tracer& operator[](const Index&) const {
+    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    return *this;
+  }
+  template <class Index>
+  const Tracer& operator()(const Index&) const {
+    detail::index_of_a_scalar<(sizeof(Index) > 0)>();
+    return *this;
+  }
+  template <std::same_as<double> Number>
+  explicit operator Number() const {
+    return detail::number_without_derivatives<(sizeof(Number) > 0)>();
+  }
+
  private:
   static Tracer linear(const Tracer& a, const Tracer& b);
   void interact(const Tracer& a, const Tracer& b);
 
   double value_ = 0.0;  // meaningful for constants only
   int degree_ = 0;
+  bool written_ = true;
   IndexSet inputs_;
   IndexSet pairs_;
 };
@@ -132,3 +122,6 @@ Tracer pow(const Tracer& a, const Tracer& b);
 Tracer pow(const Tracer& a, double exponent);
 
 }  // namespace saltus
+
+// Eigen must know it wherever there are vectors of tracers.
+#include "saltus/autodiff/traced_vector.hpp"

@@ -18,29 +18,31 @@ class Automaton {
  public:
   template <class Dynamics>
   Automaton& mode(std::string name, Dynamics dynamics) {
-    system_.modes.push_back({std::move(name), make_function<nx, nu, np>(std::move(dynamics))});
+    Function function = erased("mode", name, std::move(dynamics));
+    system_.modes.push_back({std::move(name), std::move(function)});
     return *this;
   }
   /// From one mode to another without a jump of the state.
   template <class Guard>
   Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
                    Crossing direction) {
-    return add(std::move(name), from, to, make_function<nx, nu, np>(std::move(guard)), direction,
-               {});
+    Function function = erased("the guard of event", name, std::move(guard));
+    return add(std::move(name), from, to, std::move(function), direction, {});
   }
   /// The same with x+ = reset(t, x-, ...).
   template <class Guard, class Reset>
   Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
                    Crossing direction, Reset reset) {
-    return add(std::move(name), from, to, make_function<nx, nu, np>(std::move(guard)), direction,
-               make_function<nx, nu, np>(std::move(reset)));
+    Function function = erased("the guard of event", name, std::move(guard));
+    Function map = erased("the reset of event", name, std::move(reset));
+    return add(std::move(name), from, to, std::move(function), direction, std::move(map));
   }
   /// Two fields that share a surface: `below` holds where guard < 0, `above` where guard > 0. The
   /// motion crosses, or slides where both push into the surface (Filippov).
   template <class Guard>
   Automaton& surface(const std::string& name, const std::string& below, const std::string& above,
                      Guard guard) {
-    const Function function = make_function<nx, nu, np>(std::move(guard));
+    const Function function = erased("the guard of surface", name, std::move(guard));
     add(name, below, above, function, Crossing::rising, {});
     return add(name, above, below, function, Crossing::falling, {});
   }
@@ -48,6 +50,10 @@ class Automaton {
   const SwitchingSystem& system() const { return system_; }
 
  private:
+  template <class F>
+  static Function erased(const char* what, const std::string& name, F formula) {
+    return make_function<nx, nu, np>(std::move(formula), {{}, what, name});
+  }
   Automaton& add(std::string name, const std::string& from, const std::string& to, Function guard,
                  Crossing direction, Function reset) {
     system_.transitions.push_back(

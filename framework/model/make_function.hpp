@@ -19,6 +19,7 @@
 #include "saltus/model/arguments.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/seeding.hpp"
+#include "saltus/model/trace_formula.hpp"
 #include "saltus/model/traced_body.hpp"
 
 namespace saltus {
@@ -50,12 +51,13 @@ struct FormulaArguments {
 };
 
 template <class F, class S, int nx>
-concept FormulaOfState = std::invocable<const F&, const S&, const Vec<S, nx>&>;
+concept FormulaOfState = requires(const F& f, const S& t, const Vec<S, nx>& x) { f(t, x); };
 template <class F, class S, int nx, int nu>
-concept FormulaOfInput = std::invocable<const F&, const S&, const Vec<S, nx>&, const Vec<S, nu>&>;
+concept FormulaOfInput =
+    requires(const F& f, const S& t, const Vec<S, nx>& x, const Vec<S, nu>& u) { f(t, x, u); };
 template <class F, class S, int nx, int nu, int np>
-concept FormulaOfParameters =
-    std::invocable<const F&, const S&, const Vec<S, nx>&, const Vec<S, nu>&, const Vec<S, np>&>;
+concept FormulaOfParameters = requires(const F& f, const S& t, const Vec<S, nx>& x,
+                                       const Vec<S, nu>& u, const Vec<S, np>& p) { f(t, x, u, p); };
 template <class F, class S, int nx, int nu, int np>
 concept Formula = FormulaOfState<F, S, nx> || FormulaOfInput<F, S, nx, nu> ||
                   FormulaOfParameters<F, S, nx, nu, np>;
@@ -63,16 +65,13 @@ concept Formula = FormulaOfState<F, S, nx> || FormulaOfInput<F, S, nx, nu> ||
 namespace detail {
 
 template <class F, class S, int nx, int nu, int np>
+  requires Formula<F, S, nx, nu, np>
 decltype(auto) call(const F& formula, const FormulaArguments<S, nx, nu, np>& z) {
-  static_assert(Formula<F, S, nx, nu, np>,
-                "a formula must be callable through a const operator() as f(t, x), f(t, x, u) or "
-                "f(t, x, u, p), with t a scalar S and x, u, p of type Vec<S, nx>, Vec<S, nu>, "
-                "Vec<S, np> of the declared sizes, for every scalar S");
   if constexpr (FormulaOfParameters<F, S, nx, nu, np>) {
     return formula(z.t, z.x, z.u, z.p);
   } else if constexpr (FormulaOfInput<F, S, nx, nu>) {
     return formula(z.t, z.x, z.u);
-  } else if constexpr (FormulaOfState<F, S, nx>) {
+  } else {
     return formula(z.t, z.x);
   }
 }
@@ -93,7 +92,7 @@ constexpr int rows_of_result() {
         R::ColsAtCompileTime == 1 && R::RowsAtCompileTime != Eigen::Dynamic,
         "a formula must return a scalar or a column vector whose size is known at compile "
         "time, Vec<S, m>");
-    return R::RowsAtCompileTime;
+    return R::RowsAtCompileTime == Eigen::Dynamic ? 1 : R::RowsAtCompileTime;
   } else {
     return 1;
   }
@@ -148,9 +147,9 @@ class FormulaBody final : public TracedBody {
   using Argument = FormulaArguments<S, nx, nu, np>;
 
  public:
-  explicit FormulaBody(F formula)
+  FormulaBody(F formula, const FormulaName& name)
       : TracedBody(inputs_count, outputs_count), formula_(std::move(formula)) {
-    find_structure(jacobian_lanes, hessian_lanes);
+    find_structure(name, {nx, nu, np}, jacobian_lanes, hessian_lanes);
   }
 
   void value(const double* z, double* y) const override {
@@ -207,11 +206,22 @@ class FormulaBody final : public TracedBody {
 
 /// Erases a formula of nx states, nu inputs and np parameters (each may be 0). Evaluation does not
 /// allocate. Both kinds of Curvature give the full Hessian: dropping terms is for compositions.
+/// Throws DefinitionError with the name when the formula uses an entry that a vector does not have,
+/// or returns one that was never written.
 template <int nx, int nu, int np, class F>
-Function make_function(F formula) {
+Function make_function(F formula, const FormulaName& name = {}) {
   static_assert(nx >= 0 && nu >= 0 && np >= 0, "sizes cannot be negative");
-  return Function(std::unique_ptr<const FunctionBody>(
-      new detail::FormulaBody<nx, nu, np, F>(std::move(formula))));
+  if constexpr (Formula<F, Dual<double, 0>, nx, nu, np>) {
+    return Function(std::unique_ptr<const FunctionBody>(
+        new detail::FormulaBody<nx, nu, np, F>(std::move(formula), name)));
+  } else {
+    static_assert(Formula<F, Dual<double, 0>, nx, nu, np>,
+                  "a formula must be callable through a const operator() as f(t, x), f(t, x, u) or "
+                  "f(t, x, u, p), with t a scalar S and x, u, p of type Vec<S, nx>, Vec<S, nu>, "
+                  "Vec<S, np> of the declared sizes, for every scalar S; where it calls functions "
+                  "of <cmath>, it does so without std::, as sin(x[0])");
+    return {};
+  }
 }
 
 }  // namespace saltus

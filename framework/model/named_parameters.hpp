@@ -188,11 +188,11 @@ Block<typename P::Scalar> view_as(const Eigen::MatrixBase<P>& p, int offset = 0)
     using Shape = detail::EntryShape<typename detail::MemberOf<decltype(member)>::Type>;
     if constexpr (Shape::rows * Shape::cols == 1 &&
                   std::is_same_v<typename detail::MemberOf<decltype(member)>::Type, S>) {
-      block.*member = p.coeff(offset + entry.first);
+      block.*member = p(offset + entry.first);
     } else {
       for (int r = 0; r < Shape::rows; ++r)
         for (int c = 0; c < Shape::cols; ++c)
-          (block.*member)(r, c) = p.coeff(offset + entry.first + r * Shape::cols + c);
+          (block.*member)(r, c) = p(offset + entry.first + r * Shape::cols + c);
     }
   });
   return block;

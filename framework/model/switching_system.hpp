@@ -18,24 +18,24 @@
 
 namespace saltus {
 
-/// One field: x' = dynamics(z), z = (t | x | u | p).
-struct Mode {
-  std::string name;
-  Function dynamics;           ///< nx outputs
-  Function running_cost = {};  ///< nq outputs; empty: the running cost of the interval
-};
-
-/// mode `from` -> mode `to` where guard(z) crosses zero.
-struct Transition {
-  std::string name;
-  int from = 0;  ///< index into modes
-  int to = 0;
-  Function guard;  ///< 1 output
-  Crossing direction = Crossing::rising;
-  Function reset = {};  ///< x+ of z = (t | x- | u | p), nx outputs; empty: x+ = x-
-};
-
+/// Its parts are members: in a program that says `using namespace saltus` a Mode is the user's.
 struct SwitchingSystem {
+  /// One field: x' = dynamics(z), z = (t | x | u | p).
+  struct Mode {
+    std::string name;
+    Function dynamics;           ///< nx outputs
+    Function running_cost = {};  ///< nq outputs; empty: the running cost of the interval
+  };
+  /// mode `from` -> mode `to` where guard(z) crosses zero.
+  struct Transition {
+    std::string name;
+    int from = 0;  ///< index into modes
+    int to = 0;
+    Function guard;  ///< 1 output
+    Crossing direction = Crossing::rising;
+    Function reset = {};  ///< x+ of z = (t | x- | u | p), nx outputs; empty: x+ = x-
+  };
+
   SwitchingSystem();
   SwitchingSystem(const SwitchingSystem& other);
   SwitchingSystem(SwitchingSystem&& other) noexcept;

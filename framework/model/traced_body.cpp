@@ -8,8 +8,10 @@ TracedBody::TracedBody(int inputs, int outputs) : FunctionBody(inputs, outputs) 
 
 TracedBody::~TracedBody() = default;
 
-void TracedBody::find_structure(int jacobian_lanes, int hessian_lanes) {
-  const FormulaStructure structure = structure_of(inputs(), traced(std::vector<char>(inputs(), 1)));
+void TracedBody::find_structure(const FormulaName& name, const Arguments& sizes, int jacobian_lanes,
+                                int hessian_lanes) {
+  const FormulaStructure structure =
+      traced_structure(name, sizes, outputs(), [this](const Tracer* z, Tracer* y) { trace(z, y); });
   jacobian_pattern_ = structure.jacobian;
   hessian_pattern_ = structure.hessian;
   jacobian_passes_ = jacobian_passes(jacobian_pattern_, jacobian_lanes);

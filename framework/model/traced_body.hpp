@@ -7,6 +7,7 @@
 #include "saltus/autodiff/tracer.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/seeding.hpp"
+#include "saltus/model/trace_formula.hpp"
 
 namespace saltus::detail {
 
@@ -18,7 +19,9 @@ class TracedBody : public FunctionBody {
  protected:
   TracedBody(int inputs, int outputs);
   /// Patterns and passes, at the end of the constructor of a derived class.
-  void find_structure(int jacobian_lanes, int hessian_lanes);
+  /// Throws DefinitionError that names the formula: traced_structure().
+  void find_structure(const FormulaName& name, const Arguments& sizes, int jacobian_lanes,
+                      int hessian_lanes);
   /// y = formula(z) with z of inputs() entries, y of outputs().
   virtual void trace(const Tracer* z, Tracer* y) const = 0;
 

@@ -34,7 +34,8 @@ struct Jump {
 /// parameters of (t, x, no input, p), that returns the state with which the next phase begins.
 template <int nx, int np = 0, class F>
 Jump jump(std::string name, F formula) {
-  return {std::move(name), make_function<nx, 0, np>(std::move(formula)), nx, np};
+  Function map = make_function<nx, 0, np>(std::move(formula), {{}, "jump", name});
+  return {std::move(name), std::move(map), nx, np};
 }
 
 }  // namespace saltus

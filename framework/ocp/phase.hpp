@@ -22,7 +22,8 @@ class Phase {
   /// `dynamics` returns dx/dt (nx entries). `duration` in s; exactly(T) fixes it.
   template <class Dynamics>
   Phase(std::string name, Dynamics dynamics, Bounds duration) {
-    begin(d_, std::move(name), {nx, nu, np}, erased(std::move(dynamics)), duration);
+    begin(d_, std::move(name), {nx, nu, np},
+          make_function<nx, nu, np>(std::move(dynamics), {name, "the dynamics"}), duration);
   }
   /// Several modes with state-triggered events between them, all inside one phase; the mode at the
   /// start of each interval follows from the state (framework/design/events.md).
@@ -37,13 +38,17 @@ class Phase {
   /// both push onto the surface, the state slides on it (Filippov).
   template <class Guard, class Field>
   Phase& switch_at(const std::string& event, Guard guard, Field above) {
-    add_surface(d_, event, erased(std::move(guard)), erased(std::move(above)));
+    Function function = erased("the guard of event", event, std::move(guard));
+    add_surface(d_, event, std::move(function),
+                erased("the dynamics above event", event, std::move(above)));
     return *this;
   }
   /// Where the guard crosses zero the state becomes reset(t, x, ...) and the phase goes on.
   template <class Guard, class Reset>
   Phase& on(const std::string& event, Guard guard, Crossing crossing, Reset reset) {
-    add_reset(d_, event, erased(std::move(guard)), crossing, erased(std::move(reset)));
+    Function function = erased("the guard of event", event, std::move(guard));
+    add_reset(d_, event, std::move(function), crossing,
+              erased("the reset of event", event, std::move(reset)));
     return *this;
   }
 
@@ -59,8 +64,9 @@ class Phase {
   /// The formula stays within bounds during the window; one Bounds serves all its rows.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window = {}) {
-    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)), {bounds},
-                   std::move(window), std::nullopt);
+    add_constraint(d_, std::move(name), TermDomain::running,
+                   erased("term", name, std::move(formula)), {bounds}, std::move(window),
+                   std::nullopt);
     return *this;
   }
   /// The same for what is no formula of C++: a Function of z = (t | x | u | p).
@@ -71,44 +77,48 @@ class Phase {
   }
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window = {}) {
-    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)),
-                   std::move(bounds), std::move(window), std::nullopt);
+    add_constraint(d_, std::move(name), TermDomain::running,
+                   erased("term", name, std::move(formula)), std::move(bounds), std::move(window),
+                   std::nullopt);
     return *this;
   }
   /// The same, but a violation is possible and penalised; the solution says how far it went.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
-    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)), {bounds},
-                   std::move(window), std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::running,
+                   erased("term", name, std::move(formula)), {bounds}, std::move(window),
+                   std::move(penalty));
     return *this;
   }
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window,
               Penalty penalty) {
-    add_constraint(d_, std::move(name), TermDomain::running, erased(std::move(formula)),
-                   std::move(bounds), std::move(window), std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::running,
+                   erased("term", name, std::move(formula)), std::move(bounds), std::move(window),
+                   std::move(penalty));
     return *this;
   }
   /// Holds once, where the phase ends (before the jump); if soft, a violation is paid once.
   template <class F>
   Phase& reach(std::string name, F formula, Bounds bounds,
                std::optional<Penalty> penalty = std::nullopt) {
-    add_constraint(d_, std::move(name), TermDomain::phase_end, erased(std::move(formula)), {bounds},
-                   {}, std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::phase_end,
+                   erased("term", name, std::move(formula)), {bounds}, {}, std::move(penalty));
     return *this;
   }
   template <class F>
   Phase& reach(std::string name, F formula, std::vector<Bounds> bounds,
                std::optional<Penalty> penalty = std::nullopt) {
-    add_constraint(d_, std::move(name), TermDomain::phase_end, erased(std::move(formula)),
-                   std::move(bounds), {}, std::move(penalty));
+    add_constraint(d_, std::move(name), TermDomain::phase_end,
+                   erased("term", name, std::move(formula)), std::move(bounds), {},
+                   std::move(penalty));
     return *this;
   }
   /// Holds once, where the phase begins (after the jump).
   template <class F>
   Phase& begin_with(std::string name, F formula, Bounds bounds) {
-    add_constraint(d_, std::move(name), TermDomain::phase_start, erased(std::move(formula)),
-                   {bounds}, {}, std::nullopt);
+    add_constraint(d_, std::move(name), TermDomain::phase_start,
+                   erased("term", name, std::move(formula)), {bounds}, {}, std::nullopt);
     return *this;
   }
 
@@ -116,7 +126,8 @@ class Phase {
   /// the given direction: a terminal constraint guard = 0 that decides the free duration.
   template <class F>
   Phase& ends_when(std::string event, F guard, Crossing crossing) {
-    add_end_guard(d_, std::move(event), erased(std::move(guard)), crossing);
+    add_end_guard(d_, std::move(event), erased("the guard of event", event, std::move(guard)),
+                  crossing);
     return *this;
   }
 
@@ -124,30 +135,32 @@ class Phase {
   /// Integral of the scalar formula over the window.
   template <class F>
   Phase& minimise(std::string name, F formula, Window window = {}) {
-    add_cost(d_, std::move(name), TermDomain::running, erased(std::move(formula)),
+    add_cost(d_, std::move(name), TermDomain::running, erased("term", name, std::move(formula)),
              std::move(window));
     return *this;
   }
   /// The scalar formula once, where the phase ends.
   template <class F>
   Phase& minimise_at_end(std::string name, F formula) {
-    add_cost(d_, std::move(name), TermDomain::phase_end, erased(std::move(formula)), {});
+    add_cost(d_, std::move(name), TermDomain::phase_end, erased("term", name, std::move(formula)),
+             {});
     return *this;
   }
   /// Integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
   template <class F>
   Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
-    add_least_squares(d_, std::move(name), TermDomain::running, erased(std::move(residual)),
-                      weights, std::move(window), std::move(reference));
+    add_least_squares(d_, std::move(name), TermDomain::running,
+                      erased("term", name, std::move(residual)), weights, std::move(window),
+                      std::move(reference));
     return *this;
   }
   /// 1/2 |residual - reference|^2_W once, where the phase ends.
   template <class F>
   Phase& track_at_end(std::string name, F residual, const VectorXd& weights,
                       Reference reference = {}) {
-    add_least_squares(d_, std::move(name), TermDomain::phase_end, erased(std::move(residual)),
-                      weights, {}, std::move(reference));
+    add_least_squares(d_, std::move(name), TermDomain::phase_end,
+                      erased("term", name, std::move(residual)), weights, {}, std::move(reference));
     return *this;
   }
   /// 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals, the first against the input applied
@@ -228,9 +241,10 @@ class Phase {
       return Vec<S, nx>::Zero();
     }
   };
+  // What takes the name beside the formula takes it by reference, so that it is still there here.
   template <class F>
-  static Function erased(F formula) {
-    return make_function<nx, nu, np>(std::move(formula));
+  Function erased(const char* what, const std::string& name, F formula) {
+    return make_function<nx, nu, np>(std::move(formula), {d_.name, what, name});
   }
 
   PhaseDefinition d_;

@@ -30,7 +30,7 @@ void add_surface(PhaseDefinition& phase, const std::string& event, Function guar
       {fmt::format("{}, '{}' above zero", phase.name, event), std::move(above), {}});
   const std::size_t resets = system.transitions.size();
   for (std::size_t i = 0; i < resets; ++i) {  // events of the phase happen on both sides
-    Transition reset = system.transitions[i];
+    SwitchingSystem::Transition reset = system.transitions[i];
     reset.from = reset.to = other;
     system.transitions.push_back(std::move(reset));
   }

@@ -84,6 +84,10 @@ class OptimalControlProblem {
 
   /// Checks every size once. Throws DefinitionError naming phase and term.
   void check() const;
+  /// One sentence for each thing that is sound and yet looks like a mistake, with phase and term: a
+  /// cost that is the same for every trajectory, an input, state or parameter that nothing depends
+  /// on. solve() adds them to the solution. Expects that check() passes.
+  std::vector<std::string> warnings() const;
 
  private:
   OptimalControlProblem& append(Jump jump, const PhaseDefinition& phase);

@@ -10,7 +10,7 @@ namespace {
 
 IntervalProblem dynamics_only(IntervalProblem problem) {
   problem.running_cost = {};
-  for (Mode& mode : problem.switching.modes) mode.running_cost = {};
+  for (SwitchingSystem::Mode& mode : problem.switching.modes) mode.running_cost = {};
   problem.shape = InputShape::constant;
   problem.differentiate_time = false;
   problem.differentiate_parameter.assign(problem.arguments.np, false);

@@ -38,8 +38,9 @@ class Reach {
         Flags& state = reach_[a.x(i)];
         const Flags before = state;
         unite(state, of_output(problem.dynamics, i));
-        for (const Mode& mode : problem.switching.modes) unite(state, of_output(mode.dynamics, i));
-        for (const Transition& event : problem.switching.transitions) {
+        for (const SwitchingSystem::Mode& mode : problem.switching.modes)
+          unite(state, of_output(mode.dynamics, i));
+        for (const SwitchingSystem::Transition& event : problem.switching.transitions) {
           unite(state, of_output(event.guard, 0));  // through the time of the event
           if (event.reset) unite(state, of_output(event.reset, i));
         }
@@ -79,9 +80,9 @@ class IntervalFunction final : public FunctionBody {
       const bool is_state = i < problem.arguments.nx;
       Flags row = is_state ? reach.of_argument(problem.arguments.x(i))
                            : reach.of_output(problem.running_cost, i - problem.arguments.nx);
-      for (const Transition& event : problem.switching.transitions)
+      for (const SwitchingSystem::Transition& event : problem.switching.transitions)
         unite(row, reach.of_output(event.guard, 0));
-      for (const Mode& mode : problem.switching.modes)
+      for (const SwitchingSystem::Mode& mode : problem.switching.modes)
         if (!is_state && mode.running_cost)
           unite(row, reach.of_output(mode.running_cost, i - problem.arguments.nx));
       if (problem.differentiate_time) row[w.h()] = 1;
@@ -133,9 +134,9 @@ class IntervalFunction final : public FunctionBody {
     const auto model_reads = [&](int argument) {
       const auto reads_it = [&](const Function& f) { return f && f.reads(argument); };
       bool found = reads_it(problem.dynamics) || reads_it(problem.running_cost);
-      for (const Mode& mode : problem.switching.modes)
+      for (const SwitchingSystem::Mode& mode : problem.switching.modes)
         found = found || reads_it(mode.dynamics) || reads_it(mode.running_cost);
-      for (const Transition& event : problem.switching.transitions)
+      for (const SwitchingSystem::Transition& event : problem.switching.transitions)
         found = found || reads_it(event.guard) || reads_it(event.reset);
       return found;
     };

@@ -186,6 +186,22 @@ void judge_curvature(MultipleShooting& shooting, Solution& solution) {
       describe(solution.status), where);
 }
 
+// A cost that has fallen without end shows as whatever limit was met first.
+void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
+  if (solution.ok() || solution.status == SolveStatus::evaluation_failed) return;
+  constexpr double endless = 1e6;  // times what the cost was where the search began
+  double first = 0.0;
+  if (start.w.size() != shooting.nlp().variables() ||
+      !shooting.nlp().objective(start.w.data(), first))
+    return;
+  if (solution.cost < -endless * (1.0 + std::abs(first)))
+    solution.message += fmt::format(
+        "; the cost fell from {:.3g} to {:.3g}, so it may have no lower limit: bound the inputs "
+        "and "
+        "states that it gains from",
+        first, solution.cost);
+}
+
 }  // namespace
 
 Solution solve(MultipleShooting& shooting, Solver& solver) {
@@ -204,9 +220,13 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
   }
   Solution solution = shooting.interpret(std::move(result));
   solution.kkt_in_scale = in_scale;
-  if (solution.trajectory.empty()) return solution;
-  judge_curvature(shooting, solution);
-  judge_grid(shooting, solution);
+  if (!solution.trajectory.empty()) {
+    judge_descent(shooting, start, solution);
+    judge_curvature(shooting, solution);
+    judge_grid(shooting, solution);
+  }
+  solution.warnings = shooting.problem().warnings();
+  for (const std::string& warning : solution.warnings) solution.message += "; " + warning;
   return solution;
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "saltus/transcription/crossing_report.hpp"
+#include "saltus/transcription/dependent_rows.hpp"
 #include "saltus/transcription/integration_failure.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/shooting_program.hpp"
@@ -137,6 +138,10 @@ Solution MultipleShooting::interpret(NlpResult result) {
     if (result.status == SolveStatus::evaluation_failed) {
       const std::string failure = name_integration_failure(*program_, result.point.w);
       if (!failure.empty()) solution.message += "; " + failure;
+    }
+    if (result.status == SolveStatus::invalid_problem) {
+      const std::string rows = name_dependent_rows(*program_, result.point.w);
+      if (!rows.empty()) solution.message += "; " + rows;
     }
   }
   solution.cost = result.objective;

@@ -90,7 +90,7 @@ TEST(Dual, second_derivatives_by_nesting) {
 TEST(Dual, constants_enter_by_themselves_and_numbers_do_not_leave) {
   using S = Dual<double, 3>;
   static_assert(std::is_convertible_v<double, S> && std::is_convertible_v<int, S>);
-  static_assert(!std::is_convertible_v<S, double> && !std::is_constructible_v<double, S>);
+  static_assert(!std::is_convertible_v<S, double>);  // double(s) says why: refused.cpp
   static_assert(!std::is_constructible_v<bool, S>);
   const S c = 2;
   EXPECT_EQ(c.value, 2.0);

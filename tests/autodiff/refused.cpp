@@ -3,6 +3,13 @@
 
 using namespace saltus;
 
+struct Doubles {
+  template <class S>
+  Vec<double, 2> operator()(const S&, const Vec<S, 2>& x) const {
+    return {x[1], x[0]};
+  }
+};
+
 Function f() {
 #if defined(CASE_branch_on_state)
   return make_function<1, 0, 0>([](const auto&, const auto& x) {
@@ -16,6 +23,26 @@ Function f() {
     const double number = x[0];
     return number * x[0];
   });
+#elif defined(CASE_vector_of_doubles)
+  return make_function<2, 0, 0>([](const auto&, const auto& x) {
+    return Vec<double, 2>{x[1], x[0]};
+  });
+#elif defined(CASE_declared_vector_of_doubles)
+  return make_function<2, 0, 0>(Doubles{});
+#elif defined(CASE_state_for_time)
+  return make_function<2, 1, 0>([](const auto& x, const auto& u) { return x[0] * u[0]; });
+#elif defined(CASE_state_for_time_in_parentheses)
+  return make_function<2, 1, 0>([](const auto& x, const auto& u) { return x(0) * u(0); });
+#elif defined(CASE_wrong_size)
+  return make_function<3, 0, 0>(Doubles{});
+#elif defined(CASE_doubles_only)
+  return make_function<1, 0, 0>([](double, const VectorXd& x) { return x[0]; });
+#elif defined(CASE_standard_sine)
+  return make_function<1, 0, 0>([](const auto&, const auto& x) { return std::sin(x[0]); });
+#elif defined(CASE_standard_maximum)
+  return make_function<1, 0, 0>([](const auto&, const auto& x) { return std::max(x[0], 0.0); });
+#elif defined(CASE_standard_maximum_of_two)
+  return make_function<2, 0, 0>([](const auto&, const auto& x) { return std::max(x[0], x[1]); });
 #elif defined(CASE_wrong_arity)
   return make_function<1, 0, 0>([](const auto& x) { return x; });
 #elif defined(CASE_dangling_expression)

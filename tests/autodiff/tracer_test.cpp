@@ -133,5 +133,51 @@ TEST(Tracer, hundreds_of_inputs) {
   EXPECT_EQ(pairs(Tracer::input(299) * Tracer::input(7)), (Pairs{{299, 7}}));
 }
 
+// Eigen's own checks are assertions, which Release does not have.
+template <class Use>
+void expect_beyond(const Use& use, long row, long rows, int first_input) {
+  try {
+    use();
+    FAIL() << "an entry that is not there was accepted";
+  } catch (const IndexError& e) {
+    EXPECT_EQ(e.row, row);
+    EXPECT_EQ(e.rows, rows);
+    EXPECT_EQ(e.first_input, first_input);
+  }
+}
+
+TEST(TracedVector, EndsWhereItEnds) {
+  Vec<Tracer, 2> v{Tracer::input(3), Tracer::input(4)};
+  const Mat<Tracer, 2, 2> m = Mat<Tracer, 2, 2>::Identity();
+  expect_beyond([&] { (void)v[2]; }, 2, 2, 3);
+  expect_beyond([&] { (void)v(-1); }, -1, 2, 3);
+  expect_beyond([&] { v[2] = 1.0; }, 2, 2, 3);
+  expect_beyond([&] { v << 1.0, 2.0, 3.0; }, 2, 2, -1);
+  expect_beyond([&] { (void)(v + v)[2]; }, 2, 2, -1);
+  expect_beyond([&] { (void)v.array()[2]; }, 2, 2, -1);
+  expect_beyond([&] { (void)v.segment<2>(1).sum(); }, 2, 2, -1);
+  expect_beyond([&] { (void)v.head(1)[1]; }, 1, 1, -1);
+  expect_beyond([&] { v.tail<1>()[-1] = 0.0; }, -1, 1, -1);
+  expect_beyond([&] { (void)(m * v)[2]; }, 2, 2, -1);
+  expect_beyond([&] { (void)m(2, 0); }, 2, 2, -1);
+  expect_beyond([&] { (void)m.col(2).sum(); }, 1, 2, -1);
+  EXPECT_NO_THROW((v << m.col(0)));
+  EXPECT_NO_THROW((void)(m * v).head<2>().norm());
+}
+
+TEST(TracedVector, WhatIsComputedFromTheUnwrittenIsUnwritten) {
+  Vec<Tracer, 2> v;
+  v[0] = x;
+  EXPECT_TRUE(v[0].is_written());
+  EXPECT_FALSE(v[1].is_written());
+  EXPECT_FALSE((v[0] + v[1]).is_written());
+  EXPECT_FALSE((2.0 * sin(v[1])).is_written());
+  EXPECT_FALSE(v.sum().is_written());
+  EXPECT_TRUE((0.0 * v[1]).is_zero());
+  EXPECT_TRUE((Vec<Tracer, 2>::Zero().eval()[1].is_zero()));
+  v[1] = 1.0;
+  EXPECT_TRUE(v.sum().is_written());
+}
+
 }  // namespace
 }  // namespace saltus

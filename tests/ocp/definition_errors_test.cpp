@@ -59,10 +59,105 @@ const auto two = [](const auto& t, const auto& x) {
   return Vec<S, 2>{x[0], x[0]};
 };
 
+struct Thrust {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+
 const auto first = [](const auto&, const auto& x) { return x[0]; };
 
 const std::vector<Mistake>& mistakes() {
   static const std::vector<Mistake> list{
+      // --- entries that are not there
+      {"StateBeyondTheEnd",
+       [] {
+         Phase<2, 1> m{"motion", Thrust{}, exactly(1.0)};
+         m.minimise("effort", [](auto, auto x, auto u) { return u[0] * x[2]; });
+       },
+       {"phase 'motion', term 'effort'", "x[2]", "2 states, x[0] to x[1]"}},
+      {"InputBeyondTheEnd",
+       phase([](Motion& m) {
+         m.keep(
+             "lane", [](auto, auto, auto u) { return u[1]; }, at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "u[1]", "1 input, u[0]"}},
+      {"ParameterThatIsNotThere",
+       phase([](Motion& m) {
+         m.keep(
+             "lane", [](auto, auto, auto, auto p) { return p[0]; }, at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "entry 0 of p", "which has none"}},
+      {"PartBeyondTheEnd",
+       phase([](Motion& m) {
+         m.keep(
+             "lane", [](auto, auto x) { return x.template head<2>().squaredNorm(); }, at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "x[1]", "1 state, x[0]"}},
+      {"WrittenBeyondTheEnd",
+       [] {
+         const auto dynamics = [](auto t, auto x) {
+           Vec<decltype(t), 2> dx;
+           dx[1] = x[0];
+           dx[2] = x[1];
+           return dx;
+         };
+         const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
+       },
+       {"phase 'motion', the dynamics", "entry 2 of a vector of 2"}},
+      {"TooManyAfterTheComma",
+       [] {
+         const auto dynamics = [](auto t, auto x) {
+           Vec<decltype(t), 2> dx;
+           dx << x[1], x[0], 1.0;
+           return dx;
+         };
+         const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
+       },
+       {"phase 'motion', the dynamics", "entry 2 of a vector of 2"}},
+      {"TooFewAfterTheComma",
+       [] {
+         const auto dynamics = [](auto t, auto x) {
+           Vec<decltype(t), 2> dx;
+           dx << x[1];
+           return dx;
+         };
+         const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
+       },
+       {"phase 'motion', the dynamics", "entry 1 of what it returns was never written"}},
+      {"EntryThatIsNeverWritten",
+       [] {
+         const auto dynamics = [](auto t, auto x) {
+           Vec<decltype(t), 2> dx;
+           dx[0] = x[1];
+           return dx;
+         };
+         const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
+       },
+       {"phase 'motion', the dynamics", "entry 1 of what it returns was never written"}},
+      {"MatrixBeyondTheEnd",
+       [] {
+         const auto dynamics = [](auto t, auto x) {
+           Mat<decltype(t), 2, 2> rates = Mat<decltype(t), 2, 2>::Zero();
+           rates(0, 2) = 1.0;
+           return (rates * x).eval();
+         };
+         const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
+       },
+       {"phase 'motion', the dynamics", "entry (0, 2) of a 2 x 2 matrix"}},
+      {"JumpBeyondTheEnd",
+       [] { jump<1>("kick", [](auto, auto x) { return 2.0 * x[1]; }); },
+       {"jump 'kick'", "x[1]", "1 state, x[0]"}},
+      {"ModeBeyondTheEnd",
+       [] { Automaton<1>().mode("left", [](auto, auto x) { return x[1]; }); },
+       {"mode 'left'", "x[1]", "1 state, x[0]"}},
+      {"GuardOfAnEventBeyondTheEnd",
+       phase([](Motion& m) {
+         m.on(
+             "bounce", [](auto, auto x) { return x[1]; }, Crossing::falling, first);
+       }),
+       {"phase 'motion', the guard of event 'bounce'", "x[1]", "1 state, x[0]"}},
       // --- terms
       {"EmptyBounds",
        phase([](Motion& m) { m.keep("lane", state, between(2.0, 1.0)); }),

@@ -1,0 +1,74 @@
+#include "saltus/model/trace_formula.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+std::string describe(const FormulaName& name) {
+  std::string text = name.phase.empty() ? "" : fmt::format("phase '{}', ", name.phase);
+  text += name.what.empty() ? "a formula" : name.what;
+  if (!name.name.empty()) text += fmt::format(" '{}'", name.name);
+  return text;
+}
+
+// "there are 2 states, x[0] to x[1]"
+std::string describe_argument(char symbol, const char* what, int size) {
+  if (size == 0) return fmt::format("there are no {}s", what);
+  if (size == 1) return fmt::format("there is 1 {}, {}[0]", what, symbol);
+  return fmt::format("there are {} {}s, {}[0] to {}[{}]", size, what, symbol, symbol, size - 1);
+}
+
+std::string describe(const IndexError& e, const Arguments& sizes) {
+  const long size = e.rows * e.cols;
+  struct Argument {
+    char symbol;
+    const char* what;
+    int first, size;
+  };
+  const Argument arguments[] = {{'x', "state", sizes.x(), sizes.nx},
+                                {'u', "input", sizes.u(), sizes.nu},
+                                {'p', "parameter", sizes.p(), sizes.np}};
+  for (const Argument& a : arguments)
+    if (e.cols == 1 && size > 0 && a.first == e.first_input && a.size == size)
+      return fmt::format("it uses {}[{}], but {}", a.symbol, e.row,
+                         describe_argument(a.symbol, a.what, a.size));
+  if (size == 0) {
+    std::string none;
+    for (const Argument& a : arguments)
+      if (a.size == 0) none += fmt::format("{}{}", none.empty() ? "" : " or ", a.symbol);
+    return fmt::format("it uses entry {} of {}, which has none", e.row,
+                       none.empty() ? "a vector" : none);
+  }
+  if (e.cols == 1)
+    return fmt::format("it uses entry {} of a vector of {}, counted from 0", e.row, size);
+  return fmt::format("it uses entry ({}, {}) of a {} x {} matrix, counted from 0", e.row, e.col,
+                     e.rows, e.cols);
+}
+
+}  // namespace
+
+FormulaStructure traced_structure(const FormulaName& name, const Arguments& sizes, int outputs,
+                                  const TraceFormula& trace) {
+  std::vector<Tracer> z, y(outputs);
+  for (int i = 0; i < sizes.size(); ++i) z.push_back(Tracer::input(i));
+  try {
+    trace(z.data(), y.data());
+  } catch (const IndexError& e) {
+    throw DefinitionError(fmt::format("{}: {}", describe(name), describe(e, sizes)));
+  }
+  for (int i = 0; i < outputs; ++i)
+    if (!y[i].is_written())
+      throw DefinitionError(
+          fmt::format("{}: entry {} of what it returns was never written, or is computed from a "
+                      "number that was not",
+                      describe(name), i));
+  return structure_of(sizes.size(), y);
+}
+
+}  // namespace saltus

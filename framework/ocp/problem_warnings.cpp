@@ -1,0 +1,224 @@
+// What is defined soundly and yet looks like a mistake: costs that are the same for every
+// trajectory, constraints that no trajectory changes, and what nothing depends on.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "saltus/ocp/problem.hpp"
+
+namespace saltus {
+namespace {
+
+bool reads_any(const Function& f, int first, int count) {
+  for (int i = first; i < first + count; ++i)
+    if (f.reads(i)) return true;
+  return false;
+}
+
+std::vector<Function> fields_of(const PhaseDefinition& phase) {
+  if (phase.switching.empty()) return {phase.dynamics};
+  std::vector<Function> fields;
+  for (const auto& mode : phase.switching.modes) fields.push_back(mode.dynamics);
+  return fields;
+}
+
+// Everything of a phase that is evaluated beside its dynamics.
+std::vector<Function> others_of(const PhaseDefinition& phase) {
+  std::vector<Function> others;
+  for (const Term& term : phase.terms) others.push_back(term.function);
+  for (const auto& mode : phase.switching.modes)
+    if (mode.running_cost) others.push_back(mode.running_cost);
+  for (const auto& transition : phase.switching.transitions) {
+    others.push_back(transition.guard);
+    if (transition.reset) others.push_back(transition.reset);
+  }
+  return others;
+}
+
+bool any_reads(const std::vector<Function>& functions, int input) {
+  return std::ranges::any_of(functions, [&](const Function& f) { return f.reads(input); });
+}
+
+bool is_bounded(const std::vector<ComponentBounds>& bounds, int component) {
+  return std::ranges::any_of(bounds, [&](const ComponentBounds& b) {
+    return b.component == component && !b.bounds.is_free();
+  });
+}
+
+// Whether the bounds leave nothing to decide, all along the phase.
+bool is_forced(const std::vector<ComponentBounds>& bounds, int component) {
+  return std::ranges::any_of(bounds, [&](const ComponentBounds& b) {
+    return b.component == component && b.bounds.is_equality() && b.window.is_whole();
+  });
+}
+
+class Warnings {
+ public:
+  explicit Warnings(const OptimalControlProblem& problem) : problem_(problem) {
+    for (const PhaseDefinition& phase : problem.phases())
+      free_times_ = free_times_ || phase.has_free_duration();
+  }
+
+  std::vector<std::string> all() {
+    for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
+      const PhaseDefinition& phase = problem_.phases()[j];
+      look_at_dynamics(phase);
+      for (const Term& term : phase.terms) look_at_term(phase, term);
+      look_at_inputs(phase);
+    }
+    look_at_states();
+    look_at_parameters();
+    return std::move(found_);
+  }
+
+ private:
+  template <class... Args>
+  void add(fmt::format_string<Args...> text, Args&&... args) {
+    found_.push_back(fmt::format(text, std::forward<Args>(args)...));
+  }
+
+  // Whether a function of this phase changes with what the solver decides; time does where the
+  // durations are free.
+  bool reads_decisions(const PhaseDefinition& phase, const Function& f) const {
+    const Arguments& a = phase.sizes;
+    if (reads_any(f, a.x(), a.nx) || reads_any(f, a.u(), a.nu)) return true;
+    if (free_times_ && f.reads(a.t())) return true;
+    int p = a.p();
+    for (const ParameterBlock& block : phase.parameters) {
+      const int size = static_cast<int>(block.value.size());
+      if (block.unknown && reads_any(f, p, size)) return true;
+      p += size;
+    }
+    return false;
+  }
+
+  void look_at_dynamics(const PhaseDefinition& phase) {
+    const Arguments& a = phase.sizes;
+    if (!phase.switching.empty() || a.nx == 0) return;
+    if (!reads_any(phase.dynamics, a.x(), a.nx + a.nu + a.np))
+      add("phase '{}': the dynamics read none of x, u and p", phase.name);
+  }
+
+  void look_at_term(const PhaseDefinition& phase, const Term& term) {
+    if (reads_decisions(phase, term.function)) return;
+    const auto where = fmt::format("phase '{}', term '{}'", phase.name, term.name);
+    if (term.kind == TermKind::constraint) {
+      add("{}: it reads nothing that can be changed, no state, input or unknown: no trajectory is "
+          "better than another at meeting it",
+          where);
+      return;
+    }
+    // Time itself is minimised by the integral of a number, where the duration is free.
+    const bool is_zero = is_the_number_zero(term.function);
+    if (!is_zero && term.domain == TermDomain::running && free_times_) return;
+    if (is_zero)
+      add("{}: this cost is zero for every trajectory (a quotient of integers such as 1 / 2 is 0: "
+          "write 0.5)",
+          where);
+    else
+      add("{}: this cost is the same for every trajectory, for it reads no state, input or unknown",
+          where);
+  }
+
+  static bool is_the_number_zero(const Function& f) {
+    for (int i = 0; i < f.inputs(); ++i)
+      if (f.reads(i)) return false;
+    return f(VectorXd::Zero(f.inputs())).isZero(0.0);
+  }
+
+  void look_at_inputs(const PhaseDefinition& phase) {
+    const Arguments& a = phase.sizes;
+    const std::vector<Function> fields = fields_of(phase), others = others_of(phase);
+    for (int i = 0; i < a.nu; ++i) {
+      const bool changes_cost =
+          phase.input_change_weight.size() == a.nu && phase.input_change_weight[i] != 0.0;
+      if (any_reads(fields, a.u(i)) || any_reads(others, a.u(i)) || changes_cost ||
+          is_forced(phase.input_bounds, i))
+        continue;
+      add("phase '{}': nothing depends on input {}, neither the dynamics nor a term", phase.name,
+          i);
+    }
+  }
+
+  // A state may be of no use in one phase; one that is of no use in any is suspicious.
+  void look_at_states() {
+    std::set<int> used;
+    const PhaseDefinition* longest = nullptr;
+    for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
+      const PhaseDefinition& phase = problem_.phases()[j];
+      if (!longest || phase.sizes.nx > longest->sizes.nx) longest = &phase;
+      const std::vector<Function> fields = fields_of(phase), others = others_of(phase);
+      const Function* exit = nullptr;
+      if (j + 1 < problem_.phases().size()) exit = &problem_.jumps()[j + 1].map;
+      for (int i = 0; i < phase.sizes.nx; ++i)
+        if (is_used(phase, fields, others, i) || (exit && *exit && reads_through(*exit, phase, i)))
+          used.insert(i);
+    }
+    if (!longest || problem_.closing()) return;
+    for (int i = 0; i < longest->sizes.nx; ++i)
+      if (!used.contains(i))
+        add("phase '{}': nothing depends on state {}: no term, no bound and no other state",
+            longest->name, i);
+  }
+
+  static bool is_used(const PhaseDefinition& phase, const std::vector<Function>& fields,
+                      const std::vector<Function>& others, int i) {
+    const int z = phase.sizes.x(i);
+    if (any_reads(others, z) || is_bounded(phase.state_bounds, i)) return true;
+    for (const Function& field : fields)
+      for (int row = 0; row < field.outputs(); ++row)
+        if (row != i && field.jacobian_pattern().contains(row, z)) return true;
+    return false;
+  }
+
+  // Whether another state after the jump depends on state i before it.
+  static bool reads_through(const Function& jump, const PhaseDefinition& phase, int i) {
+    for (int row = 0; row < jump.outputs(); ++row)
+      if (row != i && jump.jacobian_pattern().contains(row, phase.sizes.x(i))) return true;
+    return false;
+  }
+
+  // Blocks of one name are one: it is enough that one phase reads them.
+  void look_at_parameters() {
+    std::set<std::string> read, told;
+    for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
+      const PhaseDefinition& phase = problem_.phases()[j];
+      std::vector<Function> functions = fields_of(phase);
+      for (Function& f : others_of(phase)) functions.push_back(std::move(f));
+      const Function* exit = nullptr;
+      if (j + 1 < problem_.phases().size())
+        exit = &problem_.jumps()[j + 1].map;
+      else if (problem_.closing())
+        exit = &problem_.closing()->map;
+      int p = 0;
+      for (const ParameterBlock& block : phase.parameters) {
+        for (int i = p; i < p + block.value.size(); ++i) {
+          const int in_jump = 1 + phase.sizes.nx + i;  // z = (t | x- | p)
+          if (any_reads(functions, phase.sizes.p(i)) ||
+              (exit && *exit && in_jump < exit->inputs() && exit->reads(in_jump)))
+            read.insert(block.name);
+        }
+        p += static_cast<int>(block.value.size());
+      }
+    }
+    for (const PhaseDefinition& phase : problem_.phases())
+      for (const ParameterBlock& block : phase.parameters)
+        if (block.value.size() > 0 && !read.contains(block.name) && told.insert(block.name).second)
+          add("phase '{}': no formula reads parameter '{}'", phase.name, block.name);
+  }
+
+  const OptimalControlProblem& problem_;
+  bool free_times_ = false;
+  std::vector<std::string> found_;
+};
+
+}  // namespace
+
+std::vector<std::string> OptimalControlProblem::warnings() const { return Warnings(*this).all(); }
+
+}  // namespace saltus

@@ -1,0 +1,16 @@
+// No problem of the library is warned about: what looks like a mistake elsewhere is none there.
+#include <gtest/gtest.h>
+
+#include "problems/library/catalogue.hpp"
+
+namespace saltus {
+namespace {
+
+TEST(Library, IsNotWarnedAbout) {
+  for (const ReferenceCase& c : reference_cases())
+    for (const std::string& warning : c.problem().warnings())
+      ADD_FAILURE() << c.id << ": " << warning;
+}
+
+}  // namespace
+}  // namespace saltus

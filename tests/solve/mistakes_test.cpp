@@ -1,0 +1,310 @@
+// What a beginner gets wrong, and the one sentence that each mistake is answered with: it names the
+// place, what was given there and what to do. Mistakes that the compiler sees are in
+// tests/autodiff/refused.cpp, further ones of definition in tests/ocp/definition_errors_test.cpp.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "saltus/saltus.hpp"
+#include "saltus/solver/ipopt.hpp"
+
+namespace saltus {
+namespace {
+
+// A cart of unit mass: x = (position m, speed m/s), u = force.
+struct Cart {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+using Ride = Phase<2, 1>;
+
+const auto position = [](auto, auto x) { return x[0]; };
+const auto speed = [](auto, auto x) { return x[1]; };
+const auto effort = [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; };
+const auto both = [](auto, auto x) { return x; };
+const double nan = std::nan("");
+
+Ride sound() {
+  Ride ride{"ride", Cart{}, exactly(1.0)};
+  ride.minimise("effort", effort)
+      .reach("there", position, exactly(1.0))
+      .reach("at rest", speed, exactly(0.0));
+  return ride;
+}
+
+struct Mistake {
+  const char* name;
+  std::function<std::string()> said;
+  std::vector<std::string> fragments;
+};
+void PrintTo(const Mistake& mistake, std::ostream* out) { *out << mistake.name; }
+
+std::string message_of(const OptimalControlProblem& ocp, const SolveOptions& options = {}) {
+  try {
+    return solve(ocp, options).message;
+  } catch (const DefinitionError& e) {
+    return e.what();
+  }
+}
+
+// The sound ride, changed.
+std::function<std::string()> ride(std::function<void(Ride&)> change, SolveOptions options = {}) {
+  return [change = std::move(change), options] {
+    try {
+      Ride ride = sound();
+      change(ride);
+      return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(ride), options);
+    } catch (const DefinitionError& e) {  // at the definition itself
+      return std::string(e.what());
+    }
+  };
+}
+
+template <class Dynamics>
+std::function<std::string()> with_dynamics(Dynamics dynamics) {
+  return [dynamics] {
+    try {
+      Ride ride{"ride", dynamics, exactly(1.0)};
+      ride.minimise("effort", effort).reach("there", position, exactly(1.0));
+      return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(ride));
+    } catch (const DefinitionError& e) {
+      return std::string(e.what());
+    }
+  };
+}
+
+SolveOptions by_ipopt() { return {.solver = make_ipopt()}; }
+
+const std::vector<Mistake>& mistakes() {
+  static const std::vector<Mistake> list{
+      // --- formulas
+      {"CountsFromOne",
+       ride([](Ride& r) { r.minimise("drift", [](auto, auto x) { return x[2]; }); }),
+       {"phase 'ride', term 'drift': it uses x[2], but there are 2 states, x[0] to x[1]"}},
+      {"SecondInputOfOne",
+       ride([](Ride& r) {
+         r.keep(
+             "brake", [](auto, auto, auto u) { return u[1]; }, at_most(1));
+       }),
+       {"phase 'ride', term 'brake': it uses u[1], but there is 1 input, u[0]"}},
+      {"ForgottenDerivative",
+       with_dynamics([](auto t, auto x, auto) {
+         Vec<decltype(t), 2> rates;
+         rates[0] = x[1];
+         return rates;
+       }),
+       {"phase 'ride', the dynamics: entry 1 of what it returns was never written"}},
+      {"OneDerivativeForTwoStates",
+       with_dynamics([](auto, auto x, auto) { return x[1]; }),
+       {"phase 'ride': the dynamics return 1 entries, but the phase has 2 states"}},
+      {"IntegerQuotient",
+       ride([](Ride& r) {
+         r.minimise("energy", [](auto, auto, auto u) { return 1 / 2 * u[0] * u[0]; });
+       }),
+       {"phase 'ride', term 'energy': this cost is zero for every trajectory", "write 0.5"}},
+      {"CostOfNothing",
+       ride([](Ride& r) { r.minimise("time", [](auto, auto) { return 1.0; }); }),
+       {"phase 'ride', term 'time': this cost is the same for every trajectory"}},
+      {"ConstraintOnNothing",
+       ride([](Ride& r) {
+         r.keep(
+             "day", [](auto t, auto) { return t; }, at_most(2.0));
+       }),
+       {"phase 'ride', term 'day': it reads nothing that can be changed"}},
+      {"InputThatActsOnNothing",
+       [] {
+         Phase<2, 2> r{"ride",
+                       [](auto t, auto x, auto u) {
+                         return Vec<decltype(t), 2>{x[1], u[0]};
+                       },
+                       exactly(1.0)};
+         r.minimise("effort", effort).reach("there", position, exactly(1.0));
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"phase 'ride': nothing depends on input 1"}},
+      {"StateThatNobodyReads",
+       [] {
+         Phase<3, 1> r{"ride",
+                       [](auto t, auto x, auto u) {
+                         return Vec<decltype(t), 3>{x[1], u[0], x[0]};
+                       },
+                       exactly(1.0)};
+         r.minimise("effort", effort).reach("there", position, exactly(1.0));
+         return message_of(OptimalControlProblem("cart").start_at({0, 0, 0}).then(r));
+       },
+       {"phase 'ride': nothing depends on state 2"}},
+      {"DynamicsOfConstants",
+       with_dynamics([](auto t, auto) {
+         return Vec<decltype(t), 2>{1.0, 0.0};
+       }),
+       {"phase 'ride': the dynamics read none of x, u and p"}},
+      {"ParameterThatNobodyReads",
+       [] {
+         Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};
+         r.minimise("effort", effort).data("mass", Vec<double, 1>{2.0});
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"phase 'ride': no formula reads parameter 'mass'"}},
+      {"ParameterWithoutNumbers",
+       [] {
+         Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"phase 'ride': it has 1 parameters, but data() and unknown() declare 0"}},
+      {"NanInData",
+       [] {
+         Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};
+         r.data("mass", Vec<double, 1>{nan});
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"phase 'ride': parameter 'mass' is not finite"}},
+      // --- terms
+      {"BoundsTheWrongWayRound",
+       ride([](Ride& r) { r.keep("lane", position, between(2.0, -2.0)); }),
+       {"phase 'ride', term 'lane': the bounds [2, -2] of row 0 are empty"}},
+      {"SameNameTwice",
+       ride([](Ride& r) { r.minimise("effort", effort); }),
+       {"phase 'ride': two terms are called 'effort'"}},
+      {"InputAtTheEnd",
+       ride([](Ride& r) { r.reach("no force", effort, exactly(0.0)); }),
+       {"phase 'ride', term 'no force': it acts at one end of the phase and uses an input",
+        "use keep(), minimise() or track()"}},
+      {"OneWeightForTwoRows",
+       ride([](Ride& r) { r.track("home", both, Vec<double, 1>{1.0}); }),
+       {"phase 'ride', term 'home': the residual has 2 entries, but the weight is 1 x 1"}},
+      {"NegativeWeight",
+       ride([](Ride& r) {
+         r.track("home", both, Vec<double, 2>{1.0, -1.0});
+       }),
+       {"phase 'ride', term 'home': weight 1 is -1, but weights must not be negative"}},
+      {"PenaltyOfNothing",
+       ride([](Ride& r) { r.keep("lane", position, at_most(0.5), {}, soft("lane", 0.0)); }),
+       {"phase 'ride', term 'lane': the penalty weight 'lane' is 0, expected a positive number"}},
+      {"CostOfTwoNumbers",
+       ride([](Ride& r) { r.minimise("both", both); }),
+       {"phase 'ride', term 'both': a cost must be one number, but the formula has 2 rows"}},
+      {"WindowAfterTheEnd",
+       ride([](Ride& r) { r.keep("lane", position, at_most(2.0), {.from = 2.0}); }),
+       {"phase 'ride', term 'lane': the window begins at 2 s, but the phase lasts 1 s at most"}},
+      {"WindowOfAnUnknownEvent",
+       ride([](Ride& r) { r.keep("lane", position, at_most(2.0), {.from = event("imapct")}); }),
+       {"phase 'ride', term 'lane'", "'imapct'"}},
+      {"BoundOnAMissingInput",
+       ride([](Ride& r) { r.bound_input(1, between(-1.0, 1.0)); }),
+       {"phase 'ride': there is no input 1; it has 1 of them, counted from 0"}},
+      // --- start, phases, times
+      {"NoStart",
+       [] { return message_of(OptimalControlProblem("cart").then(sound())); },
+       {"problem 'cart': the start has 0 entries, but phase 'ride' has 2 states; use start_at()"}},
+      {"StartOfAnotherSize",
+       [] { return message_of(OptimalControlProblem("cart").start_at({0}).then(sound())); },
+       {"problem 'cart': the start has 1 entries, but phase 'ride' has 2 states"}},
+      {"NoPhase",
+       [] {
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}));
+       },
+       {"problem 'cart' has no phase; add one with then()"}},
+      {"JumpForgotten",
+       [] {
+         Phase<1, 1> slide{"slide", [](auto, auto, auto u) { return u; }, exactly(1.0)};
+         return message_of(
+             OptimalControlProblem("cart").start_at({0, 0}).then(sound()).then(slide));
+       },
+       {"from phase 'ride' to phase 'slide': 2 states become 1, so a jump map is needed"}},
+      {"TotalTimeOutOfReach",
+       [] {
+         return message_of(
+             OptimalControlProblem("cart").start_at({0, 0}).then(sound()).total_time(exactly(5.0)));
+       },
+       {"problem 'cart': the total time [5, 5] s cannot be met by phases that last 1 to 1 s"}},
+      {"OpenDurationWithoutGuess",
+       [] {
+         Ride r{"ride", Cart{}, at_least(0.1)};
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"phase 'ride': the free duration needs a positive guess", "use guess_duration()"}},
+      {"GuessOfAnotherSize",
+       ride([](Ride& r) {
+         r.guess_input(Guess::constant(Vec<double, 2>{0.0, 0.0}));
+       }),
+       {"phase 'ride': the guess of the input has 2 entries, expected 1"}},
+      {"NegativeIntervals",
+       ride([](Ride&) {}, {.intervals_per_phase = -5}),
+       {"phase 'ride'", "-5 intervals"}},
+      {"MisspeltData",
+       [] {
+         Phase<2, 1, 1> r{"ride", Cart{}, exactly(1.0)};
+         r.minimise("effort", effort).data("mass", Vec<double, 1>{2.0});
+         MultipleShooting shooting{OptimalControlProblem("cart").start_at({0, 0}).then(r),
+                                   {.intervals_per_phase = 5, .integrator = runge_kutta4()}};
+         try {
+           shooting.set_data("mas", Vec<double, 1>{1.0});
+         } catch (const DefinitionError& e) {
+           return std::string(e.what());
+         }
+         return std::string();
+       },
+       {"'mas'", "'mass'"}},
+      // --- problems without an answer
+      {"TheSameEquationTwice",
+       ride(
+           [](Ride& r) {
+             r.keep("held", position, exactly(0.0)).keep("held still", speed, exactly(0.0));
+           },
+           by_ipopt()),
+       {"equations for", "free unknowns; phase 'ride', term '", "or contradict"}},
+      {"OutOfReach",
+       ride(
+           [](Ride& r) { r.bound_input(0, between(-1.0, 1.0)).keep("slow", speed, at_most(0.5)); }),
+       {"the constraints cannot all be met", "phase 'ride', term '", "misses its bounds by"}},
+      {"CostWithoutLowerLimit",
+       [] {
+         Ride r{"ride", Cart{}, exactly(1.0)};
+         r.minimise("push", [](auto, auto, auto u) { return -u[0]; });
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"the cost", "limit"}},
+      {"CostWithoutLowerLimitByIpopt",
+       [] {
+         Ride r{"ride", Cart{}, exactly(1.0)};
+         r.minimise("push", [](auto, auto, auto u) { return -u[0]; });
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r), by_ipopt());
+       },
+       {"the cost", "limit"}},
+      {"NearlyTheSameEquation",
+       ride([](Ride& r) { r.reach("there too", position, exactly(1.0 + 1e-6)); }),
+       {"phase 'ride', term 'there", "misses its bounds by"}},
+      {"NearlyTheSameEquationByIpopt",
+       ride([](Ride& r) { r.reach("there too", position, exactly(1.0 + 1e-6)); }, by_ipopt()),
+       {"phase 'ride', term 'there", "misses its bounds by"}},
+  };
+  return list;
+}
+
+class Beginner : public testing::TestWithParam<Mistake> {};
+
+TEST_P(Beginner, IsToldInOneSentence) {
+  const std::string said = GetParam().said();
+  for (const std::string& fragment : GetParam().fragments)
+    EXPECT_NE(said.find(fragment), std::string::npos) << "'" << fragment << "' is not in: " << said;
+  EXPECT_EQ(std::ranges::count(said, '\n'), 0) << said;
+}
+
+INSTANTIATE_TEST_SUITE_P(Mistakes, Beginner, testing::ValuesIn(mistakes()),
+                         [](const auto& instance) { return instance.param.name; });
+
+TEST(Beginner, IsNotBotheredWhenAllIsWell) {
+  const OptimalControlProblem cart = OptimalControlProblem("cart").start_at({0, 0}).then(sound());
+  const Solution solution = solve(cart);
+  EXPECT_TRUE(solution.ok()) << solution.message;
+  EXPECT_TRUE(solution.warnings.empty());
+}
+
+}  // namespace
+}  // namespace saltus
