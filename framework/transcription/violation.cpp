@@ -10,7 +10,7 @@ using namespace shooting;
 
 namespace {
 
-constexpr double worth_naming = 1e-6;  // the usual feasibility of a good solution, and more
+constexpr double worth_naming = 1e-7;  // ten times what a good solution leaves
 
 double miss(double value, double lower, double upper) {
   return std::max({lower - value, value - upper, 0.0});

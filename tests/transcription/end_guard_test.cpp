@@ -131,7 +131,7 @@ TEST(FreeDurations, APhaseThatVanishedIsSaid) {
   EXPECT_NEAR(s.durations[0], 0.0, 1e-6);
   EXPECT_NE(s.message.find("given no time, and so without effect: phase 'slow'"), std::string::npos)
       << s.message;
-  EXPECT_EQ(s.message.find("phase 'fast'"), std::string::npos) << s.message;
+  EXPECT_EQ(s.message.find("effect: phase 'slow', phase 'fast'"), std::string::npos) << s.message;
 }
 
 }  // namespace
