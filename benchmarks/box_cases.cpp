@@ -3,7 +3,7 @@
 
 #include "benchmarks/cases.hpp"
 #include "benchmarks/contenders.hpp"
-#include "benchmarks/uniform.hpp"
+#include "saltus/core/random.hpp"
 
 namespace saltus::bench {
 namespace {
@@ -15,22 +15,22 @@ constexpr int intervals = 20;
 // pulls towards a target beyond the boxes, so that they bind.
 StageQp box_qp(int nx, int nu, std::uint64_t seed) {
   constexpr double input_limit = 1.0, margin = 0.05;
-  Uniform uniform(seed);
+  Random random(seed);
   std::vector<StageCapacity> capacity(intervals + 1, {nx, nu, {}});
   capacity.back().nu = 0;
   StageQp qp(capacity);
 
   const MatrixXd A =
-      0.95 * MatrixXd::Identity(nx, nx) + 0.2 / std::sqrt(nx) * uniform.matrix(nx, nx);
-  const MatrixXd B = 0.3 * uniform.matrix(nx, nu);
-  const MatrixXd J = uniform.matrix(nx, nx);
+      0.95 * MatrixXd::Identity(nx, nx) + 0.2 / std::sqrt(nx) * random.matrix(nx, nx);
+  const MatrixXd B = 0.3 * random.matrix(nx, nu);
+  const MatrixXd J = random.matrix(nx, nx);
   const MatrixXd Q = 0.1 / nx * J.transpose() * J + 0.1 * MatrixXd::Identity(nx, nx);
-  const VectorXd target = 3.0 * uniform.matrix(nx, 1);
-  qp.start = uniform.matrix(nx, 1);
+  const VectorXd target = 3.0 * random.matrix(nx, 1);
+  qp.start = random.matrix(nx, 1);
 
   VectorXd x = qp.start, lower = VectorXd::Constant(nx, infinity), upper = -lower;
   for (int k = 0; k < intervals; ++k) {
-    x = A * x + B * (0.5 * input_limit * uniform.matrix(nu, 1));
+    x = A * x + B * (0.5 * input_limit * random.matrix(nu, 1));
     lower = lower.cwiseMin(x);
     upper = upper.cwiseMax(x);
   }

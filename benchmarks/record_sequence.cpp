@@ -12,9 +12,9 @@
 
 #include "benchmarks/recorded_sequence.hpp"
 #include "benchmarks/step_recovery_kernels.hpp"
-#include "benchmarks/uniform.hpp"
 #include "saltus/app/output_folder.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/random.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/robots/centroidal/centroidal_plant.hpp"
 
@@ -30,13 +30,13 @@ nlohmann::ordered_json record() {
   CentroidalPlant plant(StepRecovery::mass, nominal_start(), runge_kutta4({.steps = substeps}));
   plant.left = {flat_sole(Vec<double, 3>(StepRecovery::left_foot.data())), true};
   plant.right = {flat_sole(Vec<double, 3>(StepRecovery::right_foot.data())), false};
-  Uniform uniform(seed);
+  Random random(seed);
   nlohmann::ordered_json problems = nlohmann::ordered_json::array();
   for (int tick = 0; tick < ticks; ++tick) {
     const int landing = landing_at(tick);
     saltus::bench::CentroidalState start = plant.state();
     if (tick > 0)
-      for (int i = 0; i < 9; ++i) start[i] += uniform(-noise[i / 3], noise[i / 3]);
+      for (int i = 0; i < 9; ++i) start[i] += random.uniform(-noise[i / 3], noise[i / 3]);
     problems.push_back(
         {{"landing", landing}, {"start", std::vector<double>(start.begin(), start.end())}});
 

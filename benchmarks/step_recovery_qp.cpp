@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "benchmarks/uniform.hpp"
+#include "saltus/core/random.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/support_polygon.hpp"
 
@@ -64,15 +64,15 @@ CentroidalState nominal_start() {
 }
 
 CentroidalState random_start(std::uint64_t seed, const Bounds& push) {
-  Uniform uniform(seed);
+  Random random(seed);
   CentroidalState x = nominal_start();
-  const double speed = uniform(push.lower, push.upper), angle = uniform(-0.4, 0.4);
+  const double speed = random.uniform(push.lower, push.upper), angle = random.uniform(-0.4, 0.4);
   const double within[3] = {0.010, 0.005, 0.005}, momentum[3] = {0.4, 0.4, 0.1};
-  for (int i = 0; i < 3; ++i) x[i] += uniform(-within[i], within[i]);
+  for (int i = 0; i < 3; ++i) x[i] += random.uniform(-within[i], within[i]);
   x[3] = speed * std::sin(angle);
   x[4] = -speed * std::cos(angle);
   x[5] = 0.0;
-  for (int i = 0; i < 3; ++i) x[6 + i] = uniform(-momentum[i], momentum[i]);
+  for (int i = 0; i < 3; ++i) x[6 + i] = random.uniform(-momentum[i], momentum[i]);
   return x;
 }
 

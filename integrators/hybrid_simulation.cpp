@@ -1,20 +1,13 @@
 #include "saltus/integrators/hybrid_simulation.hpp"
 
-#include <fmt/format.h>
-
 #include <limits>
 #include <memory>
 
 #include "saltus/core/error.hpp"
+#include "saltus/integrators/simulation_arguments.hpp"
 
 namespace saltus {
 namespace {
-
-void expect_size(const char* what, Eigen::Index given, Eigen::Index expected) {
-  if (given != expected)
-    throw DefinitionError(fmt::format("a hybrid simulation needs {} of size {}, but was given {}.",
-                                      what, expected, given));
-}
 
 int mode_named(const SwitchingSystem& system, const std::string& name) {
   if (name.empty()) return -1;
@@ -40,17 +33,8 @@ HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem
 
   const IntervalArguments index = integrator->arguments();
   const int nx = index.nx, np = index.np, ny = integrator->outputs();
-  if (times.size() < 1) throw DefinitionError("a hybrid simulation needs at least one time.");
-  const int intervals = static_cast<int>(times.size()) - 1;
-  expect_size("a start state", x0.size(), nx);
-  expect_size("parameters", parameters.size(), np);
-  expect_size("input coefficients per interval", coefficients.rows(), index.nc);
-  expect_size("one column of input coefficients per interval", coefficients.cols(), intervals);
-  for (int k = 0; k < intervals; ++k)
-    if (!(times[k] <= times[k + 1]))
-      throw DefinitionError(fmt::format(
-          "the times of a hybrid simulation must not decrease, but time {} is {} after {}.", k + 1,
-          times[k + 1], times[k]));
+  const int intervals =
+      checked_intervals("hybrid simulation", index, x0, times, coefficients, parameters);
   integrator->start_in(mode_named(problem.switching, start_mode));
 
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();

@@ -1,38 +1,15 @@
 #include "saltus/integrators/simulate.hpp"
 
-#include <fmt/format.h>
-
 #include <limits>
-#include <string>
 
-#include "saltus/core/error.hpp"
+#include "saltus/integrators/simulation_arguments.hpp"
 
 namespace saltus {
-namespace {
-
-void expect_size(const char* what, Eigen::Index given, Eigen::Index expected) {
-  if (given != expected)
-    throw DefinitionError(
-        fmt::format("a simulation needs {} of size {}, but was given {}.", what, expected, given));
-}
-
-}  // namespace
-
 Simulation simulate(Integrator& integrator, const VectorRef& x0, const VectorRef& times,
                     const Eigen::Ref<const MatrixXd>& coefficients, const VectorRef& parameters) {
   const IntervalArguments index = integrator.arguments();
   const int nx = index.nx, nq = integrator.outputs() - nx;
-  if (times.size() < 1) throw DefinitionError("a simulation needs at least one time.");
-  const int intervals = static_cast<int>(times.size()) - 1;
-  expect_size("a start state", x0.size(), nx);
-  expect_size("parameters", parameters.size(), index.np);
-  expect_size("input coefficients per interval", coefficients.rows(), index.nc);
-  expect_size("one column of input coefficients per interval", coefficients.cols(), intervals);
-  for (int k = 0; k < intervals; ++k)
-    if (!(times[k] <= times[k + 1]))
-      throw DefinitionError(
-          fmt::format("the times of a simulation must not decrease, but time {} is {} after {}.",
-                      k + 1, times[k + 1], times[k]));
+  const int intervals = checked_intervals("simulation", index, x0, times, coefficients, parameters);
 
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
   Simulation result;

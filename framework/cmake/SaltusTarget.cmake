@@ -137,7 +137,7 @@ set(SALTUS_COMMON_HEADERS
     <utility> <variant> <vector>)
 saltus_parsed_once(saltus_common_headers DEPENDS Eigen3::Eigen fmt::fmt HEADERS ${SALTUS_COMMON_HEADERS})
 
-# saltus_reuse(TARGET NAME)
+# saltus_reuse(TARGET NAME): both with one level of optimisation, for gcc's precompiled headers bring theirs along.
 function(saltus_reuse target name)
   if(TARGET ${name})
     target_precompile_headers(${target} REUSE_FROM ${name})
@@ -191,15 +191,11 @@ endfunction()
 
 # saltus_program(NAME SOURCES ... DEPENDS ...): an executable of our own.
 function(saltus_program name)
-  cmake_parse_arguments(P "" "HEADERS" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(P "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${P_SOURCES})
   # Eigen and fmt for all: precompiled headers want the same definitions.
   target_link_libraries(${name} PRIVATE saltus_flags saltus_program_flags ${P_DEPENDS} Eigen3::Eigen fmt::fmt)
-  if(P_HEADERS)
-    saltus_reuse(${name} ${P_HEADERS})
-  else()
-    saltus_reuse(${name} saltus_common_headers)
-  endif()
+  saltus_reuse(${name} saltus_common_headers)
 endfunction()
 
 # saltus_install_program(NAME): the program finds the shared libraries installed with it.
@@ -235,15 +231,36 @@ function(saltus_compiled_fast target)
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-O1;-fexpensive-optimizations;-Wno-use-after-free>)
 endfunction()
 
-# saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest.
+# saltus_test_headers(NAME DEPENDS ... HEADERS ...): what tests include, parsed once.
+function(saltus_test_headers name)
+  cmake_parse_arguments(H "" "" "DEPENDS;HEADERS" ${ARGN})
+  saltus_parsed_once(${name} DEPENDS Eigen3::Eigen fmt::fmt GTest::gtest ${H_DEPENDS}
+                     HEADERS ${SALTUS_COMMON_HEADERS} <gtest/gtest.h> ${H_HEADERS})
+  if(TARGET ${name}) # gcc takes its level from the precompiled headers, not from the command
+    saltus_compiled_fast(${name})
+  endif()
+endfunction()
+
+# saltus_test_library(NAME SOURCES ... DEPENDS ... [PRIVATE_DEPENDS ...]): saltus::NAME, what several
+# tests share, with the headers that SALTUS_TEST_HEADERS names.
+function(saltus_test_library name)
+  cmake_parse_arguments(T "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  add_library(saltus_${name} STATIC ${T_SOURCES})
+  target_link_libraries(saltus_${name} PUBLIC ${T_DEPENDS} GTest::gtest
+                        PRIVATE saltus_flags ${T_PRIVATE_DEPENDS} Eigen3::Eigen fmt::fmt)
+  add_library(saltus::${name} ALIAS saltus_${name})
+  saltus_reuse(saltus_${name} ${SALTUS_TEST_HEADERS})
+  saltus_compiled_fast(saltus_${name})
+endfunction()
+
+# saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest, with the
+# headers that SALTUS_TEST_HEADERS names.
 function(saltus_test name)
   cmake_parse_arguments(T "" "" "SOURCES;DEPENDS" ${ARGN})
-  if(NOT TARGET saltus_test_headers)
-    saltus_parsed_once(saltus_test_headers DEPENDS Eigen3::Eigen fmt::fmt GTest::gtest
-                       HEADERS ${SALTUS_COMMON_HEADERS} <gtest/gtest.h>)
-  endif()
-  saltus_program(test_${name} SOURCES ${T_SOURCES} DEPENDS ${T_DEPENDS} GTest::gtest_main
-                 HEADERS saltus_test_headers)
+  add_executable(test_${name} ${T_SOURCES})
+  target_link_libraries(test_${name} PRIVATE saltus_flags saltus_program_flags ${T_DEPENDS} GTest::gtest_main
+                                             Eigen3::Eigen fmt::fmt)
+  saltus_reuse(test_${name} ${SALTUS_TEST_HEADERS})
   saltus_compiled_fast(test_${name})
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
                                     PROPERTIES TIMEOUT 300)

@@ -35,6 +35,16 @@ bool rows_keep_to_parts(const Stage& s, int size) {
   return true;
 }
 
+// y = T_p^-T x, the inverses one below the other as in PackedStage.
+void to_common_inputs(const double* T_inverse, int part, int size, const double* x, double* y) {
+  const int ld = padded(size);
+  for (int c = 0; c < size; ++c) {
+    const double* column = T_inverse + (part * size + c) * ld;
+    y[c] = 0.0;
+    for (int i = 0; i < size; ++i) y[c] += column[i] * x[i];
+  }
+}
+
 }  // namespace
 
 bool Packing::stage(int k) {
@@ -158,12 +168,7 @@ void Packing::gradient(int k) {
   for (int j = 0; j < p.constant_states; ++j)
     for (int i = 0; i < inputs; ++i) g[i] += s.S(i, j) * qp.start[j];
   for (int part = 0; part < further; ++part)
-    for (int c = 0; c < inputs; ++c) {
-      const double* column = p.T_inverse + (part * inputs + c) * ld;
-      double sum = 0.0;
-      for (int i = 0; i < inputs; ++i) sum += column[i] * s.r[(part + 1) * inputs + i];
-      r[part * ld + c] = sum;
-    }
+    to_common_inputs(p.T_inverse, part, inputs, &s.r[(part + 1) * inputs], r + part * ld);
   p.g = g;
   p.r = r;
 }
@@ -206,12 +211,7 @@ void Packing::hessian(int k) {
         half[i] = 0.0;
         for (int l = 0; l < m; ++l) half[i] += s.R(first + i, first + l) * right[l];
       }
-      for (int i = 0; i < m; ++i) {
-        const double* left = p.T_inverse + (part * m + i) * ld;
-        double sum = 0.0;
-        for (int l = 0; l < m; ++l) sum += left[l] * half[l];
-        R[part * ld * m + i + c * ld] = sum;
-      }
+      to_common_inputs(p.T_inverse, part, m, half.data(), R + (part * m + c) * ld);
     }
   p.H = H;
   p.R = R;

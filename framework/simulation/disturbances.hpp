@@ -3,8 +3,8 @@
 
 #include <cstdint>
 #include <functional>
-#include <random>
 
+#include "saltus/core/random.hpp"
 #include "saltus/core/types.hpp"
 
 namespace saltus {
@@ -32,13 +32,11 @@ struct Disturbances {
 /// over the Mersenne twister.
 class GaussianNoise {
  public:
-  explicit GaussianNoise(std::uint64_t seed) : bits_(seed) {}
+  explicit GaussianNoise(std::uint64_t seed) : random_(seed) {}
   double operator()();
 
  private:
-  double uniform();  // in (0, 1]
-
-  std::mt19937_64 bits_;
+  Random random_;
   double spare_ = 0.0;
   bool has_spare_ = false;
 };

@@ -1,10 +1,10 @@
 #include "tests/problems/dense_qp.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "tests/support/dense_algebra.hpp"
 
 namespace saltus::testing {
 namespace {
@@ -48,14 +48,14 @@ void approach(const DenseQp& p, DenseQpResult& r, VectorXd& slack) {
     kkt.topLeftCorner(n, n) = p.P + p.G.transpose() * r.w.cwiseQuotient(slack).asDiagonal() * p.G;
     kkt.topRightCorner(n, me) = p.A.transpose();
     kkt.bottomLeftCorner(me, n) = p.A;
-    const Eigen::PartialPivLU<MatrixXd> lu(kkt);
+    const auto solve = solver_of(kkt);
     VectorXd dz, dy, dw, ds;
     // Newton step towards slack w = slack w - target.
     const auto direction = [&](const VectorXd& target) {
       VectorXd rhs(n + me);
       rhs << -dual - p.G.transpose() * (r.w.cwiseProduct(inside) - target).cwiseQuotient(slack),
           -equal;
-      const VectorXd step = lu.solve(rhs);
+      const VectorXd step = solve(rhs);
       dz = step.head(n);
       dy = step.tail(me);
       ds = -inside - p.G * dz;
@@ -93,9 +93,9 @@ void solve_with(const DenseQp& p, const std::vector<bool>& is_active, DenseQpRes
     rhs[n + me + i] = p.h[active[i]];
   }
   kkt.topRightCorner(n, me + ma) = kkt.bottomLeftCorner(me + ma, n).transpose();
-  const Eigen::CompleteOrthogonalDecomposition<MatrixXd> factors(kkt);
-  VectorXd solution = factors.solve(rhs);
-  solution += factors.solve(rhs - kkt * solution);
+  const auto solve = least_squares_of(kkt);
+  VectorXd solution = solve(rhs);
+  solution += solve(rhs - kkt * solution);
   r.z = solution.head(n);
   r.y = solution.segment(n, me);
   r.w.setZero();

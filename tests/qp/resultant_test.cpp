@@ -21,7 +21,7 @@ struct Resultant {
 };
 
 Resultant random_resultant(std::uint64_t seed) {
-  testing::Random random(seed);
+  Random random(seed);
   Resultant r;
   r.B.leftCols(size) = random.matrix(states, size);
   for (int part = 1; part < parts; ++part) {

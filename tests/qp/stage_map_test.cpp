@@ -9,7 +9,9 @@
 #include "saltus/core/error.hpp"
 #include "saltus/qp/sparse_by_stages.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/dense_qp_solver.hpp"
 #include "tests/support/stage_checks.hpp"
+#include "tests/support/stage_conversion.hpp"
 
 namespace saltus {
 namespace {

@@ -15,6 +15,7 @@
 #include "tests/robots/balance_on_the_left_foot.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/dense_algebra.hpp"
 
 namespace saltus {
 namespace {
@@ -145,17 +146,17 @@ TEST_F(Controllers, MomentumTorquesAreThoseOfTheEquation) {
       a.segment<6>(i) -= sole.drift;
       force += sole.jacobian.transpose() * (wrench_to_world(sole) * command.wrenches.segment<6>(i));
     }
-    const MatrixXd inverse = M.inverse();
+    const MatrixXd inverse = testing::inverse(M);
     const MatrixXd lambda = J * inverse * S;
-    const MatrixXd pseudo = lambda.completeOrthogonalDecomposition().pseudoInverse();
+    const MatrixXd pseudo = testing::pseudo_inverse(lambda);
     // The torques that would give the posture its accelerations if only f acted: eliminate the
     // base.
     const VectorXd wanted =
         options.posture * (tasks.posture - state.q) - options.posture_damping * state.dq;
     VectorXd nu(6 + n);
     nu.tail(n) = wanted;
-    nu.head<6>() = M.topLeftCorner<6, 6>().ldlt().solve(force.head<6>() - h.head<6>() -
-                                                        M.topRightCorner(6, n) * wanted);
+    nu.head<6>() = testing::solver_of(M.topLeftCorner(6, 6))(force.head(6) - h.head(6) -
+                                                             M.topRightCorner(6, n) * wanted);
     const VectorXd tau_0 = (M * nu + h - force).tail(n);
     const VectorXd expected = pseudo * (J * inverse * (h - force) + a) +
                               (MatrixXd::Identity(n, n) - pseudo * lambda) * tau_0;

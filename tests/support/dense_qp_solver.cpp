@@ -1,9 +1,10 @@
 #include "tests/support/dense_qp_solver.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "tests/support/dense_algebra.hpp"
 
 namespace saltus::testing_support {
 namespace {
@@ -96,7 +97,7 @@ class DenseQpSolver final : public QpSolver {
         kkt(n + k, n + k) = -1e-12;
       }
       kkt.topRightCorner(n, me) = kkt.bottomLeftCorner(me, n).transpose();
-      const Eigen::PartialPivLU<MatrixXd> lu(kkt);
+      const auto solve = testing::solver_of(kkt);
       VectorXd dw, dy, ds(mi), dl(mi);
       const auto direction = [&](const VectorXd& products) {
         VectorXd rhs(n + me);
@@ -104,8 +105,8 @@ class DenseQpSolver final : public QpSolver {
         for (int k = 0; k < mi; ++k)
           rhs.head(n) -= sides[k].sign * ((l[k] * ri[k] - products[k]) / s[k]) *
                          A.row(sides[k].row).transpose();
-        VectorXd d = lu.solve(rhs);
-        d += lu.solve(rhs - kkt * d);
+        VectorXd d = solve(rhs);
+        d += solve(rhs - kkt * d);
         dw = d.head(n);
         dy = d.tail(me);
         for (int k = 0; k < mi; ++k) {

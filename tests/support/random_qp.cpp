@@ -320,17 +320,6 @@ class Builder {
 
 }  // namespace
 
-double Random::log_uniform(double low, double high) {
-  return std::exp(uniform(std::log(low), std::log(high)));
-}
-
-MatrixXd Random::matrix(int rows, int cols) {
-  MatrixXd M(rows, cols);
-  for (int j = 0; j < cols; ++j)
-    for (int i = 0; i < rows; ++i) M(i, j) = uniform(-1.0, 1.0);
-  return M;
-}
-
 std::string RandomQp::describe() const {
   std::string text = fmt::format("{} intervals, margin {:.1e}", qp.intervals(), margin);
   if (!qp.fixed_start) text += ", free start";

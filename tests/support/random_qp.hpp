@@ -2,31 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <random>
 #include <string>
 
+#include "saltus/core/random.hpp"
 #include "saltus/qp/stage_qp.hpp"
 
 namespace saltus::testing {
-
-/// The same numbers on every platform, which the distributions of the standard do not promise.
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
-  }
-  double log_uniform(double low, double high);
-  int integer(int low, int high) {  ///< both included
-    return low + static_cast<int>(engine_() % static_cast<std::uint64_t>(high - low + 1));
-  }
-  bool chance(double probability) { return uniform(0.0, 1.0) < probability; }
-  VectorXd vector(int n) { return matrix(n, 1); }
-  MatrixXd matrix(int rows, int cols);  ///< entries in [-1, 1]
-
- private:
-  std::mt19937_64 engine_;
-};
 
 /// Plain numbers such as free_start are probabilities per program.
 struct RandomQpOptions {

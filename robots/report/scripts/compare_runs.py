@@ -13,7 +13,7 @@ import sys
 
 import shared  # noqa: F401
 from saltus.drawing import plt, save_picture
-from plot_run import read_table
+from saltus.tables import read_table
 
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}

@@ -6,22 +6,16 @@ capture_point.png and forces.png beside them. A run on the whole body (body.csv,
 gets measured_forces.png, feet.png and torques.png.
 """
 
-import csv
 import json
 import os
 
 import shared  # noqa: F401
 from saltus.drawing import plt, save_picture
 from saltus.on_folder import on_folder
+from saltus.tables import read_table
 
 
 SWING = {"left": ("right", "tab:orange"), "right": ("left", "tab:blue")}  # by the stance foot
-
-
-def read_table(path):
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    return {name: [float(row[i]) for row in rows[1:]] for i, name in enumerate(rows[0])}
 
 
 def mark_events(axes, summary):

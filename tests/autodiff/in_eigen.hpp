@@ -1,0 +1,17 @@
+// The scalars of the tests of Eigen, which are two files: one would take 850 MB to compile.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "saltus/autodiff/math.hpp"
+#include "saltus/core/types.hpp"
+#include "tests/autodiff/compare_scalars.hpp"
+
+namespace saltus::test {
+
+template <class S>
+class InEigen : public ::testing::Test {};
+using Scalars = ::testing::Types<Dual<double, 0>, Dual<double, 8>, Dual<Dual<double, 4>, 1>>;
+TYPED_TEST_SUITE(InEigen, Scalars);
+
+}  // namespace saltus::test
