@@ -124,6 +124,7 @@ std::vector<int> differentiated_columns(const Integrator& integrator) {
   const IntervalProblem& problem = integrator.problem();
   const IntervalArguments index = integrator.arguments();
   std::vector<int> columns;
+  columns.reserve(index.size());
   for (int i = 0; i < index.p(); ++i) columns.push_back(i);
   for (int i = 0; i < index.np; ++i)
     if (problem.differentiate_parameter[i]) columns.push_back(index.p(i));

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "saltus/core/error.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/qp/sparse_solver.hpp"

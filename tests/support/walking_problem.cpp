@@ -88,9 +88,9 @@ std::string edit_at_random(Schedule& schedule, double now, std::mt19937& random)
       schedule.hold(event, now, 0.1);
       return "hold " + event;
     default: {
-      const double before = chosen > 0 ? schedule.events()[chosen - 1].time : -infinity;
-      const double after = chosen + 1 < events ? schedule.events()[chosen + 1].time : infinity;
-      schedule.retime(event, std::clamp(time, before, after));
+      if (chosen > 0) time = std::max(time, schedule.events()[chosen - 1].time);
+      if (chosen + 1 < events) time = std::min(time, schedule.events()[chosen + 1].time);
+      schedule.retime(event, time);
       return "retime " + event;
     }
   }
