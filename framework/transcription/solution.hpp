@@ -62,8 +62,9 @@ struct Solution {
   SolveStatus status = SolveStatus::invalid_problem;
   /// A sentence; when a constraint cannot be met it names phase, term and time, and by how much.
   std::string message;
-  /// What looks like a mistake in the definition, a sentence each (OptimalControlProblem::warnings);
-  /// said in the message too. Asked by solve(), not in control loops.
+  /// What looks like a mistake in the definition, a sentence each
+  /// (OptimalControlProblem::warnings); said in the message too. Asked by solve(), not in control
+  /// loops.
   std::vector<std::string> warnings;
   double cost = 0.0;
   Trajectory trajectory;
