@@ -186,7 +186,8 @@ void judge_curvature(MultipleShooting& shooting, Solution& solution) {
       describe(solution.status), where);
 }
 
-// A cost that has fallen without end shows as whatever limit was met first.
+// A cost that has fallen without end shows as whatever limit was met first, and as gaps that mean
+// nothing where the numbers are so large.
 void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
   if (solution.ok() || solution.status == SolveStatus::evaluation_failed) return;
   constexpr double endless = 1e6;  // times what the cost was where the search began

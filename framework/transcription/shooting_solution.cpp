@@ -133,15 +133,14 @@ Solution MultipleShooting::interpret(NlpResult result) {
   solution.status = result.status;
   solution.message = describe(result.status);
   if (!solution.ok() && result.point.w.size() == program_->variables()) {
-    const std::string violation = name_violation(*program_, result.point.w);
-    if (!violation.empty()) solution.message += "; " + violation;
+    std::string reason;
+    if (result.status == SolveStatus::invalid_problem)
+      reason = name_dependent_rows(*program_, result.point.w);
+    if (reason.empty()) reason = name_violation(*program_, result.point.w);
+    if (!reason.empty()) solution.message += "; " + reason;
     if (result.status == SolveStatus::evaluation_failed) {
       const std::string failure = name_integration_failure(*program_, result.point.w);
       if (!failure.empty()) solution.message += "; " + failure;
-    }
-    if (result.status == SolveStatus::invalid_problem) {
-      const std::string rows = name_dependent_rows(*program_, result.point.w);
-      if (!rows.empty()) solution.message += "; " + rows;
     }
   }
   solution.cost = result.objective;

@@ -269,14 +269,14 @@ const std::vector<Mistake>& mistakes() {
          r.minimise("push", [](auto, auto, auto u) { return -u[0]; });
          return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
        },
-       {"the cost", "limit"}},
+       {"the cost fell from 0 to", "bound the inputs and states that it gains from"}},
       {"CostWithoutLowerLimitByIpopt",
        [] {
          Ride r{"ride", Cart{}, exactly(1.0)};
          r.minimise("push", [](auto, auto, auto u) { return -u[0]; });
          return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r), by_ipopt());
        },
-       {"the cost", "limit"}},
+       {"the cost fell from 0 to", "bound the inputs and states that it gains from"}},
       {"NearlyTheSameEquation",
        ride([](Ride& r) { r.reach("there too", position, exactly(1.0 + 1e-6)); }),
        {"phase 'ride', term 'there", "misses its bounds by"}},
