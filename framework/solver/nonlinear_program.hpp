@@ -50,6 +50,10 @@ class NonlinearProgram {
   /// For messages: "phase 'flight', node 3, state 1".
   virtual std::string describe_variable(int i) const = 0;
   virtual std::string describe_row(int i) const = 0;
+
+  /// Where the Lagrangian may be curved (lower triangle): more than hessian_pattern() where
+  /// functions have no second derivatives.
+  virtual SparsityPattern curvature_pattern() const { return hessian_pattern(); }
 };
 
 /// A point of a program; lambda belongs to the rows, z to the bounds.

@@ -1,27 +1,36 @@
 #include "saltus/solver/qp_method.hpp"
 
+#include "saltus/qp/riccati_newton.hpp"
 #include "saltus/qp/sparse_by_stages.hpp"
+#include "saltus/qp/sparse_newton.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 
 namespace saltus {
 
 QpMethod sparse_qp() {
-  return [](const NonlinearProgram&, const SparsityPattern& hessian, const SparsityPattern& rows,
-            const QpOptions& options) { return make_sparse_qp_solver(hessian, rows, options); };
+  return {[](const NonlinearProgram&, const SparsityPattern& hessian, const SparsityPattern& rows,
+             const QpOptions& options) { return make_sparse_qp_solver(hessian, rows, options); },
+          [](const NonlinearProgram&, const SparsityPattern& hessian, const SparsityPattern& rows) {
+            return make_sparse_newton(hessian, rows);
+          }};
 }
 
 QpMethod riccati_qp(RiccatiOptions options, std::span<const qp::RiccatiKernel> kernels) {
-  return [options, kernels](const NonlinearProgram& program, const SparsityPattern& hessian,
-                            const SparsityPattern& rows, const QpOptions& asked) {
-    RiccatiOptions all = options;
-    all.tolerance = asked.tolerance;
-    all.max_iterations = asked.max_iterations;
-    all.convex = asked.convex;
-    return make_sparse_solver_by_stages(SparseQp(hessian, rows), program.stages(),
-                                        [all, kernels](const StageQp& capacity) {
-                                          return make_riccati_solver(capacity, all, kernels);
-                                        });
-  };
+  return {[options, kernels](const NonlinearProgram& program, const SparsityPattern& hessian,
+                             const SparsityPattern& rows, const QpOptions& asked) {
+            RiccatiOptions all = options;
+            all.tolerance = asked.tolerance;
+            all.max_iterations = asked.max_iterations;
+            all.convex = asked.convex;
+            return make_sparse_solver_by_stages(
+                SparseQp(hessian, rows), program.stages(), [all, kernels](const StageQp& capacity) {
+                  return make_riccati_solver(capacity, all, kernels);
+                });
+          },
+          [kernels](const NonlinearProgram& program, const SparsityPattern& hessian,
+                    const SparsityPattern& rows) {
+            return make_riccati_newton(hessian, rows, program.stages(), kernels);
+          }};
 }
 
 }  // namespace saltus

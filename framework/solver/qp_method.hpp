@@ -1,21 +1,49 @@
-// How our own solvers solve the quadratic programs inside: on a sparse factor, or stage by stage.
+// How our own solvers do their linear algebra: on a sparse factor, or stage by stage.
 #pragma once
 
+#include <concepts>
 #include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
+#include "saltus/qp/newton_system.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/qp/sparse_qp.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 
-/// Makes a solver of quadratic programs with these patterns, which are models of `program`.
-/// Tolerance and limit of iterations come from whom the solver is made for.
-using QpMethod = std::function<std::unique_ptr<QpSolver>(
-    const NonlinearProgram& program, const SparsityPattern& hessian, const SparsityPattern& rows,
-    const QpOptions& options)>;
+/// Makes solvers of quadratic programs with given patterns, which are models of `program`, and of
+/// Newton's equations with them. Tolerance and limit of iterations come from whom they are made
+/// for. A function that makes a QpSolver is a method too, but one without Newton's equations: what
+/// solves nonlinear programs with it then solves every model to its end.
+struct QpMethod {
+  using MakeSolver = std::function<std::unique_ptr<QpSolver>(
+      const NonlinearProgram& program, const SparsityPattern& hessian, const SparsityPattern& rows,
+      const QpOptions& options)>;
+  using MakeNewton = std::function<std::unique_ptr<NewtonSystem>(const NonlinearProgram& program,
+                                                                 const SparsityPattern& hessian,
+                                                                 const SparsityPattern& rows)>;
+
+  QpMethod() = default;
+  QpMethod(MakeSolver solver, MakeNewton newton)
+      : make_solver(std::move(solver)), make_newton(std::move(newton)) {}
+  template <class Make>
+    requires std::constructible_from<MakeSolver, Make> &&
+             (!std::same_as<std::remove_cvref_t<Make>, QpMethod>)
+  QpMethod(Make&& make) : make_solver(std::forward<Make>(make)) {}  // NOLINT: as a function was
+
+  explicit operator bool() const { return static_cast<bool>(make_solver); }
+  std::unique_ptr<QpSolver> operator()(const NonlinearProgram& program,
+                                       const SparsityPattern& hessian, const SparsityPattern& rows,
+                                       const QpOptions& options) const {
+    return make_solver(program, hessian, rows, options);
+  }
+
+  MakeSolver make_solver;
+  MakeNewton make_newton;
+};
 
 /// Sparse linear algebra, for every program.
 QpMethod sparse_qp();

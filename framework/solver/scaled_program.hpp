@@ -38,6 +38,7 @@ class ScaledProgram final : public NonlinearProgram {
   const VectorXd& row_upper() const override { return row_upper_; }
   const SparsityPattern& jacobian_pattern() const override { return program_.jacobian_pattern(); }
   const SparsityPattern& hessian_pattern() const override { return program_.hessian_pattern(); }
+  SparsityPattern curvature_pattern() const override { return program_.curvature_pattern(); }
   bool supports(Curvature curvature) const override { return program_.supports(curvature); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   StageStructure stages() const override { return program_.stages(); }

@@ -1,11 +1,48 @@
 #include "saltus/solver/sqp.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
+#include <vector>
 
+#include "saltus/solver/barrier_run.hpp"
+#include "saltus/solver/differenced_program.hpp"
+#include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/sqp_run.hpp"
 
 namespace saltus {
 namespace {
+
+// Models that are solved to their end from a warm start, before the barrier method starts over.
+constexpr int warm_models = 30;
+constexpr int refining_models = 10;
+// The barrier method knows no units: slopes at its start are made no larger than this.
+constexpr double largest_slope = 100.0, least_scale = 1e-8;
+
+double scale_for(double slope) {
+  return std::isfinite(slope) && slope > largest_slope
+             ? std::max(largest_slope / slope, least_scale)
+             : 1.0;
+}
+
+ProgramScale limit_slopes(NonlinearProgram& program, const VectorXd& w) {
+  ProgramScale scale{1.0, VectorXd::Ones(program.rows())};
+  VectorXd gradient(program.variables());
+  std::vector<double> entries(program.jacobian_pattern().entries());
+  if (!program.gradient(w.data(), gradient.data()) || !program.jacobian(w.data(), entries.data()))
+    return scale;
+  const auto is_free = [&](int i) { return program.lower()[i] < program.upper()[i]; };
+  double slope = 0.0;
+  for (int i = 0; i < gradient.size(); ++i)
+    if (is_free(i)) slope = std::max(slope, std::abs(gradient[i]));
+  scale.cost = scale_for(slope);
+  VectorXd steepest = VectorXd::Zero(program.rows());
+  program.jacobian_pattern().for_each([&](int r, int c, int e) {
+    if (is_free(c)) steepest[r] = std::max(steepest[r], std::abs(entries[e]));
+  });
+  for (int i = 0; i < program.rows(); ++i) scale.rows[i] = scale_for(steepest[i]);
+  return scale;
+}
 
 class SqpSolver final : public Solver {
  public:
@@ -16,16 +53,88 @@ class SqpSolver final : public Solver {
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
+    if (!is_well_posed(program, start)) return refuse(program);
     Curvature curvature = options_.curvature;
     if (!program.supports(curvature))
       curvature = curvature == Curvature::exact ? Curvature::gauss_newton : Curvature::exact;
-    if (!program.supports(curvature) || !is_well_posed(program, start)) return refuse(program);
-    if (engine_ == nullptr || !engine_->fits(program))
-      engine_ = std::make_unique<SqpEngine>(program, options_);
-    return SqpRun(program, options_, curvature, *engine_, deadline_).solve(start, warm);
+    if (program.supports(curvature)) return solve(program, start, warm, curvature);
+    DifferencedProgram differenced(program);
+    NlpResult result = solve(differenced, start, warm, Curvature::exact);
+    result.hessian = "differences";
+    return result;
   }
 
  private:
+  NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm,
+                  Curvature curvature) {
+    if (engine_ == nullptr || !engine_->fits(program))
+      engine_ = std::make_unique<SqpEngine>(program, options_);
+    const WallClock::time_point begin = WallClock::now();
+    WallClock::time_point deadline = deadline_;
+    if (options_.time_limit > 0.0)
+      deadline = std::min(deadline, seconds_after(begin, options_.time_limit));
+    if (program.is_linear_quadratic() || !options_.qp.make_newton)
+      return SqpRun(program, options_, curvature, *engine_, deadline).solve(start, warm);
+    if (!warm || start.lambda.size() != program.rows())
+      return refined(
+          program, curvature, deadline,
+          solve_by_barrier(program, start, curvature, options_.max_iterations, deadline));
+
+    SqpOptions few = options_;
+    few.max_iterations = std::min(options_.max_iterations, warm_models);
+    NlpResult result = SqpRun(program, few, curvature, *engine_, deadline).solve(start, true);
+    const bool is_final = is_success(result.status) || result.status == SolveStatus::time_limit ||
+                          result.iterations >= options_.max_iterations;
+    if (is_final) return result;
+    NlpResult again = solve_by_barrier(program, start, curvature,
+                                       options_.max_iterations - result.iterations, deadline);
+    again.iterations += result.iterations;
+    again.seconds = seconds_since(begin);
+    return again;
+  }
+
+  // The barrier method ends by its own scale. Where the program's own residual is not met there, a
+  // few models solved to their end meet it.
+  NlpResult refined(NonlinearProgram& program, Curvature curvature, WallClock::time_point deadline,
+                    NlpResult result) {
+    if (result.status != SolveStatus::optimal || result.kkt.scaled() <= options_.tolerance)
+      return result;
+    SqpOptions few = options_;
+    few.max_iterations = refining_models;
+    NlpResult better =
+        SqpRun(program, few, curvature, *engine_, deadline).solve(result.point, true);
+    if (better.status != SolveStatus::optimal) return result;
+    better.iterations += result.iterations;
+    better.seconds += result.seconds;
+    return better;
+  }
+
+  NlpResult solve_by_barrier(NonlinearProgram& program, const NlpPoint& start, Curvature curvature,
+                             int max_iterations, WallClock::time_point deadline) {
+    const WallClock::time_point begin = WallClock::now();
+    if (engine_->barrier == nullptr)
+      engine_->barrier = std::make_unique<BarrierEngine>(
+          program, options_.qp.make_newton(program, BarrierEngine::full_hessian(program),
+                                           program.jacobian_pattern()));
+    BarrierOptions options;
+    options.tolerance = options_.tolerance;
+    options.max_iterations = max_iterations;
+    options.deadline = deadline;
+    const VectorXd inside = start.w.cwiseMax(program.lower()).cwiseMin(program.upper());
+    ScaledProgram scaled(program, limit_slopes(program, inside));
+    BarrierRun run(scaled, curvature, *engine_->barrier, options);
+    NlpResult result;
+    result.status = run.solve(start);
+    result.point = scaled.from_scaled(run.point());
+    result.iterations = run.iterations();
+    result.hessian = curvature == Curvature::exact ? "exact" : "Gauss-Newton";
+    result.kkt = kkt_residual(program, result.point);
+    if (!program.objective(result.point.w.data(), result.objective) && is_success(result.status))
+      result.status = SolveStatus::evaluation_failed;
+    result.seconds = seconds_since(begin);
+    return result;
+  }
+
   static bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
     return start.w.size() == program.variables() && start.w.allFinite() &&
            (program.lower().array() <= program.upper().array()).all() &&

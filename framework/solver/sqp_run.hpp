@@ -1,10 +1,26 @@
 // One run of sequential quadratic programming: from a start to where it ends.
+//
+// From w the solution w+ of the model gives the step d = w+ - w and the new multipliers. The step
+// is judged by the l1 merit function (l1_merit.hpp), corrected to second order where the curvature
+// of the rows alone makes it fail, and shortened where that does not help.
+//
+// Models have the exact Hessian and need not be convex: the QP solver finds a local solution by
+// inertia correction (ipm_inertia.hpp) within a trust region, a box about w that follows the steps
+// which were accepted, because a far solution of an indefinite model says nothing. Where no trust
+// region gives a step downhill the model is convexified (convexify.hpp), and shifted further while
+// that does not help. A model without a feasible point is relaxed by an l1 penalty (elastic mode),
+// and where a convex model with a large penalty weight cannot reduce the violations the program is
+// infeasible. Of cold starts the multipliers are estimated by least squares first.
+//
+// Nocedal and Wright, Numerical Optimization, 2nd ed., ch. 18; Fletcher, Practical Methods of
+// Optimization, 2nd ed., sec. 14.4 (trust regions and elastic mode).
 #pragma once
 
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "saltus/solver/barrier_run.hpp"
 #include "saltus/solver/convexify.hpp"
 #include "saltus/solver/elastic_qp.hpp"
 #include "saltus/solver/l1_merit.hpp"
@@ -25,6 +41,7 @@ struct SqpEngine {
   std::vector<int> coupled;                          ///< variables that meet others in the Hessian
   std::unique_ptr<Convexification> convexification;  ///< of nonlinear programs
   std::unique_ptr<ElasticQp> elastic;                ///< once it was needed
+  std::unique_ptr<BarrierEngine> barrier;            ///< once it was needed
 };
 
 class SqpRun {

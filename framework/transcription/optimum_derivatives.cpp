@@ -36,32 +36,6 @@ StepRange time_steps(const Grid& grid) {
   return {step_of_interval * shortest, 2.0 * same_instant};
 }
 
-// Where the program may be curved: its own pattern, and intervals whose integrator has no second
-// derivatives.
-SparsityPattern curvature_of(const ShootingProgram& program) {
-  std::vector<std::pair<int, int>> pairs;
-  program.hessian_pattern().for_each([&](int r, int c, int) { pairs.emplace_back(r, c); });
-  const Layout& layout = program.layout();
-  for (const shooting::IntervalInstance& instance : program.interval_instances()) {
-    const int j = instance.phase;
-    if (program.integrators()[j]->has_hessian()) continue;
-    std::vector<int> variables;
-    for (int i = 0; i < program.problem().phases()[j].sizes.nx; ++i)
-      variables.push_back(layout.state(j, instance.interval) + i);
-    for (int i = 0; i < program.integrators()[j]->arguments().nc; ++i)
-      variables.push_back(layout.input(j, instance.interval) + i);
-    for (int i = 0; i < program.data().parameters[j].size(); ++i)
-      if (layout.parameter(j, i) >= 0) variables.push_back(layout.parameter(j, i));
-    for (int i = 0; i <= j; ++i)
-      if (layout.duration(i) >= 0) variables.push_back(layout.duration(i));
-    for (const int a : variables)
-      for (const int b : variables)
-        if (a >= b) pairs.emplace_back(a, b);
-  }
-  const int n = program.variables();
-  return SparsityPattern::from_pairs(n, n, std::move(pairs));
-}
-
 OptimumSystem system_of(MultipleShooting& shooting, const Solution& solution) {
   const NonlinearProgram& program = shooting.nlp();
   if (solution.point.w.size() != program.variables() ||
@@ -71,7 +45,7 @@ OptimumSystem system_of(MultipleShooting& shooting, const Solution& solution) {
         "multipliers, expected {} and {}",
         shooting.problem().name(), solution.point.w.size(), solution.point.lambda.size(),
         program.variables(), program.rows()));
-  return {shooting.nlp(), solution.point, curvature_of(shooting.program())};
+  return {shooting.nlp(), solution.point, program.curvature_pattern()};
 }
 
 }  // namespace

@@ -25,6 +25,8 @@ class ShootingProgram final : public BlockProgram {
   ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
                   const IntegratorChoice& integrator);
   StageStructure stages() const override;
+  /// With the intervals whose integrator has no second derivatives.
+  SparsityPattern curvature_pattern() const override;
 
   const ProblemData& data() const { return data_; }
   /// Takes on the data of the next solve. Throws DefinitionError, changing nothing, when numbers

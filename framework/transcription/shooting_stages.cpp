@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <utility>
+#include <vector>
 
 #include "saltus/core/error.hpp"
 
@@ -124,5 +126,27 @@ StageStructure stage_structure(const ShootingProgram& program) {
 }
 
 StageStructure ShootingProgram::stages() const { return stage_structure(*this); }
+
+SparsityPattern ShootingProgram::curvature_pattern() const {
+  std::vector<std::pair<int, int>> pairs;
+  hessian_pattern().for_each([&](int r, int c, int) { pairs.emplace_back(r, c); });
+  for (const IntervalInstance& instance : interval_instances()) {
+    const int j = instance.phase;
+    if (integrators()[j]->has_hessian()) continue;
+    std::vector<int> nearby;
+    for (int i = 0; i < problem().phases()[j].sizes.nx; ++i)
+      nearby.push_back(layout().state(j, instance.interval) + i);
+    for (int i = 0; i < integrators()[j]->arguments().nc; ++i)
+      nearby.push_back(layout().input(j, instance.interval) + i);
+    for (int i = 0; i < data().parameters[j].size(); ++i)
+      if (layout().parameter(j, i) >= 0) nearby.push_back(layout().parameter(j, i));
+    for (int i = 0; i <= j; ++i)
+      if (layout().duration(i) >= 0) nearby.push_back(layout().duration(i));
+    for (const int a : nearby)
+      for (const int b : nearby)
+        if (a >= b) pairs.emplace_back(a, b);
+  }
+  return SparsityPattern::from_pairs(variables(), variables(), std::move(pairs));
+}
 
 }  // namespace saltus

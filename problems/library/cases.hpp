@@ -14,6 +14,8 @@ ReferenceCase fishing();                  // A06
 ReferenceCase fishing_relaxed();          // A08
 ReferenceCase f8_aircraft();              // A09
 ReferenceCase double_tank();              // A11
+ReferenceCase tank_on_ramp();             // A12, relaxed
+ReferenceCase tank_sequence();            // A12, 16 modes
 ReferenceCase turbo_car();                // A14
 ReferenceCase switch_of_speed();          // A17
 ReferenceCase juggled_ball();             // A20
@@ -21,6 +23,9 @@ ReferenceCase juggled_ball();             // A20
 // --- B: several phases
 // ----------------------------------------------------------------------------
 ReferenceCase bryson_denham();       // B01
+ReferenceCase low_ceiling();         // B02, l = 1/12
+ReferenceCase touched_ceiling();     // B02, l = 1/5
+ReferenceCase low_ceiling_arcs();    // B02, l = 1/12 in three arcs
 ReferenceCase brachistochrone();     // B03
 ReferenceCase bang_bang();           // B05
 ReferenceCase goddard_rocket();      // B07
@@ -28,6 +33,8 @@ ReferenceCase delta_iii();           // B09
 ReferenceCase catalyst_mixing();     // B10
 ReferenceCase particle_steering();   // B11
 ReferenceCase hang_glider();         // B12
+ReferenceCase hanging_chain();       // B14, 40 intervals
+ReferenceCase hanging_chain_fine();  // B14, 160 intervals
 ReferenceCase maximum_range();       // B15
 ReferenceCase hyper_sensitive();     // B16
 ReferenceCase moon_lander();         // B18

@@ -18,10 +18,15 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::fishing_relaxed(),          // A08
       library::f8_aircraft(),              // A09
       library::double_tank(),              // A11
+      library::tank_on_ramp(),             // A12
+      library::tank_sequence(),            // A12
       library::turbo_car(),                // A14
       library::switch_of_speed(),          // A17
       library::juggled_ball(),             // A20
       library::bryson_denham(),            // B01
+      library::low_ceiling(),              // B02
+      library::touched_ceiling(),          // B02
+      library::low_ceiling_arcs(),         // B02
       library::brachistochrone(),          // B03
       library::bang_bang(),                // B05
       library::goddard_rocket(),           // B07
@@ -29,6 +34,8 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::catalyst_mixing(),          // B10
       library::particle_steering(),        // B11
       library::hang_glider(),              // B12
+      library::hanging_chain(),            // B14
+      library::hanging_chain_fine(),       // B14
       library::maximum_range(),            // B15
       library::hyper_sensitive(),          // B16
       library::moon_lander(),              // B18

@@ -1,0 +1,125 @@
+// One quasi-definite matrix whose pattern covers all cases: static regularisation rho and delta on
+// its diagonals stand in for pivoting, and refinement of the solutions takes their effect out.
+#include "saltus/qp/sparse_newton.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "saltus/qp/sparse_ldl.hpp"
+
+namespace saltus {
+namespace {
+
+// In units of the data, in the order in which they are tried (see sparse_system.cpp).
+constexpr std::array regularisations{1e-10, 1e-12, 1e-8, 1e-14, 1e-6};
+// A row with less weight than this does not hold anything back.
+constexpr double least_weight = 1e-20;
+
+SparsityPattern matrix_pattern(const SparsityPattern& hessian, const SparsityPattern& rows) {
+  const int n = hessian.rows(), m = rows.rows();
+  std::vector<std::pair<int, int>> pairs;
+  hessian.for_each([&](int i, int j, int) { pairs.emplace_back(i, j); });
+  rows.for_each([&](int i, int j, int) { pairs.emplace_back(n + i, j); });
+  for (int i = 0; i < n + m; ++i) pairs.emplace_back(i, i);
+  return SparsityPattern::from_pairs(n + m, n + m, std::move(pairs));
+}
+
+std::vector<signed char> expected_signs(int n, int m) {
+  std::vector<signed char> signs(n + m, 1);
+  std::fill(signs.begin() + n, signs.end(), static_cast<signed char>(-1));
+  return signs;
+}
+
+class SparseNewton final : public NewtonSystem {
+ public:
+  SparseNewton(const SparsityPattern& hessian, const SparsityPattern& rows)
+      : n_(rows.cols()),
+        m_(rows.rows()),
+        hessian_pattern_(hessian),
+        row_pattern_(rows),
+        ldl_(matrix_pattern(hessian, rows), expected_signs(n_, m_)),
+        diagonal_(VectorXd::Zero(n_ + m_)),
+        weighted_(VectorXd::Zero(n_ + m_)),
+        work_(VectorXd::Zero(n_ + m_)),
+        is_fixed_(n_, 0) {
+    const SparsityPattern pattern = matrix_pattern(hessian, rows);
+    hessian.for_each([&](int i, int j, int) { hessian_slot_.push_back(pattern.find(i, j)); });
+    rows.for_each([&](int i, int j, int) { row_slot_.push_back(pattern.find(n_ + i, j)); });
+    for (int i = 0; i < n_ + m_; ++i) diagonal_slot_.push_back(pattern.find(i, i));
+  }
+
+  bool load(const SparseQp& qp) override {
+    if (!qp.hessian.allFinite() || !qp.rows.allFinite()) return false;
+    for (int i = 0; i < n_; ++i) is_fixed_[i] = qp.lower[i] == qp.upper[i];
+    diagonal_.setZero();
+    scale_ = 1.0;
+    hessian_pattern_.for_each([&](int i, int j, int e) {
+      const double value = is_fixed_[i] || is_fixed_[j] ? 0.0 : qp.hessian[e];
+      scale_ = std::max(scale_, std::abs(value));
+      if (i == j)
+        diagonal_[i] = value;
+      else
+        ldl_.set(hessian_slot_[e], value);
+    });
+    row_pattern_.for_each(
+        [&](int, int j, int e) { ldl_.set(row_slot_[e], is_fixed_[j] ? 0.0 : qp.rows[e]); });
+    return true;
+  }
+
+  bool factor(const VectorXd& variable_weights, const VectorXd& row_weights) override {
+    tried_ = 0;
+    for (int i = 0; i < n_; ++i)
+      weighted_[i] = is_fixed_[i] ? 1.0 : diagonal_[i] + variable_weights[i];
+    for (int i = 0; i < m_; ++i) weighted_[n_ + i] = -1.0 / std::max(row_weights[i], least_weight);
+    return factor_with(regularisations[level_]);
+  }
+
+  bool try_other_regularisation() override {
+    while (++tried_ < regularisations.size()) {
+      level_ = (level_ + 1) % regularisations.size();
+      if (factor_with(regularisations[level_])) return true;
+    }
+    return false;
+  }
+
+  void solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda) override {
+    work_.head(n_) = -rw;
+    work_.tail(m_) = -rr;
+    for (int i = 0; i < n_; ++i)
+      if (is_fixed_[i]) work_[i] = 0.0;
+    ldl_.solve(work_.data());
+    dw = work_.head(n_);
+    dlambda = work_.tail(m_);
+  }
+
+ private:
+  bool factor_with(double regularisation) {
+    const double rho = regularisation * scale_;
+    for (int i = 0; i < n_; ++i) ldl_.set(diagonal_slot_[i], weighted_[i] + rho);
+    for (int i = n_; i < n_ + m_; ++i) ldl_.set(diagonal_slot_[i], weighted_[i] - regularisation);
+    return ldl_.factor_with_inertia();
+  }
+
+  int n_, m_;
+  SparsityPattern hessian_pattern_, row_pattern_;
+  qp::SparseLdl ldl_;
+  std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  // entries of the matrix's pattern
+  VectorXd diagonal_;                                         // of H, zeros below
+  VectorXd weighted_;                                         // diagonal with the weights
+  VectorXd work_;
+  std::vector<char> is_fixed_;
+  double scale_ = 1.0;  // largest entry of H, at least 1: the unit of rho
+  std::size_t level_ = 0, tried_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<NewtonSystem> make_sparse_newton(const SparsityPattern& hessian,
+                                                 const SparsityPattern& rows) {
+  return std::make_unique<SparseNewton>(hessian, rows);
+}
+
+}  // namespace saltus

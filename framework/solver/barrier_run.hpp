@@ -1,0 +1,143 @@
+// One run of the barrier method: from a start to where it ends.
+//
+//     min f(w) - mu sum log(distances to the sides)   subject to   g_e(w) = b,  g_i(w) - s = 0
+//
+// for a falling sequence of barrier parameters mu: one Newton step on the primal-dual equations per
+// linearisation, cut to stay inside the bounds and shortened until a filter of violation and
+// barrier cost accepts it; second-order corrections and a watchdog against short steps, and a
+// restoration of the rows (restoration_program.hpp) where no step is accepted.
+//
+// Waechter and Biegler, On the implementation of an interior-point filter line-search algorithm for
+// large-scale nonlinear programming, Math. Program. 106, 2006: constants are those of the paper.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "saltus/core/clock.hpp"
+#include "saltus/solver/barrier_step.hpp"
+#include "saltus/solver/filter.hpp"
+#include "saltus/solver/restoration_program.hpp"
+#include "saltus/solver/solver.hpp"
+
+namespace saltus {
+
+/// What depends on the patterns only, kept between runs.
+struct BarrierEngine {
+  BarrierEngine(const NonlinearProgram& program, std::unique_ptr<NewtonSystem> newton);
+  /// The Hessian's pattern with the whole diagonal, as Newton systems want it.
+  static SparsityPattern full_hessian(const NonlinearProgram& program);
+
+  SparseQp qp;                  ///< H and J as last evaluated, the sides of the program
+  std::vector<int> position;    ///< of the program's Hessian entries
+  std::vector<double> hessian;  ///< in the program's pattern
+  std::unique_ptr<NewtonSystem> newton;
+  std::unique_ptr<BarrierEngine> restoration;  ///< once it was needed
+};
+
+class BarrierRun;
+
+struct BarrierOptions {
+  double tolerance = 1e-8;  ///< scaled KKT error
+  int max_iterations = 500;
+  WallClock::time_point deadline = WallClock::time_point::max();
+  double first_barrier = 0.1;
+  double push = 1e-2;       ///< of the start away from its sides, relative to them
+  bool is_central = false;  ///< the start's multipliers of sides are mu / distance, not 1
+  bool can_restore = true;
+  /// Asked after each step, with w and the rows' slacks; true: that will do.
+  std::function<bool(const VectorXd& w, const VectorXd& slacks)> suffices = {};
+  std::function<void(const BarrierRun&)> report = {};
+};
+
+class BarrierRun {
+ public:
+  BarrierRun(NonlinearProgram& program, Curvature curvature, BarrierEngine& engine,
+             BarrierOptions options);
+
+  SolveStatus solve(const NlpPoint& start);
+  /// The last iterate.
+  NlpPoint point() const;
+  VectorXd slacks() const { return now_.x.tail(m_); }
+  int iterations() const { return iterations_; }
+  std::string describe() const;
+
+ private:
+  // Variables w, then slacks s of the rows; rows that are no inequalities have none.
+  struct Trial {
+    VectorXd x;
+    VectorXd rows;  ///< residuals
+    double cost = 0.0, violation = 0.0, barrier_cost = 0.0;
+  };
+  // From where progress is measured.
+  struct Reference {
+    double violation = 0.0, barrier_cost = 0.0, slope = 0.0;
+  };
+  // Full steps that nobody accepted yet, and the way back.
+  struct Watch {
+    bool active = false;
+    int trials = 0;
+    Trial now;
+    VectorXd lambda, z_lower, z_upper, dx, dlambda, dz_lower, dz_upper;
+    Reference from;
+    double longest = 1.0;
+  };
+
+  bool timed_out() const { return WallClock::now() >= options_.deadline; }
+  bool begin(const NlpPoint& start);
+  void relax_rows();
+  void push_inside(int first, int last, VectorXd& x) const;
+  void estimate_multipliers();
+  double barrier_cost(const VectorXd& x, double cost) const;
+  double barrier_slope(int i) const;
+  bool evaluate(Trial& trial);
+  bool linearise();
+  void compute_stationarity();
+  double error(double mu) const;
+  double least_barrier() const;
+  void lower_barrier();
+  bool compute_step(const VectorXd& rows);
+  bool solve_step(const VectorXd& rows, VectorXd& dx, VectorXd& dlambda);
+  double longest_step(const VectorXd& x, const VectorXd& dx) const;
+  double longest_dual_step() const;
+  double slope() const;
+  bool is_cost_step(const Reference& from, double alpha) const;
+  bool falls_enough(const Reference& from, const Trial& trial, double alpha) const;
+  bool is_acceptable(const Reference& from, const Trial& trial, double alpha) const;
+  bool search();
+  bool correct_second_order(const Reference& from, double alpha);
+  void add_to_filter(const Reference& from);
+  void accept(Trial& trial, double alpha, double dual_alpha);
+  SolveStatus restore();
+
+  static constexpr int watch_after_ = 4, watch_steps = 3;
+
+  NonlinearProgram& program_;
+  Curvature curvature_;
+  BarrierEngine& engine_;
+  BarrierOptions options_;
+  BarrierStep step_;
+  int n_, m_;
+  enum class Row : char { free, equality, inequality };
+  std::vector<Row> row_kind_;
+  VectorXd lower_, upper_;  // of (w, s); infinite where there is no such side
+  VectorXd lambda_, z_lower_, z_upper_;
+  VectorXd gradient_, stationarity_;
+  VectorXd dx_, dlambda_, dz_lower_, dz_upper_;
+  VectorXd weights_, weights_work_, row_weights_, rw_, rs_, rr_;
+  Trial now_, trial_;
+  Filter filter_;
+  Watch watch_;
+  double mu_ = 0.1, tau_ = 0.99;
+  double least_violation_ = 0.0, largest_violation_ = 0.0;
+  double alpha_ = 0.0, dual_alpha_ = 0.0;
+  int iterations_ = 0;
+  int shortened_ = 0;   // steps in a row that were shortened
+  int tiny_ = 0;        // steps in a row that were rounding
+  int acceptable_ = 0;  // points in a row that meet the looser tolerance
+  bool evaluation_failed_ = false, was_restored_ = false;
+};
+
+}  // namespace saltus

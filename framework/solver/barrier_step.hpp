@@ -1,0 +1,44 @@
+// Newton's step on the barrier problem's equations: solved to full accuracy, and always a step that
+// leads down where the rows are met.
+#pragma once
+
+#include "saltus/qp/newton_system.hpp"
+
+namespace saltus {
+
+/// Factors [H + W + shift I, J'; J, -1/V - rows' shift] with the least shift that makes H convex
+/// along the rows (Waechter and Biegler, Math. Program. 106, 2006, sec. 3.1), and solves it with
+/// refinement.
+class BarrierStep {
+ public:
+  BarrierStep(NewtonSystem& system, int variables, int rows);
+
+  /// H and J of `qp`, weights as NewtonSystem takes them. `mu` scales the shift of dependent rows.
+  /// False where no shift helps.
+  bool factor(const SparseQp& qp, const VectorXd& variable_weights, const VectorXd& row_weights,
+              double mu);
+  /// False if the solution is of no use; then correct() may lead to one that is.
+  bool solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda);
+  /// Larger shifts than those of the last factor.
+  bool correct();
+
+  double shift() const { return shift_; }
+  double row_shift() const { return row_shift_; }
+  double accuracy() const { return accuracy_; }  ///< backward error of the last solution
+
+ private:
+  bool factor_shifted();
+  double residual(const VectorXd& rw, const VectorXd& rr, const VectorXd& dw,
+                  const VectorXd& dlambda);
+  double refine(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda);
+
+  NewtonSystem& system_;
+  const SparseQp* qp_ = nullptr;
+  VectorXd variable_weights_, row_weights_, shifted_variables_, shifted_rows_;
+  VectorXd rest_w_, rest_r_, more_w_, more_r_, trial_w_, trial_r_, best_w_, best_r_;
+  double hessian_size_ = 0.0, row_size_ = 0.0, mu_ = 0.0;
+  double accuracy_ = 0.0;
+  double shift_ = 0.0, last_shift_ = 0.0, row_shift_ = 0.0;
+};
+
+}  // namespace saltus

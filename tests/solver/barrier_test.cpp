@@ -1,0 +1,147 @@
+// The barrier method's parts: Newton's equations by both kinds of linear algebra, second
+// derivatives by differences, restoration; and the method on random programs in stages.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "benchmarks/random_programs.hpp"
+#include "problems/library/catalogue.hpp"
+#include "saltus/qp/riccati_newton.hpp"
+#include "saltus/qp/sparse_newton.hpp"
+#include "saltus/solver/any_solver.hpp"
+#include "saltus/solver/barrier_run.hpp"
+#include "saltus/solver/differenced_program.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "tests/solver/small_programs.hpp"
+
+namespace saltus {
+namespace {
+
+using namespace testing_support;
+
+class Numbers {
+ public:
+  double between(double low, double high) {
+    return low + (high - low) * (static_cast<double>(generator_() >> 11) * 0x1.0p-53);
+  }
+  VectorXd vector(int size, double low, double high) {
+    VectorXd v(size);
+    for (double& x : v) x = between(low, high);
+    return v;
+  }
+
+ private:
+  std::mt19937_64 generator_{20261122};
+};
+
+// Linear-quadratic, with durations, jumps and resets, soft rows and slacks, and free starts.
+class Newton : public testing::TestWithParam<const char*> {};
+
+TEST_P(Newton, StepsByStagesAreThoseOfTheSparseFactor) {
+  const ReferenceCase& c = reference_case(GetParam());
+  MultipleShooting shooting(c.problem(), c.options);
+  NonlinearProgram& program = shooting.nlp();
+  const NlpPoint guess = shooting.initial_guess();
+  const int n = program.variables(), m = program.rows();
+  const SparsityPattern pattern = BarrierEngine::full_hessian(program);
+  BarrierEngine engine(program, make_sparse_newton(pattern, program.jacobian_pattern()));
+  SparseQp& qp = engine.qp;
+  qp.lower = program.lower();
+  qp.upper = program.upper();
+  qp.row_lower = program.row_lower();
+  qp.row_upper = program.row_upper();
+  ASSERT_TRUE(program.jacobian(guess.w.data(), qp.rows.data()));
+  ASSERT_TRUE(program.hessian(guess.w.data(), 1.0, VectorXd::Zero(m).eval().data(),
+                              engine.hessian.data(), Curvature::exact));
+  for (std::size_t e = 0; e < engine.position.size(); ++e)
+    qp.hessian[engine.position[e]] = engine.hessian[e];
+
+  Numbers numbers;
+  const VectorXd rw = numbers.vector(n, -1.0, 1.0), rr = numbers.vector(m, -1.0, 1.0);
+  VectorXd weights = numbers.vector(n, 0.1, 10.0), row_weights = numbers.vector(m, 0.1, 10.0);
+  for (int i = 0; i < m; ++i)
+    if (qp.row_lower[i] == qp.row_upper[i]) row_weights[i] = infinity;
+  for (int i = 0; i < m; ++i)
+    if (qp.row_lower[i] == -infinity && qp.row_upper[i] == infinity) row_weights[i] = 0.0;
+  const auto by_stages = make_riccati_newton(pattern, program.jacobian_pattern(), program.stages());
+  BarrierStep sparse(*engine.newton, n, m), riccati(*by_stages, n, m);
+  VectorXd dw(n), dlambda(m), dw_by_stages(n), dlambda_by_stages(m);
+  ASSERT_TRUE(sparse.factor(qp, weights, row_weights, 1e-2));
+  ASSERT_TRUE(riccati.factor(qp, weights, row_weights, 1e-2));
+  EXPECT_EQ(sparse.shift(), riccati.shift());
+  ASSERT_TRUE(sparse.solve(rw, rr, dw, dlambda));
+  ASSERT_TRUE(riccati.solve(rw, rr, dw_by_stages, dlambda_by_stages));
+  const double of_steps = 1e-7;  // refined to 1e-10 of the terms, times the condition
+  EXPECT_LT((dw - dw_by_stages).cwiseAbs().maxCoeff(), of_steps * (1.0 + dw.cwiseAbs().maxCoeff()));
+  EXPECT_LT((dlambda - dlambda_by_stages).cwiseAbs().maxCoeff(),
+            of_steps * (1.0 + dlambda.cwiseAbs().maxCoeff()));
+}
+INSTANTIATE_TEST_SUITE_P(Catalogue, Newton,
+                         testing::Values("B01", "B03", "B22", "C02", "C09a", "A20"),
+                         [](const auto& instance) { return std::string(instance.param); });
+
+TEST(DifferencedProgram, HasTheExactSecondDerivatives) {
+  const ReferenceCase& c = reference_case("B01");
+  MultipleShooting shooting(c.problem(), c.options);
+  NonlinearProgram& program = shooting.nlp();
+  Numbers numbers;
+  const VectorXd w = shooting.initial_guess().w + numbers.vector(program.variables(), -0.05, 0.05);
+  const VectorXd lambda = numbers.vector(program.rows(), -1.0, 1.0);
+  const int entries = program.hessian_pattern().entries();
+  VectorXd exact(entries), differences(entries);
+  ASSERT_TRUE(program.hessian(w.data(), 0.7, lambda.data(), exact.data(), Curvature::exact));
+  DifferencedProgram differenced(program);
+  ASSERT_TRUE(
+      differenced.hessian(w.data(), 0.7, lambda.data(), differences.data(), Curvature::exact));
+  EXPECT_LT((exact - differences).cwiseAbs().maxCoeff(), 1e-6 * exact.cwiseAbs().maxCoeff());
+}
+
+TEST(Sqp, DoesWithoutSecondDerivatives) {
+  Rosenbrock program;
+  program.has_curvature = false;
+  const NlpResult r = make_sqp()->solve(program, {Vec<double, 2>{-1.2, 1.0}, {}, {}}, false);
+  ASSERT_EQ(r.status, SolveStatus::optimal);
+  EXPECT_EQ(r.hessian, "differences");
+  EXPECT_NEAR(r.point.w[0], 1.0, 1e-6);
+}
+
+TEST(Filter, RefusesWhatIsWorseInBoth) {
+  Filter filter;
+  filter.reset(10.0);
+  EXPECT_TRUE(filter.accepts(9.0, 1e9));
+  EXPECT_FALSE(filter.accepts(11.0, -1e9));
+  filter.add(1.0, 5.0);
+  EXPECT_FALSE(filter.accepts(1.0, 5.0));
+  EXPECT_TRUE(filter.accepts(0.9, 6.0));
+  EXPECT_TRUE(filter.accepts(2.0, 4.9));
+}
+
+// A few of those of benchmarks/compare_solvers.cpp.
+TEST(RandomPrograms, AreSolvedAsIpoptSolvesThem) {
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const RandomProgram program = random_program(seed);
+    MultipleShooting shooting(program.problem, program.options);
+    const Solution reference = solve(shooting, *make_solver(SolverChoice::ipopt));
+    for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {
+      const Solution s = solve(shooting, *make_solver(choice));
+      EXPECT_EQ(s.ok(), reference.ok()) << seed << ' ' << name_of(choice) << ' ' << s.message;
+      EXPECT_NEAR(s.cost, reference.cost, 1e-6 * (1.0 + std::abs(reference.cost))) << seed;
+    }
+  }
+}
+
+TEST(RandomPrograms, SayWhichTermCannotBeMet) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const RandomProgram program = contradictory_program(seed);
+    MultipleShooting shooting(program.problem, program.options);
+    for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {
+      const Solution s = solve(shooting, *make_solver(choice));
+      EXPECT_EQ(s.status, SolveStatus::infeasible) << seed << ' ' << s.message;
+      EXPECT_NE(s.message.find(program.contradiction), std::string::npos) << seed << s.message;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace saltus
