@@ -54,6 +54,26 @@ void Settings::choice(std::string key, std::string& field, std::vector<std::stri
   declare({std::move(key), std::move(choice_field), "", std::move(doc), {}, std::move(names), ""});
 }
 
+void Settings::preset(std::string key, std::string& field, const std::vector<Preset>& presets,
+                      std::string doc) {
+  std::vector<std::string> names;
+  for (const Preset& preset : presets) {
+    names.push_back(preset.name);
+    for (const std::string& value : preset.values) {
+      const Assignment assignment = parse_set_argument(value);
+      const Setting* setting = find(assignment.key, Assignment::Origin::set);
+      if (setting == nullptr)
+        throw DefinitionError(fmt::format("preset '{}' of '{}': there is no setting '{}'",
+                                          preset.name, key, assignment.key));
+      parse(*setting, assignment);  // throws if this is no value of that setting
+    }
+    if (!preset.values.empty())
+      doc += fmt::format("; {}: {}", preset.name, fmt::join(preset.values, ", "));
+  }
+  choice(key, field, std::move(names), std::move(doc));
+  presets_.push_back({std::move(key), presets});
+}
+
 void Settings::declare(Setting setting) {
   const auto complain = [&](std::string_view what) {
     throw DefinitionError(fmt::format("setting '{}': {}", setting.key, what));
@@ -116,6 +136,7 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
   warnings_.clear();
   if (file) stage(read_assignments(*file), changes);
   stage(assignments, changes);
+  add_presets(changes);
 
   std::vector<std::pair<const Setting*, Value>> before;
   before.reserve(changes.size());
@@ -151,6 +172,25 @@ void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Cha
     seen.emplace_back(setting, assignment.location);
     changes.push_back({setting, parse(*setting, assignment), assignment.location});
   }
+}
+
+// Before the changes that were asked for themselves: those win.
+void Settings::add_presets(std::vector<Change>& changes) const {
+  std::vector<Change> added;
+  for (const PresetChoice& choice : presets_) {
+    const auto given = std::find_if(changes.rbegin(), changes.rend(), [&](const Change& change) {
+      return change.setting->key == choice.key;
+    });
+    if (given == changes.rend()) continue;
+    const Preset& preset = choice.presets[std::get<std::size_t>(given->value)];
+    for (const std::string& value : preset.values) {
+      Assignment assignment = parse_set_argument(value);
+      assignment.location = given->location;
+      const Setting* setting = find(assignment.key, Assignment::Origin::set);
+      added.push_back({setting, parse(*setting, assignment), assignment.location});
+    }
+  }
+  changes.insert(changes.begin(), added.begin(), added.end());
 }
 
 void Settings::check_rules(const std::vector<Change>& changes) const {

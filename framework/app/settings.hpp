@@ -52,6 +52,17 @@ class Settings {
   void choice(std::string key, Enum& field, std::vector<std::pair<std::string, Enum>> named_values,
               std::string doc);
 
+  /// A name for values of other settings, each "KEY=VALUE" as --set takes it.
+  struct Preset {
+    std::string name;
+    std::vector<std::string> values;
+  };
+  /// One of some presets. Its values act when apply() is given `key`; whatever else apply() is
+  /// given wins over them, in a file too. Every key must have been declared before, and the field's
+  /// default names the preset to which all other defaults belong.
+  void preset(std::string key, std::string& field, const std::vector<Preset>& presets,
+              std::string doc);
+
   /// Lets a flag of the command line stand for a key: alias("urdf", "robot.urdf").
   void alias(std::string flag, const std::string& key);
 
@@ -107,6 +118,10 @@ class Settings {
   struct Renamed {
     std::string old_key, key, version;
   };
+  struct PresetChoice {
+    std::string key;
+    std::vector<Preset> presets;
+  };
   struct Change {
     const Setting* setting;
     Value value;
@@ -117,6 +132,7 @@ class Settings {
   const Setting* find(std::string_view key_or_alias, Assignment::Origin origin) const;
   const Renamed* find_renamed(std::string_view old_key) const;
   void stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes);
+  void add_presets(std::vector<Change>& changes) const;
   void check_rules(const std::vector<Change>& changes) const;
   [[noreturn]] void reject_unknown(const Assignment& assignment) const;
 
@@ -129,6 +145,7 @@ class Settings {
   std::vector<Setting> settings_;
   std::vector<std::pair<std::string, std::string>> aliases_;  // flag, key
   std::vector<Renamed> renamed_;
+  std::vector<PresetChoice> presets_;
   std::vector<Rule> rules_;
   std::vector<std::string> warnings_;
 };

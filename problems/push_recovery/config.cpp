@@ -24,12 +24,19 @@ void declare_weights(Settings& s, Weights& w) {
            "penalty on a capture point outside the hull; 0 forbids it", at_least(0.0));
 }
 
+// How much of the real robot is looked at. Both presets name the same keys.
+void declare_presets(Settings& s, Config& config) {
+  s.preset("preset", config.preset, {{"paper", {}}, {"robot", {}}},
+           "the conditions of the paper or those of the real robot; keys that are given win");
+}
+
 }  // namespace
 
 void declare_settings(Settings& s, Config& config) {
   declare_biped(s, config);
   declare_weights(s, config.weights);
   declare_pictures(s, config);
+  declare_presets(s, config);
 }
 
 }  // namespace saltus::push_recovery

@@ -10,6 +10,7 @@ namespace saltus::push_recovery {
 using namespace walking;
 
 struct Config : BipedSettings {
+  Config() { preset = "paper"; }
   Weights weights;
 };
 

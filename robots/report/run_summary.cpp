@@ -90,6 +90,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {fmt::format("{}_sole", name_of(scene.side)),
        points(SupportPolygon::under({{scene.stance, scene.stance_foot}}))},
   };
+  if (!settings.preset.empty()) json["preset"] = settings.preset;
   if (log.loop.check.count() > 0) json["check_us"] = latency(log.loop.check);
   if (stepped) {
     json[fmt::format("{}_sole", name_of(other(scene.side)))] =

@@ -14,6 +14,7 @@ namespace saltus::walking {
 enum class ControllerChoice { mpc, capture_point };
 
 struct BipedSettings {
+  std::string preset;  ///< of the settings, by name; of a problem that declares presets
   PlantSettings plant;
   RobotChoice robot;
   ControllerChoice controller = ControllerChoice::mpc;

@@ -302,6 +302,37 @@ TEST_F(SettingsTest, an_old_key_is_understood_with_a_sentence_that_names_the_new
   EXPECT_THROW(settings.renamed("stepping", "push.impulse", "0.4"), DefinitionError);
 }
 
+TEST_F(SettingsTest, what_is_given_wins_over_a_preset) {
+  std::string name = "soft";
+  settings.preset("preset", name,
+                  {{"soft", {"push.impulse=7", "stepping=true", "plant=centroidal"}},
+                   {"hard", {"push.impulse=9", "stepping=false", "plant=dart"}}},
+                  "how hard a day it is");
+  EXPECT_TRUE(contains(settings.describe(), "hard: push.impulse=9, stepping=false, plant=dart"));
+  set({"push.impulse=3"});  // no preset is given, none acts
+  EXPECT_EQ(config.impulse, 3.0);
+  EXPECT_TRUE(config.stepping);
+  set({"stepping=true", "preset=hard"});  // in any order
+  EXPECT_EQ(config.impulse, 9.0);
+  EXPECT_TRUE(config.stepping);
+  EXPECT_EQ(config.plant, Plant::dart);
+  settings.apply(folder.file("day.yaml", "push:\n  impulse: 5\n"),
+                 {flag_assignment("preset", "hard")});
+  EXPECT_EQ(config.impulse, 5.0);
+  EXPECT_FALSE(config.stepping);
+  const Config written = config;
+  const auto file = folder.file("effective.yaml", settings.to_yaml());
+  set({"preset=soft"});
+  EXPECT_EQ(config.impulse, 7.0);
+  settings.apply(file, {});
+  EXPECT_TRUE(config == written && name == "hard");
+  EXPECT_TRUE(contains(complaint([&] { set({"preset=hart"}); }), "did you mean 'hard'?"));
+
+  std::string other = "a";
+  EXPECT_THROW(settings.preset("other", other, {{"a", {"no.such.key=1"}}}, ""), DefinitionError);
+  EXPECT_THROW(settings.preset("other", other, {{"a", {"stepping=7"}}}, ""), InputError);
+}
+
 TEST_F(SettingsTest, wrong_declarations) {
   double number = -1.0;
   std::string name = "c";
