@@ -5,7 +5,7 @@
 #   core      Eigen3::Eigen  fmt::fmt  saltus::suitesparse
 #   sundials  saltus::sundials_libraries
 #   ipopt     saltus::ipopt_library
-#   robots    saltus::urdf_libraries
+#   robots    saltus::urdf_libraries  saltus::mesh_library
 #   dart      saltus::dart_libraries
 #   mujoco    saltus::mujoco_library
 #   legged    none of its own: it runs on all that the others bring
@@ -136,10 +136,14 @@ macro(saltus_find_robots)
   # Up to version 3 its config file brings console_bridge along, through which it logs; 4 does not.
   find_package(urdfdom QUIET)
   find_package(console_bridge QUIET)
+  find_package(assimp QUIET)
   if(NOT urdfdom_FOUND OR NOT console_bridge_FOUND)
     set(missing "urdfdom and console_bridge (liburdfdom-dev libconsole-bridge-dev)")
+  elseif(NOT assimp_FOUND)
+    set(missing "assimp (libassimp-dev)")
   else()
     saltus_external(urdf_libraries LINK urdfdom::urdfdom_model console_bridge::console_bridge)
+    saltus_external(mesh_library LINK assimp::assimp)
   endif()
 endmacro()
 

@@ -81,7 +81,7 @@ endif()
 if(SALTUS_HAS_robots)
   saltus_package(robots libsaltus-robots-dev "hybrid model predictive control: legged robots"
     "${about}\nThis package holds models, contacts and controllers of legged robots."
-    DEPENDS "libsaltus-dev ${version}" "libsaltus-app-dev ${version}" liburdfdom-dev libconsole-bridge-dev)
+    DEPENDS "libsaltus-dev ${version}" "libsaltus-app-dev ${version}" liburdfdom-dev libconsole-bridge-dev libassimp-dev)
 endif()
 if(SALTUS_HAS_dart)
   saltus_package(dart-runtime libsaltus-dart${SALTUS_SOVERSION} "hybrid model predictive control: plant in DART"

@@ -123,28 +123,35 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
   return result;
 }
 
-// None for a shape that is not known.
-std::optional<UrdfVisual> convert(const urdf::Visual& visual) {
-  if (visual.geometry == nullptr) return std::nullopt;
-  UrdfVisual result;
-  result.pose = isometry(visual.origin);
-  if (visual.material != nullptr)
-    result.colour = {visual.material->color.r, visual.material->color.g, visual.material->color.b};
-  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(visual.geometry.get())) {
-    result.shape = UrdfVisual::Shape::mesh;
+// Of a visual or collision element; none for a shape that is not known.
+template <class Element>
+std::optional<UrdfShape> shape_of(const Element& element) {
+  const urdf::Geometry* geometry = element.geometry.get();
+  if (geometry == nullptr) return std::nullopt;
+  UrdfShape result;
+  result.pose = isometry(element.origin);
+  if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(geometry)) {
+    result.shape = UrdfShape::Shape::mesh;
     result.mesh = mesh->filename;
     result.size = vector(mesh->scale);
-  } else if (const auto* box = dynamic_cast<const urdf::Box*>(visual.geometry.get())) {
+  } else if (const auto* box = dynamic_cast<const urdf::Box*>(geometry)) {
     result.size = vector(box->dim);
-  } else if (const auto* tube = dynamic_cast<const urdf::Cylinder*>(visual.geometry.get())) {
-    result.shape = UrdfVisual::Shape::cylinder;
+  } else if (const auto* tube = dynamic_cast<const urdf::Cylinder*>(geometry)) {
+    result.shape = UrdfShape::Shape::cylinder;
     result.size = {2.0 * tube->radius, 2.0 * tube->radius, tube->length};
-  } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(visual.geometry.get())) {
-    result.shape = UrdfVisual::Shape::sphere;
+  } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(geometry)) {
+    result.shape = UrdfShape::Shape::sphere;
     result.size.setConstant(2.0 * ball->radius);
   } else {
     return std::nullopt;
   }
+  return result;
+}
+
+std::optional<UrdfShape> convert(const urdf::Visual& visual) {
+  auto result = shape_of(visual);
+  if (result && visual.material != nullptr)
+    result->colour = {visual.material->color.r, visual.material->color.g, visual.material->color.b};
   return result;
 }
 
@@ -166,8 +173,11 @@ UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) 
     check_inertial(result, source);
   }
   for (const auto& collision : link.collision_array) {
-    const auto box = std::dynamic_pointer_cast<urdf::Box>(collision->geometry);
-    if (box) result.collision_boxes.push_back({isometry(collision->origin), vector(box->dim)});
+    const auto shape = shape_of(*collision);
+    if (!shape) continue;
+    result.collisions.push_back(*shape);
+    if (shape->shape == UrdfShape::Shape::box)
+      result.collision_boxes.push_back({shape->pose, shape->size});
   }
   for (const auto& visual : link.visual_array)
     if (const auto look = convert(*visual)) result.visuals.push_back(*look);

@@ -36,8 +36,8 @@ struct UrdfBox {
   Vec<double, 3> size = Vec<double, 3>::Zero();            // edge lengths, m
 };
 
-/// What a link looks like. Simulation has no use for it.
-struct UrdfVisual {
+/// A shape of a link: what it looks like, or what of it collides.
+struct UrdfShape {
   enum class Shape { mesh, box, cylinder, sphere };
 
   Shape shape = Shape::box;
@@ -56,8 +56,9 @@ struct UrdfLink {
   double mass = 0.0;
   Vec<double, 3> com = Vec<double, 3>::Zero();            // in the link frame
   Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the CoM, in link axes, kg m^2
-  std::vector<UrdfBox> collision_boxes;                   // other shapes are left out
-  std::vector<UrdfVisual> visuals;
+  std::vector<UrdfBox> collision_boxes;                   // of the shapes below, the boxes
+  std::vector<UrdfShape> collisions;                      // colours have no meaning here
+  std::vector<UrdfShape> visuals;
 };
 
 /// The flat underside of a foot: the contact frame is the sole link's frame moved along its z axis

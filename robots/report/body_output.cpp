@@ -68,7 +68,7 @@ Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
   Json list = Json::array();
   for (const FloatingRobot::Look& look : looks) {
     Json visuals = Json::array();
-    for (const UrdfVisual& visual : look.visuals) {
+    for (const UrdfShape& visual : look.visuals) {
       Json entry = pose_json(visual.pose);
       entry["shape"] = shapes[static_cast<int>(visual.shape)];
       if (!visual.mesh.empty()) entry["mesh"] = visual.mesh;

@@ -55,7 +55,7 @@ UrdfBox box_of_inertia(const UrdfLink& link) {
 FloatingRobot::Look look_of(const UrdfLink& link, const Eigen::Isometry3d& in_body) {
   FloatingRobot::Look look{link.name, link.visuals, link.collision_boxes};
   if (look.boxes.empty() && link.mass > 0.0) look.boxes.push_back(box_of_inertia(link));
-  for (UrdfVisual& visual : look.visuals) visual.pose = in_body * visual.pose;
+  for (UrdfShape& visual : look.visuals) visual.pose = in_body * visual.pose;
   for (UrdfBox& box : look.boxes) box.pose = in_body * box.pose;
   return look;
 }

@@ -16,7 +16,7 @@ struct FloatingRobot {
   /// What a link looks like, in the frame of its body.
   struct Look {
     std::string link;
-    std::vector<UrdfVisual> visuals;
+    std::vector<UrdfShape> visuals;
     std::vector<UrdfBox> boxes;  ///< in their place: collision boxes, or one with its inertia
   };
   struct Body {

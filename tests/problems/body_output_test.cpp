@@ -38,8 +38,8 @@ FloatingRobot two_joints() {
   shin.joint = "knee";
   shin.effort = 20.0;
   shin.boxes.push_back({Eigen::Isometry3d::Identity(), {0.2, 0.1, 0.02}});
-  UrdfVisual visual;
-  visual.shape = UrdfVisual::Shape::mesh;
+  UrdfShape visual;
+  visual.shape = UrdfShape::Shape::mesh;
   visual.mesh = "package://hopper/shin.stl";
   visual.size.setConstant(0.001);
   shin.looks.push_back({"shin", {visual}, shin.boxes});

@@ -83,16 +83,16 @@ TEST(UrdfModel, KeepsWhatIsSeen) {
   EXPECT_TRUE(model.links()[0].visuals.empty());
   const auto& visuals = model.links()[static_cast<std::size_t>(model.link_index("foot"))].visuals;
   ASSERT_EQ(visuals.size(), 4U);
-  EXPECT_EQ(visuals[0].shape, UrdfVisual::Shape::mesh);
+  EXPECT_EQ(visuals[0].shape, UrdfShape::Shape::mesh);
   EXPECT_EQ(visuals[0].mesh, "package://robo/foot.stl");
   EXPECT_EQ(visuals[0].size, Vec3(0.001, 0.001, -1.0));
   EXPECT_EQ(visuals[0].pose.translation(), Vec3(0.0, 0.0, 0.1));
-  EXPECT_EQ(visuals[1].shape, UrdfVisual::Shape::box);
+  EXPECT_EQ(visuals[1].shape, UrdfShape::Shape::box);
   EXPECT_EQ(visuals[1].size, Vec3(1.0, 2.0, 3.0));
   EXPECT_EQ(visuals[1].colour, Vec3(1.0, 0.0, 0.5));
-  EXPECT_EQ(visuals[2].shape, UrdfVisual::Shape::cylinder);
+  EXPECT_EQ(visuals[2].shape, UrdfShape::Shape::cylinder);
   EXPECT_EQ(visuals[2].size, Vec3(1.0, 1.0, 4.0));
-  EXPECT_EQ(visuals[3].shape, UrdfVisual::Shape::sphere);
+  EXPECT_EQ(visuals[3].shape, UrdfShape::Shape::sphere);
   EXPECT_EQ(visuals[3].size, Vec3(1.0, 1.0, 1.0));
 }
 

@@ -1,0 +1,174 @@
+#include "saltus/robots/model/mesh.hpp"
+
+#include <assimp/config.h>
+#include <assimp/mesh.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <sstream>
+#include <string_view>
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_file(const fs::path& path) {
+  std::error_code absent;
+  return fs::is_regular_file(path, absent);
+}
+
+std::vector<fs::path> folders_above(const fs::path& file) {
+  std::vector<fs::path> folders;
+  for (fs::path folder = fs::absolute(file).parent_path();; folder = folder.parent_path()) {
+    folders.push_back(folder);
+    if (folder == folder.parent_path()) return folders;
+  }
+}
+
+std::vector<fs::path> folders_of_packages(const fs::path& urdf) {
+  std::vector<fs::path> folders = folders_above(urdf);
+  for (const char* variable : {"ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"}) {
+    const char* paths = std::getenv(variable);
+    std::istringstream list(paths == nullptr ? "" : paths);
+    for (std::string folder; std::getline(list, folder, ':');)
+      if (!folder.empty()) folders.emplace_back(folder);
+  }
+  return folders;
+}
+
+void add_corners(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent,
+                 std::vector<Vec<double, 3>>& corners) {
+  const aiMatrix4x4 pose = parent * node.mTransformation;
+  for (unsigned m = 0; m < node.mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene.mMeshes[node.mMeshes[m]];
+    if ((mesh.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) == 0u) continue;
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D p = pose * mesh.mVertices[v];
+      corners.emplace_back(p.x, p.y, p.z);
+    }
+  }
+  for (unsigned c = 0; c < node.mNumChildren; ++c)
+    add_corners(scene, *node.mChildren[c], pose, corners);
+}
+
+bool before(const Vec<double, 3>& a, const Vec<double, 3>& b) {
+  return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+}
+
+// On both ends of a shape along z.
+std::vector<Vec<double, 3>> prism(const Vec<double, 3>& size) {
+  constexpr int sides = 16;
+  const double around = 0.5 / std::cos(std::numbers::pi / sides);
+  std::vector<Vec<double, 3>> points;
+  for (int i = 0; i < sides; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / sides;
+    for (const double end : {-0.5, 0.5})
+      points.emplace_back(around * size.x() * std::cos(angle), around * size.y() * std::sin(angle),
+                          end * size.z());
+  }
+  return points;
+}
+
+std::vector<Vec<double, 3>> box_corners(const Vec<double, 3>& size) {
+  std::vector<Vec<double, 3>> points;
+  for (const double x : {-0.5, 0.5})
+    for (const double y : {-0.5, 0.5})
+      for (const double z : {-0.5, 0.5})
+        points.push_back(size.cwiseProduct(Vec<double, 3>(x, y, z)));
+  return points;
+}
+
+std::vector<Vec<double, 3>> axis_ends(const Vec<double, 3>& size) {
+  std::vector<Vec<double, 3>> points;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double end : {-0.5, 0.5})
+      points.push_back(end * size[axis] * Vec<double, 3>::Unit(axis));
+  return points;
+}
+
+}  // namespace
+
+std::optional<fs::path> find_mesh(const std::string& reference, const fs::path& urdf) {
+  constexpr std::string_view file_scheme = "file://";
+  std::string rest = reference;
+  if (rest.starts_with(file_scheme)) rest.erase(0, file_scheme.size());
+  for (const std::string_view scheme : {"package://", "model://"}) {
+    if (!rest.starts_with(scheme)) continue;
+    rest.erase(0, scheme.size());
+    rest.erase(0, rest.find_first_not_of('/'));
+    const std::string name = rest.substr(0, rest.find('/'));
+    rest.erase(0, std::min(rest.size(), name.size() + 1));
+    if (name.empty() || rest.empty()) return std::nullopt;
+    for (const fs::path& folder : folders_of_packages(urdf)) {
+      std::vector<fs::path> tries{folder / name / rest, folder / "share" / name / rest};
+      if (folder.filename() == name) tries.push_back(folder / rest);
+      const auto found = std::find_if(tries.begin(), tries.end(), is_file);
+      if (found != tries.end()) return *found;
+    }
+    return std::nullopt;
+  }
+  if (fs::path(rest).is_absolute())
+    return is_file(rest) ? std::optional<fs::path>(rest) : std::nullopt;
+  for (const fs::path& folder : folders_above(urdf))
+    if (is_file(folder / rest)) return folder / rest;
+  return std::nullopt;
+}
+
+std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
+  Assimp::Importer importer;
+  // As simulators and viewers of ROS take Collada: its axes as they are, its unit respected.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+  if (scene == nullptr || scene->mRootNode == nullptr)
+    throw InputError(fmt::format("{}: the mesh cannot be read ({}); export it again as STL",
+                                 file.string(), importer.GetErrorString()));
+  std::vector<Vec<double, 3>> corners;
+  add_corners(*scene, *scene->mRootNode, aiMatrix4x4(), corners);
+  if (corners.empty() || !std::all_of(corners.begin(), corners.end(),
+                                      [](const Vec<double, 3>& p) { return p.allFinite(); }))
+    throw InputError(fmt::format(
+        "{}: the mesh has no triangles, or corners that are not finite; export it again",
+        file.string()));
+  std::sort(corners.begin(), corners.end(), before);
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  return corners;
+}
+
+std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const fs::path& urdf) {
+  std::vector<Vec<double, 3>> points;
+  switch (shape.shape) {
+    case UrdfShape::Shape::mesh: {
+      const auto file = find_mesh(shape.mesh, urdf);
+      if (!file)
+        throw InputError(fmt::format(
+            "{}: the mesh {} is not there; put its package beside the URDF or name the folder of "
+            "packages in ROS_PACKAGE_PATH",
+            urdf.string(), shape.mesh));
+      points = mesh_corners(*file);
+      for (Vec<double, 3>& p : points) p = p.cwiseProduct(shape.size);
+      break;
+    }
+    case UrdfShape::Shape::box:
+      points = box_corners(shape.size);
+      break;
+    case UrdfShape::Shape::cylinder:
+      points = prism(shape.size);
+      break;
+    case UrdfShape::Shape::sphere:
+      points = axis_ends(shape.size);
+      break;
+  }
+  for (Vec<double, 3>& p : points) p = shape.pose * p;
+  return points;
+}
+
+}  // namespace saltus

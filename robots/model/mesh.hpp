@@ -1,0 +1,30 @@
+// Where are the corners of the shapes that a URDF gives its links?
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "saltus/core/types.hpp"
+#include "saltus/robots/model/urdf_model.hpp"
+
+namespace saltus {
+
+/// The file that package://NAME/REST, model://NAME/REST, file://PATH or a path in a URDF stands
+/// for. Packages are looked for around the URDF, then where ROS_PACKAGE_PATH, GAZEBO_MODEL_PATH and
+/// AMENT_PREFIX_PATH say. None if there is no such file.
+std::optional<std::filesystem::path> find_mesh(const std::string& reference,
+                                               const std::filesystem::path& urdf);
+
+/// Corners of all triangles of a mesh (STL, Collada, OBJ and what else assimp reads), each place
+/// once, in the file's axes, m for files that name no unit. Throws InputError, one sentence naming
+/// the file, when it cannot be read or has no triangle.
+std::vector<Vec<double, 3>> mesh_corners(const std::filesystem::path& file);
+
+/// Points whose convex hull is that of the shape (m, in its link): corners of meshes and boxes; of
+/// cylinders those of a prism around them with sixteen sides, of spheres the six ends of their
+/// axes. Throws InputError for a mesh that is not there or cannot be read.
+std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const std::filesystem::path& urdf);
+
+}  // namespace saltus
