@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "saltus/qp/packed_qp.hpp"
 
@@ -15,7 +16,7 @@ struct Packing {
 
   /// pack_stage.cpp: sizes, dynamics and cost of a stage. Stages in their order, before any rows.
   bool stage(int k);
-  /// pack_rows.cpp: groups and bounds of a stage.
+  /// pack_rows.cpp: groups and bounds of a stage, in blocks of rows.
   bool rows(int k);
   /// pack_sides.cpp: numbers of all sides and equality rows.
   void fill_sides();
@@ -52,18 +53,22 @@ struct Packing {
   void hessian(int k);
   void make_splits(int k);
 
-  void add_group(int k, int g, bool equalities);
-  void bounds(int k);
-  void add_bound_rows(int k, int part, bool equalities);
-  bool is_settled(int k, int g, int row);
-  double* coefficients(int k, const RowBlock& block, const int* user_column, int user_columns);
-  void scale_rows(RowBlock& block, double* C);
-  const RowBlock* twin_of(int k, const RowBlock& block) const;
   RowBlock& new_block(int k, int group, int rows, int columns, int part);
   void finish_block(int k, RowBlock& block, const RowBlock* twin);
   int* targets(const RowBlock& block, int ld);
   double* products_of_pairs(const RowBlock& block);
   void give_offsets(RowBlock& block, bool equalities, bool has_lower, bool has_upper);
+
+  // pack_groups.cpp.
+  void add_group(int k, int g, bool equalities);
+  bool is_settled(int k, int g, int row);
+  double* coefficients(int k, const RowBlock& block, const int* user_column, int user_columns);
+  void scale_rows(RowBlock& block, double* C);
+  const RowBlock* twin_of(int k, const RowBlock& block) const;
+
+  // pack_bounds.cpp.
+  void bounds(int k);
+  void add_bound_rows(int k, int part, bool equalities);
 
   void fill_row(int k, RowBlock& block, int i);
   void fill_bounds(int k);
@@ -80,6 +85,18 @@ inline double lower_bound(const Stage& s, int j) {
 inline double upper_bound(const Stage& s, int j) {
   return j < s.nx ? s.x_upper[j] : s.u_upper[j - s.nx];
 }
+
+/// Which of the sides of some rows exist.
+struct Sides {
+  bool lower = false, upper = false;
+  void see(double l, double u) {
+    lower = lower || l != -infinity;
+    upper = upper || u != infinity;
+  }
+};
+
+inline bool crossed(double l, double u) { return std::isnan(l) || std::isnan(u) || l > u; }
+inline bool without_sides(double l, double u) { return l == -infinity && u == infinity; }
 
 /// The kernel made for this size, or the last one, which fits any.
 template <class Kernel, std::size_t count>

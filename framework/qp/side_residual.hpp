@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "saltus/core/bounds.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 
@@ -13,6 +14,13 @@ namespace saltus {
 inline void raise(double& worst, double value) {
   const double size = std::abs(value);
   if (!(size <= worst)) worst = std::isnan(size) ? infinity : size;
+}
+
+/// The largest magnitude in v, likewise.
+inline double largest_entry(const Eigen::Ref<const VectorXd>& v) {
+  double worst = 0.0;
+  for (const double x : v) raise(worst, x);
+  return worst;
 }
 
 /// Raises both parts for a hard row (or variable) of this value between its sides. A multiplier

@@ -13,7 +13,7 @@
 namespace saltus {
 namespace {
 
-// In units of the data, in the order in which they are tried (see sparse_system.cpp).
+// In units of the data, in the order in which they are tried (see sparse_factor.cpp).
 constexpr std::array regularisations{1e-10, 1e-12, 1e-8, 1e-14, 1e-6};
 // A row with less weight than this does not hold anything back.
 constexpr double least_weight = 1e-20;

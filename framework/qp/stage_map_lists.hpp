@@ -2,6 +2,7 @@
 // offsets along which numbers are written. Private to stage_map*.cpp.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "saltus/qp/stage_map.hpp"
@@ -94,6 +95,8 @@ struct Coupling {
   bool on = false;
 };
 
+[[noreturn]] void fail(const std::string& what);  // of a structure: DefinitionError
+
 }  // namespace stage_map
 
 struct StageMap::Lists {
@@ -112,12 +115,13 @@ struct StageMap::Lists {
 
   Lists(const SparseQp& patterns, StageStructure structure);
 
-  // Construction: stage_map_build.cpp.
+  // Construction, what belongs where: stage_map_build.cpp.
   void assign_variables();
   void assign_rows(const SparseQp& patterns);
   void find_uses(const SparseQp& patterns);
   void assign_globals(const SparseQp& patterns);
   void assign_chains();
+  // Construction, what each stage may hold: stage_map_plans.cpp.
   void make_plans(const SparseQp& patterns);
   void make_groups(const SparseQp& patterns, int stage, const StageStructure::Stage& given);
   void make_stages();

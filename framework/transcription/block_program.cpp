@@ -1,95 +1,10 @@
+// Evaluation of a BlockProgram: blocks at a point, their values and derivatives added up.
 #include "saltus/transcription/block_program.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace saltus {
-namespace {
-
-void grow(VectorXd& v, int count, double value) {
-  const auto old = v.size();
-  v.conservativeResize(old + count);
-  v.tail(count).setConstant(value);
-}
-
-// Calls visit(a, b, factor) for every pair of variables a >= b to which a local second derivative
-// (l1, l2), l1 >= l2, contributes: the congruence C' H C with H given by its lower triangle.
-template <class Visit>
-void for_each_pair(const Block& block, int l1, int l2, Visit&& visit) {
-  for (const VariableCoefficient& s1 : block.coefficients[l1])
-    for (const VariableCoefficient& s2 : block.coefficients[l2]) {
-      const int a = std::max(s1.variable, s2.variable), b = std::min(s1.variable, s2.variable);
-      const double factor = s1.factor * s2.factor;
-      if (l1 == l2) {
-        if (s1.variable >= s2.variable) visit(a, b, factor);  // the ordered pair once
-      } else {
-        visit(a, b, a == b ? 2.0 * factor : factor);  // H(l1, l2) and H(l2, l1)
-      }
-    }
-}
-
-}  // namespace
-
-int BlockProgram::add_variables(int count) {
-  const int first = variables();
-  grow(lower_, count, -infinity);
-  grow(upper_, count, infinity);
-  return first;
-}
-
-int BlockProgram::add_rows(int count) {
-  const int first = rows();
-  grow(row_lower_, count, -infinity);
-  grow(row_upper_, count, infinity);
-  return first;
-}
-
-int BlockProgram::add_block(Block block) {
-  blocks_.push_back(std::move(block));
-  return static_cast<int>(blocks_.size()) - 1;
-}
-
-void BlockProgram::add_linear(int row, int variable, double coefficient) {
-  linear_.push_back({row, variable, -1, coefficient});
-}
-
-void BlockProgram::finish() {
-  std::vector<std::pair<int, int>> jacobian, hessian;
-  for (const Linear& l : linear_) jacobian.emplace_back(l.row, l.variable);
-  for (const int v : quadratic_variables_) hessian.emplace_back(v, v);
-  for (const Block& block : blocks_) {
-    block.function.jacobian_pattern().for_each([&](int out, int in, int) {
-      if (block.outputs[out].row != BlockOutput::objective)
-        for (const VariableCoefficient& s : block.coefficients[in])
-          jacobian.emplace_back(block.outputs[out].row, s.variable);
-    });
-    block.function.hessian_pattern().for_each([&](int l1, int l2, int) {
-      for_each_pair(block, l1, l2, [&](int a, int b, double) { hessian.emplace_back(a, b); });
-    });
-  }
-  jacobian_pattern_ = SparsityPattern::from_pairs(rows(), variables(), std::move(jacobian));
-  hessian_pattern_ = SparsityPattern::from_pairs(variables(), variables(), std::move(hessian));
-  for (Linear& l : linear_) l.position = jacobian_pattern_.find(l.row, l.variable);
-
-  std::vector<char> filled(jacobian_pattern_.entries(), 0);
-  for (Linear& l : linear_) l.adds = std::exchange(filled[l.position], 1) != 0;
-  compiled_.resize(blocks_.size());
-  for (std::size_t i = 0; i < blocks_.size(); ++i) compile_block(blocks_[i], compiled_[i]);
-  for (Compiled& c : compiled_)
-    for (Scatter& s : c.jacobian) s.adds = std::exchange(filled[s.to], 1) != 0;
-  linear_cost_ = VectorXd::Zero(variables());
-  quadratic_cost_ = VectorXd::Zero(variables());
-  quadratic_position_.assign(variables(), -1);
-  for (const int v : quadratic_variables_) quadratic_position_[v] = hessian_pattern_.find(v, v);
-  last_w_ = VectorXd::Zero(variables());
-  linear_quadratic_ = true;
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    for (std::size_t o = 0; o < blocks_[i].outputs.size(); ++o) {
-      const bool is_cost = blocks_[i].outputs[o].row == BlockOutput::objective;
-      linear_quadratic_ = linear_quadratic_ && compiled_[i].degrees[o] <= (is_cost ? 2 : 1);
-    }
-}
 
 void BlockProgram::set_constant(int block, int argument, double value) {
   double& constant = blocks_[block].constants[argument];
@@ -108,39 +23,6 @@ void BlockProgram::set_weight(int block, int output, double value) {
   if (weight == value) return;
   weight = value;
   ++revision_;
-}
-
-void BlockProgram::compile_block(const Block& block, Compiled& c) const {
-  const Function& f = block.function;
-  c.argument = block.constants;
-  for (int i = 0; i < f.inputs(); ++i)
-    if (!block.coefficients[i].empty()) c.with_coefficients.push_back(i);
-  c.value = VectorXd::Zero(f.outputs());
-  c.weights = VectorXd::Zero(f.outputs());
-  c.entries.assign(f.jacobian_pattern().entries(), 0.0);
-  c.hessian_entries.assign(f.hessian_pattern().entries(), 0.0);
-  c.hessian_weights = c.weights;
-  for (int i = 0; i < f.inputs(); ++i) c.reads.push_back(f.reads(i) ? 1 : 0);
-  std::vector<char> variable(f.inputs(), 0);
-  for (int i = 0; i < f.inputs(); ++i) variable[i] = block.coefficients[i].empty() ? 0 : 1;
-  for (int o = 0; o < f.outputs(); ++o) c.degrees.push_back(f.degree(o, variable));
-  const auto most = std::max_element(c.degrees.begin(), c.degrees.end());
-  c.is_affine = most == c.degrees.end() || *most <= 1;
-  c.is_quadratic = most == c.degrees.end() || *most <= 2;
-  f.jacobian_pattern().for_each([&](int out, int in, int e) {
-    const BlockOutput& output = block.outputs[out];
-    for (const VariableCoefficient& s : block.coefficients[in])
-      if (output.row == BlockOutput::objective)
-        c.gradient.push_back({e, s.variable, out, s.factor});
-      else
-        c.jacobian.push_back(
-            {e, jacobian_pattern_.find(output.row, s.variable), out, s.factor * output.factor});
-  });
-  f.hessian_pattern().for_each([&](int l1, int l2, int e) {
-    for_each_pair(block, l1, l2, [&](int a, int b, double factor) {
-      c.hessian.push_back({e, hessian_pattern_.find(a, b), 0, factor});
-    });
-  });
 }
 
 void BlockProgram::set_variable_cost(int variable, double linear, double quadratic) {

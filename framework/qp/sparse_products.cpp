@@ -1,0 +1,86 @@
+// Products of a sparse program: with H and J, for residuals and for what refinement needs.
+//
+//     stationarity = H v [+ g] + E'y - G'lambda,   equality rows = E v [- e],   sides = G v
+//
+// E and G are the rows of J and, with their sign, the sides of rows and bounds.
+#include <algorithm>
+#include <cstddef>
+
+#include "saltus/qp/sparse_system.hpp"
+
+namespace saltus::qp {
+
+void SparseSystem::add_hessian_times(const double* v, double* out) const {
+  hessian_pattern_.for_each([&](int i, int j, int e) {
+    out[i] += hessian_[e] * v[j];
+    if (i != j) out[j] += hessian_[e] * v[i];
+  });
+}
+
+void SparseSystem::evaluate(const double* v, const double* y, const double* lambda,
+                            double* stationarity, double* equality, double* side) {
+  apply(v, y, lambda, stationarity, equality, side);
+  for (int i = 0; i < n_; ++i) stationarity[i] += gradient_[i];
+  for (std::size_t i = 0; i < equality_rows_.size(); ++i) equality[i] -= equality_[i];
+}
+
+void SparseSystem::apply(const double* v, const double* y, const double* lambda,
+                         double* stationarity, double* equality, double* side) {
+  multiply_rows(v);
+  spread(v, side);
+  for (std::size_t i = 0; i < equality_rows_.size(); ++i)
+    equality[i] = row_work_[equality_rows_[i]];
+  for (int i = static_cast<int>(equality_rows_.size()); i < equalities(); ++i) equality[i] = 0.0;
+
+  multiply_transposed(lambda, stationarity);
+  for (int i = 0; i < n_; ++i) stationarity[i] = -stationarity[i];
+  for (std::size_t i = 0; i < equality_rows_.size(); ++i) {
+    const int row = equality_rows_[i];
+    for (int e = row_pattern_.row_begin(row); e < row_pattern_.row_end(row); ++e)
+      stationarity[row_pattern_.col(e)] += rows_[e] * y[i];
+  }
+  add_hessian_times(v, stationarity);
+}
+
+double SparseSystem::cost(const double* v) {
+  double total = 0.0;
+  for (int i = 0; i < n_; ++i) total += gradient_[i] * v[i];
+  hessian_pattern_.for_each(
+      [&](int i, int j, int e) { total += (i == j ? 0.5 : 1.0) * hessian_[e] * v[i] * v[j]; });
+  return total;
+}
+
+void SparseSystem::multiply_rows(const double* v) {
+  row_work_.setZero();
+  row_pattern_.for_each([&](int i, int j, int e) { row_work_[i] += rows_[e] * v[j]; });
+}
+
+void SparseSystem::spread(const double* v, double* side) const {
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    const auto [row, sign] = sides_[i];
+    side[i] = sign * (row < m_ ? row_work_[row] : v[row - m_]);
+  }
+  for (int i = static_cast<int>(sides_.size()); i < sides(); ++i) side[i] = 0.0;
+}
+
+void SparseSystem::multiply(const double* v, double* side) {
+  if (std::equal(v, v + n_, best_.data())) {
+    // The last solution came with p = w J dv. J dv is small where w is large, and lost to
+    // cancellation if it is added up; p is not.
+    for (int i = 0; i < m_; ++i) row_work_[i] = -best_[n_ + i] * diagonal_[n_ + i];
+  } else {
+    multiply_rows(v);
+  }
+  spread(v, side);
+}
+
+void SparseSystem::multiply_transposed(const double* side, double* v) {
+  row_work_.setZero();
+  for (std::size_t i = 0; i < sides_.size(); ++i)
+    row_work_[sides_[i].row] += sides_[i].sign * side[i];
+  for (int i = 0; i < n_; ++i) v[i] = row_work_[m_ + i];
+  for (int i = n_; i < variables(); ++i) v[i] = 0.0;
+  row_pattern_.for_each([&](int i, int j, int e) { v[j] += rows_[e] * row_work_[i]; });
+}
+
+}  // namespace saltus::qp
