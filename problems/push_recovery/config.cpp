@@ -26,7 +26,13 @@ void declare_weights(Settings& s, Weights& w) {
 
 // How much of the real robot is looked at. Both presets name the same keys.
 void declare_presets(Settings& s, Config& config) {
-  s.preset("preset", config.preset, {{"paper", {}}, {"robot", {}}},
+  s.preset("preset", config.preset,
+           {{"paper",
+             {"step.duration=0.6", "step.trigger=push", "step.decide=always",
+              "step.decision_lead=none"}},
+            {"robot",
+             {"step.duration=0.5",  // about 0.56 s from the push
+              "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1"}}},
            "the conditions of the paper or those of the real robot; keys that are given win");
 }
 

@@ -17,8 +17,7 @@ std::unique_ptr<Planner> PushRecovery::make_planner(const RobotDescription& nomi
 }
 
 std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const Scene& scene) const {
-  return std::make_unique<StepLogic>(config_.step, config_.push.start, scene.side, scene.stance,
-                                     scene.stance_foot);
+  return std::make_unique<StepLogic>(config_.step, config_.push.start, scene);
 }
 
 double PushRecovery::end_time(const StepPlanner& steps, double touchdown) const {

@@ -7,8 +7,16 @@
 #include "saltus/app/settings.hpp"
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/support_polygon.hpp"
 
 namespace saltus::walking {
+namespace {
+
+// What a step must leave of the distance between ground and capture point at most. A step that
+// halves it is not yet a recovery, but one that does less costs the standing robot its balance.
+constexpr double helpful = 0.5;
+
+}  // namespace
 
 void declare_stepping(Settings& s, Step& step) {
   s.flag("stepping", step.allowed, "may the robot step?");
@@ -20,8 +28,16 @@ void declare_settings(Settings& s, Step& step) {
       "step.trigger", step.trigger, {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
       "a step is taken when the capture point leaves the sole; its time counts from "
       "the push, or from then");
+  s.choice<StepDecision>(
+      "step.decide", step.decide,
+      {{"always", StepDecision::always}, {"if_it_helps", StepDecision::if_it_helps}},
+      "a capture point that has left the sole is followed by a step: always, or if that brings the "
+      "ground nearer to it");
   s.number("step.decision_delay", step.decision_delay, "s",
            "the place of the foot is fixed this long after the trigger", at_least(0.0));
+  s.number("step.decision_lead", step.decision_lead, "s",
+           "if given, it moves with the capture point until so long before the landing instead",
+           at_least(0.0));
   s.choice<Placement>("step.placement", step.placement,
                       {{"predicted", Placement::predicted}, {"fixed", Placement::fixed}},
                       "at the predicted capture point, or at step.fixed_place");
@@ -47,55 +63,86 @@ void declare_settings(Settings& s, Step& step) {
   });
 }
 
-StepLogic::StepLogic(const Step& options, double push_start, Side side, SoleFrame stance,
-                     FootRectangle stance_foot)
+StepLogic::StepLogic(const Step& options, double push_start, const Scene& scene)
     : options_(options),
       push_start_(push_start),
-      away_(side == Side::left ? -1.0 : 1.0),
-      stance_(std::move(stance)),
-      stance_foot_(std::move(stance_foot)),
+      away_(scene.side == Side::left ? -1.0 : 1.0),
+      stance_(scene.stance),
+      swing_rotation_(scene.swing.rotation),
+      stance_foot_(scene.stance_foot),
+      swing_foot_(scene.swing_foot),
       place_(in_world(options.fixed_place)) {}
+
+Vec<double, 2> StepLogic::in_stance_sole(const Vec<double, 2>& point) const {
+  const Vec<double, 3> offset(point[0] - stance_.position[0], point[1] - stance_.position[1], 0.0);
+  const Vec<double, 3> local = stance_.rotation.transpose() * offset;
+  return local.head<2>();
+}
 
 // From (forward, away) of the stance sole.
 Vec<double, 3> StepLogic::in_world(const Vec<double, 2>& place) const {
   return stance_.position + stance_.rotation * Vec<double, 3>(place[0], away_ * place[1], 0.0);
 }
 
-void StepLogic::update(double t, const Vec<double, 2>& capture_point, double omega) {
-  if (!options_.allowed || decided_) return;
-  if (!is_stepping()) {
-    const Vec<double, 3> offset(capture_point[0] - stance_.position[0],
-                                capture_point[1] - stance_.position[1], 0.0);
-    const Vec<double, 3> local = stance_.rotation.transpose() * offset;
-    const bool inside = local[0] >= stance_foot_.x.lower && local[0] <= stance_foot_.x.upper &&
-                        local[1] >= stance_foot_.y.lower && local[1] <= stance_foot_.y.upper;
-    if (inside || t < push_start_) return;
-    // The paper's timing counts from the push. A capture point that leaves the sole only after the
-    // landing would have been due is a new event.
-    const bool from_push =
-        options_.trigger == StepTrigger::push && t < push_start_ + options_.duration;
-    trigger_ = from_push ? push_start_ : t;
-    landing_ = trigger_ + options_.duration;
-  }
-  place_ =
-      in_world(options_.placement == Placement::fixed ? options_.fixed_place
-                                                      : predicted_place(t, capture_point, omega));
-  decided_ = t >= std::min(trigger_ + options_.decision_delay, landing_) - same_instant;
+Vec<double, 2> StepLogic::nearest_of_stance_sole(const Vec<double, 2>& xi) const {
+  return {std::clamp(xi[0], stance_foot_.x.lower, stance_foot_.x.upper),
+          std::clamp(xi[1], stance_foot_.y.lower, stance_foot_.y.upper)};
 }
 
-// Forward and away.
-Vec<double, 2> StepLogic::predicted_place(double t, const Vec<double, 2>& capture_point,
-                                          double omega) const {
-  const Vec<double, 3> offset(capture_point[0] - stance_.position[0],
-                              capture_point[1] - stance_.position[1], 0.0);
-  const Vec<double, 3> local = stance_.rotation.transpose() * offset;
-  const Vec<double, 2> xi = local.head<2>();
-  const Vec<double, 2> edge(std::clamp(xi[0], stance_foot_.x.lower, stance_foot_.x.upper),
-                            std::clamp(xi[1], stance_foot_.y.lower, stance_foot_.y.upper));
-  const Vec<double, 2> at_landing =
-      propagate_capture_point<double, 2>(xi, edge, omega, std::max(0.0, landing_ - t));
-  return {std::clamp(at_landing[0], -options_.forward_max, options_.forward_max),
-          std::clamp(away_ * at_landing[1], options_.lateral_min, options_.lateral_max)};
+bool StepLogic::is_over_stance_sole(const Vec<double, 2>& xi) const {
+  return xi[0] >= stance_foot_.x.lower && xi[0] <= stance_foot_.x.upper &&
+         xi[1] >= stance_foot_.y.lower && xi[1] <= stance_foot_.y.upper;
+}
+
+void StepLogic::update(double t, const Vec<double, 2>& capture_point, double omega) {
+  if (!options_.allowed || decided_) return;
+  const Vec<double, 2> xi = in_stance_sole(capture_point);
+  double trigger = trigger_;
+  if (!is_stepping()) {
+    if (is_over_stance_sole(xi) || (options_.trigger == StepTrigger::push && t < push_start_))
+      return;
+    // The paper's timing counts from the push. A capture point that leaves the sole only after the
+    // landing would have been due is a new event, and so is a step that helps only now.
+    const bool from_push =
+        options_.trigger == StepTrigger::push && !declined_ && t < push_start_ + options_.duration;
+    trigger = from_push ? push_start_ : t;
+  }
+  const double landing = trigger + options_.duration;
+  const Vec<double, 2> at_landing = predicted(xi, omega, std::max(0.0, landing - t));
+  place_at(at_landing);
+  if (!is_stepping() && options_.decide == StepDecision::if_it_helps && !helps(xi, at_landing)) {
+    declined_ = true;
+    return;
+  }
+  trigger_ = trigger;
+  landing_ = landing;
+  const double decision = options_.decision_lead
+                              ? std::max(trigger_, landing_ - *options_.decision_lead)
+                              : std::min(trigger_ + options_.decision_delay, landing_);
+  decided_ = t >= decision - same_instant;
+}
+
+// In the axes of the stance sole, the centre of pressure at its edge.
+Vec<double, 2> StepLogic::predicted(const Vec<double, 2>& xi, double omega,
+                                    double time_left) const {
+  return propagate_capture_point<double, 2>(xi, nearest_of_stance_sole(xi), omega, time_left);
+}
+
+void StepLogic::place_at(const Vec<double, 2>& at_landing) {
+  if (options_.placement == Placement::fixed) return;
+  place_ =
+      in_world({std::clamp(at_landing[0], -options_.forward_max, options_.forward_max),
+                std::clamp(away_ * at_landing[1], options_.lateral_min, options_.lateral_max)});
+}
+
+// Allocates, as hulls do: until the step begins.
+bool StepLogic::helps(const Vec<double, 2>& xi, const Vec<double, 2>& at_landing) const {
+  const SupportPolygon hull = SupportPolygon::under(
+      {{stance_, stance_foot_}, {SoleFrame{place_, swing_rotation_}, swing_foot_}});
+  const Vec<double, 3> point =
+      stance_.position + stance_.rotation * Vec<double, 3>(at_landing[0], at_landing[1], 0.0);
+  const double to_sole = (at_landing - nearest_of_stance_sole(xi)).norm();
+  return hull.signed_distance(point.head<2>()) < helpful * to_sole;
 }
 
 }  // namespace saltus::walking

@@ -1,8 +1,10 @@
 // When does the robot step, and where does the foot land?
 #pragma once
 
+#include <optional>
+
 #include "saltus/core/bounds.hpp"
-#include "saltus/robots/model/foot.hpp"
+#include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 
 namespace saltus {
@@ -12,14 +14,18 @@ class Settings;
 namespace saltus::walking {
 
 enum class StepTrigger { push, icp };
+enum class StepDecision { always, if_it_helps };
 enum class Placement { predicted, fixed };
 
 struct Step {
   bool allowed = true;
   double duration = 0.6;  ///< from the trigger to the landing, s
   StepTrigger trigger = StepTrigger::push;
+  StepDecision decide = StepDecision::always;
   /// The placement is decided this long after the trigger, when the push is known, s.
   double decision_delay = 0.1;
+  /// In place of that: this long before the landing, s.
+  std::optional<double> decision_lead;
   Placement placement = Placement::predicted;
   /// Of the swing sole relative to the stance sole: forward, and to the side away from it, m.
   Vec<double, 2> fixed_place{0.0, 0.14};
@@ -35,13 +41,16 @@ void declare_stepping(Settings& settings, Step& step);
 
 /// Decides once per tick from the capture point. The foot is placed at the capture point predicted
 /// for the landing with the centre of pressure at the edge of the stance sole that is nearest to
-/// it, clipped to the reach; the place is fixed at the decision.
+/// it, clipped to the reach; the place moves with the prediction until it is decided.
+///
+/// A step helps if the hull of both feet is less than half as far from that point as the stance
+/// sole is (none of it where it contains the point). Towards the stance side, where the legs do not
+/// cross, it does not, and standing with all of the angular momentum is better.
 class StepLogic final : public StepPlanner {
  public:
-  /// The stance foot, on that side of the robot, stands at `stance`. Places are forward and to the
-  /// side, away from the stance foot: of a left one towards -y.
-  StepLogic(const Step& options, double push_start, Side side, SoleFrame stance,
-            FootRectangle stance_foot);
+  /// In the scene at the start. Places are forward and to the side, away from the stance foot: of a
+  /// left one towards -y. `push_start` (s) is known to the trigger `push` only.
+  StepLogic(const Step& options, double push_start, const Scene& scene);
 
   void update(double t, const Vec<double, 2>& capture_point, double omega) override;
 
@@ -52,14 +61,21 @@ class StepLogic final : public StepPlanner {
   const Vec<double, 3>& place() const override { return place_; }
 
  private:
+  Vec<double, 2> in_stance_sole(const Vec<double, 2>& point) const;
   Vec<double, 3> in_world(const Vec<double, 2>& place) const;
-  Vec<double, 2> predicted_place(double t, const Vec<double, 2>& capture_point, double omega) const;
+  Vec<double, 2> nearest_of_stance_sole(const Vec<double, 2>& xi) const;
+  bool is_over_stance_sole(const Vec<double, 2>& xi) const;
+  Vec<double, 2> predicted(const Vec<double, 2>& xi, double omega, double time_left) const;
+  void place_at(const Vec<double, 2>& at_landing);
+  bool helps(const Vec<double, 2>& xi, const Vec<double, 2>& at_landing) const;
 
   Step options_;
   double push_start_;
   double away_;  // from the stance foot, along its y
   SoleFrame stance_;
-  FootRectangle stance_foot_;
+  Mat<double, 3, 3> swing_rotation_;
+  FootRectangle stance_foot_, swing_foot_;
+  bool declined_ = false;  // a step that would not have helped
   double trigger_ = infinity;
   double landing_ = infinity;
   bool decided_ = false;

@@ -228,12 +228,21 @@ TEST(ClosedLoop, ATickOfThePlannerDoesNotAllocate) {
   }
 }
 
+// On the left foot, or in its mirror image.
+Scene on_one_foot(Side side = Side::left) {
+  const FootRectangle left{between(-0.05, 0.1), between(-0.03, 0.04)};
+  Scene scene;
+  scene.side = side;
+  scene.stance_foot = side == Side::left ? left : left.mirrored();
+  scene.swing_foot = scene.stance_foot.mirrored();
+  return scene;
+}
+
 TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
-  const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
   for (const StepTrigger trigger : {StepTrigger::push, StepTrigger::icp}) {
     Step options;
     options.trigger = trigger;
-    StepLogic logic(options, 1.0, Side::left, SoleFrame{}, foot);
+    StepLogic logic(options, 1.0, on_one_foot());
     logic.update(1.04, {0.0, -0.02}, 4.2);  // still over the sole
     EXPECT_FALSE(logic.is_stepping());
     logic.update(1.05, {0.0, -0.04}, 4.2);
@@ -243,8 +252,7 @@ TEST(StepLogic, TheTriggerIsThePushOrTheCapturePointAsAsked) {
 }
 
 TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
-  const FootRectangle foot{between(-0.05, 0.1), between(-0.03, 0.04)};
-  StepLogic logic(Step{}, 1.0, Side::left, SoleFrame{}, foot);
+  StepLogic logic(Step{}, 1.0, on_one_foot());
   const double omega = 4.2;
   logic.update(1.1, {0.02, -0.05}, omega);
   ASSERT_TRUE(logic.is_decided());
@@ -253,26 +261,72 @@ TEST(StepLogic, ThePlaceIsThePredictedCapturePointWithinReachAndThenFixed) {
   logic.update(1.2, {0.02, -0.3}, omega);
   EXPECT_NEAR(logic.place()[1], -0.03 - 0.02 * std::exp(omega * 0.5), 1e-12);
 
-  StepLogic far(Step{}, 1.0, Side::left, SoleFrame{}, foot);
+  StepLogic far(Step{}, 1.0, on_one_foot());
   far.update(1.1, {0.2, -0.2}, omega);
   EXPECT_DOUBLE_EQ(far.place()[0], 0.25);
   EXPECT_DOUBLE_EQ(far.place()[1], -0.30);
 }
 
 TEST(StepLogic, PlacesCountAwayFromTheStanceFootOnEitherSide) {
-  const FootRectangle left{between(-0.05, 0.1), between(-0.03, 0.04)};
   for (const Placement placement : {Placement::fixed, Placement::predicted})
     for (const double y : {-0.035, -0.05, -0.2}) {
       Step options;
       options.placement = placement;
-      StepLogic a(options, 1.0, Side::left, SoleFrame{}, left);
-      StepLogic b(options, 1.0, Side::right, SoleFrame{}, left.mirrored());
+      StepLogic a(options, 1.0, on_one_foot());
+      StepLogic b(options, 1.0, on_one_foot(Side::right));
       a.update(1.1, {0.02, y}, 4.2);
       b.update(1.1, {0.02, -y}, 4.2);
       EXPECT_LT(a.place()[1], -0.1);
       EXPECT_EQ(a.place()[0], b.place()[0]);
       EXPECT_EQ(a.place()[1], -b.place()[1]);
     }
+}
+
+// Where the capture point leaves the sole in these directions (degrees from forward to the left), a
+// foot on the right either catches it or is of no use.
+TEST(StepLogic, StepsOnlyWhereAFootHelpsIfAskedTo) {
+  Step options;
+  options.decide = StepDecision::if_it_helps;
+  const auto steps_to = [&options](double x, double y) {
+    StepLogic logic(options, 1.0, on_one_foot());
+    logic.update(1.1, {x, y}, 4.2);
+    return logic.is_stepping();
+  };
+  EXPECT_TRUE(steps_to(0.0, -0.04));     // right
+  EXPECT_TRUE(steps_to(0.12, 0.0));      // forward
+  EXPECT_TRUE(steps_to(-0.06, -0.01));   // back
+  EXPECT_FALSE(steps_to(0.0, 0.05));     // left
+  EXPECT_FALSE(steps_to(0.08, 0.05));    // by the left edge of the sole
+  EXPECT_FALSE(steps_to(-0.04, 0.045));  // the same, behind
+  options.decide = StepDecision::always;
+  EXPECT_TRUE(steps_to(0.0, 0.05));
+}
+
+TEST(StepLogic, AStepThatHelpsOnlyLaterCountsFromThen) {
+  Step options;
+  options.decide = StepDecision::if_it_helps;
+  StepLogic logic(options, 1.0, on_one_foot());
+  logic.update(1.05, {0.0, 0.045}, 4.2);
+  EXPECT_FALSE(logic.is_stepping());
+  logic.update(1.15, {0.0, -0.04}, 4.2);
+  ASSERT_TRUE(logic.is_stepping());
+  EXPECT_DOUBLE_EQ(logic.landing_time(), 1.75);
+}
+
+// A long push is known when it is over, and not 0.1 s after it began.
+TEST(StepLogic, ThePlaceMovesUntilShortlyBeforeTheLandingIfAskedTo) {
+  Step options;
+  options.decision_lead = 0.1;
+  StepLogic logic(options, 1.0, on_one_foot());
+  logic.update(1.1, {0.0, -0.035}, 4.2);
+  ASSERT_TRUE(logic.is_stepping());
+  EXPECT_FALSE(logic.is_decided());
+  const double early = logic.place()[1];
+  logic.update(1.4, {0.0, -0.14}, 4.2);
+  EXPECT_LT(logic.place()[1], early - 0.05);
+  EXPECT_FALSE(logic.is_decided());
+  logic.update(1.5, {0.0, -0.14}, 4.2);
+  EXPECT_TRUE(logic.is_decided());
 }
 
 // Users' files name them.
@@ -289,11 +343,12 @@ TEST(Settings, EveryKeyIsStillThere) {
       "momentum.posture_damping momentum.swing_regularisation momentum.torque "
       "momentum.wrench mpc.costs mpc.deadline mpc.intervals mpc.missed_seed "
       "mpc.missed_share mpc.step noise.angle noise.angular_velocity noise.force "
-      "noise.position noise.seed noise.velocity pictures plant push.direction push.duration "
+      "noise.position noise.seed noise.velocity pictures plant preset push.direction push.duration "
       "push.impulse push.link push.point push.shape push.start robot.config robot.urdf "
       "simulator.delay_ticks simulator.friction simulator.ground_edge simulator.ground_step "
       "simulator.joint_friction simulator.step solver solver_tolerance stance "
-      "step.decision_delay step.duration step.fixed_place step.forward_max step.lateral_max "
+      "step.decide step.decision_delay step.decision_lead step.duration step.fixed_place "
+      "step.forward_max step.lateral_max "
       "step.lateral_min step.placement step.trigger stepping target weights.capture_point "
       "weights.capture_point_softness weights.capture_point_standing weights.gamma "
       "weights.gamma_impact weights.wrench weights.wrench_change "
