@@ -24,7 +24,12 @@ struct LoopController {
   std::function<Answer(double t, const VectorRef& measured)> answer;
   std::function<LoopPlan()> plan = {};         ///< the last one; without: there are none
   std::function<void(double t)> prepare = {};  ///< what can be done ahead of the measurement
+  std::function<double()> end = {};            ///< when the motion will be over, s
 };
+
+// Of a period: with less time left to the end no tick is made. Its inputs could not make up for
+// what is missed by then, and a least-time plan would rather take its time.
+constexpr double too_late = 0.01;
 
 // The input that reaches the plant from `start` on, until the next one does.
 struct Command {
@@ -175,7 +180,9 @@ class Loop {
 
   bool move_on(long k) {
     const double begin = start_ + static_cast<double>(k) * controller_.period;
-    const double end = start_ + static_cast<double>(k + 1) * controller_.period;
+    double end = start_ + static_cast<double>(k + 1) * controller_.period;
+    if (controller_.end && controller_.end() < end + too_late * controller_.period)
+      end = std::max(end, controller_.end());
     int sample = 1;
     while (plant_.time() < end - instant()) {
       const double now = plant_.time();
@@ -310,8 +317,10 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
   until_over.until = [&](double t, const VectorRef& state) {
     return plant.is_over() || (options.until && options.until(t, state));
   };
-  LoopLog log =
-      Loop({controller.solver_name(), controller.period(), answer, plan}, plant, until_over).run();
+  const auto end = [&] { return plant.end(); };
+  LoopLog log = Loop({controller.solver_name(), controller.period(), answer, plan, {}, end}, plant,
+                     until_over)
+                    .run();
   if (plant.is_over() && log.completed)
     log.message = fmt::format("the last phase ended at t = {:.6g} s", plant.over_since());
   return log;

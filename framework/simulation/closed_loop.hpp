@@ -48,7 +48,8 @@ using FeedbackLaw = std::function<void(double t, const VectorRef& measured, Vect
 LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& plant,
                              const LoopOptions& options);
 /// A motion with an end: the plan says when the plant goes on to its next phase, where no guard
-/// does, and the run is over when the plant's last phase is.
+/// does, and the run is over when the plant's last phase is; a tick that would fall less than a
+/// hundredth of a period before that is not made.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options);
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options);

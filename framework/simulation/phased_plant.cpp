@@ -105,6 +105,10 @@ bool PhasedPlant::advance(const VectorRef& input, double length) {
   return true;
 }
 
+double PhasedPlant::end() const {
+  return phase_ + 1 == phases() && definition().end_guards.empty() ? ends_[phase_] : infinity;
+}
+
 double PhasedPlant::guard(const VectorRef& input) const {
   const EndGuard& g = definition().end_guards.front();
   return crossing_sign(g.crossing) * g.guard(argument(input))[0];

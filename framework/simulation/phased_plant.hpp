@@ -41,6 +41,9 @@ class PhasedPlant final : public LoopPlant {
   double entered_at() const { return entered_; }  ///< the present phase, s
   /// When a phase that is not over will end, s; not heard where a guard decides. Until told, never.
   void end_phase_at(int phase, double t) { ends_[phase] = t; }
+  /// When the last phase, in which the plant is, will end as told, s; infinity before, where a
+  /// guard decides, and until told.
+  double end() const;
   bool is_over() const { return over_since_.has_value(); }
   double over_since() const { return *over_since_; }  ///< s; once it is over
 

@@ -132,7 +132,9 @@ Json loop_json(const ReferenceCase& c, const Solution& plan, const LibraryLoop& 
              {"seconds", tick->seconds},
              {"provenance", tick->provenance ? describe(*tick->provenance) : ""},
              {"iterations", tick->iterations}};
-  const LatencyHistogram latency = log.statistics.all();
+  const auto quantiles = [](const LatencyHistogram& seconds) {
+    return Json{{"median", seconds.median()}, {"p99", seconds.p99()}};
+  };
   std::vector<double> end(log.final_state().begin(), log.final_state().end());
   return {{"id", c.id},
           {"name", c.name + " in closed loop"},
@@ -150,7 +152,8 @@ Json loop_json(const ReferenceCase& c, const Solution& plan, const LibraryLoop& 
           {"ticks", log.ticks.size()},
           {"provenance", provenance},
           {"fallbacks", log.count(Provenance::fallback)},
-          {"solve_s", {{"median", latency.median()}, {"p99", latency.p99()}}},
+          {"solve_s", quantiles(log.statistics.all())},
+          {"check_s", quantiles(log.statistics.check)},
           {"worst_tick", worst},
           {"cost", loop.cost},
           {"cost_of_plan", planned.cost},

@@ -189,6 +189,7 @@ TEST_F(LibraryProblems, ARegulatorRecedesAndStepsByChoice) {
   const auto ticks = table_of(folder / "ticks.csv");
   ASSERT_EQ(ticks[0][8], "check time [s]");
   for (std::size_t k = 1; k < ticks.size(); ++k) EXPECT_GT(std::stod(ticks[k][8]), 0.0) << k;
+  EXPECT_GT(summary().at("check_s").at("median").get<double>(), 0.0);
 }
 
 TEST_F(LibraryProblems, WithoutAnythingToControlThereIsNoLoop) {

@@ -141,5 +141,50 @@ TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
   EXPECT_GT(plant.cost(), other.cost());  // what the disturbance costs
 }
 
+struct Cart {  // x = (position m, speed m/s), u = acceleration m/s^2
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0]};
+  }
+};
+
+// One metre from rest to rest in the least time, 2 s: full throttle, full brake.
+OptimalControlProblem dash() {
+  const auto clock = [](const auto& t, const auto&) { return t; };
+  Phase<2, 1> throttle{"throttle", Cart{}, between(0.1, 5.0)},
+      brake{"brake", Cart{}, between(0.1, 5.0)};
+  for (auto* phase : {&throttle, &brake})
+    phase->bound_input(0, between(-1.0, 1.0)).guess_duration(1.1);
+  brake.reach("there", height, exactly(1.0))
+      .reach("at rest", speed, exactly(0.0))
+      .minimise_at_end("time", clock);
+  OptimalControlProblem ocp("dash");
+  ocp.start_at({0, 0}).then(throttle).then(brake);
+  return ocp;
+}
+
+// With one input left, 2e-6 m at 4e-5 m/s take a tenth of a second more, if a solver finds that.
+TEST(ShrinkingLoop, ATickThatFallsOnTheEndIsNotMade) {
+  const OptimalControlProblem problem = dash();
+  ShrinkingHorizonController loop(
+      problem, rests_of(problem, {.intervals_per_phase = 1, .integrator = runge_kutta4()},
+                        [](MultipleShooting rest) {
+                          return RecedingHorizonController(
+                              std::move(rest), make_real_time_solver(make_sqp()), {.period = 0.04});
+                        }));
+  PhasedPlant plant(problem, runge_kutta4());
+  LoopOptions options{.duration = 6.0};
+  options.disturbances.state = [](double t, const VectorRef&, VectorOut added) {
+    if (std::abs(t - 1.96) < 1e-9) added[1] = -4e-5;  // the plan ends 40 us later
+    if (std::abs(t - 2.0) < 1e-9) added[0] = -2e-6;
+  };
+  const LoopLog log = simulate_closed_loop(loop, plant, options);
+  ASSERT_TRUE(log.completed) << log.message;
+  ASSERT_TRUE(plant.is_over());
+  EXPECT_EQ(log.ticks.size(), 50u);
+  EXPECT_NEAR(plant.over_since(), 2.0, 1e-4);
+  EXPECT_NEAR(plant.state()[0], 1.0, 1e-5);
+}
+
 }  // namespace
 }  // namespace saltus
