@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   for (saltus::ProblemEntry& entry : saltus::library_problems())
     problems.push_back(std::move(entry));
   const std::vector<saltus::Verb> verbs{
-      saltus::push_recovery::map_verb(), saltus::suite_verb(),
+      saltus::push_recovery::map_verb(), saltus::push_recovery::robot_verb(), saltus::suite_verb(),
       saltus::verb_of_program("bench", "bench latency: times of the structured solver",
                               "saltus-bench")};
   return saltus::saltus_main(argc, argv, problems, verbs);

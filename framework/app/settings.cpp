@@ -281,6 +281,16 @@ std::string Settings::describe() const {
 }
 
 std::string Settings::to_yaml() const {
+  return to_yaml([](const Setting&) { return true; });
+}
+
+std::string Settings::changes_to_yaml() const {
+  return to_yaml([](const Setting& setting) {
+    return yaml_text(setting, current_value(setting)) != setting.default_text;
+  });
+}
+
+std::string Settings::to_yaml(const std::function<bool(const Setting&)>& is_wanted) const {
   std::string text;
   std::set<std::string> written;
   // Sections in the order of their first key, each written once with all its keys.
@@ -289,6 +299,7 @@ std::string Settings::to_yaml() const {
         static_cast<std::size_t>(std::count(section.begin(), section.end(), '.'));
     for (const Setting& setting : settings_) {
       if (!setting.key.starts_with(section) || written.contains(setting.key)) continue;
+      if (!is_wanted(setting)) continue;
       const std::string rest = setting.key.substr(section.size());
       const std::size_t dot = rest.find('.');
       text.append(2 * depth, ' ');

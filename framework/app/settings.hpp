@@ -89,6 +89,8 @@ class Settings {
   std::string describe() const;
   /// The values the fields have now, as a YAML file that `apply` reads back exactly.
   std::string to_yaml() const;
+  /// Of these the ones whose values are not their defaults.
+  std::string changes_to_yaml() const;
   /// All keys, in the order of their declaration.
   std::vector<std::string> keys() const;
 
@@ -132,6 +134,7 @@ class Settings {
   const Setting* find(std::string_view key_or_alias, Assignment::Origin origin) const;
   const Renamed* find_renamed(std::string_view old_key) const;
   void stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes);
+  std::string to_yaml(const std::function<bool(const Setting&)>& is_wanted) const;
   void add_presets(std::vector<Change>& changes) const;
   void check_rules(const std::vector<Change>& changes) const;
   [[noreturn]] void reject_unknown(const Assignment& assignment) const;

@@ -6,6 +6,6 @@
 
 int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
-  const std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb()};
+  const std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(), saltus::push_recovery::robot_verb()};
   return saltus::saltus_main(argc, argv, problems, verbs);
 }

@@ -1,8 +1,11 @@
 #include "problems/push_recovery/push_recovery.hpp"
 
+#include <cmath>
+
 #include "problems/push_recovery/criteria.hpp"
 #include "problems/push_recovery/mpc.hpp"
 #include "saltus/robots/report/run_biped.hpp"
+#include "saltus/robots/survey/robot_verb.hpp"
 #include "saltus/robots/survival/map.hpp"
 
 namespace saltus::push_recovery {
@@ -20,6 +23,24 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const Scene& scene)
   return std::make_unique<StepLogic>(config_.step, config_.push.start, scene);
 }
 
+void PushRecovery::scale(const RobotScale& scale) {
+  walking::scale(config_, scale);
+  // Every term of the cost keeps its size: gamma = (m, m/s, Nms), wrenches in N and Nm.
+  const double M = scale.mass, L = scale.length;
+  Weights& w = config_.weights;
+  for (Vector9* gamma : {&w.gamma, &w.gamma_impact}) {
+    gamma->head<3>() /= L * L;
+    gamma->segment<3>(3) /= L;
+    gamma->tail<3>() /= M * M * L * L * L;
+  }
+  w.wrench.head<3>() /= M * M;
+  w.wrench.tail<3>() /= M * M * L * L;
+  w.wrench_change /= M * M;
+  w.capture_point /= L * L;
+  w.capture_point_standing /= L * L;
+  w.capture_point_penalty /= L * std::sqrt(L);
+}
+
 double PushRecovery::end_time(const StepPlanner& steps, double touchdown) const {
   return push_recovery::end_time(config_.push, steps, touchdown);
 }
@@ -31,5 +52,6 @@ ProblemEntry entry() {
 }
 
 Verb map_verb() { return walking::map_verb(PushRecovery{}); }
+Verb robot_verb() { return survey::robot_verb("push_recovery", PushRecovery{}); }
 
 }  // namespace saltus::push_recovery

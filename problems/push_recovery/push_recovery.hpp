@@ -15,6 +15,7 @@ class PushRecovery final : public BipedProblem {
   const Config& settings() const override { return config_; }
   Config& settings() override { return config_; }
   void declare(Settings& settings) override { declare_settings(settings, config_); }
+  void scale(const RobotScale& scale) override;
   std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
                                         const Scene& scene) const override;
   std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const override;
@@ -25,8 +26,9 @@ class PushRecovery final : public BipedProblem {
   Config config_;
 };
 
-/// `saltus run push_recovery` and `saltus map`.
+/// `saltus run push_recovery`, `saltus map` and `saltus robot`.
 ProblemEntry entry();
 Verb map_verb();
+Verb robot_verb();
 
 }  // namespace saltus::push_recovery

@@ -171,4 +171,29 @@ std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const fs::path& 
   return points;
 }
 
+std::vector<Vec<double, 3>> rigid_hull_points(const UrdfModel& model, int link) {
+  const std::vector<Eigen::Isometry3d> poses = model.link_poses({});
+  const Eigen::Isometry3d to_link = poses[static_cast<std::size_t>(link)].inverse();
+  std::vector<Vec<double, 3>> points;
+  for (const auto shapes : {&UrdfLink::collisions, &UrdfLink::visuals}) {
+    for (const int i : model.rigid_group(link))
+      for (const UrdfShape& shape : model.links()[static_cast<std::size_t>(i)].*shapes)
+        for (const Vec<double, 3>& p : hull_points(shape, model.source()))
+          points.push_back(to_link * (poses[static_cast<std::size_t>(i)] * p));
+    if (!points.empty()) break;
+  }
+  return points;
+}
+
+std::optional<double> lowest_point(const UrdfModel& model, const std::string& sole) {
+  std::optional<double> lowest;
+  try {
+    for (const Vec<double, 3>& p : rigid_hull_points(model, model.link_index(sole)))
+      lowest = std::min(lowest.value_or(infinity), p.z());
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+  return lowest;
+}
+
 }  // namespace saltus

@@ -27,4 +27,13 @@ std::vector<Vec<double, 3>> mesh_corners(const std::filesystem::path& file);
 /// axes. Throws InputError for a mesh that is not there or cannot be read.
 std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const std::filesystem::path& urdf);
 
+/// Points whose convex hull is that of `link` with all that is fixed to it (m, in its frame): of
+/// the shapes that collide, else of those that are seen. Empty if there are none. Throws like
+/// hull_points().
+std::vector<Vec<double, 3>> rigid_hull_points(const UrdfModel& model, int link);
+
+/// The lowest of these along z of `sole` (m): where the foot touches the ground. None if the foot
+/// has no shape, or a mesh that is not there or cannot be read.
+std::optional<double> lowest_point(const UrdfModel& model, const std::string& sole);
+
 }  // namespace saltus

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "saltus/core/text.hpp"
+#include "saltus/robots/model/mesh.hpp"
 #include "saltus/yaml/yaml_section.hpp"
 
 namespace saltus {
@@ -98,6 +99,10 @@ RobotDescription read(const YamlEntry& root, const std::string& source, Figures 
   soles.allow_only({"left", "right"});
   robot.left_sole = soles.text("left");
   robot.right_sole = soles.text("right");
+  if (robot.left_sole == robot.right_sole)
+    soles.fail("right",
+               fmt::format("names the link of the left sole, \"{}\"; name the other foot's",
+                           robot.left_sole));
   const auto foot = [&](const std::string& key) {
     return gives(file, key, figures) ? read_foot(file.section(key))
                                      : FootRectangle{exactly(unknown), exactly(unknown)};
@@ -124,10 +129,12 @@ RobotDescription read(const YamlEntry& root, const std::string& source, Figures 
   return robot;
 }
 
-// From the collision boxes, else from the file.
+// From the collision boxes; else the rectangle from the file, and the contact plane from the shapes
+// that the foot has.
 FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side side) {
   if (model.has_collision_box(named.sole(side))) return model.foot(named.sole(side));
-  const FootGeometry foot{named.foot(side), named.contact_plane_offset};
+  FootGeometry foot{named.foot(side), named.contact_plane_offset};
+  if (const auto plane = lowest_point(model, named.sole(side))) foot.contact_plane_offset = *plane;
   const auto refuse = [&](const std::string& key) {
     throw InputError(
         fmt::format("{}: {} is missing; add it, or a <collision> with a <box> to the foot "
@@ -141,6 +148,19 @@ FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side
 
 }  // namespace
 
+std::string Mirror::namesake(const std::string& joint) const {
+  constexpr std::size_t telling = 3;  // letters of a word that is no part of another by chance
+  std::string name = joint;
+  if (name.starts_with(left)) return name.replace(0, left.size(), right);
+  if (name.starts_with(right)) return name.replace(0, right.size(), left);
+  if (std::min(left.size(), right.size()) < telling) return name;
+  if (const auto at = name.find(left); at != std::string::npos)
+    return name.replace(at, left.size(), right);
+  if (const auto at = name.find(right); at != std::string::npos)
+    return name.replace(at, right.size(), left);
+  return name;
+}
+
 StandingPosture Mirror::operator()(const StandingPosture& posture) const {
   const Vec<double, 3> image(1.0, -1.0, 1.0);
   StandingPosture result = posture;
@@ -151,12 +171,7 @@ StandingPosture Mirror::operator()(const StandingPosture& posture) const {
   result.joints.clear();
   for (const auto& [joint, position] : posture.joints) {
     const bool changes = std::find(reversed.begin(), reversed.end(), joint) != reversed.end();
-    std::string namesake = joint;
-    if (joint.compare(0, left.size(), left) == 0)
-      namesake.replace(0, left.size(), right);
-    else if (joint.compare(0, right.size(), right) == 0)
-      namesake.replace(0, right.size(), left);
-    result.joints[namesake] = changes ? -position : position;
+    result.joints[namesake(joint)] = changes ? -position : position;
   }
   return result;
 }
@@ -203,6 +218,13 @@ RobotDescription describe(const UrdfModel& model, const RobotDescription& named)
         fmt::format("{}: the feet have no collision box and stand on thin ones, the rectangles of "
                     "{}; add a <collision> with a <box> to their links",
                     model.source(), named.file));
+  constexpr double unlike = 1e-3;  // m
+  if (std::abs(left.contact_plane_offset - named.contact_plane_offset) > unlike)
+    robot.warnings.push_back(fmt::format(
+        "{}: the feet touch the ground {:.1f} mm along z of \"{}\", not {:.1f} mm as {} says; the "
+        "URDF's place is taken",
+        model.source(), 1e3 * left.contact_plane_offset, named.left_sole,
+        1e3 * named.contact_plane_offset, named.file));
   constexpr double same = 1e-6;  // m
   if (std::abs(left.contact_plane_offset - right.contact_plane_offset) > same)
     throw InputError(fmt::format(

@@ -33,12 +33,15 @@ struct StandingPosture {
   Side side() const { return stance == Stance::right ? Side::right : Side::left; }
 };
 
-/// What the mirror image in the plane between the feet makes of the joints: those whose names begin
-/// with one prefix change places with their namesakes of the other, and some change sign.
+/// What the mirror image in the plane between the feet makes of the joints: those of left and right
+/// change places with their namesakes, and some change sign.
 struct Mirror {
-  std::string left, right;            // prefixes
+  std::string left, right;            // what tells them apart
   std::vector<std::string> reversed;  // joints that change sign; of a pair both
 
+  /// With one word in place of the other: at the beginning of the name, else (words of more than
+  /// two letters) where it first stands. The name itself if it has neither.
+  std::string namesake(const std::string& joint) const;
   /// Of a posture on one foot, on the other one.
   StandingPosture operator()(const StandingPosture& posture) const;
 };

@@ -63,6 +63,17 @@ Eigen::Isometry3d isometry(const urdf::Pose& pose) {
   return result;
 }
 
+// Ascending, kg m^2.
+Vec<double, 3> principal_moments(const Mat<double, 3, 3>& inertia) {
+  return Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>>(inertia, Eigen::EigenvaluesOnly)
+      .eigenvalues();
+}
+
+std::string text_of(const Vec<double, 3>& moments) {
+  return fmt::format("principal moments {:.6g}, {:.6g} and {:.6g} kg m^2", moments[0], moments[1],
+                     moments[2]);
+}
+
 void check_inertial(const UrdfLink& link, const std::string& source) {
   const auto fail = [&](const std::string& what) {
     throw InputError(
@@ -70,17 +81,16 @@ void check_inertial(const UrdfLink& link, const std::string& source) {
   };
   if (!std::isfinite(link.mass)) fail(fmt::format("has the mass {}", link.mass));
   if (link.mass < 0.0) fail(fmt::format("has the negative mass {} kg", link.mass));
+  constexpr double heaviest = 1e5;  // kg; beyond it simulators lose their digits, or abort
+  if (link.mass > heaviest)
+    fail(fmt::format("has the mass {:.3g} kg, which no robot's link has", link.mass));
   if (!link.com.allFinite()) fail("has a centre of mass that is not finite");
   if (!link.inertia.allFinite()) fail("has an inertia that is not finite");
   if (link.mass == 0.0) return;  // a frame, whatever its inertia says
-  const Vec<double, 3> moments =
-      Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>>(link.inertia, Eigen::EigenvaluesOnly)
-          .eigenvalues();  // ascending
-  if (!(moments[0] > 0.0))
-    fail(
-        fmt::format("has an inertia that is not positive (principal moments {:.6g}, {:.6g} and "
-                    "{:.6g} kg m^2)",
-                    moments[0], moments[1], moments[2]));
+  const Vec<double, 3> moments = principal_moments(link.inertia);
+  // A point without extent may be welded to a body: see check_rigid_groups().
+  if (moments[0] < 0.0 || (moments[0] == 0.0 && moments[2] > 0.0))
+    fail(fmt::format("has an inertia that is not positive ({})", text_of(moments)));
   // Files carry about six digits: a flat body, for which the sum is exact, must pass.
   constexpr double rounding = 1e-5;
   if (moments[2] > (moments[0] + moments[1]) * (1.0 + rounding))
@@ -184,6 +194,50 @@ UrdfLink convert(const urdf::Link& link, int parent, const std::string& source) 
   return result;
 }
 
+// Links fixed to each other move as one body, and that must have an inertia.
+void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& source) {
+  struct Group {
+    double mass = 0.0;
+    Vec<double, 3> moment = Vec<double, 3>::Zero();         // mass times place
+    Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the frame of the first link
+  };
+  std::vector<Group> groups(links.size());
+  std::vector<std::size_t> first(links.size());
+  std::vector<Eigen::Isometry3d> pose(links.size(), Eigen::Isometry3d::Identity());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const UrdfLink& link = links[i];
+    const bool is_fixed = link.parent >= 0 && link.joint.motion == UrdfJoint::Motion::fixed;
+    first[i] = i;
+    if (is_fixed) {
+      const auto parent = static_cast<std::size_t>(link.parent);
+      first[i] = first[parent];
+      pose[i] = pose[parent] * link.joint.origin;
+    }
+    Group& group = groups[first[i]];
+    const Vec<double, 3> com = pose[i] * link.com;
+    const Mat<double, 3, 3> R = pose[i].linear();
+    group.mass += link.mass;
+    group.moment += link.mass * com;
+    group.inertia +=
+        R * link.inertia * R.transpose() +
+        link.mass * (com.squaredNorm() * Mat<double, 3, 3>::Identity() - com * com.transpose());
+  }
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const Group& group = groups[i];
+    if (first[i] != i || group.mass == 0.0) continue;
+    const Vec<double, 3> com = group.moment / group.mass;
+    const Vec<double, 3> moments = principal_moments(
+        group.inertia -
+        group.mass * (com.squaredNorm() * Mat<double, 3, 3>::Identity() - com * com.transpose()));
+    constexpr double rounding = 1e-12;  // of the largest moment
+    if (!(moments[0] > rounding * moments[2]))
+      throw InputError(fmt::format(
+          "{}: link \"{}\", with what is fixed to it, has an inertia that is not positive ({}); "
+          "correct its <inertial> element",
+          source, links[i].name, text_of(moments)));
+  }
+}
+
 std::string suggestion(const std::string& given, const std::vector<std::string>& known) {
   const std::string nearest = nearest_name(given, known);
   constexpr std::size_t few = 40;  // names that one can read through
@@ -231,10 +285,25 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
   model.name_ = urdf->getName();
   const auto add = [&](const auto& self, const urdf::Link& link, int parent) -> void {
     const int index = static_cast<int>(model.links_.size());
+    // urdfdom takes joints that lead back to a link for a tree without end.
+    if (model.links_.size() >= urdf->links_.size())
+      throw InputError(fmt::format(
+          "{}: the joints form a cycle through link \"{}\"; a URDF is a tree, cut one of "
+          "them",
+          source, link.name));
     model.links_.push_back(convert(link, parent, source));
     for (const auto& child : link.child_links) self(self, *child, index);
   };
   add(add, *urdf->getRoot(), -1);
+  for (const auto& [name, link] : urdf->links_) {
+    const std::vector<std::string> reached = model.link_names();
+    if (std::find(reached.begin(), reached.end(), name) == reached.end())
+      throw InputError(fmt::format(
+          "{}: no chain of joints leads from the root \"{}\" to link \"{}\"; its joints form a "
+          "cycle, cut one of them",
+          source, urdf->getRoot()->name, name));
+  }
+  check_rigid_groups(model.links_, source);
   for (const UrdfLink& link : model.links_) model.total_mass_ += link.mass;
   if (!(model.total_mass_ > 0.0))
     throw InputError(

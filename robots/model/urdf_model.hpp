@@ -71,9 +71,10 @@ struct FootGeometry {
 class UrdfModel {
  public:
   /// Throws InputError, one sentence naming file and element, when the file is missing, empty, not
-  /// well-formed or not a URDF, when the total mass is zero, and when a link's mass is negative or
-  /// its inertia is not that of a body (not positive, or a principal moment above the sum of the
-  /// other two). A link without inertial element is a massless frame.
+  /// well-formed or not a URDF, when its joints form a cycle, when the total mass is zero, and when
+  /// a link's mass is negative or its inertia is not that of a body (not positive, or a principal
+  /// moment above the sum of the other two). A link without inertial element is a massless frame;
+  /// one with mass but without inertia is a point that must be fixed to a body.
   static UrdfModel read(const std::filesystem::path& file);
   /// The same from text; `source` stands for the file in messages.
   static UrdfModel parse(const std::string& text, const std::string& source);
@@ -98,6 +99,9 @@ class UrdfModel {
   /// Centre of mass in the frame of `reference` (m).
   Vec<double, 3> centre_of_mass(const std::string& reference, const Posture& posture) const;
 
+  /// Indices of the links that are fixed to this one, itself included.
+  std::vector<int> rigid_group(int link) const;
+
   /// Whether a link rigidly attached to this one has a collision box.
   bool has_collision_box(const std::string& link) const;
 
@@ -108,8 +112,6 @@ class UrdfModel {
   FootGeometry foot(const std::string& sole_link) const;
 
  private:
-  std::vector<int> rigid_group(int link) const;  // links fixed to this one, itself included
-
   std::string name_;
   std::string source_;
   std::vector<UrdfLink> links_;

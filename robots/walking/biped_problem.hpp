@@ -11,6 +11,17 @@
 
 namespace saltus::walking {
 
+/// A robot's size against iCub's, whose figures the defaults of the settings are.
+struct RobotScale {
+  double mass = 1.0;    ///< ratio of the masses
+  double length = 1.0;  ///< ratio of the heights of the CoM
+};
+/// Of the robot, standing in its first posture; to two decimals.
+RobotScale scale_of(const RobotDescription& robot);
+/// Fits reach, forces and weights by dynamic similarity: lengths by `length`, forces by `mass`,
+/// moments by both.
+void scale(BipedSettings& settings, const RobotScale& scale);
+
 class BipedProblem {
  public:
   virtual ~BipedProblem() = default;
@@ -20,6 +31,8 @@ class BipedProblem {
   virtual BipedSettings& settings() = 0;
   /// Binds every key to its field of this object.
   virtual void declare(Settings& settings) = 0;
+  /// Fits the settings to a robot of another size. A problem with weights of its own fits them too.
+  virtual void scale(const RobotScale& scale) { walking::scale(settings(), scale); }
 
   /// How it stands when the run begins; unless said otherwise on the stance foot alone.
   virtual const StandingPosture& posture(const RobotDescription& robot) const;

@@ -30,6 +30,15 @@ std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const PlantSetting
   return make_dart_plant(robot, options);
 }
 
+FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
+                                  const std::string& link) {
+  try {
+    return link_frame(robot, model, link);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("push.link: {}", error.what()));
+  }
+}
+
 Vec<double, 9> gamma(const DynamicsModel& model) {
   Vec<double, 9> g;
   g << model.com(), model.com_velocity(), model.angular_momentum();
@@ -54,7 +63,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
             nominal_, cone_options(options.contact, start.robot.left_foot),
             cone_options(options.contact, start.robot.right_foot), options.control)) {
     for (const Push& push : pushes_) {
-      pushed_.push_back(link_frame(body_, model, push.link));
+      pushed_.push_back(pushed_frame(body_, model, push.link));
       pushed_.back().pose.translate(push.point);
     }
     const WholeBodyState state = standing_state(body_, model, start.robot, start.posture);

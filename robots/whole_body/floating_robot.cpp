@@ -77,6 +77,21 @@ const ActuatedJoint* actuated(const RobotDescription& robot, const std::string& 
   return nullptr;
 }
 
+// Of a joint with a motor.
+void check_limits(const FloatingRobot::Body& body, const std::string& urdf,
+                  const std::string& file) {
+  if (!(body.effort > 0.0))
+    throw InputError(
+        fmt::format("{}: joint \"{}\" has an effort of {} Nm and can drive nothing; give it one in "
+                    "its <limit>, or under joints in {}",
+                    urdf, body.joint, body.effort, file));
+  if (!(body.position.lower <= body.position.upper))
+    throw InputError(fmt::format(
+        "{}: joint \"{}\" may move from {:.4g} to {:.4g} rad, which is nothing; correct "
+        "its <limit>, or write a position under joints in {}",
+        urdf, body.joint, body.position.lower, body.position.upper, file));
+}
+
 }  // namespace
 
 int FloatingRobot::joint_index(const std::string& joint) const {
@@ -138,6 +153,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
         body.axis = link.joint.axis;
         body.position = motor->position.value_or(link.joint.position);
         body.effort = motor->effort.value_or(link.joint.effort);
+        check_limits(body, model.source(), robot.file);
       }
       body_of[i] = static_cast<int>(result.bodies.size());
       result.bodies.push_back(std::move(body));

@@ -1,5 +1,6 @@
 #include "saltus/robots/model/urdf_model.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -199,6 +200,7 @@ TEST(UrdfModel, RefusesBodiesThatCannotBe) {
              "link \"leg\" has an inertia that no body can have");
   expect_has(complaint(one_leg(foot_box, inertia("0.1", "0.1", "-0.1"))), "link \"leg\" has an");
   expect_has(complaint(one_leg(foot_box, inertia("0", "0", "0"))), "is not positive");
+  expect_has(complaint(one_leg(foot_box, inertia("0", "0.1", "0.1"))), "is not positive");
   EXPECT_EQ(complaint(one_leg(foot_box, inertia("0.1", "0.2", "0.3"))), "");  // flat, still a body
   expect_has(complaint(one_leg(foot_box, good_inertia, "-3")), "\"body\" has the negative mass -3");
   // urdfdom does not read numbers that are not finite, and would go on without them.
@@ -210,6 +212,34 @@ TEST(UrdfModel, RefusesBodiesThatCannotBe) {
              "collision element for Link [foot]");
   EXPECT_EQ(complaint(one_leg("<visual><geometry><mesh/></geometry></visual>")), "");
   expect_has(complaint("<robot name=\"ghost\"><link name=\"a\"/></robot>"), "has no mass");
+}
+
+TEST(UrdfModel, WeldsPointsWithoutInertiaToTheirBody) {
+  const auto robot = [](const char* joint_type) {
+    return fmt::format(
+        "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"2\"/><inertia ixx=\"0.1\" "
+        "iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><link "
+        "name=\"sensor\"><inertial><mass value=\"0.1\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\" "
+        "ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial></link><joint name=\"j\" type=\"{}\"><parent "
+        "link=\"a\"/><child link=\"sensor\"/><axis xyz=\"0 0 1\"/></joint></robot>",
+        joint_type);
+  };
+  EXPECT_EQ(complaint(robot("fixed")), "");
+  expect_has(complaint(robot("continuous")), "link \"sensor\", with what is fixed to it, has an");
+}
+
+TEST(UrdfModel, RefusesCyclesAndMassesWithoutSense) {
+  const auto link = [](const char* name) { return fmt::format("<link name=\"{}\"/>", name); };
+  const auto joint = [](const char* parent, const char* child) {
+    return fmt::format(
+        "<joint name=\"{0}{1}\" type=\"fixed\"><parent link=\"{0}\"/><child link=\"{1}\"/></joint>",
+        parent, child);
+  };
+  const std::string links = "<robot name=\"r\">" + link("a") + link("b") + link("c");
+  expect_has(complaint(links + joint("a", "b") + joint("b", "c") + joint("c", "b") + "</robot>"),
+             "form a cycle through link \"b\"");
+  expect_has(complaint(links + joint("b", "c") + joint("c", "b") + "</robot>"), "form a cycle");
+  expect_has(complaint(one_leg(foot_box, good_inertia, "1e100")), "which no robot's link has");
 }
 
 TEST(UrdfModel, RefusesWhatIsNotAUrdfWithoutPrinting) {

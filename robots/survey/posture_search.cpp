@@ -1,0 +1,162 @@
+#include "saltus/robots/survey/posture_search.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace saltus::survey {
+namespace {
+
+// Weights of residuals in m and rad: what must be, what shall be, what may be.
+constexpr double place_weight = 1e3, upright_weight = 3.0, height_weight = 10.0, rest_weight = 0.1;
+
+Vec<double, 3> rotation_vector(const Mat<double, 3, 3>& R) {
+  const Eigen::AngleAxisd turn(R);
+  return turn.angle() * turn.axis();
+}
+
+struct Range {
+  double lower, upper;
+};
+
+class Search {
+ public:
+  Search(const UrdfModel& model, const RobotDescription& robot,
+         const std::vector<ActuatedJoint>& joints, const PostureWish& wish)
+      : model_(model),
+        wish_(wish),
+        joints_(joints),
+        sole_(model.link_index(robot.sole(wish.stance))),
+        other_(model.link_index(robot.sole(saltus::other(wish.stance)))),
+        to_contact_(0.0, 0.0, robot.contact_plane_offset) {
+    constexpr double margin = 0.02;     // rad, to the limits
+    constexpr double full_turn = 3.14;  // of joints without limits, rad
+    for (const ActuatedJoint& joint : joints) {
+      Bounds limits = joint.position.value_or(Bounds{});
+      if (!joint.position)
+        for (const UrdfLink& link : model.links())
+          if (link.joint.name == joint.name) limits = link.joint.position;
+      Range range{std::max(limits.lower + margin, -full_turn),
+                  std::min(limits.upper - margin, full_turn)};
+      if (range.lower > range.upper) range.lower = range.upper = 0.5 * (range.lower + range.upper);
+      ranges_.push_back(range);
+    }
+  }
+
+  VectorXd clamped(VectorXd q) const {
+    for (int i = 0; i < q.size(); ++i)
+      q[i] = std::clamp(q[i], ranges_[static_cast<std::size_t>(i)].lower,
+                        ranges_[static_cast<std::size_t>(i)].upper);
+    return q;
+  }
+
+  Posture posture(const VectorXd& q) const {
+    Posture posture;
+    for (std::size_t i = 0; i < joints_.size(); ++i)
+      posture[joints_[i].name] = q[static_cast<int>(i)];
+    return posture;
+  }
+
+  // Errors of the foot's place (3) and tilt (3), of the CoM (2), lean (2), height (1); m and rad.
+  Vec<double, 11> errors(const VectorXd& q) const {
+    const std::vector<Eigen::Isometry3d> poses = model_.link_poses(posture(q));
+    Eigen::Isometry3d contact = poses[static_cast<std::size_t>(sole_)];
+    contact.translate(to_contact_);
+    const Eigen::Isometry3d to_world = contact.inverse();
+    Eigen::Isometry3d foot = to_world * poses[static_cast<std::size_t>(other_)];
+    foot.translate(to_contact_);
+    Vec<double, 3> moment = Vec<double, 3>::Zero();
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      moment += model_.links()[i].mass * (poses[i] * model_.links()[i].com);
+    const Vec<double, 3> com = to_world * Vec<double, 3>(moment / model_.total_mass());
+    Vec<double, 11> e;
+    e << foot.translation() - wish_.other_foot, rotation_vector(foot.linear()),
+        com.head<2>() - wish_.com, rotation_vector(to_world.linear()).head<2>(),
+        to_world.translation().z() - wish_.trunk_height;
+    return e;
+  }
+
+  VectorXd residual(const VectorXd& q, const VectorXd& rest) const {
+    Vec<double, 11> weights;
+    weights << Vec<double, 8>::Constant(place_weight), upright_weight, upright_weight,
+        height_weight;
+    VectorXd r(11 + q.size());
+    r << weights.cwiseProduct(errors(q)), rest_weight * (q - rest);
+    return r;
+  }
+
+ private:
+  const UrdfModel& model_;
+  const PostureWish& wish_;
+  const std::vector<ActuatedJoint>& joints_;
+  int sole_, other_;
+  Vec<double, 3> to_contact_;
+  std::vector<Range> ranges_;
+};
+
+}  // namespace
+
+FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
+                          const std::vector<ActuatedJoint>& joints, const PostureWish& wish,
+                          const Posture& start) {
+  const Search search(model, robot, joints, wish);
+  const auto n = static_cast<int>(joints.size());
+  VectorXd rest = VectorXd::Zero(n);
+  for (int i = 0; i < n; ++i)
+    if (const auto found = start.find(joints[static_cast<std::size_t>(i)].name);
+        found != start.end())
+      rest[i] = found->second;
+  rest = search.clamped(rest);
+
+  // Levenberg and Marquardt; steps end at the limits, and a joint that is held there rests.
+  VectorXd q = rest;
+  VectorXd r = search.residual(q, rest);
+  double damping = 1.0;
+  constexpr int most_iterations = 300;
+  constexpr double difference = 1e-6;  // rad, of central differences
+  constexpr double converged = 1e-10;  // rad
+  constexpr double hopeless = 1e12;
+  for (int k = 0; k < most_iterations && damping < hopeless; ++k) {
+    MatrixXd J(r.size(), n);
+    for (int i = 0; i < n; ++i) {
+      VectorXd near = q;
+      near[i] = q[i] + difference;
+      J.col(i) = search.residual(near, rest);
+      near[i] = q[i] - difference;
+      J.col(i) = (J.col(i) - search.residual(near, rest)) / (2.0 * difference);
+    }
+    const VectorXd gradient = J.transpose() * r;
+    const VectorXd free_end = search.clamped(q - 1e-3 * gradient.cwiseSign());
+    for (int i = 0; i < n; ++i)
+      if (free_end[i] == q[i]) J.col(i).setZero();  // at a limit that it is pressed against
+    MatrixXd H = J.transpose() * J;
+    const VectorXd diagonal = H.diagonal();
+    double moved = 0.0;
+    while (damping < hopeless) {
+      H.diagonal() = diagonal.array() + damping;
+      const VectorXd trial = search.clamped(q - H.ldlt().solve(J.transpose() * r));
+      const VectorXd at_trial = search.residual(trial, rest);
+      if (at_trial.squaredNorm() < r.squaredNorm()) {
+        moved = (trial - q).lpNorm<Eigen::Infinity>();
+        q = trial;
+        r = at_trial;
+        damping = std::max(1e-9, damping / 5.0);
+        break;
+      }
+      damping *= 5.0;
+    }
+    if (moved < converged) break;
+  }
+
+  const Vec<double, 11> e = search.errors(q);
+  FoundPosture found;
+  found.joints = search.posture(q);
+  found.foot_error = e.head<3>().norm();
+  found.tilt = e.segment<3>(3).norm();
+  found.com_error = e.segment<2>(6).norm();
+  found.lean = e.segment<2>(8).norm();
+  found.trunk_error = std::abs(e[10]);
+  return found;
+}
+
+}  // namespace saltus::survey
