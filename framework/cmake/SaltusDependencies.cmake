@@ -86,7 +86,10 @@ endmacro()
 macro(saltus_find_sundials)
   # Version 7 looks for MPI, in C as well as C++. Its version file refuses ranges across 6 and 7.
   find_package(SUNDIALS QUIET CONFIG)
-  if(NOT SUNDIALS_FOUND)
+  if(NOT SUNDIALS_FOUND AND SUNDIALS_CONSIDERED_CONFIGS)
+    # It is there, but not what its configuration looks for.
+    set(missing "OpenMP and MPI that work with ${CMAKE_CXX_COMPILER_ID}, as SUNDIALS asks (clang: libomp-dev)")
+  elseif(NOT SUNDIALS_FOUND)
     set(missing "SUNDIALS 6.4 to 7 (libsundials-dev)")
   elseif(SUNDIALS_VERSION VERSION_LESS 6.4 OR SUNDIALS_VERSION VERSION_GREATER_EQUAL 8)
     set(missing "SUNDIALS 6.4 to 7, in place of ${SUNDIALS_VERSION} (libsundials-dev)")
