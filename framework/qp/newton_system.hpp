@@ -26,9 +26,9 @@ class NewtonSystem {
   virtual bool factor(const VectorXd& variable_weights, const VectorXd& row_weights) = 0;
   /// Of limited accuracy: meant to be refined.
   virtual void solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda) = 0;
-  /// Factors once more with other regularisation, where refinement does not converge; false if
-  /// there is none left to try. The next factor() begins with the last one.
-  virtual bool try_other_regularisation() { return false; }
+  /// Factors once more in another way, where refinement does not converge; false if there is none
+  /// left to try.
+  virtual bool factor_otherwise() { return false; }
 };
 
 }  // namespace saltus

@@ -1,5 +1,7 @@
 // One quasi-definite matrix whose pattern covers all cases: static regularisation rho and delta on
 // its diagonals stand in for pivoting, and refinement of the solutions takes their effect out.
+// Where no regularisation does, because rows nearly depend on one another, pivots are chosen, which
+// takes several times as long.
 #include "saltus/qp/sparse_newton.hpp"
 
 #include <algorithm>
@@ -8,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/qp/sparse_indefinite.hpp"
 #include "saltus/qp/sparse_ldl.hpp"
 
 namespace saltus {
@@ -15,6 +18,8 @@ namespace {
 
 // In units of the data, in the order in which they are tried (see sparse_factor.cpp).
 constexpr std::array regularisations{1e-10, 1e-12, 1e-8, 1e-14, 1e-6};
+// Pivots are at least this times as large as what they divide.
+constexpr double pivot_threshold = 1e-6;
 // A row with less weight than this does not hold anything back.
 constexpr double least_weight = 1e-20;
 
@@ -33,6 +38,31 @@ std::vector<signed char> expected_signs(int n, int m) {
   return signs;
 }
 
+// Every row with the variable of fewest entries that is still free: of the rows of dynamics that is
+// the state they define.
+std::vector<std::pair<int, int>> pairs_of(const SparsityPattern& hessian,
+                                          const SparsityPattern& rows) {
+  std::vector<int> degree(rows.cols(), 0);
+  hessian.for_each([&](int i, int j, int) {
+    ++degree[i];
+    ++degree[j];
+  });
+  rows.for_each([&](int, int j, int) { ++degree[j]; });
+  std::vector<char> is_free(rows.cols(), 1);
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = rows.rows() - 1; i >= 0; --i) {
+    int best = -1;
+    for (int e = rows.row_begin(i); e < rows.row_end(i); ++e) {
+      const int j = rows.col(e);
+      if (is_free[j] && (best < 0 || degree[j] <= degree[best])) best = j;
+    }
+    if (best < 0) continue;
+    is_free[best] = 0;
+    pairs.emplace_back(best, rows.cols() + i);
+  }
+  return pairs;
+}
+
 class SparseNewton final : public NewtonSystem {
  public:
   SparseNewton(const SparsityPattern& hessian, const SparsityPattern& rows)
@@ -44,7 +74,8 @@ class SparseNewton final : public NewtonSystem {
         diagonal_(VectorXd::Zero(n_ + m_)),
         weighted_(VectorXd::Zero(n_ + m_)),
         work_(VectorXd::Zero(n_ + m_)),
-        is_fixed_(n_, 0) {
+        is_fixed_(n_, 0),
+        has_free_(m_, 0) {
     const SparsityPattern pattern = matrix_pattern(hessian, rows);
     hessian.for_each([&](int i, int j, int) { hessian_slot_.push_back(pattern.find(i, j)); });
     rows.for_each([&](int i, int j, int) { row_slot_.push_back(pattern.find(n_ + i, j)); });
@@ -52,6 +83,7 @@ class SparseNewton final : public NewtonSystem {
   }
 
   bool load(const SparseQp& qp) override {
+    qp_ = &qp;
     if (!qp.hessian.allFinite() || !qp.rows.allFinite()) return false;
     for (int i = 0; i < n_; ++i) is_fixed_[i] = qp.lower[i] == qp.upper[i];
     diagonal_.setZero();
@@ -71,18 +103,21 @@ class SparseNewton final : public NewtonSystem {
 
   bool factor(const VectorXd& variable_weights, const VectorXd& row_weights) override {
     tried_ = 0;
+    by_pivots_ = false;
     for (int i = 0; i < n_; ++i)
       weighted_[i] = is_fixed_[i] ? 1.0 : diagonal_[i] + variable_weights[i];
     for (int i = 0; i < m_; ++i) weighted_[n_ + i] = -1.0 / std::max(row_weights[i], least_weight);
     return factor_with(regularisations[level_]);
   }
 
-  bool try_other_regularisation() override {
+  bool factor_otherwise() override {
     while (++tried_ < regularisations.size()) {
       level_ = (level_ + 1) % regularisations.size();
       if (factor_with(regularisations[level_])) return true;
     }
-    return false;
+    if (tried_ > regularisations.size()) return false;
+    by_pivots_ = factor_with_pivots();
+    return by_pivots_;
   }
 
   void solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda) override {
@@ -90,7 +125,10 @@ class SparseNewton final : public NewtonSystem {
     work_.tail(m_) = -rr;
     for (int i = 0; i < n_; ++i)
       if (is_fixed_[i]) work_[i] = 0.0;
-    ldl_.solve(work_.data());
+    if (by_pivots_)
+      pivoting_->solve(work_.data());
+    else
+      ldl_.solve(work_.data());
     dw = work_.head(n_);
     dlambda = work_.tail(m_);
   }
@@ -103,6 +141,25 @@ class SparseNewton final : public NewtonSystem {
     return ldl_.factor_with_inertia();
   }
 
+  bool factor_with_pivots() {
+    if (pivoting_ == nullptr)
+      pivoting_ = std::make_unique<qp::SparseIndefinite>(
+          matrix_pattern(hessian_pattern_, row_pattern_), pairs_of(hessian_pattern_, row_pattern_));
+    hessian_pattern_.for_each([&](int i, int j, int e) {
+      if (i != j)
+        pivoting_->set(hessian_slot_[e], is_fixed_[i] || is_fixed_[j] ? 0.0 : qp_->hessian[e]);
+    });
+    std::fill(has_free_.begin(), has_free_.end(), 0);
+    row_pattern_.for_each([&](int i, int j, int e) {
+      pivoting_->set(row_slot_[e], is_fixed_[j] ? 0.0 : qp_->rows[e]);
+      if (!is_fixed_[j]) has_free_[i] = 1;
+    });
+    for (int i = 0; i < n_; ++i) pivoting_->set(diagonal_slot_[i], weighted_[i]);
+    for (int i = 0; i < m_; ++i)
+      pivoting_->set(diagonal_slot_[n_ + i], has_free_[i] ? weighted_[n_ + i] : -1.0);
+    return pivoting_->factor(pivot_threshold) && pivoting_->negative() == m_;
+  }
+
   int n_, m_;
   SparsityPattern hessian_pattern_, row_pattern_;
   qp::SparseLdl ldl_;
@@ -110,8 +167,11 @@ class SparseNewton final : public NewtonSystem {
   VectorXd diagonal_;                                         // of H, zeros below
   VectorXd weighted_;                                         // diagonal with the weights
   VectorXd work_;
-  std::vector<char> is_fixed_;
-  double scale_ = 1.0;  // largest entry of H, at least 1: the unit of rho
+  const SparseQp* qp_ = nullptr;
+  std::unique_ptr<qp::SparseIndefinite> pivoting_;  // once it was needed
+  bool by_pivots_ = false;
+  std::vector<char> is_fixed_, has_free_;  // of variables; of rows: whether any is free
+  double scale_ = 1.0;                     // largest entry of H, at least 1: the unit of rho
   std::size_t level_ = 0, tried_ = 0;
 };
 

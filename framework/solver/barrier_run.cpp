@@ -15,6 +15,8 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // The start: multipliers of the sides, largest ones of the rows.
 constexpr double first_multiplier = 1.0, largest_estimate = 1e3;
+// Those of rows whose slopes are 100 at most that deserve a look, and what replaces them.
+constexpr double excessive_multiplier = 1e4, much_smaller = 1e-2;
 // Barrier parameter: solved to this multiple of it, then times the first, or to the power of the
 // second.
 constexpr double barrier_error = 10.0, barrier_factor = 0.2, barrier_power = 1.5;
@@ -32,6 +34,9 @@ constexpr double largest_violation = 1e4, small_violation = 1e-4;
 constexpr double largest_increase = 5.0;  // of the barrier cost, powers of ten
 constexpr int corrections = 4;
 constexpr double worthwhile_correction = 0.99;
+// How often a step may be doubled, and how much that may add to the violation.
+constexpr int doublings = 10;
+constexpr double more_violation = 4.0;
 constexpr double tiny_step = 10.0 * epsilon;
 // Progress has stopped where the looser tolerance was met this often in a row.
 constexpr double acceptable_factor = 100.0, acceptable_at_failure = 1e3;
@@ -137,7 +142,7 @@ bool BarrierRun::begin(const NlpPoint& start) {
     if (upper_[i] < infinity) z_upper_[i] = multiplier(upper_[i] - now_.x[i]);
   }
   if (!evaluate(now_) || !linearise()) return false;
-  if (!options_.is_central) estimate_multipliers();
+  if (!options_.is_central) lambda_ = estimate_multipliers(largest_estimate);
   compute_stationarity();
   least_violation_ = small_violation * std::max(1.0, now_.violation);
   largest_violation_ = largest_violation * std::max(1.0, now_.violation);
@@ -169,8 +174,9 @@ void BarrierRun::push_inside(int first, int last, VectorXd& x) const {
   }
 }
 
-// Those of the rows with which stationarity holds best, |grad f + J'lambda + z| least.
-void BarrierRun::estimate_multipliers() {
+// Those of the rows with which stationarity holds best, |grad f + J'lambda + z| least; none if they
+// are larger than that.
+VectorXd BarrierRun::estimate_multipliers(double most) {
   SparseQp& qp = engine_.qp;
   const VectorXd hessian = qp.hessian;
   qp.hessian.setZero();
@@ -185,13 +191,19 @@ void BarrierRun::estimate_multipliers() {
   VectorXd ignored = VectorXd::Zero(n_);
   const bool solved =
       step_.factor(qp, weights_, row_weights_, mu_) && step_.solve(rw_, rr_, ignored, dlambda_);
-  if (solved && largest(dlambda_) <= largest_estimate)
-    lambda_ = dlambda_;
-  else
-    lambda_.setZero();
-  for (int i = 0; i < m_; ++i)
-    if (row_kind_[i] == Row::free) lambda_[i] = 0.0;
   qp.hessian = hessian;
+  if (!solved || largest(dlambda_) > most) return VectorXd::Zero(m_);
+  VectorXd estimate = dlambda_;
+  for (int i = 0; i < m_; ++i)
+    if (row_kind_[i] == Row::free) estimate[i] = 0.0;
+  return estimate;
+}
+
+// Rows that nearly depend on one another let multipliers grow against each other, and with them the
+// Hessian. Those that serve as well are taken, if they are much smaller.
+void BarrierRun::shrink_multipliers() {
+  const VectorXd estimate = estimate_multipliers(much_smaller * largest(lambda_));
+  if (largest(estimate) > 0.0) lambda_ = estimate;
 }
 
 // --- evaluation ---------------------------------------------------------------------------------
@@ -293,7 +305,8 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
       if (status != SolveStatus::optimal) return give_up(status);
     }
     if (!linearise()) return SolveStatus::evaluation_failed;
-    if (was_restored_) estimate_multipliers();
+    if (was_restored_) lambda_ = estimate_multipliers(largest_estimate);
+    if (largest(lambda_) > excessive_multiplier) shrink_multipliers();
     was_restored_ = false;
     compute_stationarity();
     if (options_.suffices && options_.suffices(now_.x.head(n_), now_.x.tail(m_)))
@@ -397,8 +410,8 @@ bool BarrierRun::solve_step(const VectorXd& rows, VectorXd& dx, VectorXd& dlambd
 
 // --- line search --------------------------------------------------------------------------------
 
-double BarrierRun::longest_step(const VectorXd& x, const VectorXd& dx) const {
-  double alpha = 1.0;
+double BarrierRun::longest_step(const VectorXd& x, const VectorXd& dx, double most) const {
+  double alpha = most;
   for (int i = 0; i < n_ + m_; ++i) {
     if (lower_[i] > -infinity && dx[i] < 0.0)
       alpha = std::min(alpha, -tau_ * (x[i] - lower_[i]) / dx[i]);
@@ -521,6 +534,7 @@ bool BarrierRun::search() {
     if (evaluated && is_acceptable(from, trial_, alpha)) {
       shortened_ = alpha == longest ? 0 : shortened_ + 1;
       if (!is_cost_step(from, alpha) || !falls_enough(from, trial_, alpha)) add_to_filter(from);
+      if (alpha == 1.0) lengthen(from);
       accept(trial_, alpha, longest_dual_step());
       return true;
     }
@@ -529,6 +543,22 @@ bool BarrierRun::search() {
       return true;
   }
   return false;
+}
+
+// A step shortened by a shift of the Hessian may be far too short, above all where the cost curves
+// downward: it is doubled as long as that pays.
+void BarrierRun::lengthen(const Reference& from) {
+  if (step_.shift() == 0.0 || from.violation > least_violation_) return;
+  const double room = longest_step(now_.x, dx_, std::ldexp(1.0, doublings));
+  const double most = more_violation * std::max(from.violation, trial_.violation);
+  Trial longer = trial_;
+  for (double alpha = 2.0; alpha <= room; alpha *= 2.0) {
+    longer.x = now_.x + alpha * dx_;
+    if (!evaluate(longer) || longer.barrier_cost >= trial_.barrier_cost ||
+        longer.violation > most || !is_acceptable(from, longer, 1.0))
+      return;
+    std::swap(trial_, longer);
+  }
 }
 
 void BarrierRun::add_to_filter(const Reference& from) {

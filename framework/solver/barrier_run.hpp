@@ -89,7 +89,8 @@ class BarrierRun {
   bool begin(const NlpPoint& start);
   void relax_rows();
   void push_inside(int first, int last, VectorXd& x) const;
-  void estimate_multipliers();
+  VectorXd estimate_multipliers(double most);
+  void shrink_multipliers();
   double barrier_cost(const VectorXd& x, double cost) const;
   double barrier_slope(int i) const;
   bool evaluate(Trial& trial);
@@ -100,13 +101,14 @@ class BarrierRun {
   void lower_barrier();
   bool compute_step(const VectorXd& rows);
   bool solve_step(const VectorXd& rows, VectorXd& dx, VectorXd& dlambda);
-  double longest_step(const VectorXd& x, const VectorXd& dx) const;
+  double longest_step(const VectorXd& x, const VectorXd& dx, double most = 1.0) const;
   double longest_dual_step() const;
   double slope() const;
   bool is_cost_step(const Reference& from, double alpha) const;
   bool falls_enough(const Reference& from, const Trial& trial, double alpha) const;
   bool is_acceptable(const Reference& from, const Trial& trial, double alpha) const;
   bool search();
+  void lengthen(const Reference& from);
   bool correct_second_order(const Reference& from, double alpha);
   void add_to_filter(const Reference& from);
   void accept(Trial& trial, double alpha, double dual_alpha);

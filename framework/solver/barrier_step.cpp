@@ -11,7 +11,7 @@ constexpr double first_shift = 1e-4, least_shift = 1e-20, largest_shift = 1e20;
 constexpr double fast_growth = 100.0, slow_growth = 8.0, decay = 1.0 / 3.0;
 constexpr double dependent_rows = 1e-8;  // shift of the rows, times mu^(1/4), and at least
 constexpr double least_row_shift = 1e-9;
-// Backward errors: there is nothing left to refine; other regularisations are tried; of no use.
+// Backward errors: there is nothing left to refine; other factors are tried; of no use.
 constexpr double exact = 1e-15, accurate = 1e-10, useless = 1e-5;
 constexpr int refinements = 8;
 constexpr double worthwhile = 0.5;
@@ -74,12 +74,12 @@ bool BarrierStep::solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, Ve
     best_r_ = trial_r_;
   };
   try_again();
-  if (smallest > accurate && system_.try_other_regularisation()) try_again();
+  if (smallest > accurate && system_.factor_otherwise()) try_again();
   if (smallest > accurate && row_shift_ == 0.0) {  // rows may depend on one another
     row_shift_ = std::max(least_row_shift, dependent_rows * std::pow(mu_, 0.25));
     if (factor_shifted()) try_again();
   }
-  while (smallest > accurate && system_.try_other_regularisation()) try_again();
+  while (smallest > accurate && system_.factor_otherwise()) try_again();
   dw = best_w_;
   dlambda = best_r_;
   accuracy_ = smallest;

@@ -97,8 +97,12 @@ class SqpSolver final : public Solver {
   // few models solved to their end meet it.
   NlpResult refined(NonlinearProgram& program, Curvature curvature, WallClock::time_point deadline,
                     NlpResult result) {
-    if (result.status != SolveStatus::optimal || result.kkt.scaled() <= options_.tolerance)
+    if (result.status != SolveStatus::optimal && result.status != SolveStatus::acceptable)
       return result;
+    if (result.kkt.scaled() <= options_.tolerance) {
+      result.status = SolveStatus::optimal;
+      return result;
+    }
     SqpOptions few = options_;
     few.max_iterations = refining_models;
     NlpResult better =

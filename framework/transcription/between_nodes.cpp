@@ -268,13 +268,16 @@ bool is_solved_on_its_grid(const Solution& solution) {
 
 RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOptions options,
                               Solver& solver, const RefinementOptions& refinement) {
-  const auto attempt = [&](MultipleShooting& shooting, const NlpPoint& start) {
-    return solve(shooting, solver, start);
-  };
   MultipleShooting first(problem, options);
   options = first.options();
-  Solution solution = attempt(first, first.initial_guess());
-  RefinedSolution result{std::move(first), std::move(solution), {}, {}, false, {}};
+  RefinedSolution result{.shooting = std::move(first), .solution = {}};
+  const auto attempt = [&](MultipleShooting& shooting, const NlpPoint& start) {
+    Solution solution = solve(shooting, solver, start);
+    result.iterations += solution.iterations;
+    result.seconds += solution.seconds;
+    return solution;
+  };
+  result.solution = attempt(result.shooting, result.shooting.initial_guess());
   const auto count_intervals = [&] {
     result.intervals.clear();
     for (const Mesh& mesh : options.meshes) result.intervals.push_back(mesh.intervals);

@@ -34,13 +34,16 @@ struct RefinementOptions {
 };
 
 struct RefinedSolution {
-  MultipleShooting shooting;   ///< the last one that was solved
-  Solution solution;           ///< of it
-  std::vector<int> intervals;  ///< per phase; where they lie: shooting.options().meshes
+  MultipleShooting shooting;  ///< the last one that was solved
+  Solution solution;          ///< of it
+  /// Per phase; where they lie: shooting.options().meshes.
+  std::vector<int> intervals = {};
   /// After each solve, the largest violation between nodes.
-  std::vector<double> violations;
-  bool reached = false;  ///< solved, and within the tolerance
-  std::string message;   ///< one sentence: what was reached, or what ended it
+  std::vector<double> violations = {};
+  int iterations = 0;        ///< of all solves
+  double seconds = 0.0;      ///< of all solves, wall clock
+  bool reached = false;      ///< solved, and within the tolerance
+  std::string message = {};  ///< one sentence: what was reached, or what ended it
 };
 
 /// Solves, measures between the nodes and the error of the integration, and cuts the intervals that

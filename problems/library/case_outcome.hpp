@@ -29,7 +29,9 @@ struct CaseOutcome {
   std::vector<CheckedValue> checked;
   /// Largest violation of a path constraint between the nodes, in its own units; absent: unknown.
   std::optional<double> between_nodes;
-  int iterations = 0;
+  /// Grids that were made finer, because the plan went beyond a path constraint between the nodes.
+  int refinements = 0;
+  int iterations = 0;    ///< on all grids, like the seconds
   double seconds = 0.0;  ///< wall clock of the solver, of simulations of everything
 
   bool is_wrong() const { return verdict == Verdict::missed || verdict == Verdict::failed; }

@@ -2,13 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "saltus/core/bounds.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/solver/any_solver.hpp"
+#include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/replay.hpp"
 
 namespace saltus {
@@ -103,7 +106,14 @@ CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
 CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice) {
   CaseOutcome outcome = outcome_for(c);
   try {
-    return check_case(c, solve_case(c, choice));
+    const RefinedSolution refined =
+        solve_refined(c.problem(), c.options, *make_case_solver(choice, c.max_iterations),
+                      {.tolerance = c.between_nodes, .integration = infinity});
+    outcome = check_case(c, refined.solution);
+    outcome.iterations = refined.iterations;
+    outcome.seconds = refined.seconds;
+    outcome.refinements = std::max(1, static_cast<int>(refined.violations.size())) - 1;
+    return outcome;
   } catch (const DefinitionError& error) {
     outcome.status = error.what();
     if (choice == SolverChoice::riccati) outcome.verdict = Verdict::not_applicable;

@@ -33,6 +33,9 @@ std::string table_line(const CaseOutcome& o) {
     reference = number(shown.reference, shown.digits);
     error = fmt::format("{:.1e}", shown.relative_error());
     if (shown.name != "cost") what += "; shown: " + shown.name;
+    if (o.refinements > 0)
+      what += fmt::format("; refined {}: the first plan broke a path constraint between the nodes",
+                          o.refinements == 1 ? "once" : fmt::format("{} times", o.refinements));
     if (shown.digits > 0) digits = fmt::format("{}/{}", shown.digits_reached(), shown.digits);
   }
   return fmt::format(row, o.id + " " + o.name, value, reference, error, digits, between,
@@ -86,6 +89,7 @@ nlohmann::ordered_json to_json(const SuiteReport& report) {
                      {"verdict", word_for(o.verdict)},
                      {"status", o.status},
                      {"iterations", o.iterations},
+                     {"refinements", o.refinements},
                      {"seconds", o.seconds},
                      {"between_nodes", o.between_nodes ? Json(*o.between_nodes) : Json()},
                      {"checked", checked},

@@ -210,6 +210,28 @@ TEST(Suite, EveryChoiceOfSolverSolvesALinearQuadraticCase) {
   }
 }
 
+// Our own solvers may find a cheaper optimum of the nodal program that rises above the ceiling
+// between the nodes: then the grid is made finer there, and the plan is right.
+TEST(Suite, APlanThatBreaksAPathConstraintBetweenTheNodesIsRefined) {
+  for (const char* id : {"B01", "B02c"})
+    for (const SolverChoice solver :
+         {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
+      const CaseOutcome outcome = run_case(reference_case(id), solver);
+      EXPECT_EQ(outcome.verdict, Verdict::met) << id << ' ' << name_of(solver);
+      for (const std::string& reason : outcome.reasons()) ADD_FAILURE() << reason;
+      EXPECT_EQ(contains(table_line(outcome), "refined"), outcome.refinements > 0);
+    }
+}
+
+// Multipliers of rows that nearly depend on one another grow to 1e14 in a plain barrier method.
+TEST(Suite, OwnSolversTakeTheRocketToItsOrbit) {
+  for (const SolverChoice solver : {SolverChoice::sparse, SolverChoice::riccati}) {
+    const CaseOutcome outcome = run_case(reference_case("B09"), solver);
+    EXPECT_EQ(outcome.verdict, Verdict::met) << name_of(solver);
+    for (const std::string& reason : outcome.reasons()) ADD_FAILURE() << reason;
+  }
+}
+
 // The programs of C01 for solvers of programs in general.
 TEST(QuadraticPrograms, DerivativesAreThoseOfTheData) {
   SparseQp qp(SparsityPattern::from_pairs(3, 3, {{0, 0}, {1, 0}, {2, 1}, {2, 2}}),
