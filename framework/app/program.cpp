@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "saltus/app/data_file.hpp"
+#include "saltus/app/version.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 
@@ -122,6 +123,10 @@ ExitStatus run_problem(std::span<const std::string> arguments,
 ExitStatus dispatch(const std::vector<std::string>& arguments,
                     std::span<const ProblemEntry> problems, std::span<const Verb> more_verbs) {
   Verbs verbs(more_verbs);
+  if (arguments == std::vector<std::string>{"--version"}) {
+    fmt::print("saltus {} ({})\n", version(), commit());
+    return ExitStatus::ok;
+  }
   if (arguments.empty()) {
     verbs.print_help();
     throw InputError("a verb is missing");

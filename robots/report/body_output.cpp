@@ -99,6 +99,8 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
     for (const char* foot : {"left", "right"}) add(fmt::format("{}_{}_", foot, kind), wrench);
   for (const char* foot : {"left", "right"}) add(fmt::format("{}_sole_", foot), pose);
   add("", {"left_slip", "right_slip"});
+  for (std::size_t i = 1; i < robot.bodies.size(); ++i)
+    columns.push_back("dq_" + robot.bodies[i].joint);
 
   CsvTable table(columns);
   const std::vector<Vec<double, 12>> measured = measured_wrenches(log);
@@ -117,6 +119,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
     append_pose(row, b.left_sole);
     append_pose(row, b.right_sole);
     row.insert(row.end(), slips[i].begin(), slips[i].end());
+    row.insert(row.end(), b.state.dq.begin(), b.state.dq.end());
     table.add_row(row);
   }
   return table;

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <vector>
 
+#include "saltus/app/version.hpp"
+
 namespace saltus::walking {
 namespace {
 
@@ -68,6 +70,8 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"stance", name_of(scene.side)},
       {"stepping", settings.step.allowed},
       {"push_impulse_ns", settings.push.impulse},
+      {"push_direction",
+       Json(std::vector<double>(settings.push.direction.begin(), settings.push.direction.end()))},
       {"push_start_s", settings.push.start},
       {"push_duration_s", settings.push.duration},
       {"push_shape", describe(settings.push.shape)},
@@ -90,6 +94,8 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {fmt::format("{}_sole", name_of(scene.side)),
        points(SupportPolygon::under({{scene.stance, scene.stance_foot}}))},
   };
+  json["saltus"] = {{"version", version()}, {"commit", commit()}};
+  json["seed"] = settings.plant.noise.seed;
   if (!settings.preset.empty()) json["preset"] = settings.preset;
   if (log.loop.check.count() > 0) json["check_us"] = latency(log.loop.check);
   if (stepped) {

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <span>
 #include <vector>
 
+#include "saltus/app/option_parser.hpp"
 #include "saltus/app/python_script.hpp"
+#include "saltus/core/error.hpp"
 
 namespace saltus::walking {
 
@@ -22,8 +25,8 @@ std::string results_text(const std::filesystem::path& results,
   };
   std::string text = fmt::format("results in {}\n", results.string());
   std::vector<std::string> pictures;
-  for (const char* name : {"capture_point.png", "com.png", "forces.png", "measured_forces.png",
-                           "feet.png", "torques.png"})
+  for (const char* name : {"capture_point.png", "from_above.png", "com.png", "forces.png",
+                           "measured_forces.png", "feet.png", "torques.png"})
     if (is_new(name)) pictures.emplace_back(name);
   const auto add = [&text](const std::string& names, const char* what) {
     text += fmt::format("  {:<31} {}\n", names, what);
@@ -42,6 +45,29 @@ std::string results_text(const std::filesystem::path& results,
         replay ? " and links to the replay" : "", page);
   }
   return text;
+}
+
+Verb movie_verb() {
+  constexpr const char* summary = "a film of a run on the whole body, from its replay";
+  return {"movie", summary, [](std::span<const std::string> arguments) {
+            std::string folder;
+            OptionParser parser("movie", summary);
+            parser.word("DIR", "the --out folder of a run with --plant dart or mujoco", folder);
+            parser.parse(arguments);
+            if (parser.help_wanted()) {
+              fmt::print("{}", parser.help());
+              return ExitStatus::ok;
+            }
+            if (folder.empty())
+              throw InputError("movie: name the folder of a run, as in saltus movie results/demo");
+            if (!std::filesystem::exists(std::filesystem::path(folder) / "replay.html"))
+              throw InputError(fmt::format(
+                  "movie: {}/replay.html is not there; a run with --plant dart or mujoco draws it",
+                  folder));
+            const bool is_drawn =
+                run_python_script("robots/report/scripts/movie.py", folder, "movie");
+            return is_drawn ? ExitStatus::ok : ExitStatus::not_applicable;
+          }};
 }
 
 }  // namespace saltus::walking

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <string>
 
+#include "saltus/app/program.hpp"
+
 namespace saltus::walking {
 
 /// Runs a python script of robots/report/scripts on a folder of results, without a shell. Pictures
@@ -14,5 +16,8 @@ void draw(const std::filesystem::path& results, const char* what, const std::str
 /// there before `begin` are of another run and not listed.
 std::string results_text(const std::filesystem::path& results,
                          std::filesystem::file_time_type begin);
+
+/// `saltus movie DIR`. `not_applicable` if Chromium is not there or draws nothing, which is said.
+Verb movie_verb();
 
 }  // namespace saltus::walking

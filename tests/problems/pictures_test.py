@@ -64,12 +64,14 @@ class Pictures(unittest.TestCase):
 
     def test_a_run_on_the_centroidal_model(self):
         self.is_drawn(script("plot_run.py", path("baseline")))
-        for name in ("com", "capture_point", "forces"):
+        for name in ("com", "capture_point", "from_above", "forces"):
             self.is_picture("baseline", name + ".png")
         self.is_drawn(script("report.py", path("baseline")))
         with open(path("baseline", "report.html"), encoding="utf-8") as file:
             page = file.read()
-        self.assertEqual(page.count("<img"), 3)
+        self.assertEqual(page.count("<img"), 4)
+        self.assertIn("towards (0, -1, 0)", page)
+        self.assertRegex(page, r"Saltus \d+\.\d+\.\d+, commit \w+")
         self.assertIn("Planned vertical force, left foot", page)
         self.assertNotIn("Measured vertical force", page)
         self.assertFalse(os.path.exists(path("baseline", "replay.html")))
@@ -77,12 +79,12 @@ class Pictures(unittest.TestCase):
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_a_run_on_the_whole_body(self):
         self.is_drawn(script("plot_run.py", path("body")))
-        for name in ("com", "capture_point", "forces", "measured_forces", "feet", "torques"):
+        for name in ("com", "capture_point", "from_above", "forces", "measured_forces", "feet", "torques"):
             self.is_picture("body", name + ".png")
         self.is_drawn(script("report.py", path("body")))
         with open(path("body", "report.html"), encoding="utf-8") as file:
             page = file.read()
-        self.assertEqual(page.count("<img"), 6)
+        self.assertEqual(page.count("<img"), 7)
         for text in ("Measured vertical force", "Slip of the left sole", "Largest tilt",
                      "Least distance of a joint from its limit", "Simulator"):
             self.assertIn(text, page)
@@ -105,6 +107,11 @@ class Pictures(unittest.TestCase):
                 file.write(text)
             done = subprocess.run([node, "--check", name], capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_movie_needs_a_replay(self):
+        done = subprocess.run([program, "movie", path("baseline")], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("replay.html is not there", done.stderr)
 
     def test_two_runs_beside_each_other(self):
         other = "body" if os.path.exists(URDF) else "baseline"

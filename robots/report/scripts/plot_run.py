@@ -2,7 +2,7 @@
 """Pictures of a push recovery run, after the figures of the paper.
 
 Usage: plot_run.py RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
-capture_point.png and forces.png beside them. A run on the whole body (body.csv, robot.json) also
+capture_point.png, from_above.png and forces.png beside them. A run on the whole body (body.csv, robot.json) also
 gets measured_forces.png, feet.png and torques.png.
 """
 
@@ -58,21 +58,23 @@ def draw_measured_forces(body, summary, folder, begin, end, what):
 
 
 def draw_feet(body, summary, folder, begin, end, what):
-    figure, panels = plt.subplots(3, 1, figsize=(6.4, 6.0), sharex=True, constrained_layout=True)
+    figure, panels = plt.subplots(4, 1, figsize=(6.4, 7.4), sharex=True, constrained_layout=True)
     swing, swing_color = SWING[summary["stance"]]
-    for axes, label in zip(panels, (f"{swing} sole y [m]", "height [mm]", "slip [mm]")):
+    labels = (f"{swing} sole y [m]", f"{swing} sole x [m]", "height [mm]", "slip [mm]")
+    for axes, label in zip(panels, labels):
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
         mark_events(axes, summary)
     panels[0].set_title(f"Soles, {what}")
     panels[0].plot(body["t"], body[f"{swing}_sole_y"], color=swing_color)
+    panels[1].plot(body["t"], body[f"{swing}_sole_x"], color=swing_color)
     for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
-        for axes, quantity in ((panels[1], "sole_z"), (panels[2], "slip")):
+        for axes, quantity in ((panels[2], "sole_z"), (panels[3], "slip")):
             axes.plot(body["t"], [1e3 * v for v in body[f"{foot}_{quantity}"]], color=color,
                       label=foot)
-    panels[1].legend(fontsize="small", ncols=2)
-    panels[2].set_xlabel("t [s]")
-    save(figure, panels[2], folder, "feet.png", begin, end)
+    panels[2].legend(fontsize="small", ncols=2)
+    panels[3].set_xlabel("t [s]")
+    save(figure, panels[3], folder, "feet.png", begin, end)
 
 
 def draw_torques(body, robot, summary, folder, begin, end, what):
@@ -94,6 +96,80 @@ def draw_torques(body, robot, summary, folder, begin, end, what):
     save(figure, axes, folder, "torques.png", begin, end)
 
 
+def draw_capture_point(table, summary, folder, begin, end, what):
+    """Lateral and forward, with the extent of what stands in that direction."""
+    t = table["t"]
+    stance_sole = summary[summary["stance"] + "_sole"]
+    figure, panels = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True, constrained_layout=True)
+    panels[0].set_title(f"Capture point, {what}")
+    panels[1].set_xlabel("t [s]")
+    until = summary["touchdown_s"] or end
+    for axes, axis, label, entry in ((panels[0], "y", "to the left, y [m]", 1),
+                                     (panels[1], "x", "forward, x [m]", 0)):
+        axes.set_ylabel(label)
+        axes.grid(alpha=0.3)
+        axes.plot(t, table["icp_" + axis], color="tab:blue", label="capture point")
+        axes.plot(t, table["com_" + axis], color="tab:gray", linewidth=1, label="CoM")
+        sole = [p[entry] for p in stance_sole]
+        hull = [p[entry] for p in summary.get("hull", stance_sole)]
+        axes.hlines([min(sole), max(sole)], begin, until, colors="tab:green", linestyles=":",
+                    label="stance sole")
+        if "hull" in summary:
+            axes.hlines([min(hull), max(hull)], until, end, colors="tab:green", linestyles="--",
+                        label="hull of both soles")
+        mark_events(axes, summary)
+        shown = hull + [v for s, v in zip(t, table["icp_" + axis]) if begin <= s <= end]
+        axes.set_ylim(max(min(shown) - 0.03, -1.0), min(max(shown) + 0.05, 1.0))
+    save(figure, panels[0], folder, "capture_point.png", begin, end)
+
+
+def closed(corners):
+    """x and y of a polygon's edge, back to its first corner."""
+    return [[p[entry] for p in corners + corners[:1]] for entry in (0, 1)]
+
+
+def draw_from_above(table, summary, folder, begin, end, what):
+    """A floor plan: feet, hull, ways of CoM and capture point. y to the left, as the robot sees it."""
+    figure, axes = plt.subplots(figsize=(5.6, 6.0), constrained_layout=True)
+    axes.set_title(f"From above, {what}")
+    axes.set_xlabel("y [m]")
+    axes.set_ylabel("x, forward [m]")
+    axes.grid(alpha=0.3)
+    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+        corners = summary.get(foot + "_sole")
+        if corners:
+            x, y = closed(corners)
+            axes.fill(y, x, color=color, alpha=0.25, label=f"{foot} sole")
+    if "hull" in summary:
+        x, y = closed(summary["hull"])
+        axes.plot(y, x, color="tab:green", linestyle="--", label="hull of both soles")
+    shown = [i for i, s in enumerate(table["t"]) if begin <= s <= end]
+    for name, color, label in (("icp", "tab:red", "capture point"), ("com", "0.3", "CoM")):
+        x, y = ([table[f"{name}_{axis}"][i] for i in shown] for axis in "xy")
+        axes.plot(y, x, color=color, linewidth=1.2, label=label)
+        axes.plot(y[0], x[0], "o", color=color, markersize=4)
+        axes.plot(y[-1], x[-1], "s", color=color, markersize=5)
+    corners = [p for foot in ("left", "right") for p in summary.get(foot + "_sole", [])]
+    middle = [sum(p[entry] for p in corners) / len(corners) for entry in (0, 1)]
+    reach = max(0.25, *(abs(p[entry] - middle[entry]) + 0.05 for p in corners for entry in (0, 1)))
+    push = summary.get("push_direction")
+    length = sum(v * v for v in push[:2]) ** 0.5 if push else 0.0
+    if length > 0.0:
+        along = [0.3 * reach * v / length for v in push[:2]]
+        tail = [table["com_" + axis][shown[0]] - v for axis, v in zip("xy", along)]
+        axes.annotate("", xy=(tail[1] + along[1], tail[0] + along[0]), xytext=(tail[1], tail[0]),
+                      arrowprops={"arrowstyle": "->", "color": "tab:red", "linewidth": 1.5})
+        axes.plot([], [], color="tab:red", marker=r"$\rightarrow$", linestyle="", label="push")
+    axes.plot([], [], "o", color="0.5", markersize=4, label="begin")
+    axes.plot([], [], "s", color="0.5", markersize=5, label="end")
+    axes.set_aspect("equal")
+    axes.set_xlim(middle[1] + reach, middle[1] - reach)
+    axes.set_ylim(middle[0] - reach, middle[0] + reach)
+    axes.legend(fontsize="small", ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.13))
+    save_picture(figure, os.path.join(folder, "from_above.png"))
+    plt.close(figure)
+
+
 def main(folder):
     table = read_table(os.path.join(folder, "trajectory.csv"))
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
@@ -111,22 +187,8 @@ def main(folder):
     mark_events(axes, summary)
     save(figure, axes, folder, "com.png", begin, end)
 
-    figure, axes = new_axes(f"Capture point, lateral, {what}", "y [m]")
-    axes.plot(t, table["icp_y"], color="tab:blue", label="capture point")
-    axes.plot(t, table["com_y"], color="tab:gray", linewidth=1, label="CoM")
-    stance_sole = summary[summary["stance"] + "_sole"]
-    sole = [p[1] for p in stance_sole]
-    hull = [p[1] for p in summary.get("hull", stance_sole)]
-    until = summary["touchdown_s"] or end
-    axes.hlines([min(sole), max(sole)], begin, until, colors="tab:green", linestyles=":",
-                label="stance sole")
-    if "hull" in summary:
-        axes.hlines([min(hull), max(hull)], until, end, colors="tab:green", linestyles="--",
-                    label="hull of both soles")
-    mark_events(axes, summary)
-    shown = hull + [y for s, y in zip(t, table["icp_y"]) if begin <= s <= end]
-    axes.set_ylim(max(min(shown) - 0.03, -1.0), min(max(shown) + 0.05, 1.0))
-    save(figure, axes, folder, "capture_point.png", begin, end)
+    draw_capture_point(table, summary, folder, begin, end, what)
+    draw_from_above(table, summary, folder, begin, end, what)
 
     figure, axes = new_axes(f"Vertical forces, {what}", "force [N]")
     axes.step(t, table["left_fz"], where="post", label="left foot")

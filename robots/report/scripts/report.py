@@ -17,6 +17,7 @@ from saltus.on_folder import on_folder
 
 PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),
+    ("from_above.png", "Feet, hull, centre of mass and capture point, from above"),
     ("com.png", "Centre of mass"),
     ("forces.png", "Vertical forces, as commanded"),
 ]
@@ -158,6 +159,25 @@ def picture(folder, name, caption):
             f"<figcaption>{html.escape(caption)}</figcaption></figure>\n")
 
 
+def direction(summary):
+    """Where the push goes and what it meets."""
+    text = ""
+    if "push_direction" in summary:
+        text += " towards (" + ", ".join(f"{v:g}" for v in summary["push_direction"]) + ")"
+    if "push_link" in summary:
+        text += f" on {html.escape(summary['push_link'])}"
+    return text
+
+
+def provenance(summary):
+    """What made this run, so that it can be made again with config.yaml."""
+    made = summary.get("saltus")
+    if not made:
+        return ""
+    seed = f", seed {summary['seed']}" if "seed" in summary else ""
+    return f"Saltus {made['version']}, commit {made['commit']}{seed}; config.yaml makes it again."
+
+
 def report(folder, summary, with_replay):
     verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
     title = f"Push recovery: {summary['push_impulse_ns']:g} N s"
@@ -172,7 +192,7 @@ def report(folder, summary, with_replay):
 <p class="verdict {'good' if summary['recovered'] else 'bad'}">{html.escape(verdict)}</p>
 <p>{html.escape(summary['robot'])}, {summary['mass_kg']:.2f} kg, in
 {html.escape(summary['plant'])}; push of {summary['push_impulse_ns']:g} N s in
-{summary['push_duration_s']:g} s at {summary['push_start_s']:g} s; controller
+{summary['push_duration_s']:g} s at {summary['push_start_s']:g} s{direction(summary)}; controller
 {html.escape(summary['controller'])}, solver {html.escape(summary['solver_name'])}, stepping
 {'allowed' if summary['stepping'] else 'not allowed'}.</p>
 {link}
@@ -182,6 +202,7 @@ def report(folder, summary, with_replay):
 {settings_table(summary)}
 <h2>Pictures</h2>
 {pictures or '<p>None were drawn.</p>'}
+<p>{html.escape(provenance(summary))}</p>
 </body></html>
 """
 

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""A film of a run on the whole body, from its replay.
+
+Usage: movie.py RESULTS, a folder with replay.html; writes movie.mp4 beside it, or movie.gif where
+there is no ffmpeg. Needs Chromium, which draws the replay without a window.
+"""
+
+import base64
+import io
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+import shared  # noqa: F401
+from saltus.on_folder import on_folder
+
+RATE = 20  # pictures per second
+SIZE = (640, 532)  # of the window, pixels; 52 of them are the replay's bar
+PATIENCE = 20  # s for each picture; without a graphics card it takes about one
+BEFORE, AFTER = 0.5, 2.0  # s of the push, and of the landing or the push's end, that are shown
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
+
+def span(folder):
+    """Of the run what is worth seeing, in s."""
+    with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+        summary = json.load(file)
+    landed = summary["touchdown_s"] or summary["push_start_s"] + summary["push_duration_s"]
+    return max(0.0, summary["push_start_s"] - BEFORE), min(summary["end_s"], landed + AFTER)
+
+
+def pictures_of(page, begin, end):
+    """JPEG files."""
+    browser = next((path for path in map(shutil.which, BROWSERS) if path), None)
+    if browser is None:
+        sys.exit("no movie: there is no Chromium; install the package chromium")
+    with tempfile.TemporaryDirectory(prefix="saltus-movie-") as profile:
+        command = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--use-gl=angle",
+                   "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
+                   f"--user-data-dir={profile}", f"--window-size={SIZE[0]},{SIZE[1]}",
+                   "--dump-dom",
+                   f"file://{page}#movie={RATE}&from={begin:.3f}&to={end:.3f}"]
+        patience = 60 + PATIENCE * (end - begin) * RATE
+        try:
+            dump = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+                                  timeout=patience, check=False).stdout.decode()
+        except subprocess.TimeoutExpired:
+            sys.exit(f"no movie: Chromium did not draw the replay within {patience:.0f} s")
+    found = re.search(r'<pre id="film">([^<]*)</pre>', dump)
+    if found is None or not found.group(1).strip():
+        sys.exit("no movie: Chromium drew nothing of the replay (it needs WebGL)")
+    return [base64.b64decode(line) for line in found.group(1).split()]
+
+
+def write_mp4(pictures, path):
+    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "image2pipe", "-framerate", str(RATE),
+               "-c:v", "mjpeg", "-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-c:v", "libx264",
+               "-pix_fmt", "yuv420p", "-f", "mp4", path]
+    done = subprocess.run(command, input=b"".join(pictures), stderr=subprocess.PIPE, check=False)
+    if done.returncode != 0:
+        sys.exit("no movie: ffmpeg says " + done.stderr.decode(errors="replace").strip())
+
+
+def write_gif(pictures, path):
+    try:
+        from PIL import Image
+    except ModuleNotFoundError:
+        sys.exit("no movie: install the package ffmpeg, or python3-pil for a GIF")
+    step = 2  # every other picture, half the size
+    frames = [Image.open(io.BytesIO(p)).resize((SIZE[0] // 2, SIZE[1] // 2)) for p in pictures[::step]]
+    frames[0].save(path, format="GIF", save_all=True, append_images=frames[1:],
+                   duration=1000 * step // RATE, loop=0)
+
+
+def main(folder):
+    page = os.path.abspath(os.path.join(folder, "replay.html"))
+    if not os.path.exists(page):
+        raise FileNotFoundError(2, "no such file", page)
+    begin, end = span(folder)
+    print(f"Drawing {round((end - begin) * RATE)} pictures, each in up to a second ...", flush=True)
+    pictures = pictures_of(page, begin, end)
+    has_ffmpeg = shutil.which("ffmpeg") is not None
+    name = "movie.mp4" if has_ffmpeg else "movie.gif"
+    partial = os.path.join(folder, "." + name)
+    (write_mp4 if has_ffmpeg else write_gif)(pictures, partial)
+    os.replace(partial, os.path.join(folder, name))
+    print(f"{len(pictures)} pictures, {len(pictures) / RATE:.1f} s: {os.path.join(folder, name)}")
+
+
+if __name__ == "__main__":
+    on_folder(main, __doc__, "a replay is drawn by a run with --plant dart or mujoco")
