@@ -29,10 +29,11 @@ void declare_presets(Settings& s, Config& config) {
   s.preset("preset", config.preset,
            {{"paper",
              {"step.duration=0.6", "step.trigger=push", "step.decide=always",
-              "step.decision_lead=none"}},
+              "step.decision_lead=none", "sensors=ideal"}},
             {"robot",
              {"step.duration=0.5",  // about 0.56 s from the push
-              "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1"}}},
+              "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1",
+              "sensors=measured"}}},
            "the conditions of the paper or those of the real robot; keys that are given win");
 }
 

@@ -81,6 +81,31 @@ Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
   return list;
 }
 
+// The estimate has found the base's first tilt by then, s.
+constexpr double estimate_settled = 0.25;
+
+// How far the estimate is from the truth from then on: of the CoM relative to the stance sole the
+// largest error, of its velocity the root of the mean square.
+Json estimate_figures(const RunLog& log) {
+  long count = 0;
+  double largest = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < log.body.size(); ++i) {
+    if (log.samples[i].time < estimate_settled) continue;
+    ++count;
+    const BodySample& b = log.body[i];
+    const Vec<double, 3> sole =
+        (log.final_scene.side == Side::left ? b.left_sole : b.right_sole).translation();
+    const Vec<double, 9>& truth = log.samples[i].gamma;
+    const Vec<double, 9>& gamma = b.estimate->gamma;
+    largest = std::max(
+        largest, ((gamma.head<3>() - b.estimate->stance_sole) - (truth.head<3>() - sole)).norm());
+    squares += (gamma.segment<3>(3) - truth.segment<3>(3)).squaredNorm();
+  }
+  return {{"estimate_com_error_m", largest},
+          {"estimate_velocity_error_m_s",
+           std::sqrt(squares / static_cast<double>(std::max(count, 1L)))}};
+}
+
 }  // namespace
 
 CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
@@ -101,6 +126,15 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
   add("", {"left_slip", "right_slip"});
   for (std::size_t i = 1; i < robot.bodies.size(); ++i)
     columns.push_back("dq_" + robot.bodies[i].joint);
+  const bool has_estimate = !log.body.empty() && log.body.front().estimate;
+  if (has_estimate) {
+    add("estimate_base_", pose);
+    for (const char* quantity : {"estimate_q_", "estimate_dq_"})
+      for (std::size_t i = 1; i < robot.bodies.size(); ++i)
+        columns.push_back(quantity + robot.bodies[i].joint);
+    add("estimate_", {"com_x", "com_y", "com_z", "vel_x", "vel_y", "vel_z", "h_x", "h_y", "h_z"});
+    add("estimate_stance_", {"x", "y", "z"});
+  }
 
   CsvTable table(columns);
   const std::vector<Vec<double, 12>> measured = measured_wrenches(log);
@@ -120,6 +154,13 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
     append_pose(row, b.right_sole);
     row.insert(row.end(), slips[i].begin(), slips[i].end());
     row.insert(row.end(), b.state.dq.begin(), b.state.dq.end());
+    if (has_estimate) {
+      append_pose(row, b.estimate->state.base);
+      row.insert(row.end(), b.estimate->state.q.begin(), b.estimate->state.q.end());
+      row.insert(row.end(), b.estimate->state.dq.begin(), b.estimate->state.dq.end());
+      row.insert(row.end(), b.estimate->gamma.begin(), b.estimate->gamma.end());
+      row.insert(row.end(), b.estimate->stance_sole.begin(), b.estimate->stance_sole.end());
+    }
     table.add_row(row);
   }
   return table;
@@ -168,18 +209,20 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
   const auto per_second = [simulated](double seconds) {
     return simulated > 0.0 ? seconds / simulated : 0.0;
   };
-  return {{"left_force_peak_n", peak[0]},
-          {"right_force_peak_n", peak[1]},
-          {"left_slip_max_m", slip[0]},
-          {"right_slip_max_m", slip[1]},
-          {"torque_share_max", torque_fraction},
-          {"torque_share_joint", torque_joint},
-          {"planner_s_per_s", per_second(log.plan_seconds)},
-          {"whole_body_control_s_per_s", per_second(log.control_seconds)},
-          {"plant_s_per_s", per_second(log.plant_seconds)},
-          {"control_steps", log.control_calls},
-          {"control_failures", log.control_failures},
-          {"control_cuts", log.control_cuts}};
+  Json figures = {{"left_force_peak_n", peak[0]},
+                  {"right_force_peak_n", peak[1]},
+                  {"left_slip_max_m", slip[0]},
+                  {"right_slip_max_m", slip[1]},
+                  {"torque_share_max", torque_fraction},
+                  {"torque_share_joint", torque_joint},
+                  {"planner_s_per_s", per_second(log.plan_seconds)},
+                  {"whole_body_control_s_per_s", per_second(log.control_seconds)},
+                  {"plant_s_per_s", per_second(log.plant_seconds)},
+                  {"control_steps", log.control_calls},
+                  {"control_failures", log.control_failures},
+                  {"control_cuts", log.control_cuts}};
+  if (!log.body.empty() && log.body.front().estimate) figures.update(estimate_figures(log));
+  return figures;
 }
 
 void write_body(const OutputFolder& output, const RunLog& log, const FloatingRobot& robot) {

@@ -42,11 +42,13 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   for (const Push& push : problem.pushes())
     fmt::print("push: {} N s in {} s at {} s\n", push.impulse, push.duration, push.start);
 
+  const bool measured = has_body && settings.plant.sensors == SensorChoice::measured;
+  if (measured) fmt::print("senses: measured, seed {}\n", settings.plant.sensor.seed);
   if (!has_body && settings.plant.disturbs_the_body())
-    fmt::print(
-        stderr,
-        "noise, delay and a step in the ground are of the whole body; on the centroidal model "
-        "they do nothing (use --plant dart)\n");
+    fmt::print(stderr,
+               "noise, delay, measured senses and a step in the ground are of the whole body; on "
+               "the centroidal model "
+               "they do nothing (use --plant dart)\n");
 
   const auto begin = std::filesystem::file_time_type::clock::now();
   Progress progress(stdout, isatty(fileno(stdout)) != 0);
@@ -81,6 +83,10 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
              verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
              1e3 * verdict.final_com_error);
+  if (measured)
+    fmt::print("estimate: CoM within {:.1f} mm of the truth, velocity {:.0f} mm/s rms\n",
+               1e3 * json["body"]["estimate_com_error_m"].get<double>(),
+               1e3 * json["body"]["estimate_velocity_error_m_s"].get<double>());
   fmt::print("{}", settling_text(log, verdict, settling));
   fmt::print("{} solves by {}, median {:.3f} ms, {} failed, {} cut off\n", log.ticks.size(),
              log.solver, 1e3 * log.loop.all().median(), json["failures"].get<int>(),

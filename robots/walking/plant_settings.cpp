@@ -29,7 +29,21 @@ void declare_settings(Settings& s, PlantSettings& plant) {
            at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",
             "whole body: control periods by which torques are late", between(0.0, 100.0));
+  s.choice<SensorChoice>(
+      "sensors", plant.sensors,
+      {{"ideal", SensorChoice::ideal}, {"measured", SensorChoice::measured}},
+      "whole body: controllers see the truth, with the noise of noise.*; or what an estimator "
+      "makes "
+      "of encoders, gyroscope, accelerometer and forces in the feet, those of sensor.*");
   declare_settings(s, plant.noise);
+  s.rule({"sensors", "noise.position", "noise.angle", "noise.velocity", "noise.angular_velocity",
+          "noise.force"},
+         [&plant] {
+           return plant.sensors == SensorChoice::measured && !plant.noise.is_zero()
+                      ? "noise.* is of ideal sensors; with sensors=measured use sensor.*"
+                      : "";
+         });
+  declare_settings(s, plant.sensor, plant.estimation);
   s.choice<DartCollision>("dart.collision", plant.collision,
                           {{"dart", DartCollision::dart},
                            {"fcl", DartCollision::fcl},

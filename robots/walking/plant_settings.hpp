@@ -7,6 +7,8 @@
 namespace saltus::walking {
 
 enum class PlantChoice { centroidal, dart, mujoco };
+/// What the controllers see: the truth, but for `noise`; or an estimate from the robot's sensors.
+enum class SensorChoice { ideal, measured };
 
 /// All but `choice` concerns the whole body only.
 struct PlantSettings {
@@ -18,14 +20,18 @@ struct PlantSettings {
   double ground_step = 0.0, ground_edge = 0.18;
   double joint_friction = 0.0;  ///< viscous, Nm s/rad
   int delay_ticks = 0;          ///< periods of control by which the torques are late
-  MeasurementNoise noise;       ///< of what the controllers see
+  SensorChoice sensors = SensorChoice::ideal;
+  MeasurementNoise noise;  ///< of what the controllers see with ideal sensors
+  SensorOptions sensor;    ///< this and the next: with measured ones
+  EstimationOptions estimation;
   DartCollision collision = DartCollision::bullet;
   DartLcp lcp = DartLcp::dantzig;
 
   bool is_whole_body() const { return choice != PlantChoice::centroidal; }
   /// Does it ask for what only a whole body can be disturbed by?
   bool disturbs_the_body() const {
-    return !noise.is_zero() || delay_ticks > 0 || ground_step != 0.0;
+    return !noise.is_zero() || delay_ticks > 0 || ground_step != 0.0 ||
+           sensors == SensorChoice::measured;
   }
 };
 
@@ -33,7 +39,7 @@ struct PlantSettings {
 void declare_plant(Settings& settings, PlantSettings& plant);
 /// simulator.step.
 void declare_step(Settings& settings, PlantSettings& plant);
-/// The rest of simulator.*, noise.* and dart.*
+/// The rest of simulator.*, sensors, sensor.*, noise.* and dart.*
 void declare_settings(Settings& settings, PlantSettings& plant);
 
 }  // namespace saltus::walking

@@ -1,6 +1,7 @@
 // What a closed loop leaves behind: states, commands, ticks of the planner, and what the body did.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,13 @@ struct TickRecord {
   double violation = 0.0;  ///< of what carries a penalty: the largest in the plan
 };
 
+/// What the controllers took for true at that instant.
+struct BodyEstimate {
+  WholeBodyState state;
+  Vec<double, 9> gamma;
+  Vec<double, 3> stance_sole;  ///< origin of its contact frame, m
+};
+
 /// What the whole body does at the instant of the sample with the same index.
 struct BodySample {
   WholeBodyState state;
@@ -42,6 +50,7 @@ struct BodySample {
   Vec<double, 12> planned;                  ///< wrenches of the plan, left and right, sole axes
   Vec<double, 6> left, right;               ///< measured (force | torque), world axes
   Eigen::Isometry3d left_sole, right_sole;  ///< contact frames
+  std::optional<BodyEstimate> estimate;     ///< with measured senses
 };
 
 struct RunLog {

@@ -39,6 +39,16 @@ FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& m
   }
 }
 
+// What stands between the engine and the controllers.
+std::unique_ptr<Plant> make_senses(std::unique_ptr<Plant> engine, const FloatingRobot& nominal,
+                                   Side stance, const PlantSettings& settings) {
+  auto plant =
+      std::make_unique<MeasuredPlant>(std::move(engine), settings.noise, settings.delay_ticks);
+  if (settings.sensors == SensorChoice::ideal) return plant;
+  return std::make_unique<EstimatedPlant>(std::move(plant), nominal, stance, settings.sensor,
+                                          settings.estimation, settings.step);
+}
+
 Vec<double, 9> gamma(const DynamicsModel& model) {
   Vec<double, 9> g;
   g << model.com(), model.com_velocity(), model.angular_momentum();
@@ -58,7 +68,9 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
         nominal_(with_masses_scaled(body_, 1.0 + start.mass_error)),
         pushes_(start.pushes),
         dynamics_(make_dart_dynamics(nominal_)),
-        plant_(make_plant(body_, settings, start.scene.side), settings.noise, settings.delay_ticks),
+        engine_(make_plant(body_, settings, start.scene.side)),
+        truth_of_plant_(*engine_),
+        plant_(make_senses(std::move(engine_), nominal_, start.scene.side, settings)),
         controller_(make_whole_body_controller(
             nominal_, cone_options(options.contact, start.robot.left_foot),
             cone_options(options.contact, start.robot.right_foot), options.control)) {
@@ -67,8 +79,10 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
       pushed_.back().pose.translate(push.point);
     }
     const WholeBodyState state = standing_state(body_, model, start.robot, start.posture);
-    if (!settings.noise.is_zero() || start.mass_error != 0.0) truth_ = make_dart_dynamics(body_);
-    plant_.reset(state);
+    estimates_ = settings.sensors == SensorChoice::measured;
+    if (estimates_ || !settings.noise.is_zero() || start.mass_error != 0.0)
+      truth_ = make_dart_dynamics(body_);
+    plant_->reset(state);
     update_dynamics();
     swing_.hold(dynamics_->sole(swing_side_).pose);
     swing_stands() = start.scene.two_feet;
@@ -103,7 +117,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   }
   std::optional<Landing> find_landing(double t) override {
     if (!swing_.is_under_way() || swing_stands()) return std::nullopt;
-    const FootContact& contact = plant_.contact(swing_side_);
+    const FootContact& contact = plant_->contact(swing_side_);
     if (t < earliest_landing_ || contact.wrench[2] < landed_force) return std::nullopt;
     swing_stands() = true;
     return Landing{dynamics_->sole(swing_side_).pose.translation(),
@@ -127,12 +141,12 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     }
     swing_.advance(t);
     tasks_.swing_acceleration = swing_.acceleration(dynamics_->sole(swing_side_));
-    const WholeBodyCommand& command = controller_->control(*dynamics_, plant_.state(), tasks_);
+    const WholeBodyCommand& command = controller_->control(*dynamics_, plant_->state(), tasks_);
     if (command.status != QpStatus::optimal) ++failures_;
     if (command.torques_cut > 0) ++cuts_;
     ++calls_;
     command_ = &command;
-    plant_.set_torques(command.torques);
+    plant_->set_torques(command.torques);
     applied_ = command.wrenches;
   }
 
@@ -140,13 +154,14 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     CpuTime watch(plant_seconds_);
     for (std::size_t i = 0; i < pushes_.size(); ++i) {
       const Vec<double, 3> force = mean_push_force(pushes_[i], from, to);
-      if (!force.isZero(0.0)) plant_.push(pushed_[i].body, force, pushed_[i].pose.translation());
+      if (!force.isZero(0.0)) plant_->push(pushed_[i].body, force, pushed_[i].pose.translation());
     }
-    before_ = plant_.truth().state();
+    before_ = truth_of_plant_.state();
+    if (estimates_) estimate_before_ = plant_->state();
     was_control_due_ = is_control_due();
-    plant_.step();
+    plant_->step();
     ++steps_;
-    if (plant_.truth().state().is_finite()) return {};
+    if (truth_of_plant_.state().is_finite()) return {};
     return fmt::format("the plant could not be integrated at {:.3f} s", from);
   }
 
@@ -158,14 +173,17 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     b.planned = tasks_.wrenches;
     b.state = before_;
     b.torques = command_->torques;
-    b.left = plant_.truth().contact(Side::left).wrench;
-    b.right = plant_.truth().contact(Side::right).wrench;
+    b.left = truth_of_plant_.contact(Side::left).wrench;
+    b.right = truth_of_plant_.contact(Side::right).wrench;
     b.left_sole = true_dynamics().sole(Side::left).pose;
     b.right_sole = true_dynamics().sole(Side::right).pose;
+    if (estimates_)
+      b.estimate = {estimate_before_, measured(),
+                    dynamics_->sole(other(swing_side_)).pose.translation()};
     return b;
   }
   void describe(RunLog& log) const override {
-    log.plant = plant_.name();
+    log.plant = plant_->name();
     log.floating = body_;
     if (!pushed_.empty()) log.pushed = pushed_.front();
     log.control_calls = calls_;
@@ -184,9 +202,9 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   void update_dynamics() {
     {
       CpuTime watch(control_seconds_);
-      dynamics_->update(plant_.state());
+      dynamics_->update(plant_->state());
     }
-    if (truth_ != nullptr) truth_->update(plant_.truth().state());
+    if (truth_ != nullptr) truth_->update(truth_of_plant_.state());
   }
   const DynamicsModel& true_dynamics() const { return truth_ != nullptr ? *truth_ : *dynamics_; }
 
@@ -198,12 +216,15 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   std::vector<Push> pushes_;
   std::vector<FloatingRobot::Frame> pushed_;  // where each acts
   std::unique_ptr<DynamicsModel> dynamics_, truth_;
-  MeasuredPlant plant_;
+  std::unique_ptr<Plant> engine_;  // until plant_ has it
+  const Plant& truth_of_plant_;
+  std::unique_ptr<Plant> plant_;  // as the controllers see it
+  bool estimates_ = false;
   std::unique_ptr<WholeBodyController> controller_;
   SwingFoot swing_;
   double earliest_landing_ = infinity, sensed_at_ = 0.0;
   WholeBodyTasks tasks_;
-  WholeBodyState before_;  // of the last step
+  WholeBodyState before_, estimate_before_;  // of the last step
   bool was_control_due_ = false;
   const WholeBodyCommand* command_ = nullptr;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();

@@ -6,19 +6,9 @@
 #include <cmath>
 
 #include "saltus/core/error.hpp"
+#include "saltus/robots/whole_body/rotation_vector.hpp"
 
 namespace saltus {
-namespace {
-
-// From a small rotation vector, rad.
-Mat<double, 3, 3> rotation(const Vec<double, 3>& v) {
-  const double angle = v.norm();
-  if (angle == 0.0) return Mat<double, 3, 3>::Identity();
-  return Eigen::AngleAxisd(angle, v / angle).toRotationMatrix();
-}
-
-}  // namespace
-
 MeasuredPlant::MeasuredPlant(std::unique_ptr<Plant> plant, const MeasurementNoise& noise, int delay)
     : plant_(std::move(plant)), noise_(noise), random_(static_cast<unsigned>(noise.seed)) {
   for (const auto& [name, deviation] :
@@ -76,7 +66,7 @@ void MeasuredPlant::measure() {
     state_.base_twist[i] += draw(noise_.angular_velocity);
     state_.base_twist[3 + i] += draw(noise_.velocity);
   }
-  state_.base.linear() = rotation(turn) * state_.base.linear();
+  state_.base.linear() = rotation_of_vector(turn) * state_.base.linear();
   for (double& q : state_.q) q += draw(noise_.angle);
   for (double& dq : state_.dq) dq += draw(noise_.angular_velocity);
   for (FootContact& contact : contacts_)

@@ -1,5 +1,10 @@
 #include "saltus/robots/whole_body/whole_body_settings.hpp"
 
+#include <fmt/format.h>
+
+#include <string>
+#include <tuple>
+
 #include "saltus/app/settings.hpp"
 
 namespace saltus {
@@ -10,7 +15,8 @@ std::unique_ptr<WholeBodyController> make_whole_body_controller(const FloatingRo
                                                                 const WholeBodyControl& control) {
   if (control.choice == WholeBodyChoice::momentum)
     return make_momentum_controller(robot, left, right, control.momentum);
-  return make_inverse_dynamics_controller(robot, left, right, control.inverse_dynamics);
+  return make_inverse_dynamics_controller(robot, left, right, control.inverse_dynamics,
+                                          control.gains);
 }
 
 void declare_period(Settings& s, WholeBodyControl& control) {
@@ -31,6 +37,11 @@ void declare_settings(Settings& s, WholeBodyControl& control) {
   s.number("whole_body.posture", w.posture, "s^4/rad^2", "weight", above(0.0));
   s.number("whole_body.swing_foot", w.swing_foot, "s^4/m^2", "weight", at_least(0.0));
   s.number("whole_body.wrench", w.wrench, "1/N^2", "weight", above(0.0));
+  WholeBodyGains& g = control.gains;
+  s.number("whole_body.posture_stiffness", g.posture, "1/s^2", "gain", at_least(0.0));
+  s.number("whole_body.posture_damping", g.posture_damping, "1/s", "gain", at_least(0.0));
+  s.number("whole_body.stance_damping", g.stance_damping, "1/s",
+           "gain on what is left of a stance foot's twist", at_least(0.0));
   MomentumOptions& m = control.momentum;
   s.number("momentum.linear_momentum", m.linear_momentum, "1/N^2", "weight", at_least(0.0));
   s.number("momentum.angular_momentum", m.angular_momentum, "1/(Nm)^2", "weight", at_least(0.0));
@@ -57,6 +68,39 @@ void declare_settings(Settings& s, MeasurementNoise& n) {
            "whole body: relative, wrenches measured at the feet; only the landing is told by them",
            at_least(0.0));
   s.integer("noise.seed", n.seed, "", "which noise", at_least(0.0));
+}
+
+void declare_settings(Settings& s, SensorOptions& o, EstimationOptions& e) {
+  const auto device = [&s](const std::string& name, double& rate, double& delay) {
+    s.number("sensor." + name + ".rate", rate, "Hz", "measured senses", above(0.0));
+    s.number("sensor." + name + ".delay", delay, "s", "whole steps of the engine",
+             between(0.0, 1.0));
+  };
+  const auto deviation = [&s](const std::string& key, double& field, const char* unit,
+                              const char* doc) {
+    s.number("sensor." + key, field, unit, doc, at_least(0.0));
+  };
+  device("encoder", o.encoder.rate, o.encoder.delay);
+  deviation("encoder.resolution", o.encoder.resolution, "rad", "of every joint");
+  deviation("encoder.noise", o.encoder.noise, "rad", "standard deviation, each sample");
+  deviation("encoder.bias", o.encoder.bias, "rad", "standard deviation of the zeros");
+  for (const auto& [name, inertial, unit] :
+       {std::tuple{"gyroscope", &o.gyroscope, "rad/s"},
+        std::tuple{"accelerometer", &o.accelerometer, "m/s^2"}}) {
+    device(name, inertial->rate, inertial->delay);
+    deviation(fmt::format("{}.noise", name), inertial->noise, unit, "density, per sqrt(Hz)");
+    deviation(fmt::format("{}.bias", name), inertial->bias, unit, "standard deviation");
+  }
+  ForceTorqueOptions& f = o.force_torque;
+  device("force_torque", f.rate, f.delay);
+  deviation("force_torque.force_noise", f.force_noise, "N", "standard deviation, each sample");
+  deviation("force_torque.torque_noise", f.torque_noise, "Nm", "the same");
+  deviation("force_torque.force_bias", f.force_bias, "N", "standard deviation");
+  deviation("force_torque.torque_bias", f.torque_bias, "Nm", "the same");
+  deviation("velocity_lag", e.velocity_lag, "s", "of the joints' velocities, by their filter");
+  deviation("standing_force", e.standing_force, "N", "a foot that bears more is a landmark");
+  deviation("initial_tilt", e.initial_tilt, "rad", "standard deviation of the first estimate");
+  s.integer("sensor.seed", o.seed, "", "which noise, biases and first estimate", at_least(0.0));
 }
 
 }  // namespace saltus

@@ -1,6 +1,7 @@
 // The keys of the whole body's control and of what is measured of it.
 #pragma once
 
+#include "saltus/robots/whole_body/estimated_plant.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "saltus/robots/whole_body/measured_plant.hpp"
 #include "saltus/robots/whole_body/momentum_controller.hpp"
@@ -16,6 +17,7 @@ struct WholeBodyControl {
   double period = 0.002;  ///< s
   WholeBodyChoice choice = WholeBodyChoice::inverse_dynamics;
   WholeBodyWeights inverse_dynamics;
+  WholeBodyGains gains;  ///< of the same
   MomentumOptions momentum;
 };
 
@@ -30,5 +32,7 @@ void declare_period(Settings& settings, WholeBodyControl& control);
 void declare_settings(Settings& settings, WholeBodyControl& control);
 /// noise.*
 void declare_settings(Settings& settings, MeasurementNoise& noise);
+/// sensor.*
+void declare_settings(Settings& settings, SensorOptions& sensors, EstimationOptions& estimation);
 
 }  // namespace saltus

@@ -1,0 +1,125 @@
+#include "saltus/robots/whole_body/base_estimator.hpp"
+
+#include <Eigen/Cholesky>
+
+namespace saltus {
+namespace {
+
+using State = ContactInertialState;
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+void BaseEstimator::reset(const Eigen::Isometry3d& base, Side pin,
+                          const Eigen::Isometry3d& pin_sole) {
+  state_ = {};
+  state_.R = base.linear();
+  state_.p = base.translation();
+  state_.sole(pin) = pin_sole;
+  pin_ = pin;
+  stands(pin) = true;
+  stands(other(pin)) = false;
+  P_.setZero();
+  const auto start = [this](int first, int entries, double deviation) {
+    P_.diagonal().segment(first, entries).setConstant(square(deviation));
+  };
+  start(State::turn, 2, options_.turn);
+  start(State::turn + 2, 1, options_.turn);
+  start(State::velocity, 3, options_.velocity);
+  start(State::position, 3, options_.position);
+  start(State::foot(State::foot_turns, pin), 2, options_.ground_slope);
+  start(State::gyroscope_bias, 3, options_.gyroscope_bias);
+  start(State::accelerometer_bias, 3, options_.accelerometer_bias);
+}
+
+void BaseEstimator::predict(const Vec<double, 3>& angular_velocity,
+                            const Vec<double, 3>& specific_force, double dt) {
+  transition_ = state_.transition(dt);
+  const Mat<double, State::size, 6> G = state_.reading_errors();
+  state_.move_on(angular_velocity, specific_force, dt);
+  product_.noalias() = transition_ * P_;
+  P_.noalias() = product_ * transition_.transpose();
+  Vec<double, 6> readings;
+  readings << Vec<double, 3>::Constant(dt * square(options_.gyroscope_noise)),
+      Vec<double, 3>::Constant(dt * square(options_.accelerometer_noise));
+  P_.noalias() += G * readings.asDiagonal() * G.transpose();
+  const auto walk = [&](int first, int entries, double density) {
+    P_.diagonal().segment(first, entries).array() += dt * square(density);
+  };
+  walk(State::gyroscope_bias, 3, options_.gyroscope_walk);
+  walk(State::accelerometer_bias, 3, options_.accelerometer_walk);
+  for (const Side side : {Side::left, Side::right}) {
+    if (!stands(side)) {
+      forget(side);  // the noise of the gyroscope is that of its lever arm
+      continue;
+    }
+    if (side != pin_) walk(State::foot(State::foot_positions, side), 3, options_.foot_walk);
+    walk(State::foot(State::foot_turns, side), side == pin_ ? 2 : 3, options_.foot_turn_walk);
+  }
+}
+
+void BaseEstimator::correct(Side side, const SoleReading& reading) {
+  if (!reading.stands) {
+    if (stands(side)) forget(side);
+    stands(side) = false;
+    return;
+  }
+  if (!stands(side)) return plant(side, reading);
+
+  // z = H error + noise, H = (position | turn) of the base minus those of the foot.
+  const int d = State::foot(State::foot_positions, side), f = State::foot(State::foot_turns, side);
+  Mat<double, State::size, 6> PH;  // P H'
+  PH << P_.middleCols<3>(State::position) - P_.middleCols<3>(d),
+      P_.middleCols<3>(State::turn) - P_.middleCols<3>(f);
+  Mat<double, 6, 6> S;
+  S << PH.middleRows<3>(State::position) - PH.middleRows<3>(d),
+      PH.middleRows<3>(State::turn) - PH.middleRows<3>(f);
+  S += noise_of(reading);
+  const Eigen::LLT<Mat<double, 6, 6>> factor(S);
+  const Mat<double, 6, State::size> gain = factor.solve(PH.transpose());  // K'
+  const State::Error error = gain.transpose() * state_.mismatch(side, reading.pose);
+  state_ = state_.displaced(-error);
+  product_.noalias() = PH * gain;
+  P_ -= 0.5 * (product_ + product_.transpose());
+}
+
+// A foot that the estimate knows nothing of has no error either.
+void BaseEstimator::forget(Side side) {
+  for (const int first :
+       {State::foot(State::foot_positions, side), State::foot(State::foot_turns, side)}) {
+    P_.middleRows<3>(first).setZero();
+    P_.middleCols<3>(first).setZero();
+  }
+}
+
+// Where the legs show it: its error is that of the base and that of the legs.
+void BaseEstimator::plant(Side side, const SoleReading& reading) {
+  const int d = State::foot(State::foot_positions, side), f = State::foot(State::foot_turns, side);
+  state_.sole(side) = state_.base() * reading.pose;
+  forget(side);
+  P_.middleRows<3>(d) = P_.middleRows<3>(State::position);
+  P_.middleRows<3>(f) = P_.middleRows<3>(State::turn);
+  P_.middleCols<3>(d) = P_.middleCols<3>(State::position).eval();
+  P_.middleCols<3>(f) = P_.middleCols<3>(State::turn).eval();
+  const Mat<double, 6, 6> noise = noise_of(reading);
+  P_.block<3, 3>(d, d) += noise.topLeftCorner<3, 3>();
+  P_.block<3, 3>(d, f) += noise.topRightCorner<3, 3>();
+  P_.block<3, 3>(f, d) += noise.bottomLeftCorner<3, 3>();
+  P_.block<3, 3>(f, f) += noise.bottomRightCorner<3, 3>();
+  stands(side) = true;
+}
+
+// Of mismatch(), world axes.
+Mat<double, 6, 6> BaseEstimator::noise_of(const SoleReading& reading) const {
+  Mat<double, 6, 6> noise = reading.covariance;
+  for (const int i : {0, 3})
+    for (const int j : {0, 3})
+      noise.block<3, 3>(i, j) =
+          state_.R * reading.covariance.block<3, 3>(i, j) * state_.R.transpose();
+  noise.diagonal().head<3>().array() += square(options_.leg_position_noise);
+  noise.diagonal().tail<3>().array() += square(options_.leg_turn_noise);
+  return noise;
+}
+
+}  // namespace saltus

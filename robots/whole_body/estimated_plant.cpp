@@ -1,0 +1,117 @@
+#include "saltus/robots/whole_body/estimated_plant.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+// Before the first force is read the pin is known to stand, s: time for the contact to build up.
+constexpr double certain_stand = 0.05;
+
+BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
+                                       const EstimationOptions& options) {
+  BaseEstimatorOptions o;
+  o.gyroscope_noise = std::max(o.gyroscope_noise, sensors.gyroscope.noise);
+  o.accelerometer_noise = std::max(o.accelerometer_noise, sensors.accelerometer.noise);
+  o.gyroscope_bias = std::max(o.gyroscope_bias, sensors.gyroscope.bias);
+  o.accelerometer_bias = std::max(o.accelerometer_bias, sensors.accelerometer.bias);
+  o.turn = std::max(o.turn, options.initial_tilt);
+  return o;
+}
+
+}  // namespace
+
+EstimatedPlant::EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot& robot, Side pin,
+                               const SensorOptions& sensors, const EstimationOptions& options,
+                               double step)
+    : plant_(std::move(plant)),
+      step_(step),
+      pin_(pin),
+      options_(options),
+      sensors_(robot, sensors, step),
+      leg_variance_(sensors.encoder.noise * sensors.encoder.noise +
+                    sensors.encoder.resolution * sensors.encoder.resolution / 12.0),
+      random_(0),
+      seed_(static_cast<std::uint64_t>(sensors.seed)),
+      soles_{{robot, Side::left}, {robot, Side::right}},
+      velocities_(robot.joints(), sensors_.encoder_period(), options.velocity_lag),
+      base_(estimator_options(sensors, options)) {
+  for (const auto& [name, value] : {std::pair{"lag of velocities", options.velocity_lag},
+                                    std::pair{"force that tells standing", options.standing_force},
+                                    std::pair{"first tilt", options.initial_tilt}})
+    if (!(value >= 0.0) || !std::isfinite(value))
+      throw DefinitionError(fmt::format(
+          "the estimate's {} is {}, expected a finite number of at least 0", name, value));
+  reset(plant_->state());
+}
+
+void EstimatedPlant::reset(const WholeBodyState& state) {
+  plant_->reset(state);
+  sensors_.reset(state);
+  velocities_.reset(sensors_.readings().q);
+  const int pin = pin_ == Side::left ? 0 : 1;
+  // The posture says where the pin stands; roll and pitch of the base are known badly.
+  soles_[pin].update(state.q);
+  const Eigen::Isometry3d stand = state.base * soles_[pin].pose();
+  random_ = Random(seed_);
+  const double widest = std::sqrt(3.0) * options_.initial_tilt;  // uniform
+  Vec<double, 3> tilt(random_.uniform(-widest, widest), random_.uniform(-widest, widest), 0.0);
+  Eigen::Isometry3d base = state.base;
+  base.linear() = rotation_of_vector(tilt) * base.linear();
+  read_soles();
+  base.translation() = stand.translation() - base.linear() * readings_[pin].pose.translation();
+  base_.reset(base, pin_, stand);
+  readings_[pin].stands = true;
+  readings_[1 - pin].stands = false;
+  state_ = state;
+  publish();
+}
+
+void EstimatedPlant::step() {
+  plant_->step();
+  sensors_.observe(plant_->state(), plant_->contact(Side::left), plant_->contact(Side::right));
+  const SensorReadings& r = sensors_.readings();
+  base_.predict(r.angular_velocity, r.specific_force, step_);
+  if (r.has_new_positions) {
+    velocities_.update(r.q);
+    read_soles();
+    for (const Side side : {Side::left, Side::right}) {
+      SoleReading& sole = readings_[side == Side::left ? 0 : 1];
+      const double force = (side == Side::left ? r.left : r.right)[2];
+      sole.stands = force > (sole.stands ? 0.5 : 1.0) * options_.standing_force;
+      if (side == pin_ && plant_->time() < certain_stand) sole.stands = true;
+      base_.correct(side, sole);
+    }
+  }
+  publish();
+}
+
+void EstimatedPlant::read_soles() {
+  for (int i = 0; i < 2; ++i) {
+    soles_[i].update(sensors_.readings().q);
+    readings_[i].pose = soles_[i].pose();
+    readings_[i].covariance.noalias() =
+        leg_variance_ * soles_[i].jacobian() * soles_[i].jacobian().transpose();
+  }
+}
+
+void EstimatedPlant::publish() {
+  const SensorReadings& r = sensors_.readings();
+  const ContactInertialState& s = base_.state();
+  state_.base = s.base();
+  state_.base_twist << s.R * (r.angular_velocity - s.b_gyroscope), s.v;
+  state_.q = r.q;
+  state_.dq = velocities_.velocity();
+  for (int i = 0; i < 2; ++i) {
+    const Vec<double, 6>& wrench = i == 0 ? r.left : r.right;
+    const Mat<double, 3, 3> R = s.R * readings_[i].pose.linear();
+    contacts_[i].touches = readings_[i].stands;
+    contacts_[i].wrench << R * wrench.head<3>(), R * wrench.tail<3>();
+  }
+}
+
+}  // namespace saltus

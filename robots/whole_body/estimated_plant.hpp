@@ -1,0 +1,65 @@
+// A plant as its controllers see it through the robot's own sensors: state() and contact() are what
+// an estimator makes of them.
+#pragma once
+
+#include <memory>
+
+#include "saltus/robots/whole_body/base_estimator.hpp"
+#include "saltus/robots/whole_body/joint_velocity_filter.hpp"
+#include "saltus/robots/whole_body/sensors.hpp"
+
+namespace saltus {
+
+struct EstimationOptions {
+  double velocity_lag = 0.002;   ///< s, of the joints' velocities, without the delay of encoders
+  double standing_force = 40.0;  ///< N, vertical: a foot that bears more stands, down to half of it
+  double initial_tilt = 0.01;    ///< rad, standard deviation of the first estimate, roll and pitch
+};
+
+/// Positions of joints as measured, their velocities by JointVelocityFilter; pose and velocity of
+/// the base by BaseEstimator, its angular velocity by the gyroscope without its bias. The world is
+/// where the pin (the stance foot) stands. After construction only reset() allocates.
+class EstimatedPlant final : public Plant {
+ public:
+  /// Sees `plant`, whose engine takes steps of `step` (s). `robot`: the geometry that the
+  /// controllers know. Throws DefinitionError for options that make no sense.
+  EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot& robot, Side pin,
+                 const SensorOptions& sensors, const EstimationOptions& options, double step);
+
+  void reset(const WholeBodyState& state) override;
+  void set_torques(const VectorXd& torques) override { plant_->set_torques(torques); }
+  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
+    plant_->push(body, force, point);
+  }
+  void step() override;
+
+  double time() const override { return plant_->time(); }
+  const WholeBodyState& state() const override { return state_; }
+  const FootContact& contact(Side side) const override {
+    return contacts_[side == Side::left ? 0 : 1];
+  }
+  std::string name() const override { return plant_->name(); }
+
+  const BaseEstimator& base() const { return base_; }
+
+ private:
+  void read_soles();
+  void publish();
+
+  std::unique_ptr<Plant> plant_;
+  double step_;
+  Side pin_;
+  EstimationOptions options_;
+  Sensors sensors_;
+  double leg_variance_;  // of a joint, rad^2
+  Random random_;
+  std::uint64_t seed_;
+  SoleKinematics soles_[2];
+  SoleReading readings_[2];
+  JointVelocityFilter velocities_;
+  BaseEstimator base_;
+  WholeBodyState state_;
+  FootContact contacts_[2];
+};
+
+}  // namespace saltus

@@ -1,0 +1,128 @@
+// What the robot's own sensors tell of it: encoders in the joints, a gyroscope and an accelerometer
+// at the base's origin, six-axis force and torque in the soles. Each has its rate, noise, bias and
+// delay.
+//
+// The defaults are those published for iCub-class hardware; the source stands with each.
+#pragma once
+
+#include <vector>
+
+#include "saltus/core/random.hpp"
+#include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/sole_kinematics.hpp"
+
+namespace saltus {
+
+struct EncoderOptions {
+  double rate = 1000.0;  ///< Hz: the period of the motor boards (EMS) of iCub
+  /// rad: optical encoder of 14400 counts on the motor behind a reducer of 100 (mechanicals and
+  /// motorControl of iCubGenova02's legs in robotology/robots-configuration).
+  double resolution = 4.4e-6;
+  /// rad, each sample: five counts; not published, an allowance for ripple and play of the reducer.
+  double noise = 2e-5;
+  /// rad: the zero is found by the encoder on the joint, 4096 counts per turn (same source), and so
+  /// known to 2 pi / 4096 / sqrt(12).
+  double bias = 4.4e-4;
+  double delay = 0.001;  ///< s: one period
+};
+
+/// A gyroscope (rad/s) or accelerometer (m/s^2), three axes; readings are means over the period.
+struct InertialOptions {
+  double rate;   ///< Hz
+  double noise;  ///< density, per sqrt(Hz); a sample has noise times sqrt(rate)
+  double bias;   ///< standard deviation, constant during a run
+  double delay;  ///< s
+};
+
+struct ForceTorqueOptions {
+  double rate = 100.0;  ///< Hz: acquisition every 10 ms (strain boards of iCubGenova02)
+  /// N, Nm: resolution of the IIT FT45 after dropping three counts of noise.
+  double force_noise = 0.25, torque_noise = 0.005;
+  double force_bias = 2.0, torque_bias = 0.1;  ///< N, Nm: an allowance for drift since taring
+  double delay = 0.001;                        ///< s: one period of the motor boards
+};
+
+struct SensorOptions {
+  EncoderOptions encoder;
+  /// Xsens MTi-300: 0.01 deg/s per sqrt(Hz), bias repeatable to 0.2 deg/s; raw data up to 2 kHz,
+  /// less than 2 ms late.
+  InertialOptions gyroscope{1000.0, 1.75e-4, 3.5e-3, 0.001};
+  /// The same: 60 ug per sqrt(Hz), 0.03 m/s^2.
+  InertialOptions accelerometer{1000.0, 5.9e-4, 0.03, 0.001};
+  ForceTorqueOptions force_torque;
+  int seed = 1;
+};
+
+/// The latest readings at hand.
+struct SensorReadings {
+  VectorXd q;                                                ///< rad
+  Vec<double, 3> angular_velocity = Vec<double, 3>::Zero();  ///< rad/s, axes of the base
+  Vec<double, 3> specific_force = Vec<double, 3>::Zero();    ///< m/s^2, axes of the base
+  /// (force N | torque Nm about the origin of the contact frame), axes of the sole.
+  Vec<double, 6> left = Vec<double, 6>::Zero(), right = Vec<double, 6>::Zero();
+  bool has_new_positions = false;  ///< did `q` arrive in this step?
+};
+
+/// One device: takes a value in every step of the engine, hands over what it has measured.
+class SensorDevice {
+ public:
+  struct Options {
+    double rate, delay, resolution = 0.0;  // Hz, s, of the values (0: none)
+    VectorXd noise, bias;                  // standard deviations
+    bool averages = false;                 // over the period
+  };
+  /// Rate and delay are rounded to whole steps of the engine (s).
+  SensorDevice(Options options, double step, std::uint64_t seed);
+
+  /// Draws the bias; up to the first sample `value` is what is measured.
+  void reset(const VectorXd& value);
+  void observe(const VectorXd& value);
+  const VectorXd& reading() const { return reading_; }
+  bool is_new() const { return is_new_; }
+  double period() const { return period_ * step_; }  ///< s
+
+ private:
+  void sample(const VectorXd& value);
+
+  struct Sample {
+    VectorXd value;
+    long due = 0;  // step
+  };
+  Options options_;
+  double step_;
+  long period_, delay_, steps_ = 0;  // of the engine
+  std::uint64_t seed_;
+  Random random_;
+  VectorXd bias_, sum_, reading_;
+  std::vector<Sample> waiting_;  // a ring of samples under way
+  std::size_t first_ = 0, count_ = 0;
+  bool is_new_ = false;
+};
+
+/// All of them. After construction nothing allocates.
+class Sensors {
+ public:
+  /// `step` of the engine, s. Throws DefinitionError for a rate that is not positive, and for a
+  /// noise, bias, resolution or delay that is negative or not finite.
+  Sensors(const FloatingRobot& robot, const SensorOptions& options, double step);
+
+  /// At rest in this state.
+  void reset(const WholeBodyState& state);
+  /// After a step of the engine; wrenches in world axes, as in FootContact.
+  void observe(const WholeBodyState& state, const FootContact& left, const FootContact& right);
+  const SensorReadings& readings() const { return readings_; }
+  double encoder_period() const { return encoder_.period(); }  ///< s
+
+ private:
+  void read();
+
+  double step_;
+  SoleKinematics soles_[2];
+  SensorDevice encoder_, gyroscope_, accelerometer_, feet_[2];
+  Eigen::Isometry3d base_;   // before the step
+  Vec<double, 3> velocity_;  // of its origin, the same
+  VectorXd inertial_, wrench_;
+  SensorReadings readings_;
+};
+
+}  // namespace saltus

@@ -1,0 +1,424 @@
+// From sensors to an estimate: readings of the size, rate and delay that were asked for, the
+// filter's models against differences, its errors as large as it says they are, and iCub standing
+// in DART by nothing else.
+#include "saltus/robots/whole_body/estimated_plant.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
+#include "tests/robots/balance_on_the_left_foot.hpp"
+#include "tests/robots/icub_body.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus {
+namespace {
+
+using State = ContactInertialState;
+
+constexpr double dt = 1e-3;  // s, of the engine
+
+Vec<double, 3> some_vector(Random& random, double size) { return size * random.vector(3); }
+
+double normal(Random& random) {  // twelve uniform ones: deviation 1
+  double sum = 0.0;
+  for (int i = 0; i < 12; ++i) sum += random.uniform(-0.5, 0.5);
+  return sum;
+}
+Vec<double, 3> noise(Random& random, double deviation) {
+  Vec<double, 3> v;
+  for (double& x : v) x = deviation * normal(random);
+  return v;
+}
+
+State some_state(Random& random) {
+  State s;
+  s.R = rotation_of_vector(some_vector(random, 1.0));
+  s.v = some_vector(random, 1.0);
+  s.p = some_vector(random, 1.0);
+  for (const Side side : {Side::left, Side::right}) {
+    s.sole(side).linear() = rotation_of_vector(some_vector(random, 0.3));
+    s.sole(side).translation() = some_vector(random, 1.0);
+  }
+  s.b_gyroscope = some_vector(random, 0.1);
+  s.b_accelerometer = some_vector(random, 0.1);
+  return s;
+}
+
+TEST(ContactInertialState, AnErrorIsFoundAgain) {
+  for (int seed = 1; seed <= 5; ++seed) {
+    Random random(seed);
+    const State truth = some_state(random);
+    const State::Error error = 0.5 * random.vector(State::size);
+    // Rounding of a few products of numbers about one.
+    EXPECT_LT((truth.displaced(error).error_to(truth) - error).norm(), 1e-13) << "seed " << seed;
+  }
+}
+
+// Central differences of h = 1e-5 err by h^2 = 1e-10 and by rounding, 1e-16 / h = 1e-11; the
+// transition is of first order in dt: its own error is (|omega| dt)^2 and (|a| dt)^2, about 4e-4.
+TEST(ContactInertialState, ErrorsGrowAsTheTransitionSays) {
+  constexpr double h = 1e-5, first_order = 4.0 * dt * dt;
+  const double third = 4.0 * standard_gravity * dt * dt;  // of accelerations
+  for (int seed = 1; seed <= 5; ++seed) {
+    Random random(seed);
+    const State truth = some_state(random);
+    const Vec<double, 3> omega = some_vector(random, 2.0);
+    const Vec<double, 3> force =
+        Vec<double, 3>(0.0, 0.0, standard_gravity) + some_vector(random, 3.0);
+    State after = truth;
+    after.move_on(omega, force, dt);
+    const State::Matrix F = truth.transition(dt);
+    for (int i = 0; i < State::size; ++i) {
+      State::Error growth = State::Error::Zero();
+      for (const double sign : {1.0, -1.0}) {
+        State displaced = truth.displaced(sign * h * State::Error::Unit(i));
+        displaced.move_on(omega, force, dt);
+        growth += sign / (2.0 * h) * displaced.error_to(after);
+      }
+      EXPECT_LT((growth - F.col(i)).norm(), first_order + third)
+          << "entry " << i << ", seed " << seed;
+    }
+    const Mat<double, State::size, 6> G = truth.reading_errors();
+    for (int i = 0; i < 6; ++i) {
+      State wrong = truth;
+      wrong.move_on(omega + h * Vec<double, 3>(i == 0, i == 1, i == 2),
+                    force + h * Vec<double, 3>(i == 3, i == 4, i == 5), dt);
+      EXPECT_LT((wrong.error_to(after) / h - dt * G.col(i)).norm(), first_order + third)
+          << "reading " << i << ", seed " << seed;
+    }
+  }
+}
+
+TEST(ContactInertialState, TheMismatchOfASoleIsLinearInTheError) {
+  constexpr double h = 1e-5, second_order = 10.0 * h;
+  for (int seed = 1; seed <= 5; ++seed) {
+    Random random(seed);
+    const State truth = some_state(random);
+    for (const Side side : {Side::left, Side::right}) {
+      const Eigen::Isometry3d seen = truth.base().inverse() * truth.sole(side);
+      EXPECT_LT(truth.mismatch(side, seen).norm(), 1e-14);  // rounding
+      for (int i = 0; i < State::size; ++i) {
+        const State::Error unit = State::Error::Unit(i);
+        Vec<double, 6> expected;
+        expected << unit.segment<3>(State::position) -
+                        unit.segment<3>(State::foot(State::foot_positions, side)),
+            unit.segment<3>(State::turn) - unit.segment<3>(State::foot(State::foot_turns, side));
+        const Vec<double, 6> change = truth.displaced(h * unit).mismatch(side, seen) / h;
+        EXPECT_LT((change - expected).norm(), second_order) << "entry " << i << ", seed " << seed;
+      }
+    }
+  }
+}
+
+// A base that sways and turns above two feet, known exactly; sampled between its ends so that the
+// mean readings are exact.
+struct Sway {
+  static State at(double t) {
+    State s;
+    s.R = rotation_of_vector(Vec<double, 3>(0.1 * std::sin(3.0 * t), 0.08 * std::sin(4.0 * t),
+                                            0.15 * std::sin(2.0 * t)));
+    s.p = position(t);
+    constexpr double h = 1e-5;  // s
+    s.v = (position(t + h) - position(t - h)) / (2.0 * h);
+    s.sole(Side::left).translation() << 0.0, 0.0, 0.0;
+    s.sole(Side::right).translation() << 0.02, -0.15, 0.0;
+    return s;
+  }
+  static Vec<double, 3> position(double t) {
+    return {0.05 * std::sin(5.0 * t), -0.07 + 0.06 * std::sin(3.0 * t),
+            0.5 + 0.02 * std::sin(7.0 * t)};
+  }
+};
+
+struct FilterRun {
+  State estimate, truth;
+  State::Matrix covariance;
+};
+
+// All errors drawn as the filter believes them to be.
+FilterRun run_filter(int seed, double seconds) {
+  Random random(seed);
+  BaseEstimatorOptions o;
+  // A gyroscope and an accelerometer worse than iCub's, lest rounding and linearisation count.
+  o.gyroscope_noise = 1e-3;
+  o.accelerometer_noise = 5e-3;
+  o.foot_walk = o.foot_turn_walk = 0.0;
+  o.ground_slope = 2e-3;
+  o.gyroscope_walk = o.accelerometer_walk = 1e-6;
+  State truth = Sway::at(0.0);
+  truth.b_gyroscope = noise(random, o.gyroscope_bias);
+  truth.b_accelerometer = noise(random, o.accelerometer_bias);
+  BaseEstimator filter(o);
+  {
+    State::Error first = State::Error::Zero();
+    first.segment<3>(State::turn) = noise(random, o.turn);
+    first.segment<3>(State::velocity) = noise(random, o.velocity);
+    first.segment<3>(State::position) = noise(random, o.position);
+    State wrong = truth;
+    wrong.v.setZero();  // what reset() takes it for
+    Eigen::Isometry3d slope = truth.sole(Side::left);
+    slope.linear() = rotation_of_vector(
+        Vec<double, 3>(o.ground_slope * normal(random), o.ground_slope * normal(random), 0.0));
+    const State start = wrong.displaced(first);
+    filter.reset(start.base(), Side::left, slope);
+  }
+  const int steps = static_cast<int>(std::lround(seconds / dt));
+  for (int k = 0; k < steps; ++k) {
+    const State next = [&] {
+      State s = Sway::at((k + 1) * dt);
+      s.b_gyroscope = truth.b_gyroscope;
+      s.b_accelerometer = truth.b_accelerometer;
+      return s;
+    }();
+    const Vec<double, 3> turned = vector_of_rotation(truth.R.transpose() * next.R);
+    const Mat<double, 3, 3> halfway = truth.R * rotation_of_vector(0.5 * turned);
+    const Vec<double, 3> omega =
+        turned / dt + truth.b_gyroscope + noise(random, o.gyroscope_noise / std::sqrt(dt));
+    const Vec<double, 3> force =
+        halfway.transpose() *
+            ((next.v - truth.v) / dt + Vec<double, 3>(0.0, 0.0, standard_gravity)) +
+        truth.b_accelerometer + noise(random, o.accelerometer_noise / std::sqrt(dt));
+    filter.predict(omega, force, dt);
+    truth = next;
+    for (const Side side : {Side::left, Side::right}) {
+      SoleReading reading;
+      // The right foot is in the air in between.
+      reading.stands = side == Side::left || k < steps / 3 || k > steps / 2;
+      reading.pose = truth.base().inverse() * truth.sole(side);
+      reading.pose.translation() += noise(random, o.leg_position_noise);
+      reading.pose.linear() =
+          rotation_of_vector(noise(random, o.leg_turn_noise)) * reading.pose.linear();
+      filter.correct(side, reading);
+    }
+  }
+  return {filter.state(), truth, filter.covariance()};
+}
+
+// Of 40 runs, 15 entries each (base and biases): the mean of the normalised squares has the
+// deviation sqrt(2 / 600) = 5.8 % of one. The band is four times that, and wider below because the
+// velocity's start is taken for better than it is told to be.
+TEST(BaseEstimator, ErrorsAreAsLargeAsItSays) {
+  constexpr int runs = 40;
+  std::vector<int> entries;
+  for (int i = 0; i < 9; ++i) entries.push_back(i);
+  for (int i = State::gyroscope_bias; i < State::size; ++i) entries.push_back(i);
+  double sum = 0.0;
+  for (int seed = 1; seed <= runs; ++seed) {
+    const FilterRun run = run_filter(seed, 1.0);
+    const State::Error error = run.estimate.error_to(run.truth);
+    const MatrixXd P = run.covariance(entries, entries);
+    const VectorXd e = error(entries);
+    sum += e.dot(P.ldlt().solve(e)) / static_cast<double>(entries.size());
+    // The slope of the ground, 2 mrad, is 1 mm at the height of the base: four times that.
+    EXPECT_LT((run.estimate.p - run.truth.p).norm(), 4e-3) << "seed " << seed;
+    EXPECT_LT((run.estimate.v - run.truth.v).norm(), 1e-2) << "seed " << seed;
+  }
+  EXPECT_GT(sum / runs, 0.75);
+  EXPECT_LT(sum / runs, 1.25);
+}
+
+TEST(BaseEstimator, ThePinStaysWhereItIs) {
+  const FilterRun run = run_filter(3, 2.0);
+  EXPECT_LT(run.estimate.sole(Side::left).translation().norm(), 1e-12);  // rounding
+  const Mat<double, 3, 3> R = run.estimate.sole(Side::left).linear();
+  // Its heading changes by products of small tilts only.
+  EXPECT_LT(std::abs(std::atan2(R(1, 0), R(0, 0))), 1e-4);
+}
+
+// q = a t^2 / 2: the velocity is that of the lag before.
+TEST(JointVelocityFilter, IsLateByTheLag) {
+  constexpr double T = 1e-3, a = 30.0;
+  for (const double lag : {0.5e-3, 2e-3, 10e-3, 90e-3}) {
+    JointVelocityFilter filter(1, T, lag);
+    filter.reset(VectorXd::Zero(1));
+    double t = 0.0;
+    for (int k = 0; k < 2000; ++k) {
+      t += T;
+      filter.update(VectorXd::Constant(1, 0.5 * a * t * t));
+    }
+    // Rounding of positions of 60 rad, divided by T.
+    EXPECT_NEAR(filter.velocity()[0], a * (t - lag), 1e-9) << lag;
+  }
+}
+
+TEST(SensorDevice, SamplesAtItsRateAndIsLate) {
+  SensorDevice::Options options{250.0, 0.006, 0.0, VectorXd::Zero(1), VectorXd::Zero(1)};
+  for (const bool averages : {false, true}) {
+    options.averages = averages;
+    SensorDevice device(options, dt, 1);
+    device.reset(VectorXd::Constant(1, -1.0));
+    for (int k = 1; k <= 40; ++k) {
+      device.observe(VectorXd::Constant(1, k));
+      const int sampled = (k - 6) / 4 * 4;  // every fourth step, six late
+      EXPECT_EQ(device.is_new(), sampled >= 4 && (k - 6) % 4 == 0) << k;
+      // Of the steps k - 3 to k the mean is 1.5 less.
+      const double expected = k < 10 ? -1.0 : sampled - (averages ? 1.5 : 0.0);
+      EXPECT_EQ(device.reading()[0], expected) << k;
+    }
+  }
+}
+
+TEST(SensorDevice, NoiseBiasAndResolutionAreThoseAskedFor) {
+  constexpr int entries = 200, samples = 200;
+  const double deviation = 0.3, bias = 2.0;
+  SensorDevice::Options options{1000.0, 0.0, 0.0, VectorXd::Constant(entries, deviation),
+                                VectorXd::Constant(entries, bias)};
+  SensorDevice device(options, dt, 7);
+  device.reset(VectorXd::Zero(entries));
+  VectorXd sum = VectorXd::Zero(entries), squares = sum;
+  for (int k = 0; k < samples; ++k) {
+    device.observe(VectorXd::Zero(entries));
+    sum += device.reading();
+    squares += device.reading().cwiseAbs2();
+  }
+  const VectorXd mean = sum / samples;
+  const double spread = std::sqrt(((squares / samples) - mean.cwiseAbs2()).mean());
+  // Five deviations: of 200 biases 5 % each, of 40000 samples 0.35 %.
+  EXPECT_NEAR(std::sqrt(mean.squaredNorm() / entries), bias, 0.25 * bias);
+  EXPECT_NEAR(spread, deviation, 0.0175 * deviation);
+
+  options.noise.setZero();
+  options.bias.setZero();
+  options.resolution = 0.5;
+  SensorDevice coarse(options, dt, 7);
+  coarse.reset(VectorXd::Zero(entries));
+  coarse.observe(VectorXd::Constant(entries, 1.3));
+  EXPECT_EQ(coarse.reading()[0], 1.5);
+}
+
+// Sees a robot that its test moves.
+class PuppetPlant final : public Plant {
+ public:
+  explicit PuppetPlant(const WholeBodyState& state) : state_(state) {
+    contacts_[0].touches = true;
+    contacts_[0].wrench[2] = 300.0;
+  }
+  void reset(const WholeBodyState& state) override { state_ = state; }
+  void set_torques(const VectorXd&) override {}
+  void push(int, const Vec<double, 3>&, const Vec<double, 3>&) override {}
+  void step() override { time_ += dt; }
+  double time() const override { return time_; }
+  const WholeBodyState& state() const override { return state_; }
+  const FootContact& contact(Side side) const override {
+    return contacts_[side == Side::left ? 0 : 1];
+  }
+  std::string name() const override { return "puppet"; }
+
+ private:
+  WholeBodyState state_;
+  FootContact contacts_[2];
+  double time_ = 0.0;
+};
+
+class Estimated : public IcubBody {
+ protected:
+  EstimatedPlant still(int seed) const {
+    SensorOptions sensors;
+    sensors.seed = seed;
+    return {std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt};
+  }
+};
+
+TEST_F(Estimated, TheSeedDecidesAndAResetStartsAgain) {
+  EstimatedPlant first = still(1), second = still(1), another = still(2);
+  EXPECT_EQ(first.state().q, second.state().q);
+  EXPECT_NE(first.state().q, another.state().q);
+  for (int k = 0; k < 50; ++k)
+    for (EstimatedPlant* plant : {&first, &second, &another}) plant->step();
+  EXPECT_EQ(first.state().base.matrix(), second.state().base.matrix());
+  EXPECT_EQ(first.state().dq, second.state().dq);
+  EXPECT_NE(first.state().dq, another.state().dq);
+  EstimatedPlant fresh = still(1);
+  first.reset(start);
+  EXPECT_EQ(first.state().base.matrix(), fresh.state().base.matrix());
+  EXPECT_EQ(first.state().q, fresh.state().q);
+}
+
+TEST_F(Estimated, DoesNotAllocate) {
+  EstimatedPlant plant = still(1);
+  plant.step();
+  const testing::AllocationCount count;
+  for (int k = 0; k < 100; ++k) plant.step();
+  EXPECT_EQ(count.made(), 0);
+}
+
+TEST_F(Estimated, SolesByTheLegsAreThoseOfTheModel) {
+  const std::unique_ptr<DynamicsModel> model = make_dart_dynamics(robot);
+  Random random(5);
+  WholeBodyState state = start;
+  state.q += 0.2 * random.vector(robot.joints());
+  model->update(state);
+  for (const Side side : {Side::left, Side::right}) {
+    SoleKinematics sole(robot, side);
+    sole.update(state.q);
+    const Eigen::Isometry3d pose = model->sole(side).pose;
+    // Rounding of a dozen products.
+    EXPECT_LT(((state.base * sole.pose()).matrix() - pose.matrix()).norm(), 1e-13);
+    const MatrixXd in_world = state.base.linear() * sole.jacobian().topRows<3>();
+    EXPECT_LT((in_world - model->sole(side).jacobian.bottomRightCorner(3, robot.joints())).norm(),
+              1e-13);
+  }
+}
+
+TEST_F(Estimated, NonsenseIsRefused) {
+  SensorOptions sensors;
+  sensors.gyroscope.noise = -1.0;
+  EXPECT_THROW(
+      EstimatedPlant(std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt),
+      DefinitionError);
+  sensors = {};
+  sensors.encoder.rate = 0.0;
+  EXPECT_THROW(
+      EstimatedPlant(std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt),
+      DefinitionError);
+  EstimationOptions options;
+  options.velocity_lag = infinity;
+  EXPECT_THROW(
+      EstimatedPlant(std::make_unique<PuppetPlant>(start), robot, Side::left, {}, options, dt),
+      DefinitionError);
+}
+
+// One foot, one push, nothing but what the sensors tell; compared with the truth relative to the
+// sole.
+TEST_F(Estimated, StandsInDartByItsSensorsAlone) {
+  std::unique_ptr<Plant> engine = make_dart_plant(robot, {});
+  const Plant& truth = *engine;
+  EstimatedPlant plant(std::move(engine), robot, Side::left, {}, {}, dt);
+  plant.reset(start);
+  const std::unique_ptr<DynamicsModel> model = make_dart_dynamics(robot),
+                                       true_model = make_dart_dynamics(robot);
+  model->update(plant.state());
+  ContactConeOptions left, right;
+  left.foot = description.left_foot;
+  right.foot = description.right_foot;
+  const auto controller = make_inverse_dynamics_controller(robot, left, right);
+  WholeBodyTasks tasks;
+  tasks.right_stands = false;
+  tasks.posture = start.q;
+  tasks.wrenches[2] = model->mass() * standard_gravity;
+  double largest = 0.0, squares = 0.0;
+  long count = 0;
+  balance_on_the_left_foot(
+      robot, *model, plant, *controller, tasks, {3.0, 1.0, 0.1, 4.0},
+      [&](const WholeBodyCommand&, double t) {
+        if (t < 0.25) return;  // it finds the first tilt
+        true_model->update(truth.state());
+        const auto over_the_sole = [](const DynamicsModel& m) {
+          return Vec<double, 3>(m.com() - m.sole(Side::left).pose.translation());
+        };
+        largest = std::max(largest, (over_the_sole(*model) - over_the_sole(*true_model)).norm());
+        squares += (model->com_velocity() - true_model->com_velocity()).squaredNorm();
+        ++count;
+      });
+  EXPECT_LT(largest, 5e-3);                                          // m
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(count)), 0.02);  // m/s
+}
+
+}  // namespace
+}  // namespace saltus
