@@ -68,8 +68,9 @@ class DartPlant final : public Plant {
     for (int i = 0; i < robot.joints(); ++i) limits_[i] = robot.bodies[i + 1].effort;
     const dd::SkeletonPtr& skeleton = view_.skeleton();
     for (dd::BodyNode* body : skeleton->getBodyNodes())
-      for (dd::ShapeNode* shape : body->getShapeNodesWith<dd::DynamicsAspect>())
-        shape->getDynamicsAspect()->setFrictionCoeff(options.friction);
+      for (std::size_t i = 0; i < body->getNumShapeNodes(); ++i)
+        if (dd::DynamicsAspect* surface = body->getShapeNode(i)->getDynamicsAspect())
+          surface->setFrictionCoeff(options.friction);
     for (int i = 0; i < robot.joints(); ++i)
       skeleton->getDof(view_.dof(6 + i))->setDampingCoefficient(options.joint_friction);
     world_->setGravity({0.0, 0.0, -standard_gravity});
