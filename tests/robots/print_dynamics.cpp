@@ -1,0 +1,83 @@
+// Prints what the project says of a robot in random states, as JSON lines, for a comparison with
+// another library: print_dynamics URDF STATES SEED. The robot is iCub's (icub.yaml).
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "saltus/robots/dart/dart_dynamics.hpp"
+#include "saltus/robots/icub/icub.hpp"
+
+namespace {
+
+using namespace saltus;
+using Json = nlohmann::json;
+
+Json numbers(const Eigen::Ref<const MatrixXd>& m) {
+  Json rows = Json::array();
+  for (int i = 0; i < m.rows(); ++i) {
+    Json row = Json::array();
+    for (int j = 0; j < m.cols(); ++j) row.push_back(m(i, j));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json sole(const SoleMotion& motion) {
+  return {{"position", numbers(motion.pose.translation())},
+          {"rotation", numbers(motion.pose.linear())},
+          {"jacobian", numbers(motion.jacobian)},
+          {"drift", numbers(motion.drift)}};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 4) return 2;
+  const UrdfModel urdf = UrdfModel::read(argv[1]);
+  const RobotDescription description = icub(argv[1]);
+  const FloatingRobot robot = floating_robot(urdf, description);
+  const auto dynamics = make_dart_dynamics(robot);
+
+  Json model{{"joints", Json::array()},
+             {"left_sole", description.left_sole},
+             {"right_sole", description.right_sole},
+             {"contact_plane_offset", description.contact_plane_offset}};
+  for (std::size_t i = 1; i < robot.bodies.size(); ++i)
+    model["joints"].push_back(robot.bodies[i].joint);
+  fmt::print("{}\n", model.dump());
+
+  std::mt19937 random(static_cast<unsigned>(std::atoi(argv[3])));
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int k = 0; k < std::atoi(argv[2]); ++k) {
+    WholeBodyState state;
+    const Vec<double, 3> turn(unit(random), unit(random), unit(random));
+    state.base.translation() = Vec<double, 3>(unit(random), unit(random), unit(random));
+    state.base.linear() =
+        Eigen::AngleAxisd(3.0 * unit(random), turn.normalized()).toRotationMatrix();
+    for (double& v : state.base_twist) v = unit(random);
+    state.q.resize(robot.joints());
+    state.dq.resize(robot.joints());
+    for (int i = 0; i < robot.joints(); ++i) {
+      state.q[i] = 1.5 * unit(random);
+      state.dq[i] = 3.0 * unit(random);
+    }
+    dynamics->update(state);
+    const Json line{{"base_position", numbers(state.base.translation())},
+                    {"base_rotation", numbers(state.base.linear())},
+                    {"base_twist", numbers(state.base_twist)},
+                    {"q", numbers(state.q)},
+                    {"dq", numbers(state.dq)},
+                    {"com", numbers(dynamics->com())},
+                    {"com_velocity", numbers(dynamics->com_velocity())},
+                    {"angular_momentum", numbers(dynamics->angular_momentum())},
+                    {"mass_matrix", numbers(dynamics->mass_matrix())},
+                    {"bias", numbers(dynamics->bias())},
+                    {"left", sole(dynamics->sole(Side::left))},
+                    {"right", sole(dynamics->sole(Side::right))}};
+    fmt::print("{}\n", line.dump());
+  }
+  return 0;
+}
