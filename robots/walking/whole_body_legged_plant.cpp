@@ -8,6 +8,7 @@
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
 #include "saltus/robots/walking/legged_plant.hpp"
+#include "saltus/robots/whole_body/estimated_plant.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 
 namespace saltus::walking {

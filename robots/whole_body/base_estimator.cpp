@@ -1,6 +1,7 @@
 #include "saltus/robots/whole_body/base_estimator.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace saltus {
 namespace {
@@ -79,6 +80,22 @@ void BaseEstimator::correct(Side side, const SoleReading& reading) {
   const Eigen::LLT<Mat<double, 6, 6>> factor(S);
   const Mat<double, 6, State::size> gain = factor.solve(PH.transpose());  // K'
   const State::Error error = gain.transpose() * state_.mismatch(side, reading.pose);
+  state_ = state_.displaced(-error);
+  product_.noalias() = PH * gain;
+  P_ -= 0.5 * (product_ + product_.transpose());
+  level(side);
+}
+
+// z = roll and pitch of the sole = those of its error + noise.
+void BaseEstimator::level(Side side) {
+  const int f = State::foot(State::foot_turns, side);
+  const Mat<double, State::size, 2> PH = P_.middleCols<2>(f);
+  Mat<double, 2, 2> S = PH.middleRows<2>(f);
+  S.diagonal().array() += square(options_.level_noise);
+  const Mat<double, 2, State::size> gain = S.inverse() * PH.transpose();  // K'
+  const Vec<double, 3> normal = state_.sole(side).linear().col(2);
+  const Vec<double, 2> tilt(-normal[1], normal[0]);
+  const State::Error error = gain.transpose() * tilt;
   state_ = state_.displaced(-error);
   product_.noalias() = PH * gain;
   P_ -= 0.5 * (product_ + product_.transpose());

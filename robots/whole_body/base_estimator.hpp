@@ -11,8 +11,10 @@
 namespace saltus {
 
 struct BaseEstimatorOptions {
-  double gyroscope_noise = 2e-4;      ///< rad/s per sqrt(Hz), each axis
-  double accelerometer_noise = 6e-4;  ///< m/s^2 per sqrt(Hz)
+  /// Several times those of data sheets: soles slip and rock, and what that looks like must not be
+  /// taken for a tilt or a bias, which stay.
+  double gyroscope_noise = 1e-3;      ///< rad/s per sqrt(Hz), each axis
+  double accelerometer_noise = 0.03;  ///< m/s^2 per sqrt(Hz)
   double gyroscope_walk = 1e-5;       ///< of the bias, rad/s^2 per sqrt(Hz)
   double accelerometer_walk = 1e-4;   ///< m/s^3 per sqrt(Hz)
   /// How feet that stand move all the same; of the pin its roll and pitch only.
@@ -20,6 +22,9 @@ struct BaseEstimatorOptions {
   double foot_turn_walk = 0.05;  ///< rad/s per sqrt(Hz)
   /// Of what the legs say beyond the noise of encoders: what bends and rocks.
   double leg_position_noise = 3e-4, leg_turn_noise = 1e-3;  ///< m, rad
+  /// The ground is level: roll and pitch of a sole that stands are zero but for this, rad, each
+  /// correction.
+  double level_noise = 0.02;
   /// Standard deviations at the start.
   double turn = 0.01;                ///< rad, roll and pitch of the base
   double velocity = 0.02;            ///< m/s
@@ -61,6 +66,7 @@ class BaseEstimator {
  private:
   bool& stands(Side side) { return stands_[side == Side::left ? 0 : 1]; }
   void forget(Side side);
+  void level(Side side);
   void plant(Side side, const SoleReading& reading);
   Mat<double, 6, 6> noise_of(const SoleReading& reading) const;
 

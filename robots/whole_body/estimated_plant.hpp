@@ -10,12 +10,6 @@
 
 namespace saltus {
 
-struct EstimationOptions {
-  double velocity_lag = 0.002;   ///< s, of the joints' velocities, without the delay of encoders
-  double standing_force = 40.0;  ///< N, vertical: a foot that bears more stands, down to half of it
-  double initial_tilt = 0.01;    ///< rad, standard deviation of the first estimate, roll and pitch
-};
-
 /// Positions of joints as measured, their velocities by JointVelocityFilter; pose and velocity of
 /// the base by BaseEstimator, its angular velocity by the gyroscope without its bias. The world is
 /// where the pin (the stance foot) stands. After construction only reset() allocates.

@@ -1,57 +1,16 @@
 // What the robot's own sensors tell of it: encoders in the joints, a gyroscope and an accelerometer
 // at the base's origin, six-axis force and torque in the soles. Each has its rate, noise, bias and
 // delay.
-//
-// The defaults are those published for iCub-class hardware; the source stands with each.
 #pragma once
 
 #include <vector>
 
 #include "saltus/core/random.hpp"
 #include "saltus/robots/whole_body/plant.hpp"
+#include "saltus/robots/whole_body/sensor_options.hpp"
 #include "saltus/robots/whole_body/sole_kinematics.hpp"
 
 namespace saltus {
-
-struct EncoderOptions {
-  double rate = 1000.0;  ///< Hz: the period of the motor boards (EMS) of iCub
-  /// rad: optical encoder of 14400 counts on the motor behind a reducer of 100 (mechanicals and
-  /// motorControl of iCubGenova02's legs in robotology/robots-configuration).
-  double resolution = 4.4e-6;
-  /// rad, each sample: five counts; not published, an allowance for ripple and play of the reducer.
-  double noise = 2e-5;
-  /// rad: the zero is found by the encoder on the joint, 4096 counts per turn (same source), and so
-  /// known to 2 pi / 4096 / sqrt(12).
-  double bias = 4.4e-4;
-  double delay = 0.001;  ///< s: one period
-};
-
-/// A gyroscope (rad/s) or accelerometer (m/s^2), three axes; readings are means over the period.
-struct InertialOptions {
-  double rate;   ///< Hz
-  double noise;  ///< density, per sqrt(Hz); a sample has noise times sqrt(rate)
-  double bias;   ///< standard deviation, constant during a run
-  double delay;  ///< s
-};
-
-struct ForceTorqueOptions {
-  double rate = 100.0;  ///< Hz: acquisition every 10 ms (strain boards of iCubGenova02)
-  /// N, Nm: resolution of the IIT FT45 after dropping three counts of noise.
-  double force_noise = 0.25, torque_noise = 0.005;
-  double force_bias = 2.0, torque_bias = 0.1;  ///< N, Nm: an allowance for drift since taring
-  double delay = 0.001;                        ///< s: one period of the motor boards
-};
-
-struct SensorOptions {
-  EncoderOptions encoder;
-  /// Xsens MTi-300: 0.01 deg/s per sqrt(Hz), bias repeatable to 0.2 deg/s; raw data up to 2 kHz,
-  /// less than 2 ms late.
-  InertialOptions gyroscope{1000.0, 1.75e-4, 3.5e-3, 0.001};
-  /// The same: 60 ug per sqrt(Hz), 0.03 m/s^2.
-  InertialOptions accelerometer{1000.0, 5.9e-4, 0.03, 0.001};
-  ForceTorqueOptions force_torque;
-  int seed = 1;
-};
 
 /// The latest readings at hand.
 struct SensorReadings {

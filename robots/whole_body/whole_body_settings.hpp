@@ -1,10 +1,10 @@
 // The keys of the whole body's control and of what is measured of it.
 #pragma once
 
-#include "saltus/robots/whole_body/estimated_plant.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "saltus/robots/whole_body/measured_plant.hpp"
 #include "saltus/robots/whole_body/momentum_controller.hpp"
+#include "saltus/robots/whole_body/sensor_options.hpp"
 
 namespace saltus {
 

@@ -150,6 +150,7 @@ FilterRun run_filter(int seed, double seconds) {
   o.accelerometer_noise = 5e-3;
   o.foot_walk = o.foot_turn_walk = 0.0;
   o.ground_slope = 2e-3;
+  o.level_noise = 1e3;  // it is not told that the ground is level
   o.gyroscope_walk = o.accelerometer_walk = 1e-6;
   State truth = Sway::at(0.0);
   truth.b_gyroscope = noise(random, o.gyroscope_bias);
