@@ -14,7 +14,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <memory>
-#include <ranges>
 #include <vector>
 
 #include "saltus/core/error.hpp"
@@ -184,7 +183,8 @@ class ImplicitMidpoint final : public Integrator {
     const int nq = ny_ - nx_;
     const double D = step_length();
     costate_ = Eigen::Map<const VectorXd>(weights, ny_);
-    for (Step& step : std::views::reverse(steps_)) {
+    for (auto it = steps_.rbegin(); it != steps_.rend(); ++it) {
+      Step& step = *it;
       field_.scaled_state_jacobian(step.entries.data(), slope_.data());
       step.adjoint.tail(nq) = D * costate_.tail(nq);
       residual_ = D * costate_.head(nx_);
