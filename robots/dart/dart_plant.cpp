@@ -16,6 +16,7 @@
 #include <dart/dynamics/WeldJoint.hpp>
 #include <dart/simulation/World.hpp>
 
+#include "saltus/core/error.hpp"
 #include "saltus/robots/dart/dart_skeleton.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
@@ -56,6 +57,14 @@ dd::SkeletonPtr ground(const PlantOptions& options) {
   return skeleton;
 }
 
+void expect_capsules(DartCollision choice) {
+  if (choice != DartCollision::bullet && choice != DartCollision::ode)
+    throw InputError(
+        fmt::format("{} collision detection knows no capsules, the shapes of limbs; set "
+                    "dart.collision to bullet or ode, or switch self_collision off",
+                    describe(choice)));
+}
+
 class DartPlant final : public Plant {
  public:
   DartPlant(const FloatingRobot& robot, const DartOptions& options)
@@ -67,6 +76,10 @@ class DartPlant final : public Plant {
         limits_(robot.joints()) {
     for (int i = 0; i < robot.joints(); ++i) limits_[i] = robot.bodies[i + 1].effort;
     const dd::SkeletonPtr& skeleton = view_.skeleton();
+    if (options.self_collision) {
+      expect_capsules(options.collision);
+      dart_engine::add_capsules(robot, *skeleton);
+    }
     for (dd::BodyNode* body : skeleton->getBodyNodes())
       for (std::size_t i = 0; i < body->getNumShapeNodes(); ++i)
         if (dd::DynamicsAspect* surface = body->getShapeNode(i)->getDynamicsAspect())
@@ -82,6 +95,9 @@ class DartPlant final : public Plant {
     world_->setConstraintSolver(
         std::make_unique<::dart::constraint::BoxedLcpConstraintSolver>(std::move(lcp)));
     world_->getConstraintSolver()->setCollisionDetector(detector(options.collision));
+    if (options.self_collision)
+      world_->getConstraintSolver()->getCollisionOption().collisionFilter =
+          std::make_shared<dart_engine::CapsuleFilter>(robot, *skeleton);
     ground_ = ground(options);
     world_->addSkeleton(ground_);
     world_->addSkeleton(skeleton);
@@ -132,6 +148,7 @@ class DartPlant final : public Plant {
       for (int foot = 0; foot < 2; ++foot) {
         const dd::BodyNode* body = view_.body(feet_[foot].body);
         if (first != body && second != body) continue;
+        if (!is_ground(first) && !is_ground(second)) continue;  // a limb
         const Vec<double, 3> force = first == body ? c.force : Vec<double, 3>(-c.force);
         const Vec<double, 3> origin = (body->getWorldTransform() * feet_[foot].pose).translation();
         contacts_[foot].touches = true;
@@ -140,6 +157,7 @@ class DartPlant final : public Plant {
       }
     }
   }
+  bool is_ground(const dd::BodyNode* body) const { return body == ground_->getBodyNode(0); }
   static const dd::BodyNode* body_of(const dc::CollisionObject* object) {
     return object->getShapeFrame()->asShapeNode()->getBodyNodePtr().get();
   }

@@ -15,6 +15,8 @@ struct DartOptions : PlantOptions {
   DartLcp lcp = DartLcp::dantzig;
 };
 
+/// With `self_collision` bodies need their capsules (add_capsules), and detectors other than Bullet
+/// and ODE, which know none, are refused with InputError.
 __attribute__((visibility("default"))) std::unique_ptr<Plant> make_dart_plant(
     const FloatingRobot& robot, const DartOptions& options);
 

@@ -1,9 +1,13 @@
 #include "saltus/robots/dart/dart_skeleton.hpp"
 
+#include <dart/collision/CollisionObject.hpp>
 #include <dart/dynamics/BoxShape.hpp>
+#include <dart/dynamics/CapsuleShape.hpp>
 #include <dart/dynamics/FreeJoint.hpp>
 #include <dart/dynamics/RevoluteJoint.hpp>
+#include <dart/dynamics/SphereShape.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
+#include <utility>
 
 namespace saltus::dart_engine {
 
@@ -41,6 +45,57 @@ dd::SkeletonPtr make_skeleton(const FloatingRobot& robot) {
   }
   skeleton->disableSelfCollisionCheck();
   return skeleton;
+}
+
+void add_capsules(const FloatingRobot& robot, dd::Skeleton& skeleton) {
+  for (const FloatingRobot::Body& b : robot.bodies)
+    for (const LinkCapsule& c : b.capsules) {
+      const Vec<double, 3> along = c.capsule.to - c.capsule.from;
+      Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // DART's lies along z
+      pose.translation() = c.capsule.middle();
+      // DART has no capsule without a segment.
+      dd::ShapePtr shape = std::make_shared<dd::SphereShape>(c.capsule.radius);
+      if (!along.isZero(0.0)) {
+        pose.linear() =
+            Eigen::Quaterniond::FromTwoVectors(Vec<double, 3>::UnitZ(), along).toRotationMatrix();
+        shape = std::make_shared<dd::CapsuleShape>(c.capsule.radius, along.norm());
+      }
+      skeleton.getBodyNode(b.name)
+          ->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(shape)
+          ->setRelativeTransform(pose);
+    }
+}
+
+CapsuleFilter::CapsuleFilter(const FloatingRobot& robot, const dd::Skeleton& skeleton)
+    : bodies_(static_cast<int>(robot.bodies.size())),
+      apart_(robot.bodies.size() * robot.bodies.size()),
+      is_foot_(robot.bodies.size()) {
+  for (const auto& [first, second] : robot.apart)
+    apart_[static_cast<std::size_t>(first * bodies_ + second)] =
+        apart_[static_cast<std::size_t>(second * bodies_ + first)] = true;
+  for (const FloatingRobot::Frame& sole : {robot.left_sole, robot.right_sole})
+    is_foot_[static_cast<std::size_t>(sole.body)] = true;
+  for (int i = 0; i < bodies_; ++i) {
+    const dd::BodyNode* body = skeleton.getBodyNode(robot.bodies[static_cast<std::size_t>(i)].name);
+    for (std::size_t s = 0; s < body->getNumShapeNodes(); ++s) {
+      const dd::ShapeNode* shape = body->getShapeNode(s);
+      kinds_[shape] = {i, !shape->getShape()->is<dd::BoxShape>()};
+    }
+  }
+}
+
+CapsuleFilter::Kind CapsuleFilter::kind_of(const ::dart::collision::CollisionObject* object) const {
+  const auto found = kinds_.find(object->getShapeFrame());
+  return found == kinds_.end() ? Kind{} : found->second;
+}
+
+bool CapsuleFilter::ignoresCollision(const ::dart::collision::CollisionObject* first,
+                                     const ::dart::collision::CollisionObject* second) const {
+  Kind a = kind_of(first), b = kind_of(second);
+  if (a.body < 0) std::swap(a, b);
+  if (b.body < 0) return a.body < 0 || (a.is_capsule && is_foot_[static_cast<std::size_t>(a.body)]);
+  return !a.is_capsule || !b.is_capsule ||
+         !apart_[static_cast<std::size_t>(a.body * bodies_ + b.body)];
 }
 
 SkeletonView::SkeletonView(dd::SkeletonPtr skeleton, const FloatingRobot& robot)

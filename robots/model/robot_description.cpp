@@ -73,14 +73,31 @@ StandingPosture read_posture(const YamlSection& section, Figures figures) {
 }
 
 ActuatedJoint read_joint(const YamlSection& section, const std::string& name) {
-  section.allow_only({"position", "effort"});
-  ActuatedJoint joint{name, std::nullopt, std::nullopt};
+  section.allow_only({"position", "effort", "velocity"});
+  ActuatedJoint joint{name, std::nullopt, std::nullopt, std::nullopt};
   if (section.has("position")) joint.position = section.range("position");
-  if (section.has("effort")) {
-    joint.effort = section.number("effort");
-    if (!(*joint.effort > 0.0)) section.fail("effort", "must be positive");
-  }
+  const auto read_positive = [&](const char* key, std::optional<double>& value) {
+    if (!section.has(key)) return;
+    value = section.number(key);
+    if (!(*value > 0.0)) section.fail(key, "must be positive");
+  };
+  read_positive("effort", joint.effort);
+  read_positive("velocity", joint.velocity);
   return joint;
+}
+
+// Ends, then the radius.
+std::vector<LinkCapsule> read_capsules(const YamlSection& links) {
+  std::vector<LinkCapsule> capsules;
+  for (const std::string& link : links.keys()) {
+    const YamlSection of_link = links.section(link);
+    for (const std::string& number : of_link.keys()) {
+      const Vec<double, 7> c = of_link.numbers<7>(number);
+      if (!(c[6] > 0.0)) of_link.fail(number, "must end with a positive radius");
+      capsules.push_back({link, {c.head<3>(), c.segment<3>(3), c[6]}});
+    }
+  }
+  return capsules;
 }
 
 RobotDescription read(const YamlEntry& root, const std::string& source, Figures figures) {
@@ -88,7 +105,7 @@ RobotDescription read(const YamlEntry& root, const std::string& source, Figures 
     throw InputError(source + ": the file is empty; give a robot's configuration file");
   const YamlSection file(root, source);
   file.allow_only({"name", "source", "mass", "soles", "contact_plane_offset", "left_foot",
-                   "right_foot", "base", "joints", "mirror", "postures"});
+                   "right_foot", "base", "joints", "capsules", "mirror", "postures"});
   RobotDescription robot;
   robot.name = file.text("name");
   robot.file = source;
@@ -117,6 +134,7 @@ RobotDescription read(const YamlEntry& root, const std::string& source, Figures 
     for (const std::string& name : joints.keys())
       robot.joints.push_back(read_joint(joints.section(name), name));
   }
+  if (file.has("capsules")) robot.capsules = read_capsules(file.section("capsules"));
   if (file.has("mirror")) robot.mirror = read_mirror(file.section("mirror"));
   const YamlSection postures = file.section("postures");
   for (const std::string& name : postures.keys()) {

@@ -12,6 +12,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/types.hpp"
+#include "saltus/robots/model/capsule.hpp"
 #include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
 
@@ -51,6 +52,7 @@ struct ActuatedJoint {
   std::string name;
   std::optional<Bounds> position;  ///< rad; not given: that of the URDF
   std::optional<double> effort;    ///< largest torque, Nm; not given: that of the URDF
+  std::optional<double> velocity;  ///< largest speed, rad/s; not given: that of the URDF
 };
 
 struct RobotDescription {
@@ -65,6 +67,7 @@ struct RobotDescription {
   std::vector<StandingPosture> postures;  // the first is the default
   std::string base;                       // link that floats; for the whole body only
   std::vector<ActuatedJoint> joints;  // likewise, in the order of torques; all others are frozen
+  std::vector<LinkCapsule> capsules;  // likewise: shapes in place of those fitted to the meshes
   std::vector<std::string> warnings;  // what was assumed, sentences for the user
 
   const FootRectangle& foot(Side side) const { return side == Side::left ? left_foot : right_foot; }

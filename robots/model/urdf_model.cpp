@@ -129,6 +129,7 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
     if (joint.type != urdf::Joint::CONTINUOUS)
       result.position = between(joint.limits->lower, joint.limits->upper);
     result.effort = joint.limits->effort;
+    if (joint.limits->velocity > 0.0) result.velocity = joint.limits->velocity;
   }
   return result;
 }

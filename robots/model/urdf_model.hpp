@@ -29,6 +29,7 @@ struct UrdfJoint {
   Vec<double, 3> axis = Vec<double, 3>::UnitX();             // unit, in the joint frame
   Bounds position;                                           // rad or m
   double effort = infinity;                                  // Nm or N
+  double velocity = infinity;                                // rad/s or m/s; 0 in a file: none
 };
 
 struct UrdfBox {

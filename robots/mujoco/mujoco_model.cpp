@@ -7,6 +7,7 @@
 #include <csetjmp>
 #include <cstring>
 #include <exception>
+#include <utility>
 
 #include "saltus/robots/model/capture_point.hpp"
 
@@ -66,6 +67,33 @@ std::string pose_xml(const Eigen::Isometry3d& pose) {
          numbers("quat", Vec<double, 4>(q.w(), q.x(), q.y(), q.z()));
 }
 
+bool is_foot(const FloatingRobot& robot, int body) {
+  return body == robot.left_sole.body || body == robot.right_sole.body;
+}
+
+// Bits of what collides: 1 the ground, 2 limbs among each other.
+std::string capsule_xml(const Capsule& capsule, bool is_of_foot) {
+  constexpr double shortest = 1e-4;  // m; MuJoCo wants a length
+  Vec<double, 6> ends;
+  ends << capsule.from, capsule.to;
+  if (capsule.length() < shortest) ends[5] += shortest;
+  return fmt::format(
+      "<geom type=\"capsule\" contype=\"{}\" conaffinity=\"2\" size=\"{:.17g}\"{}/>\n",
+      is_of_foot ? 2 : 3, capsule.radius, numbers("fromto", ends));
+}
+
+// Pairs of bodies that may touch; MuJoCo itself leaves out a body and its parent.
+std::string exclusions_xml(const FloatingRobot& robot) {
+  std::string text = "<contact>\n";
+  const int bodies = static_cast<int>(robot.bodies.size());
+  for (int a = 0; a < bodies; ++a)
+    for (int b = a + 1; b < bodies; ++b)
+      if (robot.bodies[static_cast<std::size_t>(b)].parent != a &&
+          std::find(robot.apart.begin(), robot.apart.end(), std::pair(a, b)) == robot.apart.end())
+        text += fmt::format("<exclude body1=\"{}\" body2=\"{}\"/>\n", a, b);
+  return text + "</contact>\n";
+}
+
 std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& options) {
   const FloatingRobot::Body& b = robot.bodies[i];
   const Mat<double, 3, 3>& I = b.inertia;
@@ -88,6 +116,8 @@ std::string body_xml(const FloatingRobot& robot, int i, const PlantOptions& opti
   for (const UrdfBox& box : b.boxes)
     text += fmt::format("<geom type=\"box\" contype=\"1\" conaffinity=\"0\"{}{}/>\n",
                         numbers("size", 0.5 * box.size), pose_xml(box.pose));
+  if (options.self_collision)
+    for (const LinkCapsule& c : b.capsules) text += capsule_xml(c.capsule, is_foot(robot, i));
   for (int child = i + 1; child < static_cast<int>(robot.bodies.size()); ++child)
     if (robot.bodies[child].parent == i) text += body_xml(robot, child, options);
   return text + "</body>\n";
@@ -132,7 +162,8 @@ std::string to_mjcf(const FloatingRobot& robot, const PlantOptions& options) {
              "<worldbody>\n",
              options.step, -standard_gravity, friction_stiffness, contact_time, contact_damping,
              options.friction) +
-         ground_xml(options) + body_xml(robot, 0, options) + "</worldbody>\n</mujoco>\n";
+         ground_xml(options) + body_xml(robot, 0, options) + "</worldbody>\n" +
+         (options.self_collision ? exclusions_xml(robot) : "") + "</mujoco>\n";
 }
 
 Model::Model(const FloatingRobot& robot, const PlantOptions& options) {

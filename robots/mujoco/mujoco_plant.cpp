@@ -80,6 +80,8 @@ class MujocoPlant final : public Plant {
       const mjContact& contact = d.contact[c];
       if (contact.efc_address < 0) continue;  // takes no part in the dynamics
       const int first = m.geom_bodyid[contact.geom1], second = m.geom_bodyid[contact.geom2];
+      constexpr int ground = 0;                           // MuJoCo's world
+      if (first != ground && second != ground) continue;  // of two limbs
       Vec<double, 6> local;  // (force | torque) on the second geom, in the contact's frame
       mj_contactForce(&m, &d, c, local.data());
       using Frame = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;  // a row for each axis

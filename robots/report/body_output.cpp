@@ -81,6 +81,16 @@ Json looks_json(const std::vector<FloatingRobot::Look>& looks) {
   return list;
 }
 
+Json capsules_json(const std::vector<LinkCapsule>& capsules) {
+  Json list = Json::array();
+  for (const LinkCapsule& c : capsules)
+    list.push_back({{"link", c.link},
+                    {"from", numbers(c.capsule.from)},
+                    {"to", numbers(c.capsule.to)},
+                    {"radius", c.capsule.radius}});
+  return list;
+}
+
 // The estimate has found the base's first tilt by then, s.
 constexpr double estimate_settled = 0.25;
 
@@ -176,10 +186,12 @@ Json robot_shape(const FloatingRobot& robot, const RunLog& log) {
     json["axis"] = numbers(b.axis);
     json["limits"] = {b.position.lower, b.position.upper};
     json["effort"] = b.effort;
+    json["velocity"] = b.velocity;  // null: no limit
     json["mass"] = b.mass;
     json["com"] = numbers(b.com);
     json["boxes"] = boxes_json(b.boxes);
     json["looks"] = looks_json(b.looks);
+    json["capsules"] = capsules_json(b.capsules);
     bodies.push_back(json);
   }
   return {{"name", robot.name},

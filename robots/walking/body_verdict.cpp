@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "saltus/robots/walking/body_forces.hpp"
+#include "saltus/robots/whole_body/clearance.hpp"
 
 namespace saltus::walking {
 namespace {
@@ -41,6 +42,40 @@ void judge_limits(const RunLog& log, BodyVerdict& v) {
       static_cast<double>(at_their_limit) / static_cast<double>(log.body.size());
 }
 
+void judge_speeds(const RunLog& log, BodyVerdict& v) {
+  for (int i = 0; i < log.floating.joints(); ++i) {
+    const FloatingRobot::Body& driven = log.floating.bodies[static_cast<std::size_t>(i) + 1];
+    double since = infinity;  // it is above
+    for (std::size_t k = 0; k < log.body.size(); ++k) {
+      const double t = log.samples[k].time;
+      const double ratio = std::abs(log.body[k].state.dq[i]) / driven.velocity;
+      if (ratio > v.speed_ratio) {
+        v.speed_ratio = ratio;
+        v.speed_joint = driven.joint;
+        v.speed_time = t;
+      }
+      if (ratio > 1.0)
+        since = std::min(since, t);
+      else
+        since = infinity;
+      if (since < infinity && k + 1 < log.body.size())
+        v.over_speed = std::max(v.over_speed, log.samples[k + 1].time - since);
+    }
+  }
+}
+
+void judge_clearance(const RunLog& log, BodyVerdict& v) {
+  if (log.floating.apart.empty()) return;
+  Clearance clearance(log.floating, 1);
+  for (std::size_t k = 0; k < log.body.size(); ++k) {
+    clearance.update(log.body[k].state, v.clearance);
+    if (clearance.count() == 0) continue;
+    v.clearance = clearance.approach(0).distance;
+    v.clearance_pair = clearance.names(clearance.approach(0));
+    v.clearance_time = log.samples[k].time;
+  }
+}
+
 }  // namespace
 
 bool BodyVerdict::touches_joint_limit() const { return limit_margin < limit_touched; }
@@ -58,6 +93,8 @@ BodyVerdict judge_body(const RunLog& log) {
   for (const Vec<double, 2>& s : sole_slip(log)) v.slip = v.slip.cwiseMax(s);
   v.force_peak = peak_forces(log);
   judge_limits(log, v);
+  judge_speeds(log, v);
+  judge_clearance(log, v);
   v.standing = !log.stopped_early && log.touchdown == infinity && v.feet_moved < standing_move &&
                v.tilt_max < standing_tilt;
   return v;
@@ -72,7 +109,14 @@ nlohmann::ordered_json to_json(const BodyVerdict& v) {
           {"joint_limit_margin_rad", v.limit_margin},
           {"joint_limit_joint", v.limit_joint},
           {"joint_limit_time_s", v.limit_time},
-          {"torque_limit_share", v.torque_limit_fraction}};
+          {"torque_limit_share", v.torque_limit_fraction},
+          {"joint_speed_ratio_max", v.speed_ratio},
+          {"joint_speed_joint", v.speed_joint},
+          {"joint_speed_time_s", v.speed_time},
+          {"joint_speed_over_s", v.over_speed},
+          {"clearance_min_m", v.clearance},  // null: no shapes
+          {"clearance_pair", v.clearance_pair},
+          {"clearance_time_s", v.clearance_time}};
 }
 
 }  // namespace saltus::walking

@@ -25,6 +25,14 @@ struct BodyVerdict {
   std::string limit_joint;         ///< of that joint
   double limit_time = 0.0;         ///< and when, s
   double torque_limit_fraction = 0.0;  ///< of the time in which some torque is at its limit
+  double speed_ratio = 0.0;            ///< largest speed of a joint over its limit
+  std::string speed_joint;             ///< of that joint
+  double speed_time = 0.0;             ///< and when, s
+  double over_speed = 0.0;             ///< longest time that a joint is above its limit, s
+  double clearance = infinity;         ///< least distance of two limbs, m; < 0: one in the other;
+                                       ///< infinite: their shapes are not known
+  std::string clearance_pair;          ///< of these
+  double clearance_time = 0.0;         ///< and when, s
 
   bool touches_joint_limit() const;
 };

@@ -29,6 +29,10 @@ void declare_settings(Settings& s, PlantSettings& plant) {
            at_least(0.0));
   s.integer("simulator.delay_ticks", plant.delay_ticks, "",
             "whole body: control periods by which torques are late", between(0.0, 100.0));
+  s.number("motor.bandwidth", plant.motors.bandwidth, "Hz",
+           "whole body: of the torques, a first-order lag; 0: none", at_least(0.0));
+  s.number("motor.torque_rate", plant.motors.torque_rate, "Nm/s",
+           "whole body: largest rate of the torques; 0: no limit", at_least(0.0));
   s.choice<SensorChoice>(
       "sensors", plant.sensors,
       {{"ideal", SensorChoice::ideal}, {"measured", SensorChoice::measured}},

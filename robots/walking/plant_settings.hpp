@@ -2,6 +2,7 @@
 #pragma once
 
 #include "saltus/robots/dart/dart_plant.hpp"
+#include "saltus/robots/whole_body/motors.hpp"
 #include "saltus/robots/whole_body/whole_body_settings.hpp"
 
 namespace saltus::walking {
@@ -20,6 +21,7 @@ struct PlantSettings {
   double ground_step = 0.0, ground_edge = 0.18;
   double joint_friction = 0.0;  ///< viscous, Nm s/rad
   int delay_ticks = 0;          ///< periods of control by which the torques are late
+  MotorOptions motors;          ///< lag and rate of the torques
   SensorChoice sensors = SensorChoice::ideal;
   MeasurementNoise noise;  ///< of what the controllers see with ideal sensors
   SensorOptions sensor;    ///< this and the next: with measured ones
@@ -39,7 +41,7 @@ struct PlantSettings {
 void declare_plant(Settings& settings, PlantSettings& plant);
 /// simulator.step.
 void declare_step(Settings& settings, PlantSettings& plant);
-/// The rest of simulator.*, sensors, sensor.*, noise.* and dart.*
+/// The rest of simulator.*, motor.*, sensors, sensor.*, noise.* and dart.*
 void declare_settings(Settings& settings, PlantSettings& plant);
 
 }  // namespace saltus::walking

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
@@ -8,6 +9,7 @@
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
 #include "saltus/robots/walking/legged_plant.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "saltus/robots/whole_body/estimated_plant.hpp"
 #include "saltus/robots/whole_body/swing_foot.hpp"
 
@@ -17,8 +19,16 @@ namespace {
 // A foot has landed when the ground carries this much, N.
 constexpr double landed_force = 20.0;
 
+// With capsules where limbs may not pass through each other, and where they cost nothing to have.
+FloatingRobot make_body(const UrdfModel& model, const RobotDescription& description,
+                        bool self_collision) {
+  FloatingRobot robot = floating_robot(model, description);
+  if (self_collision || !description.capsules.empty()) add_capsules(robot, model, description);
+  return robot;
+}
+
 std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const PlantSettings& settings,
-                                  Side stance) {
+                                  Side stance, bool self_collision) {
   DartOptions options;
   options.step = settings.step;
   options.friction = settings.friction;
@@ -27,8 +37,12 @@ std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const PlantSetting
   options.joint_friction = settings.joint_friction;
   options.collision = settings.collision;
   options.lcp = settings.lcp;
-  if (settings.choice == PlantChoice::mujoco) return make_mujoco_plant(robot, options);
-  return make_dart_plant(robot, options);
+  options.self_collision = self_collision;
+  std::unique_ptr<Plant> plant = settings.choice == PlantChoice::mujoco
+                                     ? make_mujoco_plant(robot, options)
+                                     : make_dart_plant(robot, options);
+  if (settings.motors.is_ideal()) return plant;
+  return with_motors(std::move(plant), settings.motors, settings.step);
 }
 
 FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
@@ -65,11 +79,11 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
         per_control_(std::lround(options.control.period / settings.step)),
         per_plan_(std::lround(start.period / settings.step)),
         swing_side_(other(start.scene.side)),
-        body_(floating_robot(model, start.robot)),
+        body_(make_body(model, start.robot, options.control.self_collision)),
         nominal_(with_masses_scaled(body_, 1.0 + start.mass_error)),
         pushes_(start.pushes),
         dynamics_(make_dart_dynamics(nominal_)),
-        engine_(make_plant(body_, settings, start.scene.side)),
+        engine_(make_plant(body_, settings, start.scene.side, options.control.self_collision)),
         truth_of_plant_(*engine_),
         plant_(make_senses(std::move(engine_), nominal_, start.scene.side, settings)),
         controller_(make_whole_body_controller(
@@ -80,6 +94,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
       pushed_.back().pose.translate(push.point);
     }
     const WholeBodyState state = standing_state(body_, model, start.robot, start.posture);
+    if (options.control.self_collision) expect_apart(body_, state, start.posture.name);
     estimates_ = settings.sensors == SensorChoice::measured;
     if (estimates_ || !settings.noise.is_zero() || start.mass_error != 0.0)
       truth_ = make_dart_dynamics(body_);

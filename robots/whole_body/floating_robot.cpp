@@ -35,23 +35,6 @@ void merge(FloatingRobot::Body& body, double mass, const Vec<double, 3>& com,
 // Models for simulators often inflate the inertias of small links; nothing that stands is lighter.
 constexpr double least_density = 500.0;  // kg/m^3
 
-// The box of even density that has the link's mass, centre of mass and inertia; a smaller one of
-// that form where it would be lighter than any robot.
-UrdfBox box_of_inertia(const UrdfLink& link) {
-  const Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>> axes(link.inertia);
-  Mat<double, 3, 3> R = axes.eigenvectors();
-  if (R.determinant() < 0.0) R.col(0) *= -1.0;
-  UrdfBox box;
-  box.pose.translation() = link.com;
-  box.pose.linear() = R;
-  // I_x = m (b^2 + c^2) / 12, and so on.
-  const Vec<double, 3> I = axes.eigenvalues();
-  box.size = ((I.sum() - 2.0 * I.array()).max(0.0) * 6.0 / link.mass).sqrt();
-  const double lightest = box.size.prod() * least_density;
-  if (lightest > link.mass) box.size *= std::cbrt(link.mass / lightest);
-  return box;
-}
-
 FloatingRobot::Look look_of(const UrdfLink& link, const Eigen::Isometry3d& in_body) {
   FloatingRobot::Look look{link.name, link.visuals, link.collision_boxes};
   if (look.boxes.empty() && link.mass > 0.0) look.boxes.push_back(box_of_inertia(link));
@@ -153,6 +136,7 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
         body.axis = link.joint.axis;
         body.position = motor->position.value_or(link.joint.position);
         body.effort = motor->effort.value_or(link.joint.effort);
+        body.velocity = motor->velocity.value_or(link.joint.velocity);
         check_limits(body, model.source(), robot.file);
       }
       body_of[i] = static_cast<int>(result.bodies.size());
@@ -213,6 +197,21 @@ FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& mod
       }
     frame.pose = l.joint.origin * frame.pose;
   }
+}
+
+UrdfBox box_of_inertia(const UrdfLink& link) {
+  const Eigen::SelfAdjointEigenSolver<Mat<double, 3, 3>> axes(link.inertia);
+  Mat<double, 3, 3> R = axes.eigenvectors();
+  if (R.determinant() < 0.0) R.col(0) *= -1.0;
+  UrdfBox box;
+  box.pose.translation() = link.com;
+  box.pose.linear() = R;
+  // I_x = m (b^2 + c^2) / 12, and so on.
+  const Vec<double, 3> I = axes.eigenvalues();
+  box.size = ((I.sum() - 2.0 * I.array()).max(0.0) * 6.0 / link.mass).sqrt();
+  const double lightest = box.size.prod() * least_density;
+  if (lightest > link.mass) box.size *= std::cbrt(link.mass / lightest);
+  return box;
 }
 
 FloatingRobot with_masses_scaled(FloatingRobot robot, double factor) {

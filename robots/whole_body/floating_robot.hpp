@@ -4,6 +4,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "saltus/robots/model/robot_description.hpp"
@@ -28,11 +29,13 @@ struct FloatingRobot {
     Vec<double, 3> axis = Vec<double, 3>::UnitX();          ///< of the joint, in the joint frame
     Bounds position;                                        ///< rad
     double effort = infinity;                               ///< largest torque, Nm
+    double velocity = infinity;                             ///< largest speed, rad/s
     double mass = 0.0;                                      ///< kg
     Vec<double, 3> com = Vec<double, 3>::Zero();            ///< in the body's frame, m
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  ///< about the CoM, kg m^2
-    std::vector<UrdfBox> boxes;  ///< collision boxes, in the body's frame
-    std::vector<Look> looks;     ///< of its links that the URDF shows
+    std::vector<UrdfBox> boxes;         ///< collision boxes, in the body's frame
+    std::vector<Look> looks;            ///< of its links that the URDF shows
+    std::vector<LinkCapsule> capsules;  ///< what fills them, in the body's frame; see add_capsules
   };
   /// A frame fixed to a body.
   struct Frame {
@@ -45,6 +48,8 @@ struct FloatingRobot {
   std::vector<Body> bodies;     ///< the base first, every parent before its children
   Frame left_sole, right_sole;  ///< contact frames: origin in the contact plane
   double total_mass = 0.0;
+  /// Bodies whose capsules must not touch: all pairs but neighbours. The first is the smaller.
+  std::vector<std::pair<int, int>> apart;
 
   int joints() const { return static_cast<int>(bodies.size()) - 1; }
   /// Index of the joint that leads to bodies[i + 1]. Throws InputError that suggests the nearest.
@@ -64,6 +69,10 @@ FloatingRobot floating_robot(const UrdfModel& model, const RobotDescription& rob
 /// suggests the nearest name.
 FloatingRobot::Frame link_frame(const FloatingRobot& robot, const UrdfModel& model,
                                 const std::string& link);
+
+/// The box of even density that has the link's mass > 0, centre of mass and inertia, in the link's
+/// frame; a smaller one of that form where it would be lighter than any robot.
+UrdfBox box_of_inertia(const UrdfLink& link);
 
 /// The same robot with all masses and inertias times `factor` > 0: what a model that errs says of
 /// it.

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 #include "saltus/core/error.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/cholesky.hpp"
+#include "saltus/robots/whole_body/clearance.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 
 namespace saltus {
@@ -15,15 +18,21 @@ namespace {
 
 constexpr int left = 0, right = 1;
 // Order of the groups of rows.
-constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 4;
+constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 4,
+              clearance_group = 5;
 
-StageQp capacity(int joints, const ContactCone cones[2]) {
+// Pairs of limbs that are looked at, and from which distance on, m.
+constexpr int nearest_pairs = 6;
+constexpr double near = 0.15;
+
+StageQp capacity(int joints, const ContactCone cones[2], bool clearance) {
   const int all = joints + 12;
   StageCapacity stage{0, all, {}};
   for (const int foot : {left, right}) stage.groups.push_back({cones[foot].rows(), 6, false});
   stage.groups.push_back({joints, all, false});
   stage.groups.push_back({12, all, true});
   stage.groups.push_back({joints, joints, true});
+  if (clearance) stage.groups.push_back({nearest_pairs, joints, true});
   return StageQp({stage});
 }
 
@@ -36,19 +45,25 @@ class InverseDynamicsController final : public WholeBodyController {
         weights(weights_in),
         gains(gains_in),
         cones{contact_cone(left_contact), contact_cone(right_contact)},
-        qp(capacity(n, cones)),
+        qp(capacity(n, cones, gains_in.clearance)),
         point(qp),
         effort(n),
         lower(n),
-        upper(n) {
+        upper(n),
+        fastest(n) {
     for (int i = 0; i < n; ++i) {
       effort[i] = robot.bodies[i + 1].effort;
+      fastest[i] = (1.0 - gains.speed_margin) * robot.bodies[i + 1].velocity;
       lower[i] = robot.bodies[i + 1].position.lower + gains.limit_margin;
       upper[i] = robot.bodies[i + 1].position.upper - gains.limit_margin;
       if (!(lower[i] <= upper[i]))
         throw DefinitionError(fmt::format(
             "inverse dynamics: joint {} may move by less than twice limit_margin, {} rad",
             robot.bodies[i + 1].joint, gains.limit_margin));
+    }
+    if (gains.clearance) {
+      clearance.emplace(robot, nearest_pairs);
+      row.resize(n);
     }
     RiccatiOptions options;
     options.tolerance = 1e-6;
@@ -74,7 +89,9 @@ class InverseDynamicsController final : public WholeBodyController {
   ContactCone cones[2];
   StageQp qp;
   StagePoint point;
-  VectorXd effort, lower, upper;
+  VectorXd effort, lower, upper, fastest;
+  std::optional<Clearance> clearance;
+  VectorXd row;
   std::unique_ptr<StageQpSolver> solver;
 
   MatrixXd base;  // base acceleration = base z + base_0
@@ -89,6 +106,9 @@ class InverseDynamicsController final : public WholeBodyController {
   void build(const DynamicsModel& model, const WholeBodyState& state, const WholeBodyTasks& tasks);
   void add_cost(int rows, const Vec<double, 6>& wanted, double weight);
   void add_foot_acceleration(const SoleMotion& sole);
+  void set_limits(const WholeBodyState& state);
+  void set_clearance(const WholeBodyState& state);
+  double approach_speed(double distance) const;
 };
 
 // 1/2 weight |task z - wanted|^2 for the first rows of `task`.
@@ -214,19 +234,58 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
   stance.l1.setConstant(weights.stance_weight);
   stance.l2.setZero();
 
-  RowGroup& limits = stage.groups[limit_group];
+  set_limits(state);
+  if (clearance) set_clearance(state);
+}
+
+// How fast a joint may go towards its limit, rad/s: so that it can brake, and near it as below.
+double InverseDynamicsController::approach_speed(double distance) const {
+  const double T = gains.limit_horizon, a = gains.braking;
+  if (distance < a * T * T) return distance / T;
+  return std::sqrt(2.0 * a * distance - a * a * T * T);  // the same value and slope there
+}
+
+// A joint may approach its limit at (limit - q) / T, and comes back to that speed within T / 4:
+// critically damped, so that it does not swing past the limit.
+void InverseDynamicsController::set_limits(const WholeBodyState& state) {
+  RowGroup& limits = qp.stages[0].groups[limit_group];
   limits.soft = true;
   limits.rows = n;
   limits.columns.resize(n);
   for (int i = 0; i < n; ++i) limits.columns[i] = i;
   limits.M.topLeftCorner(n, n).setIdentity();
-  // A joint may approach its limit at (limit - q) / T, and comes back to that speed within T / 4:
-  // critically damped, so that it does not swing past the limit.
   const double T = gains.limit_horizon;
   limits.lower = (4.0 / (T * T)) * (lower - state.q - T * state.dq);
   limits.upper = (4.0 / (T * T)) * (upper - state.q - T * state.dq);
+  if (gains.speed_limits)
+    for (int i = 0; i < n; ++i) {
+      const double back = std::min(fastest[i], approach_speed(state.q[i] - lower[i]));
+      const double ahead = std::min(fastest[i], approach_speed(upper[i] - state.q[i]));
+      limits.lower[i] = (4.0 / T) * (-back - state.dq[i]);
+      limits.upper[i] = (4.0 / T) * (ahead - state.dq[i]);
+    }
   limits.l1.setConstant(weights.limit_weight);
   limits.l2.setZero();
+}
+
+// Limbs approach each other as a joint approaches its limit.
+void InverseDynamicsController::set_clearance(const WholeBodyState& state) {
+  const double T = gains.clearance_horizon;
+  clearance->update(state, near, T);
+  RowGroup& rows = qp.stages[0].groups[clearance_group];
+  rows.soft = true;
+  rows.rows = clearance->count();
+  rows.columns.resize(n);
+  for (int i = 0; i < n; ++i) rows.columns[i] = i;
+  for (int i = 0; i < rows.rows; ++i) {
+    const Approach& a = clearance->approach(i);
+    clearance->jacobian(i, row);
+    rows.M.row(i).head(n) = row.transpose();
+    rows.lower[i] = (4.0 / (T * T)) * (gains.clearance_margin - a.distance - T * a.speed) - a.drift;
+    rows.upper[i] = infinity;
+  }
+  rows.l1.setConstant(weights.clearance_weight);
+  rows.l2.setZero();
 }
 
 const WholeBodyCommand& InverseDynamicsController::control(const DynamicsModel& model,

@@ -3,7 +3,8 @@
 // Unknowns: joint accelerations and the wrenches of the feet on the ground. The six equations of
 // the free base give its acceleration, d2q and wrenches the torques, so that both are affine in the
 // unknowns. Hard: torque limits and contact cones, which some accelerations always meet. Soft, at
-// named penalties: stance feet do not move, joints stay within limits. The rest is weighed.
+// named penalties: stance feet do not move, joints stay within limits and limbs off each other. The
+// rest is weighed.
 #pragma once
 
 #include <memory>
@@ -21,6 +22,7 @@ struct WholeBodyWeights {
   double wrench = 1e-3;            ///< of the difference to the planned wrenches, per N^2, (Nm)^2
   double stance_weight = 1e4;      ///< L1, per m/s^2 and rad/s^2
   double limit_weight = 1e5;       ///< L1, per rad/s^2
+  double clearance_weight = 1e5;   ///< L1, per m/s^2
 };
 
 struct WholeBodyGains {
@@ -28,6 +30,14 @@ struct WholeBodyGains {
   double stance_damping = 50.0;  ///< 1/s, on what is left of a stance foot's twist
   double limit_horizon = 0.05;   ///< s, time constant of the approach to a joint's limit
   double limit_margin = 0.01;    ///< rad, kept from the limits
+  /// Keeps joints below their largest speeds, less a fraction, and lets them brake in time for
+  /// their limits: at this deceleration, rad/s^2.
+  bool speed_limits = false;
+  double speed_margin = 0.05, braking = 50.0;
+  /// Keeps the capsules of `FloatingRobot::apart` off each other: by this, m; as for a joint's
+  /// limit with this time constant, s.
+  bool clearance = false;
+  double clearance_margin = 0.005, clearance_horizon = 0.1;
 };
 
 std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(

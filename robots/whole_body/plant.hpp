@@ -21,6 +21,9 @@ struct PlantOptions {
   double joint_friction = 0.0;  ///< viscous, Nm s/rad
   /// The ground is z = 0; beyond the line y = ground_edge, seen from the origin, z = ground_step. m
   double ground_step = 0.0, ground_edge = -0.18;
+  /// Capsules of bodies that must stay apart collide, and those of all bodies but the feet with the
+  /// ground.
+  bool self_collision = false;
 };
 
 /// A slab of ground: a box, its upper face on the ground.

@@ -15,8 +15,10 @@ std::unique_ptr<WholeBodyController> make_whole_body_controller(const FloatingRo
                                                                 const WholeBodyControl& control) {
   if (control.choice == WholeBodyChoice::momentum)
     return make_momentum_controller(robot, left, right, control.momentum);
-  return make_inverse_dynamics_controller(robot, left, right, control.inverse_dynamics,
-                                          control.gains);
+  WholeBodyGains gains = control.gains;
+  gains.speed_limits = control.joint_speed_limits;
+  gains.clearance = control.self_collision;
+  return make_inverse_dynamics_controller(robot, left, right, control.inverse_dynamics, gains);
 }
 
 void declare_period(Settings& s, WholeBodyControl& control) {
@@ -31,6 +33,12 @@ void declare_settings(Settings& s, WholeBodyControl& control) {
        {"momentum", WholeBodyChoice::momentum}},
       "one program over accelerations and wrenches, or the momentum control of the literature "
       "(wrenches first, then torques)");
+  s.flag("self_collision", control.self_collision,
+         "whole body: limbs collide with each other and with the ground, and the program of "
+         "inverse_dynamics keeps them off each other");
+  s.flag("joint_speed_limits", control.joint_speed_limits,
+         "whole body: the program of inverse_dynamics keeps joints below their largest speeds and "
+         "lets them brake before their limits");
   WholeBodyWeights& w = control.inverse_dynamics;
   s.number("whole_body.linear_momentum", w.linear_momentum, "1/N^2", "weight", at_least(0.0));
   s.number("whole_body.angular_momentum", w.angular_momentum, "1/(Nm)^2", "weight", at_least(0.0));

@@ -19,6 +19,8 @@ struct WholeBodyControl {
   WholeBodyWeights inverse_dynamics;
   WholeBodyGains gains;  ///< of the same
   MomentumOptions momentum;
+  bool joint_speed_limits = false;  ///< joints keep below their largest speeds; not by momentum
+  bool self_collision = false;      ///< limbs keep off each other, likewise, and collide
 };
 
 std::unique_ptr<WholeBodyController> make_whole_body_controller(const FloatingRobot& robot,

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "problems/push_recovery/criteria.hpp"
 
@@ -102,6 +103,54 @@ TEST(BodyVerdict, LimitsAreNamedWithTheirTime) {
   EXPECT_NEAR(v.limit_time, 0.4, rounding);
   EXPECT_NEAR(v.torque_limit_fraction, 0.25, rounding);
   EXPECT_EQ(to_json(v)["joint_limit_joint"], "hip");
+}
+
+TEST(BodyVerdict, SpeedsAreRelativeToTheirLimits) {
+  RunLog log = still();
+  EXPECT_EQ(judge_body(log).speed_ratio, 0.0);  // no limit: nothing to be near to
+  log.floating.bodies[1].velocity = 2.0;
+  log.body[10].state.dq[0] = 1.5;
+  BodyVerdict v = judge_body(log);
+  EXPECT_NEAR(v.speed_ratio, 0.75, rounding);
+  EXPECT_EQ(v.speed_joint, "hip");
+  EXPECT_NEAR(v.speed_time, 0.1, rounding);
+  EXPECT_EQ(v.over_speed, 0.0);
+  log.body[20].state.dq[0] = -2.5;
+  for (int i = 50; i < 53; ++i) log.body[static_cast<std::size_t>(i)].state.dq[0] = 2.1;
+  v = judge_body(log);
+  EXPECT_NEAR(v.speed_ratio, 1.25, rounding);
+  EXPECT_NEAR(v.over_speed, 3.0 * period, rounding);
+  EXPECT_NEAR(to_json(v)["joint_speed_ratio_max"].get<double>(), 1.25, rounding);
+}
+
+// Two balls of 0.1 m, one at the base's origin, the other on an arm of 0.3 m; the joint's frame
+// lies beyond another body, so that they are no neighbours.
+TEST(BodyVerdict, ClearanceIsNamedWithItsTime) {
+  RunLog log = still();
+  EXPECT_EQ(judge_body(log).clearance, infinity);  // no shapes
+  FloatingRobot& robot = log.floating;
+  FloatingRobot::Body hand;
+  hand.parent = 1;
+  hand.joint = "elbow";
+  hand.origin.translation() << 0.3, 0.0, 0.0;
+  hand.axis = Vec<double, 3>::UnitY();
+  robot.bodies.push_back(hand);
+  const Vec<double, 3> end(0.3, 0.0, 0.0);
+  robot.bodies[0].capsules.push_back(
+      {"trunk", {Vec<double, 3>::Zero(), Vec<double, 3>::Zero(), 0.1}});
+  robot.bodies[2].capsules.push_back({"hand", {end, end, 0.1}});
+  robot.apart = {{0, 2}};
+  for (BodySample& b : log.body) {
+    b.state.q = b.state.dq = VectorXd::Zero(2);
+    b.torques = VectorXd::Zero(2);
+  }
+  EXPECT_NEAR(judge_body(log).clearance, 0.4, rounding);
+  log.body[70].state.q[1] = std::numbers::pi;  // folded back: the balls are one
+  const BodyVerdict v = judge_body(log);
+  EXPECT_NEAR(v.clearance, -0.2, rounding);
+  EXPECT_EQ(v.clearance_pair, "trunk and hand");
+  EXPECT_NEAR(v.clearance_time, 0.7, rounding);
+  EXPECT_EQ(to_json(v)["clearance_pair"], "trunk and hand");
 }
 
 // A robot that slides is not recovered, however calm it is.

@@ -2,6 +2,7 @@
 // on what comes of a push. Needs the URDF, whose file SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -9,6 +10,8 @@
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/whole_body/clearance.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "tests/robots/icub_body.hpp"
 #include "tests/support/count_allocations.hpp"
@@ -257,6 +260,80 @@ TEST(WithoutMujoco, ThePlantSaysSo) {
     ADD_FAILURE() << "there is no MuJoCo to make a plant of";
   } catch (const InputError& e) {
     EXPECT_NE(std::string(e.what()).find("built without MuJoCo"), std::string::npos) << e.what();
+  }
+}
+
+// Capsules in both engines.
+class LimbsOfBothEngines : public Mujoco {
+ protected:
+  void SetUp() override {
+    Mujoco::SetUp();
+    if (!IsSkipped()) add_capsules(robot, *urdf, description);
+  }
+  std::vector<std::unique_ptr<Plant>> plants(bool self_collision) const {
+    DartOptions dart;
+    dart.self_collision = self_collision;
+    PlantOptions options;
+    options.self_collision = self_collision;
+    std::vector<std::unique_ptr<Plant>> both;
+    both.push_back(make_dart_plant(robot, dart));
+    both.push_back(make_mujoco_plant(robot, options));
+    return both;
+  }
+};
+
+// In the air the right arm is drawn to the body. Limbs that meet stop, and what they do to each
+// other changes no momentum.
+TEST_F(LimbsOfBothEngines, LimbsStopAtEachOther) {
+  WholeBodyState state = start;
+  state.base.translation()[2] += 3.0;
+  VectorXd torques = VectorXd::Zero(robot.joints());
+  torques[robot.joint_index("r_shoulder_roll")] = -5.0;
+  Clearance clearance(robot, 1);
+  for (const bool self_collision : {false, true})
+    for (const auto& plant : plants(self_collision)) {
+      plant->reset(state);
+      double least = infinity;
+      while (plant->time() < 0.4) {
+        plant->set_torques(torques);
+        plant->step();
+        clearance.update(plant->state());
+        least = std::min(least, clearance.approach(0).distance);
+      }
+      // MuJoCo's contacts give way: 5 Nm on the weight of an arm.
+      if (self_collision)
+        EXPECT_GT(least, -0.005) << plant->name();
+      else
+        EXPECT_LT(least, -0.02) << plant->name();
+      dynamics->update(plant->state());
+      const double fall = standard_gravity * plant->time();
+      EXPECT_NEAR(dynamics->com_velocity()[2], -fall, 0.01 * fall) << plant->name();
+      EXPECT_LT(dynamics->angular_momentum().norm(), 0.05) << plant->name();
+    }
+}
+
+// Without torques it falls on its face; nothing but its feet may then be below the ground.
+TEST_F(LimbsOfBothEngines, WhatFallsLiesOnTheGround) {
+  const VectorXd torques = VectorXd::Zero(robot.joints());
+  for (const auto& plant : plants(true)) {
+    plant->reset(start);
+    while (plant->time() < 3.0) {
+      plant->set_torques(torques);
+      plant->step();
+    }
+    Clearance clearance(robot, 1);
+    clearance.update(plant->state());
+    double lowest = infinity;
+    for (std::size_t i = 0; i < clearance.members().size(); ++i) {
+      const int body = clearance.members()[i].body;
+      if (body == robot.left_sole.body || body == robot.right_sole.body) continue;
+      const Capsule capsule = clearance.capsule(static_cast<int>(i));
+      lowest =
+          std::min({lowest, capsule.from.z() - capsule.radius, capsule.to.z() - capsule.radius});
+    }
+    EXPECT_GT(lowest, -0.01) << plant->name();
+    EXPECT_LT(lowest, 0.02) << plant->name();
+    EXPECT_LT(plant->state().base.translation().z(), 0.3) << plant->name();
   }
 }
 

@@ -9,6 +9,8 @@
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/whole_body/clearance.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "saltus/robots/whole_body/contact_wrench.hpp"
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 #include "saltus/robots/whole_body/momentum_controller.hpp"
@@ -241,6 +243,47 @@ TEST_F(Controllers, MomentumControlBalancesAPush) {
   plant->reset(start);
   balance_on_the_left_foot(robot, *model, *plant, *momentum, rest_tasks(start, false),
                            {.impulse = 2.0}, [](const WholeBodyCommand&, double) {});
+}
+
+// Every entry of the tasks at rest, but joints that run and limbs that close in.
+TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
+  add_capsules(robot, *urdf, description);
+  WholeBodyGains gains;
+  gains.speed_limits = gains.clearance = true;
+  const auto keeping = make_inverse_dynamics_controller(robot, left, right, {}, gains);
+  WholeBodyState state = stand("left_stance");
+  const int elbow = robot.joint_index("l_elbow"), roll = robot.joint_index("r_shoulder_roll");
+  const double fastest = robot.bodies[static_cast<std::size_t>(elbow) + 1].velocity;
+  ASSERT_EQ(fastest, 7.64);
+  state.dq[elbow] = fastest;  // above the margin
+  state.q[roll] = 0.35;       // the hand near the thigh, and drawn on
+  state.dq[roll] = -1.0;
+  WholeBodyTasks tasks = rest_tasks(state, false);
+  tasks.posture[elbow] += 10.0;
+  tasks.posture[roll] = -1.0;
+  Clearance clearance(robot, 1);
+  clearance.update(state);
+  VectorXd row(robot.joints());
+  clearance.jacobian(0, row);
+  const Approach& near = clearance.approach(0);
+  ASSERT_GT(near.distance, 0.0);
+  ASSERT_LT(near.speed, 0.0);
+  const auto change_of_speed = [&](const WholeBodyCommand& command) {
+    return row.dot(command.joint_acceleration) + near.drift;
+  };
+  for (auto* controller : {inverse_dynamics.get(), keeping.get()}) {
+    const testing::AllocationCount count;
+    const WholeBodyCommand& command = controller->control(*model, state, tasks);
+    EXPECT_EQ(count.made(), 0);
+    EXPECT_EQ(command.status, QpStatus::optimal);
+    const bool keeps = controller == keeping.get();
+    const double margin = gains.speed_margin * fastest;
+    EXPECT_EQ(command.joint_acceleration[elbow] < -0.9 * margin * 4.0 / gains.limit_horizon, keeps);
+    const double T = gains.clearance_horizon;
+    const double least = 4.0 / (T * T) * (gains.clearance_margin - near.distance - T * near.speed);
+    EXPECT_EQ(change_of_speed(command) > least - 0.01 * std::abs(least), keeps)
+        << change_of_speed(command) << " against " << least;
+  }
 }
 
 }  // namespace

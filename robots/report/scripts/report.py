@@ -62,6 +62,15 @@ FIGURES = [
         ("body.joint_limit_margin_rad", "Least distance of a joint from its limit", "mrad", 1e3, 1),
         ("body.joint_limit_joint", "at the joint", "", 1, 0),
         ("body.joint_limit_time_s", "at the time", "s", 1, 2),
+        ("body.joint_speed_ratio_max", "Largest speed, fraction of its limit", "%", 100, 0),
+        ("body.joint_speed_joint", "at the joint", "", 1, 0),
+        ("body.joint_speed_time_s", "at the time", "s", 1, 2),
+        ("body.joint_speed_over_s", "Longest time above a limit", "ms", 1e3, 0),
+    ]),
+    ("Limbs", [
+        ("body.clearance_min_m", "Least distance (negative: one in the other)", "mm", 1e3, 1),
+        ("body.clearance_pair", "of the links", "", 1, 0),
+        ("body.clearance_time_s", "at the time", "s", 1, 2),
     ]),
     ("Controllers", [
         ("solves", "Solves of the planner", "", 1, 0),

@@ -1,0 +1,188 @@
+// Distances of limbs, on iCub. Needs the URDF, whose file SALTUS_ICUB_URDF names.
+#include "saltus/robots/whole_body/clearance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+#include "saltus/core/random.hpp"
+#include "saltus/robots/model/mesh.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
+#include "tests/robots/icub_body.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr std::uint64_t seed = 14;
+
+class Limbs : public IcubBody {
+ protected:
+  void SetUp() override {
+    IcubBody::SetUp();
+    if (!IsSkipped()) add_capsules(robot, *urdf, description);
+  }
+  WholeBodyState random_state(Random& random) const {
+    WholeBodyState state = start;
+    state.q += 0.5 * random.vector(robot.joints());
+    state.dq = 3.0 * random.vector(robot.joints());
+    state.base.translation() = random.vector(3);
+    state.base.rotate(Eigen::AngleAxisd(random.uniform(-1.0, 1.0), Vec<double, 3>::UnitX()));
+    return state;
+  }
+};
+
+double distance_of(const FloatingRobot& robot, const Approach& pair, WholeBodyState state, double t,
+                   const VectorXd& acceleration) {
+  state.q += t * state.dq + 0.5 * t * t * acceleration;
+  Clearance all(robot, 2000);
+  all.update(state);
+  for (int i = 0; i < all.count(); ++i)
+    if (all.approach(i).first == pair.first && all.approach(i).second == pair.second)
+      return all.approach(i).distance;
+  return infinity;
+}
+
+TEST_F(Limbs, SpeedsAreThoseOfTheDistance) {
+  Random random(seed);
+  Clearance clearance(robot, 8);
+  VectorXd row(robot.joints());
+  for (int k = 0; k < 10; ++k) {
+    const WholeBodyState state = random_state(random);
+    clearance.update(state);
+    ASSERT_EQ(clearance.count(), 8);
+    for (int i = 0; i < clearance.count(); ++i) {
+      const Approach& a = clearance.approach(i);
+      clearance.jacobian(i, row);
+      EXPECT_NEAR(row.dot(state.dq), a.speed, 1e-12);
+      // Central differences: an error of h^2 times third derivatives below 1e4 m/s^3.
+      constexpr double h = 1e-4;
+      const VectorXd none = VectorXd::Zero(robot.joints());
+      const double before = distance_of(robot, a, state, -h, none);
+      const double after = distance_of(robot, a, state, h, none);
+      EXPECT_NEAR((after - before) / (2.0 * h), a.speed, 1e-4) << "seed " << seed;
+    }
+  }
+}
+
+// Balls have no closest points that wander: at rest the second derivative is exact, in motion what
+// is left out is not negative.
+TEST_F(Limbs, AccelerationsAreThoseOfTheDistanceOfBalls) {
+  for (FloatingRobot::Body& body : robot.bodies)
+    for (LinkCapsule& c : body.capsules) c.capsule.to = c.capsule.from;
+  Random random(seed);
+  Clearance clearance(robot, 8);
+  VectorXd row(robot.joints());
+  for (int k = 0; k < 20; ++k) {
+    WholeBodyState state = random_state(random);
+    const bool at_rest = k % 2 == 0;
+    if (at_rest) state.dq.setZero();
+    const VectorXd acceleration = 10.0 * random.vector(robot.joints());
+    clearance.update(state);
+    for (int i = 0; i < clearance.count(); ++i) {
+      const Approach& a = clearance.approach(i);
+      clearance.jacobian(i, row);
+      constexpr double h = 1e-4;  // rounding by h^2: 1e-7 m/s^2
+      const double difference = (distance_of(robot, a, state, h, acceleration) -
+                                 2.0 * distance_of(robot, a, state, 0.0, acceleration) +
+                                 distance_of(robot, a, state, -h, acceleration)) /
+                                (h * h);
+      const double expected = row.dot(acceleration) + a.drift;
+      constexpr double tolerance = 1e-4;  // h^2 times fourth derivatives
+      EXPECT_LE(expected, difference + tolerance) << "seed " << seed << ", " << clearance.names(a);
+      if (at_rest) EXPECT_NEAR(expected, difference, tolerance) << clearance.names(a);
+    }
+  }
+}
+
+// All pairs by their own loop: the nearest come first, and none is missed.
+TEST_F(Limbs, TheNearestAreKept) {
+  Random random(seed);
+  const WholeBodyState state = random_state(random);
+  Clearance all(robot, 2000), few(robot, 5);
+  all.update(state);
+  few.update(state);
+  ASSERT_EQ(few.count(), 5);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(few.approach(i).distance, all.approach(i).distance);
+  for (int i = 1; i < all.count(); ++i)
+    EXPECT_LE(all.approach(i - 1).distance, all.approach(i).distance);
+  few.update(state, 0.5 * all.approach(0).distance + 0.5 * all.approach(1).distance);
+  EXPECT_EQ(few.count(), 1);
+  EXPECT_THROW(Clearance(robot, 0), DefinitionError);
+}
+
+TEST_F(Limbs, UpdatesDoNotAllocate) {
+  Clearance clearance(robot, 6);
+  VectorXd row(robot.joints());
+  const testing::AllocationCount count;
+  clearance.update(start, 0.15, 0.1);
+  for (int i = 0; i < clearance.count(); ++i) clearance.jacobian(i, row);
+  EXPECT_EQ(count.made(), 0);
+}
+
+TEST_F(Limbs, NeighboursMayTouchAndOthersMayNot) {
+  const auto apart = [this](const char* a, const char* b) {
+    const auto find = [this](const char* link) { return link_frame(robot, *urdf, link).body; };
+    const std::pair<int, int> pair = std::minmax(find(a), find(b));
+    return std::find(robot.apart.begin(), robot.apart.end(), pair) != robot.apart.end();
+  };
+  EXPECT_TRUE(apart("r_hand", "r_upper_leg"));
+  EXPECT_TRUE(apart("l_foot", "r_foot"));
+  EXPECT_TRUE(apart("l_hand", "head"));
+  EXPECT_FALSE(apart("l_upper_leg", "l_lower_leg"));  // a joint between them
+  EXPECT_FALSE(apart("l_hip_1", "l_upper_leg"));      // one in the other by construction
+}
+
+TEST_F(Limbs, APostureThatStartsInCollisionIsRefused) {
+  for (const char* name : {"left_stance", "right_stance", "two_feet"}) {
+    const StandingPosture& posture = description.posture(name);
+    EXPECT_NO_THROW(expect_apart(robot, standing_state(robot, *urdf, description, posture), name))
+        << name;
+  }
+  WholeBodyState folded = start;
+  folded.q[robot.joint_index("l_hip_roll")] = -0.3;  // both legs inwards
+  folded.q[robot.joint_index("r_hip_roll")] = -0.3;
+  try {
+    expect_apart(robot, folded, "folded");
+    ADD_FAILURE();
+  } catch (const InputError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("\"folded\""), std::string::npos) << text;
+    EXPECT_NE(text.find("l_"), std::string::npos) << text;
+    EXPECT_NE(text.find("r_"), std::string::npos) << text;
+  }
+}
+
+// The figures of the built-in file against the meshes, where these are at hand.
+TEST_F(Limbs, CapsulesOfTheFileAreThoseOfTheMeshes) {
+  for (const UrdfLink& link : urdf->links())
+    for (const UrdfShape& visual : link.visuals)
+      if (visual.shape == UrdfShape::Shape::mesh && !find_mesh(visual.mesh, urdf_path))
+        GTEST_SKIP() << "there is no mesh " << visual.mesh
+                     << "; name its package in ROS_PACKAGE_PATH";
+  RobotDescription bare = description;
+  bare.capsules.clear();
+  FloatingRobot fitted = robot;
+  add_capsules(fitted, *urdf, bare);
+  EXPECT_EQ(fitted.apart, robot.apart);
+  for (std::size_t b = 0; b < robot.bodies.size(); ++b) {
+    const auto& expected = fitted.bodies[b].capsules;
+    ASSERT_EQ(robot.bodies[b].capsules.size(), expected.size()) << robot.bodies[b].name;
+    // The file has tenths of a millimetre; processors may end the search a step apart.
+    constexpr double same = 1e-3;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      const Capsule& c = robot.bodies[b].capsules[i].capsule;
+      EXPECT_EQ(robot.bodies[b].capsules[i].link, expected[i].link);
+      EXPECT_NEAR(c.radius, expected[i].capsule.radius, same) << expected[i].link;
+      EXPECT_LT((c.middle() - expected[i].capsule.middle()).norm(), same) << expected[i].link;
+      EXPECT_NEAR(c.length(), expected[i].capsule.length(), 2.0 * same) << expected[i].link;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace saltus

@@ -1,0 +1,82 @@
+// Motors that lag: closed forms of the first-order lag and of the ramp.
+#include "saltus/robots/whole_body/motors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <string>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr double step = 1e-3;  // s
+constexpr double rounding = 1e-12;
+
+// One joint, at rest whatever happens; says which torque acted last.
+class RestingPlant final : public Plant {
+ public:
+  explicit RestingPlant(double& acting) : acting_(acting) {
+    state_.q = state_.dq = VectorXd::Zero(1);
+  }
+  void reset(const WholeBodyState& state) override { state_ = state; }
+  void set_torques(const VectorXd& torques) override { acting_ = torques[0]; }
+  void push(int, const Vec<double, 3>&, const Vec<double, 3>&) override {}
+  void step() override {}
+  double time() const override { return 0.0; }
+  const WholeBodyState& state() const override { return state_; }
+  const FootContact& contact(Side) const override { return contact_; }
+  std::string name() const override { return "at rest"; }
+
+ private:
+  double& acting_;
+  WholeBodyState state_;
+  FootContact contact_;
+};
+
+// From 1 to 3 Nm.
+double after(const MotorOptions& options, int steps) {
+  double acting = 0.0;
+  const auto plant = with_motors(std::make_unique<RestingPlant>(acting), options, step);
+  plant->set_torques(VectorXd::Constant(1, 1.0));
+  plant->step();
+  EXPECT_EQ(acting, 1.0);  // the first acts at once
+  plant->set_torques(VectorXd::Constant(1, 3.0));
+  for (int k = 0; k < steps; ++k) plant->step();
+  return acting;
+}
+
+TEST(Motors, FollowWithTheirBandwidth) {
+  constexpr double bandwidth = 20.0;
+  for (const int steps : {1, 8, 40}) {
+    const double decay = std::exp(-2.0 * std::numbers::pi * bandwidth * steps * step);
+    EXPECT_NEAR(after({bandwidth, 0.0}, steps), 3.0 - 2.0 * decay, rounding);
+  }
+}
+
+TEST(Motors, ChangeNoFasterThanTheirRate) {
+  constexpr double rate = 100.0;
+  EXPECT_NEAR(after({0.0, rate}, 7), 1.7, rounding);
+  EXPECT_NEAR(after({0.0, rate}, 25), 3.0, rounding);
+}
+
+TEST(Motors, AreIdealByDefault) {
+  EXPECT_TRUE(MotorOptions{}.is_ideal());
+  EXPECT_EQ(after({}, 1), 3.0);
+}
+
+TEST(Motors, RefuseWhatMakesNoSense) {
+  double acting = 0.0;
+  const auto make = [&](const MotorOptions& options, double h) {
+    return with_motors(std::make_unique<RestingPlant>(acting), options, h);
+  };
+  EXPECT_THROW(make({-1.0, 0.0}, step), DefinitionError);
+  EXPECT_THROW(make({0.0, infinity}, step), DefinitionError);
+  EXPECT_THROW(make({}, 0.0), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
