@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+"""Does reproduce.py see what differs from a printed table, and nothing else?"""
+
+import os
+import sys
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import reproduce  # noqa: E402
+from tables import TABLES  # noqa: E402
+
+
+class Agreement(unittest.TestCase):
+    def test_one_unit_of_the_last_digit_is_rounding(self):
+        self.assertTrue(reproduce.agree("0.559 s", "0.560 s", False))
+        self.assertFalse(reproduce.agree("0.559 s", "0.561 s", False))
+        self.assertTrue(reproduce.agree("1.2e-08", "1.3e-08", False))
+        self.assertFalse(reproduce.agree("100 %", "102 %", False))
+
+    def test_words_count_to_the_letter(self):
+        self.assertFalse(reproduce.agree("yes", "fell at 3.32 s", False))
+        self.assertFalse(reproduce.agree("12 mm", "12 N", False))
+        self.assertFalse(reproduce.agree("", "0.1", False))
+
+    def test_times_may_be_three_times_as_long(self):
+        self.assertTrue(reproduce.agree("0.10 s", "0.29 s", True))
+        self.assertFalse(reproduce.agree("0.10 s", "0.40 s", True))
+
+    def test_a_table_is_read_without_its_rule(self):
+        text = "| push | yes |\n| --- | --- |\n| 6 N s | no |\n"
+        self.assertEqual(reproduce.cells(text), [["push", "yes"], ["6 N s", "no"]])
+
+
+class Tables(unittest.TestCase):
+    def test_every_table_stands_in_its_readme(self):
+        for name, table in TABLES.items():
+            there = reproduce.printed(name, table)
+            self.assertIsNotNone(there, name)
+            rows = reproduce.cells(there)
+            self.assertEqual(rows[0], [title.strip() for title, _ in table.columns], name)
+            self.assertEqual(len(rows) - 1, len(table.rows), name)
+
+
+if __name__ == "__main__":
+    unittest.main()

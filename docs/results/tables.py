@@ -1,0 +1,168 @@
+"""What the tables of the READMEs are made of: the runs of each row and the cells of each column."""
+
+import dataclasses
+from typing import Callable, Dict, List, Tuple
+
+README = "problems/push_recovery/README.md"
+PAPER = {"preset": "paper"}
+
+
+@dataclasses.dataclass
+class Row:
+    name: str
+    runs: List[Dict[str, object]]  # settings of push_recovery
+    word: str = ""  # for a column of the row's own
+
+
+@dataclasses.dataclass
+class Table:
+    title: str
+    rows: List[Row]
+    columns: List[Tuple[str, Callable]]  # title, cell(row, summaries)
+    readme: str = README
+    quick: bool = True
+    timed: Tuple[str, ...] = ()  # columns that are times
+
+
+def look_up(summary, key):
+    for part in key.split("."):
+        if summary is None:
+            return None
+        summary = summary.get(part)
+    return summary
+
+
+def figure(key, text="{:g}", factor=1.0, otherwise="", run=0, if_recovered=False):
+    """A cell with one number of a summary; `otherwise` where there is none."""
+    def cell(row, summaries):
+        summary = summaries[run]
+        value = look_up(summary, key)
+        if value is None or (if_recovered and not summary["recovered"]):
+            return otherwise
+        return text.format(factor * value)
+    return cell
+
+
+def heights(row, summaries):
+    return f"{summaries[0]['com_height_min_m']:.3f} to {summaries[0]['com_height_max_m']:.3f}"
+
+
+def outcome(run=0):
+    def cell(row, summaries):
+        summary = summaries[run]
+        return "yes" if summary["recovered"] else summary["reason"]
+    return cell
+
+
+def name(row, summaries):
+    return row.name
+
+
+def word(row, summaries):
+    return row.word
+
+
+def landing(row, summaries):
+    summary = summaries[0]
+    if summary["touchdown_s"] is None:
+        return "none needed" if summary["recovered"] else ""
+    return f"{summary['touchdown_s'] - summary['push_start_s']:.3f} s"
+
+
+def error(row, summaries):
+    if not summaries[0]["recovered"]:
+        return ""
+    millimetres = 1e3 * summaries[0]["final_com_error_m"]
+    return "below 0.1 mm" if millimetres < 0.1 else f"{millimetres:.1f} mm"
+
+
+def later(kind, run):
+    """When the forces of both feet have settled."""
+    def cell(row, summaries):
+        if not summaries[run]["recovered"]:
+            return ""
+        values = [look_up(summaries[run], f"force_settling.{kind}_{foot}_s") for foot in ("left", "right")]
+        return "never" if None in values else f"{max(values):.2f}"
+    return cell
+
+
+def peak_force(row, summaries):
+    body = summaries[0]["body"]
+    return f"{max(body['left_force_peak_n'], body['right_force_peak_n']):.0f} N"
+
+
+def both_controllers(row, summaries):
+    body = summaries[0]["body"]
+    return f"{body['planner_s_per_s'] + body['whole_body_control_s_per_s']:.2f} s"
+
+
+def push(size, **settings):
+    return {**PAPER, "push.impulse": size, **{k.replace("__", "."): v for k, v in settings.items()}}
+
+
+def in_dart(size, **settings):
+    return push(size, plant="dart", **settings)
+
+
+TABLES = {
+    "centroidal": Table(
+        "Push recovery on the centroidal model",
+        [Row("6 N s", [push(6)], "yes"), Row("7 N s", [push(7)], "yes"), Row("8 N s", [push(8)], "yes"),
+         Row("8 N s", [push(8, stepping="false")], "no")],
+        [("push", name), ("step", word), ("recovered", outcome()), ("CoM height, m", heights),
+         ("largest angular momentum", figure("angular_momentum_max", "{:.2f} Nms")),
+         ("final CoM error", error),
+         ("capture point settles in", figure("icp_settling_s", "{:.2f} s"))]),
+    "dart": Table(
+        "MPC in DART, step of 0.6 s",
+        [Row(f"{size} N s", [in_dart(size)]) for size in (4, 5, 6, 7, 8)],
+        [("push", name), ("recovered", outcome()), ("landing after", landing),
+         ("CoM height, m", heights), ("largest H, Nms", figure("angular_momentum_max", "{:.2f}")),
+         ("capture point settles in", figure("icp_settling_s", "{:.2f} s")),
+         ("peak force", peak_force),
+         ("largest torque", figure("body.torque_share_max", "{:.0f} %", 100.0)),
+         ("nearest joint limit", figure("body.joint_limit_margin_rad", "{:.0f} mrad", 1e3)),
+         ("time", both_controllers)],
+        timed=("time",)),
+    "settling": Table(
+        "Settling of the vertical forces, MPC and baseline in DART",
+        [Row(f"{size} N s", [in_dart(size), in_dart(size, controller="capture_point")])
+         for size in (5, 6, 7, 8)],
+        [("push", name), ("MPC", outcome(0)), ("planned, s", later("planned", 0)),
+         ("measured, s", later("measured", 0)),
+         ("capture point, s", figure("icp_settling_s", "{:.2f}", if_recovered=True)),
+         ("H, Nms", figure("angular_momentum_max", "{:.2f}")),
+         ("baseline", outcome(1)), ("its planned, s", later("planned", 1)),
+         ("its measured, s", later("measured", 1)),
+         ("its capture point, s", figure("icp_settling_s", "{:.2f}", run=1, if_recovered=True)),
+         ("its H, Nms", figure("angular_momentum_max", "{:.2f}", run=1))]),
+    "disturbances": Table(
+        "6 N s in DART, and a disturbance",
+        [Row("nothing else", [in_dart(6)]),
+         Row("noise and delay, seed 1",
+             [in_dart(6, noise__position=0.001, noise__angle=0.00175, noise__force=0.02,
+                      noise__velocity=0.006, noise__angular_velocity=0.01,
+                      simulator__delay_ticks=1)]),
+         Row("120 N for 0.05 s", [in_dart(6, push__duration=0.05)]),
+         Row("30 N for 0.2 s", [in_dart(6, push__duration=0.2)]),
+         Row("half a sine in 0.1 s", [in_dart(6, push__shape="half_sine")]),
+         Row("friction 0.4", [in_dart(6, simulator__friction=0.4)]),
+         Row("nominal model with 5 % more mass", [in_dart(6, model__mass_error=0.05)]),
+         Row("in 5 % less", [in_dart(6, model__mass_error=-0.05)]),
+         Row("ground 1 cm higher", [in_dart(6, simulator__ground_step=0.01)]),
+         Row("ground 1 cm lower", [in_dart(6, simulator__ground_step=-0.01)])],
+        [("6 N s, and", name), ("recovered", outcome()), ("landing after", landing),
+         ("capture point settles in", figure("icp_settling_s", "{:.2f} s")),
+         ("stance slip", figure("body.left_slip_max_m", "{:.1f} mm", 1e3)),
+         ("largest tilt", figure("body.base_tilt_max_rad", "{:.2f} rad"))],
+        quick=False),
+    "momentum": Table(
+        "The momentum controller of the literature in DART, step of 0.6 s",
+        [Row(f"{size} N s", [in_dart(size, push__start=0.3, whole_body__controller="momentum"),
+                             in_dart(size, push__start=0.3)]) for size in (4, 5, 5.5, 6)],
+        [("push", name), ("momentum", outcome(0)),
+         ("its H, Nms", figure("angular_momentum_max", "{:.1f}")),
+         ("inverse dynamics", outcome(1)),
+         ("its H, Nms ", figure("angular_momentum_max", "{:.1f}", run=1))],
+        quick=False),
+}
