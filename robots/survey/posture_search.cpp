@@ -3,12 +3,18 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "saltus/robots/whole_body/clearance.hpp"
 
 namespace saltus::survey {
 namespace {
 
 // Weights of residuals in m and rad: what must be, what shall be, what may be.
-constexpr double place_weight = 1e3, upright_weight = 3.0, height_weight = 10.0, rest_weight = 0.1;
+constexpr double place_weight = 1e3, apart_weight = 100.0, upright_weight = 3.0,
+                 height_weight = 10.0, rest_weight = 0.1;
+constexpr int nearest_pairs = 8;  // of limbs, that are kept apart
+constexpr int errors_count = 11;
 
 Vec<double, 3> rotation_vector(const Mat<double, 3, 3>& R) {
   const Eigen::AngleAxisd turn(R);
@@ -21,26 +27,25 @@ struct Range {
 
 class Search {
  public:
-  Search(const UrdfModel& model, const RobotDescription& robot,
-         const std::vector<ActuatedJoint>& joints, const PostureWish& wish)
+  Search(const UrdfModel& model, const RobotDescription& robot, const FloatingRobot& body,
+         const PostureWish& wish)
       : model_(model),
         wish_(wish),
-        joints_(joints),
+        body_(body),
+        limbs_(body, nearest_pairs),
         sole_(model.link_index(robot.sole(wish.stance))),
         other_(model.link_index(robot.sole(saltus::other(wish.stance)))),
         to_contact_(0.0, 0.0, robot.contact_plane_offset) {
     constexpr double margin = 0.02;     // rad, to the limits
     constexpr double full_turn = 3.14;  // of joints without limits, rad
-    for (const ActuatedJoint& joint : joints) {
-      Bounds limits = joint.position.value_or(Bounds{});
-      if (!joint.position)
-        for (const UrdfLink& link : model.links())
-          if (link.joint.name == joint.name) limits = link.joint.position;
+    for (int i = 0; i < body.joints(); ++i) {
+      const Bounds& limits = driven(i).position;
       Range range{std::max(limits.lower + margin, -full_turn),
                   std::min(limits.upper - margin, full_turn)};
       if (range.lower > range.upper) range.lower = range.upper = 0.5 * (range.lower + range.upper);
       ranges_.push_back(range);
     }
+    state_.dq = VectorXd::Zero(body.joints());
   }
 
   VectorXd clamped(VectorXd q) const {
@@ -52,13 +57,19 @@ class Search {
 
   Posture posture(const VectorXd& q) const {
     Posture posture;
-    for (std::size_t i = 0; i < joints_.size(); ++i)
-      posture[joints_[i].name] = q[static_cast<int>(i)];
+    for (int i = 0; i < body_.joints(); ++i) posture[driven(i).joint] = q[i];
     return posture;
   }
 
+  // The nearest pairs of limbs, nearest first.
+  const Clearance& limbs(const VectorXd& q) const {
+    state_.q = q;
+    limbs_.update(state_, wish_.clearance);
+    return limbs_;
+  }
+
   // Errors of the foot's place (3) and tilt (3), of the CoM (2), lean (2), height (1); m and rad.
-  Vec<double, 11> errors(const VectorXd& q) const {
+  Vec<double, errors_count> errors(const VectorXd& q) const {
     const std::vector<Eigen::Isometry3d> poses = model_.link_poses(posture(q));
     Eigen::Isometry3d contact = poses[static_cast<std::size_t>(sole_)];
     contact.translate(to_contact_);
@@ -69,7 +80,7 @@ class Search {
     for (std::size_t i = 0; i < poses.size(); ++i)
       moment += model_.links()[i].mass * (poses[i] * model_.links()[i].com);
     const Vec<double, 3> com = to_world * Vec<double, 3>(moment / model_.total_mass());
-    Vec<double, 11> e;
+    Vec<double, errors_count> e;
     e << foot.translation() - wish_.other_foot, rotation_vector(foot.linear()),
         com.head<2>() - wish_.com, rotation_vector(to_world.linear()).head<2>(),
         to_world.translation().z() - wish_.trunk_height;
@@ -77,18 +88,28 @@ class Search {
   }
 
   VectorXd residual(const VectorXd& q, const VectorXd& rest) const {
-    Vec<double, 11> weights;
+    Vec<double, errors_count> weights;
     weights << Vec<double, 8>::Constant(place_weight), upright_weight, upright_weight,
         height_weight;
-    VectorXd r(11 + q.size());
-    r << weights.cwiseProduct(errors(q)), rest_weight * (q - rest);
+    Vec<double, nearest_pairs> apart = Vec<double, nearest_pairs>::Zero();
+    const Clearance& near = limbs(q);
+    for (int i = 0; i < near.count(); ++i) apart[i] = wish_.clearance - near.approach(i).distance;
+    VectorXd r(errors_count + nearest_pairs + q.size());
+    r << weights.cwiseProduct(errors(q)), apart_weight * apart, rest_weight * (q - rest);
     return r;
   }
 
  private:
+  // What joint i moves.
+  const FloatingRobot::Body& driven(int i) const {
+    return body_.bodies[static_cast<std::size_t>(i) + 1];
+  }
+
   const UrdfModel& model_;
   const PostureWish& wish_;
-  const std::vector<ActuatedJoint>& joints_;
+  const FloatingRobot& body_;
+  mutable Clearance limbs_;
+  mutable WholeBodyState state_;
   int sole_, other_;
   Vec<double, 3> to_contact_;
   std::vector<Range> ranges_;
@@ -97,15 +118,12 @@ class Search {
 }  // namespace
 
 FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
-                          const std::vector<ActuatedJoint>& joints, const PostureWish& wish,
+                          const FloatingRobot& body, const PostureWish& wish,
                           const Posture& start) {
-  const Search search(model, robot, joints, wish);
-  const auto n = static_cast<int>(joints.size());
+  const Search search(model, robot, body, wish);
+  const int n = body.joints();
   VectorXd rest = VectorXd::Zero(n);
-  for (int i = 0; i < n; ++i)
-    if (const auto found = start.find(joints[static_cast<std::size_t>(i)].name);
-        found != start.end())
-      rest[i] = found->second;
+  for (const auto& [joint, position] : start) rest[body.joint_index(joint)] = position;
   rest = search.clamped(rest);
 
   // Levenberg and Marquardt; steps end at the limits, and a joint that is held there rests.
@@ -148,7 +166,7 @@ FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
     if (moved < converged) break;
   }
 
-  const Vec<double, 11> e = search.errors(q);
+  const Vec<double, errors_count> e = search.errors(q);
   FoundPosture found;
   found.joints = search.posture(q);
   found.foot_error = e.head<3>().norm();
@@ -156,6 +174,8 @@ FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
   found.com_error = e.segment<2>(6).norm();
   found.lean = e.segment<2>(8).norm();
   found.trunk_error = std::abs(e[10]);
+  if (const Clearance& near = search.limbs(q); near.count() > 0)
+    found.clearance = near.approach(0).distance;
   return found;
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <set>
 
@@ -13,6 +14,8 @@
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/robots/model/support_polygon.hpp"
 #include "saltus/robots/survey/posture_search.hpp"
+#include "saltus/robots/whole_body/clearance.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::survey {
@@ -64,6 +67,12 @@ class Check {
     } catch (const InputError& error) {
       masses.wrong(error.what());
       return false;
+    }
+    try {
+      add_capsules(body_, model_, robot_);
+      has_capsules_ = true;
+    } catch (const InputError& error) {
+      Subject(*this, "limbs").note(error.what());
     }
     constexpr double trifle = 1e-4;  // of the robot's mass: ill-conditions its mass matrix
     constexpr double spread = 0.6;   // of the robot's height: no link is so large
@@ -155,7 +164,7 @@ class Check {
   void posture(const StandingPosture& p) {
     Subject subject(*this, p.name);
     try {
-      standing_state(body_, model_, robot_, p);
+      clearance(p, standing_state(body_, model_, robot_, p), subject);
     } catch (const InputError& error) {
       if (is_a_start(p))
         subject.wrong(error.what());
@@ -188,6 +197,24 @@ class Check {
                              millimetres * margin));
   }
 
+  // Between limbs that must not touch.
+  void clearance(const StandingPosture& p, const WholeBodyState& state, Subject& subject) {
+    if (!has_capsules_) return;
+    Clearance limbs(body_, 1);
+    limbs.update(state);
+    if (limbs.count() == 0) return;
+    const Approach& nearest = limbs.approach(0);
+    constexpr double little = 0.005;  // m
+    if (nearest.distance < 0.0)
+      std::invoke(is_a_start(p) ? &Subject::wrong : &Subject::note, subject,
+                  fmt::format("{} overlap by {:.1f} mm; change the joints of the posture, or the "
+                              "capsules, in {}",
+                              limbs.names(nearest), -millimetres * nearest.distance, robot_.file));
+    else if (nearest.distance < little)
+      subject.note(fmt::format("{} are {:.1f} mm apart, which is little", limbs.names(nearest),
+                               millimetres * nearest.distance));
+  }
+
   void reach(double forward, Bounds sideways) {
     Subject reach(*this, "reach");
     const auto posture = std::find_if(robot_.postures.begin(), robot_.postures.end(),
@@ -202,14 +229,14 @@ class Check {
     PostureWish wish;
     wish.stance = Side::left;
     wish.trunk_height = sole.inverse().translation().z();
+    wish.clearance = 0.0;
     std::string missed;
     for (const double x : {-forward, 0.0, forward})
       for (const double y : {sideways.lower, sideways.upper}) {
         if (x != 0.0 && y == sideways.upper) continue;  // the corner itself is not asked for
         wish.other_foot = {x, -y, 0.0};
         wish.com = 0.5 * wish.other_foot.head<2>();
-        const FoundPosture found =
-            find_posture(model_, robot_, robot_.joints, wish, posture->joints);
+        const FoundPosture found = find_posture(model_, robot_, body_, wish, posture->joints);
         if (!found.is_found())
           missed += fmt::format("{}({:.2f}, {:.2f})", missed.empty() ? "" : ", ", x, y);
       }
@@ -231,6 +258,7 @@ class Check {
   const UrdfModel& model_;
   const RobotDescription& robot_;
   FloatingRobot body_;
+  bool has_capsules_ = false;
   std::vector<Finding> findings_;
 };
 

@@ -19,8 +19,8 @@ struct Finding {
 };
 
 /// Masses and inertias, limits of the joints, meshes, feet, every posture with the CoM over what
-/// stands, and reach: whether the legs get to the edges of the region of steps (`forward` and
-/// `sideways`, m). Throws InputError only for what cannot be read at all.
+/// stands and limbs apart, and reach: whether the legs get to the edges of the region of steps
+/// (`forward` and `sideways`, m). Throws InputError only for what cannot be read at all.
 std::vector<Finding> check_robot(const UrdfModel& model, const RobotDescription& robot,
                                  double forward, Bounds sideways);
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "saltus/robots/survey/posture_search.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
 
 namespace saltus::survey {
 namespace {
@@ -57,18 +58,26 @@ StandingPosture posture_of(const UrdfModel& model, const SurveyedRobot& robot, c
   constexpr double lower = 0.04;
   constexpr double lift = 0.01;  // of the foot that does not stand, of the same height
   const double height = -0.5 * (limbs.left.origin.z() + limbs.right.origin.z());
-  const double apart = limbs.left.origin.y() - limbs.right.origin.y();
+  FloatingRobot body = floating_robot(model, robot.description);
+  add_capsules(body, model, robot.description);
   PostureWish wish;
   wish.stance = stance == Stance::right ? Side::right : Side::left;
   const double away = wish.stance == Side::left ? -1.0 : 1.0;
-  wish.other_foot = {0.0, away * apart, stance == Stance::both ? 0.0 : lift * height};
-  const Vec<double, 2> here = centre(robot.description.foot(wish.stance));
-  const Vec<double, 2> there =
-      centre(robot.description.foot(other(wish.stance))) + wish.other_foot.head<2>();
-  wish.com = stance == Stance::both ? Vec<double, 2>(0.5 * (here + there)) : here;
   wish.trunk_height = (1.0 - lower) * height;
-  const FoundPosture found = find_posture(model, robot.description, robot.description.joints, wish,
-                                          start_of(model, limbs));
+  FoundPosture found;
+  // Feet whose shapes overlap stand further apart.
+  double apart = limbs.left.origin.y() - limbs.right.origin.y();
+  constexpr int most_tries = 4;
+  for (int k = 0; k < most_tries; ++k) {
+    wish.other_foot = {0.0, away * apart, stance == Stance::both ? 0.0 : lift * height};
+    const Vec<double, 2> here = centre(robot.description.foot(wish.stance));
+    const Vec<double, 2> there =
+        centre(robot.description.foot(other(wish.stance))) + wish.other_foot.head<2>();
+    wish.com = stance == Stance::both ? Vec<double, 2>(0.5 * (here + there)) : here;
+    found = find_posture(model, robot.description, body, wish, start_of(model, limbs));
+    if (found.clearance >= 0.0) break;
+    apart += wish.clearance - found.clearance;
+  }
   if (!found.is_found())
     throw InputError(fmt::format(
         "{}: no posture on {} was found within the joints' limits: the nearest one misses the "
@@ -120,8 +129,7 @@ SurveyedRobot survey_robot(const UrdfModel& model) {
   d.right_foot = limbs.right.rectangle;
   d.mirror = limbs.mirror;
   d.base = model.links().front().name;
-  for (const std::string& joint : limbs.joints)
-    d.joints.push_back({joint, std::nullopt, std::nullopt});
+  for (const std::string& joint : limbs.joints) d.joints.emplace_back().name = joint;
   d.postures.push_back(posture_of(model, robot, "left_stance", Stance::left));
   d.postures.push_back(posture_of(model, robot, "right_stance", Stance::right));
   d.postures.push_back(posture_of(model, robot, "two_feet", Stance::both));

@@ -11,7 +11,7 @@ namespace saltus {
 namespace {
 
 constexpr double touching = 0.01;  // m, at rest: neighbours
-constexpr int neighbourhood = 3;   // joints between them
+constexpr int neighbourhood = 4;  // joints between them: a hip and what bears on three of the waist
 
 std::vector<Vec<double, 3>> corners(const UrdfBox& box) {
   UrdfShape shape;

@@ -11,6 +11,7 @@
 #include "saltus/robots/survey/posture_search.hpp"
 #include "saltus/robots/survey/robot_check.hpp"
 #include "saltus/robots/survey/robot_file.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus::survey {
@@ -148,12 +149,14 @@ TEST(Limbs, MissesAreNamedWithTheirRemedy) {
 TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
   const UrdfModel model = Biped().model();
   const RobotDescription robot = survey_robot(model).description;
+  FloatingRobot body = floating_robot(model, robot);
+  add_capsules(body, model, robot);
   PostureWish wish;
   wish.stance = Side::left;
   wish.other_foot = {0.1, -0.25, 0.03};
   wish.com = {0.03, -0.01};
   wish.trunk_height = 0.78;
-  const FoundPosture found = find_posture(model, robot, robot.joints, wish, {});
+  const FoundPosture found = find_posture(model, robot, body, wish, {});
   EXPECT_TRUE(found.is_found());
   // By the model's own kinematics.
   Eigen::Isometry3d other = model.link_pose("right_foot", "left_foot", found.joints);
@@ -163,7 +166,7 @@ TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
   const Vec<double, 3> com = model.centre_of_mass("left_foot", found.joints);
   EXPECT_LT((com.head<2>() - wish.com).norm(), 1e-3);
   wish.other_foot.x() = 1.5;  // longer than the legs
-  EXPECT_FALSE(find_posture(model, robot, robot.joints, wish, {}).is_found());
+  EXPECT_FALSE(find_posture(model, robot, body, wish, {}).is_found());
 }
 
 TEST(SurveyedRobot, IsAFileThatIsReadBackAndChecked) {
