@@ -94,7 +94,9 @@ TEST_F(Limbs, AccelerationsAreThoseOfTheDistanceOfBalls) {
       const double expected = row.dot(acceleration) + a.drift;
       constexpr double tolerance = 1e-4;  // h^2 times fourth derivatives
       EXPECT_LE(expected, difference + tolerance) << "seed " << seed << ", " << clearance.names(a);
-      if (at_rest) EXPECT_NEAR(expected, difference, tolerance) << clearance.names(a);
+      if (at_rest) {
+        EXPECT_NEAR(expected, difference, tolerance) << clearance.names(a);
+      }
     }
   }
 }
