@@ -673,6 +673,7 @@ SolveStatus BarrierRun::restore() {
     const bool accepted = trial_.violation <= restored * from.violation;
     std::swap(now_, trial_);
     if (!accepted && !feasible) {
+      lambda_ = end.lambda;  // of what contradicts: those of the least violation
       compute_stationarity();
       return SolveStatus::infeasible;
     }

@@ -1,4 +1,4 @@
-// A program whose cost or rows are in units far from one, as solvers should see it.
+// A program whose variables, cost or rows are in units far from one, as solvers should see it.
 #pragma once
 
 #include <vector>
@@ -7,33 +7,39 @@
 
 namespace saltus {
 
-/// What the cost and each row are multiplied by; powers of two, so that nothing is rounded. Those
-/// whose derivatives at the point measured lie within the usual range stay as they are: 1.
+/// What the cost, each row and each variable are multiplied by; powers of two, so that nothing is
+/// rounded. Those of the usual size stay as they are: 1.
 struct ProgramScale {
   double cost = 1.0;
   VectorXd rows;
+  VectorXd variables = {};  ///< empty: all 1
 
-  bool is_one() const { return cost == 1.0 && (rows.array() == 1.0).all(); }
+  bool is_one() const {
+    return cost == 1.0 && (rows.array() == 1.0).all() && (variables.array() == 1.0).all();
+  }
 };
+/// 1 for a usual size, else the power of two that brings it near to 1.
+double scale_for(double size);
 
-/// By the largest first and second derivatives of the cost, and the largest first ones of each row,
-/// at w. Rows with a slack that a stage solver eliminates keep the scale of their slack.
-ProgramScale measure_scale(NonlinearProgram& program, const VectorXd& w);
+/// Cost and rows by the largest first and second derivatives of the cost, and the largest first
+/// ones of each row, at w, with the variables times what is given. Rows with a slack that a stage
+/// solver eliminates keep the scale of their slack.
+ProgramScale measure_scale(NonlinearProgram& program, const VectorXd& w, VectorXd variables = {});
 
-/// The program times a scale: same variables, patterns and stages. The program must outlive it, and
+/// The program times a scale: same patterns and stages. The program must outlive it, and
 /// its data must not change meanwhile.
 class ScaledProgram final : public NonlinearProgram {
  public:
   ScaledProgram(NonlinearProgram& program, ProgramScale scale);
 
-  /// Multipliers and cost from the one to the other.
+  /// From the one to the other.
   NlpPoint to_scaled(NlpPoint point) const;
   NlpPoint from_scaled(NlpPoint point) const;
 
   int variables() const override { return program_.variables(); }
   int rows() const override { return program_.rows(); }
-  const VectorXd& lower() const override { return program_.lower(); }
-  const VectorXd& upper() const override { return program_.upper(); }
+  const VectorXd& lower() const override { return lower_; }
+  const VectorXd& upper() const override { return upper_; }
   const VectorXd& row_lower() const override { return row_lower_; }
   const VectorXd& row_upper() const override { return row_upper_; }
   const SparsityPattern& jacobian_pattern() const override { return program_.jacobian_pattern(); }
@@ -54,15 +60,17 @@ class ScaledProgram final : public NonlinearProgram {
   std::string describe_row(int i) const override { return program_.describe_row(i); }
 
  private:
+  const double* unscaled(const double* w);
+
   NonlinearProgram& program_;
   ProgramScale scale_;
-  VectorXd row_lower_, row_upper_, lambda_;
+  VectorXd lower_, upper_, row_lower_, row_upper_, w_, lambda_;
 };
 
-/// Solves the program in the scale measured at its start; status, point and cost are those of the
-/// program as it is, and so is the residual. `scaled` receives the residual in that scale, which is
-/// what the solver's tolerance is about.
+/// Solves the program in the scale measured at its start, with the variables times what is given;
+/// status, point and cost are those of the program as it is, and so is the residual. `scaled`
+/// receives the residual in that scale, which is what the solver's tolerance is about.
 NlpResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
-                         bool warm, KktResidual& scaled);
+                         bool warm, KktResidual& scaled, VectorXd variables = {});
 
 }  // namespace saltus

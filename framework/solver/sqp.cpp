@@ -73,8 +73,16 @@ class SqpSolver final : public Solver {
     WallClock::time_point deadline = deadline_;
     if (options_.time_limit > 0.0)
       deadline = std::min(deadline, seconds_after(begin, options_.time_limit));
-    if (program.is_linear_quadratic() || !options_.qp.make_newton)
-      return SqpRun(program, options_, curvature, *engine_, deadline).solve(start, warm);
+    if (program.is_linear_quadratic() || !options_.qp.make_newton) {
+      NlpResult result =
+          SqpRun(program, options_, curvature, *engine_, deadline).solve(start, warm);
+      // One model is all there is to it, unless that is not convex.
+      const bool gave_up = result.status == SolveStatus::numerical_failure ||
+                           result.status == SolveStatus::unbounded;
+      if (!gave_up || !options_.qp.make_newton) return result;
+      return after(result,
+                   solve_by_barrier(program, start, curvature, options_.max_iterations, deadline));
+    }
     if (!warm || start.lambda.size() != program.rows())
       return refined(
           program, curvature, deadline,
@@ -86,11 +94,15 @@ class SqpSolver final : public Solver {
     const bool is_final = is_success(result.status) || result.status == SolveStatus::time_limit ||
                           result.iterations >= options_.max_iterations;
     if (is_final) return result;
-    NlpResult again = solve_by_barrier(program, start, curvature,
-                                       options_.max_iterations - result.iterations, deadline);
-    again.iterations += result.iterations;
-    again.seconds = seconds_since(begin);
-    return again;
+    return after(result, solve_by_barrier(program, start, curvature,
+                                          options_.max_iterations - result.iterations, deadline));
+  }
+
+  // With the effort of what was tried before.
+  static NlpResult after(const NlpResult& before, NlpResult result) {
+    result.iterations += before.iterations;
+    result.seconds += before.seconds;
+    return result;
   }
 
   // The barrier method ends by its own scale. Where the program's own residual is not met there, a
@@ -108,9 +120,7 @@ class SqpSolver final : public Solver {
     NlpResult better =
         SqpRun(program, few, curvature, *engine_, deadline).solve(result.point, true);
     if (better.status != SolveStatus::optimal) return result;
-    better.iterations += result.iterations;
-    better.seconds += result.seconds;
-    return better;
+    return after(result, std::move(better));
   }
 
   NlpResult solve_by_barrier(NonlinearProgram& program, const NlpPoint& start, Curvature curvature,

@@ -9,8 +9,10 @@
 #include "saltus/core/error.hpp"
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/second_order.hpp"
+#include "saltus/solver/variable_scale.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/integration_error.hpp"
+#include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "saltus/transcription/shooting_stages.hpp"
 
@@ -214,7 +216,9 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
   KktResidual in_scale;
   NlpResult result;
   if (shooting.options().automatic_scale) {
-    result = solve_in_scale(solver, shooting.nlp(), start, warm, in_scale);
+    result = solve_in_scale(
+        solver, shooting.nlp(), start, warm, in_scale,
+        measure_variables(shooting.nlp(), start.w, undeclared_quantities(shooting.program())));
   } else {
     result = solver.solve(shooting.nlp(), start, warm);
     in_scale = result.kkt;

@@ -138,6 +138,10 @@ Solution MultipleShooting::interpret(NlpResult result) {
       reason = name_dependent_rows(*program_, result.point.w);
     if (reason.empty()) reason = name_violation(*program_, result.point.w);
     if (!reason.empty()) solution.message += "; " + reason;
+    if (result.status == SolveStatus::infeasible) {
+      const std::string conflict = name_conflict(*program_, result.point.lambda, reason);
+      if (!conflict.empty()) solution.message += "; " + conflict;
+    }
     if (result.status == SolveStatus::evaluation_failed) {
       const std::string failure = name_integration_failure(*program_, result.point.w);
       if (!failure.empty()) solution.message += "; " + failure;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 namespace saltus {
 
@@ -11,6 +13,9 @@ using namespace shooting;
 namespace {
 
 constexpr double worth_naming = 1e-7;  // ten times what a good solution leaves
+// Of terms in conflict with one that is violated: multipliers over the largest, and how many.
+constexpr double worth_mentioning = 1e-3;
+constexpr int most_mentioned = 3;
 
 double miss(double value, double lower, double upper) {
   return std::max({lower - value, value - upper, 0.0});
@@ -106,7 +111,45 @@ bool close_gaps(const ShootingProgram& program, VectorXd& w) {
   return true;
 }
 
+// How strongly the rows of a term hold back the least violation.
+struct Pull {
+  const Term* term = nullptr;
+  const PhaseDefinition* phase = nullptr;
+  double force = 0.0;
+};
+
 }  // namespace
+
+std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda,
+                          const std::string& violated) {
+  if (lambda.size() != program.rows()) return {};
+  std::vector<Pull> pulls;
+  for (const RowInstance& instance : program.row_instances()) {
+    const PhaseDefinition& phase = program.problem().phases()[instance.phase];
+    const Term& term = phase.terms[instance.term];
+    if (term.soft) continue;
+    double force = 0.0;
+    for (int i = 0; i < term.function.outputs(); ++i)
+      force = std::max(force, std::abs(lambda[instance.first_row + i]));
+    const auto known =
+        std::find_if(pulls.begin(), pulls.end(), [&](const Pull& p) { return p.term == &term; });
+    if (known == pulls.end())
+      pulls.push_back({&term, &phase, force});
+    else
+      known->force = std::max(known->force, force);
+  }
+  std::stable_sort(pulls.begin(), pulls.end(),
+                   [](const Pull& a, const Pull& b) { return a.force > b.force; });
+  std::string names;
+  int count = 0;
+  for (const Pull& p : pulls) {
+    if (!(p.force > worth_mentioning * pulls.front().force) || count == most_mentioned) break;
+    const std::string name = fmt::format("phase '{}', term '{}'", p.phase->name, p.term->name);
+    if (violated.find(name) != std::string::npos) continue;
+    names += (count++ > 0 ? "; " : "") + name;
+  }
+  return names.empty() ? names : "in conflict with " + names;
+}
 
 std::string name_violation(ShootingProgram& program, const VectorXd& w) {
   const Violation any = worst_of_rows(program, w);

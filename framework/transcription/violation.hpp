@@ -15,4 +15,10 @@ namespace saltus {
 /// that all of it shows in the terms that the user wrote.
 std::string name_violation(ShootingProgram& program, const VectorXd& w);
 
+/// What cannot be met together with the term that `violated` names: terms that hold back the least
+/// violation, by its multipliers. "in conflict with phase 'climb', term 'ceiling'", or an empty
+/// string where no solver found such multipliers.
+std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda,
+                          const std::string& violated);
+
 }  // namespace saltus

@@ -16,6 +16,7 @@ ReferenceCase f8_aircraft();              // A09
 ReferenceCase double_tank();              // A11
 ReferenceCase tank_on_ramp();             // A12, relaxed
 ReferenceCase tank_sequence();            // A12, 16 modes
+ReferenceCase calcium_oscillation();      // A13
 ReferenceCase turbo_car();                // A14
 ReferenceCase switch_of_speed();          // A17
 ReferenceCase juggled_ball();             // A20
@@ -38,6 +39,7 @@ ReferenceCase hanging_chain_fine();  // B14, 160 intervals
 ReferenceCase maximum_range();       // B15
 ReferenceCase hyper_sensitive();     // B16
 ReferenceCase moon_lander();         // B18
+ReferenceCase alp_rider();           // B20
 ReferenceCase two_phase_tracking();  // B21
 ReferenceCase interior_point();      // B22
 ReferenceCase van_der_pol();         // B25

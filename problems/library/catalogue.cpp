@@ -20,6 +20,7 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::double_tank(),              // A11
       library::tank_on_ramp(),             // A12
       library::tank_sequence(),            // A12
+      library::calcium_oscillation(),      // A13
       library::turbo_car(),                // A14
       library::switch_of_speed(),          // A17
       library::juggled_ball(),             // A20
@@ -39,6 +40,7 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::maximum_range(),            // B15
       library::hyper_sensitive(),          // B16
       library::moon_lander(),              // B18
+      library::alp_rider(),                // B20
       library::two_phase_tracking(),       // B21
       library::interior_point(),           // B22
       library::van_der_pol(),              // B25

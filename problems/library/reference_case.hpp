@@ -19,6 +19,8 @@ struct DerivativeCheck {
   double radius = 0.05;     ///< distance of the point from the guess, in scaled variables
   double step = 1e-5;       ///< of the differences, in scaled variables
   double tolerance = 1e-6;  ///< relative to 1 + |entry|
+  /// Where the case's own leaves its stability on so few intervals; empty: that one.
+  IntegratorChoice integrator = {};
 };
 
 struct ReferenceCase {

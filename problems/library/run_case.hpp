@@ -28,7 +28,8 @@ Solution solve_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::
 CaseOutcome check_case(const ReferenceCase& c, const Solution& solution);
 
 /// Both, on a grid that solve_refined() makes finer while the plan goes further beyond a path
-/// constraint between the nodes than the case allows. A definition that does not fit the solver is not_applicable; never throws DefinitionError.
+/// constraint between the nodes than the case allows. A definition that does not fit the solver is
+/// not_applicable; never throws DefinitionError.
 CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt);
 CaseOutcome run_case(const SimulationCase& c);
 

@@ -106,6 +106,7 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
   ReferenceCase c = known;
   if (config.intervals > 0) {
     c.options.intervals.clear();
+    c.options.meshes.clear();
     c.options.intervals_per_phase = config.intervals;
   }
   if (const IntegratorChoice scheme = make_scheme(config.integrator, config.integrator_tolerance))

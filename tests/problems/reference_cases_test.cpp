@@ -32,6 +32,8 @@ TEST_P(Reference, DerivativesOfTheProgramAreExact) {
   ShootingOptions few = c.options;
   few.intervals_per_phase = std::min(few.intervals_per_phase, c.derivatives.intervals);
   for (int& n : few.intervals) n = std::min(n, c.derivatives.intervals);
+  few.meshes.clear();
+  if (c.derivatives.integrator) few.integrator = c.derivatives.integrator;
   MultipleShooting shooting(c.problem(), few);
   const NlpPoint point = testing_support::perturbed(shooting.nlp(), shooting.initial_guess().w, 7,
                                                     c.derivatives.radius);

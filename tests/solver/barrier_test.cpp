@@ -131,8 +131,10 @@ TEST(RandomPrograms, AreSolvedAsIpoptSolvesThem) {
   }
 }
 
+// In the last three another term is violated, because that costs less: the message names what it is
+// in conflict with.
 TEST(RandomPrograms, SayWhichTermCannotBeMet) {
-  for (unsigned seed = 1; seed <= 6; ++seed) {
+  for (const unsigned seed : {1, 2, 3, 4, 5, 6, 35, 40, 47}) {
     const RandomProgram program = contradictory_program(seed);
     MultipleShooting shooting(program.problem, program.options);
     for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {

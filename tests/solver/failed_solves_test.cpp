@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 
@@ -73,6 +75,39 @@ TEST(Infeasible, NamesBoundsOfStatesInTheirUnits) {
   EXPECT_EQ(s.status, SolveStatus::infeasible);
   expect_in("phase 'run', ", s.message);
   expect_in("misses its bounds by ", s.message);
+}
+
+// min int x^2 - 2 u^2 with x' = u, x(0) = 0: as a linear-quadratic program not convex.
+OptimalControlProblem not_convex(bool bounded, double guess) {
+  const auto rate = [](const auto&, const auto&, const auto& u) { return u; };
+  Phase<1, 1> phase{"phase", rate, exactly(1.0)};
+  phase
+      .minimise("cost", [](const auto&, const auto& x,
+                           const auto& u) { return x[0] * x[0] - 2.0 * u[0] * u[0]; })
+      .guess_input(Guess::constant(Vec<double, 1>{guess}));
+  if (bounded) phase.bound_input(0, between(-1.0, 1.0));
+  OptimalControlProblem ocp("not convex");
+  ocp.start_at({0.0}).then(phase);
+  return ocp;
+}
+
+TEST(NotConvex, LinearQuadraticProgramsEndInAMinimumOrSayWhyNot) {
+  const ShootingOptions options{.intervals_per_phase = 20, .integrator = runge_kutta4()};
+  for (const SolverChoice choice :
+       {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
+    const auto solution = [&](bool bounded, double guess) {
+      MultipleShooting shooting(not_convex(bounded, guess), options);
+      return solve(shooting, *make_solver(choice));
+    };
+    const Solution minimum = solution(true, 0.1);
+    EXPECT_EQ(minimum.status, SolveStatus::optimal) << name_of(choice) << minimum.message;
+    EXPECT_LT(minimum.cost, -1.8);  // -2 but for int x^2: inputs are at their bounds
+    EXPECT_EQ(solution(true, 0.0).status, SolveStatus::no_minimum) << name_of(choice);
+    const Solution endless = solution(false, 0.1);
+    EXPECT_TRUE(endless.status == SolveStatus::unbounded ||
+                endless.status == SolveStatus::no_minimum)
+        << name_of(choice) << endless.message;
+  }
 }
 
 TEST(IterationLimit, SaysHowFarTheSolveGot) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "problems/library/catalogue.hpp"
 #include "saltus/core/error.hpp"
@@ -11,6 +12,8 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/sqp.hpp"
+#include "saltus/solver/variable_scale.hpp"
+#include "saltus/transcription/quantities.hpp"
 
 namespace saltus {
 namespace {
@@ -45,6 +48,67 @@ TEST_P(Units, DoNotDecideWhatIsFound) {
   for (const double factor : {1e-4, 1e4})
     expect_same(c, *make_ipopt({.tolerance = 1e-9}), factor, 1e-6);
 }
+// The program of the problem written in other units: every component of the state and the input,
+// durations and parameters times a factor, the cost times another. Not for B15, B21 and C03:
+// guesses without inputs tell too little of their size.
+TEST_P(Units, OfStatesInputsAndTimeDoNotEither) {
+  const ReferenceCase& c = reference_case(GetParam());
+  if (c.id == "B15" || c.id == "B21" || c.id == "C03") GTEST_SKIP();
+  MultipleShooting shooting(c.problem(), c.options);
+  NonlinearProgram& program = shooting.nlp();
+  const auto quantities = undeclared_quantities(shooting.program());
+  const NlpPoint start = shooting.initial_guess();
+  const auto solver = make_ipopt({.tolerance = 1e-9});
+  KktResidual in_scale;
+  const NlpResult expected = solve_in_scale(*solver, program, start, false, in_scale,
+                                            measure_variables(program, start.w, quantities));
+  ASSERT_EQ(expected.status, SolveStatus::optimal);
+  for (const double factor : {1e-4, 1e4}) {
+    ProgramScale units{factor, VectorXd::Ones(program.rows()), VectorXd::Ones(program.variables())};
+    for (const std::vector<int>& quantity : quantities)
+      for (const int v : quantity) units.variables[v] = factor;
+    ScaledProgram other(program, units);
+    const NlpPoint there = other.to_scaled(start);
+    const NlpResult r = solve_in_scale(*solver, other, there, false, in_scale,
+                                       measure_variables(other, there.w, quantities));
+    EXPECT_EQ(r.status, SolveStatus::optimal) << factor;
+    // The tolerance is relative to a scale that is measured, to a factor of two.
+    EXPECT_NEAR(r.objective / factor, expected.objective,
+                1e-5 * (1.0 + std::abs(expected.objective)))
+        << factor;
+  }
+}
+
+TEST(VariableScale, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
+  // A cart far away and slow, whose force nobody guessed.
+  Phase<2, 1> phase{"cart",
+                    [](const auto&, const auto& x, const auto& u) {
+                      return decltype(x.eval()){x[1], 1e-9 * u[0]};
+                    },
+                    exactly(1.0)};
+  phase.minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; })
+      .guess_state(Guess::constant(Vec<double, 2>{1e6, 1e-6}));
+  OptimalControlProblem ocp("cart");
+  ocp.start_at({1e6, 1e-6}).then(phase);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  const VectorXd scale = measure_variables(shooting.nlp(), shooting.initial_guess().w,
+                                           undeclared_quantities(shooting.program()));
+  const Layout& layout = shooting.layout();
+  EXPECT_EQ(scale[layout.state(0, 0)], std::exp2(-20.0));
+  EXPECT_EQ(scale[layout.state(0, 10)], std::exp2(-20.0));
+  EXPECT_EQ(scale[layout.state(0, 3) + 1], std::exp2(20.0));
+  EXPECT_EQ(scale[layout.input(0, 0)], 1.0);  // 1e-6 / (0.1 1e-9) = 1e4: an estimate, not far off
+
+  phase.nominal(Vec<double, 2>{1e6, 1e-6}, Vec<double, 1>{1.0});
+  OptimalControlProblem declared("cart");
+  declared.start_at({1e6, 1e-6}).then(phase);
+  MultipleShooting other(declared, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  EXPECT_TRUE((measure_variables(other.nlp(), other.initial_guess().w,
+                                 undeclared_quantities(other.program()))
+                   .array() == 1.0)
+                  .all());
+}
+
 INSTANTIATE_TEST_SUITE_P(Library, Units, testing::ValuesIn(cases),
                          [](const auto& of) { return std::string(of.param); });
 

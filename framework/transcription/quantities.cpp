@@ -1,0 +1,36 @@
+#include "saltus/transcription/quantities.hpp"
+
+#include <map>
+#include <utility>
+
+namespace saltus {
+
+std::vector<std::vector<int>> undeclared_quantities(const ShootingProgram& program) {
+  std::vector<std::vector<int>> list;
+  // Of the phases with as many states, or inputs: by their number and the component.
+  std::map<std::pair<int, int>, std::vector<int>> states, inputs;
+  const Layout& layout = program.layout();
+  for (int j = 0; j < program.grid().phases(); ++j) {
+    const PhaseDefinition& phase = program.problem().phases()[j];
+    const int nx = phase.sizes.nx, nu = phase.sizes.nu, intervals = program.grid().intervals(j);
+    for (int i = 0; i < nx; ++i) {
+      if (phase.nominal_state[i] != 1.0) continue;
+      for (int k = 0; k <= intervals; ++k) states[{nx, i}].push_back(layout.state(j, k) + i);
+    }
+    const int coefficients = program.integrators()[j]->arguments().nc;
+    for (int c = 0; c < coefficients; ++c) {
+      if (phase.nominal_input[c % nu] != 1.0) continue;
+      for (int k = 0; k < intervals; ++k) inputs[{nu, c % nu}].push_back(layout.input(j, k) + c);
+    }
+    for (int i = 0; i < program.data().parameters[j].size(); ++i)
+      if (layout.parameter(j, i) >= 0 && phase.nominal_parameter(i) == 1.0)
+        list.push_back({layout.parameter(j, i)});
+    if (layout.duration(j) >= 0 && phase.nominal_duration == 1.0)
+      list.push_back({layout.duration(j)});
+  }
+  for (auto* components : {&states, &inputs})
+    for (auto& [component, variables] : *components) list.push_back(std::move(variables));
+  return list;
+}
+
+}  // namespace saltus
