@@ -26,16 +26,17 @@ void declare_weights(Settings& s, Weights& w) {
 
 // How much of the real robot is looked at. Both presets name the same keys.
 void declare_presets(Settings& s, Config& config) {
-  s.preset(
-      "preset", config.preset,
-      {{"paper",
-        {"step.duration=0.6", "step.trigger=push", "step.decide=always", "step.decision_lead=none",
-         "sensors=ideal", "self_collision=false", "joint_speed_limits=false"}},
-       {"robot",
-        {"step.duration=0.5",  // about 0.56 s from the push
-         "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1",
-         "sensors=measured", "self_collision=true", "joint_speed_limits=true"}}},
-      "the conditions of the paper or those of the real robot; keys that are given win");
+  s.preset("preset", config.preset,
+           {{"paper",
+             {"step.duration=0.6", "step.trigger=push", "step.decide=always",
+              "step.decision_lead=none", "sensors=ideal", "self_collision=false",
+              "joint_speed_limits=false", "whole_body.stance_damping=50"}},
+            {"robot",
+             {"step.duration=0.5",  // about 0.56 s from the push
+              "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1",
+              "sensors=measured", "self_collision=true", "joint_speed_limits=true",
+              "whole_body.stance_damping=30"}}},
+           "the conditions of the paper or those of the real robot; keys that are given win");
 }
 
 }  // namespace

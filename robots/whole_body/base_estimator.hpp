@@ -24,7 +24,7 @@ struct BaseEstimatorOptions {
   double leg_position_noise = 3e-4, leg_turn_noise = 1e-3;  ///< m, rad
   /// The ground is level: roll and pitch of a sole that stands are zero but for this, rad, each
   /// correction.
-  double level_noise = 0.02;
+  double level_noise = 0.1;
   /// Standard deviations at the start.
   double turn = 0.01;                ///< rad, roll and pitch of the base
   double velocity = 0.02;            ///< m/s

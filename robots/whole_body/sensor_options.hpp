@@ -46,7 +46,7 @@ struct SensorOptions {
 };
 
 struct EstimationOptions {
-  double velocity_lag = 0.002;   ///< s, of the joints' velocities, without the delay of encoders
+  double velocity_lag = 0.0015;  ///< s, of the joints' velocities, without the delay of encoders
   double standing_force = 40.0;  ///< N, vertical: a foot that bears more stands, down to half of it
   double initial_tilt = 0.01;    ///< rad, standard deviation of the first estimate, roll and pitch
 };

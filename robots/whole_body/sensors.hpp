@@ -38,7 +38,7 @@ class SensorDevice {
   void observe(const VectorXd& value);
   const VectorXd& reading() const { return reading_; }
   bool is_new() const { return is_new_; }
-  double period() const { return period_ * step_; }  ///< s
+  double period() const { return static_cast<double>(period_) * step_; }  ///< s
 
  private:
   void sample(const VectorXd& value);
