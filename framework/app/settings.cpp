@@ -101,6 +101,19 @@ void Settings::declare(Setting setting) {
   settings_.push_back(std::move(setting));
 }
 
+void Settings::implies(const std::string& key, const std::vector<std::string>& values,
+                       const std::string& assignment) {
+  const Setting* cause = find(key, Assignment::Origin::set);
+  const Assignment implied = parse_set_argument(assignment);
+  const Setting* effect = find(implied.key, Assignment::Origin::set);
+  if (cause == nullptr || cause->names.empty() || effect == nullptr)
+    throw DefinitionError(fmt::format(
+        "settings: {} implies {}, but one of the two is not declared, or the first is no choice",
+        key, assignment));
+  parse(*effect, implied);  // throws if it is no value of that setting
+  implications_.push_back({key, values, assignment});
+}
+
 void Settings::alias(std::string flag, const std::string& key) {
   if (find(key, Assignment::Origin::set) == nullptr) {
     throw DefinitionError(fmt::format("alias '{}': there is no setting '{}'", flag, key));
@@ -136,6 +149,7 @@ void Settings::apply(const std::optional<std::filesystem::path>& file,
   warnings_.clear();
   if (file) stage(read_assignments(*file), changes);
   stage(assignments, changes);
+  add_implied(changes);
   add_presets(changes);
 
   std::vector<std::pair<const Setting*, Value>> before;
@@ -171,6 +185,26 @@ void Settings::stage(const std::vector<Assignment>& assignments, std::vector<Cha
     }
     seen.emplace_back(setting, assignment.location);
     changes.push_back({setting, parse(*setting, assignment), assignment.location});
+  }
+}
+
+void Settings::add_implied(std::vector<Change>& changes) const {
+  const auto last = [&changes](const std::string& key) {
+    return std::find_if(changes.rbegin(), changes.rend(),
+                        [&](const Change& change) { return change.setting->key == key; });
+  };
+  for (const Implication& implication : implications_) {
+    const auto cause = last(implication.key);
+    if (cause == changes.rend()) continue;
+    const std::string& value = cause->setting->names[std::get<std::size_t>(cause->value)];
+    if (std::find(implication.values.begin(), implication.values.end(), value) ==
+        implication.values.end())
+      continue;
+    Assignment assignment = parse_set_argument(implication.assignment);
+    assignment.location = cause->location;
+    if (last(assignment.key) != changes.rend()) continue;
+    const Setting* setting = find(assignment.key, Assignment::Origin::set);
+    changes.insert(changes.begin(), {setting, parse(*setting, assignment), assignment.location});
   }
 }
 

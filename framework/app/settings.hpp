@@ -63,6 +63,13 @@ class Settings {
   void preset(std::string key, std::string& field, const std::vector<Preset>& presets,
               std::string doc);
 
+  /// When apply() is given one of `values` for the choice `key`, it takes `assignment` ("KEY=VALUE"
+  /// as
+  /// --set takes it) for given too, unless something else is given for that key. Both keys must
+  /// have been declared before.
+  void implies(const std::string& key, const std::vector<std::string>& values,
+               const std::string& assignment);
+
   /// Lets a flag of the command line stand for a key: alias("urdf", "robot.urdf").
   void alias(std::string flag, const std::string& key);
 
@@ -124,6 +131,11 @@ class Settings {
     std::string key;
     std::vector<Preset> presets;
   };
+  struct Implication {
+    std::string key;
+    std::vector<std::string> values;
+    std::string assignment;
+  };
   struct Change {
     const Setting* setting;
     Value value;
@@ -135,6 +147,7 @@ class Settings {
   const Renamed* find_renamed(std::string_view old_key) const;
   void stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes);
   std::string to_yaml(const std::function<bool(const Setting&)>& is_wanted) const;
+  void add_implied(std::vector<Change>& changes) const;
   void add_presets(std::vector<Change>& changes) const;
   void check_rules(const std::vector<Change>& changes) const;
   [[noreturn]] void reject_unknown(const Assignment& assignment) const;
@@ -149,6 +162,7 @@ class Settings {
   std::vector<std::pair<std::string, std::string>> aliases_;  // flag, key
   std::vector<Renamed> renamed_;
   std::vector<PresetChoice> presets_;
+  std::vector<Implication> implications_;
   std::vector<Rule> rules_;
   std::vector<std::string> warnings_;
 };

@@ -36,7 +36,9 @@ void declare_presets(Settings& s, Config& config) {
               "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1",
               "sensors=measured", "self_collision=true", "joint_speed_limits=true",
               "whole_body.stance_damping=30"}}},
-           "the conditions of the paper or those of the real robot; keys that are given win");
+           "the conditions of the paper or those of the real robot, which are the default of the "
+           "whole body; keys that are given win");
+  s.implies("plant", {"dart", "mujoco"}, "preset=robot");
 }
 
 }  // namespace

@@ -240,7 +240,11 @@ std::vector<Capsule> fit_capsules(const std::vector<Point>& points, int most) {
   while (static_cast<int>(parts.size()) < most && cut_one(parts)) {
   }
   std::vector<Capsule> capsules;
-  for (const Part& part : parts) capsules.push_back(part.capsule);
+  constexpr double thinnest = 1e-3;  // m: simulators refuse shapes without extent
+  for (Part& part : parts) {
+    part.capsule.radius = std::max(part.capsule.radius, thinnest);
+    capsules.push_back(part.capsule);
+  }
   return capsules;
 }
 

@@ -35,7 +35,8 @@ struct SegmentPoints {
 SegmentPoints closest_points(const Capsule& first, const Capsule& second);
 
 /// Few capsules that together hold all `points`, of little volume: one, or more where cutting a
-/// cloud thicker than 5 cm in two saves at least a quarter of the volume; at most `most`. Throws
+/// cloud thicker than 5 cm in two saves at least a quarter of the volume; at most `most`, none
+/// thinner than 1 mm. Throws
 /// DefinitionError without points.
 std::vector<Capsule> fit_capsules(const std::vector<Vec<double, 3>>& points, int most = 4);
 

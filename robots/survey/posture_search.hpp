@@ -16,7 +16,7 @@ struct PostureWish {
   Vec<double, 3> other_foot = Vec<double, 3>::Zero();  ///< of the other contact frame, flat too
   Vec<double, 2> com = Vec<double, 2>::Zero();         ///< above this point of the ground
   double trunk_height = 0.0;  ///< of the root link's origin, as near as can be
-  double clearance = 0.01;    ///< between limbs that have capsules
+  double clearance = 0.02;    ///< between limbs that have capsules
 };
 
 struct FoundPosture {

@@ -75,7 +75,7 @@ StandingPosture posture_of(const UrdfModel& model, const SurveyedRobot& robot, c
         centre(robot.description.foot(other(wish.stance))) + wish.other_foot.head<2>();
     wish.com = stance == Stance::both ? Vec<double, 2>(0.5 * (here + there)) : here;
     found = find_posture(model, robot.description, body, wish, start_of(model, limbs));
-    if (found.clearance >= 0.0) break;
+    if (found.clearance >= 0.75 * wish.clearance) break;
     apart += wish.clearance - found.clearance;
   }
   if (!found.is_found())

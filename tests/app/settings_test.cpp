@@ -333,6 +333,27 @@ TEST_F(SettingsTest, what_is_given_wins_over_a_preset) {
   EXPECT_THROW(settings.preset("other", other, {{"a", {"stepping=7"}}}, ""), InputError);
 }
 
+TEST_F(SettingsTest, a_choice_may_imply_another_value_unless_that_is_given) {
+  std::string name = "soft";
+  settings.preset("preset", name, {{"soft", {"push.impulse=7"}}, {"hard", {"push.impulse=9"}}},
+                  "how hard");
+  settings.implies("plant", {"dart"}, "preset=hard");
+  set({"stepping=true"});
+  EXPECT_EQ(name, "soft");
+  set({"plant=centroidal"});
+  EXPECT_EQ(name, "soft");
+  set({"plant=dart", "preset=soft"});
+  EXPECT_EQ(config.impulse, 7.0);
+  set({"plant=dart"});
+  EXPECT_EQ(name, "hard");
+  EXPECT_EQ(config.impulse, 9.0);
+  set({"plant=dart", "push.impulse=3"});
+  EXPECT_EQ(config.impulse, 3.0);
+  EXPECT_THROW(settings.implies("stepping", {"true"}, "preset=hard"), DefinitionError);
+  EXPECT_THROW(settings.implies("plant", {"dart"}, "no.such.key=1"), DefinitionError);
+  EXPECT_THROW(settings.implies("plant", {"dart"}, "preset=harder"), InputError);
+}
+
 TEST_F(SettingsTest, wrong_declarations) {
   double number = -1.0;
   std::string name = "c";

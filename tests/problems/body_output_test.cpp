@@ -108,7 +108,8 @@ Table parse(const CsvTable& csv) {
 
 TEST(BodyOutput, OneFiniteRowPerSampleWithEveryQuantity) {
   const Table table = parse(body_table(made_up_log(), two_joints()));
-  // t, base, two joints with angle, torque and speed, three kinds of two wrenches, two soles, slips.
+  // t, base, two joints with angle, torque and speed, three kinds of two wrenches, two soles,
+  // slips.
   const std::size_t width = 1 + 7 + 3 * 2 + 3 * 2 * 6 + 2 * 7 + 2;
   EXPECT_EQ(table.columns.size(), width);
   ASSERT_EQ(table.rows.size(), static_cast<std::size_t>(samples));

@@ -22,6 +22,7 @@ class OtherHumanoid : public testing::Test {
   // `write` first. Settings: key, value, key, value ...
   int run(const std::vector<std::string>& settings) {
     std::map<std::string, std::string> given{{"--plant", "dart"},
+                                             {"--preset", "paper"},
                                              {"--pictures", "false"},
                                              {"--push.start", "0.2"},
                                              {"--push.link", "trunk"},
