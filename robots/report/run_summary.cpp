@@ -95,7 +95,8 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
        points(SupportPolygon::under({{scene.stance, scene.stance_foot}}))},
   };
   json["saltus"] = {{"version", version()}, {"commit", commit()}};
-  json["seed"] = settings.plant.noise.seed;
+  json["seed"] = settings.plant.sensors == SensorChoice::measured ? settings.plant.sensor.seed
+                                                                  : settings.plant.noise.seed;
   if (!settings.preset.empty()) json["preset"] = settings.preset;
   if (log.loop.check.count() > 0) json["check_us"] = latency(log.loop.check);
   if (stepped) {

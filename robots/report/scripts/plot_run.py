@@ -3,7 +3,7 @@
 
 Usage: plot_run.py RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
 capture_point.png, from_above.png and forces.png beside them. A run on the whole body (body.csv, robot.json) also
-gets measured_forces.png, feet.png and torques.png.
+gets measured_forces.png, feet.png and torques.png, one by measured senses estimate.png.
 """
 
 import json
@@ -94,6 +94,19 @@ def draw_torques(body, robot, summary, folder, begin, end, what):
     axes.set_ylim(-1.05, 1.05)
     mark_events(axes, summary)
     save(figure, axes, folder, "torques.png", begin, end)
+
+
+def draw_estimate(table, body, summary, folder, begin, end, what):
+    figure, axes = new_axes(f"Error of the estimated CoM, {what}", "from the stance sole [mm]")
+    sole = summary["stance"] + "_sole_"
+    shown = [i for i, t in enumerate(body["t"]) if begin <= t <= end]
+    for axis in "xyz":
+        estimated, below = body[f"estimate_com_{axis}"], body[f"estimate_stance_{axis}"]
+        com, foot = table[f"com_{axis}"], body[sole + axis]
+        axes.plot([body["t"][i] for i in shown],
+                  [1e3 * ((estimated[i] - below[i]) - (com[i] - foot[i])) for i in shown], label=axis)
+    mark_events(axes, summary)
+    save(figure, axes, folder, "estimate.png", begin, end)
 
 
 def draw_capture_point(table, summary, folder, begin, end, what):
@@ -204,6 +217,8 @@ def main(folder):
     draw_measured_forces(body, summary, folder, begin, end, what)
     draw_feet(body, summary, folder, begin, end, what)
     draw_torques(body, robot, summary, folder, begin, end, what)
+    if "estimate_com_error_m" in summary["body"]:
+        draw_estimate(table, body, summary, folder, begin, end, what)
 
 
 if __name__ == "__main__":

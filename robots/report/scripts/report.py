@@ -26,6 +26,7 @@ BODY_PICTURES = [
     ("feet.png", "Soles: place, height and slip"),
     ("torques.png", "Joint torques as a fraction of their limits"),
 ]
+ESTIMATE_PICTURES = [("estimate.png", "Error of the estimate")]
 
 # Title, then key of summary.json ("body." of its section), text, unit, factor, decimals.
 FIGURES = [
@@ -54,6 +55,10 @@ FIGURES = [
         ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
         ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
         ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
+    ]),
+    ("Estimate against the truth, from 0.25 s on", [
+        ("body.estimate_com_error_m", "Largest error of the CoM from the stance sole", "mm", 1e3, 1),
+        ("body.estimate_velocity_error_m_s", "Error of its velocity, rms", "mm/s", 1e3, 0),
     ]),
     ("Joints", [
         ("body.torque_share_max", "Largest torque, fraction of its limit", "%", 100, 0),
@@ -193,6 +198,8 @@ def report(folder, summary, with_replay):
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
     figures = "".join(figure_group(summary, *group) for group in FIGURES)
     drawn = PICTURES + (BODY_PICTURES if "body" in summary else [])
+    if "estimate_com_error_m" in summary.get("body", {}):
+        drawn = drawn + ESTIMATE_PICTURES
     pictures = "".join(picture(folder, *entry) for entry in drawn)
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>{html.escape(title)}</title>
