@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "saltus/core/error.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/dart/dart_plant.hpp"
 #include "saltus/robots/model/capture_point.hpp"
@@ -310,6 +311,16 @@ TEST_F(LimbsOfBothEngines, LimbsStopAtEachOther) {
       EXPECT_NEAR(dynamics->com_velocity()[2], -fall, 0.01 * fall) << plant->name();
       EXPECT_LT(dynamics->angular_momentum().norm(), 0.05) << plant->name();
     }
+}
+
+TEST_F(LimbsOfBothEngines, DetectorsWithoutCapsulesAreRefused) {
+  for (const DartCollision detector : {DartCollision::dart, DartCollision::fcl}) {
+    DartOptions options;
+    options.collision = detector;
+    EXPECT_NO_THROW(make_dart_plant(robot, options));
+    options.self_collision = true;
+    EXPECT_THROW(make_dart_plant(robot, options), InputError);
+  }
 }
 
 // Without torques it falls on its face; nothing but its feet may then be below the ground.
