@@ -10,6 +10,7 @@
 namespace saltus {
 namespace {
 
+constexpr double thinnest = 1e-3;  // m, of a radius: engines refuse points
 constexpr double touching = 0.01;  // m, at rest: neighbours
 constexpr int neighbourhood = 4;  // joints between them: a hip and what bears on three of the waist
 
@@ -36,6 +37,7 @@ std::vector<Capsule> fitted(const UrdfLink& link, const std::string& urdf) {
     if (!capsules.empty()) break;
   }
   if (capsules.empty() && link.mass > 0.0) capsules = fit_capsules(corners(box_of_inertia(link)));
+  for (Capsule& capsule : capsules) capsule.radius = std::max(capsule.radius, thinnest);
   return capsules;
 }
 
