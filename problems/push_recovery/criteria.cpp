@@ -4,11 +4,52 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "saltus/ocp/window.hpp"
 
 namespace saltus::push_recovery {
 namespace {
+
+// What ended a recovery: when (s), what, and how far it went.
+struct Cause {
+  double time = infinity;
+  std::string happened, extent;
+};
+
+// The first sample of which a figure lies beyond its limit.
+template <class Beyond>
+double first_time(const RunLog& log, Beyond beyond) {
+  const auto found = std::find_if(log.samples.begin(), log.samples.end(), beyond);
+  return found == log.samples.end() ? infinity : found->time;
+}
+
+// Over the whole run.
+std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v, double length,
+                                     double momentum) {
+  std::vector<Cause> causes;
+  const double lowest = height_lowest * length, highest = height_highest * length,
+               largest = angular_momentum_limit * momentum;
+  causes.push_back({first_time(log, [=](const Sample& s) { return s.gamma[2] < lowest; }),
+                    fmt::format("the CoM sank below {:.2f} m", lowest),
+                    fmt::format("the CoM sank to {:.3f} m", v.com_height_min)});
+  causes.push_back({first_time(log, [=](const Sample& s) { return s.gamma[2] > highest; }),
+                    fmt::format("the CoM rose above {:.2f} m", highest),
+                    fmt::format("the CoM rose to {:.3f} m", v.com_height_max)});
+  causes.push_back(
+      {first_time(log, [=](const Sample& s) { return s.gamma.tail<3>().norm() > largest; }),
+       fmt::format("the angular momentum passed {:.2g} Nms", largest),
+       fmt::format("the angular momentum reached {:.2f} Nms", v.angular_momentum_max)});
+  if (v.body)
+    for (int foot = 0; foot < 2; ++foot) {
+      const char* side = name_of(foot == 0 ? Side::left : Side::right);
+      causes.push_back(
+          {v.body->slips_from[foot], fmt::format("the {} foot slipped", side),
+           fmt::format("the {} foot slipped by {:.0f} mm", side, 1e3 * v.body->slip[foot])});
+    }
+  return causes;
+}
 
 // The first criterion that a sample at rest misses, or an empty string.
 std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<double, 2>& target,
@@ -37,25 +78,25 @@ Verdict judge(const Config& config, const RunLog& log) {
     length = log.robot.posture_on(config.scene.stance).com[2] / reference_height;
     momentum = log.robot.mass / reference_mass * std::pow(length, 1.5);
   }
-  if (v.com_height_min < height_lowest * length)
-    v.fail(fmt::format("the CoM sank to {:.3f} m", v.com_height_min));
-  if (v.com_height_max > height_highest * length)
-    v.fail(fmt::format("the CoM rose to {:.3f} m", v.com_height_max));
-  if (v.angular_momentum_max > angular_momentum_limit * momentum)
-    v.fail(fmt::format("the angular momentum reached {:.2f} Nms", v.angular_momentum_max));
+  std::vector<Cause> causes = causes_on_the_way(log, v, length, momentum);
   const Scene& scene = log.final_scene;
   const SupportPolygon ground = log.samples.back().two_feet ? scene.hull() : scene.stance_polygon();
   const Vec<double, 2> target = scene.target_point();
   for (const Sample& s : log.samples)
     if (s.time >= settled_from + rest_after - same_instant) {
       const std::string reason = unrest(s, ground, target, momentum);
-      if (!reason.empty()) v.fail(reason);
+      if (reason.empty()) continue;
+      causes.push_back({s.time, reason, reason});
+      break;
     }
-  if (v.body)
-    for (int foot = 0; foot < 2; ++foot)
-      if (v.body->slip[foot] > planted_slip)
-        v.fail(fmt::format("the {} foot slipped by {:.0f} mm", foot == 0 ? "left" : "right",
-                           1e3 * v.body->slip[foot]));
+  const Cause& first = *std::min_element(
+      causes.begin(), causes.end(), [](const Cause& a, const Cause& b) { return a.time < b.time; });
+  if (first.time < infinity) {
+    if (!log.stopped_early)
+      v.fail(first.extent);
+    else if (first.time < log.samples.back().time)
+      v.reason += fmt::format("; first, at {:.2f} s, {}", first.time, first.happened);
+  }
   v.recovered = v.reason.empty();
   return v;
 }

@@ -20,7 +20,7 @@ double end_time(const Push& push, const StepPlanner& steps, double touchdown);
 
 /// Over the whole run CoM height and angular momentum, and from `rest_after` the landing (without a
 /// step: the push) on rest at the target; on the whole body no planted foot slips by
-/// `planted_slip`.
+/// `planted_slip`. The reason is the cause that came first; a fall's tells both.
 Verdict judge(const Config& config, const RunLog& log);
 
 }  // namespace saltus::push_recovery

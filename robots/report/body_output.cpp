@@ -133,7 +133,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
   for (const char* kind : {"planned", "measured", "filtered"})
     for (const char* foot : {"left", "right"}) add(fmt::format("{}_{}_", foot, kind), wrench);
   for (const char* foot : {"left", "right"}) add(fmt::format("{}_sole_", foot), pose);
-  add("", {"left_slip", "right_slip"});
+  add("", {"left_slip", "right_slip", "left_friction", "right_friction"});
   for (std::size_t i = 1; i < robot.bodies.size(); ++i)
     columns.push_back("dq_" + robot.bodies[i].joint);
   const bool has_estimate = !log.body.empty() && log.body.front().estimate;
@@ -149,7 +149,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
   CsvTable table(columns);
   const std::vector<Vec<double, 12>> measured = measured_wrenches(log);
   const std::vector<Vec<double, 12>> means = filtered_wrenches(log);
-  const std::vector<Vec<double, 2>> slips = sole_slip(log);
+  const std::vector<Vec<double, 2>> slips = sole_slip(log), friction = friction_used(log);
   std::vector<double> row;
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     const BodySample& b = log.body[i];
@@ -163,6 +163,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
     append_pose(row, b.left_sole);
     append_pose(row, b.right_sole);
     row.insert(row.end(), slips[i].begin(), slips[i].end());
+    row.insert(row.end(), friction[i].begin(), friction[i].end());
     row.insert(row.end(), b.state.dq.begin(), b.state.dq.end());
     if (has_estimate) {
       append_pose(row, b.estimate->state.base);

@@ -15,7 +15,8 @@ namespace saltus::walking {
 
 /// body.csv, one line per control period: t; base_{x..z, qw..qz}; q_JOINT (rad); tau_JOINT (Nm);
 /// for both feet FOOT_planned_*, FOOT_measured_*, FOOT_filtered_* (fx fy fz tx ty tz),
-/// FOOT_sole_{x..z, qw..qz} and FOOT_slip (m, see `sole_slip`). Throws DefinitionError unless there
+/// FOOT_sole_{x..z, qw..qz}, FOOT_slip (m, see `sole_slip`) and FOOT_friction (see
+/// `friction_used`). Throws DefinitionError unless there
 /// is one body sample per sample and the robot has as many joints as they.
 CsvTable body_table(const RunLog& log, const FloatingRobot& robot);
 

@@ -44,6 +44,7 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   declare_settings(s, biped.push);
   declare_settings(s, biped.step);
   declare_settings(s, biped.planner);
+  declare_settings(s, biped.baseline);
   declare_settings(s, biped.contact);
   declare_point_of_push(s, biped.push);
   declare_period(s, biped.control);

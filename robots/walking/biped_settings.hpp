@@ -1,6 +1,7 @@
 // What any biped in a closed loop can be told, put together from the modules that own the settings.
 #pragma once
 
+#include "saltus/robots/walking/capture_point_controller.hpp"
 #include "saltus/robots/walking/contact_settings.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "saltus/robots/walking/plant_settings.hpp"
@@ -19,6 +20,7 @@ struct BipedSettings {
   RobotChoice robot;
   ControllerChoice controller = ControllerChoice::mpc;
   PlannerSettings planner;
+  CapturePointGains baseline;
   SceneSettings scene;
   Step step;
   Push push;

@@ -27,6 +27,15 @@ std::vector<Vec<double, 12>> filtered(const RunLog& log,
   return means;
 }
 
+// Of the corners of a sole, horizontally, m.
+double largest_motion(const FootRectangle& foot, const Eigen::Isometry3d& from,
+                      const Eigen::Isometry3d& to) {
+  const auto corners = [&foot](const Eigen::Isometry3d& sole) {
+    return foot_corners({sole.translation(), sole.linear()}, foot);
+  };
+  return (corners(to) - corners(from)).rowwise().norm().maxCoeff();
+}
+
 }  // namespace
 
 std::vector<Vec<double, 12>> measured_wrenches(const RunLog& log) {
@@ -51,17 +60,26 @@ std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     const BodySample& b = log.body[i];
     if (landed == nullptr && log.samples[i].two_feet) landed = &b;
-    const auto moved = [](const Eigen::Isometry3d& now, const Eigen::Isometry3d& then) {
-      return (now.translation() - then.translation()).head<2>().norm();
-    };
     const BodySample& first = log.body.front();
     const bool left_stands = log.final_scene.side == Side::left;
     const BodySample* left = left_stands ? &first : landed;
     const BodySample* right = left_stands ? landed : &first;
-    slips.emplace_back(left == nullptr ? 0.0 : moved(b.left_sole, left->left_sole),
-                       right == nullptr ? 0.0 : moved(b.right_sole, right->right_sole));
+    const RobotDescription& robot = log.robot;
+    slips.emplace_back(
+        left == nullptr ? 0.0 : largest_motion(robot.left_foot, left->left_sole, b.left_sole),
+        right == nullptr ? 0.0 : largest_motion(robot.right_foot, right->right_sole, b.right_sole));
   }
   return slips;
+}
+
+std::vector<Vec<double, 2>> friction_used(const RunLog& log) {
+  std::vector<Vec<double, 2>> used;
+  used.reserve(log.body.size());
+  const auto ratio = [](const Vec<double, 6>& wrench) {
+    return wrench[2] < friction_told_from ? 0.0 : wrench.head<2>().norm() / wrench[2];
+  };
+  for (const BodySample& b : log.body) used.emplace_back(ratio(b.left), ratio(b.right));
+  return used;
 }
 
 Vec<double, 2> peak_forces(const RunLog& log) {

@@ -15,9 +15,15 @@ inline constexpr double wrench_filter = 0.020;
 std::vector<Vec<double, 12>> measured_wrenches(const RunLog& log);
 std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log);
 
-/// Horizontal distance of the soles' origins from where they stood first (swing: where it landed;
-/// zero before), left and right, one per sample, m.
+/// How far the soles have slid: the largest horizontal distance of one of the sole's corners from
+/// where it stood first (swing: where it landed; zero before), so that a turn about the vertical is
+/// told. Left and right, one per sample, m.
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log);
+
+/// The friction that the ground exerts on either foot, tangential over vertical force, one per
+/// sample; zero where it carries less than `friction_told_from`.
+inline constexpr double friction_told_from = 1.0;  // N
+std::vector<Vec<double, 2>> friction_used(const RunLog& log);
 
 /// Largest vertical force of each foot, left and right, as the mean over `wrench_filter`, N.
 Vec<double, 2> peak_forces(const RunLog& log);

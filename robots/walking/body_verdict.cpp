@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "saltus/robots/walking/body_forces.hpp"
 #include "saltus/robots/whole_body/clearance.hpp"
@@ -76,6 +77,16 @@ void judge_clearance(const RunLog& log, BodyVerdict& v) {
   }
 }
 
+void judge_slip(const RunLog& log, BodyVerdict& v) {
+  const std::vector<Vec<double, 2>> slip = sole_slip(log);
+  for (std::size_t k = 0; k < slip.size(); ++k)
+    for (int foot = 0; foot < 2; ++foot) {
+      v.slip[foot] = std::max(v.slip[foot], slip[k][foot]);
+      if (slip[k][foot] > planted_slip)
+        v.slips_from[foot] = std::min(v.slips_from[foot], log.samples[k].time);
+    }
+}
+
 }  // namespace
 
 bool BodyVerdict::touches_joint_limit() const { return limit_margin < limit_touched; }
@@ -90,7 +101,8 @@ BodyVerdict judge_body(const RunLog& log) {
     v.tilt_max = std::max(v.tilt_max, angle_between(vertical(b), vertical(first)));
   }
   v.tilt_end = angle_between(vertical(log.body.back()), vertical(first));
-  for (const Vec<double, 2>& s : sole_slip(log)) v.slip = v.slip.cwiseMax(s);
+  judge_slip(log, v);
+  for (const Vec<double, 2>& used : friction_used(log)) v.friction = v.friction.cwiseMax(used);
   v.force_peak = peak_forces(log);
   judge_limits(log, v);
   judge_speeds(log, v);
@@ -105,6 +117,8 @@ nlohmann::ordered_json to_json(const BodyVerdict& v) {
           {"feet_moved_max_m", v.feet_moved},
           {"base_tilt_max_rad", v.tilt_max},
           {"base_tilt_end_rad", v.tilt_end},
+          {"slip_max_m", v.slip.maxCoeff()},
+          {"friction_max", v.friction.maxCoeff()},
           {"joint_limit_touched", v.touches_joint_limit()},
           {"joint_limit_margin_rad", v.limit_margin},
           {"joint_limit_joint", v.limit_joint},

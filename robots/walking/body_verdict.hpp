@@ -19,7 +19,9 @@ struct BodyVerdict {
   double feet_moved = 0.0;  ///< largest distance of a sole's origin from its start, m
   double tilt_max = 0.0;    ///< angle of the vertical in the base against that at the start, rad;
   double tilt_end = 0.0;    ///< a turn about the vertical is none
-  Vec<double, 2> slip = Vec<double, 2>::Zero();  ///< see sole_slip, left and right, largest, m
+  Vec<double, 2> slip = Vec<double, 2>::Zero();      ///< see sole_slip, left and right, largest, m
+  Vec<double, 2> slips_from{infinity, infinity};     ///< when it passed `planted_slip`, s
+  Vec<double, 2> friction = Vec<double, 2>::Zero();  ///< see friction_used, largest
   Vec<double, 2> force_peak = Vec<double, 2>::Zero();  ///< vertical, mean over wrench_filter, N
   double limit_margin = infinity;  ///< least distance of a joint from its limit, rad; < 0: beyond
   std::string limit_joint;         ///< of that joint

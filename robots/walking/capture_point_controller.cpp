@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/app/settings.hpp"
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_term.hpp"
@@ -10,13 +11,6 @@
 namespace saltus::walking {
 namespace {
 
-// Gains of the PD law on the CoM (1/s^2, 1/s, critically damped) and of the damping of the angular
-// momentum (1/s): those in print for the balancing robot, rounded.
-constexpr double com_stiffness = 50.0;
-const double com_damping = 2.0 * std::sqrt(com_stiffness);
-constexpr double momentum_damping = 5.0;
-// The minimum jerk trajectory ends this long after the landing, s.
-constexpr double trajectory_after_landing = 0.5;
 // Momentum rate matters most; the wrench weights only distribute it. N^2 against (Nm)^2.
 constexpr double linear_weight = 1.0, angular_weight = 1000.0, force_weight = 1e-4,
                  torque_weight = 1e-2;
@@ -84,30 +78,31 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
   return ocp;
 }
 
-// Position and its first two derivatives at time t of the quintic with zero end velocity and
-// acceleration, from (x0, v0, zero acceleration) at t = 0 to x1 at t = T.
-struct TrajectoryPoint {
+// Position and its first two derivatives.
+struct Motion {
   Vec<double, 3> position, velocity, acceleration;
 };
-TrajectoryPoint minimum_jerk(const Vec<double, 3>& x0, const Vec<double, 3>& v0,
-                             const Vec<double, 3>& x1, double T, double t) {
+
+// After the time t (s) on the quintic from `start` to rest at `goal` in the time T.
+Motion minimum_jerk(const Motion& start, const Vec<double, 3>& goal, double T, double t) {
   const double s = std::clamp(t / T, 0.0, 1.0);
-  const double to_goal = s * s * s * (10.0 + s * (-15.0 + 6.0 * s));
-  const double to_goal_1 = s * s * (30.0 + s * (-60.0 + 30.0 * s));
-  const double to_goal_2 = s * (60.0 + s * (-180.0 + 120.0 * s));
-  const double drift = s * (1.0 + s * s * (-6.0 + s * (8.0 - 3.0 * s)));
-  const double drift_1 = 1.0 + s * s * (-18.0 + s * (32.0 - 15.0 * s));
-  const double drift_2 = s * (-36.0 + s * (96.0 - 60.0 * s));
-  const Vec<double, 3> d = x1 - x0;
-  return {x0 + d * to_goal + v0 * (T * drift), (d / T) * to_goal_1 + v0 * drift_1,
-          (d / (T * T)) * to_goal_2 + (v0 / T) * drift_2};
+  const Vec<double, 3> d = goal - start.position, v = start.velocity * T,
+                       a = start.acceleration * (T * T);
+  const Vec<double, 3> c2 = 0.5 * a, c3 = 10.0 * d - 6.0 * v - 1.5 * a,
+                       c4 = -15.0 * d + 8.0 * v + 1.5 * a, c5 = 6.0 * d - 3.0 * v - 0.5 * a;
+  return {start.position + s * (v + s * (c2 + s * (c3 + s * (c4 + s * c5)))),
+          (v + s * (2.0 * c2 + s * (3.0 * c3 + s * (4.0 * c4 + s * (5.0 * c5))))) / T,
+          (2.0 * c2 + s * (6.0 * c3 + s * (12.0 * c4 + s * (20.0 * c5)))) / (T * T)};
 }
 
 class CapturePointController final : public Planner {
  public:
-  CapturePointController(const PlannerSettings& settings, const ContactSettings& contact_settings,
-                         const RobotDescription& robot, const Scene& scene)
-      : controller_(make_tick_controller(wrench_problem(settings, contact_settings, robot, scene),
+  CapturePointController(const CapturePointGains& gains, const PlannerSettings& settings,
+                         const ContactSettings& contact_settings, const RobotDescription& robot,
+                         const Scene& scene)
+      : gains_(gains),
+        mass_(robot.mass),
+        controller_(make_tick_controller(wrench_problem(settings, contact_settings, robot, scene),
                                          1, settings, robot.mass)) {}
 
   const ControlTick& tick(const Measurement& measured, const Scene& scene,
@@ -115,43 +110,55 @@ class CapturePointController final : public Planner {
     const Vec<double, 3> com = measured.gamma.head<3>(), velocity = measured.gamma.segment<3>(3);
     const Vec<double, 2> planar = scene.target_point();
     const Vec<double, 3> target(planar[0], planar[1], scene.stance.position[2] + scene.com_height);
-    TrajectoryPoint wanted{target, Vec<double, 3>::Zero(), Vec<double, 3>::Zero()};
+    Motion wanted{target, Vec<double, 3>::Zero(), Vec<double, 3>::Zero()};
     if (scene.two_feet) {
-      if (trajectory_start_ == infinity) {
+      const double landing = landing_time(contacts);
+      if (measured.time <= landing || trajectory_start_ == infinity) {
         trajectory_start_ = measured.time;
-        com_at_start_ = com;
-        velocity_at_start_ = velocity;
+        start_ = {com, velocity, measured.contact_force / mass_};
+        start_.acceleration[2] -= standard_gravity;
+        trajectory_time_ = std::max(landing - trajectory_start_, 0.0) + gains_.after_landing;
       }
-      const double landing = std::max(landing_time(contacts), trajectory_start_);
-      const double T = landing + trajectory_after_landing - trajectory_start_;
-      wanted = minimum_jerk(com_at_start_, velocity_at_start_, target, T,
-                            measured.time - trajectory_start_);
+      wanted = minimum_jerk(start_, target, trajectory_time_, measured.time - trajectory_start_);
     }
     controller_.set_data(
-        "tick",
-        Tick<double>{.com = com,
-                     .swing_foot = scene.swing.position,
-                     .acceleration = wanted.acceleration + com_stiffness * (wanted.position - com) +
-                                     com_damping * (wanted.velocity - velocity),
-                     .momentum_rate = -momentum_damping * measured.gamma.tail<3>()});
+        "tick", Tick<double>{.com = com,
+                             .swing_foot = scene.swing.position,
+                             .acceleration = wanted.acceleration +
+                                             gains_.com_stiffness * (wanted.position - com) +
+                                             gains_.com_damping * (wanted.velocity - velocity),
+                             .momentum_rate = -gains_.momentum_damping * measured.gamma.tail<3>()});
     controller_.set_schedule(contacts);
     return controller_.tick(measured.time, measured.gamma);
   }
   RecedingHorizonController& controller() override { return controller_; }
 
  private:
+  CapturePointGains gains_;
+  double mass_;  // kg
   RecedingHorizonController controller_;
-  double trajectory_start_ = infinity;
-  Vec<double, 3> com_at_start_, velocity_at_start_;
+  double trajectory_start_ = infinity, trajectory_time_ = 0.0;  // s
+  Motion start_;
 };
 
 }  // namespace
 
-std::unique_ptr<Planner> make_capture_point_controller(const PlannerSettings& settings,
+void declare_settings(Settings& s, CapturePointGains& gains) {
+  s.number("capture_point.after_landing", gains.after_landing, "s",
+           "the trajectory of the CoM ends this long after the landing", above(0.0));
+  s.number("capture_point.com_stiffness", gains.com_stiffness, "1/s^2",
+           "of the CoM towards its trajectory", at_least(0.0));
+  s.number("capture_point.com_damping", gains.com_damping, "1/s", "of the same", at_least(0.0));
+  s.number("capture_point.momentum_damping", gains.momentum_damping, "1/s",
+           "of the angular momentum", at_least(0.0));
+}
+
+std::unique_ptr<Planner> make_capture_point_controller(const CapturePointGains& gains,
+                                                       const PlannerSettings& settings,
                                                        const ContactSettings& contact,
                                                        const RobotDescription& robot,
                                                        const Scene& scene) {
-  return std::make_unique<CapturePointController>(settings, contact, robot, scene);
+  return std::make_unique<CapturePointController>(gains, settings, contact, robot, scene);
 }
 
 }  // namespace saltus::walking

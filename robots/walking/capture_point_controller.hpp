@@ -6,13 +6,28 @@
 #include "saltus/robots/walking/contact_settings.hpp"
 #include "saltus/robots/walking/planner.hpp"
 
+namespace saltus {
+class Settings;
+}
+
 namespace saltus::walking {
 
+struct CapturePointGains {
+  double after_landing = 0.2;     ///< where the trajectory of the CoM ends, s
+  double com_stiffness = 50.0;    ///< 1/s^2
+  double com_damping = 14.1;      ///< 1/s
+  double momentum_damping = 5.0;  ///< 1/s
+};
+
+/// capture_point.*
+void declare_settings(Settings& settings, CapturePointGains& gains);
+
 /// Momentum control as in the paper's section 2.1, without a horizon: the CoM follows a minimum
-/// jerk trajectory from where it is when the step is decided to the target, by PD on position;
-/// angular momentum is damped; the wrenches are the solution of one quadratic program per tick with
-/// the same contact cones as a receding horizon controller.
-std::unique_ptr<Planner> make_capture_point_controller(const PlannerSettings& settings,
+/// jerk trajectory to the target, planned afresh from where it is in every tick until the landing,
+/// by PD on position; angular momentum is damped; the wrenches are the solution of one quadratic
+/// program per tick with the same contact cones as a receding horizon controller.
+std::unique_ptr<Planner> make_capture_point_controller(const CapturePointGains& gains,
+                                                       const PlannerSettings& settings,
                                                        const ContactSettings& contact,
                                                        const RobotDescription& robot,
                                                        const Scene& scene);

@@ -31,7 +31,8 @@ std::unique_ptr<Planner> planner_of(const BipedProblem& problem, const RobotDesc
   const BipedSettings& settings = problem.settings();
   const RobotDescription nominal = nominal_robot(settings.robot, robot);
   if (settings.controller == ControllerChoice::capture_point)
-    return make_capture_point_controller(settings.planner, settings.contact, nominal, scene);
+    return make_capture_point_controller(settings.baseline, settings.planner, settings.contact,
+                                         nominal, scene);
   return problem.make_planner(nominal, scene);
 }
 

@@ -109,8 +109,8 @@ Table parse(const CsvTable& csv) {
 TEST(BodyOutput, OneFiniteRowPerSampleWithEveryQuantity) {
   const Table table = parse(body_table(made_up_log(), two_joints()));
   // t, base, two joints with angle, torque and speed, three kinds of two wrenches, two soles,
-  // slips.
-  const std::size_t width = 1 + 7 + 3 * 2 + 3 * 2 * 6 + 2 * 7 + 2;
+  // slips, friction.
+  const std::size_t width = 1 + 7 + 3 * 2 + 3 * 2 * 6 + 2 * 7 + 2 + 2;
   EXPECT_EQ(table.columns.size(), width);
   ASSERT_EQ(table.rows.size(), static_cast<std::size_t>(samples));
   for (const auto& row : table.rows) {
@@ -149,6 +149,13 @@ TEST(BodyOutput, TheSwingFootSlipsFromItsLandingOnEitherSide) {
   EXPECT_EQ(table.at(landing - 1, "left_slip"), 0.0);
   EXPECT_NEAR(table.at(30, "left_slip"), 1e-4 * (30 - landing), rounding);
   EXPECT_NEAR(table.at(30, "right_slip"), 1e-3 * 30, rounding);
+}
+
+TEST(BodyOutput, FrictionIsTangentialOverVerticalForceOfAFootThatCarries) {
+  const Table table = parse(body_table(made_up_log(), two_joints()));
+  EXPECT_EQ(table.at(0, "left_friction"), 0.0);  // carries nothing yet
+  EXPECT_NEAR(table.at(30, "left_friction"), std::sqrt(5.0) / 30.0, rounding);
+  EXPECT_EQ(table.at(30, "right_friction"), 0.0);
 }
 
 TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {

@@ -167,6 +167,33 @@ TEST(BodyVerdict, SlipOfAPlantedFootIsNoRecovery) {
   EXPECT_NEAR(verdict.body->slip[0], 0.011, rounding);
 }
 
+// The corners of a foot that turns about its origin slide, the farthest most.
+TEST(BodyVerdict, SlipIsThatOfTheCornerThatMovesFarthest) {
+  RunLog log = still();
+  log.robot.left_foot = {between(-0.05, 0.12), between(-0.03, 0.05)};
+  log.body[70].left_sole.rotate(Eigen::AngleAxisd(0.1, Vec<double, 3>::UnitZ()));
+  EXPECT_NEAR(judge_body(log).slip[0], 2.0 * std::sin(0.05) * std::hypot(0.12, 0.05), 1e-12);
+  EXPECT_EQ(judge_body(log).slips_from[0], log.samples[70].time);
+}
+
+// A foot slides, and long after the robot sways: the sliding is the reason.
+TEST(BodyVerdict, ReasonIsTheCauseThatCameFirst) {
+  Config config;
+  config.push.start = 0.0;
+  RunLog log = still();
+  log.samples.back().time = 6.0;
+  log.samples.back().gamma[8] = 0.2;  // not at rest
+  for (int i = 60; i < samples; ++i)
+    log.body[static_cast<std::size_t>(i)].left_sole.translation()[0] = 0.061;
+  EXPECT_EQ(judge(config, log).reason, "the left foot slipped by 61 mm");
+  log.samples[50].gamma[8] = 1.5;
+  EXPECT_EQ(judge(config, log).reason, "the angular momentum reached 1.50 Nms");
+  log.stopped_early = true;
+  log.stop_reason = "fell at 6.00 s";
+  EXPECT_EQ(judge(config, log).reason,
+            "fell at 6.00 s; first, at 0.50 s, the angular momentum passed 1 Nms");
+}
+
 TEST(BodyVerdict, FallBeforeThePushIsMarked) {
   Config config;
   RunLog log = still();

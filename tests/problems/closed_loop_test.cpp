@@ -337,7 +337,9 @@ TEST(Settings, EveryKeyIsStillThere) {
   std::vector<std::string> keys = settings.keys();
   std::sort(keys.begin(), keys.end());
   std::istringstream words(
-      "contact.edges contact.friction contact.fz_max contact.fz_min contact.pyramid "
+      "capture_point.after_landing capture_point.com_damping capture_point.com_stiffness "
+      "capture_point.momentum_damping contact.edges contact.friction contact.fz_max contact.fz_min "
+      "contact.pyramid "
       "contact.torsional_friction control.period controller dart.collision dart.lcp "
       "model.mass_error momentum.angular_momentum momentum.linear_momentum momentum.posture "
       "momentum.posture_damping momentum.swing_regularisation momentum.torque "

@@ -52,6 +52,7 @@ FIGURES = [
     ("Feet", [
         ("body.left_force_peak_n", "Peak force of the left foot (mean over 20 ms)", "N", 1, 0),
         ("body.right_force_peak_n", "Peak force of the right foot (mean over 20 ms)", "N", 1, 0),
+        ("body.friction_max", "Tangential over vertical force of a foot, at most", "", 1, 2),
         ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
         ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
         ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
