@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 #include "saltus/yaml/yaml_file.hpp"
 
 namespace saltus {
@@ -69,11 +70,11 @@ std::vector<Assignment> read_assignments(const std::filesystem::path& file) {
 Assignment parse_set_argument(std::string_view text) {
   const auto equals = text.find('=');
   if (equals == std::string_view::npos || trimmed(text.substr(0, equals)).empty()) {
-    throw InputError(fmt::format("--set {}: expected KEY=VALUE", text));
+    throw InputError(fmt::format("--set {}: expected KEY=VALUE", shortened(text)));
   }
   Assignment assignment = from_text(text.substr(0, equals), text.substr(equals + 1));
   assignment.origin = Assignment::Origin::set;
-  assignment.location = fmt::format("--set {}", text);
+  assignment.location = fmt::format("--set {}", shortened(text));
   return assignment;
 }
 

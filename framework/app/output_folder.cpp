@@ -3,15 +3,20 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <climits>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {
 
 namespace fs = std::filesystem;
+
+// As long as any that a run writes, with the parts of a temporary one.
+constexpr const char* longest_file_name = ".latency_by_provenance.json.4194304.part";
 
 // Unique to this process, so that two runs into one folder do not share a temporary file.
 fs::path temporary_beside(const fs::path& file) {
@@ -31,7 +36,7 @@ fs::path nearest_existing(fs::path folder) {
 
 OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   const auto refuse = [&](const std::string& why) {
-    throw InputError(fmt::format("output folder '{}' {}", path_.string(), why));
+    throw InputError(fmt::format("output folder '{}' {}", shortened(path_.string()), why));
   };
   if (path_.empty()) throw InputError("the name of the output folder is empty");
 
@@ -40,6 +45,15 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   if (!fs::is_directory(existing, error)) {
     refuse(fmt::format("cannot be used: '{}' is not a folder", existing.string()));
   }
+  // A name that is too long is told now: the last file would be the first to tell it otherwise.
+  const fs::path longest = fs::absolute(path_, error) / longest_file_name;
+  const auto most = static_cast<std::size_t>(::pathconf(existing.c_str(), _PC_NAME_MAX));
+  for (const fs::path& part : longest)
+    if (part.native().size() > most)
+      refuse(fmt::format("cannot be made: a name has at most {} bytes", most));
+  if (longest.native().size() >= PATH_MAX)
+    refuse(fmt::format("cannot be made: with its files' names a path has less than {} bytes",
+                       PATH_MAX));
   // Permissions alone do not tell (read-only file systems, root): try, and take it back.
   const fs::path probe = temporary_beside(existing / "saltus_probe");
   const bool writable = std::ofstream(probe).put('\n').flush().good();

@@ -13,6 +13,7 @@ namespace saltus {
 namespace {
 
 constexpr int script_has_said_why = 3;  // python/saltus/drawing.py
+constexpr int files_not_written = 4;    // python/saltus/on_folder.py: said too
 
 }  // namespace
 
@@ -37,6 +38,8 @@ bool run_python_script(std::string_view script, const std::filesystem::path& res
   int status = 0;
   const bool ended = child > 0 && waitpid(child, &status, 0) >= 0 && WIFEXITED(status);
   if (ended && WEXITSTATUS(status) == 0) return true;
+  if (ended && WEXITSTATUS(status) == files_not_written)
+    throw InputError(fmt::format("no {}: the files cannot be written into '{}'", what, folder));
   if (!ended || WEXITSTATUS(status) != script_has_said_why)
     fmt::print(stderr, "no {}: python3 could not run {}\n", what, path);
   return false;

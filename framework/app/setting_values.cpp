@@ -24,7 +24,8 @@ namespace {
     throw InputError(
         fmt::format("{}: '{}' must be {}, but has no value", given.location, key, what));
   }
-  throw InputError(fmt::format("{}: '{}' must be {}, not '{}'", given.location, key, what, shown));
+  throw InputError(
+      fmt::format("{}: '{}' must be {}, not '{}'", given.location, key, what, shortened(shown)));
 }
 
 // The YAML spelling of what is not a number is a number here too, to be refused as not finite.

@@ -279,8 +279,9 @@ void Settings::reject_unknown(const Assignment& given) const {
   if (meant.empty()) meant = nearest_name(given.key, known);
 
   const std::string dashes = is_flag ? "--" : "";
-  std::string message = is_flag ? fmt::format("unknown flag '--{}'", given.key)
-                                : fmt::format("{}: unknown key '{}'", given.location, given.key);
+  std::string message =
+      is_flag ? fmt::format("unknown flag '--{}'", given.key)
+              : fmt::format("{}: unknown key '{}'", given.location, shortened(given.key));
   if (!meant.empty()) {
     message += fmt::format("; did you mean '{}{}'?", dashes, meant);
   } else {

@@ -11,6 +11,9 @@ namespace saltus {
 /// none is near enough to be what was meant (more than half of the letters differ).
 std::string nearest_name(std::string_view given, const std::vector<std::string>& known);
 
+/// Text from outside as a message shows it: of a long one the beginning, and how long it is.
+std::string shortened(std::string_view text);
+
 /// "a, b and c".
 std::string join_names(const std::vector<std::string>& names);
 

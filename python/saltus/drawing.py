@@ -20,5 +20,10 @@ def save_picture(figure, path, dpi=110):
     """A PNG file that is never half written."""
     folder, name = os.path.split(os.path.abspath(path))
     partial = os.path.join(folder, "." + name)
-    figure.savefig(partial, dpi=dpi, format="png")
-    os.replace(partial, path)
+    try:
+        figure.savefig(partial, dpi=dpi, format="png")
+        os.replace(partial, path)
+    except OSError as error:
+        if os.path.exists(partial):
+            os.remove(partial)
+        raise OSError(error.errno, os.strerror(error.errno), path) from None

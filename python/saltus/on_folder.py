@@ -2,6 +2,8 @@
 
 import sys
 
+NOT_WRITTEN = 4  # framework/app/python_script.cpp
+
 
 def on_folder(main, usage, what):
     """Calls main(folder); `what` says which folder is meant when a file is missing in it."""
@@ -11,3 +13,6 @@ def on_folder(main, usage, what):
         main(sys.argv[1])
     except FileNotFoundError as error:
         sys.exit(f"{error.filename}: there is no such file; {what}")
+    except OSError as error:
+        print(f"{error.filename or sys.argv[1]}: {error.strerror}", file=sys.stderr)
+        sys.exit(NOT_WRITTEN)

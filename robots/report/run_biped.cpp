@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "saltus/app/note_signals.hpp"
+#include "saltus/core/error.hpp"
 #include "saltus/robots/report/body_output.hpp"
 #include "saltus/robots/report/run_summary.hpp"
 #include "saltus/robots/report/scripts.hpp"
@@ -52,8 +55,16 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
 
   const auto begin = std::filesystem::file_time_type::clock::now();
   Progress progress(stdout, isatty(fileno(stdout)) != 0);
-  const auto show = [&progress](const LoopState& state) { progress.show(state); };
-  const RunLog log = simulate(problem, robot, show);
+  int signal = 0;
+  const RunLog log = [&] {
+    const NoteSignals note;
+    RunLog result = simulate(problem, robot, [&progress](const LoopState& state) {
+      progress.show(state);
+      return NoteSignals::received() == 0;
+    });
+    signal = NoteSignals::received();
+    return result;
+  }();
   progress.finish();
   const Verdict verdict = problem.judge(log);
   const ForceSettling settling = force_settling(log);
@@ -74,10 +85,13 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   context.output.write("ticks.csv", tick_table(log));
   if (has_body) write_body(context.output, log, log.floating);
   context.output.write("summary.json", json);
-  if (settings.pictures) {
-    draw(context.output.path(), "pictures (they need matplotlib)", "plot_run.py");
-    draw(context.output.path(), "report", "report.py");
-  }
+  std::string not_drawn;
+  if (settings.pictures && signal == 0) try {
+      draw(context.output.path(), "pictures (they need matplotlib)", "plot_run.py");
+      draw(context.output.path(), "report", "report.py");
+    } catch (const InputError& error) {  // said last, when all else is told
+      not_drawn = error.what();
+    }
 
   fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
@@ -101,6 +115,12 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
         log.plant_seconds / simulated, log.control_failures, log.control_calls);
   }
   fmt::print("{}", results_text(context.output.path(), begin));
+  if (signal != 0) {
+    fmt::print("interrupted: these are the results up to {:.2f} s\n", log.samples.back().time);
+    std::fflush(nullptr);
+    std::raise(signal);
+  }
+  if (!not_drawn.empty()) throw InputError(not_drawn);
   const bool failed =
       json["failures"].get<int>() > 0 || log.control_failed() || log.numerical_failure;
   return failed ? ExitStatus::solver_failed : ExitStatus::ok;

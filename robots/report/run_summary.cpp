@@ -59,7 +59,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"recovered", verdict.recovered},
       {"reason", verdict.reason},
       {"stopped_early", log.stopped_early},
-      {"fell", log.stopped_early && !log.numerical_failure},
+      {"fell", log.stopped_early && !log.numerical_failure && !log.interrupted},
       {"fell_before_push", verdict.fell_before_push},
       {"robot", log.robot.name},
       {"robot_source", log.robot.source},

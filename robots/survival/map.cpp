@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <numbers>
 
+#include "saltus/app/note_signals.hpp"
 #include "saltus/app/process_pool.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
@@ -24,29 +25,6 @@ namespace {
 constexpr double run_time_limit = 600.0;
 constexpr double report_period = 30.0;  // where nobody watches, s
 constexpr double live_period = 0.5;     // on a terminal, s
-
-volatile std::sig_atomic_t signal_received = 0;
-
-// While it lives, an interrupt is only noted.
-class NoteSignals {
- public:
-  NoteSignals() {
-    signal_received = 0;
-    struct sigaction note = {};
-    note.sa_handler = [](int signal) { signal_received = signal; };  // no SA_RESTART: waits end
-    ::sigaction(SIGINT, &note, &before_int_);
-    ::sigaction(SIGTERM, &note, &before_term_);
-  }
-  ~NoteSignals() {
-    ::sigaction(SIGINT, &before_int_, nullptr);
-    ::sigaction(SIGTERM, &before_term_, nullptr);
-  }
-  NoteSignals(const NoteSignals&) = delete;
-  NoteSignals& operator=(const NoteSignals&) = delete;
-
- private:
-  struct sigaction before_int_ = {}, before_term_ = {};
-};
 
 std::string duration_text(double seconds) {
   const long s = std::lround(seconds);
@@ -120,7 +98,7 @@ class MapRun {
     {
       NoteSignals note;
       work(progress);
-      signal = signal_received;
+      signal = NoteSignals::received();
     }
     progress.end_line();
     fmt::print("{}: {} of {} cells known, {} of them run now, in {}\n",
@@ -165,7 +143,7 @@ class MapRun {
 
   void work(MapProgress& progress) {
     long id = 0;
-    while (signal_received == 0) {
+    while (NoteSignals::received() == 0) {
       while (!pool_.is_full()) {
         const std::optional<MapCell> cell = plan_.next();
         if (!cell) break;

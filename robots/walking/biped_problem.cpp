@@ -1,6 +1,29 @@
 #include "saltus/robots/walking/biped_problem.hpp"
 
+#include <fmt/format.h>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+
 namespace saltus::walking {
+namespace {
+
+// One foot carries the robot, and of two each as much as it must.
+void check_normal_forces(const ContactSettings& contact, const RobotDescription& robot) {
+  const double weight = robot.mass * standard_gravity;
+  if (contact.normal_force_max < weight)
+    throw InputError(
+        fmt::format("contact.fz_max ({} N) is less than the robot's weight, {:.0f} N, which one "
+                    "foot carries; raise it",
+                    contact.normal_force_max, weight));
+  if (contact.normal_force_min > 0.5 * weight)
+    throw InputError(fmt::format(
+        "contact.fz_min ({} N) is more than half of the robot's weight, {:.0f} N: two feet cannot "
+        "both carry it; lower it",
+        contact.normal_force_min, weight));
+}
+
+}  // namespace
 
 const StandingPosture& BipedProblem::posture(const RobotDescription& robot) const {
   return robot.posture_on(settings().scene.stance);
@@ -27,7 +50,9 @@ Scene initial_scene(const BipedProblem& problem, const RobotDescription& robot) 
 }
 
 RobotDescription robot_of(const BipedSettings& settings) {
-  return robot_of(settings.robot, settings.plant.is_whole_body());
+  RobotDescription robot = robot_of(settings.robot, settings.plant.is_whole_body());
+  check_normal_forces(settings.contact, robot);
+  return robot;
 }
 
 }  // namespace saltus::walking

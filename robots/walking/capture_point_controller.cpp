@@ -95,13 +95,19 @@ Motion minimum_jerk(const Motion& start, const Vec<double, 3>& goal, double T, d
           (2.0 * c2 + s * (6.0 * c3 + s * (12.0 * c4 + s * (20.0 * c5)))) / (T * T)};
 }
 
+// From here to rest at `goal` in the time T with the least jerk: the acceleration at the start is
+// free, which makes the jerk there zero.
+Motion least_jerk_start(const Vec<double, 3>& com, const Vec<double, 3>& velocity,
+                        const Vec<double, 3>& goal, double T) {
+  return {com, velocity, 20.0 / 3.0 * (goal - com) / (T * T) - 4.0 * velocity / T};
+}
+
 class CapturePointController final : public Planner {
  public:
   CapturePointController(const CapturePointGains& gains, const PlannerSettings& settings,
                          const ContactSettings& contact_settings, const RobotDescription& robot,
                          const Scene& scene)
       : gains_(gains),
-        mass_(robot.mass),
         controller_(make_tick_controller(wrench_problem(settings, contact_settings, robot, scene),
                                          1, settings, robot.mass)) {}
 
@@ -115,9 +121,8 @@ class CapturePointController final : public Planner {
       const double landing = landing_time(contacts);
       if (measured.time <= landing || trajectory_start_ == infinity) {
         trajectory_start_ = measured.time;
-        start_ = {com, velocity, measured.contact_force / mass_};
-        start_.acceleration[2] -= standard_gravity;
-        trajectory_time_ = std::max(landing - trajectory_start_, 0.0) + gains_.after_landing;
+        trajectory_time_ = std::max(landing - measured.time, 0.0) + gains_.after_landing;
+        start_ = least_jerk_start(com, velocity, target, trajectory_time_);
       }
       wanted = minimum_jerk(start_, target, trajectory_time_, measured.time - trajectory_start_);
     }
@@ -135,7 +140,6 @@ class CapturePointController final : public Planner {
 
  private:
   CapturePointGains gains_;
-  double mass_;  // kg
   RecedingHorizonController controller_;
   double trajectory_start_ = infinity, trajectory_time_ = 0.0;  // s
   Motion start_;

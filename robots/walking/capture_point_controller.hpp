@@ -13,7 +13,7 @@ class Settings;
 namespace saltus::walking {
 
 struct CapturePointGains {
-  double after_landing = 0.2;     ///< where the trajectory of the CoM ends, s
+  double after_landing = 0.8;     ///< where the trajectory of the CoM ends, s
   double com_stiffness = 50.0;    ///< 1/s^2
   double com_damping = 14.1;      ///< 1/s
   double momentum_damping = 5.0;  ///< 1/s

@@ -1,5 +1,7 @@
 #include "saltus/robots/walking/closed_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "saltus/ocp/window.hpp"
@@ -58,10 +60,11 @@ class ClosedLoop {
       bool is_sample = plant_.sense(t);
       decide_step(t);
       find_landing(t);
-      if (observer) observer(state(t));
+      const bool goes_on = !observer || observer(state(t));
       plan(t);
       log_.ticks.push_back(tick_record(t, *tick_, planner_->controller()));
       if (!apply(t, is_sample)) break;
+      if (!goes_on) interrupt();
     }
     if (log_.samples.empty() || plant_.truth_time() > log_.samples.back().time)
       record(plant_.truth_time(), push_);
@@ -183,6 +186,11 @@ class ClosedLoop {
     return state;
   }
 
+  void interrupt() {
+    if (log_.stopped_early) return;
+    log_.interrupted = true;
+    stop(fmt::format("interrupted at {:.2f} s", log_.samples.back().time));
+  }
   void stop(std::string reason) {
     log_.stopped_early = true;
     log_.stop_reason = std::move(reason);

@@ -14,7 +14,7 @@ void declare_plant(Settings& s, PlantSettings& plant) {
 }
 
 void declare_step(Settings& s, PlantSettings& plant) {
-  s.number("simulator.step", plant.step, "s", "whole body: of the engine", above(0.0));
+  s.number("simulator.step", plant.step, "s", "whole body: of the engine", between(1e-5, 0.1));
 }
 
 void declare_settings(Settings& s, PlantSettings& plant) {

@@ -23,7 +23,8 @@ struct LoopState {
   Footing footing = Footing::standing;
 };
 
-using Observer = std::function<void(const LoopState&)>;
+/// Called at every tick of the planner; false ends the run, whose results up to then are kept.
+using Observer = std::function<bool(const LoopState&)>;
 
 /// "t =  3.10 s | 1.4 x real time | CoM 0.534 m | capture point  21 mm inside | landed".
 std::string progress_line(const LoopState& state, double wall_clock);

@@ -45,17 +45,19 @@ Vec<double, 3> total_push_force(std::span<const Push> pushes, double from, doubl
 }
 
 void declare_settings(Settings& s, Push& push) {
-  s.number("push.impulse", push.impulse, "N s", "size of the push", at_least(0.0));
-  s.vector("push.direction", push.direction, "", "direction of the push, world axes");
-  s.number("push.duration", push.duration, "s", "how long it lasts", above(0.0));
-  s.number("push.start", push.start, "s", "when it begins", at_least(0.0));
+  s.number("push.impulse", push.impulse, "N s", "size of the push", between(0.0, 1e4));
+  s.vector("push.direction", push.direction, "", "direction of the push, world axes",
+           between(-1e6, 1e6));
+  s.number("push.duration", push.duration, "s", "how long it lasts", between(1e-4, 60.0));
+  s.number("push.start", push.start, "s", "when it begins", between(0.0, 600.0));
   s.choice<PushShape>("push.shape", push.shape,
                       {{describe(PushShape::rectangle), PushShape::rectangle},
                        {describe(PushShape::half_sine), PushShape::half_sine},
                        {describe(PushShape::triangle), PushShape::triangle}},
                       "of the force over time; the impulse is the same");
-  s.rule({"push.direction"},
-         [&push] { return push.direction.norm() > 0.0 ? "" : "push.direction must not be zero"; });
+  s.rule({"push.direction"}, [&push] {
+    return push.direction.norm() >= 1e-6 ? "" : "push.direction must not be zero, nor near it";
+  });
 }
 
 void declare_point_of_push(Settings& s, Push& push) {

@@ -65,7 +65,8 @@ struct RunLog {
   std::string solver;
   double touchdown = infinity;  ///< s; infinite: the foot never landed
   bool stopped_early = false;
-  std::string stop_reason;  ///< when stopped early
+  std::string stop_reason;   ///< when stopped early
+  bool interrupted = false;  ///< stopped early by whoever watched
   std::string plant = "centroidal";
   long control_calls = 0, control_failures = 0;  ///< of the whole-body controller
   /// More unsolved programs than a fall leaves behind: the whole-body controller has failed.

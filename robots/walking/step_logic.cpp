@@ -23,7 +23,8 @@ void declare_stepping(Settings& s, Step& step) {
 }
 
 void declare_settings(Settings& s, Step& step) {
-  s.number("step.duration", step.duration, "s", "from the trigger to the landing", above(0.0));
+  s.number("step.duration", step.duration, "s", "from the trigger to the landing",
+           between(0.01, 60.0));
   s.choice<StepTrigger>(
       "step.trigger", step.trigger, {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
       "a step is taken when the capture point leaves the sole; its time counts from "

@@ -35,8 +35,8 @@ Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push>
     v.fail(log.stop_reason);
   }
   if (!log.body.empty()) v.body = judge_body(log);
-  v.fell_before_push =
-      log.stopped_early && !log.numerical_failure && is_before_all(pushes, last.time);
+  v.fell_before_push = log.stopped_early && !log.numerical_failure && !log.interrupted &&
+                       is_before_all(pushes, last.time);
   return v;
 }
 

@@ -47,6 +47,10 @@ TEST(OutputFolder, unusable_folders_are_refused) {
   EXPECT_TRUE(contains(complaint_about(file / "below"), "is not a folder"));
   EXPECT_TRUE(contains(complaint_about(""), "is empty"));
   EXPECT_TRUE(contains(complaint_about("/proc/saltus"), "output folder '/proc/saltus' is not"));
+  EXPECT_TRUE(contains(complaint_about(folder / std::string(300, 'x')), "at most 255 bytes"));
+  fs::path deep = folder.path();
+  for (int i = 0; i < 20; ++i) deep /= std::string(220, 'x');
+  EXPECT_TRUE(contains(complaint_about(deep), "less than 4096 bytes"));
   EXPECT_EQ(file_content(file), "content");
   if (::geteuid() != 0) {  // root may write everywhere
     fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);

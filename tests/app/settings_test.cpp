@@ -170,6 +170,15 @@ TEST_F(SettingsTest, wrong_types) {
   EXPECT_TRUE(contains(complaint_about({"plant=3"}), "must be centroidal or dart, not '3'"));
 }
 
+TEST_F(SettingsTest, of_a_long_text_the_beginning_is_shown) {
+  const std::string digits(1 << 20, '7'), number = "push.impulse=" + digits + "x",
+                                          key = digits + "=1";
+  EXPECT_TRUE(contains(complaint_about({number.c_str()}), "777... (1048577 bytes)"));
+  EXPECT_LT(complaint_about({number.c_str()}).size(), 500u);
+  EXPECT_LT(complaint_about({key.c_str()}).size(), 500u);
+  EXPECT_LT(complaint_about_file("push.impulse: " + digits + "x\n").size(), 500u);
+}
+
 TEST_F(SettingsTest, numbers_must_be_finite_and_in_range) {
   for (const char* text : {"nan", "NaN", "-nan", ".nan", "inf", "-inf", ".inf", "1e999"}) {
     EXPECT_TRUE(contains(complaint_about({("push.impulse=" + std::string(text)).c_str()}),

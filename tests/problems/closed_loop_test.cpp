@@ -7,6 +7,8 @@
 #include <sstream>
 
 #include "saltus/app/assignment.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "tests/problems/push_recovery_run.hpp"
 #include "tests/support/count_allocations.hpp"
@@ -327,6 +329,58 @@ TEST(StepLogic, ThePlaceMovesUntilShortlyBeforeTheLandingIfAskedTo) {
   EXPECT_FALSE(logic.is_decided());
   logic.update(1.5, {0.0, -0.14}, 4.2);
   EXPECT_TRUE(logic.is_decided());
+}
+
+std::string complaint_about(const std::string& text) {
+  Config config;
+  Settings settings;
+  declare_settings(settings, config);
+  try {
+    settings.apply({parse_set_argument(text)});
+    return "no complaint";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+// They were dropped, and what nobody pushed had "recovered"; or the run had no end.
+TEST(Settings, PushesAndTimesThatNoRunCanFollowAreRefused) {
+  for (const char* text :
+       {"push.duration=1e-7", "push.duration=1e300", "push.direction=[1e308, 1e308, 0]",
+        "push.direction=[0, 1e200, 0]", "push.direction=[0, 1e-200, 0]", "push.start=1e9",
+        "push.impulse=1e300", "step.duration=1e9", "step.duration=1e-9", "simulator.step=1e-9"}) {
+    const std::string key = std::string(text).substr(0, std::string(text).find('='));
+    EXPECT_NE(complaint_about(text).find(key + (key == "push.direction" ? "" : "' must be")),
+              std::string::npos)
+        << complaint_about(text);
+  }
+  EXPECT_EQ(complaint_about("push.direction=[0, 30, 0]"), "no complaint");
+}
+
+TEST(Settings, NormalForcesThatCannotCarryTheRobotAreRefused) {
+  Config config;
+  config.contact.normal_force_min = 200.0;
+  EXPECT_THROW(robot_of(config), InputError);
+  config.contact = {};
+  config.contact.normal_force_max = 300.0;
+  EXPECT_THROW(robot_of(config), InputError);
+  config.contact = {};
+  EXPECT_NO_THROW(robot_of(config));
+}
+
+// Who watches may end the run: what it has is kept and judged.
+TEST(ClosedLoop, AnInterruptedRunKeepsWhatItHas) {
+  Config config;
+  config.push.start = 0.1;
+  const RobotDescription robot = robot_of(config);
+  const RunLog log = walking::simulate(PushRecovery(config), robot,
+                                       [](const LoopState& state) { return state.time < 0.2; });
+  EXPECT_TRUE(log.interrupted);
+  EXPECT_NEAR(log.samples.back().time, 0.2, 0.02);
+  EXPECT_EQ(log.ticks.size(), 21u);
+  const Verdict verdict = judge(config, log);
+  EXPECT_FALSE(verdict.recovered);
+  EXPECT_EQ(verdict.reason.substr(0, 14), "interrupted at");
 }
 
 // Users' files name them.

@@ -45,6 +45,16 @@ def simulate(name, *settings):
 
 
 class Pictures(unittest.TestCase):
+    def test_a_full_disk_is_said(self):
+        results = path("full")
+        shutil.copytree(path("baseline"), results)
+        # The name of the partial file leads to a device without room.
+        os.symlink("/dev/full", os.path.join(results, ".com.png"))
+        done = script("plot_run.py", results)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("com.png: No space left on device", done.stderr)
+        self.assertEqual(done.stderr.count("\n"), 1)
+
     def is_picture(self, *parts):
         name = path(*parts)
         self.assertTrue(os.path.exists(name), name)

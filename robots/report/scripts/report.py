@@ -226,9 +226,14 @@ def report(folder, summary, with_replay):
 
 def write(folder, name, text):
     partial = os.path.join(folder, "." + name)
-    with open(partial, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(partial, os.path.join(folder, name))
+    try:
+        with open(partial, "w", encoding="utf-8") as file:
+            file.write(text)
+        os.replace(partial, os.path.join(folder, name))
+    except OSError as error:
+        if os.path.exists(partial):
+            os.remove(partial)
+        raise OSError(error.errno, os.strerror(error.errno), os.path.join(folder, name)) from None
 
 
 def main(folder):
