@@ -44,7 +44,7 @@ void declare_settings(Settings& s, PlantSettings& plant) {
           "noise.force"},
          [&plant] {
            return plant.sensors == SensorChoice::measured && !plant.noise.is_zero()
-                      ? "noise.* is of ideal sensors; with sensors=measured use sensor.*"
+                      ? "noise.* is of ideal sensors: set sensors=ideal too, or use sensor.*"
                       : "";
          });
   declare_settings(s, plant.sensor, plant.estimation);

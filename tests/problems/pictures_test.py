@@ -89,13 +89,14 @@ class Pictures(unittest.TestCase):
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_a_run_on_the_whole_body(self):
         self.is_drawn(script("plot_run.py", path("body")))
-        for name in ("com", "capture_point", "from_above", "forces", "measured_forces", "feet", "torques"):
+        for name in ("com", "capture_point", "from_above", "forces", "measured_forces", "feet", "torques",
+                     "estimate"):
             self.is_picture("body", name + ".png")
         self.is_drawn(script("report.py", path("body")))
         with open(path("body", "report.html"), encoding="utf-8") as file:
             page = file.read()
-        self.assertEqual(page.count("<img"), 7)
-        for text in ("Measured vertical force", "Slip of the left sole", "Largest tilt",
+        self.assertEqual(page.count("<img"), 8)
+        for text in ("Estimate against the truth", "Measured vertical force", "Slip of the left sole", "Largest tilt",
                      "Least distance of a joint from its limit", "Simulator"):
             self.assertIn(text, page)
         self.is_replay()
