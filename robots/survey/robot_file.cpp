@@ -51,7 +51,8 @@ Posture start_of(const UrdfModel& model, const Limbs& limbs) {
   return start;
 }
 
-StandingPosture posture_of(const UrdfModel& model, const SurveyedRobot& robot, const char* name,
+// Also notes how near limbs come.
+StandingPosture posture_of(const UrdfModel& model, SurveyedRobot& robot, const char* name,
                            Stance stance) {
   const Limbs& limbs = robot.limbs;
   // The feet as far apart as with straight legs; the root link lower by this part of its height.
@@ -85,6 +86,7 @@ StandingPosture posture_of(const UrdfModel& model, const SurveyedRobot& robot, c
         "describe the robot by hand (robots/README.md)",
         model.source(), stance == Stance::both ? "both feet" : "one foot", 1e3 * found.foot_error,
         found.tilt, 1e3 * found.com_error));
+  robot.clearance = std::min(robot.clearance, found.clearance);
   StandingPosture posture;
   posture.name = name;
   posture.stance = stance;

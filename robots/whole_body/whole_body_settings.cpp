@@ -50,6 +50,8 @@ void declare_settings(Settings& s, WholeBodyControl& control) {
   s.number("whole_body.posture_damping", g.posture_damping, "1/s", "gain", at_least(0.0));
   s.number("whole_body.stance_damping", g.stance_damping, "1/s",
            "gain on what is left of a stance foot's twist", at_least(0.0));
+  s.number("whole_body.clearance", g.clearance_margin, "m",
+           "that limbs keep from each other, with self_collision", at_least(0.0));
   MomentumOptions& m = control.momentum;
   s.number("momentum.linear_momentum", m.linear_momentum, "1/N^2", "weight", at_least(0.0));
   s.number("momentum.angular_momentum", m.angular_momentum, "1/(Nm)^2", "weight", at_least(0.0));

@@ -415,7 +415,8 @@ TEST(Settings, EveryKeyIsStillThere) {
       "step.lateral_max step.lateral_min step.placement step.trigger stepping target "
       "weights.capture_point weights.capture_point_softness weights.capture_point_standing "
       "weights.gamma weights.gamma_impact weights.wrench weights.wrench_change "
-      "whole_body.angular_momentum whole_body.controller whole_body.linear_momentum "
+      "whole_body.angular_momentum whole_body.clearance whole_body.controller "
+      "whole_body.linear_momentum "
       "whole_body.posture whole_body.posture_damping whole_body.posture_stiffness "
       "whole_body.stance_damping whole_body.swing_foot whole_body.wrench");
   const std::vector<std::string> known{std::istream_iterator<std::string>(words), {}};
