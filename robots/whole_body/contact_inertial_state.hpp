@@ -32,11 +32,14 @@ struct ContactInertialState {
 
   Mat<double, 3, 3> R = Mat<double, 3, 3>::Identity();
   Vec<double, 3> v = Vec<double, 3>::Zero(), p = Vec<double, 3>::Zero();
-  Eigen::Isometry3d soles[2] = {Eigen::Isometry3d::Identity(), Eigen::Isometry3d::Identity()};
+  Eigen::Isometry3d left_sole = Eigen::Isometry3d::Identity(),
+                    right_sole = Eigen::Isometry3d::Identity();
   Vec<double, 3> b_gyroscope = Vec<double, 3>::Zero(), b_accelerometer = Vec<double, 3>::Zero();
 
-  Eigen::Isometry3d& sole(Side side) { return soles[side == Side::left ? 0 : 1]; }
-  const Eigen::Isometry3d& sole(Side side) const { return soles[side == Side::left ? 0 : 1]; }
+  Eigen::Isometry3d& sole(Side side) { return side == Side::left ? left_sole : right_sole; }
+  const Eigen::Isometry3d& sole(Side side) const {
+    return side == Side::left ? left_sole : right_sole;
+  }
   Eigen::Isometry3d base() const;
 
   /// exp(error) times this; biases plus error.
