@@ -91,6 +91,34 @@ def peak_force(row, summaries):
     return f"{max(body['left_force_peak_n'], body['right_force_peak_n']):.0f} N"
 
 
+def too_much(run=0):
+    """Largest |H|, marked where it is what the verdict objects to."""
+    def cell(row, summaries):
+        value = f"{summaries[run]['angular_momentum_max']:.2f}"
+        return value if summaries[run]["recovered"] else value + ", " + summaries[run]["reason"].split(";")[0]
+    return cell
+
+
+def peak_of(run):
+    def cell(row, summaries):
+        return peak_force(row, summaries[run:]).removesuffix(" N")
+    return cell
+
+
+def seeds_recovered(row, summaries):
+    good = sum(summary["recovered"] for summary in summaries)
+    return f"{good} of {len(summaries)}"
+
+
+def worst(key, text, factor=1.0, least=False):
+    """Over all runs of a row; those that fell too."""
+    def cell(row, summaries):
+        values = [look_up(summary, key) for summary in summaries]
+        values = [factor * value for value in values if value is not None]
+        return text.format((min if least else max)(values)) if values else ""
+    return cell
+
+
 def both_controllers(row, summaries):
     body = summaries[0]["body"]
     return f"{body['planner_s_per_s'] + body['whole_body_control_s_per_s']:.2f} s"
@@ -102,6 +130,11 @@ def push(size, **settings):
 
 def in_dart(size, **settings):
     return push(size, plant="dart", **settings)
+
+
+def as_it_is(size, duration, seed):
+    settings = {"preset": "robot", "plant": "dart", "push.impulse": size, "sensor.seed": seed}
+    return settings if duration is None else {**settings, "step.duration": duration}
 
 
 TABLES = {
@@ -119,7 +152,7 @@ TABLES = {
         [("push", name), ("recovered", outcome()), ("landing after", landing),
          ("CoM height, m", heights), ("largest H, Nms", figure("angular_momentum_max", "{:.2f}")),
          ("capture point settles in", figure("icp_settling_s", "{:.2f} s")),
-         ("peak force", peak_force),
+         ("slip", figure("body.slip_max_m", "{:.1f} mm", 1e3)), ("peak force", peak_force),
          ("largest torque", figure("body.torque_share_max", "{:.0f} %", 100.0)),
          ("nearest joint limit", figure("body.joint_limit_margin_rad", "{:.0f} mrad", 1e3)),
          ("time", both_controllers)],
@@ -127,15 +160,29 @@ TABLES = {
     "settling": Table(
         "Settling of the vertical forces, MPC and baseline in DART",
         [Row(f"{size} N s", [in_dart(size), in_dart(size, controller="capture_point")])
-         for size in (5, 6, 7, 8)],
-        [("push", name), ("MPC", outcome(0)), ("planned, s", later("planned", 0)),
-         ("measured, s", later("measured", 0)),
-         ("capture point, s", figure("icp_settling_s", "{:.2f}", if_recovered=True)),
-         ("H, Nms", figure("angular_momentum_max", "{:.2f}")),
-         ("baseline", outcome(1)), ("its planned, s", later("planned", 1)),
-         ("its measured, s", later("measured", 1)),
-         ("its capture point, s", figure("icp_settling_s", "{:.2f}", run=1, if_recovered=True)),
-         ("its H, Nms", figure("angular_momentum_max", "{:.2f}", run=1))]),
+         for size in (5, 6, 7, 8, 8.5)],
+        [("push", name), ("MPC: planned", later("planned", 0)),
+         ("capture point", figure("icp_settling_s", "{:.2f}", if_recovered=True)),
+         ("largest H", too_much(0)), ("peak", peak_of(0)),
+         ("baseline: planned", later("planned", 1)),
+         ("its capture point", figure("icp_settling_s", "{:.2f}", run=1, if_recovered=True)),
+         ("its largest H", too_much(1)), ("its peak", peak_of(1))]),
+    "robot": Table(
+        "The robot as it is: measured senses, self-collision, joint speeds, in DART, eight seeds each",
+        [Row(text, [as_it_is(size, duration, seed) for seed in range(1, 9)])
+         for text, size, duration in (
+             ("4 N s, step of 0.6 s", 4, 0.6), ("5 N s, step of 0.6 s", 5, 0.6),
+             ("6 N s, step of 0.6 s", 6, 0.6), ("7 N s", 7, None), ("8 N s", 8, None),
+             ("8 N s, step of 0.3 s", 8, 0.3), ("10 N s, step of 0.3 s", 10, 0.3))],
+        [("push", name), ("recovered", seeds_recovered),
+         ("largest H, Nms", worst("angular_momentum_max", "{:.2f}")),
+         ("least clearance", worst("body.clearance_min_m", "{:.1f} mm", 1e3, least=True)),
+         ("longest above a speed", worst("body.joint_speed_over_s", "{:.0f} ms", 1e3)),
+         ("joint speed, of its limit", worst("body.joint_speed_ratio_max", "{:.0f} %", 1e2)),
+         ("nearest joint limit", worst("body.joint_limit_margin_rad", "{:.0f} mrad", 1e3, least=True)),
+         ("error of the CoM", worst("body.estimate_com_error_m", "{:.1f} mm", 1e3)),
+         ("of its velocity, RMS", worst("body.estimate_velocity_error_m_s", "{:.3f} m/s"))],
+        quick=False),
     "disturbances": Table(
         "6 N s in DART, and a disturbance",
         [Row("nothing else", [in_dart(6)]),
@@ -153,7 +200,7 @@ TABLES = {
          Row("ground 1 cm lower", [in_dart(6, simulator__ground_step=-0.01)])],
         [("6 N s, and", name), ("recovered", outcome()), ("landing after", landing),
          ("capture point settles in", figure("icp_settling_s", "{:.2f} s")),
-         ("stance slip", figure("body.left_slip_max_m", "{:.1f} mm", 1e3)),
+         ("slip of a corner", figure("body.slip_max_m", "{:.1f} mm", 1e3)),
          ("largest tilt", figure("body.base_tilt_max_rad", "{:.2f} rad"))],
         quick=False),
     "momentum": Table(
@@ -163,6 +210,6 @@ TABLES = {
         [("push", name), ("momentum", outcome(0)),
          ("its H, Nms", figure("angular_momentum_max", "{:.1f}")),
          ("inverse dynamics", outcome(1)),
-         ("its H, Nms ", figure("angular_momentum_max", "{:.1f}", run=1))],
+         ("its H, Nms, too", figure("angular_momentum_max", "{:.1f}", run=1))],
         quick=False),
 }
