@@ -69,7 +69,7 @@ const Claim recovered[] = {
     {"OdeCollision", {"push.impulse=6", "dart.collision=ode"}},
     {"PgsContactSolver", {"push.impulse=6", "dart.lcp=pgs"}},
     {"RightStance", {"push.impulse=6", "stance=right", "push.direction=[0, 1, 0]"}},
-    {"Forward14Ns", {"push.impulse=14", "push.direction=[1, 0, 0]"}},
+    {"Forward13Ns", {"push.impulse=13", "push.direction=[1, 0, 0]"}},
     {"MujocoFixedFoot6Ns", {"push.impulse=6", "step.placement=fixed", "plant=mujoco"}},
 };
 INSTANTIATE_TEST_SUITE_P(Pushes, Recovered, testing::ValuesIn(recovered),
