@@ -53,7 +53,9 @@ TEST_P(Units, DoNotDecideWhatIsFound) {
 // guesses without inputs tell too little of their size.
 TEST_P(Units, OfStatesInputsAndTimeDoNotEither) {
   const ReferenceCase& c = reference_case(GetParam());
-  if (c.id == "B15" || c.id == "B21" || c.id == "C03") GTEST_SKIP();
+  if (c.id == "B15" || c.id == "B21" || c.id == "C03")
+    GTEST_SKIP() << c.id
+                 << " does not pass yet: in small units it ends elsewhere, see decisions.md";
   MultipleShooting shooting(c.problem(), c.options);
   NonlinearProgram& program = shooting.nlp();
   const auto quantities = undeclared_quantities(shooting.program());
