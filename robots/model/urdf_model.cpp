@@ -315,6 +315,7 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
 
 std::vector<std::string> UrdfModel::link_names() const {
   std::vector<std::string> names;
+  names.reserve(links_.size());
   for (const UrdfLink& link : links_) names.push_back(link.name);
   return names;
 }

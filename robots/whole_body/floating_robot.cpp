@@ -207,7 +207,7 @@ UrdfBox box_of_inertia(const UrdfLink& link) {
   box.pose.translation() = link.com;
   box.pose.linear() = R;
   // I_x = m (b^2 + c^2) / 12, and so on.
-  const Vec<double, 3> I = axes.eigenvalues();
+  const Vec<double, 3>& I = axes.eigenvalues();
   box.size = ((I.sum() - 2.0 * I.array()).max(0.0) * 6.0 / link.mass).sqrt();
   const double lightest = box.size.prod() * least_density;
   if (lightest > link.mass) box.size *= std::cbrt(link.mass / lightest);

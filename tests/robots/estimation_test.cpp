@@ -207,6 +207,7 @@ FilterRun run_filter(int seed, double seconds) {
 TEST(BaseEstimator, ErrorsAreAsLargeAsItSays) {
   constexpr int runs = 40;
   std::vector<int> entries;
+  entries.reserve(static_cast<std::size_t>(State::size));
   for (int i = 0; i < 9; ++i) entries.push_back(i);
   for (int i = State::gyroscope_bias; i < State::size; ++i) entries.push_back(i);
   double sum = 0.0;

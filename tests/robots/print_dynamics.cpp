@@ -4,15 +4,16 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <random>
 
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/icub/icub.hpp"
 
+namespace saltus {
 namespace {
 
-using namespace saltus;
 using Json = nlohmann::json;
 
 Json numbers(const Eigen::Ref<const MatrixXd>& m) {
@@ -32,12 +33,9 @@ Json sole(const SoleMotion& motion) {
           {"drift", numbers(motion.drift)}};
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  if (argc != 4) return 2;
-  const UrdfModel urdf = UrdfModel::read(argv[1]);
-  const RobotDescription description = icub(argv[1]);
+void print(const char* urdf_file, int states, unsigned seed) {
+  const UrdfModel urdf = UrdfModel::read(urdf_file);
+  const RobotDescription description = icub(urdf_file);
   const FloatingRobot robot = floating_robot(urdf, description);
   const auto dynamics = make_dart_dynamics(robot);
 
@@ -49,9 +47,9 @@ int main(int argc, char** argv) {
     model["joints"].push_back(robot.bodies[i].joint);
   fmt::print("{}\n", model.dump());
 
-  std::mt19937 random(static_cast<unsigned>(std::atoi(argv[3])));
+  std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1.0, 1.0);
-  for (int k = 0; k < std::atoi(argv[2]); ++k) {
+  for (int k = 0; k < states; ++k) {
     WholeBodyState state;
     const Vec<double, 3> turn(unit(random), unit(random), unit(random));
     state.base.translation() = Vec<double, 3>(unit(random), unit(random), unit(random));
@@ -78,6 +76,19 @@ int main(int argc, char** argv) {
                     {"left", sole(dynamics->sole(Side::left))},
                     {"right", sole(dynamics->sole(Side::right))}};
     fmt::print("{}\n", line.dump());
+  }
+}
+
+}  // namespace
+}  // namespace saltus
+
+int main(int argc, char** argv) {
+  if (argc != 4) return 2;
+  try {
+    saltus::print(argv[1], std::atoi(argv[2]), static_cast<unsigned>(std::atoi(argv[3])));
+  } catch (const std::exception& error) {
+    std::fputs(error.what(), stderr);
+    return 1;
   }
   return 0;
 }

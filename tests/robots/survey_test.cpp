@@ -28,37 +28,36 @@ class Biped {
     std::string text = "<robot name=\"boxes\">" + link("pelvis", 10.0, 0.2, 0.0);
     text +=
         link("chest", 12.0, 0.3, 0.15) + joint("waist_yaw", "pelvis", "chest", "0 0 1", "0 0 0.1");
-    for (const bool left : {true, false}) {
-      const std::string side = left ? "left" : "right";
-      const std::string y = left ? "0.1" : "-0.1";
-      const auto name = [&](const char* part) { return part + ("_" + side); };
-      text +=
-          link(name("hip"), 1.0, 0.05, 0.0) +
-          joint("leg_" + side + "_pitch", "pelvis", name("hip"), "0 1 0", "0 " + y + " 0") +
-          link(name("thigh"), 3.0, 0.3, -0.2) +
-          joint("leg_" + side + "_roll", name("hip"), name("thigh"), "1 0 0", "0 0 0") +
-          link(name("shin"), 2.0, 0.3, -0.2) +
-          joint("leg_" + side + "_knee", name("thigh"), name("shin"), "0 1 0", "0 0 -0.4", "0",
-                "2.4") +
-          link(name("ankle"), 0.2, 0.03, 0.0) +
-          joint("leg_" + side + "_ankle_pitch", name("shin"), name("ankle"), "0 1 0", "0 0 -0.4") +
-          "<link name=\"" + side + soles + "\">" + inertial(0.8, 0.1, -0.5 * foot_height) +
-          "<collision><origin xyz=\"0.03 0 " + std::to_string(-0.5 * foot_height) +
-          "\"/><geometry><box size=\"0.2 0.1 " + std::to_string(foot_height) +
-          "\"/></geometry></collision></link>" +
-          joint("leg_" + side + "_ankle_roll", name("ankle"), side + soles, "1 0 0", "0 0 0") +
-          link(name("arm"), 2.0, 0.25, -0.15) +
-          joint("arm_" + side + "_lift", "chest", name("arm"), "1 0 0",
-                "0 " + std::string(left ? "0.25" : "-0.25") + " 0.3") +
-          link(name("finger"), 0.02, 0.02, 0.0) +
-          joint("finger_" + side, name("arm"), name("finger"), "0 1 0", "0 0 -0.3");
-    }
-    return text + "</robot>";
+    return text + half(true) + half(false) + "</robot>";
   }
 
   UrdfModel model() const { return UrdfModel::parse(urdf(), "boxes.urdf"); }
 
  private:
+  std::string half(bool left) const {
+    const std::string side = left ? "left" : "right";
+    const std::string y = left ? "0.1" : "-0.1";
+    const auto name = [&](const char* part) { return part + ("_" + side); };
+    return link(name("hip"), 1.0, 0.05, 0.0) +
+           joint("leg_" + side + "_pitch", "pelvis", name("hip"), "0 1 0", "0 " + y + " 0") +
+           link(name("thigh"), 3.0, 0.3, -0.2) +
+           joint("leg_" + side + "_roll", name("hip"), name("thigh"), "1 0 0", "0 0 0") +
+           link(name("shin"), 2.0, 0.3, -0.2) +
+           joint("leg_" + side + "_knee", name("thigh"), name("shin"), "0 1 0", "0 0 -0.4", "0",
+                 "2.4") +
+           link(name("ankle"), 0.2, 0.03, 0.0) +
+           joint("leg_" + side + "_ankle_pitch", name("shin"), name("ankle"), "0 1 0", "0 0 -0.4") +
+           "<link name=\"" + side + soles + "\">" + inertial(0.8, 0.1, -0.5 * foot_height) +
+           "<collision><origin xyz=\"0.03 0 " + std::to_string(-0.5 * foot_height) +
+           "\"/><geometry><box size=\"0.2 0.1 " + std::to_string(foot_height) +
+           "\"/></geometry></collision></link>" +
+           joint("leg_" + side + "_ankle_roll", name("ankle"), side + soles, "1 0 0", "0 0 0") +
+           link(name("arm"), 2.0, 0.25, -0.15) +
+           joint("arm_" + side + "_lift", "chest", name("arm"), "1 0 0",
+                 "0 " + std::string(left ? "0.25" : "-0.25") + " 0.3") +
+           link(name("finger"), 0.02, 0.02, 0.0) +
+           joint("finger_" + side, name("arm"), name("finger"), "0 1 0", "0 0 -0.3");
+  }
   static std::string inertial(double mass, double size, double z) {
     const std::string I = std::to_string(mass * size * size / 6.0);
     return "<inertial><origin xyz=\"0 0 " + std::to_string(z) + "\"/><mass value=\"" +
