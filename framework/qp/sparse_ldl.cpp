@@ -11,6 +11,22 @@
 
 namespace saltus::qp {
 
+SparsityPattern quasi_definite_pattern(const SparsityPattern& hessian,
+                                       const SparsityPattern& rows) {
+  const int n = hessian.rows(), m = rows.rows();
+  std::vector<std::pair<int, int>> pairs;
+  hessian.for_each([&](int i, int j, int) { pairs.emplace_back(i, j); });
+  rows.for_each([&](int i, int j, int) { pairs.emplace_back(n + i, j); });
+  for (int i = 0; i < n + m; ++i) pairs.emplace_back(i, i);
+  return SparsityPattern::from_pairs(n + m, n + m, std::move(pairs));
+}
+
+std::vector<signed char> quasi_definite_signs(int n, int m) {
+  std::vector<signed char> signs(n + m, 1);
+  std::fill(signs.begin() + n, signs.end(), static_cast<signed char>(-1));
+  return signs;
+}
+
 struct SparseLdl::Handle {
   Handle() {
     check(cholmod_start(&common), "start");

@@ -9,6 +9,11 @@
 
 namespace saltus::qp {
 
+/// Lower triangle of [H, J'; J, D] with a full diagonal, from that of H and from J.
+SparsityPattern quasi_definite_pattern(const SparsityPattern& hessian, const SparsityPattern& rows);
+/// Of its pivots, for n variables and m rows.
+std::vector<signed char> quasi_definite_signs(int n, int m);
+
 /// Ordering (AMD) and symbolic analysis happen at construction; factor() and solve() do not
 /// allocate. A quasi-definite matrix [P, C'; C, -N], P and N positive definite, has such a factor
 /// in any order, with as many positive entries of D as P has rows (R. J. Vanderbei, "Symmetric

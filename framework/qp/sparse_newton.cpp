@@ -23,21 +23,6 @@ constexpr double pivot_threshold = 1e-6;
 // A row with less weight than this does not hold anything back.
 constexpr double least_weight = 1e-20;
 
-SparsityPattern matrix_pattern(const SparsityPattern& hessian, const SparsityPattern& rows) {
-  const int n = hessian.rows(), m = rows.rows();
-  std::vector<std::pair<int, int>> pairs;
-  hessian.for_each([&](int i, int j, int) { pairs.emplace_back(i, j); });
-  rows.for_each([&](int i, int j, int) { pairs.emplace_back(n + i, j); });
-  for (int i = 0; i < n + m; ++i) pairs.emplace_back(i, i);
-  return SparsityPattern::from_pairs(n + m, n + m, std::move(pairs));
-}
-
-std::vector<signed char> expected_signs(int n, int m) {
-  std::vector<signed char> signs(n + m, 1);
-  std::fill(signs.begin() + n, signs.end(), static_cast<signed char>(-1));
-  return signs;
-}
-
 // Every row with the variable of fewest entries that is still free: of the rows of dynamics that is
 // the state they define.
 std::vector<std::pair<int, int>> pairs_of(const SparsityPattern& hessian,
@@ -70,13 +55,13 @@ class SparseNewton final : public NewtonSystem {
         m_(rows.rows()),
         hessian_pattern_(hessian),
         row_pattern_(rows),
-        ldl_(matrix_pattern(hessian, rows), expected_signs(n_, m_)),
+        ldl_(qp::quasi_definite_pattern(hessian, rows), qp::quasi_definite_signs(n_, m_)),
         diagonal_(VectorXd::Zero(n_ + m_)),
         weighted_(VectorXd::Zero(n_ + m_)),
         work_(VectorXd::Zero(n_ + m_)),
         is_fixed_(n_, 0),
         has_free_(m_, 0) {
-    const SparsityPattern pattern = matrix_pattern(hessian, rows);
+    const SparsityPattern pattern = qp::quasi_definite_pattern(hessian, rows);
     hessian.for_each([&](int i, int j, int) { hessian_slot_.push_back(pattern.find(i, j)); });
     rows.for_each([&](int i, int j, int) { row_slot_.push_back(pattern.find(n_ + i, j)); });
     for (int i = 0; i < n_ + m_; ++i) diagonal_slot_.push_back(pattern.find(i, i));
@@ -144,7 +129,8 @@ class SparseNewton final : public NewtonSystem {
   bool factor_with_pivots() {
     if (pivoting_ == nullptr)
       pivoting_ = std::make_unique<qp::SparseIndefinite>(
-          matrix_pattern(hessian_pattern_, row_pattern_), pairs_of(hessian_pattern_, row_pattern_));
+          qp::quasi_definite_pattern(hessian_pattern_, row_pattern_),
+          pairs_of(hessian_pattern_, row_pattern_));
     hessian_pattern_.for_each([&](int i, int j, int e) {
       if (i != j)
         pivoting_->set(hessian_slot_[e], is_fixed_[i] || is_fixed_[j] ? 0.0 : qp_->hessian[e]);

@@ -8,26 +8,6 @@
 #include "saltus/qp/side_residual.hpp"
 
 namespace saltus::qp {
-namespace {
-
-// Lower triangle of [H, J'; J, D] with a full diagonal.
-SparsityPattern matrix_pattern(const SparsityPattern& hessian, const SparsityPattern& rows) {
-  const int n = hessian.rows(), m = rows.rows();
-  std::vector<std::pair<int, int>> pairs;
-  hessian.for_each([&](int i, int j, int) { pairs.emplace_back(i, j); });
-  rows.for_each([&](int i, int j, int) { pairs.emplace_back(n + i, j); });
-  for (int i = 0; i < n + m; ++i) pairs.emplace_back(i, i);
-  return SparsityPattern::from_pairs(n + m, n + m, std::move(pairs));
-}
-
-std::vector<signed char> expected_signs(int n, int m) {
-  std::vector<signed char> signs(n + m, 1);
-  std::fill(signs.begin() + n, signs.end(), static_cast<signed char>(-1));
-  return signs;
-}
-
-}  // namespace
-
 SparseSystem::SparseSystem(const SparsityPattern& hessian, const SparsityPattern& rows)
     : hessian_pattern_(hessian),
       row_pattern_(rows),
@@ -43,7 +23,7 @@ SparseSystem::SparseSystem(const SparsityPattern& hessian, const SparsityPattern
       active_(max_sides()),
       beta_(max_sides()),
       weights_(max_sides()),
-      ldl_(matrix_pattern(hessian, rows), expected_signs(n_, m_)),
+      ldl_(quasi_definite_pattern(hessian, rows), quasi_definite_signs(n_, m_)),
       hessian_diagonal_(VectorXd::Zero(n_)),
       diagonal_(VectorXd::Zero(n_ + m_)),
       right_side_(VectorXd::Zero(n_ + m_)),
@@ -53,7 +33,7 @@ SparseSystem::SparseSystem(const SparsityPattern& hessian, const SparsityPattern
       row_work_(VectorXd::Zero(m_ + n_)) {
   equality_rows_.reserve(m_);
   sides_.reserve(2 * (n_ + m_));
-  const SparsityPattern pattern = matrix_pattern(hessian, rows);
+  const SparsityPattern pattern = quasi_definite_pattern(hessian, rows);
   hessian.for_each([&](int i, int j, int) { hessian_slot_.push_back(pattern.find(i, j)); });
   rows.for_each([&](int i, int j, int) { row_slot_.push_back(pattern.find(n_ + i, j)); });
   for (int i = 0; i < n_ + m_; ++i) diagonal_slot_.push_back(pattern.find(i, i));
