@@ -21,13 +21,7 @@ constexpr double restored = 0.9;  // of the violation, at most
 
 // A point nearer to the rows that the filter accepts; optimal: it was found.
 SolveStatus BarrierRun::restore() {
-  if (watch_.active) {
-    now_ = watch_.now;
-    lambda_ = watch_.lambda;
-    z_lower_ = watch_.z_lower;
-    z_upper_ = watch_.z_upper;
-    watch_.active = false;
-  }
+  if (watch_.active) return_to_watch();
   shortened_ = 0;
   if (!options_.can_restore || largest(now_.rows) <= options_.tolerance)
     return SolveStatus::numerical_failure;

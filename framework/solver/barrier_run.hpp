@@ -108,6 +108,7 @@ class BarrierRun {
   bool falls_enough(const Reference& from, const Trial& trial, double alpha) const;
   bool is_acceptable(const Reference& from, const Trial& trial, double alpha) const;
   bool search();
+  void return_to_watch();
   void lengthen(const Reference& from);
   bool correct_second_order(const Reference& from, double alpha);
   void add_to_filter(const Reference& from);

@@ -84,6 +84,15 @@ bool BarrierRun::is_acceptable(const Reference& from, const Trial& trial, double
   return filter_.accepts(trial.violation, trial.barrier_cost);
 }
 
+// Where the steps began that need not make progress, each by itself.
+void BarrierRun::return_to_watch() {
+  now_ = watch_.now;
+  lambda_ = watch_.lambda;
+  z_lower_ = watch_.z_lower;
+  z_upper_ = watch_.z_upper;
+  watch_.active = false;
+}
+
 bool BarrierRun::search() {
   Reference from{now_.violation, now_.barrier_cost, slope()};
   double longest = longest_step(now_.x, dx_);
@@ -122,17 +131,13 @@ bool BarrierRun::search() {
       return true;
     }
     // Back to where the watch began, and shorter steps from there.
-    now_ = watch_.now;
-    lambda_ = watch_.lambda;
-    z_lower_ = watch_.z_lower;
-    z_upper_ = watch_.z_upper;
+    return_to_watch();
     dx_ = watch_.dx;
     dlambda_ = watch_.dlambda;
     dz_lower_ = watch_.dz_lower;
     dz_upper_ = watch_.dz_upper;
     from = watch_.from;
     longest = watch_.longest;
-    watch_.active = false;
     shortened_ = 0;
     skip_first = true;
     if (!linearise()) return false;
