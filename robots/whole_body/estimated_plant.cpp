@@ -28,7 +28,7 @@ BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
 EstimatedPlant::EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot& robot, Side pin,
                                const SensorOptions& sensors, const EstimationOptions& options,
                                double step)
-    : plant_(std::move(plant)),
+    : PlantAround(std::move(plant)),
       step_(step),
       pin_(pin),
       options_(options),

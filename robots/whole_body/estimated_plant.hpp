@@ -13,7 +13,7 @@ namespace saltus {
 /// Positions of joints as measured, their velocities by JointVelocityFilter; pose and velocity of
 /// the base by BaseEstimator, its angular velocity by the gyroscope without its bias. The world is
 /// where the pin (the stance foot) stands. After construction only reset() allocates.
-class EstimatedPlant final : public Plant {
+class EstimatedPlant final : public PlantAround {
  public:
   /// Sees `plant`, whose engine takes steps of `step` (s). `robot`: the geometry that the
   /// controllers know. Throws DefinitionError for options that make no sense.
@@ -21,18 +21,12 @@ class EstimatedPlant final : public Plant {
                  const SensorOptions& sensors, const EstimationOptions& options, double step);
 
   void reset(const WholeBodyState& state) override;
-  void set_torques(const VectorXd& torques) override { plant_->set_torques(torques); }
-  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
-    plant_->push(body, force, point);
-  }
   void step() override;
 
-  double time() const override { return plant_->time(); }
   const WholeBodyState& state() const override { return state_; }
   const FootContact& contact(Side side) const override {
     return contacts_[side == Side::left ? 0 : 1];
   }
-  std::string name() const override { return plant_->name(); }
 
   const BaseEstimator& base() const { return base_; }
 
@@ -40,7 +34,6 @@ class EstimatedPlant final : public Plant {
   void read_soles();
   void publish();
 
-  std::unique_ptr<Plant> plant_;
   double step_;
   Side pin_;
   EstimationOptions options_;

@@ -10,7 +10,7 @@
 
 namespace saltus {
 MeasuredPlant::MeasuredPlant(std::unique_ptr<Plant> plant, const MeasurementNoise& noise, int delay)
-    : plant_(std::move(plant)), noise_(noise), random_(static_cast<unsigned>(noise.seed)) {
+    : PlantAround(std::move(plant)), noise_(noise), random_(static_cast<unsigned>(noise.seed)) {
   for (const auto& [name, deviation] :
        {std::pair{"position", noise.position}, std::pair{"angle", noise.angle},
         std::pair{"velocity", noise.velocity},

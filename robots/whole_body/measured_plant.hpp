@@ -29,7 +29,7 @@ struct MeasurementNoise {
 /// state() and contact() are measurements; torques act `delay` calls of set_torques() later, up to
 /// then the first ones do. Without noise and delay it changes nothing. After construction only
 /// reset() allocates.
-class MeasuredPlant final : public Plant {
+class MeasuredPlant final : public PlantAround {
  public:
   /// Throws DefinitionError if a deviation is negative or not finite, or the delay is negative.
   MeasuredPlant(std::unique_ptr<Plant> plant, const MeasurementNoise& noise, int delay);
@@ -39,23 +39,17 @@ class MeasuredPlant final : public Plant {
 
   void reset(const WholeBodyState& state) override;
   void set_torques(const VectorXd& torques) override;
-  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
-    plant_->push(body, force, point);
-  }
   void step() override;
 
-  double time() const override { return plant_->time(); }
   const WholeBodyState& state() const override { return state_; }
   const FootContact& contact(Side side) const override {
     return contacts_[side == Side::left ? 0 : 1];
   }
-  std::string name() const override { return plant_->name(); }
 
  private:
   void measure();
   double draw(double deviation);
 
-  std::unique_ptr<Plant> plant_;
   MeasurementNoise noise_;
   std::mt19937 random_;
   std::normal_distribution<double> normal_;

@@ -11,10 +11,10 @@
 namespace saltus {
 namespace {
 
-class DrivenPlant final : public Plant {
+class DrivenPlant final : public PlantAround {
  public:
   DrivenPlant(std::unique_ptr<Plant> plant, const MotorOptions& options, double step)
-      : plant_(std::move(plant)) {
+      : PlantAround(std::move(plant)) {
     const auto expect = [](bool good, const char* what, double value) {
       if (!good || !std::isfinite(value))
         throw DefinitionError(fmt::format("motors: {} cannot be {}", what, value));
@@ -38,9 +38,6 @@ class DrivenPlant final : public Plant {
     if (rests_) torques_ = torques;
     rests_ = false;
   }
-  void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) override {
-    plant_->push(body, force, point);
-  }
   void step() override {
     torques_ +=
         (followed_ * (wanted_ - torques_)).cwiseMax(-largest_change_).cwiseMin(largest_change_);
@@ -48,18 +45,12 @@ class DrivenPlant final : public Plant {
     plant_->step();
   }
 
-  double time() const override { return plant_->time(); }
-  const WholeBodyState& state() const override { return plant_->state(); }
-  const FootContact& contact(Side side) const override { return plant_->contact(side); }
-  std::string name() const override { return plant_->name(); }
-
  private:
   void rest() {
     wanted_ = torques_ = VectorXd::Zero(plant_->state().q.size());
     rests_ = true;
   }
 
-  std::unique_ptr<Plant> plant_;
   double followed_ = 1.0, largest_change_ = infinity;  // per step: relative; Nm
   VectorXd wanted_, torques_;
   bool rests_ = true;  // nothing has been asked for since the reset
