@@ -203,18 +203,13 @@ void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& s
     Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the frame of the first link
   };
   std::vector<Group> groups(links.size());
-  std::vector<std::size_t> first(links.size());
+  const std::vector<int> first = rigid_leaders(links);
   std::vector<Eigen::Isometry3d> pose(links.size(), Eigen::Isometry3d::Identity());
   for (std::size_t i = 0; i < links.size(); ++i) {
     const UrdfLink& link = links[i];
-    const bool is_fixed = link.parent >= 0 && link.joint.motion == UrdfJoint::Motion::fixed;
-    first[i] = i;
-    if (is_fixed) {
-      const auto parent = static_cast<std::size_t>(link.parent);
-      first[i] = first[parent];
-      pose[i] = pose[parent] * link.joint.origin;
-    }
-    Group& group = groups[first[i]];
+    if (first[i] != static_cast<int>(i))
+      pose[i] = pose[static_cast<std::size_t>(link.parent)] * link.joint.origin;
+    Group& group = groups[static_cast<std::size_t>(first[i])];
     const Vec<double, 3> com = pose[i] * link.com;
     const Mat<double, 3, 3> R = pose[i].linear();
     group.mass += link.mass;
@@ -225,7 +220,7 @@ void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& s
   }
   for (std::size_t i = 0; i < links.size(); ++i) {
     const Group& group = groups[i];
-    if (first[i] != i || group.mass == 0.0) continue;
+    if (group.mass == 0.0) continue;
     const Vec<double, 3> com = group.moment / group.mass;
     const Vec<double, 3> moments = principal_moments(
         group.inertia -
@@ -247,6 +242,16 @@ std::string suggestion(const std::string& given, const std::vector<std::string>&
 }
 
 }  // namespace
+
+std::vector<int> rigid_leaders(const std::vector<UrdfLink>& links) {
+  std::vector<int> leaders(links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const bool is_fixed = links[i].parent >= 0 && links[i].joint.motion == UrdfJoint::Motion::fixed;
+    leaders[i] = is_fixed ? leaders[static_cast<std::size_t>(links[i].parent)]
+                          : static_cast<int>(i);  // parents stand before their children
+  }
+  return leaders;
+}
 
 UrdfModel UrdfModel::read(const std::filesystem::path& file) {
   const std::string source = file.string();
@@ -383,19 +388,11 @@ Vec<double, 3> UrdfModel::centre_of_mass(const std::string& reference,
 }
 
 std::vector<int> UrdfModel::rigid_group(int link) const {
-  // Up to the top of the group, then down in link order: parents come first.
-  int top = link;
-  while (links_[top].parent >= 0 && links_[top].joint.motion == UrdfJoint::Motion::fixed)
-    top = links_[top].parent;
-  std::vector<bool> in_group(links_.size(), false);
+  const std::vector<int> leaders = rigid_leaders(links_);
   std::vector<int> group;
-  for (int i = top; i < static_cast<int>(links_.size()); ++i) {
-    const bool fixed_to_group = links_[i].parent >= 0 && in_group[links_[i].parent] &&
-                                links_[i].joint.motion == UrdfJoint::Motion::fixed;
-    if (i != top && !fixed_to_group) continue;
-    in_group[i] = true;
-    group.push_back(i);
-  }
+  for (int i = 0; i < static_cast<int>(links_.size()); ++i)
+    if (leaders[static_cast<std::size_t>(i)] == leaders[static_cast<std::size_t>(link)])
+      group.push_back(i);
   return group;
 }
 

@@ -62,6 +62,9 @@ struct UrdfLink {
   std::vector<UrdfShape> visuals;
 };
 
+/// Of each link the first of those that are fixed to each other and to it, by index.
+std::vector<int> rigid_leaders(const std::vector<UrdfLink>& links);
+
 /// The flat underside of a foot: the contact frame is the sole link's frame moved along its z axis
 /// by `contact_plane_offset` (m, negative when the plane lies below the origin).
 struct FootGeometry {

@@ -18,24 +18,13 @@ namespace {
 
 using Points = std::vector<Vec<double, 3>>;
 
-// Links fixed to each other move as one; the group is known by its first link.
-std::vector<int> groups_of(const UrdfModel& model) {
-  const std::vector<UrdfLink>& links = model.links();
-  std::vector<int> group(links.size());
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    const bool is_fixed = links[i].parent >= 0 && links[i].joint.motion == UrdfJoint::Motion::fixed;
-    group[i] = is_fixed ? group[static_cast<std::size_t>(links[i].parent)] : static_cast<int>(i);
-  }
-  return group;
-}
-
 class Survey {
  public:
   explicit Survey(const UrdfModel& model)
       : model_(model),
         links_(model.links()),
         poses_(model.link_poses({})),
-        group_(groups_of(model)) {}
+        group_(rigid_leaders(model.links())) {}
 
   // Turns everything about the vertical, such that y points along `left`; by quarters of a turn if
   // those are meant.
@@ -51,6 +40,7 @@ class Survey {
   const std::vector<UrdfLink>& links() const { return links_; }
   const UrdfLink& link(int i) const { return links_[static_cast<std::size_t>(i)]; }
   const Eigen::Isometry3d& pose(int i) const { return poses_[static_cast<std::size_t>(i)]; }
+  /// Links fixed to each other move as one; the group is known by its first link.
   int group(int i) const { return group_[static_cast<std::size_t>(i)]; }
 
   // Of what moves with the group's first link, in the root's frame.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "saltus/robots/whole_body/clearance.hpp"
+#include "saltus/robots/whole_body/rotation_vector.hpp"
 
 namespace saltus::survey {
 namespace {
@@ -15,11 +16,6 @@ constexpr double place_weight = 1e3, apart_weight = 100.0, upright_weight = 3.0,
                  height_weight = 10.0, rest_weight = 0.1;
 constexpr int nearest_pairs = 8;  // of limbs, that are kept apart
 constexpr int errors_count = 11;
-
-Vec<double, 3> rotation_vector(const Mat<double, 3, 3>& R) {
-  const Eigen::AngleAxisd turn(R);
-  return turn.angle() * turn.axis();
-}
 
 struct Range {
   double lower, upper;
@@ -81,8 +77,8 @@ class Search {
       moment += model_.links()[i].mass * (poses[i] * model_.links()[i].com);
     const Vec<double, 3> com = to_world * Vec<double, 3>(moment / model_.total_mass());
     Vec<double, errors_count> e;
-    e << foot.translation() - wish_.other_foot, rotation_vector(foot.linear()),
-        com.head<2>() - wish_.com, rotation_vector(to_world.linear()).head<2>(),
+    e << foot.translation() - wish_.other_foot, vector_of_rotation(foot.linear()),
+        com.head<2>() - wish_.com, vector_of_rotation(to_world.linear()).head<2>(),
         to_world.translation().z() - wish_.trunk_height;
     return e;
   }
@@ -172,8 +168,6 @@ FoundPosture find_posture(const UrdfModel& model, const RobotDescription& robot,
   found.foot_error = e.head<3>().norm();
   found.tilt = e.segment<3>(3).norm();
   found.com_error = e.segment<2>(6).norm();
-  found.lean = e.segment<2>(8).norm();
-  found.trunk_error = std::abs(e[10]);
   if (const Clearance& near = search.limbs(q); near.count() > 0)
     found.clearance = near.approach(0).distance;
   return found;

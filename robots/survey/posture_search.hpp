@@ -24,8 +24,6 @@ struct FoundPosture {
   double foot_error = 0.0;      ///< of the other foot's place, m
   double tilt = 0.0;            ///< of the other sole against the ground, rad
   double com_error = 0.0;       ///< of the CoM along the ground, m
-  double trunk_error = 0.0;     ///< of the height of the root link, m
-  double lean = 0.0;            ///< of the root link against the vertical, rad
   double clearance = infinity;  ///< between the nearest limbs, m; < 0 where they overlap
 
   /// To what a robot needs: feet to 0.1 mm and 1 mrad, CoM to 1 mm.

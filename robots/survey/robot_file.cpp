@@ -52,15 +52,13 @@ Posture start_of(const UrdfModel& model, const Limbs& limbs) {
 }
 
 // Also notes how near limbs come.
-StandingPosture posture_of(const UrdfModel& model, SurveyedRobot& robot, const char* name,
-                           Stance stance) {
+StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body, SurveyedRobot& robot,
+                           const char* name, Stance stance) {
   const Limbs& limbs = robot.limbs;
   // The feet as far apart as with straight legs; the root link lower by this part of its height.
   constexpr double lower = 0.04;
   constexpr double lift = 0.01;  // of the foot that does not stand, of the same height
   const double height = -0.5 * (limbs.left.origin.z() + limbs.right.origin.z());
-  FloatingRobot body = floating_robot(model, robot.description);
-  add_capsules(body, model, robot.description);
   PostureWish wish;
   wish.stance = stance == Stance::right ? Side::right : Side::left;
   const double away = wish.stance == Side::left ? -1.0 : 1.0;
@@ -132,9 +130,11 @@ SurveyedRobot survey_robot(const UrdfModel& model) {
   d.mirror = limbs.mirror;
   d.base = model.links().front().name;
   for (const std::string& joint : limbs.joints) d.joints.emplace_back().name = joint;
-  d.postures.push_back(posture_of(model, robot, "left_stance", Stance::left));
-  d.postures.push_back(posture_of(model, robot, "right_stance", Stance::right));
-  d.postures.push_back(posture_of(model, robot, "two_feet", Stance::both));
+  FloatingRobot body = floating_robot(model, d);
+  add_capsules(body, model, d);
+  d.postures.push_back(posture_of(model, body, robot, "left_stance", Stance::left));
+  d.postures.push_back(posture_of(model, body, robot, "right_stance", Stance::right));
+  d.postures.push_back(posture_of(model, body, robot, "two_feet", Stance::both));
   d = describe(model, d);
   return robot;
 }
