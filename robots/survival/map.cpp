@@ -66,7 +66,7 @@ RobotDescription checked_robot(const BipedSettings& settings) {
   RobotDescription robot = robot_of(settings);
   if (settings.plant.is_whole_body()) {
     const UrdfModel model = UrdfModel::read(urdf_of_body(settings.robot));
-    link_frame(floating_robot(model, robot), model, settings.push.link);
+    pushed_frame(floating_robot(model, robot), model, settings.push.link);
   }
   return robot;
 }

@@ -92,6 +92,10 @@ struct WholeBodyOptions {
   ContactSettings contact;
 };
 
+/// Of `push.link`, the setting. Throws InputError that names it.
+FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
+                                  const std::string& link);
+
 /// The whole body in DART or MuJoCo with its controller. Throws InputError for what the files lack
 /// or say wrongly.
 std::unique_ptr<LeggedPlant> make_whole_body_legged_plant(const PlantStart& start,

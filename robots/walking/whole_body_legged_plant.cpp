@@ -45,15 +45,6 @@ std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const PlantSetting
   return with_motors(std::move(plant), settings.motors, settings.step);
 }
 
-FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
-                                  const std::string& link) {
-  try {
-    return link_frame(robot, model, link);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("push.link: {}", error.what()));
-  }
-}
-
 // What stands between the engine and the controllers.
 std::unique_ptr<Plant> make_senses(std::unique_ptr<Plant> engine, const FloatingRobot& nominal,
                                    Side stance, const PlantSettings& settings) {
@@ -249,6 +240,15 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
 };
 
 }  // namespace
+
+FloatingRobot::Frame pushed_frame(const FloatingRobot& robot, const UrdfModel& model,
+                                  const std::string& link) {
+  try {
+    return link_frame(robot, model, link);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("push.link: {}", error.what()));
+  }
+}
 
 std::unique_ptr<LeggedPlant> make_whole_body_legged_plant(const PlantStart& start,
                                                           const WholeBodyOptions& options,
