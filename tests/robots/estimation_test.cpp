@@ -396,14 +396,8 @@ TEST_F(Estimated, StandsInDartByItsSensorsAlone) {
   const std::unique_ptr<DynamicsModel> model = make_dart_dynamics(robot),
                                        true_model = make_dart_dynamics(robot);
   model->update(plant.state());
-  ContactConeOptions left, right;
-  left.foot = description.left_foot;
-  right.foot = description.right_foot;
-  const auto controller = make_inverse_dynamics_controller(robot, left, right);
-  WholeBodyTasks tasks;
-  tasks.right_stands = false;
-  tasks.posture = start.q;
-  tasks.wrenches[2] = model->mass() * standard_gravity;
+  const auto controller = standing_controller();
+  const WholeBodyTasks tasks = tasks_on_the_left_foot();
   double largest = 0.0, squares = 0.0;
   long count = 0;
   balance_on_the_left_foot(

@@ -7,7 +7,9 @@
 #include <memory>
 
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
+#include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
 
 namespace saltus {
 
@@ -21,6 +23,21 @@ class IcubBody : public testing::Test {
     description = icub(urdf_path);
     robot = floating_robot(*urdf, description);
     start = standing_state(robot, *urdf, description, description.default_posture());
+  }
+
+  std::unique_ptr<WholeBodyController> standing_controller() const {
+    ContactConeOptions left, right;
+    left.foot = description.left_foot;
+    right.foot = description.right_foot;
+    return make_inverse_dynamics_controller(robot, left, right);
+  }
+  /// At rest on the left foot alone.
+  WholeBodyTasks tasks_on_the_left_foot() const {
+    WholeBodyTasks tasks;
+    tasks.right_stands = false;
+    tasks.posture = start.q;
+    tasks.wrenches[2] = robot.total_mass * standard_gravity;
+    return tasks;
   }
 
   const char* urdf_path = nullptr;

@@ -187,15 +187,9 @@ TEST_F(Mujoco, StandsOnOneFootWithItsWeightOnTheSole) {
   const auto plant = make_mujoco_plant(robot, {});
   plant->reset(start);
   dynamics->update(start);
-  ContactConeOptions left, right;
-  left.foot = description.left_foot;
-  right.foot = description.right_foot;
-  const auto controller = make_inverse_dynamics_controller(robot, left, right);
-  WholeBodyTasks tasks;
+  const auto controller = standing_controller();
+  WholeBodyTasks tasks = tasks_on_the_left_foot();
   const double weight = robot.total_mass * standard_gravity;
-  tasks.right_stands = false;
-  tasks.posture = start.q;
-  tasks.wrenches[2] = weight;
   const Vec<double, 3> com = dynamics->com();
   Vec<double, 6> mean = Vec<double, 6>::Zero();
   constexpr int steps = 2000, last = 200;  // of 1 ms

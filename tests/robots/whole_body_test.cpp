@@ -150,14 +150,8 @@ TEST_F(WholeBody, StandsOnOneFootAndAnswersAPush) {
   const auto plant = make_dart_plant(robot, {});
   plant->reset(start);
   model->update(plant->state());
-  ContactConeOptions left, right;
-  left.foot = description.left_foot;
-  right.foot = description.right_foot;
-  const auto controller = make_inverse_dynamics_controller(robot, left, right);
-  WholeBodyTasks tasks;
-  tasks.right_stands = false;
-  tasks.posture = start.q;
-  tasks.wrenches[2] = model->mass() * standard_gravity;
+  const auto controller = standing_controller();
+  const WholeBodyTasks tasks = tasks_on_the_left_foot();
   const auto check = [this](const WholeBodyCommand& command, double t) {
     ASSERT_LT(command.stance_slip, 1e-6) << t;
     for (int i = 0; i < robot.joints(); ++i)
