@@ -64,10 +64,10 @@ std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<doub
 
 }  // namespace
 
-double end_time(const Push& push, const StepPlanner& steps, double touchdown) {
+double end_time(const Push& push, double landing, double touchdown) {
   const double settled = rest_after + rest_length;
   if (touchdown < infinity) return touchdown + settled;
-  return std::max(push.end(), steps.is_stepping() ? steps.landing_time() : 0.0) + settled;
+  return std::max(push.end(), landing < infinity ? landing : 0.0) + settled;
 }
 
 Verdict judge(const Config& config, const RunLog& log) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "problems/push_recovery/config.hpp"
-#include "saltus/robots/walking/step_planner.hpp"
 #include "saltus/robots/walking/verdict.hpp"
 
 namespace saltus::push_recovery {
@@ -15,8 +14,9 @@ inline constexpr double rest_speed = 0.05;                            // m/s
 inline constexpr double rest_com_error = 0.02;                        // m
 inline constexpr double rest_angular_momentum = 0.1;                  // Nms
 
-/// When enough has been seen to judge (s); `touchdown` is infinite until the foot has landed.
-double end_time(const Push& push, const StepPlanner& steps, double touchdown);
+/// When enough has been seen to judge (s); `landing` is infinite while none is due, `touchdown`
+/// until the foot has landed.
+double end_time(const Push& push, double landing, double touchdown);
 
 /// Over the whole run CoM height and angular momentum, and from `rest_after` the landing (without a
 /// step: the push) on rest at the target; on the whole body no planted foot slips by

@@ -41,8 +41,8 @@ void PushRecovery::scale(const RobotScale& scale) {
   w.capture_point_penalty /= L * std::sqrt(L);
 }
 
-double PushRecovery::end_time(const StepPlanner& steps, double touchdown) const {
-  return push_recovery::end_time(config_.push, steps, touchdown);
+double PushRecovery::end_time(double landing, double touchdown) const {
+  return push_recovery::end_time(config_.push, landing, touchdown);
 }
 
 Verdict PushRecovery::judge(const RunLog& log) const { return push_recovery::judge(config_, log); }

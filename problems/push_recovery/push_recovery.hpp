@@ -19,7 +19,7 @@ class PushRecovery final : public BipedProblem {
   std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
                                         const Scene& scene) const override;
   std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const override;
-  double end_time(const StepPlanner& steps, double touchdown) const override;
+  double end_time(double landing, double touchdown) const override;
   Verdict judge(const RunLog& log) const override;
 
  private:

@@ -47,8 +47,9 @@ class BipedProblem {
   /// Unless said otherwise none is made.
   virtual std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const;
 
-  /// When enough has been seen (s); `touchdown` is infinite until the foot has landed.
-  virtual double end_time(const StepPlanner& steps, double touchdown) const = 0;
+  /// When enough has been seen (s); `landing` is infinite while none is due, `touchdown` until the
+  /// foot has landed.
+  virtual double end_time(double landing, double touchdown) const = 0;
   /// Why there is no use in going on, as a sentence, or nothing; a fall unless said otherwise.
   virtual std::string lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const;
   virtual Verdict judge(const RunLog& log) const = 0;

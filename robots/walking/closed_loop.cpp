@@ -79,22 +79,33 @@ class ClosedLoop {
  private:
   bool has_landed() const { return log_.touchdown < infinity; }
   bool is_over(double t) const {
-    return t > problem_.end_time(*steps_, log_.touchdown) - same_instant;
+    return t > problem_.end_time(landing_due_, log_.touchdown) - same_instant;
   }
 
   void decide_step(double t) {
     CpuTime watch(log_.plan_seconds);
-    const Vec<double, 9> gamma = plant_.measured();
-    const double omega = frequency_of_height(gamma[2]);
-    steps_->update(t,
-                   capture_point_at_rest(gamma.head<3>(), gamma.segment<3>(3), gamma.tail<3>(),
-                                         plant_.nominal_mass(), omega),
-                   omega);
-    if (!steps_->is_stepping() || has_landed()) return;
-    contacts_.retime(impact, steps_->landing_time());
-    scene_.swing.position = steps_->place();
+    const StepPlan& plan = steps_->plan(situation(t));
+    if (!plan.is_stepping() || has_landed()) return;
+    const PlannedStep& step = plan.steps[0];
+    landing_due_ = step.landing;
+    contacts_.retime(impact, step.landing);
+    scene_.swing.position = step.place;
     scene_.two_feet = true;
-    plant_.swing(t, {steps_->landing_time(), steps_->earliest_landing(), steps_->place()});
+    plant_.swing(t, {step.landing, step.earliest_landing, step.place});
+  }
+
+  StepSituation situation(double t) const {
+    StepSituation now;
+    now.time = t;
+    now.period = lead_;
+    now.mass = plant_.nominal_mass();
+    now.gamma = plant_.measured();
+    now.omega = frequency_of_height(now.gamma[2]);
+    now.foot(scene_.side).sole = scene_.stance;
+    FootState& swing = now.foot(other(scene_.side));
+    swing.sole = scene_.swing;
+    swing.stands = has_landed() || initially_on_two_feet_;
+    return now;
   }
 
   void find_landing(double t) {
@@ -156,7 +167,7 @@ class ClosedLoop {
       cut(push.start);
       cut(push.end());
     }
-    cut(steps_->landing_time());
+    cut(landing_due_);
     return plant_.step_end(t, next);
   }
 
@@ -179,10 +190,10 @@ class ClosedLoop {
     const bool pushed = std::any_of(pushes_.begin(), pushes_.end(), [t](const Push& push) {
       return t > push.start - same_instant && t < push.end();
     });
-    state.footing = has_landed()            ? Footing::landed
-                    : steps_->is_stepping() ? Footing::stepping
-                    : pushed                ? Footing::pushed
-                                            : Footing::standing;
+    state.footing = has_landed()              ? Footing::landed
+                    : landing_due_ < infinity ? Footing::stepping
+                    : pushed                  ? Footing::pushed
+                                              : Footing::standing;
     return state;
   }
 
@@ -205,6 +216,7 @@ class ClosedLoop {
   Schedule contacts_;
   std::unique_ptr<StepPlanner> steps_;
   std::unique_ptr<Planner> planner_;
+  double landing_due_ = infinity;  // s
   const ControlTick* tick_ = nullptr;
   Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last step
   Vec<double, 3> landed_at_ = Vec<double, 3>::Zero();

@@ -67,6 +67,7 @@ void declare_settings(Settings& s, Step& step) {
 StepLogic::StepLogic(const Step& options, double push_start, const Scene& scene)
     : options_(options),
       push_start_(push_start),
+      swing_side_(other(scene.side)),
       away_(scene.side == Side::left ? -1.0 : 1.0),
       stance_(scene.stance),
       swing_rotation_(scene.swing.rotation),
@@ -93,6 +94,17 @@ Vec<double, 2> StepLogic::nearest_of_stance_sole(const Vec<double, 2>& xi) const
 bool StepLogic::is_over_stance_sole(const Vec<double, 2>& xi) const {
   return xi[0] >= stance_foot_.x.lower && xi[0] <= stance_foot_.x.upper &&
          xi[1] >= stance_foot_.y.lower && xi[1] <= stance_foot_.y.upper;
+}
+
+const StepPlan& StepLogic::plan(const StepSituation& now) {
+  update(now.time,
+         capture_point_at_rest(now.gamma.head<3>(), now.gamma.segment<3>(3), now.gamma.tail<3>(),
+                               now.mass, now.omega),
+         now.omega);
+  plan_.count = is_stepping() && !now.foot(swing_side_).stands ? 1 : 0;
+  if (plan_.count > 0)
+    plan_.steps[0] = {swing_side_, now.time, landing_, earliest_landing(), place_};
+  return plan_;
 }
 
 void StepLogic::update(double t, const Vec<double, 2>& capture_point, double omega) {

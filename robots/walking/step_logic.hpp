@@ -52,13 +52,16 @@ class StepLogic final : public StepPlanner {
   /// left one towards -y. `push_start` (s) is known to the trigger `push` only.
   StepLogic(const Step& options, double push_start, const Scene& scene);
 
-  void update(double t, const Vec<double, 2>& capture_point, double omega) override;
+  const StepPlan& plan(const StepSituation& now) override;
 
+  /// The same from the capture point (world, m) that the robot comes to at rest; omega 1/s.
+  void update(double t, const Vec<double, 2>& capture_point, double omega);
+  bool is_stepping() const { return landing_ < infinity; }
   bool is_decided() const { return decided_; }
-  double landing_time() const override { return landing_; }
+  double landing_time() const { return landing_; }
   /// Half-way through the swing.
-  double earliest_landing() const override { return landing_ - 0.5 * options_.duration; }
-  const Vec<double, 3>& place() const override { return place_; }
+  double earliest_landing() const { return landing_ - 0.5 * options_.duration; }
+  const Vec<double, 3>& place() const { return place_; }
 
  private:
   Vec<double, 2> in_stance_sole(const Vec<double, 2>& point) const;
@@ -71,6 +74,7 @@ class StepLogic final : public StepPlanner {
 
   Step options_;
   double push_start_;
+  Side swing_side_;
   double away_;  // from the stance foot, along its y
   SoleFrame stance_;
   Mat<double, 3, 3> swing_rotation_;

@@ -1,29 +1,20 @@
-// Who decides when the next contact is made, and where.
+// Who decides which foot steps, when and where.
 #pragma once
 
-#include "saltus/core/bounds.hpp"
-#include "saltus/core/types.hpp"
+#include "saltus/robots/walking/step_plan.hpp"
 
 namespace saltus::walking {
 
-/// Asked once per tick of the planner. This one never steps.
+/// Asked once per tick of the controller. This one never steps.
 class StepPlanner {
  public:
   virtual ~StepPlanner() = default;
 
-  /// `t` s, capture point in the world (m), omega 1/s.
-  virtual void update(double /*t*/, const Vec<double, 2>& /*capture_point*/, double /*omega*/) {}
+  /// The steps to come as it is seen now. The result lasts until the next call.
+  virtual const StepPlan& plan(const StepSituation& /*now*/) { return plan_; }
 
-  bool is_stepping() const { return landing_time() < infinity; }
-  /// Absolute time of the landing, infinite while no step is due, s.
-  virtual double landing_time() const { return infinity; }
-  /// A touch of the ground before this time is not the landing, s.
-  virtual double earliest_landing() const { return infinity; }
-  /// Where the contact frame of the swing foot lands, in the world, m.
-  virtual const Vec<double, 3>& place() const { return nowhere_; }
-
- private:
-  Vec<double, 3> nowhere_ = Vec<double, 3>::Zero();
+ protected:
+  StepPlan plan_;
 };
 
 }  // namespace saltus::walking
