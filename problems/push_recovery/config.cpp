@@ -49,6 +49,7 @@ void declare_presets(Settings& s, Config& config) {
 void declare_settings(Settings& s, Config& config) {
   declare_biped(s, config);
   declare_weights(s, config.weights);
+  declare_settings(s, config.planning);
   declare_pictures(s, config);
   declare_presets(s, config);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "problems/push_recovery/problem.hpp"
+#include "problems/push_recovery/step_settings.hpp"
 #include "saltus/robots/walking/biped_settings.hpp"
 
 namespace saltus::push_recovery {
@@ -12,6 +13,7 @@ using namespace walking;
 struct Config : BipedSettings {
   Config() { preset = "paper"; }
   Weights weights;
+  StepPlanning planning;
 };
 
 /// Binds every key to its field, with units, ranges and rules.

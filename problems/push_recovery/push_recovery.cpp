@@ -19,7 +19,10 @@ std::unique_ptr<Planner> PushRecovery::make_planner(const RobotDescription& nomi
   return make_mpc(config_, nominal, scene);
 }
 
-std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const Scene& scene) const {
+std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescription& nominal,
+                                                             const Scene& scene) const {
+  if (config_.planning.planner == StepPlannerChoice::ocp)
+    return make_step_choice(config_.planning, config_.step, scene, nominal.mass);
   return std::make_unique<StepLogic>(config_.step, config_.push.start, scene);
 }
 

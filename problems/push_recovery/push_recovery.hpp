@@ -18,7 +18,8 @@ class PushRecovery final : public BipedProblem {
   void scale(const RobotScale& scale) override;
   std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
                                         const Scene& scene) const override;
-  std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const override;
+  std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
+                                                 const Scene& scene) const override;
   double end_time(double landing, double touchdown) const override;
   Verdict judge(const RunLog& log) const override;
 

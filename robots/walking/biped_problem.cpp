@@ -35,7 +35,8 @@ Schedule BipedProblem::contacts(const Scene& scene) const {
   return scene.two_feet ? two_feet_throughout() : one_foot_then_two();
 }
 
-std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const Scene&) const {
+std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const RobotDescription&,
+                                                             const Scene&) const {
   return std::make_unique<StepPlanner>();
 }
 

@@ -45,7 +45,8 @@ class BipedProblem {
   /// Which feet stand when, as far as it is known when the run begins: those of the scene.
   virtual Schedule contacts(const Scene& scene) const;
   /// Unless said otherwise none is made.
-  virtual std::unique_ptr<StepPlanner> make_step_planner(const Scene& scene) const;
+  virtual std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
+                                                         const Scene& scene) const;
 
   /// When enough has been seen (s); `landing` is infinite while none is due, `touchdown` until the
   /// foot has landed.

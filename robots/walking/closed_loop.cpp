@@ -47,7 +47,7 @@ class ClosedLoop {
         lead_(problem.settings().planner.step),
         scene_(initial_scene(problem, robot)),
         contacts_(problem.contacts(scene_)),
-        steps_(problem.make_step_planner(scene_)),
+        steps_(problem.make_step_planner(nominal_robot(problem.settings().robot, robot), scene_)),
         planner_(planner_of(problem, robot, scene_)) {
     log_.robot = robot;
     log_.final_scene = scene_;

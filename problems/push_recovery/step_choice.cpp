@@ -1,0 +1,213 @@
+#include "problems/push_recovery/step_choice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "saltus/robots/model/capture_point.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+// Penalties that are paid for less than this are the solver's rounding and its last step, m.
+constexpr double hardly = 2e-3;
+
+bool is_known(const StepSituation& now) {
+  return std::isfinite(now.time) && std::isfinite(now.omega) && now.omega > 0.0 && now.mass > 0.0 &&
+         now.gamma.allFinite() && now.left.sole.position.allFinite() &&
+         now.right.sole.position.allFinite();
+}
+
+}  // namespace
+
+// --- frames ------------------------------------------------------------------------------------
+
+Vec<double, 2> StepChoice::Frame::into(const Vec<double, 3>& point) const {
+  return turned((point - origin).head<2>());
+}
+Vec<double, 2> StepChoice::Frame::turned(const Vec<double, 2>& vector) const {
+  return {forward.dot(vector), towards.dot(vector)};
+}
+Vec<double, 3> StepChoice::Frame::out(const Vec<double, 2>& point) const {
+  const Vec<double, 2> along = forward * point[0] + towards * point[1];
+  return origin + Vec<double, 3>(along[0], along[1], 0.0);
+}
+
+Vec<double, 3> StepChoice::centre(const StepSituation& now, Side side) const {
+  const SoleFrame& sole = now.foot(side).sole;
+  const Vec<double, 2>& c = centres_.of(side);
+  return sole.position + sole.rotation * Vec<double, 3>(c[0], c[1], 0.0);
+}
+
+StepChoice::Frame StepChoice::frame_on(const StepSituation& now, Side stance) const {
+  Frame frame;
+  frame.origin = centre(now, stance);
+  const Vec<double, 2> forward = now.foot(stance).sole.rotation.col(0).head<2>();
+  if (forward.norm() > 0.5) frame.forward = forward.normalized();  // of a foot that is not upright
+  const double side = stance == Side::left ? -1.0 : 1.0;
+  frame.towards = side * Vec<double, 2>(-frame.forward[1], frame.forward[0]);
+  return frame;
+}
+
+// --- the choice --------------------------------------------------------------------------------
+
+StepChoice::StepChoice(const StepModel& model, const StepChoiceSettings& settings,
+                       const SoleCentres& centres, const Vec<double, 2>& stride)
+    : model_(model), settings_(settings), centres_(centres), stride_(stride) {
+  const int most = std::clamp(settings.most_steps, 0, most_planned_steps);
+  candidates_.push_back({StepProgram(model, 0, false), 0, false});
+  for (int k = 1; k <= most; ++k) {
+    candidates_.push_back({StepProgram(model, k, false), k, false});
+    for (const Side first : {Side::left, Side::right})
+      candidates_.push_back({StepProgram(model, k, true), k, true, first});
+  }
+}
+
+bool StepChoice::is_fixed(const StepSituation& now) const {
+  return plan_.count > 0 && !now.foot(plan_.steps[0].foot).stands && swinging_since_ < infinity &&
+         now.time > plan_.steps[0].landing - settings_.lead;
+}
+
+const StepPlan& StepChoice::plan(const StepSituation& now) {
+  const WallClock::time_point begin = WallClock::now();
+  iterations_ = 0;
+  plan_.alternatives = 0;
+  plan_.chosen = -1;
+  if (!is_known(now)) return plan_;
+  const bool two_feet = now.left.stands && now.right.stands;
+  if (!now.left.stands && !now.right.stands) return plan_;
+  const Side in_air = now.left.stands ? Side::right : Side::left;  // of one foot
+  if (two_feet) {
+    swinging_since_ = infinity;
+    if (incumbent_ >= 0 && !candidates_[incumbent_].from_two_feet) incumbent_ = -1;
+  } else {
+    unloading_since_ = infinity;
+    if (now.foot(in_air).swings()) swinging_since_ = now.foot(in_air).lifted_off;
+    if (incumbent_ >= 0 && candidates_[incumbent_].from_two_feet) incumbent_ = -1;
+  }
+  if (is_fixed(now)) return plan_;
+  const bool must_land = !two_feet && swinging_since_ < infinity;
+
+  // The one that is carried out, then the others from few steps to many.
+  int best = -1;
+  for (Candidate& c : candidates_) c.solution = nullptr;
+  const auto consider = [&](int i) {
+    Candidate& c = candidates_[i];
+    if (c.solution != nullptr || (c.steps > 0 && c.from_two_feet != two_feet)) return;
+    if (c.steps == 0 && must_land) return;
+    if (!two_feet && c.first != in_air) {
+      c.first = in_air;
+      c.solved_at = -infinity;
+    }
+    const double so_far = best >= 0 ? candidates_[best].cost : infinity;
+    // What was found is no dearer than the steps alone of this one.
+    if (i != incumbent_ && settings_.price * c.steps >= so_far) return;
+    if (best >= 0 && seconds_since(begin) > settings_.budget) return;
+    look_at(c, now);
+    if (c.cost < so_far) best = i;
+  };
+  if (incumbent_ >= 0) consider(incumbent_);
+  for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) consider(i);
+  if (incumbent_ >= 0 && best >= 0 && candidates_[incumbent_].solution != nullptr &&
+      candidates_[incumbent_].cost < candidates_[best].cost + settings_.hysteresis)
+    best = incumbent_;
+  for (const Candidate& c : candidates_)
+    if (c.solution != nullptr) note(c, now);
+  if (best >= 0) {
+    plan_.chosen = 0;
+    for (int i = 0; i < best; ++i) plan_.chosen += candidates_[i].solution != nullptr;
+    carry_out(candidates_[best], now);
+    incumbent_ = best;
+  }
+  seconds_ = seconds_since(begin);
+  return plan_;
+}
+
+// Standing on both feet it is the left one.
+Side StepChoice::stance_of(const Candidate& c, const StepSituation& now) const {
+  if (c.steps > 0) return other(c.first);
+  return now.left.stands ? Side::left : Side::right;
+}
+
+void StepChoice::look_at(Candidate& c, const StepSituation& now) {
+  const Side stance = stance_of(c, now);
+  const Frame frame = frame_on(now, stance);
+  StepNow<double> data;
+  data.omega = now.omega;
+  data.stride = stride_;
+  const Vec<double, 2> other_foot = frame.into(centre(now, other(stance)));
+  if (now.foot(other(stance)).stands) data.other = other_foot;
+  data.swing = other_foot;
+  if (!now.foot(other(stance)).stands && swinging_since_ < infinity)
+    data.swung = now.time - swinging_since_;
+
+  const double height = standard_gravity / (now.omega * now.omega);
+  const Vec<double, 3> com = now.gamma.head<3>(), velocity = now.gamma.segment<3>(3),
+                       momentum = now.gamma.tail<3>();
+  const Vec<double, 2> rest = capture_point_at_rest(com, velocity, momentum, now.mass, now.omega);
+  const Vec<double, 2> lent =
+      Vec<double, 2>(-momentum[1], momentum[0]) / (now.mass * height * now.omega);
+  Vec<double, step_states> state;
+  state << frame.into(com), frame.into({rest[0], rest[1], 0.0}), frame.turned(lent), data.swung;
+  for (int i = 4; i < 6; ++i) state[i] = std::clamp(state[i], -model_.lent, model_.lent);
+
+  Bounds phase = between(0.01, model_.swing.upper);
+  if (c.from_two_feet) {
+    const double unloaded = std::isfinite(unloading_since_) ? now.time - unloading_since_ : 0.0;
+    phase = between(std::max(0.005, model_.unloading.lower - unloaded), model_.unloading.upper);
+  }
+  const bool is_warm = now.time - c.solved_at < 1.5 * now.period;
+  if (!is_warm) c.program.restart();
+  c.solution = &c.program.solve(data, state, phase, is_warm ? now.time - c.solved_at : 0.0,
+                                is_warm ? settings_.iterations : settings_.first_iterations);
+  iterations_ += c.solution->iterations;
+  c.solved_at = c.solution->is_solved ? now.time : -infinity;
+  c.cost = c.solution->is_solved ? c.solution->cost + settings_.price * c.steps : infinity;
+}
+
+void StepChoice::note(const Candidate& c, const StepSituation& now) {
+  if (plan_.alternatives >= StepPlan::most_alternatives) return;
+  walking::StepAlternative& a = plan_.alternative[plan_.alternatives++];
+  a = {};
+  a.steps = c.steps;
+  a.first = c.first;
+  a.cost = c.cost;
+  if (c.steps == 0 || !c.solution->is_solved) return;
+  const Frame frame = frame_on(now, other(c.first));
+  a.place = in_world(frame, c.first, c.solution->place[0]);
+  a.landing = now.time + c.solution->landing[0];
+}
+
+Vec<double, 3> StepChoice::in_world(const Frame& frame, Side foot,
+                                    const Vec<double, 2>& place) const {
+  const Vec<double, 2>& c = centres_.of(foot);
+  const Vec<double, 2> left(-frame.forward[1], frame.forward[0]);
+  const Vec<double, 2> offset = frame.forward * c[0] + left * c[1];
+  return frame.out(place) - Vec<double, 3>(offset[0], offset[1], 0.0);
+}
+
+void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
+  is_feasible_ = c.solution->missed < hardly;
+  const bool is_new = plan_.count == 0 || plan_.steps[0].foot != c.first;
+  plan_.count = c.steps;
+  const Frame frame = frame_on(now, stance_of(c, now));
+  pressure_ = frame.out(c.solution->pressure).head<2>();
+  lent_rate_ = frame.forward * c.solution->lent_rate[0] + frame.towards * c.solution->lent_rate[1];
+  if (c.steps == 0) {
+    unloading_since_ = infinity;
+    return;
+  }
+  Side foot = c.first;
+  for (int k = 0; k < c.steps; ++k, foot = other(foot)) {
+    walking::PlannedStep& step = plan_.steps[k];
+    step.foot = foot;
+    step.lift_off = now.time + c.solution->lift_off[k];
+    step.landing = now.time + c.solution->landing[k];
+    step.place = in_world(frame, foot, c.solution->place[k]);
+    const double begin = k == 0 && swinging_since_ < infinity ? swinging_since_ : step.lift_off;
+    step.earliest_landing = 0.5 * (begin + step.landing);
+  }
+  if (c.from_two_feet && (is_new || unloading_since_ == infinity)) unloading_since_ = now.time;
+  if (!c.from_two_feet && swinging_since_ == infinity) swinging_since_ = now.time;
+}
+
+}  // namespace saltus::push_recovery

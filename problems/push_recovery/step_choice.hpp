@@ -1,0 +1,96 @@
+// Which foot, how many steps, when and where: every tick the problem of steps is solved for each
+// choice that can still be the best, and the cheapest is carried out.
+#pragma once
+
+#include <vector>
+
+#include "problems/push_recovery/step_program.hpp"
+#include "saltus/robots/walking/step_planner.hpp"
+
+namespace saltus {
+class Settings;
+}
+
+namespace saltus::push_recovery {
+
+using walking::StepPlan;
+using walking::StepSituation;
+
+struct StepChoiceSettings {
+  int most_steps = 2;
+  double price = 2.0;        ///< of every step, in units of the cost: standing is preferred
+  double hysteresis = 0.5;   ///< another choice is taken when it is cheaper by this
+  double lead = 0.08;        ///< s before the landing its time and place are fixed
+  int iterations = 3;        ///< quadratic programs per choice and tick from the plan before,
+  int first_iterations = 8;  ///< and of a choice that has none
+  double budget = 0.008;     ///< wall clock per tick after which no further choice is looked at, s
+};
+
+/// The feet of the robot: centres of the soles in their contact frames, m.
+struct SoleCentres {
+  Vec<double, 2> left, right;
+  const Vec<double, 2>& of(Side side) const { return side == Side::left ? left : right; }
+};
+
+/// After construction nothing allocates or throws. What is no number leaves the plan as it was.
+class StepChoice final : public walking::StepPlanner {
+ public:
+  /// `stride`: the usual place of a foot from the other one's, forward and away from it, m.
+  StepChoice(const StepModel& model, const StepChoiceSettings& settings, const SoleCentres& centres,
+             const Vec<double, 2>& stride);
+
+  const StepPlan& plan(const StepSituation& now) override;
+
+  /// Whether the last plan meets all constraints; otherwise it is the least bad.
+  bool is_feasible() const { return is_feasible_; }
+  /// The first input of the last plan: centre of pressure in the world (m), rate of eta (m/s).
+  const Vec<double, 2>& pressure() const { return pressure_; }
+  const Vec<double, 2>& lent_rate() const { return lent_rate_; }
+  double seconds() const { return seconds_; }     ///< wall clock of the last tick
+  int iterations() const { return iterations_; }  ///< quadratic programs of the last tick
+
+ private:
+  enum class Footing { two_feet, one_foot, other };
+  struct Candidate {
+    StepProgram program;
+    int steps;
+    bool from_two_feet;
+    Side first = Side::right;
+    double solved_at = -infinity;
+    const StepSolution* solution = nullptr;  // of this tick
+    double cost = infinity;                  // with the price of the steps
+  };
+  // The frame of the problem in the world.
+  struct Frame {
+    Vec<double, 3> origin = Vec<double, 3>::Zero();  // centre of the stance sole, m
+    Vec<double, 2> forward{1.0, 0.0}, towards{0.0, 1.0};
+
+    Vec<double, 2> into(const Vec<double, 3>& point) const;
+    Vec<double, 2> turned(const Vec<double, 2>& vector) const;
+    Vec<double, 3> out(const Vec<double, 2>& point) const;
+  };
+
+  Frame frame_on(const StepSituation& now, Side stance) const;
+  Vec<double, 3> centre(const StepSituation& now, Side side) const;
+  Vec<double, 3> in_world(const Frame& frame, Side foot, const Vec<double, 2>& place) const;
+  Side stance_of(const Candidate& candidate, const StepSituation& now) const;
+  void look_at(Candidate& candidate, const StepSituation& now);
+  void carry_out(const Candidate& candidate, const StepSituation& now);
+  void note(const Candidate& candidate, const StepSituation& now);
+  bool is_fixed(const StepSituation& now) const;
+
+  StepModel model_;
+  StepChoiceSettings settings_;
+  SoleCentres centres_;
+  Vec<double, 2> stride_;
+  std::vector<Candidate> candidates_;
+  int incumbent_ = -1;
+  double unloading_since_ = infinity;  // s
+  double swinging_since_ = infinity;   // s, of a foot of which the situation does not say it
+  bool is_feasible_ = true;
+  Vec<double, 2> pressure_ = Vec<double, 2>::Zero(), lent_rate_ = Vec<double, 2>::Zero();
+  double seconds_ = 0.0;
+  int iterations_ = 0;
+};
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,235 @@
+// Where and when to step, as one hybrid optimal control problem: step_planning.md derives it.
+//
+// The pendulum of constant height with a flywheel, per horizontal axis:
+//
+//   c'   = omega (xi + eta - c)        centre of mass
+//   xi'  = omega (xi + eta - p)        capture point once the angular momentum is given back
+//   eta' = nu                          eta = (-H_y, H_x) / (m z omega), what that momentum holds
+//
+// with the centre of pressure p in the soles that stand. Phases take turns: single support on foot
+// k - 1 while foot k swings, double support on feet k - 1 and k. Durations and places are unknown.
+// After the last step the robot is captured: xi lies in the hull of both soles, and an |eta| within
+// its bounds may go back to zero.
+#include "problems/push_recovery/step_problem.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+// p of a phase: what is known, the places of the feet, and where the capture point comes to rest.
+// Rest: (side, forward, sideways), each in [-1, 1]; side -1 is the foot before, 1 the last one.
+constexpr int feet_at = size_of<StepNow>, rest_at = feet_at + 2 * most_planned_steps,
+              parameters = rest_at + 3;
+
+// Centre of the k-th foot: 0 is the stance foot, -1 the other one if it stands.
+template <class P>
+Vec<typename P::Scalar, 2> foot(int k, const Eigen::MatrixBase<P>& p) {
+  using S = typename P::Scalar;
+  if (k > 0) return {p[feet_at + 2 * k - 2], p[feet_at + 2 * k - 1]};
+  if (k < 0) return view_as<StepNow>(p).other;
+  return {S(0.0), S(0.0)};
+}
+
+// In the hull of two equal soles: between their centres, and beside by less than half a sole.
+template <class S>
+Vec<S, 2> in_hull(const Vec<S, 2>& a, const Vec<S, 2>& b, const S& side, const S& forward,
+                  const S& sideways, const Vec<double, 2>& sole) {
+  Vec<S, 2> point;
+  point[0] = 0.5 * (a[0] + b[0] + side * (b[0] - a[0])) + sole[0] * forward;
+  point[1] = 0.5 * (a[1] + b[1] + side * (b[1] - a[1])) + sole[1] * sideways;
+  return point;
+}
+
+// State (c, xi, eta, time since lift-off); input (forward, sideways, nu, side), scaled to [-1, 1].
+// In single support (before == after) the side has no effect.
+struct Pendulum {
+  StepModel model;
+  int before, after;  // the feet that stand
+
+  template <class S>
+  Vec<S, 7> operator()(const S&, const Vec<S, 7>& x, const Vec<S, 5>& u,
+                       const Vec<S, parameters>& p) const {
+    const S omega = p[0];
+    const Vec<S, 2> cop =
+        before == after
+            ? in_hull<S>(foot(before, p), foot(before, p), S(0.0), u[0], u[1], model.sole)
+            : in_hull<S>(foot(before, p), foot(after, p), u[4], u[0], u[1], model.sole);
+    Vec<S, 7> rate;
+    for (int i = 0; i < 2; ++i) {
+      const S captured = x[2 + i] + x[4 + i];
+      rate[i] = omega * (captured - x[i]);
+      rate[2 + i] = omega * (captured - cop[i]);
+      rate[4 + i] = model.lent_rate * u[2 + i];
+    }
+    rate[6] = S(1.0);
+    return rate;
+  }
+};
+
+using StepPhase = Phase<7, 5, parameters>;
+
+// What all phases have: bounds, effort, parameters.
+StepPhase phase_of(const std::string& name, const StepModel& model, int before, int after,
+                   Bounds duration, double usual, int steps) {
+  StepPhase phase{name, Pendulum{model, before, after}, duration};
+  for (int i = 0; i < 4; ++i) phase.bound_input(i, between(-1.0, 1.0));
+  phase.bound_input(4, before == after ? exactly(0.0) : between(-1.0, 1.0));
+  for (int i = 4; i < 6; ++i) phase.bound_state(i, between(-model.lent, model.lent));
+
+  const StepWeights& w = model.weights;
+  Vec<double, 7> effort;
+  effort << w.pressure, w.pressure, w.torque, w.torque, 0.1 * w.pressure, w.momentum, w.momentum;
+  const double lent = model.lent;
+  phase.track(
+      "effort",
+      [lent](const auto&, const auto& x, const auto& u, const auto&) {
+        using S = std::decay_t<decltype(x[0])>;
+        Vec<S, 7> e;
+        e << u, x[4] / lent, x[5] / lent;
+        return e;
+      },
+      effort);
+  phase.data("now", StepNow<double>{});
+  for (int k = 1; k <= most_planned_steps; ++k) {
+    const Vec<double, 2> guess(0.0, k % 2 == 1 ? 0.14 : 0.0);
+    const std::string foot = fmt::format("foot {}", k);
+    if (k <= steps)
+      phase.unknown(foot, guess, between(-5.0, 5.0), 0.1);
+    else
+      phase.data(foot, guess);
+  }
+  phase.unknown("rest", Vec<double, 3>::Zero(), between(-1.0, 1.0));
+  phase.nominal(Vec<double, 7>::Constant(0.1), Vec<double, 5>::Ones());
+  phase.nominal_duration(0.1).guess_duration(usual);
+  return phase;
+}
+
+// At the end: the capture point at rest lies in the hull of feet `before` and `after`.
+void end_captured(StepPhase& phase, const StepModel& model, int before, int after) {
+  const Vec<double, 2> sole = model.sole;
+  phase.reach(
+      "captured",
+      [=](const auto&, const auto& x, const auto&, const auto& p) {
+        using S = std::decay_t<decltype(x[0])>;
+        const Vec<S, 2> rest = in_hull<S>(foot(before, p), foot(after, p), p[rest_at],
+                                          p[rest_at + 1], p[rest_at + 2], sole);
+        return Vec<S, 2>(x[2] - rest[0], x[3] - rest[1]);
+      },
+      exactly(0.0), soft("captured", model.weights.capture));
+  phase.track_at_end(
+      "rest",
+      [](const auto&, const auto&, const auto&, const auto& p) {
+        using S = std::decay_t<decltype(p[0])>;
+        return Vec<S, 3>(p[rest_at], p[rest_at + 1], p[rest_at + 2]);
+      },
+      Vec<double, 3>::Constant(model.weights.rest));
+}
+
+// Foot k has swung while foot k - 1 stood, and lands where legs and time allow.
+void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
+  const StepWeights& w = model.weights;
+  const double side = k % 2 == 1 ? 1.0 : -1.0;  // away from the stance foot
+  const HalfPlanes reach = model.reach;
+  const Vec<double, 2> leg = model.leg;
+  phase.reach(
+      "swing time", [](const auto&, const auto& x) { return x[6]; }, at_least(model.swing.lower));
+  phase.reach(
+      "reach of the foot",
+      [=](const auto&, const auto& x, const auto&, const auto& p) {
+        using S = std::decay_t<decltype(x[0])>;
+        const Vec<S, 2> to = foot(k, p), from = foot(k - 1, p);
+        const S forward = to[0] - from[0], away = side * (to[1] - from[1]);
+        Vec<S, reach_rows> beyond;
+        for (int i = 0; i < reach_rows; ++i)
+          beyond[i] = reach.A(i, 0) * forward + reach.A(i, 1) * away - reach.b[i];
+        return beyond;
+      },
+      at_most(0.0));
+  phase.reach(
+      "reach of the leg",
+      [=](const auto&, const auto& x, const auto&, const auto& p) {
+        using S = std::decay_t<decltype(x[0])>;
+        const Vec<S, 2> to = foot(k, p);
+        return Vec<S, 2>((to[0] - x[0]) / leg[0], (to[1] - x[1]) / leg[1]);
+      },
+      between(-1.0, 1.0), soft("reach", w.reach));
+  // Minimum jerk: the peak speed is 15/8 of the mean one. In eight directions of the ground.
+  const double mean_speed = model.swing_speed * 8.0 / 15.0;
+  phase.reach(
+      "swing speed",
+      [=](const auto&, const auto& x, const auto&, const auto& p) {
+        using S = std::decay_t<decltype(x[0])>;
+        const auto now = view_as<StepNow>(p);
+        const Vec<S, 2> to = foot(k, p), from = k > 1 ? foot(k - 2, p) : now.swing;
+        const S time = k > 1 ? S(x[6]) : S(x[6] - now.swung);
+        const S dx = to[0] - from[0], dy = to[1] - from[1], r(std::sqrt(0.5));
+        Vec<S, 8> late;
+        late << dx, -dx, dy, -dy, r * (dx + dy), r * (dx - dy), r * (dy - dx), -r * (dx + dy);
+        for (int i = 0; i < 8; ++i) late[i] -= mean_speed * time;
+        return late;
+      },
+      at_most(0.0), soft("reach", w.reach));
+  const double usual = model.usual_swing;
+  phase.track_at_end(
+      "usual time", [usual](const auto&, const auto& x) { return (x[6] - usual) / 0.1; },
+      Vec<double, 1>(w.duration));
+  phase.track_at_end(
+      "usual place",
+      [=](const auto&, const auto&, const auto&, const auto& p) {
+        using S = std::decay_t<decltype(p[0])>;
+        const auto now = view_as<StepNow>(p);
+        const Vec<S, 2> to = foot(k, p), from = foot(k - 1, p);
+        return Vec<S, 2>((to[0] - from[0] - now.stride[0]) / 0.1,
+                         (side * (to[1] - from[1]) - now.stride[1]) / 0.1);
+      },
+      Vec<double, 2>::Constant(w.stride));
+}
+
+Jump lift_off() {
+  return jump<7>("lift-off", [](const auto&, const auto& x) {
+    auto after = x;
+    after[6] = 0.0 * x[6];
+    return after;
+  });
+}
+
+}  // namespace
+
+OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_two_feet) {
+  if (steps < 0 || steps > most_planned_steps)
+    throw DefinitionError(
+        fmt::format("problem of steps: {} steps, expected 0 to {}", steps, most_planned_steps));
+  OptimalControlProblem ocp(fmt::format("{} steps", steps));
+  ocp.start_at(VectorXd::Zero(step_states));
+  if (steps == 0) {
+    StepPhase standing =
+        phase_of("standing", model, 0, -1, exactly(model.standing), model.standing, steps);
+    end_captured(standing, model, 0, -1);
+    return ocp.then(standing);
+  }
+  if (from_two_feet)
+    ocp.then(phase_of("unloading", model, 0, -1, model.unloading, model.unloading.lower, steps));
+  for (int k = 1; k <= steps; ++k) {
+    // A swing that has begun may be nearly over.
+    constexpr double shortest_rest = 0.01;
+    StepPhase swing = phase_of(fmt::format("single support {}", k), model, k - 1, k - 1,
+                               between(shortest_rest, model.swing.upper), model.usual_swing, steps);
+    end_with_landing(swing, model, k);
+    if (k == steps) end_captured(swing, model, k - 1, k);
+    if (k == 1 && !from_two_feet)
+      ocp.then(swing);
+    else
+      ocp.then(swing, lift_off());
+    if (k < steps)
+      ocp.then(phase_of(fmt::format("double support {}", k), model, k - 1, k, model.double_support,
+                        model.double_support.lower, steps));
+  }
+  return ocp;
+}
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,61 @@
+// Sizes, limits and weights of the problem of steps; its mathematics is in step_problem.cpp.
+#pragma once
+
+#include "saltus/model/named_parameters.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/robots/model/support_polygon.hpp"
+
+namespace saltus::push_recovery {
+
+/// What a tick knows, and the parameters of the formulas. Frame: origin at the centre of the stance
+/// sole, x forward, y towards the foot that steps first (mirrored on the right foot); m, s.
+template <class S>
+struct StepNow {
+  S omega = 4.3;                         ///< sqrt(g / z), 1/s
+  Vec<S, 2> other = Vec<S, 2>::Zero();   ///< centre of the other sole if it stands, else zero
+  Vec<S, 2> swing = Vec<S, 2>::Zero();   ///< where the foot that steps first is
+  S swung = 0.0;                         ///< how long it has been in the air, s
+  Vec<S, 2> stride = Vec<S, 2>::Zero();  ///< desired place of a foot from the one before
+
+  using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::swing,
+                                   &StepNow::swung, &StepNow::stride>;
+};
+
+inline constexpr int most_planned_steps = 3;
+inline constexpr int reach_rows = 8;  ///< sides of the polygon of reach
+
+/// Every residual is divided by what counts as one unit of it; a weight of 1 then costs 1/2.
+struct StepWeights {
+  double capture = 1e3;   ///< on missing the terminal set, 1/m (exact penalty)
+  double reach = 1e3;     ///< on what the legs or the swing foot's speed do not allow, 1/m
+  double rest = 1.0;      ///< on resting at the border of the support, not in its middle
+  double duration = 1.0;  ///< on a swing 0.1 s off the usual time
+  double stride = 0.3;    ///< on a place 0.1 m off the usual one
+  double pressure = 1.0;  ///< per s, on the centre of pressure at the border of the sole
+  double momentum = 3.0;  ///< per s, on the largest angular momentum
+  double torque = 0.3;    ///< per s, on the largest rate of it
+};
+
+struct StepModel {
+  Vec<double, 2> sole{0.07, 0.03};  ///< half sizes that the centre of pressure may use, m
+  double lent = 0.02;               ///< bound on eta: H / (m z omega) of the largest |H|, m
+  double lent_rate = 0.2;           ///< m/s
+  /// Centre of a foot that lands from that of the stance foot, (forward, away from it), m.
+  HalfPlanes reach;
+  Vec<double, 2> leg{0.35, 0.35};             ///< farthest centre of a landing foot from the CoM, m
+  double swing_speed = 1.2;                   ///< largest of the foot, m/s
+  Bounds swing = between(0.3, 0.9);           ///< from lift-off to landing, s
+  double usual_swing = 0.6;                   ///< s
+  Bounds double_support = between(0.1, 0.6);  ///< between two steps, s
+  Bounds unloading = between(0.05, 0.5);      ///< before the first step from two feet, s
+  double standing = 0.6;                      ///< horizon without steps, s
+  StepWeights weights;
+};
+
+inline constexpr int step_states = 7;
+
+/// `steps` 0 to most_planned_steps; `from_two_feet`: the first foot is still on the ground. Data
+/// "now"; the state at the start is (com, xi at rest, eta, time swung).
+OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_two_feet);
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,165 @@
+#include "problems/push_recovery/step_program.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/transcription/shooting_program.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+// A plan that changes less than this from one quadratic program to the next has converged: 0.1 mm,
+// 0.1 ms and the like in the scaled variables, far below what a foot or a landing can keep to.
+constexpr double converged = 1e-3;
+constexpr double feasible = 1e-2;  // 1 mm
+
+ShootingOptions grid_of(const OptimalControlProblem& problem) {
+  // Single supports last about 2 / omega, double supports a fraction of it.
+  constexpr int long_intervals = 4, short_intervals = 1;
+  ShootingOptions options;
+  options.integrator = runge_kutta4();
+  for (const PhaseDefinition& phase : problem.phases()) {
+    const bool is_long = phase.name.starts_with("single") || phase.name == "standing";
+    options.intervals.push_back(is_long ? long_intervals : short_intervals);
+  }
+  return options;
+}
+
+std::unique_ptr<MultipleShooting> transcribed(OptimalControlProblem problem) {
+  ShootingOptions options = grid_of(problem);
+  return std::make_unique<MultipleShooting>(std::move(problem), std::move(options));
+}
+
+}  // namespace
+
+StepProgram::StepProgram(const StepModel& model, int steps, bool from_two_feet)
+    : steps_(steps),
+      from_two_feet_(from_two_feet),
+      model_(model),
+      shooting_(transcribed(step_problem(model, steps, from_two_feet))),
+      solver_(
+          make_real_time_iteration(shooting_->nlp(), {.tolerance = 1e-6, .max_iterations = 40})),
+      check_(shooting_->nlp()) {
+  const NonlinearProgram& nlp = shooting_->nlp();
+  initial_ = shooting_->initial_guess();
+  initial_.lambda = VectorXd::Zero(nlp.rows());
+  initial_.z = VectorXd::Zero(nlp.variables());
+  plan_ = before_ = initial_;
+  solution_.steps = steps;
+  solution_.place.fill(Vec<double, 2>::Zero());
+}
+
+void StepProgram::start_near(double landing, const Vec<double, 2>& place) {
+  plan_ = initial_;
+  const Layout& layout = shooting_->layout();
+  const int swing = from_two_feet_ ? 1 : 0;
+  const PhaseDefinition& phase = shooting_->problem().phases()[swing];
+  if (steps_ == 0) return;
+  plan_.w[layout.duration(swing)] = landing / phase.nominal_duration;
+  for (int i = 0; i < 2; ++i) {
+    const int entry = size_of<StepNow> + i;
+    plan_.w[layout.parameter(swing, entry)] = place[i] / phase.nominal_parameter(entry);
+  }
+  has_plan_ = true;
+  has_multipliers_ = false;
+}
+
+void StepProgram::begin_at(double elapsed, Bounds first) {
+  const NonlinearProgram& nlp = shooting_->nlp();
+  if (!has_plan_) {
+    plan_ = initial_;
+    has_multipliers_ = false;
+  }
+  const int duration = shooting_->layout().duration(0);
+  if (duration >= 0) {
+    const double nominal = shooting_->problem().phases()[0].nominal_duration;
+    if (has_plan_) plan_.w[duration] -= elapsed / nominal;
+    shooting_->set_remaining(first, unbounded());
+  }
+  plan_.w = plan_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
+}
+
+const StepSolution& StepProgram::solve(const StepNow<double>& now,
+                                       const Vec<double, step_states>& state, Bounds first,
+                                       double elapsed, int most_iterations) noexcept {
+  solution_.is_solved = false;
+  solution_.cost = solution_.missed = solution_.residual = infinity;
+  solution_.iterations = 0;
+  if (!state.allFinite() || !packed(now).allFinite()) return solution_;
+  try {
+    NonlinearProgram& nlp = shooting_->nlp();
+    shooting_->set_data("now", now);
+    other_ = now.other;
+    shooting_->start_at(0.0, state);
+    begin_at(elapsed, first);
+    while (solution_.iterations < most_iterations) {
+      before_.w = plan_.w;
+      solver_->prepare(nlp, plan_);
+      const TickResult r =
+          solver_->feedback(nlp, plan_, has_multipliers_, WallClock::time_point::max());
+      ++solution_.iterations;
+      if (!plan_.w.allFinite() || !plan_.lambda.allFinite() || !plan_.z.allFinite() ||
+          !(is_success(r.status) || r.status == SolveStatus::step_taken)) {
+        has_plan_ = false;
+        return solution_;
+      }
+      plan_.w = plan_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
+      has_plan_ = has_multipliers_ = true;
+      if ((plan_.w - before_.w).lpNorm<Eigen::Infinity>() < converged) break;
+    }
+    read_solution();
+  } catch (...) {  // of data that exclude one another: there is no plan in this tick
+    has_plan_ = false;
+  }
+  return solution_;
+}
+
+void StepProgram::read_solution() {
+  NonlinearProgram& nlp = shooting_->nlp();
+  const ShootingProgram& program = shooting_->program();
+  const Layout& layout = shooting_->layout();
+  solution_.residual = check_(nlp, plan_).feasibility;
+  if (!nlp.objective(plan_.w.data(), solution_.cost)) solution_.cost = infinity;
+  const int phases = shooting_->grid().phases();
+  double paid = 0.0;
+  for (const shooting::RowInstance& row : program.row_instances())
+    for (const auto* slacks : {&row.slack_below, &row.slack_above})
+      for (const int slack : *slacks)
+        if (slack >= 0) paid += std::max(0.0, plan_.w[slack]);
+  solution_.missed = paid;
+  double time = 0.0;
+  int step = 0;
+  for (int j = 0; j < phases && steps_ > 0; ++j) {
+    const bool is_swing = (j % 2 == 0) != from_two_feet_;
+    const PhaseDefinition& phase = shooting_->problem().phases()[j];
+    if (is_swing) solution_.lift_off[step] = time;
+    time += plan_.w[layout.duration(j)] * phase.nominal_duration;
+    if (!is_swing) continue;
+    solution_.landing[step] = time;
+    for (int i = 0; i < 2; ++i) {
+      const int entry = size_of<StepNow> + 2 * step + i;
+      solution_.place[step][i] =
+          plan_.w[layout.parameter(j, entry)] * phase.nominal_parameter(entry);
+    }
+    ++step;
+  }
+  const double* u = plan_.w.data() + layout.input(0, 0);
+  const Vec<double, 2> between = 0.5 * (1.0 + u[4]) * other_;
+  solution_.pressure = between + model_.sole.cwiseProduct(Vec<double, 2>(u[0], u[1]));
+  solution_.lent_rate = model_.lent_rate * Vec<double, 2>(u[2], u[3]);
+  solution_.is_solved = std::isfinite(solution_.cost) && solution_.residual < feasible;
+}
+
+Solution StepProgram::report() {
+  NlpResult result;
+  result.status = SolveStatus::feasible;
+  result.point = plan_;
+  shooting_->nlp().objective(result.point.w.data(), result.objective);
+  result.kkt = check_(shooting_->nlp(), result.point);
+  return shooting_->interpret(std::move(result));
+}
+
+}  // namespace saltus::push_recovery

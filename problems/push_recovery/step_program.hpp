@@ -1,0 +1,63 @@
+// The problem of steps for one number of them, solved again and again: real-time iterations on our
+// structured solver, each tick from the plan before.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "problems/push_recovery/step_problem.hpp"
+#include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/solver/kkt.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+
+namespace saltus::push_recovery {
+
+/// A plan in the frame of StepNow; times in s from the tick.
+struct StepSolution {
+  bool is_solved = false;      ///< a plan within `feasible` of its constraints came out
+  double cost = infinity;      ///< penalties included
+  double missed = infinity;    ///< what penalties were paid for, m in all
+  double residual = infinity;  ///< largest violation of a hard row or bound, in scaled variables
+  int iterations = 0;          ///< quadratic programs
+  int steps = 0;
+  std::array<double, most_planned_steps> lift_off{}, landing{};
+  std::array<Vec<double, 2>, most_planned_steps> place;  ///< centres of the soles, m
+  /// Of the first interval: centre of the sole that stands, plus what of the centre of pressure
+  /// makes use of it, m; rate of eta, m/s.
+  Vec<double, 2> pressure = Vec<double, 2>::Zero(), lent_rate = Vec<double, 2>::Zero();
+};
+
+class StepProgram {
+ public:
+  StepProgram(const StepModel& model, int steps, bool from_two_feet);
+
+  int steps() const { return steps_; }
+  /// The next solve starts from the problem's own guess.
+  void restart() { has_plan_ = false; }
+  /// Takes `landing` (s from now) and `place` of the first step as its guess in place of the plan.
+  void start_near(double landing, const Vec<double, 2>& place);
+  /// From `state` (StepModel), `elapsed` s after the solve before. `first` bounds what is left of
+  /// the first phase, s. At most so many quadratic programs: it ends when the plan moves no more.
+  /// Does not allocate.
+  const StepSolution& solve(const StepNow<double>& now, const Vec<double, step_states>& state,
+                            Bounds first, double elapsed, int most_iterations) noexcept;
+  /// The plan behind the last solution, with its costs by name. Allocates.
+  Solution report();
+
+ private:
+  void read_solution();
+  void begin_at(double elapsed, Bounds first);
+
+  int steps_;
+  bool from_two_feet_;
+  StepModel model_;
+  std::unique_ptr<MultipleShooting> shooting_;
+  std::unique_ptr<RealTimeSolver> solver_;
+  KktCheck check_;
+  NlpPoint initial_, plan_, before_;
+  Vec<double, 2> other_ = Vec<double, 2>::Zero();  // the foot that stands beside the stance foot
+  bool has_plan_ = false, has_multipliers_ = false;
+  StepSolution solution_;
+};
+
+}  // namespace saltus::push_recovery

@@ -1,0 +1,92 @@
+#include "problems/push_recovery/step_settings.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "saltus/app/settings.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+Vec<double, 2> centre_of(const FootRectangle& foot) {
+  return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
+}
+
+// Of the centre of the swing sole from that of the stance sole; the settings speak of the origins.
+HalfPlanes reach_of(const walking::Step& step, const Vec<double, 2>& offset) {
+  const double x0 = -step.forward_max + offset[0], x1 = step.forward_max + offset[0],
+               y0 = step.lateral_min + offset[1], y1 = step.lateral_max + offset[1];
+  Eigen::Matrix<double, 4, 2> corners;
+  corners << x0, y0, x1, y0, x1, y1, x0, y1;
+  return SupportPolygon::hull(corners).half_planes(reach_rows);
+}
+
+}  // namespace
+
+void declare_settings(Settings& s, StepPlanning& p) {
+  s.choice<StepPlannerChoice>(
+      "step.planner", p.planner,
+      {{"formula", StepPlannerChoice::formula}, {"ocp", StepPlannerChoice::ocp}},
+      "where and when to step: by a formula after step.duration, or by optimal control");
+  s.integer("step.most", p.most_steps, "", "steps that are planned ahead at most (ocp)",
+            between(0, most_planned_steps));
+  s.number("step.shortest", p.shortest, "s", "least time of a swing (ocp)", between(0.05, 10.0));
+  s.number("step.longest", p.longest, "s", "largest time of a swing (ocp)", between(0.05, 10.0));
+  s.number("step.foot_speed", p.foot_speed, "m/s", "largest speed of the swing foot (ocp)",
+           above(0.0));
+  s.number("step.double_support", p.double_support, "s", "least time between two steps (ocp)",
+           between(0.01, 10.0));
+  s.number("step.sole_margin", p.sole_margin, "m", "border of the soles that is not used (ocp)",
+           at_least(0.0));
+  s.number("step.momentum", p.momentum, "Nms", "largest angular momentum that is counted on (ocp)",
+           at_least(0.0));
+  s.number("step.torque", p.torque, "Nm", "largest rate of it (ocp)", at_least(0.0));
+  s.number("step.price", p.price, "", "cost of a step: standing is preferred (ocp)", at_least(0.0));
+  s.number("step.hysteresis", p.hysteresis, "", "by which another choice must be cheaper (ocp)",
+           at_least(0.0));
+  s.number("step.lead", p.lead, "s", "time and place are fixed so long before the landing (ocp)",
+           at_least(0.0));
+  s.rule({"step.shortest", "step.longest"}, [&p] {
+    return p.shortest < p.longest ? ""
+                                  : fmt::format(
+                                        "step.shortest ({}) must be below step.longest "
+                                        "({})",
+                                        p.shortest, p.longest);
+  });
+}
+
+std::unique_ptr<walking::StepPlanner> make_step_choice(const StepPlanning& planning,
+                                                       const walking::Step& step,
+                                                       const walking::Scene& scene, double mass) {
+  const FootRectangle& left = scene.side == Side::left ? scene.stance_foot : scene.swing_foot;
+  const FootRectangle& right = scene.side == Side::left ? scene.swing_foot : scene.stance_foot;
+  const SoleCentres centres{centre_of(left), centre_of(right)};
+  // From the origins of the soles to their centres, away from the stance foot.
+  const Vec<double, 2> offset(0.0, centres.left[1] - centres.right[1]);
+
+  StepModel model;
+  const auto usable = [&](const Bounds& width) {
+    return std::max(0.5 * (width.upper - width.lower) - planning.sole_margin, 0.001);
+  };
+  model.sole = {usable(left.x), usable(left.y)};
+  const double height = std::max(scene.com_height, 0.01);
+  const double per_momentum = 1.0 / (mass * height * pendulum_frequency(height));
+  model.lent = std::max(planning.momentum * per_momentum, 1e-6);
+  model.lent_rate = std::max(planning.torque * per_momentum, 1e-6);
+  model.reach = reach_of(step, offset);
+  model.swing_speed = planning.foot_speed;
+  model.swing = between(planning.shortest, planning.longest);
+  model.usual_swing = std::clamp(step.duration, planning.shortest, planning.longest);
+  model.double_support = between(planning.double_support, planning.double_support + 0.5);
+
+  StepChoiceSettings choice;
+  choice.most_steps = step.allowed ? planning.most_steps : 0;
+  choice.price = planning.price;
+  choice.hysteresis = planning.hysteresis;
+  choice.lead = planning.lead;
+  return std::make_unique<StepChoice>(model, choice, centres, step.fixed_place + offset);
+}
+
+}  // namespace saltus::push_recovery

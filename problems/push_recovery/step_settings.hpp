@@ -1,0 +1,40 @@
+// What the planner of steps can be told: which one it is, and the limits and prices of the one that
+// solves an optimal control problem.
+#pragma once
+
+#include <memory>
+
+#include "problems/push_recovery/step_choice.hpp"
+#include "saltus/robots/walking/scene.hpp"
+#include "saltus/robots/walking/step_logic.hpp"
+
+namespace saltus::push_recovery {
+
+/// A formula for the place at a time that is given, or place, time, foot and number by a problem of
+/// optimal control (step_problem.hpp).
+enum class StepPlannerChoice { formula, ocp };
+
+struct StepPlanning {
+  StepPlannerChoice planner = StepPlannerChoice::formula;
+  int most_steps = 2;
+  double shortest = 0.3;        ///< swing, s
+  double longest = 0.9;         ///< swing, s
+  double foot_speed = 1.2;      ///< largest of the swing foot, m/s
+  double double_support = 0.1;  ///< shortest between two steps, s
+  double sole_margin = 0.006;   ///< of the border of the soles, not used, m
+  double momentum = 0.4;        ///< largest |H| about either horizontal axis, Nms
+  double torque = 5.0;          ///< largest rate of it, Nm
+  double price = 2.0;           ///< of a step, in units of the cost
+  double hysteresis = 0.5;      ///< in units of the cost
+  double lead = 0.08;           ///< s before the landing its time and place are fixed
+};
+
+/// step.planner and its keys.
+void declare_settings(Settings& settings, StepPlanning& planning);
+
+/// For the robot of this scene; `step` has its reach, and its usual time and place.
+std::unique_ptr<walking::StepPlanner> make_step_choice(const StepPlanning& planning,
+                                                       const walking::Step& step,
+                                                       const walking::Scene& scene, double mass);
+
+}  // namespace saltus::push_recovery
