@@ -5,6 +5,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_simulation.hpp"
 #include "saltus/integrators/implicit_midpoint.hpp"
+#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/simulate.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"

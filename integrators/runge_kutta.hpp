@@ -9,11 +9,11 @@
 
 namespace saltus {
 
-/// An explicit Butcher tableau: X_i = x + step sum_j a_ij K_j, x+ = x + step sum_i b_i K_i.
+/// A Butcher tableau: X_i = x + step sum_j a_ij K_j, x+ = x + step sum_i b_i K_i.
 struct ButcherTableau {
   std::string name;
   int order = 0;
-  MatrixXd a;  ///< stages x stages, strictly lower triangular
+  MatrixXd a;  ///< stages x stages; of explicit schemes strictly lower triangular
   VectorXd b;
   VectorXd c;  ///< row sums of a
 
