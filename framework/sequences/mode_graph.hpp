@@ -1,0 +1,169 @@
+// A problem whose sequence of modes is not given: modes, which may follow which, and what holds at
+// the end. Every path through the graph is an OptimalControlProblem.
+//
+//     ModeGraph thermostat{"thermostat"};
+//     thermostat.mode(off).mode(on)                       // a Phase each
+//         .transition("off", "on").transition("on", "off")
+//         .begin_in({"off"}).start_at({18.0})
+//         .total_time(exactly(3600.0));
+//     const SequenceResult best = search(thermostat, {.at_most = 9});
+//
+// In sampled time a mode lasts one sample, a duration that is fixed, and follows itself.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "saltus/ocp/problem.hpp"
+
+namespace saltus {
+
+/// A phase of which only the erased definition is left, for OptimalControlProblem::then().
+template <>
+class Phase<-1, -1, -1> {
+ public:
+  explicit Phase(PhaseDefinition definition) : d_(std::move(definition)) {}
+  const PhaseDefinition& definition() const { return d_; }
+
+ private:
+  PhaseDefinition d_;
+};
+using ErasedPhase = Phase<-1, -1, -1>;
+
+/// A set of modes as bits.
+using ModeSet = std::uint64_t;
+inline ModeSet only(int mode) { return ModeSet{1} << mode; }
+inline bool is_single(ModeSet set) { return (set & (set - 1)) == 0; }
+
+/// What came before a path and lasts on: its last mode, and for how many phases; -1: nothing did.
+struct ModeHistory {
+  int mode = -1;
+  int phases = 0;
+};
+
+class ModeGraph {
+ public:
+  explicit ModeGraph(std::string name = "modes");
+
+  // --- modes and what may follow what; names that are unknown or contradict one another are said
+  // --- by check(), so that the order of these calls does not matter
+  template <int nx, int nu, int np>
+  ModeGraph& mode(const Phase<nx, nu, np>& phase) {
+    modes_.push_back(phase.definition());
+    return *this;
+  }
+  ModeGraph& transition(std::string from, std::string to, Jump jump = Jump{});
+  /// Every mode may follow every mode, itself included, without a jump.
+  ModeGraph& all_transitions();
+  /// Not this one, whatever all_transitions() says.
+  ModeGraph& no_transition(std::string from, std::string to);
+  /// The modes that may be the first (last) one; not said: any.
+  ModeGraph& begin_in(std::vector<std::string> modes);
+  ModeGraph& end_in(std::vector<std::string> modes);
+  /// Whenever the mode is entered it follows itself until it has lasted so many phases, or to the
+  /// end. In sampled time the dwell time in samples; modes of free duration have bounds for it.
+  ModeGraph& dwell(std::string mode, int phases);
+  /// The mode is entered at most so many times; the start counts, following itself does not.
+  ModeGraph& enter_at_most(std::string mode, int times);
+
+  // --- the rest of the problem, as in OptimalControlProblem
+  ModeGraph& start_at(VectorXd state);
+  ModeGraph& start_at(std::initializer_list<double> state);
+  ModeGraph& start_time(double t);
+  ModeGraph& total_time(Bounds bounds);
+  ModeGraph& costs(CostRule rule);
+  /// Of (t, x), where the last mode ends, whichever it is.
+  template <int nx, class F>
+  ModeGraph& minimise_at_end(std::string name, F formula) {
+    return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), TermKind::cost, {});
+  }
+  template <int nx, class F>
+  ModeGraph& reach_at_end(std::string name, F formula, Bounds bounds) {
+    return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)),
+                  TermKind::constraint, bounds);
+  }
+
+  // --- what it is
+  const std::string& name() const { return name_; }
+  int size() const { return static_cast<int>(modes_.size()); }
+  const PhaseDefinition& mode(int i) const { return modes_[i]; }
+  const VectorXd& start() const { return start_; }
+  double start_time() const { return start_time_; }  ///< s
+  const std::optional<Bounds>& total_time() const { return total_time_; }
+  /// Number of the mode of this name. Throws DefinitionError.
+  int number_of(std::string_view mode) const;
+  bool may_follow(int from, int to) const;
+  bool may_begin(int mode) const;
+  bool may_end(int mode) const;
+  bool has_jump(int from, int to) const;
+  int dwell_of(int mode) const;
+  int entries_of(int mode) const;  ///< at most
+  bool limits_entries() const { return !entries_.empty(); }
+  bool limits_end() const { return !end_.empty(); }
+  /// Whether `mode` may be appended to the path: transitions, dwell and number of entries.
+  bool may_append(std::span<const int> path, int mode, ModeHistory before) const;
+  std::vector<std::string> names_of(std::span<const int> path) const;
+
+  /// The problem with this sequence. Phases are named after the mode and its place, counted from 1.
+  OptimalControlProblem problem(std::span<const int> path) const;
+  /// The same with phases that are `edited` first, by their place from 0. `is_beginning`: without
+  /// what holds at the end and the total time.
+  OptimalControlProblem problem(std::span<const int> path,
+                                const std::function<void(int, PhaseDefinition&)>& edited,
+                                bool is_beginning = false) const;
+  /// Of one mode alone, with what holds at the end or without it.
+  OptimalControlProblem problem_of(int mode, bool with_end) const;
+  /// What holds at the end, and nothing else, behind a phase of this mode's size.
+  OptimalControlProblem problem_of_end(int mode) const;
+
+  /// Throws DefinitionError with the names of modes: sizes that do not fit, a mode that nothing
+  /// leads to or from which no end is reached, transitions declared twice or both declared and
+  /// excluded, a dwell time without a way to stay, and, where the number of phases is not limited,
+  /// a cycle in which no time need pass (Zeno).
+  void check(bool limited_phases) const;
+
+ private:
+  ModeGraph& at_end(std::string name, Function formula, TermKind kind, Bounds bounds);
+  PhaseDefinition with_end(PhaseDefinition phase) const;
+  OptimalControlProblem begin() const;
+  void check_names() const;
+  void check_transitions() const;
+  void check_reachability() const;
+  void check_zeno() const;
+
+  struct Transition {
+    std::string from, to;
+    Jump jump;
+  };
+  const Transition* find(int from, int to) const;
+
+  std::string name_;
+  std::vector<PhaseDefinition> modes_;
+  std::vector<Transition> transitions_;
+  std::set<std::pair<std::string, std::string>> excluded_;
+  bool all_ = false;
+  std::vector<std::string> begin_, end_;
+  std::map<std::string, int> dwell_, entries_;
+  struct EndTerm {
+    std::string name;
+    Function formula;  // of (t | x)
+    TermKind kind;
+    Bounds bounds;
+  };
+  std::vector<EndTerm> end_terms_;
+  VectorXd start_;
+  double start_time_ = 0.0;
+  std::optional<Bounds> total_time_;
+  CostRule cost_rule_ = CostRule::nodes;
+};
+
+}  // namespace saltus

@@ -1,0 +1,282 @@
+#include "saltus/sequences/search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "saltus/core/clock.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/sequences/mode_stages.hpp"
+#include "saltus/sequences/sequence_search.hpp"
+#include "saltus/solver/sqp.hpp"
+
+namespace saltus {
+namespace {
+
+// How much of the phase that is cut a new one takes in the guess.
+constexpr double inserted_part = 0.1, appended_part = 0.5;
+
+// Of a duration, in its nominal magnitude: a phase that vanished leaves something to begin with.
+constexpr double least_guess = 1e-3;
+
+using Path = std::vector<int>;
+
+// Where a sequence's search begins: durations of its phases, and states and inputs from the
+// trajectory of a shorter one at the same times. Without a source: the guesses of the modes.
+struct Start {
+  const Solution* source = nullptr;
+  std::vector<double> durations = {};
+};
+
+class Enumeration {
+ public:
+  Enumeration(const ModeGraph& graph, const SearchOptions& options)
+      : graph_(graph),
+        options_(options),
+        solver_(make_sqp({.tolerance = options.tolerance})),
+        deadline_(seconds_after(begin_, options.deadline)) {
+    solver_->set_deadline(deadline_);
+  }
+
+  SequenceResult run() {
+    const int most = options_.phases > 0 ? options_.phases : options_.at_most;
+    // By the cost of the beginning, then the longer one; without such costs the shorter one, for
+    // longer ones begin with what was found for it.
+    const auto later = [&](const Open& a, const Open& b) {
+      if (a.bound != b.bound) return a.bound > b.bound;
+      if (a.path.size() != b.path.size())
+        return prunes() ? a.path.size() < b.path.size() : a.path.size() > b.path.size();
+      return a.path > b.path;
+    };
+    std::set<Open, std::function<bool(const Open&, const Open&)>> open(
+        [&](const Open& a, const Open& b) { return later(b, a); });
+    open.insert(Open{});
+    bool stopped = false;
+    while (!open.empty()) {
+      if (WallClock::now() >= deadline_ || best_.nodes >= options_.max_nodes) {
+        stopped = true;
+        break;
+      }
+      Open node = *open.begin();
+      open.erase(open.begin());
+      if (node.bound >= best_.cost) {
+        ++ruled_out_;
+        continue;
+      }
+      const int length = static_cast<int>(node.path.size());
+      const bool may_end = length > 0 && graph_.may_end(node.path.back()) &&
+                           (options_.phases == 0 || length == options_.phases);
+      if (may_end) solve_whole(node.path);
+      if (most > 0 && length == most) continue;
+      if (length > 0 && prunes() && !may_end) {
+        const Solution beginning = solve_once(node.path, best_start(node.path), true);
+        if (beginning.status == SolveStatus::infeasible || beginning.cost >= best_.cost) {
+          ++ruled_out_;
+          continue;
+        }
+        if (beginning.ok()) {
+          node.bound = beginning.cost;
+          solved_.insert_or_assign(node.path, beginning);
+        }
+      }
+      for (int mode = 0; mode < graph_.size(); ++mode) {
+        if (!graph_.may_append(node.path, mode, {})) continue;
+        Open child = node;
+        child.path.push_back(mode);
+        if (is_too_long(child.path)) continue;
+        open.insert(std::move(child));
+      }
+    }
+    const bool interrupted = stopped || WallClock::now() >= deadline_;
+    best_.guarantee = interrupted     ? Guarantee::incomplete
+                      : best_.found() ? Guarantee::enumerated
+                                      : Guarantee::infeasible;
+    best_.message = fmt::format(
+        "{}; {} programs were solved, {} beginnings ruled out, and for {} "
+        "sequences the solver found nothing",
+        describe(best_.guarantee), best_.nodes, ruled_out_, best_.infeasible + best_.unresolved);
+    best_.seconds = seconds_since(begin_);
+    return std::move(best_);
+  }
+
+ private:
+  struct Open {
+    double bound = -infinity;
+    Path path;
+  };
+
+  // Beginnings say something only of sequences of known times.
+  bool prunes() const {
+    if (!options_.costs_are_nonnegative || options_.phases == 0) return false;
+    for (int i = 0; i < graph_.size(); ++i)
+      if (graph_.mode(i).has_free_duration()) return false;
+    return true;
+  }
+
+  bool is_too_long(const Path& path) const {
+    double shortest = 0.0;
+    for (const int mode : path) shortest += graph_.mode(mode).duration.lower;
+    return graph_.total_time() && shortest > graph_.total_time()->upper + same_instant;
+  }
+
+  void solve_whole(const Path& path) {
+    Solution best;
+    best.cost = infinity;
+    bool infeasible = false;
+    for (const Start& start : starts(path)) {
+      Solution s = solve_once(path, start, false);
+      infeasible = infeasible || s.status == SolveStatus::infeasible;
+      if (s.ok() && s.cost < best.cost) best = std::move(s);
+      if (WallClock::now() >= deadline_) break;
+    }
+    if (!best.ok()) {
+      ++(infeasible ? best_.infeasible : best_.unresolved);
+      return;
+    }
+    if (best.cost < best_.cost - options_.gap * std::abs(best.cost)) {
+      best_.cost = best.cost;
+      best_.modes = path;
+      best_.sequence = graph_.names_of(path);
+      best_.solution = best;
+    }
+    solved_.insert_or_assign(path, std::move(best));
+  }
+
+  Solution solve_once(const Path& path, const Start& start, bool is_beginning) {
+    ++best_.nodes;
+    Solution result;
+    try {
+      OptimalControlProblem problem = posed(path, start, is_beginning);
+      MultipleShooting shooting(
+          std::move(problem),
+          {.intervals_per_phase = options_.intervals_per_phase,
+           .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2})});
+      result = saltus::solve(shooting, *solver_);
+    } catch (const DefinitionError& e) {  // times that this sequence cannot meet
+      result.status = SolveStatus::infeasible;
+      result.message = e.what();
+    }
+    best_.iterations += result.iterations;
+    return result;
+  }
+
+  OptimalControlProblem posed(const Path& path, const Start& start, bool is_beginning) const {
+    double begin = 0.0;
+    return graph_.problem(
+        path,
+        [&](int k, PhaseDefinition& phase) {
+          if (!start.durations.empty() && phase.has_free_duration())
+            phase.duration_guess =
+                std::clamp(start.durations[k], phase.duration.lower, phase.duration.upper);
+          if (start.durations.empty() || start.source == nullptr) return;
+          const double from = graph_.start_time() + begin, lasts = start.durations[k];
+          begin += lasts;
+          const Solution* source = start.source;
+          if (phase.sizes.nx == source->trajectory.final_state().size())
+            phase.state_guess = Guess::trajectory(
+                [=](double f) { return source->trajectory.state(from + f * lasts); });
+          if (phase.sizes.nu > 0 &&
+              source->trajectory.input(from + 0.5 * lasts).size() == phase.sizes.nu)
+            phase.input_guess = Guess::trajectory(
+                [=](double f) { return source->trajectory.input(from + f * lasts); });
+        },
+        is_beginning);
+  }
+
+  Start best_start(const Path& path) const {
+    const auto it = solved_.find(Path(path.begin(), path.end() - 1));
+    if (it == solved_.end()) return {};
+    std::vector<double> durations = it->second.durations;
+    durations.push_back(graph_.mode(path.back()).duration.lower);
+    return {&it->second, std::move(durations)};
+  }
+
+  // The guesses of the modes; the sequence without its last mode, which takes part of the one
+  // before; and every sequence of which this one is made by a mode that interrupts another.
+  std::vector<Start> starts(const Path& path) const {
+    std::vector<Start> result;
+    const int n = static_cast<int>(path.size());
+    if (const auto it = solved_.find(Path(path.begin(), path.end() - 1)); it != solved_.end()) {
+      std::vector<double> durations = it->second.durations;
+      if (graph_.total_time() && graph_.total_time()->is_equality()) {
+        const double taken = appended_part * durations.back();
+        durations.back() -= taken;
+        durations.push_back(taken);
+      } else {
+        durations.push_back(graph_.mode(path.back()).has_free_duration()
+                                ? graph_.mode(path.back()).duration_guess
+                                : graph_.mode(path.back()).duration.lower);
+      }
+      result.push_back({&it->second, std::move(durations)});
+    }
+    for (int i = 1; i + 1 < n; ++i) {
+      if (path[i - 1] != path[i + 1] || !graph_.mode(path[i]).has_free_duration()) continue;
+      Path shorter = path;
+      shorter.erase(shorter.begin() + i, shorter.begin() + i + 2);
+      const auto it = solved_.find(shorter);
+      if (it == solved_.end()) continue;
+      std::vector<double> durations = it->second.durations;
+      const double whole = durations[i - 1];
+      durations[i - 1] = 0.5 * (1.0 - inserted_part) * whole;
+      durations.insert(durations.begin() + i, {inserted_part * whole, durations[i - 1]});
+      result.push_back({&it->second, std::move(durations)});
+    }
+    Start& own = result.emplace_back();
+    if (graph_.total_time() && graph_.total_time()->is_equality()) {
+      // Guesses that add up to the time there is.
+      double sum = 0.0;
+      for (const int mode : path) sum += guess_of(mode);
+      for (const int mode : path)
+        own.durations.push_back(guess_of(mode) * graph_.total_time()->upper / sum);
+    }
+    return result;
+  }
+
+  double guess_of(int mode) const {
+    const PhaseDefinition& m = graph_.mode(mode);
+    return m.has_free_duration() ? m.duration_guess : m.duration.lower;
+  }
+
+  WallClock::time_point begin_ = WallClock::now();
+  const ModeGraph& graph_;
+  const SearchOptions& options_;
+  std::unique_ptr<Solver> solver_;
+  WallClock::time_point deadline_;
+  std::map<Path, Solution> solved_;
+  SequenceResult best_;
+  long ruled_out_ = 0;
+};
+
+}  // namespace
+
+SequenceResult search(const ModeGraph& graph, const SearchOptions& options) {
+  if (options.phases < 0 || options.at_most < 0 || (options.phases > 0 && options.at_most > 0))
+    throw DefinitionError(
+        fmt::format("search: {} phases and at most {} were asked for; give one of the two",
+                    options.phases, options.at_most));
+  graph.check(options.phases > 0 || options.at_most > 0);
+  if (options.phases == 0 && options.at_most == 0 && !graph.total_time())
+    throw DefinitionError(
+        fmt::format("modes '{}': nothing ends the sequence; give the search phases or at_most, or "
+                    "the modes a total_time()",
+                    graph.name()));
+  std::string reason = "the number of phases is not given";
+  if (options.phases > 0) {
+    ModeStages stages(graph, options.integrator ? options.integrator : zero_order_hold());
+    reason = stages.reason();
+    if (reason.empty()) return SequenceSearch(graph, options).solve(graph.start());
+  }
+  SequenceResult result = Enumeration(graph, options).run();
+  result.message += fmt::format(" (not convex in sampled time: {})", reason);
+  return result;
+}
+
+}  // namespace saltus

@@ -1,0 +1,72 @@
+// What a search over sequences of modes is asked for, and what it says of the one it found.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "saltus/core/bounds.hpp"
+#include "saltus/solver/solver.hpp"
+#include "saltus/transcription/solution.hpp"
+
+namespace saltus {
+
+/// What is known of the best sequence.
+enum class Guarantee {
+  optimal,     ///< no allowed sequence costs less than lower_bound, and the gap is closed
+  bounded,     ///< the search was stopped; no allowed sequence costs less than lower_bound
+  enumerated,  ///< every allowed sequence was solved to a local optimum, or ruled out by a prefix
+               ///< that was: nothing is known of optima that the solver does not find
+  incomplete,  ///< the search was stopped, and nothing is known of what it did not look at
+  infeasible,  ///< there is no feasible sequence (convex), or none was found (otherwise)
+};
+/// One sentence.
+const char* describe(Guarantee guarantee);
+
+struct SearchOptions {
+  int phases = 0;   ///< exactly so many, a horizon in samples; 0: see at_most
+  int at_most = 0;  ///< up to so many phases, one more than switches; 0: no limit but time
+  /// Relative to the cost: sequences that are not better by more are not looked for.
+  double gap = 1e-6;
+  double deadline = infinity;  ///< wall clock, s: then the best so far
+  long max_nodes = 1000000;    ///< programs solved
+
+  // Convex problems.
+  double tolerance = 1e-8;  ///< of the quadratic programs, see QpOptions
+  bool warm = true;         ///< a node starts at its parent's point; false: to compare
+  bool confirm = true;      ///< the winner is solved again as an OptimalControlProblem
+
+  // All others.
+  int intervals_per_phase = 30;
+  IntegratorChoice integrator = {};  ///< empty: zero_order_hold() (convex), runge_kutta4()
+  /// Running and end costs are never negative, so that a prefix costs no more than what it begins:
+  /// prefixes that cost more than the best sequence are ruled out.
+  bool costs_are_nonnegative = false;
+};
+
+struct SequenceResult {
+  Guarantee guarantee = Guarantee::infeasible;
+  std::vector<std::string> sequence;  ///< names of the modes; empty: none was found
+  std::vector<int> modes;             ///< the same by number
+  double cost = infinity;
+  double lower_bound = -infinity;  ///< on the cost of every allowed sequence; convex problems only
+  std::string message;             ///< a sentence
+
+  Solution solution;  ///< of the sequence; convex problems: with SearchOptions::confirm
+  /// Convex problems: state at the start of every phase and at the end of the last one, input of
+  /// every phase.
+  std::vector<VectorXd> states, inputs;
+
+  long nodes = 0;        ///< programs solved
+  long infeasible = 0;   ///< of these
+  long unresolved = 0;   ///< of these: the solver failed; the bound of what they began in counts
+  long reused = 0;       ///< leaves taken over from the last tick
+  long iterations = 0;   ///< of the solver, in all
+  double seconds = 0.0;  ///< wall clock
+  double solver_seconds = 0.0;  ///< of these in the solver of quadratic programs
+
+  bool found() const { return !sequence.empty(); }
+  /// Relative to the cost; infinite without a bound.
+  double gap() const;
+};
+
+}  // namespace saltus

@@ -1,0 +1,96 @@
+// Best-first branch and bound over the beginnings of sequences, for convex problems in sampled time
+// (piecewise affine, mixed logical): the optimum over all sequences, with a certificate.
+//
+// A node fixes the modes of the first phases; the others are relaxed to the hull of what may follow
+// (mode_stages.cpp), so that its quadratic program is a lower bound on every sequence that begins
+// so. In receding horizon the leaves of the last tick, one phase shorter, cover all sequences of
+// the next one, and their bounds are moved along by duality: framework/design/sequences.md.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "saltus/core/clock.hpp"
+#include "saltus/qp/stage_qp_solver.hpp"
+#include "saltus/sequences/mode_graph.hpp"
+#include "saltus/sequences/sequence_result.hpp"
+
+namespace saltus {
+
+class ModeStages;
+struct SetStage;
+
+class SequenceSearch {
+ public:
+  /// Throws DefinitionError: ModeGraph::check(), options that are none, or a problem that is not
+  /// convex in sampled time, with the mode and the reason; search() takes those too.
+  SequenceSearch(ModeGraph graph, SearchOptions options);
+  SequenceSearch(SequenceSearch&&) noexcept;
+  SequenceSearch& operator=(SequenceSearch&&) noexcept;
+  ~SequenceSearch();
+
+  /// From nothing but the state, and what was applied `before`: its mode goes on or is left.
+  SequenceResult solve(const VectorRef& state, ModeHistory before = {});
+  /// One phase later: the first mode of the last result was applied and led to `state`. Takes over
+  /// the tree of the last solve; without one, or where ends or entries are limited (what was ruled
+  /// out by them may be allowed now), as solve().
+  SequenceResult solve_next(const VectorRef& state);
+  void set_deadline(double seconds) { options_.deadline = seconds; }
+
+  const ModeGraph& graph() const { return graph_; }
+  /// What was applied before the horizon of the last solve.
+  ModeHistory before() const { return before_; }
+
+ private:
+  // What of a node's solution moves its bound to the next tick.
+  struct Limit {  // of the state at the start of the second phase: normal' x against side
+    VectorXd normal;
+    double side = 0.0, multiplier = 0.0;
+  };
+  struct Dual {
+    int depth = 0;                ///< phases whose modes were fixed
+    double cost = 0.0;            ///< of the node, less that of its first phase and of its end
+    VectorXd first, first_state;  ///< costate and state at the start of the second phase
+    VectorXd last, last_state;    ///< the same at the end
+    std::vector<Limit> limits;    ///< those with multipliers
+  };
+  struct Node {
+    std::vector<int> path;
+    double bound = -infinity;
+    std::shared_ptr<const StagePoint> point;  // of the parent, or what was shifted
+    std::vector<int> point_path;              // its modes
+    std::shared_ptr<const Dual> dual;         // of the last ancestor that was solved
+  };
+
+  std::vector<ModeSet> sets_of(const std::vector<int>& path) const;
+  QpResult solve_program(const std::vector<int>& path, const Node* from);
+  SequenceResult run(std::vector<Node> open, WallClock::time_point begin);
+  bool choose(const Node& node, std::vector<int>& path);
+  std::vector<Node> shifted();
+  std::shared_ptr<const StagePoint> shifted_point(const StagePoint& from) const;
+  double shifted_bound(const Dual& dual, ModeSet last);
+  std::shared_ptr<const Dual> dual_of(int depth) const;
+  std::vector<double> shares(const SetStage& stage, const StagePoint::AtStage& point) const;
+  void accept(const std::vector<int>& path, double cost, SequenceResult& best) const;
+  void finish(SequenceResult& result);
+
+  ModeGraph graph_;
+  SearchOptions options_;
+  std::unique_ptr<ModeStages> stages_;
+  StageQp qp_;
+  StagePoint point_;
+  std::unique_ptr<StageQpSolver> solver_;
+  StageQp tail_qp_;
+  StagePoint tail_point_;
+  std::unique_ptr<StageQpSolver> tail_solver_;
+  std::vector<ModeSet> filled_;  // what the stages of qp_ hold
+
+  VectorXd start_;            // scaled
+  ModeHistory before_;        // what was applied before the horizon
+  std::vector<Node> leaves_;  // that cover all sequences of the last solve
+  std::vector<int> best_;
+  double solver_seconds_ = 0.0;  // of this solve
+  std::shared_ptr<const StagePoint> best_point_;
+};
+
+}  // namespace saltus

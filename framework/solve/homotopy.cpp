@@ -1,0 +1,44 @@
+#include "saltus/solve/homotopy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+
+Homotopy solve_along(MultipleShooting& shooting, Solver& solver, std::string_view name,
+                     const VectorRef& from, const VectorRef& to, const HomotopyOptions& options) {
+  if (from.size() != to.size())
+    throw DefinitionError(
+        fmt::format("solve_along: '{}' goes from {} numbers to {}", name, from.size(), to.size()));
+  if (!(options.first_step > 0.0 && options.first_step <= 1.0 && options.least_step > 0.0))
+    throw DefinitionError(fmt::format(
+        "solve_along: the first step is {} and the least {}; expected parts of the way above 0",
+        options.first_step, options.least_step));
+  const auto value_at = [&](double s) -> VectorXd { return (1.0 - s) * from + s * to; };
+  Homotopy result;
+  shooting.set_data(name, value_at(0.0));
+  result.solution = solve(shooting, solver);
+  result.steps.push_back(
+      {0.0, result.solution.cost, result.solution.ok(), result.solution.iterations});
+  double step = options.first_step;
+  while (result.solution.ok() && result.reached < 1.0 && step >= options.least_step) {
+    const double at = std::min(1.0, result.reached + step);
+    shooting.set_data(name, value_at(at));
+    Solution next = solve(shooting, solver, result.solution.point);
+    result.steps.push_back({at, next.cost, next.ok(), next.iterations});
+    if (next.ok()) {
+      result.solution = std::move(next);
+      result.reached = at;
+      step *= 2.0;
+    } else {
+      step *= 0.5;
+    }
+  }
+  shooting.set_data(name, value_at(result.reached));
+  return result;
+}
+
+}  // namespace saltus

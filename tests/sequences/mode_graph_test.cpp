@@ -1,0 +1,154 @@
+// Graphs of modes: paths as problems, and mistakes said in sentences with names before a solve.
+#include "saltus/sequences/mode_graph.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "saltus/core/error.hpp"
+#include "saltus/sequences/search.hpp"
+
+namespace saltus {
+namespace {
+
+struct Drift {
+  double speed;
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>& x) const {
+    return Vec<S, 1>(speed + 0.0 * x[0]);
+  }
+};
+
+Phase<1, 0> mode(const char* name, double speed, Bounds duration = exactly(1.0)) {
+  Phase<1, 0> phase{name, Drift{speed}, duration};
+  phase.guess_duration(1.0).minimise("distance",
+                                     [](const auto&, const auto& x) { return x[0] * x[0]; });
+  return phase;
+}
+
+ModeGraph up_and_down(Bounds duration = exactly(1.0)) {
+  ModeGraph graph("drift");
+  graph.mode(mode("up", 1.0, duration)).mode(mode("down", -1.0, duration)).start_at({0.5});
+  return graph;
+}
+
+std::string message_of(const ModeGraph& graph, bool limited = true) {
+  try {
+    graph.check(limited);
+  } catch (const DefinitionError& e) {
+    return e.what();
+  }
+  return "";
+}
+
+void expect_words(const std::string& message, const std::vector<std::string>& words) {
+  for (const std::string& word : words)
+    EXPECT_NE(message.find(word), std::string::npos) << "'" << word << "' in: " << message;
+}
+
+TEST(ModeGraph, APathIsAnOptimalControlProblem) {
+  const Jump twice = jump<1>(
+      "twice", [](const auto&, const auto& x) -> std::decay_t<decltype(x)> { return 2 * x; });
+  ModeGraph graph = up_and_down();
+  graph.transition("up", "down", twice)
+      .transition("down", "up")
+      .minimise_at_end<1>("end", [](const auto&, const auto& x) { return x[0]; });
+  ASSERT_EQ(message_of(graph), "");
+  const OptimalControlProblem problem = graph.problem(std::vector<int>{0, 1, 0});
+  problem.check();
+  ASSERT_EQ(problem.phases().size(), 3u);
+  EXPECT_EQ(problem.phases()[1].name, "down 2");
+  EXPECT_EQ(problem.jumps()[1].name, "twice");
+  EXPECT_EQ(problem.jumps()[2].name, "identity");
+  // What holds at the end stands in the last phase alone.
+  EXPECT_EQ(problem.phases()[0].terms.size(), 1u);
+  EXPECT_EQ(problem.phases()[2].terms.size(), 2u);
+}
+
+TEST(ModeGraph, DwellAndEntriesDecideWhatMayBeAppended) {
+  ModeGraph graph = up_and_down();
+  graph.all_transitions().dwell("up", 2).enter_at_most("down", 1);
+  ASSERT_EQ(message_of(graph), "");
+  const auto may = [&](std::vector<int> path, int next, ModeHistory before = {}) {
+    return graph.may_append(path, next, before);
+  };
+  EXPECT_FALSE(may({0}, 1));
+  EXPECT_TRUE(may({0, 0}, 1));
+  EXPECT_TRUE(may({0}, 1, {.mode = 0, .phases = 1}));   // it has lasted two phases
+  EXPECT_FALSE(may({0}, 1, {.mode = 1, .phases = 1}));  // it was entered just now
+  EXPECT_TRUE(may({1}, 1));                             // staying is no entry
+  EXPECT_FALSE(may({1, 0, 0}, 1));                      // a second one
+}
+
+TEST(ModeGraph, AModeThatNothingLeadsTo) {
+  ModeGraph graph = up_and_down();
+  graph.begin_in({"up"}).transition("up", "up").transition("down", "up");
+  expect_words(message_of(graph), {"'down'", "nothing leads to it", "'up'"});
+}
+
+TEST(ModeGraph, AModeWithoutAWayToTheEnd) {
+  ModeGraph graph = up_and_down();
+  graph.end_in({"up"}).transition("up", "down").transition("down", "down");
+  expect_words(message_of(graph), {"'down'", "end"});
+}
+
+TEST(ModeGraph, ACycleInWhichNoTimeNeedPass) {
+  ModeGraph graph = up_and_down(between(0.0, 2.0));
+  graph.transition("up", "down").transition("down", "up").total_time(exactly(2.0));
+  expect_words(message_of(graph, false), {"'up' -> 'down' -> 'up'", "Zeno"});
+  EXPECT_THROW(search(graph, {}), DefinitionError);
+  EXPECT_EQ(message_of(graph, true), "");  // the search is limited
+
+  ModeGraph dwelling = up_and_down(between(0.1, 2.0));
+  dwelling.transition("up", "down").transition("down", "up").total_time(exactly(2.0));
+  EXPECT_EQ(message_of(dwelling, false), "");
+  ModeGraph limited = up_and_down(between(0.0, 2.0));
+  limited.transition("up", "down").transition("down", "up").enter_at_most("up", 2);
+  EXPECT_EQ(message_of(limited, false), "");
+}
+
+TEST(ModeGraph, RulesThatContradictOneAnother) {
+  ModeGraph excluded = up_and_down();
+  excluded.all_transitions().transition("up", "down").no_transition("up", "down");
+  expect_words(message_of(excluded), {"'up'", "'down'", "declared and excluded"});
+
+  ModeGraph twice = up_and_down();
+  twice.transition("up", "down").transition("down", "up").transition("up", "down");
+  expect_words(message_of(twice), {"'up'", "'down'", "twice"});
+
+  ModeGraph stays = up_and_down();
+  stays.transition("up", "down").transition("down", "up").dwell("up", 3);
+  expect_words(message_of(stays), {"'up'", "3 phases", "may not follow itself"});
+
+  ModeGraph useless = up_and_down();
+  useless.transition("up", "down").transition("down", "up").no_transition("up", "up");
+  expect_words(message_of(useless), {"'up'", "nothing allows it"});
+}
+
+TEST(ModeGraph, NamesAndSizesThatDoNotFit) {
+  ModeGraph unknown = up_and_down();
+  unknown.transition("up", "sideways");
+  expect_words(message_of(unknown), {"'sideways'", "'up', 'down'"});
+
+  ModeGraph start = up_and_down();
+  start.all_transitions().start_at({0.5, 0.0});
+  expect_words(message_of(start), {"2 states", "'up'", "has 1"});
+
+  ModeGraph end = up_and_down();
+  end.all_transitions().minimise_at_end<2>("end", [](const auto&, const auto& x) { return x[1]; });
+  expect_words(message_of(end), {"'end'", "2 states", "'up'"});
+
+  ModeGraph same;
+  same.mode(mode("up", 1.0)).mode(mode("up", 2.0)).all_transitions().start_at({0.5});
+  expect_words(message_of(same), {"two modes", "'up'"});
+
+  const ModeGraph none;
+  expect_words(message_of(none), {"there is none"});
+  ModeGraph fine = up_and_down();
+  fine.all_transitions();
+  EXPECT_THROW(search(fine, {}), DefinitionError);                           // never ends
+  EXPECT_THROW(search(fine, {.phases = 2, .at_most = 3}), DefinitionError);  // which of them?
+}
+
+}  // namespace
+}  // namespace saltus

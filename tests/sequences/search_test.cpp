@@ -1,0 +1,84 @@
+// The search over sequences of nonlinear problems: what is found, and what is claimed for it.
+#include "saltus/sequences/search.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "problems/library/mode_graphs.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+
+namespace saltus {
+namespace {
+
+// No sequence beats any effort in between (a08_fishing_relaxed.cpp).
+constexpr double relaxed_fishing = 1.344081198;
+
+TEST(Search, FishesInAsManyTripsAsAllowed) {
+  double last = infinity;
+  for (const int at_most : {2, 3, 4}) {
+    const SequenceResult found =
+        search(library::fishing_modes(),
+               {.at_most = at_most, .intervals_per_phase = 6, .integrator = runge_kutta8()});
+    ASSERT_TRUE(found.found()) << found.message;
+    EXPECT_EQ(found.guarantee, Guarantee::enumerated);
+    EXPECT_EQ(found.lower_bound, -infinity);
+    EXPECT_LE(static_cast<int>(found.sequence.size()), at_most);
+    EXPECT_GT(found.cost, relaxed_fishing);
+    EXPECT_LE(found.cost, last);
+    EXPECT_NEAR(found.solution.cost, found.cost, 1e-12);
+    last = found.cost;
+  }
+  EXPECT_NE(search(library::fishing_modes(), {.at_most = 2}).message.find("number of phases"),
+            std::string::npos)
+      << "it says why there is no bound";
+}
+
+// x' = u - x^3 pushed up or down: beginnings of known times that cost more are ruled out, and the
+// optimum stays.
+struct Pushed {
+  double push;
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>& x, const Vec<S, 1>& u) const {
+    return Vec<S, 1>(push + u[0] - x[0] * x[0] * x[0]);
+  }
+};
+
+ModeGraph pushes() {
+  ModeGraph graph("pushes");
+  for (const double push : {0.0, 1.0, -1.0}) {
+    const char* name = push == 0.0 ? "rest" : push > 0.0 ? "up" : "down";
+    Phase<1, 1> phase{name, Pushed{push}, exactly(0.3)};
+    phase.bound_input(0, between(-0.2, 0.2))
+        .minimise("off", [push](const auto&, const auto& x, const auto& u) {
+          return x[0] * x[0] + 0.1 * u[0] * u[0] + 0.02 * push * push;
+        });
+    graph.mode(phase);
+  }
+  graph.all_transitions().start_at({0.8}).minimise_at_end<1>(
+      "end", [](const auto&, const auto& x) { return x[0] * x[0]; });
+  return graph;
+}
+
+TEST(Search, RulesOutBeginningsThatCostMoreThanTheBest) {
+  const SearchOptions every{.phases = 4, .intervals_per_phase = 3};
+  SearchOptions pruned = every;
+  pruned.costs_are_nonnegative = true;
+  const SequenceResult a = search(pushes(), every), b = search(pushes(), pruned);
+  EXPECT_EQ(a.guarantee, Guarantee::enumerated) << a.message;
+  EXPECT_EQ(b.guarantee, Guarantee::enumerated) << b.message;
+  EXPECT_EQ(a.sequence, b.sequence);
+  EXPECT_NEAR(a.cost, b.cost, 1e-8);
+  EXPECT_GE(a.nodes, 81);  // 3^4, each from one or more starts
+  EXPECT_LT(b.nodes, a.nodes);
+}
+
+TEST(Search, StoppedItClaimsNothing) {
+  const SequenceResult found = search(
+      pushes(),
+      {.phases = 4, .max_nodes = 6, .intervals_per_phase = 3, .costs_are_nonnegative = true});
+  EXPECT_EQ(found.guarantee, Guarantee::incomplete) << found.message;
+}
+
+}  // namespace
+}  // namespace saltus

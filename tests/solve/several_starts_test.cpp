@@ -1,0 +1,116 @@
+// Several starts and homotopy: distinct optima in an order that no thread decides, and the way to a
+// problem that its own guess does not solve.
+#include "saltus/solve/several_starts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solve/homotopy.hpp"
+#include "saltus/solver/sqp.hpp"
+
+namespace saltus {
+namespace {
+
+// A ball rolls off or stays: the end of x' = u, |u| <= 3 s^-1, after 1 s pays for a valley at -1
+// that is deeper than the one at 1, (x^2 - 1)^2 + x / 4.
+OptimalControlProblem valleys() {
+  Phase<1, 1> roll{
+      "roll", [](const auto&, const auto&, const auto& u) { return std::decay_t<decltype(u)>{u}; },
+      exactly(1.0)};
+  roll.bound_input(0, between(-3.0, 3.0))
+      .minimise_at_end("valley",
+                       [](const auto&, const auto& x) {
+                         return (x[0] * x[0] - 1.0) * (x[0] * x[0] - 1.0) + 0.25 * x[0];
+                       })
+      .minimise("effort",
+                [](const auto&, const auto&, const auto& u) { return 1e-3 * u[0] * u[0]; });
+  OptimalControlProblem ocp("valleys");
+  ocp.start_at({0.0}).then(roll);
+  return ocp;
+}
+
+StartingPoint towards(double end) {
+  const auto at = [](double x) { return VectorXd(Vec<double, 1>(x)); };
+  return {.states = {Guess::interpolate(at(0.0), at(end))}, .inputs = {Guess::constant(at(end))}};
+}
+
+TEST(SeveralStarts, ListsDistinctOptimaTheCheapestFirst) {
+  const std::vector<StartingPoint> starts{towards(1.2), towards(-1.2), towards(0.8), towards(-0.7)};
+  SeveralStartsOptions options{.intervals_per_phase = 5};
+  for (const int threads : {1, 3}) {
+    options.threads = threads;
+    const SeveralSolutions found = solve_from(valleys(), starts, options);
+    ASSERT_EQ(found.optima.size(), 2u);
+    EXPECT_EQ(found.optimum_of, (std::vector<int>{1, 0, 1, 0})) << threads << " threads";
+    // Minima of the quartic, less effort that is small: x = -1.03 and x = 0.97.
+    EXPECT_NEAR(found.optima[0].trajectory.final_state()[0], -1.03, 0.01);
+    EXPECT_NEAR(found.optima[1].trajectory.final_state()[0], 0.97, 0.01);
+    EXPECT_LT(found.optima[0].cost, found.optima[1].cost - 0.4);
+    EXPECT_TRUE(found.failed.empty());
+  }
+}
+
+TEST(SeveralStarts, StartsThatFailAreHandedBack) {
+  SeveralStartsOptions options{.intervals_per_phase = 5};
+  options.make_solver = [] { return make_sqp({.max_iterations = 1}); };
+  const SeveralSolutions none = solve_from(valleys(), {towards(1.2), towards(-1.2)}, options);
+  EXPECT_FALSE(none.ok());
+  EXPECT_EQ(none.optimum_of, (std::vector<int>{-1, -1}));
+  EXPECT_EQ(none.failed.size(), 2u);
+}
+
+TEST(SeveralStarts, WrongStartsAreSaidBeforeAnythingIsSolved) {
+  const auto message = [](StartingPoint start) -> std::string {
+    try {
+      solve_from(valleys(), {towards(1.0), std::move(start)});
+    } catch (const DefinitionError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  EXPECT_NE(message({.durations = {1.0, 2.0}}).find("start 1: 2 durations"), std::string::npos);
+  EXPECT_NE(message({.states = {Guess::constant(VectorXd::Zero(2))}}).find("phase 'roll'"),
+            std::string::npos);
+  EXPECT_THROW(solve_from(valleys(), {}), DefinitionError);
+}
+
+// A pendulum that hangs is to stand after 3 s with a torque that cannot lift it, T = 0.6 m g l:
+// from no gravity to all of it.
+struct Pendulum {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
+    return {x[1], u[0] - p[0] * sin(x[0])};
+  }
+};
+
+TEST(Homotopy, CarriesASolutionToTheProblemThatIsWanted) {
+  Phase<2, 1, 1> swing{"swing", Pendulum{}, exactly(3.0)};
+  swing.data("gravity", Vec<double, 1>{0.0})
+      .bound_input(0, between(-6.0, 6.0))
+      .reach("stands", [](const auto&, const auto& x) { return x; }, {exactly(M_PI), exactly(0.0)})
+      .minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
+  OptimalControlProblem ocp("swing up");
+  ocp.start_at({0.0, 0.0}).then(swing);
+  MultipleShooting shooting(ocp,
+                            {.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 2})});
+  const auto solver = make_sqp();
+  const VectorXd none = VectorXd::Zero(1), earth = VectorXd::Constant(1, 9.81);
+  const Homotopy way = solve_along(shooting, *solver, "gravity", none, earth);
+  ASSERT_TRUE(way.ok()) << way.reached << " " << way.solution.message;
+  EXPECT_EQ(way.steps.front().at, 0.0);
+  // Without gravity: u = a - b t from rest to rest, 12 pi^2 / T^3.
+  EXPECT_NEAR(way.steps.front().cost, 12.0 * M_PI * M_PI / 27.0, 2e-3 * way.steps.front().cost);
+  EXPECT_NEAR(way.solution.trajectory.final_state()[0], M_PI, 1e-6);
+  EXPECT_EQ(shooting.data().parameters[0][0], 9.81);
+
+  EXPECT_THROW(solve_along(shooting, *solver, "levity", none, earth), DefinitionError);
+  EXPECT_THROW(solve_along(shooting, *solver, "gravity", VectorXd::Zero(2), earth),
+               DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
