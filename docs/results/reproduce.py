@@ -1,29 +1,35 @@
 #!/usr/bin/env python3
-"""Makes the tables of the READMEs again from runs, and says what differs from what is printed.
+"""Makes tables, pictures and numbers of the READMEs again from runs, and says what differs from what is printed.
 
-Usage: reproduce.py PROGRAM [NAME...] [--quick] [--sample N] [--write] [--jobs N] [--list]
+Usage: reproduce.py PROGRAM [NAME...] [--quick] [--sample N] [--write] [--jobs N] [--keep FOLDER] [--list]
 
-PROGRAM is saltus. Without names all tables are made, with --quick those that take seconds, with --sample
+PROGRAM is saltus. Without names all are made, with --quick those that take seconds, with --sample
 N the one whose turn it is (N modulo their number). A table stands in its README between the marks
 <!-- table: NAME --> and <!-- end of table -->; what was made goes to docs/results/NAME.md, with
 machine, versions and date. Two cells agree if their words do and their numbers do to one unit of the last printed digit
-(times: within a factor of three). Status 3 if something differs, 2 for a mistake on the command
-line. --write puts what was made into the READMEs.
+(times: within a factor of three). `pictures` draws the READMEs' pictures again and says how many of their
+points differ; `sentences` compares numbers in the prose. Status 3 if something differs, 2 for a mistake on the command
+line. What needs a package that is not there is skipped with a sentence. --write puts what was made into the READMEs,
+--keep leaves the runs in a folder, where they are not made again.
 """
 
 import argparse
-import concurrent.futures
+import contextlib
 import datetime
-import json
 import os
 import platform
 import re
-import subprocess
+import shutil
 import sys
 import tempfile
 
+from other_tables import OTHER_TABLES
+from pictures import PICTURES
+from programs import NotHere, Programs
+from sentences import SENTENCES
 from tables import TABLES
 
+ALL = {**TABLES, **OTHER_TABLES}
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DIFFERENT = 3
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -94,34 +100,6 @@ def differences(name, table, made):
     return found
 
 
-def run(program, settings, folder):
-    """summary.json of one run of push recovery."""
-    command = [program, "run", "push_recovery", "--out", folder, "--pictures", "false"]
-    for key, value in settings.items():
-        command += ["--" + key, str(value)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode not in (0, 3):
-        raise RuntimeError(f"{' '.join(command)}: status {done.returncode}\n{done.stderr}")
-    with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
-        return json.load(file)
-
-
-def make(program, table, jobs):
-    """The table as Markdown."""
-    with tempfile.TemporaryDirectory(prefix="saltus-reproduce-") as folder:
-        def one(index):
-            row = table.rows[index]
-            return [run(program, settings, os.path.join(folder, f"{index}-{i}"))
-                    for i, settings in enumerate(row.runs)]
-        with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-            summaries = list(pool.map(one, range(len(table.rows))))
-    lines = ["| " + " | ".join(title for title, _ in table.columns) + " |",
-             "| " + " | ".join("---" for _ in table.columns) + " |"]
-    for row, found in zip(table.rows, summaries):
-        lines.append("| " + " | ".join(cell(row, found) for _, cell in table.columns) + " |")
-    return "\n".join(lines) + "\n"
-
-
 def write(path, text):
     partial = path + ".partial"
     with open(partial, "w", encoding="utf-8") as file:
@@ -129,11 +107,9 @@ def write(path, text):
     os.replace(partial, path)
 
 
-def save_result(program, name, table, made):
-    version = subprocess.run([program, "--version"], capture_output=True, text=True,
-                             check=False).stdout.strip()
+def save_result(programs, name, table, made):
     write(os.path.join(ROOT, "docs/results", name + ".md"),
-          f"# {table.title}\n\n{made}\n{version}; {platform.machine()}, {processor()}; "
+          f"# {table.title}\n\n{made}\n{programs.version()}; {platform.machine()}, {processor()}; "
           f"{datetime.date.today().isoformat()}\n")
 
 
@@ -153,16 +129,94 @@ def put_into_readme(name, table, made):
     write(readme_of(table), before + begin + made + end + rest.split(end, 1)[1])
 
 
+def make_table(name, programs, is_written):
+    """What differs, a line each."""
+    table = ALL[name]
+    made = table.make(programs)
+    save_result(programs, name, table, made)
+    found = differences(name, table, made)
+    if is_written:
+        put_into_readme(name, table, made)
+    return found
+
+
+def share_of_points(there, here):
+    """That differ visibly between two pictures, 0 to 1."""
+    try:
+        import matplotlib.image
+    except ImportError as error:
+        raise NotHere(f"{sys.executable} has no matplotlib (Debian: python3-matplotlib)") from error
+    a, b = matplotlib.image.imread(there), matplotlib.image.imread(here)
+    if a.shape != b.shape:
+        return 1.0
+    return float((abs(a - b).max(axis=-1) > 0.1).mean())
+
+
+def make_pictures(programs, is_written):
+    """The maps' pictures are made with their tables."""
+    made = {path: draw(programs) for path, draw in PICTURES.items()}
+    return compare_pictures(made, is_written)
+
+
+def compare_pictures(made, is_written):
+    most = 0.005
+    found = []
+    for path, picture in made.items():
+        there = os.path.join(ROOT, path)
+        share = share_of_points(there, picture) if os.path.exists(there) else 1.0
+        if share > most:
+            found.append(f"{path}: {100.0 * share:.1f} % of its points differ")
+        if is_written:
+            shutil.copyfile(picture, there)
+    return found
+
+
+def make_sentences(programs, is_written):
+    found = []
+    for name, sentence in SENTENCES.items():
+        said = sentence.make(programs)
+        with open(readme_of(sentence), encoding="utf-8") as file:
+            text = " ".join(file.read().split())
+        if " ".join(said.split()) not in text:
+            found.append(f"{sentence.readme} does not say ({name}): {said}")
+    return found
+
+
+def make(name, programs, is_written):
+    if name == "pictures":
+        return make_pictures(programs, is_written)
+    if name == "sentences":
+        return make_sentences(programs, is_written)
+    found = make_table(name, programs, is_written)
+    drawn, programs.pictures = programs.pictures, {}
+    return found + compare_pictures(drawn, is_written)
+
+
 def chosen(arguments):
-    unknown = [name for name in arguments.names if name not in TABLES]
+    known = [*ALL, "pictures", "sentences"]
+    unknown = [name for name in arguments.names if name not in known]
     if unknown:
-        print(f"reproduce: there is no table {unknown[0]}; there are {', '.join(TABLES)}",
+        print(f"reproduce: there is no table {unknown[0]}; there are {', '.join(known)}",
               file=sys.stderr)
         sys.exit(2)
-    names = arguments.names or [n for n, t in TABLES.items() if t.quick or not arguments.quick]
+    names = arguments.names or [n for n in known if not arguments.quick or n in ALL and ALL[n].quick]
     if arguments.sample is not None:
         names = [names[arguments.sample % len(names)]]
     return names
+
+
+def folder_of_runs(kept):
+    if kept is None:
+        return tempfile.TemporaryDirectory(prefix="saltus-reproduce-")
+    os.makedirs(kept, exist_ok=True)
+    return contextlib.nullcontext(os.path.abspath(kept))
+
+
+def show_list():
+    for name, table in ALL.items():
+        print(f"{name:<16} {table.runs():>3} runs  {table.title} ({table.readme})")
+    print(f"{'pictures':<16} {len(PICTURES):>3} pictures of the READMEs")
+    print(f"{'sentences':<16} {len(SENTENCES):>3} sentences of the READMEs with numbers in them")
 
 
 def main():
@@ -175,23 +229,23 @@ def main():
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--sample", type=int)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--keep")
     arguments = parser.parse_intermixed_args()
     if arguments.list:
-        for name, table in TABLES.items():
-            runs = sum(len(row.runs) for row in table.rows)
-            print(f"{name:<16} {runs:>3} runs  {table.title} ({table.readme})")
+        show_list()
         return 0
     found = []
-    for name in chosen(arguments):
-        table = TABLES[name]
-        print(f"{name}: {sum(len(row.runs) for row in table.rows)} runs ...", flush=True)
-        made = make(arguments.program, table, arguments.jobs)
-        save_result(arguments.program, name, table, made)
-        new = differences(name, table, made)
-        if arguments.write:
-            put_into_readme(name, table, made)
-        print(f"{name}: " + ("as printed" if not new else f"{len(new)} cells differ"))
-        found += new
+    with folder_of_runs(arguments.keep) as folder:
+        programs = Programs(os.path.abspath(arguments.program), folder, arguments.jobs)
+        for name in chosen(arguments):
+            print(f"{name} ...", flush=True)
+            try:
+                new = make(name, programs, arguments.write)
+            except NotHere as why:
+                print(f"{name}: skipped; {why}")
+                continue
+            print(f"{name}: " + ("as printed" if not new else f"{len(new)} differ"), flush=True)
+            found += new
     for line in found:
         print(line)
     return 0 if not found or arguments.write else DIFFERENT

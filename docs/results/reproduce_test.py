@@ -2,12 +2,12 @@
 """Does reproduce.py see what differs from a printed table, and nothing else?"""
 
 import os
+import re
 import sys
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import reproduce  # noqa: E402
-from tables import TABLES  # noqa: E402
 
 
 class Agreement(unittest.TestCase):
@@ -33,12 +33,26 @@ class Agreement(unittest.TestCase):
 
 class Tables(unittest.TestCase):
     def test_every_table_stands_in_its_readme(self):
-        for name, table in TABLES.items():
+        for name, table in reproduce.ALL.items():
             there = reproduce.printed(name, table)
             self.assertIsNotNone(there, name)
             rows = reproduce.cells(there)
-            self.assertEqual(rows[0], [title.strip() for title, _ in table.columns], name)
-            self.assertEqual(len(rows) - 1, len(table.rows), name)
+            titles, count = table.shape()
+            self.assertEqual(rows[0], [title.strip() for title in titles], name)
+            self.assertEqual(len(rows) - 1, count, name)
+
+    def test_every_picture_is_there(self):
+        for path in reproduce.PICTURES:
+            self.assertTrue(os.path.exists(os.path.join(reproduce.ROOT, path)), path)
+
+    def test_the_words_around_numbers_stand_in_their_readme(self):
+        for name, sentence in reproduce.SENTENCES.items():
+            with open(reproduce.readme_of(sentence), encoding="utf-8") as file:
+                text = " ".join(file.read().split())
+            place = 0
+            for words in re.split(r"\{[^}]*\}", sentence.words):
+                place = text.find(" ".join(words.split()), place)
+                self.assertGreaterEqual(place, 0, f"{name}: {words}")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,16 @@
-"""What the tables of the READMEs are made of: the runs of each row and the cells of each column."""
+"""What the tables of push recovery are made of: the runs of each row and the cells of each column."""
 
+import concurrent.futures
 import dataclasses
 from typing import Callable, Dict, List, Tuple
 
 README = "problems/push_recovery/README.md"
 PAPER = {"preset": "paper"}
+
+
+def markdown(titles, rows):
+    lines = [titles, ["---"] * len(titles), *rows]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
 @dataclasses.dataclass
@@ -22,6 +28,21 @@ class Table:
     readme: str = README
     quick: bool = True
     timed: Tuple[str, ...] = ()  # columns that are times
+
+    def runs(self):
+        return sum(len(row.runs) for row in self.rows)
+
+    def shape(self):
+        """Titles, and how many rows there are below them."""
+        return [title for title, _ in self.columns], len(self.rows)
+
+    def make(self, programs):
+        """As Markdown."""
+        with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
+            summaries = list(pool.map(lambda row: [programs.run(settings) for settings in row.runs], self.rows))
+        return markdown([title for title, _ in self.columns],
+                        [[cell(row, found) for _, cell in self.columns]
+                         for row, found in zip(self.rows, summaries)])
 
 
 def look_up(summary, key):

@@ -1,0 +1,171 @@
+"""Tables that are not rows of push recovery's runs: the suite, survival maps, other humanoids, solvers."""
+
+import concurrent.futures
+import dataclasses
+from typing import Tuple
+
+from programs import humanoid, rows_of
+from tables import README, markdown
+
+COMPASS = {0: "forward", 45: "forward left", 90: "left (stance side)", 135: "back left", 180: "back",
+           225: "back right", 270: "right (swing side)", 315: "forward right"}
+
+
+@dataclasses.dataclass
+class Suite:
+    """Cases of the library with what was found and what is known."""
+    title: str
+    cases: Tuple[str, ...]
+    readme: str = "README.md"
+    quick: bool = True
+    timed: Tuple[str, ...] = ()
+    titles = ("case", "value", "reference", "digits", "between", "status")
+
+    def runs(self):
+        return len(self.cases)
+
+    def shape(self):
+        return list(self.titles), len(self.cases)
+
+    def make(self, programs):
+        rows = []
+        for case in self.cases:
+            found = next(c for c in programs.suite("ipopt", case)["cases"] if c["id"] == case)
+            value = found["checked"][0]
+            between = found["between_nodes"]
+            known = min(value["digits_known"], 12)
+            rows.append([f"{case} {found['name']}", f"{value['value']:.{min(known, 7)}g}",
+                         f"{value['reference']:.{known}g}",
+                         f"{value['digits_reached']}/{value['digits_known']}",
+                         "-" if between is None else f"{between:.0e}" if between else "0", found["verdict"]])
+        return markdown(list(self.titles), rows)
+
+
+@dataclasses.dataclass
+class Solvers:
+    """How many cases of the library each solver meets."""
+    title: str
+    readme: str = "README.md"
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+    names = ("ipopt", "sparse", "riccati")
+    titles = ("solver", "cases that it can take", "within tolerance")
+
+    def runs(self):
+        return len(self.names)
+
+    def shape(self):
+        return list(self.titles), len(self.names)
+
+    def make(self, programs):
+        rows = []
+        for solver in self.names:
+            found = programs.suite(solver)
+            met = found["within_tolerance"]
+            rows.append([solver, str(met + found["missed"] + found["failed"]), str(met)])
+        return markdown(list(self.titles), rows)
+
+
+def unbroken(rows, controller, step_time, direction):
+    """The largest impulse up to which all were recovered, and the bound of the pendulum there."""
+    cells = sorted((float(r["impulse_ns"]), r["outcome"], float(r["bound_ns"])) for r in rows
+                   if r["controller"] == controller and float(r["step_time_s"]) == step_time
+                   and float(r["direction_deg"]) == direction)
+    largest = 0.0
+    for impulse, outcome, _ in cells:
+        if outcome != "recovered":
+            break
+        largest = impulse
+    return largest, cells[0][2]
+
+
+@dataclasses.dataclass
+class Map:
+    """Rays of a survival map, and its picture."""
+    title: str
+    arguments: Tuple[str, ...]
+    step_times: Tuple[float, ...]
+    directions: int
+    picture: str
+    readme: str = README
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+
+    def runs(self):
+        return 1
+
+    def _columns(self):
+        columns = []
+        for time in self.step_times:
+            word = f", {time:g} s" if len(self.step_times) > 1 else ""
+            columns += [("MPC" + word, "mpc", time, False), ("baseline" + word, "capture_point", time, False)]
+        columns.append(("no step", "none", 0.0, False))
+        for time in self.step_times:
+            word = f", step of {time:g} s" if len(self.step_times) > 1 else ", step"
+            columns.append(("pendulum's bound" + word, "mpc", time, True))
+        columns.append(("pendulum's bound, no step", "none", 0.0, True))
+        return columns
+
+    def shape(self):
+        return ["towards", *(title for title, *_ in self._columns())], self.directions
+
+    def make(self, programs):
+        folder = programs.survival_map(*self.arguments)
+        programs.pictures[self.picture] = folder + "/map.png"
+        rows = rows_of(folder)
+        lines = []
+        for i in range(self.directions):
+            direction = 360.0 * i / self.directions
+            line = [COMPASS.get(direction, f"{direction:g} degrees")]
+            for _, controller, time, is_bound in self._columns():
+                largest, bound = unbroken(rows, controller, time, direction)
+                line.append(f"{bound:.1f}" if is_bound else f"{largest:g}" if largest else "below 1")
+            lines.append(line)
+        return markdown(self.shape()[0], lines)
+
+
+@dataclasses.dataclass
+class Humanoids:
+    """Robots that nobody described, from their URDF alone."""
+    title: str
+    readme: str = "robots/README.md"
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+    robots = (("Unitree G1", "example-robot-data", "robots/g1_description/urdf/g1_29dof_rev_1_0.urdf"),
+              ("Talos", "example-robot-data", "robots/talos_data/robots/talos_reduced.urdf"),
+              ("JVRC1", "jvrc-description", "jvrc_description/urdf/jvrc1.urdf"))
+    pushes = tuple((plant, impulse) for plant in ("dart", "mujoco") for impulse in (4, 8))
+    words = {"dart": "DART", "mujoco": "MuJoCo"}
+
+    def runs(self):
+        return len(self.robots) * len(self.pushes)
+
+    def shape(self):
+        return ["robot", *(f"{self.words[plant]}, {impulse} N s" for plant, impulse in self.pushes)], len(self.robots)
+
+    def make(self, programs):
+        files = [programs.new_robot(humanoid(package, path)) for _, package, path in self.robots]
+
+        def outcome(job):
+            file, (plant, impulse) = job
+            found = programs.run({"config": file, "plant": plant, "push.impulse": impulse})
+            return "recovered" if found["recovered"] else found["reason"]
+        jobs = [(file, one) for file in files for one in self.pushes]
+        with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
+            outcomes = list(pool.map(outcome, jobs))
+        n = len(self.pushes)
+        return markdown(self.shape()[0], [[robot[0], *outcomes[i * n:(i + 1) * n]]
+                                          for i, robot in enumerate(self.robots)])
+
+
+OTHER_TABLES = {
+    "suite": Suite("Problems of the library against their known answers, solved by Ipopt",
+                   ("A01", "A02", "B01", "B07", "B10", "C03", "D02", "D12")),
+    "solvers": Solvers("Cases of the library that each solver meets"),
+    "map_centroidal": Map("What is survived on the centroidal model", (), (0.6, 0.45, 0.3), 16,
+                          "problems/push_recovery/map_centroidal.png"),
+    "map_dart": Map("What the whole body survives in DART, preset paper",
+                    ("--plant", "dart", "--set", "preset=paper", "--directions", "8", "--step-times", "0.6"),
+                    (0.6,), 8, "problems/push_recovery/map_dart.png"),
+    "humanoids": Humanoids("Humanoids that nobody described, by `saltus robot new` alone, preset robot"),
+}

@@ -1,0 +1,90 @@
+"""Runs of the program saltus that tables, pictures and sentences are made of."""
+
+import csv
+import hashlib
+import json
+import os
+import subprocess
+import sys
+
+
+class NotHere(Exception):
+    """What is needed is not on this machine; the sentence says what, and where it comes from."""
+
+
+def call(command, good=(0, 3)):
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode not in good:
+        raise RuntimeError(f"{' '.join(command)}: status {done.returncode}\n{done.stderr}")
+    return done
+
+
+class Programs:
+    """Every run is made once, in a folder of its own below `folder`."""
+
+    def __init__(self, program, folder, jobs):
+        self.program, self.folder, self.jobs = program, folder, jobs
+        self.pictures = {}  # drawn beside a table: path in the project -> file
+
+    def _folder(self, kind, what):
+        digest = hashlib.sha1(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
+        return os.path.join(self.folder, f"{kind}-{digest}")
+
+    def version(self):
+        return call([self.program, "--version"]).stdout.strip()
+
+    def run(self, settings, pictures=False):
+        """summary.json of a run of push recovery, and the folder that it lies in."""
+        folder = self.run_folder(settings, pictures)
+        with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+            return {**json.load(file), "folder": folder}
+
+    def run_folder(self, settings, pictures=False):
+        out = self._folder("run", [settings, pictures])
+        if not os.path.exists(os.path.join(out, "summary.json")):
+            command = [self.program, "run", "push_recovery", "--out", out,
+                       "--pictures", "true" if pictures else "false"]
+            for key, value in settings.items():
+                command += ["--" + key, str(value)]
+            call(command)
+        return out
+
+    def suite(self, solver, only=""):
+        """What `saltus suite --json` says."""
+        out = self._folder("suite", [solver, only]) + ".json"
+        if not os.path.exists(out):
+            call([self.program, "suite", "--set", f"solver={solver}", "--json", out]
+                 + (["--only", only] if only else []))
+        with open(out, encoding="utf-8") as file:
+            return json.load(file)
+
+    def survival_map(self, *arguments):
+        """The folder of a map: map.csv and map.png."""
+        out = self._folder("map", arguments)
+        call([self.program, "map", *arguments, "--out", out, "--jobs", str(self.jobs)])
+        return out
+
+    def new_robot(self, urdf):
+        """run.yaml of a robot that `saltus robot new` has described."""
+        out = self._folder("robot", urdf)
+        if not os.path.exists(os.path.join(out, "run.yaml")):
+            call([self.program, "robot", "new", urdf, "--out", out], good=(0,))
+        return os.path.join(out, "run.yaml")
+
+
+def rows_of(folder, name="map.csv"):
+    with open(os.path.join(folder, name), encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def humanoid(package, path):
+    """A URDF of another robot, from a package of PyPI that is installed beside Python or in the
+    virtual environment that SALTUS_HUMANOIDS names."""
+    roots = [os.environ.get("SALTUS_HUMANOIDS"), sys.prefix]
+    for root in filter(None, roots):
+        for folder, _, _ in os.walk(root):
+            candidate = os.path.join(folder, path)
+            if os.path.exists(candidate):
+                return candidate
+    raise NotHere(f"{os.path.basename(path)} comes with the package {package} of PyPI: install it into a "
+                  "virtual environment and name that in SALTUS_HUMANOIDS")
