@@ -22,7 +22,8 @@ std::unique_ptr<Planner> PushRecovery::make_planner(const RobotDescription& nomi
 std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescription& nominal,
                                                              const Scene& scene) const {
   if (config_.planning.planner == StepPlannerChoice::ocp)
-    return make_step_choice(config_.planning, config_.step, scene, nominal.mass);
+    return make_step_choice(config_.planning, config_.step, scene, nominal.mass,
+                            reach_of_robot(config_.planning, config_.robot, nominal));
   return std::make_unique<StepLogic>(config_.step, config_.push.start, scene);
 }
 

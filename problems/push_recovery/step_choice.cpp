@@ -62,6 +62,13 @@ StepChoice::StepChoice(const StepModel& model, const StepChoiceSettings& setting
   }
 }
 
+void StepChoice::restart() {
+  plan_ = {};
+  incumbent_ = -1;
+  for (Candidate& c : candidates_) c.solved_at = -infinity;
+  unloading_since_ = swinging_since_ = infinity;
+}
+
 bool StepChoice::is_fixed(const StepSituation& now) const {
   return plan_.count > 0 && !now.foot(plan_.steps[0].foot).stands && swinging_since_ < infinity &&
          now.time > plan_.steps[0].landing - settings_.lead;

@@ -41,6 +41,8 @@ class StepChoice final : public walking::StepPlanner {
 
   const StepPlan& plan(const StepSituation& now) override;
 
+  /// Forgets all plans: another run begins.
+  void restart();
   /// Whether the last plan meets all constraints; otherwise it is the least bad.
   bool is_feasible() const { return is_feasible_; }
   /// The first input of the last plan: centre of pressure in the world (m), rate of eta (m/s).

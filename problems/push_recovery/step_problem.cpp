@@ -104,7 +104,9 @@ StepPhase phase_of(const std::string& name, const StepModel& model, int before, 
       phase.data(foot, guess);
   }
   phase.unknown("rest", Vec<double, 3>::Zero(), between(-1.0, 1.0));
-  phase.nominal(Vec<double, 7>::Constant(0.1), Vec<double, 5>::Ones());
+  Vec<double, 7> magnitude = Vec<double, 7>::Constant(0.1);
+  magnitude.segment<2>(4).setConstant(model.lent);
+  phase.nominal(magnitude, Vec<double, 5>::Ones());
   phase.nominal_duration(0.1).guess_duration(usual);
   return phase;
 }
@@ -135,7 +137,7 @@ void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
   const StepWeights& w = model.weights;
   const double side = k % 2 == 1 ? 1.0 : -1.0;  // away from the stance foot
   const HalfPlanes reach = model.reach;
-  const Vec<double, 2> leg = model.leg;
+  const HalfPlanes leg = model.leg;
   phase.reach(
       "swing time", [](const auto&, const auto& x) { return x[6]; }, at_least(model.swing.lower));
   phase.reach(
@@ -151,13 +153,19 @@ void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
       },
       at_most(0.0));
   phase.reach(
-      "reach of the leg",
+      "reach of the legs",
       [=](const auto&, const auto& x, const auto&, const auto& p) {
         using S = std::decay_t<decltype(x[0])>;
-        const Vec<S, 2> to = foot(k, p);
-        return Vec<S, 2>((to[0] - x[0]) / leg[0], (to[1] - x[1]) / leg[1]);
+        const Vec<S, 2> to = foot(k, p), from = foot(k - 1, p);
+        Vec<S, 2 * reach_rows> beyond;
+        for (int i = 0; i < reach_rows; ++i) {
+          const double ahead = leg.A(i, 0), out = side * leg.A(i, 1);
+          beyond[i] = ahead * (to[0] - x[0]) + out * (to[1] - x[1]) - leg.b[i];
+          beyond[reach_rows + i] = ahead * (from[0] - x[0]) - out * (from[1] - x[1]) - leg.b[i];
+        }
+        return beyond;
       },
-      between(-1.0, 1.0), soft("reach", w.reach));
+      at_most(0.0), soft("reach", w.reach));
   // Minimum jerk: the peak speed is 15/8 of the mean one. In eight directions of the ground.
   const double mean_speed = model.swing_speed * 8.0 / 15.0;
   phase.reach(

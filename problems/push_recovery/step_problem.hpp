@@ -42,7 +42,8 @@ struct StepModel {
   double lent_rate = 0.2;           ///< m/s
   /// Centre of a foot that lands from that of the stance foot, (forward, away from it), m.
   HalfPlanes reach;
-  Vec<double, 2> leg{0.35, 0.35};             ///< farthest centre of a landing foot from the CoM, m
+  /// Centres of both feet from the CoM when one lands, (forward, to their own side), m.
+  HalfPlanes leg;
   double swing_speed = 1.2;                   ///< largest of the foot, m/s
   Bounds swing = between(0.3, 0.9);           ///< from lift-off to landing, s
   double usual_swing = 0.6;                   ///< s

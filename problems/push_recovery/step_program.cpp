@@ -16,7 +16,9 @@ namespace {
 constexpr double converged = 1e-3;
 constexpr double feasible = 1e-2;  // 1 mm
 
-ShootingOptions grid_of(const OptimalControlProblem& problem) {
+}  // namespace
+
+ShootingOptions step_grid(const OptimalControlProblem& problem) {
   // Single supports last about 2 / omega, double supports a fraction of it.
   constexpr int long_intervals = 4, short_intervals = 1;
   ShootingOptions options;
@@ -28,8 +30,10 @@ ShootingOptions grid_of(const OptimalControlProblem& problem) {
   return options;
 }
 
+namespace {
+
 std::unique_ptr<MultipleShooting> transcribed(OptimalControlProblem problem) {
-  ShootingOptions options = grid_of(problem);
+  ShootingOptions options = step_grid(problem);
   return std::make_unique<MultipleShooting>(std::move(problem), std::move(options));
 }
 

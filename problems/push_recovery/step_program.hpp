@@ -27,6 +27,9 @@ struct StepSolution {
   Vec<double, 2> pressure = Vec<double, 2>::Zero(), lent_rate = Vec<double, 2>::Zero();
 };
 
+/// Where the nodes of step_problem() stand.
+ShootingOptions step_grid(const OptimalControlProblem& problem);
+
 class StepProgram {
  public:
   StepProgram(const StepModel& model, int steps, bool from_two_feet);

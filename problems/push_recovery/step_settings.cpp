@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <vector>
 
+#include "saltus/app/data_file.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
@@ -14,13 +17,31 @@ Vec<double, 2> centre_of(const FootRectangle& foot) {
   return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
 }
 
-// Of the centre of the swing sole from that of the stance sole; the settings speak of the origins.
-HalfPlanes reach_of(const walking::Step& step, const Vec<double, 2>& offset) {
-  const double x0 = -step.forward_max + offset[0], x1 = step.forward_max + offset[0],
-               y0 = step.lateral_min + offset[1], y1 = step.lateral_max + offset[1];
-  Eigen::Matrix<double, 4, 2> corners;
-  corners << x0, y0, x1, y0, x1, y1, x0, y1;
-  return SupportPolygon::hull(corners).half_planes(reach_rows);
+HalfPlanes half_planes(const std::vector<Point2>& corners, const Vec<double, 2>& offset) {
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points(static_cast<int>(corners.size()), 2);
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    points.row(static_cast<int>(i)) = (corners[i] + offset).transpose();
+  return SupportPolygon::hull(points).half_planes(reach_rows);
+}
+
+// Without the sides towards the other leg: there the feet are in each other's way, not the leg in
+// that of the CoM. They repeat another side.
+HalfPlanes outer(HalfPlanes sides) {
+  int farthest = 0;
+  for (int i = 0; i < sides.rows(); ++i)
+    if (sides.A(i, 1) > sides.A(farthest, 1)) farthest = i;
+  for (int i = 0; i < sides.rows(); ++i)
+    if (sides.A(i, 1) < -0.1) {
+      sides.A.row(i) = sides.A.row(farthest);
+      sides.b[i] = sides.b[farthest];
+    }
+  return sides;
+}
+
+// As the settings have it. The legs are as long as a step to both sides.
+survey::FootReach reach_of(const walking::Step& step) {
+  const double x = step.forward_max, y0 = step.lateral_min, y1 = step.lateral_max;
+  return {{{-x, y0}, {x, y0}, {x, y1}, {-x, y1}}, {{-x, -y1}, {x, -y1}, {x, y1}, {-x, y1}}};
 }
 
 }  // namespace
@@ -43,6 +64,10 @@ void declare_settings(Settings& s, StepPlanning& p) {
   s.number("step.momentum", p.momentum, "Nms", "largest angular momentum that is counted on (ocp)",
            at_least(0.0));
   s.number("step.torque", p.torque, "Nm", "largest rate of it (ocp)", at_least(0.0));
+  s.choice<bool>(
+      "step.reach", p.robot_reach, {{"robot", true}, {"settings", false}},
+      "where feet can be put (ocp): by the robot's own kinematics, if there is a URDF, or "
+      "by step.forward_max and the like");
   s.number("step.price", p.price, "", "cost of a step: standing is preferred (ocp)", at_least(0.0));
   s.number("step.hysteresis", p.hysteresis, "", "by which another choice must be cheaper (ocp)",
            at_least(0.0));
@@ -57,14 +82,23 @@ void declare_settings(Settings& s, StepPlanning& p) {
   });
 }
 
-std::unique_ptr<walking::StepPlanner> make_step_choice(const StepPlanning& planning,
-                                                       const walking::Step& step,
-                                                       const walking::Scene& scene, double mass) {
+std::optional<survey::FootReach> reach_of_robot(const StepPlanning& planning,
+                                                const walking::RobotChoice& choice,
+                                                const RobotDescription& robot) {
+  if (!planning.robot_reach || robot.joints.empty()) return std::nullopt;
+  const std::optional<std::filesystem::path> urdf = walking::urdf_of(choice);
+  if (!urdf) return std::nullopt;
+  return survey::cached_foot_reach(UrdfModel::read(*urdf), robot, cache_folder() / "reach");
+}
+
+std::unique_ptr<walking::StepPlanner> make_step_choice(
+    const StepPlanning& planning, const walking::Step& step, const walking::Scene& scene,
+    double mass, const std::optional<survey::FootReach>& robot_reach) {
   const FootRectangle& left = scene.side == Side::left ? scene.stance_foot : scene.swing_foot;
   const FootRectangle& right = scene.side == Side::left ? scene.swing_foot : scene.stance_foot;
   const SoleCentres centres{centre_of(left), centre_of(right)};
-  // From the origins of the soles to their centres, away from the stance foot.
-  const Vec<double, 2> offset(0.0, centres.left[1] - centres.right[1]);
+  // From the origins of the soles to their centres, away from the other foot and to the own side.
+  const Vec<double, 2> apart(0.0, centres.left[1] - centres.right[1]), own = centres.left;
 
   StepModel model;
   const auto usable = [&](const Bounds& width) {
@@ -75,7 +109,9 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(const StepPlanning& plann
   const double per_momentum = 1.0 / (mass * height * pendulum_frequency(height));
   model.lent = std::max(planning.momentum * per_momentum, 1e-6);
   model.lent_rate = std::max(planning.torque * per_momentum, 1e-6);
-  model.reach = reach_of(step, offset);
+  const survey::FootReach reach = robot_reach ? *robot_reach : reach_of(step);
+  model.reach = half_planes(reach.from_foot, apart);
+  model.leg = outer(half_planes(reach.from_com, own));
   model.swing_speed = planning.foot_speed;
   model.swing = between(planning.shortest, planning.longest);
   model.usual_swing = std::clamp(step.duration, planning.shortest, planning.longest);
@@ -86,7 +122,7 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(const StepPlanning& plann
   choice.price = planning.price;
   choice.hysteresis = planning.hysteresis;
   choice.lead = planning.lead;
-  return std::make_unique<StepChoice>(model, choice, centres, step.fixed_place + offset);
+  return std::make_unique<StepChoice>(model, choice, centres, step.fixed_place + apart);
 }
 
 }  // namespace saltus::push_recovery

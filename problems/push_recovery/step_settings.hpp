@@ -3,8 +3,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "problems/push_recovery/step_choice.hpp"
+#include "saltus/robots/survey/foot_reach.hpp"
+#include "saltus/robots/walking/robot_choice.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_logic.hpp"
 
@@ -24,6 +27,7 @@ struct StepPlanning {
   double sole_margin = 0.006;   ///< of the border of the soles, not used, m
   double momentum = 0.4;        ///< largest |H| about either horizontal axis, Nms
   double torque = 5.0;          ///< largest rate of it, Nm
+  bool robot_reach = true;      ///< of its own kinematics, else that of the settings
   double price = 2.0;           ///< of a step, in units of the cost
   double hysteresis = 0.5;      ///< in units of the cost
   double lead = 0.08;           ///< s before the landing its time and place are fixed
@@ -32,9 +36,15 @@ struct StepPlanning {
 /// step.planner and its keys.
 void declare_settings(Settings& settings, StepPlanning& planning);
 
-/// For the robot of this scene; `step` has its reach, and its usual time and place.
-std::unique_ptr<walking::StepPlanner> make_step_choice(const StepPlanning& planning,
-                                                       const walking::Step& step,
-                                                       const walking::Scene& scene, double mass);
+/// For the robot of this scene; `step` has its usual time and place, and its reach as long as the
+/// robot's own is not given.
+std::unique_ptr<walking::StepPlanner> make_step_choice(
+    const StepPlanning& planning, const walking::Step& step, const walking::Scene& scene,
+    double mass, const std::optional<survey::FootReach>& reach = std::nullopt);
+
+/// Of the robot's URDF, if the settings ask for it and there is one.
+std::optional<survey::FootReach> reach_of_robot(const StepPlanning& planning,
+                                                const walking::RobotChoice& choice,
+                                                const RobotDescription& robot);
 
 }  // namespace saltus::push_recovery

@@ -1,0 +1,44 @@
+// A pendulum with a flywheel that steps as its planner says: the plant on which planners of steps
+// are compared, and nothing but them counts.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "problems/push_recovery/step_choice.hpp"
+
+namespace saltus::push_recovery {
+
+/// A horizontal push of constant force, world axes.
+struct PendulumPush {
+  double start = 0.2, duration = 0.1;               // s
+  Vec<double, 2> impulse = Vec<double, 2>::Zero();  // N s
+};
+
+struct WalkerOptions {
+  double mass = 33.06, height = 0.5579;  // kg, m
+  SoleCentres centres{{0.0265, 0.005}, {0.0265, -0.005}};
+  Vec<double, 2> half_sole{0.08, 0.036};  // m
+  double lent = 0.0, lent_rate = 0.0;     // bounds on eta, m, and its rate, m/s
+  double apart = 0.14;                    // of the soles' origins at the start, m
+  bool left_stands = true, right_stands = false;
+  double period = 0.01, duration = 4.0;  // s
+};
+
+struct WalkerRun {
+  bool recovered = false;
+  int steps = 0;
+  double first_landing = infinity;  ///< after the push began, s
+  double foot_speed = 0.0;          ///< largest, m/s
+  std::vector<double> seconds;      ///< processor time of each tick
+  std::vector<int> iterations;      ///< quadratic programs of each tick
+};
+
+/// The planner's own first input acts on the pendulum, as far as the true soles allow. Recovered:
+/// at the end the capture point is at rest within what stands.
+WalkerRun walk(StepChoice& planner, const WalkerOptions& options,
+               std::span<const PendulumPush> pushes,
+               const std::function<void(const StepSituation&, const StepPlan&)>& observe = {});
+
+}  // namespace saltus::push_recovery

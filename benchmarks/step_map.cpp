@@ -1,0 +1,193 @@
+// How far can a pendulum be pushed, in which direction, by what its planner of steps may choose?
+// Prints CSV: direction (deg), then the largest impulse (N s) up to which all were recovered with
+// time and place fixed, place free, time free, both free, several steps; and the bound of the
+// pendulum for 0 to 3 steps. `step_map [left|both] [directions]`
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "benchmarks/pendulum_walker.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+
+constexpr double usual_time = 0.6, shortest_time = 0.3;  // s
+const Vec<double, 2> usual_place(0.0, 0.15);             // of centres, m
+constexpr double reach_forward = 0.25, reach_near = 0.13, reach_far = 0.31;
+
+struct Variant {
+  const char* name;
+  bool free_place, free_time;
+  int steps;
+};
+constexpr Variant variants[] = {{"fixed", false, false, 1},
+                                {"place", true, false, 1},
+                                {"time", false, true, 1},
+                                {"both", true, true, 1},
+                                {"steps", true, true, 3}};
+
+Points rectangle(double x0, double x1, double y0, double y1) {
+  Points points(4, 2);
+  points << x0, y0, x1, y0, x1, y1, x0, y1;
+  return points;
+}
+
+StepModel model_of(const Variant& v, const WalkerOptions& walker) {
+  StepModel m;
+  m.sole = walker.half_sole.array() - 0.002;
+  m.lent = walker.lent;
+  m.lent_rate = walker.lent_rate;
+  constexpr double fixed = 1e-3;  // m, s: half the width that is left
+  Points corners(4, 2);
+  const double x = v.free_place ? reach_forward : fixed,
+               y0 = v.free_place ? reach_near : usual_place[1] - fixed,
+               y1 = v.free_place ? reach_far : usual_place[1] + fixed;
+  corners << -x, y0, x, y0, x, y1, -x, y1;
+  m.reach = SupportPolygon::hull(corners).half_planes(reach_rows);
+  m.leg = SupportPolygon::hull(rectangle(-0.5, 0.5, -0.5, 0.5)).half_planes(reach_rows);
+  m.swing_speed = 2.0;
+  if (v.free_time)
+    m.swing = between(shortest_time, 0.9);
+  else
+    m.swing = between(usual_time, usual_time + fixed);
+  m.usual_swing = usual_time;
+  return m;
+}
+
+// --- the bound: sets of capture points from which it can be stopped ------------------------------
+
+Points corners_of(const SupportPolygon& polygon) {
+  Points points(polygon.size(), 2);
+  for (int i = 0; i < polygon.size(); ++i) points.row(i) = polygon.vertices()[i].transpose();
+  return points;
+}
+Points sum(double a, const Points& A, double b, const Points& B) {
+  Points points(A.rows() * B.rows(), 2);
+  for (Eigen::Index i = 0; i < A.rows(); ++i)
+    for (Eigen::Index j = 0; j < B.rows(); ++j)
+      points.row(i * B.rows() + j) = a * A.row(i) + b * B.row(j);
+  return corners_of(SupportPolygon::hull(points));
+}
+Points together(const Points& A, const Points& B) {
+  Points points(A.rows() + B.rows(), 2);
+  points << A, B;
+  return corners_of(SupportPolygon::hull(points));
+}
+
+// On one foot at the origin, the other one to come at y > 0: (1 - e) sole + e (what follows), with
+// e = exp(-omega t_s), as robots/survival/pendulum_bound.hpp has it for one step. What follows is
+// the hull of both soles, or the same with a step less on the new foot.
+Points capturable(int steps, const WalkerOptions& walker, double omega) {
+  const Vec<double, 2>& h = walker.half_sole;
+  const Points sole = rectangle(-h[0], h[0], -h[1], h[1]);
+  if (steps == 0) return sole;
+  const Points reach = rectangle(-reach_forward, reach_forward, reach_near, reach_far);
+  Points on_new_foot = capturable(steps - 1, walker, omega);
+  on_new_foot.col(1) *= -1.0;  // the next step goes to the other side
+  const double e = std::exp(-omega * shortest_time);
+  return sum(1.0 - e, sole, e, together(sole, sum(1.0, reach, 1.0, on_new_foot)));
+}
+
+double distance_to_border(const Points& corners, const Vec<double, 2>& from,
+                          const Vec<double, 2>& along) {
+  const HalfPlanes sides = SupportPolygon::hull(corners).half_planes();
+  double distance = infinity;
+  for (int i = 0; i < sides.rows(); ++i) {
+    const double speed = sides.A.row(i).dot(along);
+    if (speed > 0.0) distance = std::min(distance, (sides.b[i] - sides.A.row(i).dot(from)) / speed);
+  }
+  return distance;
+}
+
+// N s. Of a start on two feet either may stand on; at rest in their middle.
+double bound(int steps, double angle, const WalkerOptions& walker) {
+  const double omega = pendulum_frequency(walker.height), duration = PendulumPush{}.duration;
+  const double decay = (1.0 - std::exp(-omega * duration)) / (omega * duration);
+  const bool both = walker.left_stands && walker.right_stands;
+  Points set = capturable(steps, walker, omega);
+  set.col(1) *= -1.0;  // the left foot stands: the other side is y < 0
+  const Vec<double, 2> along(std::cos(angle), std::sin(angle));
+  double distance = 0.0;
+  if (both) {
+    const double apart = usual_place[1];
+    Points standing = rectangle(-walker.half_sole[0], walker.half_sole[0],
+                                -apart - walker.half_sole[1], walker.half_sole[1]);
+    Points mirrored = set;
+    mirrored.col(1) = -set.col(1).array() - apart;
+    const Vec<double, 2> middle(0.0, -0.5 * apart);
+    for (const Points& from : {standing, set, mirrored})
+      distance = std::max(distance, distance_to_border(from, middle, along));
+  } else {
+    distance = distance_to_border(set, {0.0, 0.0}, along);
+  }
+  return distance * walker.mass * omega / decay;
+}
+
+// --- the map ------------------------------------------------------------------------------------
+
+// The largest impulse up to which every half N s was recovered.
+double largest(StepChoice& planner, const WalkerOptions& walker, double angle) {
+  constexpr double step = 0.5, most = 40.0;
+  for (double impulse = 2.0 * step; impulse < most; impulse += step) {
+    planner.restart();
+    const PendulumPush push{0.05, 0.1, impulse * Vec<double, 2>(std::cos(angle), std::sin(angle))};
+    if (!walk(planner, walker, {&push, 1}).recovered) return impulse - step;
+  }
+  return most;
+}
+
+void print_map(WalkerOptions walker, int directions) {
+  const double turn = 2.0 * std::numbers::pi / directions;
+  std::vector<std::unique_ptr<StepChoice>> planners;
+  const SoleCentres& centres = walker.centres;
+  for (const Variant& v : variants)
+    planners.push_back(std::make_unique<StepChoice>(
+        model_of(v, walker), StepChoiceSettings{.most_steps = v.steps}, centres, usual_place));
+  fmt::print("direction");
+  for (const Variant& v : variants) fmt::print(",{}", v.name);
+  for (int k = 0; k <= 3; ++k) fmt::print(",bound_{}", k);
+  fmt::print("\n");
+  std::vector<double> area(std::size(variants) + 4, 0.0);
+  std::vector<double> first(area.size()), last(area.size());
+  for (int i = 0; i < directions; ++i) {
+    fmt::print("{:.2f}", 360.0 * i / directions);
+    std::vector<double> radius;
+    for (const auto& planner : planners) radius.push_back(largest(*planner, walker, i * turn));
+    for (int k = 0; k <= 3; ++k) radius.push_back(bound(k, i * turn, walker));
+    for (std::size_t j = 0; j < radius.size(); ++j) {
+      fmt::print(",{:.2f}", radius[j]);
+      if (i == 0)
+        first[j] = radius[j];
+      else
+        area[j] += 0.5 * std::sin(turn) * last[j] * radius[j];
+      last[j] = radius[j];
+    }
+    fmt::print("\n");
+    std::fflush(stdout);
+  }
+  fmt::print("area");
+  for (std::size_t j = 0; j < area.size(); ++j)
+    fmt::print(",{:.0f}", area[j] + 0.5 * std::sin(turn) * last[j] * first[j]);
+  fmt::print("\n");
+}
+
+}  // namespace
+}  // namespace saltus::push_recovery
+
+int main(int argc, char** argv) {
+  saltus::push_recovery::WalkerOptions walker;
+  walker.right_stands = argc > 1 && std::string(argv[1]) == "both";
+  walker.duration = 2.5;
+  walker.lent = 1e-4;  // as good as nothing: the bound knows no flywheel
+  walker.lent_rate = 0.05;
+  saltus::push_recovery::print_map(walker, argc > 2 ? std::max(3, std::atoi(argv[2])) : 16);
+}
