@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Pushes that a pendulum survives, over their direction, by what its planner of steps may choose.
+
+Usage: plot_step_map.py MAP.CSV PICTURE.PNG, with what the program step_map of benchmarks/ prints.
+"""
+
+import csv
+import math
+import sys
+
+import shared  # noqa: F401
+from saltus.drawing import plt, save_picture
+
+VARIANTS = {
+    "fixed": ("time and place fixed", "tab:gray"),
+    "place": ("place free", "tab:green"),
+    "time": ("time free", "tab:orange"),
+    "both": ("both free", "tab:blue"),
+    "steps": ("several steps", "tab:red"),
+}
+BOUNDS = {"bound_0": ("bound, no step", ":"), "bound_1": ("bound, one step", "--"),
+          "bound_3": ("bound, three steps", "-.")}
+
+
+def main(source, target):
+    with open(source, newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    area = next((row for row in rows if row["direction"] == "area"), None)
+    if area is None:
+        raise SystemExit(f"{source} has no line with the areas: is it the whole output of step_map?")
+    rows.remove(area)
+    rows.append(rows[0])
+    angles = [math.radians(float(row["direction"])) for row in rows]
+    figure, axes = plt.subplots(figsize=(7.4, 6.4), subplot_kw={"projection": "polar"},
+                                constrained_layout=True)
+    for key, (label, style) in BOUNDS.items():
+        axes.plot(angles, [float(row[key]) for row in rows], style, color="black", linewidth=1.0,
+                  label=f"{label} ({float(area[key]):.0f} (N s)²)")
+    for key, (label, colour) in VARIANTS.items():
+        axes.plot(angles, [float(row[key]) for row in rows], color=colour, linewidth=2.0,
+                  label=f"{label} ({float(area[key]):.0f} (N s)²)")
+    axes.set_theta_zero_location("N")  # forward is up, the left foot's side to the left
+    axes.set_title("largest impulse survived, N s; forward is up")
+    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(0.86, 1.05))
+    save_picture(figure, target)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        raise SystemExit(__doc__)
+    main(sys.argv[1], sys.argv[2])
