@@ -8,6 +8,8 @@
 namespace saltus {
 namespace {
 
+constexpr int corner_rows = 8;
+
 // Entries that are zero in exact arithmetic (cos 90 degrees) come out near 1e-16.
 double without_rounding(double value) { return std::abs(value) < 1e-15 ? 0.0 : value; }
 
@@ -50,7 +52,7 @@ int contact_cone_rows(const ContactConeOptions& options) {
   const int last = !options.normal_force_rows                  ? 0
                    : std::isfinite(options.normal_force.upper) ? 2
                                                                : 1;
-  return options.edges + 6 + last;
+  return options.edges + 6 + (options.corners ? corner_rows : 0) + last;
 }
 
 ContactCone contact_cone(const ContactConeOptions& options) {
@@ -86,6 +88,27 @@ ContactCone contact_cone(const ContactConeOptions& options) {
   add("centre of pressure x max", -options.foot.x.upper, ty, -1.0);
   add("centre of pressure y min", options.foot.y.lower, tx, -1.0);
   add("centre of pressure y max", -options.foot.y.upper, tx, 1.0);
+  if (options.corners) {
+    const Bounds &x = options.foot.x, &y = options.foot.y;
+    const double X = 0.5 * (x.upper - x.lower), Y = 0.5 * (y.upper - y.lower);
+    const double mid_x = 0.5 * (x.lower + x.upper), mid_y = 0.5 * (y.lower + y.upper);
+    // Torques about the middle of the rectangle.
+    using Row = Eigen::Matrix<double, 1, 6>;
+    const Row force[3] = {Row::Unit(fx), Row::Unit(fy), Row::Unit(fz)};
+    const Row torque[3] = {Row::Unit(tx) - mid_y * force[2], Row::Unit(ty) + mid_x * force[2],
+                           Row::Unit(tz) - mid_x * force[1] + mid_y * force[0]};
+    const double mu = options.friction;
+    for (const double turn : {1.0, -1.0})
+      for (const double first : {1.0, -1.0})
+        for (const double second : {1.0, -1.0}) {
+          cone.A.row(row) = turn * torque[2] + first * (Y * force[0] + turn * mu * torque[0]) +
+                            second * (X * force[1] + turn * mu * torque[1]) -
+                            mu * (X + Y) * force[2];
+          cone.names.push_back(fmt::format("corners {}{}{}", turn > 0.0 ? '+' : '-',
+                                           first > 0.0 ? '+' : '-', second > 0.0 ? '+' : '-'));
+          ++row;
+        }
+  }
   if (row < rows) {
     cone.b[row] = -options.normal_force.lower;
     add("normal force min", -1.0, fz, -1.0);

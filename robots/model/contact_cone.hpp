@@ -9,9 +9,18 @@
 //   centre of pressure               x_min fz + ty <= 0,  -x_max fz - ty <= 0,
 //                                    y_min fz - tx <= 0,  -y_max fz + tx <= 0
 //   normal force                     fz_min <= fz <= fz_max
+//   corners, if asked for, torque about the middle of the rectangle, of half sides X and Y:
+//      tz + |Y fx + mu tx| + |X fy + mu ty| <= mu (X + Y) fz
+//     -tz + |Y fx - mu tx| + |X fy - mu ty| <= mu (X + Y) fz
 // for i = 0 .. n-1. An inscribed pyramid lies inside the Coulomb cone |f_xy| <= mu fz (its edges
 // are on the cone), a circumscribed one contains it (its faces touch it): four circumscribed edges
 // are |fx|, |fy| <= mu fz.
+//
+// Torsion that is bounded on its own may be asked of a foot that stands on one corner, which cannot
+// exert any but that of its force: such a foot turns under. The rows `corners` are what four
+// corners with |fx|, |fy| <= mu fz each exert together; S. Caron, Q.-C. Pham, Y. Nakamura,
+// "Stability of surface contacts for humanoid robots: closed-form formulae of the contact wrench
+// cone for rectangular support areas", ICRA 2015.
 #pragma once
 
 #include <string>
@@ -33,6 +42,7 @@ struct ContactConeOptions {
   FrictionPyramid pyramid = FrictionPyramid::inscribed;
   FootRectangle foot{};                         // m, in the sole frame
   double torsional_friction = 0.0133;           // mu_z, m: |tz| <= mu_z fz
+  bool corners = false;                         // no more torsion than corners can exert
   Bounds normal_force = between(10.0, 1000.0);  // of fz, N
   /// Whether fz_min and fz_max appear as the last two rows, or only as `ContactCone::normal_force`
   /// for a problem that bounds the input fz itself. An infinite side never has a row.
@@ -73,7 +83,8 @@ struct ContactCone {
 /// fz_min > fz_max, and NaN anywhere.
 ContactCone contact_cone(const ContactConeOptions& options = {});
 
-/// Number of rows that `contact_cone(options)` has: edges + 6 + finite sides of the normal force.
+/// Number of rows that `contact_cone(options)` has: edges + 6 + 8 of corners + finite sides of the
+/// normal force.
 int contact_cone_rows(const ContactConeOptions& options);
 
 // Inside a term, with w of any scalar: `Vec<S, 14>(rows * w)` with `rows = cone.fixed<14>()`, at

@@ -21,6 +21,10 @@ void declare_settings(Settings& s, ContactSettings& c) {
                             "inside the friction cone, or around it");
   s.number("contact.torsional_friction", c.torsional_friction, "m", "largest |tz| / fz",
            at_least(0.0));
+  s.flag(
+      "contact.corners", c.corners,
+      "and no more than friction at the foot's four corners can exert: a foot that stands on one "
+      "corner turns about it freely");
   s.number("contact.fz_min", c.normal_force_min, "N", "least normal force of a foot in contact",
            at_least(0.0));
   s.number("contact.fz_max", c.normal_force_max, "N", "largest normal force", above(0.0));
@@ -39,6 +43,7 @@ ContactConeOptions cone_options(const ContactSettings& contact, const FootRectan
   options.pyramid = contact.pyramid;
   options.foot = foot;
   options.torsional_friction = contact.torsional_friction;
+  options.corners = contact.corners;
   options.normal_force = between(contact.normal_force_min, contact.normal_force_max);
   return options;
 }

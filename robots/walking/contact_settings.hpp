@@ -14,6 +14,7 @@ struct ContactSettings {
   int edges = 6;  ///< of the friction pyramid
   FrictionPyramid pyramid = FrictionPyramid::inscribed;
   double torsional_friction = 0.0133;  ///< m
+  bool corners = false;                ///< no more torsion than the foot's corners can exert
   double normal_force_min = 10.0;      ///< N
   double normal_force_max = 1000.0;
 };

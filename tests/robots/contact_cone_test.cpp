@@ -113,6 +113,48 @@ TEST(ContactCone, CentreOfPressureAtTheEdgeIsTheLimit) {
     }
 }
 
+TEST(ContactCone, CornersExertAllThatItsCornersCanAndNoMore) {
+  const FootRectangle foot{between(-0.05, 0.11), between(-0.03, 0.04)};
+  const double mu = 0.4;
+  ContactConeOptions options{.friction = mu,
+                             .edges = 4,
+                             .pyramid = FrictionPyramid::circumscribed,
+                             .foot = foot,
+                             .torsional_friction = 1.0,
+                             .corners = true,
+                             .normal_force_rows = false};
+  const ContactCone cone = contact_cone(options);
+  EXPECT_EQ(cone.rows(), 4 + 6 + 8);
+  options.corners = false;
+  const ContactCone without = contact_cone(options);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> part(-1.0, 1.0), share(0.0, 1.0);
+  const auto force_at = [&](double x, double y, double fz, double fx, double fy) {
+    return wrench(fx, fy, fz, y * fz, -x * fz, x * fy - y * fx);
+  };
+  for (int k = 0; k < 200; ++k) {
+    Vec<double, 6> all = Vec<double, 6>::Zero();
+    for (const double x : {foot.x.lower, foot.x.upper})
+      for (const double y : {foot.y.lower, foot.y.upper}) {
+        const double fz = 100.0 * share(random);
+        const Vec<double, 6> one =
+            force_at(x, y, fz, mu * fz * part(random), mu * fz * part(random));
+        all += one;
+        EXPECT_LT(cone.violation(one), 1e-12);
+        // On one corner there is no torsion but that of the force.
+        const Vec<double, 6> turning = wrench(0, 0, 0, 0, 0, k % 2 == 0 ? 1e-3 : -1e-3);
+        EXPECT_NEAR(cone.violation(one + turning), 1e-3, 1e-12);
+        EXPECT_LT(without.violation(one + turning), 1e-12);
+      }
+    EXPECT_LT(cone.violation(all), 0.0);
+  }
+  // Pure torsion: each corner pushes along both of its bounds.
+  const double most = mu * (0.5 * 0.16 + 0.5 * 0.07) * 100.0;
+  const Vec<double, 6> middle = force_at(0.03, 0.005, 100.0, 0.0, 0.0);
+  EXPECT_NEAR(cone.violation(middle + wrench(0, 0, 0, 0, 0, most)), 0.0, 1e-12);
+  EXPECT_NEAR(cone.violation(middle - wrench(0, 0, 0, 0, 0, most)), 0.0, 1e-12);
+}
+
 TEST(ContactCone, GivesItsMatrixWithAFixedSize) {
   const ContactCone cone = contact_cone();
   const Vec<double, 6> w = wrench(3, -2, 150, 1, 2, 0.5);
