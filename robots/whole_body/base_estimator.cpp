@@ -21,6 +21,7 @@ void BaseEstimator::reset(const Eigen::Isometry3d& base, Side pin,
   pin_ = pin;
   stands(pin) = true;
   stands(other(pin)) = false;
+  rests_[0] = rests_[1] = false;
   P_.setZero();
   const auto start = [this](int first, int entries, double deviation) {
     P_.diagonal().segment(first, entries).setConstant(square(deviation));
@@ -56,11 +57,14 @@ void BaseEstimator::predict(const Vec<double, 3>& angular_velocity,
       continue;
     }
     if (side != pin_) walk(State::foot(State::foot_positions, side), 3, options_.foot_walk);
-    walk(State::foot(State::foot_turns, side), side == pin_ ? 2 : 3, options_.foot_turn_walk);
+    const bool rests = rests_[side == Side::left ? 0 : 1];
+    walk(State::foot(State::foot_turns, side), side == pin_ ? 2 : 3,
+         rests ? options_.resting_turn_walk : options_.foot_turn_walk);
   }
 }
 
 void BaseEstimator::correct(Side side, const SoleReading& reading) {
+  rests_[side == Side::left ? 0 : 1] = reading.stands && reading.rests;
   if (!reading.stands) {
     if (stands(side)) forget(side);
     stands(side) = false;

@@ -20,6 +20,9 @@ struct BaseEstimatorOptions {
   /// How feet that stand move all the same; of the pin its roll and pitch only.
   double foot_walk = 0.02;       ///< m/s per sqrt(Hz)
   double foot_turn_walk = 0.05;  ///< rad/s per sqrt(Hz)
+  /// The same of a sole that rests: whose centre of pressure is off its edges, about which alone it
+  /// could turn. It is what tells a gyroscope's bias within a second.
+  double resting_turn_walk = 5e-4;
   /// Of what the legs say beyond the noise of encoders: what bends and rocks.
   double leg_position_noise = 3e-4, leg_turn_noise = 1e-3;  ///< m, rad
   /// The ground is level: roll and pitch of a sole that stands are zero but for this, rad, each
@@ -38,6 +41,7 @@ struct BaseEstimatorOptions {
 /// (position m | rotation rad), axes of the base.
 struct SoleReading {
   bool stands = false;
+  bool rests = false;  ///< flat: its centre of pressure lies inside
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   Mat<double, 6, 6> covariance = Mat<double, 6, 6>::Zero();
 };
@@ -73,7 +77,7 @@ class BaseEstimator {
   BaseEstimatorOptions options_;
   State state_;
   State::Matrix P_ = State::Matrix::Zero(), transition_, product_;
-  bool stands_[2] = {false, false};
+  bool stands_[2] = {false, false}, rests_[2] = {false, false};
   Side pin_ = Side::left;
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "saltus/core/error.hpp"
@@ -11,6 +12,31 @@ namespace {
 
 // Before the first force is read the pin is known to stand, s: time for the contact to build up.
 constexpr double certain_stand = 0.05;
+
+// A sole rests when its centre of pressure is so far from its edges, m: beyond what the biases of
+// the force sensors make of it.
+constexpr double off_the_edge = 0.005;
+
+// What touches the ground, less that.
+FootRectangle resting_area(const FloatingRobot& robot, const FloatingRobot::Frame& sole) {
+  FootRectangle area{{infinity, -infinity}, {infinity, -infinity}};
+  for (const UrdfBox& box : robot.bodies[static_cast<std::size_t>(sole.body)].boxes)
+    for (int corner = 0; corner < 4; ++corner) {
+      const Vec<double, 3> half(corner % 2 == 0 ? 0.5 : -0.5, corner < 2 ? 0.5 : -0.5, -0.5);
+      const Vec<double, 3> point =
+          sole.pose.inverse() * (box.pose * Vec<double, 3>(half.cwiseProduct(box.size)));
+      area.x = {std::min(area.x.lower, point.x() + off_the_edge),
+                std::max(area.x.upper, point.x() - off_the_edge)};
+      area.y = {std::min(area.y.lower, point.y() + off_the_edge),
+                std::max(area.y.upper, point.y() - off_the_edge)};
+    }
+  return area;
+}
+
+bool presses_within(const FootRectangle& area, const Vec<double, 6>& wrench) {
+  const double x = -wrench[4] / wrench[2], y = wrench[3] / wrench[2];
+  return x > area.x.lower && x < area.x.upper && y > area.y.lower && y < area.y.upper;
+}
 
 BaseEstimatorOptions estimator_options(const SensorOptions& sensors,
                                        const EstimationOptions& options) {
@@ -38,6 +64,7 @@ EstimatedPlant::EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot
       random_(0),
       seed_(static_cast<std::uint64_t>(sensors.seed)),
       soles_{{robot, Side::left}, {robot, Side::right}},
+      resting_{resting_area(robot, robot.left_sole), resting_area(robot, robot.right_sole)},
       velocities_(robot.joints(), sensors_.encoder_period(), options.velocity_lag),
       base_(estimator_options(sensors, options)) {
   for (const auto& [name, value] : {std::pair{"lag of velocities", options.velocity_lag},
@@ -81,8 +108,9 @@ void EstimatedPlant::step() {
     read_soles();
     for (const Side side : {Side::left, Side::right}) {
       SoleReading& sole = readings_[side == Side::left ? 0 : 1];
-      const double force = (side == Side::left ? r.left : r.right)[2];
-      sole.stands = force > (sole.stands ? 0.5 : 1.0) * options_.standing_force;
+      const Vec<double, 6>& wrench = side == Side::left ? r.left : r.right;
+      sole.stands = wrench[2] > (sole.stands ? 0.5 : 1.0) * options_.standing_force;
+      sole.rests = sole.stands && presses_within(resting_[side == Side::left ? 0 : 1], wrench);
       if (side == pin_ && plant_->time() < certain_stand) sole.stands = true;
       base_.correct(side, sole);
     }

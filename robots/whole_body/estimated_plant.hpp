@@ -43,6 +43,7 @@ class EstimatedPlant final : public PlantAround {
   std::uint64_t seed_;
   SoleKinematics soles_[2];
   SoleReading readings_[2];
+  FootRectangle resting_[2];  // where the centre of pressure of a sole that rests lies
   JointVelocityFilter velocities_;
   BaseEstimator base_;
   WholeBodyState state_;

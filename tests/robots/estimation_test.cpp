@@ -234,6 +234,31 @@ TEST(BaseEstimator, ThePinStaysWhereItIs) {
 }
 
 // q = a t^2 / 2: the velocity is that of the lag before.
+// At rest on one foot, with the bias of a gyroscope of which nothing is known.
+TEST(BaseEstimator, ASoleThatRestsTellsTheBiasOfTheGyroscope) {
+  const auto error_after_a_second = [](bool rests) {
+    Random random(4);
+    BaseEstimator filter;
+    const State truth = Sway::at(0.0);
+    const Eigen::Isometry3d sole = truth.sole(Side::left);
+    filter.reset(truth.base(), Side::left, sole);
+    const Vec<double, 3> bias(3.5e-3, -3.5e-3, 2e-3);  // rad/s
+    const Vec<double, 3> gravity = truth.R.transpose() * Vec<double, 3>(0.0, 0.0, standard_gravity);
+    SoleReading reading;
+    reading.stands = true;
+    reading.rests = rests;
+    for (int k = 0; k < 1000; ++k) {
+      filter.predict(bias + noise(random, 1.75e-4 / std::sqrt(dt)),
+                     gravity + noise(random, 5.9e-4 / std::sqrt(dt)), dt);
+      reading.pose = truth.base().inverse() * sole;
+      filter.correct(Side::left, reading);
+    }
+    return (filter.state().b_gyroscope - bias).norm();
+  };
+  EXPECT_LT(error_after_a_second(true), 1e-3);
+  EXPECT_GT(error_after_a_second(false), 3e-3);
+}
+
 TEST(JointVelocityFilter, IsLateByTheLag) {
   constexpr double T = 1e-3, a = 30.0;
   for (const double lag : {0.5e-3, 2e-3, 10e-3, 90e-3}) {
