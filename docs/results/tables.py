@@ -153,8 +153,8 @@ def in_dart(size, **settings):
     return push(size, plant="dart", **settings)
 
 
-def as_it_is(size, duration, seed):
-    settings = {"preset": "robot", "plant": "dart", "push.impulse": size, "sensor.seed": seed}
+def as_it_is(size, duration, seed, plant="dart"):
+    settings = {"preset": "robot", "plant": plant, "push.impulse": size, "push.start": 1, "sensor.seed": seed}
     return settings if duration is None else {**settings, "step.duration": duration}
 
 
@@ -189,18 +189,21 @@ TABLES = {
          ("its capture point", figure("icp_settling_s", "{:.2f}", run=1, if_recovered=True)),
          ("its largest H", too_much(1)), ("its peak", peak_of(1))]),
     "robot": Table(
-        "The robot as it is: measured senses, self-collision, joint speeds, in DART, eight seeds each",
-        [Row(text, [as_it_is(size, duration, seed) for seed in range(1, 9)])
-         for text, size, duration in (
-             ("4 N s, step of 0.6 s", 4, 0.6), ("5 N s, step of 0.6 s", 5, 0.6),
-             ("6 N s, step of 0.6 s", 6, 0.6), ("7 N s", 7, None), ("8 N s", 8, None),
-             ("8 N s, step of 0.3 s", 8, 0.3), ("10 N s, step of 0.3 s", 10, 0.3))],
+        "The robot as it is: measured senses, self-collision, joint speeds, eight seeds each",
+        [Row(text, [as_it_is(size, duration, seed, plant) for seed in range(1, 9)])
+         for text, size, duration, plant in (
+             ("4 N s, step of 0.6 s", 4, 0.6, "dart"), ("5 N s, step of 0.6 s", 5, 0.6, "dart"),
+             ("6 N s, step of 0.6 s", 6, 0.6, "dart"), ("7 N s", 7, None, "dart"),
+             ("8 N s", 8, None, "dart"), ("8 N s, step of 0.3 s", 8, 0.3, "dart"),
+             ("10 N s, step of 0.3 s", 10, 0.3, "dart"),
+             ("in MuJoCo 6 N s, step of 0.6 s", 6, 0.6, "mujoco"), ("in MuJoCo 7 N s", 7, None, "mujoco"))],
         [("push", name), ("recovered", seeds_recovered),
          ("largest H, Nms", worst("angular_momentum_max", "{:.2f}")),
          ("least clearance", worst("body.clearance_min_m", "{:.1f} mm", 1e3, least=True)),
          ("longest above a speed", worst("body.joint_speed_over_s", "{:.0f} ms", 1e3)),
          ("joint speed, of its limit", worst("body.joint_speed_ratio_max", "{:.0f} %", 1e2)),
          ("nearest joint limit", worst("body.joint_limit_margin_rad", "{:.0f} mrad", 1e3, least=True)),
+         ("slip of a corner", worst("body.slip_max_m", "{:.1f} mm", 1e3)),
          ("error of the CoM", worst("body.estimate_com_error_m", "{:.1f} mm", 1e3)),
          ("of its velocity, RMS", worst("body.estimate_velocity_error_m_s", "{:.3f} m/s"))],
         quick=False),

@@ -31,14 +31,14 @@ void declare_presets(Settings& s, Config& config) {
              {"step.duration=0.6", "step.trigger=push", "step.decide=always",
               "step.decision_lead=none", "sensors=ideal", "self_collision=false",
               "joint_speed_limits=false", "whole_body.stance_damping=50",
-              "contact.friction=0.3333333333333333", "contact.torsional_friction=0.0133"}},
+              "contact.friction=0.3333333333333333", "contact.corners=false", "dart.friction=box"}},
             {"robot",
              {"step.duration=0.5",  // about 0.56 s from the push
               "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1",
               "sensors=measured", "self_collision=true", "joint_speed_limits=true",
               "whole_body.stance_damping=30",
-              // A foot that has just landed, lightly loaded on an edge, turns under more.
-              "contact.friction=0.25", "contact.torsional_friction=0.006"}}},
+              // A foot that has just landed, lightly loaded on a corner, turns under more.
+              "contact.friction=0.25", "contact.corners=true", "dart.friction=inscribed"}}},
            "the conditions of the paper or those of the real robot, which are the default of the "
            "whole body; keys that are given win");
   s.implies("plant", {"dart", "mujoco"}, "preset=robot");

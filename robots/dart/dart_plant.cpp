@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <dart/collision/CollisionObject.hpp>
 #include <dart/collision/bullet/BulletCollisionDetector.hpp>
 #include <dart/collision/dart/DARTCollisionDetector.hpp>
@@ -45,14 +46,18 @@ const char* describe(DartCollision choice) {
   return names[static_cast<int>(choice)];
 }
 
-dd::SkeletonPtr ground(const PlantOptions& options) {
+double coefficient(const DartOptions& options) {
+  return options.cone == DartFriction::box ? options.friction : options.friction * std::sqrt(0.5);
+}
+
+dd::SkeletonPtr ground(const DartOptions& options) {
   dd::SkeletonPtr skeleton = dd::Skeleton::create("ground");
   dd::BodyNode* body = skeleton->createJointAndBodyNodePair<dd::WeldJoint>().second;
   for (const GroundBox& box : ground_boxes(options)) {
     dd::ShapeNode* shape = body->createShapeNodeWith<dd::CollisionAspect, dd::DynamicsAspect>(
         std::make_shared<dd::BoxShape>(box.size));
     shape->setRelativeTranslation(box.centre);
-    shape->getDynamicsAspect()->setFrictionCoeff(options.friction);
+    shape->getDynamicsAspect()->setFrictionCoeff(coefficient(options));
   }
   return skeleton;
 }
@@ -83,7 +88,7 @@ class DartPlant final : public Plant {
     for (dd::BodyNode* body : skeleton->getBodyNodes())
       for (std::size_t i = 0; i < body->getNumShapeNodes(); ++i)
         if (dd::DynamicsAspect* surface = body->getShapeNode(i)->getDynamicsAspect())
-          surface->setFrictionCoeff(options.friction);
+          surface->setFrictionCoeff(coefficient(options));
     for (int i = 0; i < robot.joints(); ++i)
       skeleton->getDof(view_.dof(6 + i))->setDampingCoefficient(options.joint_friction);
     world_->setGravity({0.0, 0.0, -standard_gravity});

@@ -9,10 +9,16 @@ namespace saltus {
 
 enum class DartCollision { dart, fcl, bullet, ode };
 enum class DartLcp { dantzig, pgs };
+/// DART bounds the two tangential forces of a contact one by one: its friction cone is a square
+/// one. `box`: each at most friction times the normal force, together up to sqrt(2) times that.
+/// `inscribed`: each at most 1 / sqrt(2) of it, so that no direction has more than Coulomb's law
+/// allows, and those along the axes less.
+enum class DartFriction { box, inscribed };
 
 struct DartOptions : PlantOptions {
   DartCollision collision = DartCollision::bullet;
   DartLcp lcp = DartLcp::dantzig;
+  DartFriction cone = DartFriction::box;
 };
 
 /// With `self_collision` bodies need their capsules (add_capsules), and detectors other than Bullet

@@ -51,9 +51,8 @@ Posture start_of(const UrdfModel& model, const Limbs& limbs) {
   return start;
 }
 
-// Also notes how near limbs come.
-StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body, SurveyedRobot& robot,
-                           const char* name, Stance stance) {
+StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
+                           const SurveyedRobot& robot, const char* name, Stance stance) {
   const Limbs& limbs = robot.limbs;
   // The feet as far apart as with straight legs; the root link lower by this part of its height.
   constexpr double lower = 0.04;
@@ -84,7 +83,6 @@ StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body, Su
         "describe the robot by hand (robots/README.md)",
         model.source(), stance == Stance::both ? "both feet" : "one foot", 1e3 * found.foot_error,
         found.tilt, 1e3 * found.com_error));
-  robot.clearance = std::min(robot.clearance, found.clearance);
   StandingPosture posture;
   posture.name = name;
   posture.stance = stance;

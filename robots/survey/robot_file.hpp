@@ -14,7 +14,6 @@ struct SurveyedRobot {
   RobotDescription description;
   Limbs limbs;
   std::vector<std::string> notes;  ///< what was assumed, sentences
-  double clearance = infinity;     ///< least one between limbs in the postures, m
 };
 
 /// Feet, joints, sides and three postures: on the left foot, on the right one and on both, the CoM

@@ -100,9 +100,6 @@ std::string run_settings(const BipedProblem& defaults, const SurveyedRobot& robo
   settings.robot.urdf = urdf.string();
   settings.robot.file = config.string();
   settings.push.link = robot.limbs.trunk;
-  // Limbs that are built close to each other cannot be asked to keep further off.
-  double& margin = settings.control.gains.clearance_margin;
-  margin = std::min(margin, 0.5 * std::max(0.0, robot.clearance));
   return keys.changes_to_yaml();
 }
 

@@ -77,6 +77,17 @@ void judge_clearance(const RunLog& log, BodyVerdict& v) {
   }
 }
 
+void judge_friction(const RunLog& log, BodyVerdict& v) {
+  for (const Vec<double, 2>& used : friction_used(log)) v.friction = v.friction.cwiseMax(used);
+  for (std::size_t k = 0; k + 1 < log.body.size(); ++k)
+    for (const Vec<double, 6>& wrench : {log.body[k].left, log.body[k].right}) {
+      if (wrench[2] <= 0.0) continue;
+      const double most = log.ground_friction * wrench[2];
+      v.beyond_friction += std::max(0.0, wrench.head<2>().norm() - most) *
+                           (log.samples[k + 1].time - log.samples[k].time);
+    }
+}
+
 void judge_slip(const RunLog& log, BodyVerdict& v) {
   const std::vector<Vec<double, 2>> slip = sole_slip(log);
   for (std::size_t k = 0; k < slip.size(); ++k)
@@ -102,7 +113,7 @@ BodyVerdict judge_body(const RunLog& log) {
   }
   v.tilt_end = angle_between(vertical(log.body.back()), vertical(first));
   judge_slip(log, v);
-  for (const Vec<double, 2>& used : friction_used(log)) v.friction = v.friction.cwiseMax(used);
+  judge_friction(log, v);
   v.force_peak = peak_forces(log);
   judge_limits(log, v);
   judge_speeds(log, v);
@@ -119,6 +130,7 @@ nlohmann::ordered_json to_json(const BodyVerdict& v) {
           {"base_tilt_end_rad", v.tilt_end},
           {"slip_max_m", v.slip.maxCoeff()},
           {"friction_max", v.friction.maxCoeff()},
+          {"friction_beyond_ns", v.beyond_friction},
           {"joint_limit_touched", v.touches_joint_limit()},
           {"joint_limit_margin_rad", v.limit_margin},
           {"joint_limit_joint", v.limit_joint},

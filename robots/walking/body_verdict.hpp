@@ -22,6 +22,10 @@ struct BodyVerdict {
   Vec<double, 2> slip = Vec<double, 2>::Zero();      ///< see sole_slip, left and right, largest, m
   Vec<double, 2> slips_from{infinity, infinity};     ///< when it passed `planted_slip`, s
   Vec<double, 2> friction = Vec<double, 2>::Zero();  ///< see friction_used, largest
+  /// What the ground exerted beyond Coulomb's friction on both feet, N s: integral of the
+  /// tangential force less `RunLog::ground_friction` times the vertical one, where that is
+  /// positive. Engines keep the law in their own way.
+  double beyond_friction = 0.0;
   Vec<double, 2> force_peak = Vec<double, 2>::Zero();  ///< vertical, mean over wrench_filter, N
   double limit_margin = infinity;  ///< least distance of a joint from its limit, rad; < 0: beyond
   std::string limit_joint;         ///< of that joint

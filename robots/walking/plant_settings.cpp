@@ -56,6 +56,11 @@ void declare_settings(Settings& s, PlantSettings& plant) {
                           "collision detector");
   s.choice<DartLcp>("dart.lcp", plant.lcp, {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
                     "contact solver");
+  s.choice<DartFriction>(
+      "dart.friction", plant.cone,
+      {{"box", DartFriction::box}, {"inscribed", DartFriction::inscribed}},
+      "DART's friction cone is square: its sides at simulator.friction, its corners beyond; or "
+      "inside the round cone of that");
 }
 
 }  // namespace saltus::walking

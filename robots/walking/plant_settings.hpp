@@ -28,6 +28,7 @@ struct PlantSettings {
   EstimationOptions estimation;
   DartCollision collision = DartCollision::bullet;
   DartLcp lcp = DartLcp::dantzig;
+  DartFriction cone = DartFriction::box;
 
   bool is_whole_body() const { return choice != PlantChoice::centroidal; }
   /// Does it ask for what only a whole body can be disturbed by?

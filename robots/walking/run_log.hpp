@@ -57,9 +57,10 @@ struct RunLog {
   RobotDescription robot;
   Scene final_scene;
   std::vector<Sample> samples;
-  std::vector<BodySample> body;  ///< of the whole body only, like the next two
-  FloatingRobot floating;        ///< the robot as simulated
-  FloatingRobot::Frame pushed;   ///< where it is pushed
+  std::vector<BodySample> body;       ///< of the whole body only, like the next two
+  FloatingRobot floating;             ///< the robot as simulated
+  FloatingRobot::Frame pushed;        ///< where it is pushed
+  double ground_friction = infinity;  ///< Coulomb's coefficient
   std::vector<TickRecord> ticks;
   LoopStatistics loop;
   std::string solver;

@@ -37,6 +37,7 @@ std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const PlantSetting
   options.joint_friction = settings.joint_friction;
   options.collision = settings.collision;
   options.lcp = settings.lcp;
+  options.cone = settings.cone;
   options.self_collision = self_collision;
   std::unique_ptr<Plant> plant = settings.choice == PlantChoice::mujoco
                                      ? make_mujoco_plant(robot, options)
@@ -55,6 +56,13 @@ std::unique_ptr<Plant> make_senses(std::unique_ptr<Plant> engine, const Floating
                                           settings.estimation, settings.step);
 }
 
+// A controller that knows how late the velocities are that it sees.
+WholeBodyControl control_by(WholeBodyControl control, const PlantSettings& settings) {
+  if (settings.sensors == SensorChoice::measured)
+    control.gains.velocity_age = settings.sensor.encoder.delay + settings.estimation.velocity_lag;
+  return control;
+}
+
 Vec<double, 9> gamma(const DynamicsModel& model) {
   Vec<double, 9> g;
   g << model.com(), model.com_velocity(), model.angular_momentum();
@@ -67,6 +75,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   WholeBodyLeggedPlant(const PlantStart& start, const WholeBodyOptions& options,
                        const PlantSettings& settings, const UrdfModel& model)
       : step_(settings.step),
+        friction_(settings.friction),
         per_control_(std::lround(options.control.period / settings.step)),
         per_plan_(std::lround(start.period / settings.step)),
         swing_side_(other(start.scene.side)),
@@ -79,7 +88,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
         plant_(make_senses(std::move(engine_), nominal_, start.scene.side, settings)),
         controller_(make_whole_body_controller(
             nominal_, cone_options(options.contact, start.robot.left_foot),
-            cone_options(options.contact, start.robot.right_foot), options.control)) {
+            cone_options(options.contact, start.robot.right_foot),
+            control_by(options.control, settings))) {
     for (const Push& push : pushes_) {
       pushed_.push_back(pushed_frame(body_, model, push.link));
       pushed_.back().pose.translate(push.point);
@@ -90,6 +100,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     if (estimates_ || !settings.noise.is_zero() || start.mass_error != 0.0)
       truth_ = make_dart_dynamics(body_);
     plant_->reset(state);
+    controller_->stand(state);
     update_dynamics();
     swing_.hold(dynamics_->sole(swing_side_).pose);
     swing_stands() = start.scene.two_feet;
@@ -192,6 +203,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   void describe(RunLog& log) const override {
     log.plant = plant_->name();
     log.floating = body_;
+    log.ground_friction = friction_;
     if (!pushed_.empty()) log.pushed = pushed_.front();
     log.control_calls = calls_;
     log.control_failures = failures_;
@@ -216,6 +228,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   const DynamicsModel& true_dynamics() const { return truth_ != nullptr ? *truth_ : *dynamics_; }
 
   double step_;
+  double friction_;  // of the ground
   long per_control_, per_plan_, steps_ = 0;
   Side swing_side_;
   FloatingRobot body_;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -93,16 +95,27 @@ Approach Clearance::approach_of(int first, int second) const noexcept {
   return result;
 }
 
+void Clearance::stand(const WholeBodyState& state, double margin) {
+  move(state);
+  keeps_.clear();
+  for (const auto& [first, second] : pairs_) {
+    const double distance = approach_of(first, second).distance;
+    keeps_.push_back(distance < 2.0 * margin ? 0.5 * std::max(0.0, distance) : infinity);
+  }
+}
+
 void Clearance::update(const WholeBodyState& state, double range, double ahead) noexcept {
   move(state);
   count_ = 0;
   const int most = static_cast<int>(nearest_.size());
-  for (const auto& [first, second] : pairs_) {
+  for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+    const auto [first, second] = pairs_[pair];
     const auto i = static_cast<std::size_t>(first), k = static_cast<std::size_t>(second);
     const double near = range + reaches_[i] + reaches_[k];
     if ((capsules_[i].middle() - capsules_[k].middle()).squaredNorm() > near * near) continue;
-    const Approach candidate = approach_of(first, second);
+    Approach candidate = approach_of(first, second);
     if (candidate.distance >= range) continue;
+    if (!keeps_.empty()) candidate.keep = keeps_[pair];
     const double urgency = candidate.distance + ahead * candidate.speed;
     if (count_ == most && urgency >= urgency_.back()) continue;
     int place = count_ < most ? count_++ : most - 1;

@@ -21,6 +21,7 @@ struct Approach {
   Vec<double, 3> normal;               ///< n; world axes like the points
   double speed = 0.0;                  ///< dd/dt, m/s
   double drift = 0.0;                  ///< m/s^2
+  double keep = infinity;              ///< see Clearance::stand, m
 };
 
 /// Of the pairs of `FloatingRobot::apart` that are nearest.
@@ -34,6 +35,9 @@ class Clearance {
   /// Keeps at most `most` approaches. Throws DefinitionError unless that is positive.
   Clearance(const FloatingRobot& robot, int most);
 
+  /// In a posture in which the robot will stand: pairs that are nearer there than twice `margin`
+  /// (m) are built so, and half of their distance is what they `keep` from now on. Allocates.
+  void stand(const WholeBodyState& state, double margin);
   /// Keeps the pairs that would be nearest `ahead` seconds later at their present speed, nearest
   /// first; only those that are nearer than `range` (m). Does not allocate.
   void update(const WholeBodyState& state, double range = infinity, double ahead = 0.0) noexcept;
@@ -70,6 +74,7 @@ class Clearance {
   std::vector<Capsule> capsules_;           // of the members, in the world
   std::vector<double> reaches_;             // half a length and a radius
   std::vector<std::pair<int, int>> pairs_;  // of members
+  std::vector<double> keeps_;               // of pairs_, m; empty until stand()
   std::vector<Approach> nearest_;
   std::vector<double> urgency_;  // their distances `ahead`
   int count_ = 0;

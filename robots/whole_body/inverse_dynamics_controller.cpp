@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "saltus/core/error.hpp"
 #include "saltus/qp/riccati_solver.hpp"
@@ -53,13 +54,19 @@ class InverseDynamicsController final : public WholeBodyController {
         fastest(n) {
     for (int i = 0; i < n; ++i) {
       effort[i] = robot.bodies[i + 1].effort;
-      fastest[i] = (1.0 - gains.speed_margin) * robot.bodies[i + 1].velocity;
+      fastest[i] = robot.bodies[i + 1].velocity;
       lower[i] = robot.bodies[i + 1].position.lower + gains.limit_margin;
       upper[i] = robot.bodies[i + 1].position.upper - gains.limit_margin;
       if (!(lower[i] <= upper[i]))
         throw DefinitionError(fmt::format(
             "inverse dynamics: joint {} may move by less than twice limit_margin, {} rad",
             robot.bodies[i + 1].joint, gains.limit_margin));
+    }
+    for (const int foot : {left, right}) {
+      leg[foot].resize(n);
+      for (int b = (foot == left ? robot.left_sole : robot.right_sole).body; b > 0;
+           b = robot.bodies[b].parent)
+        leg[foot][b - 1] = true;
     }
     if (gains.clearance) {
       clearance.emplace(robot, nearest_pairs);
@@ -79,6 +86,9 @@ class InverseDynamicsController final : public WholeBodyController {
     command.joint_acceleration = VectorXd::Zero(n);
   }
 
+  void stand(const WholeBodyState& state) override {
+    if (clearance) clearance->stand(state, gains.clearance_margin);
+  }
   const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,
                                   const WholeBodyTasks& tasks) noexcept override;
 
@@ -90,6 +100,7 @@ class InverseDynamicsController final : public WholeBodyController {
   StageQp qp;
   StagePoint point;
   VectorXd effort, lower, upper, fastest;
+  std::vector<bool> leg[2];  // whether a joint lies between base and sole
   std::optional<Clearance> clearance;
   VectorXd row;
   std::unique_ptr<StageQpSolver> solver;
@@ -259,10 +270,20 @@ void InverseDynamicsController::set_limits(const WholeBodyState& state) {
   limits.upper = (4.0 / (T * T)) * (upper - state.q - T * state.dq);
   if (gains.speed_limits)
     for (int i = 0; i < n; ++i) {
-      const double back = std::min(fastest[i], approach_speed(state.q[i] - lower[i]));
-      const double ahead = std::min(fastest[i], approach_speed(upper[i] - state.q[i]));
-      limits.lower[i] = (4.0 / T) * (-back - state.dq[i]);
-      limits.upper[i] = (4.0 / T) * (ahead - state.dq[i]);
+      bool swings = false;
+      for (const int foot : {left, right}) swings |= standing[foot] < 0 && leg[foot][i];
+      const double most =
+          (1.0 - (swings ? gains.swing_speed_margin : gains.speed_margin)) * fastest[i];
+      const double back = approach_speed(state.q[i] - lower[i]);
+      const double ahead = approach_speed(upper[i] - state.q[i]);
+      // What is seen is old: since then the joint was accelerated as the last call asked for.
+      const double speed = state.dq[i] + gains.velocity_age * command.joint_acceleration[i];
+      limits.lower[i] =
+          std::max((4.0 / T) * (-back - speed), gains.speed_approach * (-most - speed));
+      limits.upper[i] =
+          std::min((4.0 / T) * (ahead - speed), gains.speed_approach * (most - speed));
+      // Far above its largest speed a joint may be asked for more than it may have before a limit.
+      limits.upper[i] = std::max(limits.lower[i], limits.upper[i]);
     }
   limits.l1.setConstant(weights.limit_weight);
   limits.l2.setZero();
@@ -281,7 +302,9 @@ void InverseDynamicsController::set_clearance(const WholeBodyState& state) {
     const Approach& a = clearance->approach(i);
     clearance->jacobian(i, row);
     rows.M.row(i).head(n) = row.transpose();
-    rows.lower[i] = (4.0 / (T * T)) * (gains.clearance_margin - a.distance - T * a.speed) - a.drift;
+    rows.lower[i] =
+        (4.0 / (T * T)) * (std::min(gains.clearance_margin, a.keep) - a.distance - T * a.speed) -
+        a.drift;
     rows.upper[i] = infinity;
   }
   rows.l1.setConstant(weights.clearance_weight);

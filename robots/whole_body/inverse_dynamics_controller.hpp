@@ -33,9 +33,14 @@ struct WholeBodyGains {
   /// Keeps joints below their largest speeds, less a fraction, and lets them brake in time for
   /// their limits: at this deceleration, rad/s^2.
   bool speed_limits = false;
-  double speed_margin = 0.05, braking = 50.0;
-  /// Keeps the capsules of `FloatingRobot::apart` off each other: by this, m; as for a joint's
-  /// limit with this time constant, s.
+  double speed_margin = 0.1, braking = 50.0;
+  /// In place of the margin for the leg that swings: the ground will throw its joints, the more the
+  /// straighter the knee.
+  double swing_speed_margin = 0.25;
+  double speed_approach = 200.0;  ///< 1/s, how quickly a joint may approach its largest speed
+  double velocity_age = 0.0;      ///< s, of the joints' velocities that control() is given
+  /// Keeps the capsules of `FloatingRobot::apart` off each other: by this, m, or half of what they
+  /// are apart where the robot stands; as for a joint's limit with this time constant, s.
   bool clearance = false;
   double clearance_margin = 0.005, clearance_horizon = 0.1;
 };

@@ -32,6 +32,8 @@ struct WholeBodyCommand {
 class WholeBodyController {
  public:
   virtual ~WholeBodyController() = default;
+  /// The posture in which the robot will stand: what is close there need not keep further off.
+  virtual void stand(const WholeBodyState&) {}
   /// The model must be at `state`. Does not allocate. When the program is not solved the torques of
   /// the last call stay.
   virtual const WholeBodyCommand& control(const DynamicsModel& model, const WholeBodyState& state,

@@ -123,6 +123,17 @@ TEST(BodyVerdict, SpeedsAreRelativeToTheirLimits) {
   EXPECT_NEAR(to_json(v)["joint_speed_ratio_max"].get<double>(), 1.25, rounding);
 }
 
+TEST(BodyVerdict, FrictionBeyondCoulombsIsToldAsAnImpulse) {
+  RunLog log = still();
+  log.ground_friction = 0.5;
+  for (const std::size_t k : {10, 11}) log.body[k].left << 30.0, 40.0, 80.0, 0.0, 0.0, 0.0;
+  log.body[12].right << 0.0, 39.0, 80.0, 0.0, 0.0, 0.0;
+  const BodyVerdict v = judge_body(log);
+  EXPECT_NEAR(v.friction[0], 0.625, rounding);
+  EXPECT_NEAR(v.beyond_friction, 2.0 * 10.0 * period, rounding);
+  EXPECT_EQ(to_json(v)["friction_beyond_ns"], v.beyond_friction);
+}
+
 // Two balls of 0.1 m, one at the base's origin, the other on an arm of 0.3 m; the joint's frame
 // lies beyond another body, so that they are no neighbours.
 TEST(BodyVerdict, ClearanceIsNamedWithItsTime) {

@@ -392,10 +392,11 @@ TEST(Settings, EveryKeyIsStillThere) {
   std::sort(keys.begin(), keys.end());
   std::istringstream words(
       "capture_point.after_landing capture_point.com_damping capture_point.com_stiffness "
-      "capture_point.momentum_damping contact.edges contact.friction contact.fz_max "
-      "contact.fz_min contact.pyramid contact.torsional_friction control.period controller "
-      "dart.collision dart.lcp joint_speed_limits model.mass_error momentum.angular_momentum "
-      "momentum.linear_momentum momentum.posture momentum.posture_damping "
+      "capture_point.momentum_damping contact.corners contact.edges contact.friction "
+      "contact.fz_max contact.fz_min contact.pyramid contact.torsional_friction control.period "
+      "controller dart.collision dart.friction dart.lcp joint_speed_limits model.mass_error "
+      "momentum.angular_momentum momentum.linear_momentum momentum.posture "
+      "momentum.posture_damping "
       "momentum.swing_regularisation momentum.torque momentum.wrench motor.bandwidth "
       "motor.torque_rate mpc.costs mpc.deadline mpc.intervals mpc.missed_seed "
       "mpc.missed_share mpc.step noise.angle noise.angular_velocity noise.force "

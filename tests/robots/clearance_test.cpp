@@ -117,6 +117,18 @@ TEST_F(Limbs, TheNearestAreKept) {
   EXPECT_THROW(Clearance(robot, 0), DefinitionError);
 }
 
+TEST_F(Limbs, ThoseThatAreBuiltCloseKeepHalfOfIt) {
+  Clearance clearance(robot, 4);
+  clearance.update(start);
+  ASSERT_EQ(clearance.count(), 4);
+  EXPECT_EQ(clearance.approach(0).keep, infinity);
+  const double nearest = clearance.approach(0).distance, next = clearance.approach(1).distance;
+  clearance.stand(start, 0.25 * (nearest + next));
+  clearance.update(start);
+  EXPECT_DOUBLE_EQ(clearance.approach(0).keep, 0.5 * nearest);
+  EXPECT_EQ(clearance.approach(1).keep, infinity);
+}
+
 TEST_F(Limbs, UpdatesDoNotAllocate) {
   Clearance clearance(robot, 6);
   VectorXd row(robot.joints());
