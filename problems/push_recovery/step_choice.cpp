@@ -67,6 +67,7 @@ void StepChoice::restart() {
   incumbent_ = -1;
   for (Candidate& c : candidates_) c.solved_at = -infinity;
   unloading_since_ = swinging_since_ = infinity;
+  landed_last_ = -1;
 }
 
 bool StepChoice::is_fixed(const StepSituation& now) const {
@@ -84,6 +85,8 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   if (!now.left.stands && !now.right.stands) return plan_;
   const Side in_air = now.left.stands ? Side::right : Side::left;  // of one foot
   if (two_feet) {
+    if (swinging_since_ < infinity && plan_.count > 0)
+      landed_last_ = static_cast<int>(plan_.steps[0].foot);
     swinging_since_ = infinity;
     if (incumbent_ >= 0 && !candidates_[incumbent_].from_two_feet) incumbent_ = -1;
   } else {
@@ -100,7 +103,9 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   const auto consider = [&](int i) {
     Candidate& c = candidates_[i];
     if (c.solution != nullptr || (c.steps > 0 && c.from_two_feet != two_feet)) return;
-    if (c.steps == 0 && must_land) return;
+    if (c.steps == 0 && (must_land || (walks() && best >= 0))) return;
+    // Feet take turns: else the one in front could step onto its own place for ever.
+    if (walks() && two_feet && c.steps > 0 && static_cast<int>(c.first) == landed_last_) return;
     if (!two_feet && c.first != in_air) {
       c.first = in_air;
       c.solved_at = -infinity;
@@ -108,12 +113,15 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
     const double so_far = best >= 0 ? candidates_[best].cost : infinity;
     // What was found is no dearer than the steps alone of this one.
     if (i != incumbent_ && settings_.price * c.steps >= so_far) return;
-    if (best >= 0 && seconds_since(begin) > settings_.budget) return;
+    if (best >= 0 && iterations_ >= settings_.budget) return;
     look_at(c, now);
     if (c.cost < so_far) best = i;
   };
   if (incumbent_ >= 0) consider(incumbent_);
-  for (int i = 0; i < static_cast<int>(candidates_.size()); ++i) consider(i);
+  // Who walks stands only if nothing else was found.
+  const int first = walks() ? 1 : 0;
+  for (int i = first; i < static_cast<int>(candidates_.size()); ++i) consider(i);
+  if (best < 0 || first == 0) consider(0);
   if (incumbent_ >= 0 && best >= 0 && candidates_[incumbent_].solution != nullptr &&
       candidates_[incumbent_].cost < candidates_[best].cost + settings_.hysteresis)
     best = incumbent_;
@@ -141,6 +149,10 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   StepNow<double> data;
   data.omega = now.omega;
   data.stride = stride_;
+  // Between two landings; lateral velocities move both feet, whichever side they are on.
+  data.drift = Vec<double, 2>(settings_.velocity[0], stance == Side::left ? -settings_.velocity[1]
+                                                                          : settings_.velocity[1]) *
+               (model_.usual_swing + model_.double_support.lower);
   const Vec<double, 2> other_foot = frame.into(centre(now, other(stance)));
   if (now.foot(other(stance)).stands) data.other = other_foot;
   data.swing = other_foot;

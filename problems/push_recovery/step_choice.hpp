@@ -23,7 +23,10 @@ struct StepChoiceSettings {
   double lead = 0.08;        ///< s before the landing its time and place are fixed
   int iterations = 3;        ///< quadratic programs per choice and tick from the plan before,
   int first_iterations = 8;  ///< and of a choice that has none
-  double budget = 0.008;     ///< wall clock per tick after which no further choice is looked at, s
+  /// Quadratic programs per tick after which no further choice is looked at: in place of a clock,
+  /// so that a run is the same on every machine.
+  int budget = 24;
+  Vec<double, 2> velocity = Vec<double, 2>::Zero();  ///< desired, forward and to the left, m/s
 };
 
 /// The feet of the robot: centres of the soles in their contact frames, m.
@@ -72,6 +75,7 @@ class StepChoice final : public walking::StepPlanner {
     Vec<double, 3> out(const Vec<double, 2>& point) const;
   };
 
+  bool walks() const { return settings_.velocity.norm() > 0.0; }
   Frame frame_on(const StepSituation& now, Side stance) const;
   Vec<double, 3> centre(const StepSituation& now, Side side) const;
   Vec<double, 3> in_world(const Frame& frame, Side foot, const Vec<double, 2>& place) const;
@@ -87,6 +91,7 @@ class StepChoice final : public walking::StepPlanner {
   Vec<double, 2> stride_;
   std::vector<Candidate> candidates_;
   int incumbent_ = -1;
+  int landed_last_ = -1;               // side of the foot that did, -1: none has
   double unloading_since_ = infinity;  // s
   double swinging_since_ = infinity;   // s, of a foot of which the situation does not say it
   bool is_feasible_ = true;

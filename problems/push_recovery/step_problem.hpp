@@ -15,10 +15,11 @@ struct StepNow {
   Vec<S, 2> other = Vec<S, 2>::Zero();   ///< centre of the other sole if it stands, else zero
   Vec<S, 2> swing = Vec<S, 2>::Zero();   ///< where the foot that steps first is
   S swung = 0.0;                         ///< how long it has been in the air, s
-  Vec<S, 2> stride = Vec<S, 2>::Zero();  ///< desired place of a foot from the one before
+  Vec<S, 2> stride = Vec<S, 2>::Zero();  ///< desired place of a foot from the one before, at rest
+  Vec<S, 2> drift = Vec<S, 2>::Zero();   ///< desired motion of the feet from landing to landing
 
   using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::swing,
-                                   &StepNow::swung, &StepNow::stride>;
+                                   &StepNow::swung, &StepNow::stride, &StepNow::drift>;
 };
 
 inline constexpr int most_planned_steps = 3;

@@ -73,6 +73,20 @@ void declare_settings(Settings& s, StepPlanning& p) {
            at_least(0.0));
   s.number("step.lead", p.lead, "s", "time and place are fixed so long before the landing (ocp)",
            at_least(0.0));
+  s.vector(
+      "step.weights", p.weights, "",
+      "on resting at the border of the hull, 0.1 s off the usual time, 0.1 m off the usual place, "
+      "and a second on the border of the sole (ocp)",
+      at_least(0.0));
+  s.vector("walk.velocity", p.velocity, "m/s",
+           "forward, to the left, and turning (rad/s, not yet: 0) of a robot that walks (ocp)");
+  s.rule({"walk.velocity", "step.planner"}, [&p]() -> std::string {
+    if (p.velocity[2] != 0.0)
+      return "walk.velocity turns by its third entry, which must be 0: feet stay parallel";
+    if (p.velocity.norm() > 0.0 && p.planner != StepPlannerChoice::ocp)
+      return "walk.velocity needs step.planner=ocp: the formula takes single steps";
+    return "";
+  });
   s.rule({"step.shortest", "step.longest"}, [&p] {
     return p.shortest < p.longest ? ""
                                   : fmt::format(
@@ -112,6 +126,10 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   const survey::FootReach reach = robot_reach ? *robot_reach : reach_of(step);
   model.reach = half_planes(reach.from_foot, apart);
   model.leg = outer(half_planes(reach.from_com, own));
+  model.weights.rest = planning.weights[0];
+  model.weights.duration = planning.weights[1];
+  model.weights.stride = planning.weights[2];
+  model.weights.pressure = planning.weights[3];
   model.swing_speed = planning.foot_speed;
   model.swing = between(planning.shortest, planning.longest);
   model.usual_swing = std::clamp(step.duration, planning.shortest, planning.longest);
@@ -122,6 +140,7 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   choice.price = planning.price;
   choice.hysteresis = planning.hysteresis;
   choice.lead = planning.lead;
+  choice.velocity = planning.velocity.head<2>();
   return std::make_unique<StepChoice>(model, choice, centres, step.fixed_place + apart);
 }
 

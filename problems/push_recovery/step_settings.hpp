@@ -30,7 +30,9 @@ struct StepPlanning {
   bool robot_reach = true;      ///< of its own kinematics, else that of the settings
   double price = 2.0;           ///< of a step, in units of the cost
   double hysteresis = 0.5;      ///< in units of the cost
-  double lead = 0.08;           ///< s before the landing its time and place are fixed
+  Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< to walk with: forward, left (m/s), turn
+  Vec<double, 4> weights{1.0, 1.0, 0.3, 1.0};  ///< rest, duration, stride, pressure: StepWeights
+  double lead = 0.08;  ///< s before the landing its time and place are fixed
 };
 
 /// step.planner and its keys.

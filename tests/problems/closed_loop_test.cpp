@@ -417,7 +417,7 @@ TEST(Settings, EveryKeyIsStillThere) {
       "step.lead "
       "step.longest step.momentum step.most step.placement step.planner step.price step.reach "
       "step.shortest "
-      "step.sole_margin step.torque step.trigger stepping target "
+      "step.sole_margin step.torque step.trigger step.weights stepping target walk.velocity "
       "weights.capture_point weights.capture_point_softness weights.capture_point_standing "
       "weights.gamma weights.gamma_impact weights.wrench weights.wrench_change "
       "whole_body.angular_momentum whole_body.clearance whole_body.controller "
