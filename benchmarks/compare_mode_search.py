@@ -74,30 +74,33 @@ def walls(model, x0, N):
         Ad, Bd = held(A, B, h)
         low, high = (-d, d) if wall == 0 else ((d, 2.0) if wall == 1 else (-2.0, -d))
         modes.append((Ad, Bd[:, :1], Bd[:, 1], low, high))
-    if np.any(np.abs(x0) > 1e9):
-        raise ValueError("start")
-    x = [[free(model, v, v) for v in x0]]
-    x += [[free(model, -b, b) for b in top] for _ in range(N)]
+    # The start is a number: which modes it admits is known, and it has no copies.
+    x = [[float(v) for v in x0]] + [[free(model, -b, b) for b in top] for _ in range(N)]
     u = [free(model, -1, 1) for _ in range(N)]
-    reach = max(1.0, float(np.max(np.abs(x0) / top)))
     for s in range(N):
         copies, inputs, shares = [], [], []
         for A, B, b, low, high in modes:
             share = model.addVar(vtype="B")
-            xi = [free(model, -reach * v, reach * v) for v in top]
             ui = free(model, -1, 1)
-            for i in range(4):
-                model.addCons(xi[i] <= reach * top[i] * share)
-                model.addCons(xi[i] >= -reach * top[i] * share)
             model.addCons(ui <= share)
             model.addCons(ui >= -1 * share)
-            model.addCons(quicksum(tip[i] * xi[i] for i in range(4)) <= high * share)
-            model.addCons(quicksum(tip[i] * xi[i] for i in range(4)) >= low * share)
+            if s == 0:
+                xi = [float(v) * share for v in x0]
+                if not low <= tip @ x0 <= high:
+                    model.addCons(share == 0)
+            else:
+                xi = [free(model, -v, v) for v in top]
+                for i in range(4):
+                    model.addCons(xi[i] <= top[i] * share)
+                    model.addCons(xi[i] >= -top[i] * share)
+                model.addCons(quicksum(tip[i] * xi[i] for i in range(4)) <= high * share)
+                model.addCons(quicksum(tip[i] * xi[i] for i in range(4)) >= low * share)
             copies.append(xi), inputs.append(ui), shares.append(share)
         model.addCons(quicksum(shares) == 1)
         model.addCons(u[s] == quicksum(inputs))
         for i in range(4):
-            model.addCons(x[s][i] == quicksum(xi[i] for xi in copies))
+            if s > 0:
+                model.addCons(x[s][i] == quicksum(xi[i] for xi in copies))
             model.addCons(x[s + 1][i] == quicksum(
                 A[i, j] * xi[j] for (A, *_), xi in zip(modes, copies) for j in range(4) if A[i, j]) + quicksum(
                     B[i, 0] * ui + b[i] * share for (_, B, b, *_), ui, share in zip(modes, inputs, shares)))

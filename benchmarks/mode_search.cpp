@@ -3,6 +3,7 @@
 //   mode_search PROBLEM PHASES STARTS [cold] > results.csv      one line per start
 //   mode_search PROBLEM PHASES STARTS speed                     200 nodes against warm solves
 //   mode_search PROBLEM PHASES TICKS loop                       receding horizon, one line per tick
+//   mode_search fishing PHASES                                  the nonlinear one, up to so many
 //
 // PROBLEM: walls, thermostats or tanks. compare_mode_search.py solves the same starts by SCIP.
 #include <fmt/format.h>
@@ -11,13 +12,15 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "problems/library/mode_graphs.hpp"
 #include "saltus/core/clock.hpp"
 #include "saltus/core/random.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/sequences/search.hpp"
 #include "saltus/sequences/sequence_search.hpp"
 
 namespace {
@@ -60,7 +63,7 @@ void print_line(const Family& family, int phases, int start, const VectorXd& x,
   for (const int mode : r.modes) modes += fmt::format("{}{}", modes.empty() ? "" : " ", mode);
   fmt::print("{},{},{},{},{:.12g},{:.12g},{},{},{},{},{},{:.6f},{},{},{:.12g}\n", family.name,
              phases, start, joined(x), r.cost, r.lower_bound, static_cast<int>(r.guarantee),
-             r.nodes, r.infeasible, r.unresolved, r.iterations, r.seconds, r.reused, modes,
+             r.nodes, r.infeasible, r.unresolved, r.iterations, r.cpu_seconds, r.reused, modes,
              r.solution.cost);
   std::fflush(stdout);
 }
@@ -79,17 +82,23 @@ void each_start(const Family& family, int phases, int starts, bool warm) {
   }
 }
 
-// A search that is stopped after 200 nodes, against as many warm solves of its relaxations.
+// A search that is stopped after 200 nodes, in CPU time, against the programs that it solved.
 void speed(const Family& family, int phases, int starts) {
   Random random(seed);
   SequenceSearch search(family.graph(family.low),
                         {.phases = phases, .gap = 0.0, .max_nodes = 200, .confirm = false});
+  double all = 0.0, solving = 0.0;
+  long nodes = 0, iterations = 0;
   for (int i = 0; i < starts; ++i) {
-    const VectorXd x = draw(family, random);
-    const SequenceResult r = search.solve(x);
-    fmt::print("start {}: {} nodes, {} iterations, {:.4f} s in all, {:.4f} s in the QP solver\n", i,
-               r.nodes, r.iterations, r.seconds, r.solver_seconds);
+    const SequenceResult r = search.solve(draw(family, random));
+    all += r.cpu_seconds, solving += r.solver_seconds;
+    nodes += r.nodes, iterations += r.iterations;
   }
+  fmt::print(
+      "{} nodes, {:.1f} iterations each: {:.1f} ms per 200 nodes, the time of {:.0f} warm "
+      "solves of {:.0f} us\n",
+      nodes, static_cast<double>(iterations) / nodes, 2e5 * all / nodes, 200.0 * all / solving,
+      1e6 * solving / nodes);
 }
 
 void loop(const Family& family, int phases, int ticks) {
@@ -107,7 +116,7 @@ void loop(const Family& family, int phases, int ticks) {
     const SequenceResult alone = cold.solve(x, tick == 0 ? ModeHistory{} : warm.before());
     if (tick > 0) {
       warm_nodes += next.nodes, cold_nodes += alone.nodes;
-      warm_time += next.seconds, cold_time += alone.seconds;
+      warm_time += next.cpu_seconds, cold_time += alone.cpu_seconds;
     }
     if (!next.found() || std::abs(next.cost - alone.cost) > 2e-6 * std::abs(alone.cost))
       fmt::print(stderr, "tick {}: {} warm, {} cold\n", tick, next.cost, alone.cost);
@@ -116,8 +125,21 @@ void loop(const Family& family, int phases, int ticks) {
     x = next.states[1];
     x[x.size() - 1] += 1e-2 * random.uniform(-1.0, 1.0) * (family.high - family.low)[x.size() - 1];
   }
-  fmt::print(stderr, "{} ticks: {} nodes and {:.3f} s warm, {} and {:.3f} s cold\n", ticks,
+  fmt::print(stderr, "{} ticks: {} nodes and {:.3f} s of CPU warm, {} and {:.3f} s cold\n", ticks,
              warm_nodes, warm_time, cold_nodes, cold_time);
+}
+
+void fishing(int phases) {
+  const SequenceResult found =
+      search(library::fishing_modes(),
+             {.at_most = phases, .intervals_per_phase = 6, .integrator = runge_kutta8()});
+  fmt::print(
+      "{:.10g} after {} programs and {:.1f} s; 1.344081198 is the least for any effort\n{}\n",
+      found.cost, found.nodes, found.seconds, found.message);
+  double t = 0.0;
+  for (std::size_t i = 0; i < found.sequence.size(); ++i)
+    fmt::print("{} from {:.6f}\n", found.sequence[i],
+               std::exchange(t, t + found.solution.durations[i]));
 }
 
 }  // namespace
@@ -127,6 +149,10 @@ int main(int argc, char** argv) {
   const std::string how = words.size() > 3 ? words[3] : "warm";
   const int phases = words.size() > 2 ? std::atoi(words[1].c_str()) : 0;
   const int count = words.size() > 2 ? std::atoi(words[2].c_str()) : 0;
+  if (words.size() == 2 && words[0] == "fishing" && std::atoi(words[1].c_str()) > 0) {
+    fishing(std::atoi(words[1].c_str()));
+    return 0;
+  }
   for (const Family& family : families()) {
     if (words.empty() || words[0] != family.name || phases < 1 || count < 1) continue;
     if (how == "loop")
@@ -140,6 +166,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   fmt::print(stderr,
-             "usage: mode_search walls|thermostats|tanks PHASES COUNT [warm|cold|speed|loop]\n");
+             "usage: mode_search walls|thermostats|tanks PHASES COUNT [warm|cold|speed|loop]\n     "
+             "  mode_search fishing PHASES\n");
   return 2;
 }

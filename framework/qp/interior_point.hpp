@@ -184,9 +184,15 @@ class InteriorPoint {
       return true;
     }
     if (convergence_.has_best()) return false;
-    if (is_infeasible(system, point_.v, point_.y, point_.lambda, certificates_) ||
-        is_infeasible(system, point_.v, step_.y, step_.lambda, certificates_))
+    if (is_infeasible(system, point_.v, point_.y, point_.lambda, certificates_)) {
       status = QpStatus::infeasible;
+    } else if (is_infeasible(system, point_.v, step_.y, step_.lambda, certificates_)) {
+      status = QpStatus::infeasible;
+      // Whoever asks why finds the certificate in the multipliers.
+      std::copy_n(step_.y.data(), system.equalities(), point_.y.data());
+      for (int i = 0; i < system.sides(); ++i)
+        point_.lambda[i] = std::fmax(step_.lambda[i], 0.0) * system.active()[i];
+    }
     return status == QpStatus::infeasible;
   }
 

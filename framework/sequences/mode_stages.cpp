@@ -92,6 +92,10 @@ void fold_end(Stage& s, const Stage& end) {
   }
 }
 
+VectorXd largest(const VectorXd& lower, const VectorXd& upper) {
+  return lower.cwiseAbs().cwiseMax(upper.cwiseAbs());
+}
+
 bool has_costs_or_rows(const Stage& s) {
   return !s.groups.empty() || !s.Q.isZero(0.0) || !s.q.isZero(0.0) || s.constant != 0.0;
 }
@@ -206,6 +210,7 @@ const SetStage& ModeStages::of(ModeSet set, bool first) {
     it->second.stage = one.stage;
     it->second.end_lower = one.end_lower;
     it->second.end_upper = one.end_upper;
+    it->second.radius = largest(one.stage.u_lower, one.stage.u_upper);
   } else {
     it->second = hull(set, first);
   }
@@ -235,6 +240,17 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
   result.end_upper = s.x_upper;
   s.u_lower = VectorXd::Constant(nu, -infinity);
   s.u_upper = VectorXd::Constant(nu, infinity);
+  result.radius = VectorXd::Ones(nu);  // of shares; copies lie between zero and those of the mode
+  for (std::size_t m = 0; m < result.modes.size(); ++m) {
+    const HullMode& mode = result.modes[m];
+    const Stage& one = free_[mode.mode].stage;
+    const bool is_last = m + 1 == result.modes.size();
+    if (!is_last)
+      result.radius.segment(mode.first, nx) =
+          first ? VectorXd::Constant(nx, infinity) : largest(one.x_lower, one.x_upper);
+    result.radius.segment(mode.first + (is_last ? 0 : nx), mode.nu) =
+        largest(one.u_lower, one.u_upper);
+  }
 
   // (x_i, u_i, mu_i) = T_i (x, w) + (0, 0, t_i).
   std::vector<MatrixXd> maps;

@@ -49,6 +49,7 @@ struct SetStage {
   Stage stage;
   VectorXd end_lower, end_upper;
   std::vector<HullMode> modes;  ///< of a single mode: empty
+  VectorXd radius;              ///< no feasible input is larger; may be infinite
 };
 
 class ModeStages {

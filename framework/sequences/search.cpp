@@ -169,10 +169,26 @@ class Enumeration {
   }
 
   OptimalControlProblem posed(const Path& path, const Start& start, bool is_beginning) const {
+    // A single duration that the total time decides is not free.
+    int free_phases = 0;
+    double fixed = 0.0;
+    for (const int mode : path) {
+      const PhaseDefinition& m = graph_.mode(mode);
+      free_phases += m.has_free_duration() ? 1 : 0;
+      fixed += m.has_free_duration() ? 0.0 : m.duration.lower;
+    }
+    const bool is_decided = free_phases == 1 && !is_beginning && graph_.total_time() &&
+                            graph_.total_time()->is_equality();
     double begin = 0.0;
     return graph_.problem(
         path,
         [&](int k, PhaseDefinition& phase) {
+          if (is_decided && phase.has_free_duration()) {
+            const double rest = graph_.total_time()->lower - fixed;
+            if (rest < phase.duration.lower || rest > phase.duration.upper)
+              throw DefinitionError(fmt::format("phase '{}' would last {} s", phase.name, rest));
+            phase.duration = exactly(rest);
+          }
           if (!start.durations.empty() && phase.has_free_duration())
             phase.duration_guess =
                 std::clamp(start.durations[k], phase.duration.lower, phase.duration.upper);

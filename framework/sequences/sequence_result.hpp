@@ -62,7 +62,8 @@ struct SequenceResult {
   long reused = 0;       ///< leaves taken over from the last tick
   long iterations = 0;   ///< of the solver, in all
   double seconds = 0.0;  ///< wall clock
-  double solver_seconds = 0.0;  ///< of these in the solver of quadratic programs
+  // Convex problems, s of CPU time: all of it, and what of it the quadratic programs took.
+  double cpu_seconds = 0.0, solver_seconds = 0.0;
 
   bool found() const { return !sequence.empty(); }
   /// Relative to the cost; infinite without a bound.

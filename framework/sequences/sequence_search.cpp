@@ -19,6 +19,8 @@ namespace {
 
 // All shares of a relaxed solution this near to 0 or 1: the sequence is tried at once.
 constexpr double nearly_integral = 1e-3;
+// Of a proof, relative to the numbers that it adds up.
+constexpr double rounding = 1e-9;
 // More leaves than this are not worth their tails: the next tick starts anew.
 constexpr std::size_t most_leaves = 5000;
 
@@ -57,6 +59,12 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
   tail_point_ = StagePoint(tail_qp_);
   qp_.stages.back() = tail_qp_.stages.back() = stages_->end();
   filled_.assign(options_.phases, 0);
+  for (int i = 0; i < graph_.size(); ++i) {
+    ModeSet& next = successors_.emplace_back(0);
+    for (int j = 0; j < graph_.size(); ++j)
+      if (graph_.may_follow(i, j)) next |= only(j);
+    if (graph_.may_end(i)) ends_ |= only(i);
+  }
 }
 
 SequenceSearch::SequenceSearch(SequenceSearch&&) noexcept = default;
@@ -68,27 +76,33 @@ SequenceSearch::~SequenceSearch() = default;
 std::vector<ModeSet> SequenceSearch::sets_of(const std::vector<int>& path) const {
   const int N = options_.phases, fixed = static_cast<int>(path.size());
   std::vector<ModeSet> sets(N, 0);
-  for (int k = 0; k < N; ++k)
-    for (int i = 0; i < graph_.size(); ++i) {
-      bool may = k < fixed ? path[k] == i : k > 0;
-      if (k == 0 && fixed == 0)
-        may = graph_.may_append({}, i, before_) && stages_->admits(i, start_);
-      if (k > 0 && may) {
-        may = false;
-        for (int j = 0; j < graph_.size(); ++j)
-          may = may || ((sets[k - 1] & only(j)) != 0 && graph_.may_follow(j, i));
-      }
-      if (may && k == N - 1) may = graph_.may_end(i);
-      if (may) sets[k] |= only(i);
+  for (int k = 0; k < N; ++k) {
+    if (k > 0) {
+      for (ModeSet from = sets[k - 1]; from != 0; from &= from - 1)
+        sets[k] |= successors_[std::countr_zero(from)];
+      if (k < fixed) sets[k] &= only(path[k]);
+    } else if (fixed > 0) {
+      sets[k] = only(path[k]);
+    } else {
+      for (int i = 0; i < graph_.size(); ++i)
+        if (graph_.may_append({}, i, before_) && stages_->admits(i, start_)) sets[k] |= only(i);
     }
+    if (k == N - 1) sets[k] &= ends_;
+  }
   for (int k = N - 2; k >= 0; --k)
-    for (int i = 0; i < graph_.size(); ++i) {
-      bool goes_on = false;
-      for (int j = 0; j < graph_.size(); ++j)
-        goes_on = goes_on || ((sets[k + 1] & only(j)) != 0 && graph_.may_follow(i, j));
-      if (!goes_on) sets[k] &= ~only(i);
-    }
+    for (ModeSet from = sets[k]; from != 0; from &= from - 1)
+      if ((successors_[std::countr_zero(from)] & sets[k + 1]) == 0)
+        sets[k] &= ~only(std::countr_zero(from));
   return sets;
+}
+
+// Bounds of the state where phase k begins and the one before it ends.
+void SequenceSearch::limits_of(const std::vector<ModeSet>& sets, int k, VectorXd& lower,
+                               VectorXd& upper) {
+  const SetStage& before = stages_->of(sets[k - 1], k == 1);
+  const Stage& here = k < options_.phases ? stages_->of(sets[k], false).stage : stages_->end();
+  lower = here.x_lower.cwiseMax(before.end_lower);
+  upper = here.x_upper.cwiseMin(before.end_upper);
 }
 
 QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node* from) {
@@ -99,25 +113,16 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     if (set == 0) return result;
   if (!path.empty() && !stages_->admits(path.front(), start_)) return result;
   const int N = options_.phases;
-  const SetStage* before = nullptr;
   bool previous_changed = false;
-  for (int k = 0; k < N; ++k) {
-    const SetStage& set = stages_->of(sets[k], k == 0);
-    const bool changed = filled_[k] != sets[k];
-    if (changed) qp_.stages[k] = set.stage;
-    if (changed || previous_changed) {
-      if (before != nullptr) {
-        qp_.stages[k].x_lower = set.stage.x_lower.cwiseMax(before->end_lower);
-        qp_.stages[k].x_upper = set.stage.x_upper.cwiseMin(before->end_upper);
-      }
+  for (int k = 0; k <= N; ++k) {
+    const bool changed = k < N && filled_[k] != sets[k];
+    if (changed) {
+      qp_.stages[k] = stages_->of(sets[k], k == 0).stage;
+      filled_[k] = sets[k];
     }
-    filled_[k] = sets[k];
+    if (k > 0 && (changed || previous_changed))
+      limits_of(sets, k, qp_.stages[k].x_lower, qp_.stages[k].x_upper);
     previous_changed = changed;
-    before = &set;
-  }
-  if (previous_changed) {
-    qp_.stages[N].x_lower = stages_->end().x_lower.cwiseMax(before->end_lower);
-    qp_.stages[N].x_upper = stages_->end().x_upper.cwiseMin(before->end_upper);
   }
   for (int k = 1; k <= N; ++k)  // bounds of one mode's end and the next one's start that exclude
     if ((qp_.stages[k].x_lower.array() > qp_.stages[k].x_upper.array()).any()) return result;
@@ -134,7 +139,7 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     }
     point_.stages[N] = from->point->stages[N];
   }
-  const auto begin = WallClock::now();
+  const double begin = thread_microseconds();
   result = solver_->solve(qp_, point_, warm);
   if (warm && result.status != QpStatus::optimal && result.status != QpStatus::infeasible &&
       result.status != QpStatus::deadline) {
@@ -142,7 +147,7 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     result = solver_->solve(qp_, point_, false);
     result.iterations += before_that;
   }
-  solver_seconds_ += seconds_since(begin);
+  solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
   return result;
 }
 
@@ -203,9 +208,10 @@ SequenceResult SequenceSearch::solve_next(const VectorRef& state) {
   const ModeHistory before{applied, before_.mode == applied ? before_.phases + 1 : 1};
   if (graph_.limits_end() || graph_.limits_entries()) return solve(state, before);
   const auto begin = WallClock::now();
+  std::vector<Node> leaves = leaves_to_move();
   start_ = stages_->scaled(state);
-  std::vector<Node> open = shifted();
   before_ = before;
+  std::vector<Node> open = shifted(std::move(leaves));
   const long reused = static_cast<long>(open.size());
   if (open.empty() || open.size() > most_leaves) open.assign(1, Node{});
   SequenceResult result = run(std::move(open), begin);
@@ -216,6 +222,7 @@ SequenceResult SequenceSearch::solve_next(const VectorRef& state) {
 SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point begin) {
   SequenceResult best;
   solver_seconds_ = 0.0;
+  const double cpu_begin = thread_microseconds();
   const auto deadline = seconds_after(begin, options_.deadline);
   solver_->set_deadline(deadline);
   std::vector<Node> closed;
@@ -277,6 +284,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     }
     if (solved.status == QpStatus::infeasible) {
       ++best.infeasible;
+      if (solved.iterations > 0) node.proof = std::make_shared<StagePoint>(point_);
       closed.push_back(std::move(node));
       continue;
     }
@@ -301,7 +309,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     const std::vector<ModeSet> sets = sets_of(node.path);
     node.point = std::make_shared<StagePoint>(point_);
     node.point_path = node.path;
-    node.dual = dual_of(static_cast<int>(node.path.size()));
+    node.dual = nullptr;
     if (complete) {
       accept(node.path, solved.objective, best);
       if (best.modes == node.path) best_point = node.point;
@@ -364,6 +372,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
                    : stopped || best.found() || lowest_closed < infinity ? Guarantee::bounded
                                                                          : Guarantee::infeasible;
   finish(best);
+  best.cpu_seconds = 1e-6 * (thread_microseconds() - cpu_begin);
   best.solver_seconds = solver_seconds_;
   best.seconds = seconds_since(begin);
   return best;
@@ -398,71 +407,117 @@ void SequenceSearch::finish(SequenceResult& result) {
 
 namespace {
 
-double stage_cost(const Stage& stage, const StagePoint::AtStage& at) {
-  StageQp qp;
-  qp.stages.push_back(stage);
-  StagePoint point;
-  point.stages.push_back(at);
-  return objective(qp, point);
+// Without penalties of soft rows, which are no part of the stage's own function.
+double stage_cost(const Stage& s, const StagePoint::AtStage& p) {
+  const auto x = p.x.head(s.nx), u = p.u.head(s.nu);
+  double cost = s.constant + s.q.dot(x) + s.r.dot(u) + 0.5 * x.dot(s.Q * x) + u.dot(s.S * x) +
+                0.5 * u.dot(s.R * u);
+  for (std::size_t g = 0; g < s.groups.size(); ++g) {
+    const RowGroup& group = s.groups[g];
+    if (!group.soft) continue;
+    for (int i = 0; i < group.rows; ++i) {
+      double value = 0.0;
+      for (std::size_t c = 0; c < group.columns.size(); ++c) {
+        const int j = group.columns[c];
+        value += group.M(i, static_cast<int>(c)) * (j < s.nx ? p.x[j] : p.u[j - s.nx]);
+      }
+      const double t = std::max({value - group.upper[i], group.lower[i] - value, 0.0});
+      cost += t * (group.l1[i] + 0.5 * group.l2[i] * t);
+    }
+  }
+  return cost;
 }
 
 }  // namespace
 
-// framework/design/sequences.md, "The tree of the last tick".
-std::shared_ptr<const SequenceSearch::Dual> SequenceSearch::dual_of(int depth) const {
-  const int nx = stages_->states(), N = options_.phases;
-  if (N < 2) return nullptr;
-  auto dual = std::make_shared<Dual>();
-  dual->depth = depth;
-  dual->cost = objective(qp_, point_) - stage_cost(qp_.stages[0], point_.stages[0]) -
-               stage_cost(qp_.stages[N], point_.stages[N]);
-  dual->first = point_.stages[0].costate.head(nx);
-  dual->first_state = point_.stages[1].x.head(nx);
-  dual->last = point_.stages[N - 1].costate.head(nx);
-  dual->last_state = point_.stages[N].x.head(nx);
-  const Stage& s = qp_.stages[1];
-  const StagePoint::AtStage& p = point_.stages[1];
-  for (int j = 0; j < nx; ++j)
+// Limits of the state alone, with multipliers: they do not act on a start that is given.
+std::vector<SequenceSearch::Limit> SequenceSearch::limits_at(const Stage& s,
+                                                             const StagePoint::AtStage& p,
+                                                             const VectorXd& lower,
+                                                             const VectorXd& upper) {
+  std::vector<Limit> limits;
+  for (int j = 0; j < s.nx; ++j)
     if (p.x_bound[j] != 0.0)
-      dual->limits.push_back(
-          {VectorXd::Unit(nx, j), p.x_bound[j] > 0.0 ? s.x_upper[j] : s.x_lower[j], p.x_bound[j]});
+      limits.push_back(
+          {VectorXd::Unit(s.nx, j), p.x_bound[j] > 0.0 ? upper[j] : lower[j], p.x_bound[j]});
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
     const RowGroup& group = s.groups[g];
+    if (group.columns.empty() || group.columns.front() >= s.nx) continue;
     for (int i = 0; i < group.rows; ++i) {
-      const double lambda = p.group[g][i];
-      VectorXd normal = VectorXd::Zero(nx);
-      bool of_state = lambda != 0.0;
+      const double multiplier = p.group[g][i];
+      VectorXd normal = VectorXd::Zero(s.nx);
+      bool of_state = multiplier != 0.0;
       for (std::size_t c = 0; c < group.columns.size(); ++c) {
         const double entry = group.M(i, static_cast<int>(c));
-        if (group.columns[c] < nx)
+        if (group.columns[c] < s.nx)
           normal[group.columns[c]] = entry;
         else
           of_state = of_state && entry == 0.0;
       }
       if (of_state)
-        dual->limits.push_back({normal, lambda > 0.0 ? group.upper[i] : group.lower[i], lambda});
+        limits.push_back({normal, multiplier > 0.0 ? group.upper[i] : group.lower[i], multiplier});
     }
+  }
+  return limits;
+}
+
+// framework/design/sequences.md, "The tree of the last tick".
+std::shared_ptr<const SequenceSearch::Dual> SequenceSearch::dual_of(const StagePoint& point,
+                                                                    const std::vector<int>& path) {
+  const int nx = stages_->states(), N = options_.phases;
+  const std::vector<ModeSet> sets = sets_of(path);
+  auto dual = std::make_shared<Dual>();
+  dual->depth = static_cast<int>(path.size());
+  dual->values.assign(N, 0.0);
+  dual->limits.resize(N);
+  VectorXd lower, upper;
+  for (int k = 0; k < N; ++k) {
+    dual->costates.emplace_back(point.stages[k].costate.head(nx));
+    if (k == 0) continue;
+    const Stage& s = stages_->of(sets[k], false).stage;
+    dual->values[k] = stage_cost(s, point.stages[k]) +
+                      dual->costates[k].dot(point.stages[k + 1].x.head(nx)) -
+                      dual->costates[k - 1].dot(point.stages[k].x.head(nx));
+    limits_of(sets, k, lower, upper);
+    dual->limits[k] = limits_at(s, point.stages[k], lower, upper);
   }
   return dual;
 }
 
-double SequenceSearch::shifted_bound(const Dual& dual, ModeSet last) {
+double SequenceSearch::shifted_bound(const Dual& dual, ModeSet last, Dual& next) {
+  const int nx = stages_->states(), N = options_.phases;
   if (dual.depth < 2 || last == 0) return -infinity;  // its first phase was relaxed
   const SetStage& set = stages_->of(last, false);
-  tail_qp_.stages[0] = set.stage;
-  tail_qp_.stages[0].q -= dual.last;
-  tail_qp_.stages[1].x_lower = stages_->end().x_lower.cwiseMax(set.end_lower);
-  tail_qp_.stages[1].x_upper = stages_->end().x_upper.cwiseMin(set.end_upper);
+  Stage &stage = tail_qp_.stages[0], &end = tail_qp_.stages[1];
+  if (tail_set_ != last) {
+    stage = set.stage;
+    tail_set_ = last;
+  }
+  stage.q = set.stage.q - dual.costates[N - 1];
+  end.x_lower = stages_->end().x_lower.cwiseMax(set.end_lower);
+  end.x_upper = stages_->end().x_upper.cwiseMin(set.end_upper);
   const QpResult tail = tail_solver_->solve(tail_qp_, tail_point_, false);
   if (tail.status != QpStatus::optimal) return -infinity;
-  double bound = dual.cost + dual.last.dot(dual.last_state) +
-                 dual.first.dot(start_ - dual.first_state) + tail.objective;
-  for (const Limit& limit : dual.limits)
+  double bound = dual.costates[0].dot(start_) + tail.objective;
+  double sizes = 1.0 + dual.costates[0].lpNorm<1>() * start_.lpNorm<1>();
+  for (int k = 1; k < N; ++k) {
+    bound += dual.values[k];
+    sizes += std::abs(dual.values[k]) + dual.costates[k].lpNorm<1>();
+  }
+  for (const Limit& limit : dual.limits[1])
     bound -= std::max(0.0, limit.multiplier * (limit.normal.dot(start_) - limit.side));
-  // Multipliers and states are what the solver's tolerance lets them be.
-  const double sizes = 1.0 + dual.first.lpNorm<1>() + dual.last.lpNorm<1>() +
-                       dual.first_state.lpNorm<1>() + dual.last_state.lpNorm<1>();
-  return bound - options_.tolerance * sizes * options_.phases;
+
+  next.depth = dual.depth - 1;
+  next.costates.assign(dual.costates.begin() + 1, dual.costates.end());
+  next.costates.emplace_back(tail_point_.stages[0].costate.head(nx));
+  next.values.assign(dual.values.begin() + 1, dual.values.end());
+  next.values.push_back(stage_cost(stage, tail_point_.stages[0]) +
+                        next.costates.back().dot(tail_point_.stages[1].x.head(nx)));
+  next.limits.assign(dual.limits.begin() + 1, dual.limits.end());
+  next.limits.push_back(
+      limits_at(set.stage, tail_point_.stages[0], set.stage.x_lower, set.stage.x_upper));
+  // Costates and states are what the solver's tolerance lets them be.
+  return bound - options_.tolerance * sizes;
 }
 
 std::shared_ptr<const StagePoint> SequenceSearch::shifted_point(const StagePoint& from) const {
@@ -478,30 +533,134 @@ std::shared_ptr<const StagePoint> SequenceSearch::shifted_point(const StagePoint
   return to;
 }
 
-std::vector<SequenceSearch::Node> SequenceSearch::shifted() {
+// The same for a proof: what it says of the end it says of the state that the last phase but one
+// led to, which has bounds.
+std::shared_ptr<const StagePoint> SequenceSearch::shifted_proof(const StagePoint& from) const {
+  auto proof = std::make_shared<StagePoint>(*shifted_point(from));
+  const int N = options_.phases, nx = stages_->states();
+  StagePoint::AtStage &last = proof->stages[N - 1], &end = proof->stages[N];
+  last.x_bound.head(nx) = from.stages[N - 1].costate.head(nx);
+  last.costate.setZero();
+  end.x_bound.setZero();
+  for (VectorXd& group : end.group) group.setZero();
+  return proof;
+}
+
+// Farkas: the sum of all rows and dynamics with these multipliers is positive for every state and
+// input within their bounds. What it leaves of them is weighed against the bounds.
+bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& proof) {
+  const std::vector<ModeSet> sets = sets_of(path);
+  const int N = options_.phases, nx = stages_->states();
+  double value = 0.0, size = 0.0;
+  VectorXd lower, upper, rest_x, rest_u;
+  const auto add = [&](double multiplier, double below, double above) {
+    const double side = multiplier > 0.0 ? above : below;
+    if (multiplier == 0.0 || std::isinf(side)) return 0.0;
+    value -= multiplier * side;
+    size += std::abs(multiplier * side);
+    return multiplier;
+  };
+  for (int k = 0; k <= N; ++k) {
+    if (k < N && sets[k] == 0) return true;
+    const SetStage* set = k < N ? &stages_->of(sets[k], k == 0) : nullptr;
+    const Stage& s = k < N ? set->stage : stages_->end();
+    const StagePoint::AtStage& p = proof.stages[k];
+    rest_x = VectorXd::Zero(nx);
+    rest_u = VectorXd::Zero(s.nu);
+    if (k > 0) {
+      limits_of(sets, k, lower, upper);
+      for (int j = 0; j < nx; ++j) rest_x[j] += add(p.x_bound[j], lower[j], upper[j]);
+      rest_x -= proof.stages[k - 1].costate.head(nx);
+    }
+    for (int j = 0; j < s.nu; ++j) rest_u[j] += add(p.u_bound[j], s.u_lower[j], s.u_upper[j]);
+    for (std::size_t g = 0; g < s.groups.size(); ++g) {
+      const RowGroup& group = s.groups[g];
+      if (group.soft) continue;
+      for (int i = 0; i < group.rows; ++i) {
+        const double multiplier = add(p.group[g][i], group.lower[i], group.upper[i]);
+        if (multiplier == 0.0) continue;
+        for (std::size_t c = 0; c < group.columns.size(); ++c) {
+          const int j = group.columns[c];
+          (j < nx ? rest_x[j] : rest_u[j - nx]) += multiplier * group.M(i, static_cast<int>(c));
+        }
+      }
+    }
+    if (k < N) {
+      const auto y = p.costate.head(nx);
+      rest_x += s.A.transpose() * y;
+      rest_u += s.B.transpose() * y;
+      value += y.dot(s.b);
+      size += (y.array() * s.b.array()).abs().sum();
+    }
+    if (k == 0) {
+      value += rest_x.dot(start_);
+      size += (rest_x.array() * start_.array()).abs().sum();
+    } else {
+      for (int j = 0; j < nx; ++j)
+        if (rest_x[j] != 0.0)
+          value -= std::abs(rest_x[j]) * std::max(std::abs(lower[j]), std::abs(upper[j]));
+    }
+    for (int j = 0; j < s.nu; ++j)
+      if (rest_u[j] != 0.0) value -= std::abs(rest_u[j]) * set->radius[j];
+  }
+  return value > rounding * size;
+}
+
+// The leaves that begin with the mode that was applied, with their duals: while start_ is still
+// that of the last tick.
+std::vector<SequenceSearch::Node> SequenceSearch::leaves_to_move() {
   std::vector<Node> result;
-  std::map<const StagePoint*, std::shared_ptr<const StagePoint>> points;
-  std::map<std::pair<const Dual*, ModeSet>, double> bounds;
+  std::map<const StagePoint*, std::shared_ptr<const Dual>> duals;
   for (Node& leaf : leaves_) {
-    if (leaf.path.empty()) return {};
-    if (leaf.path.front() != best_.front()) continue;
-    if (leaf.path.size() == 1) return {};
-    Node& node = result.emplace_back();
-    node.path.assign(leaf.path.begin() + 1, leaf.path.end());
-    const ModeSet last = sets_of(node.path).back();
-    if (leaf.dual) {
-      const auto [it, is_new] = bounds.try_emplace({leaf.dual.get(), last}, 0.0);
-      if (is_new) it->second = shifted_bound(*leaf.dual, last);
-      node.bound = it->second;
+    if (!leaf.path.empty() && leaf.path.front() != best_.front()) continue;
+    if (leaf.path.size() < 2) return {};  // all sequences may follow: nothing is known of them
+    if (!leaf.dual && !leaf.proof && leaf.point && !leaf.point_path.empty()) {
+      std::shared_ptr<const Dual>& dual = duals[leaf.point.get()];
+      if (!dual) dual = dual_of(*leaf.point, leaf.point_path);
+      leaf.dual = dual;
     }
-    if (leaf.point && !leaf.point_path.empty()) {
-      std::shared_ptr<const StagePoint>& moved = points[leaf.point.get()];
-      if (!moved) moved = shifted_point(*leaf.point);
-      node.point = moved;
-      node.point_path.assign(leaf.point_path.begin() + 1, leaf.point_path.end());
-    }
+    result.push_back(std::move(leaf));
   }
   return result;
+}
+
+std::vector<SequenceSearch::Node> SequenceSearch::shifted(std::vector<Node> leaves) {
+  std::map<const StagePoint*, std::shared_ptr<const StagePoint>> points;
+  struct Moved {
+    double bound = -infinity;
+    std::shared_ptr<const Dual> dual;
+  };
+  std::map<std::pair<const Dual*, ModeSet>, Moved> moved;
+  for (Node& node : leaves) {
+    node.path.erase(node.path.begin());
+    node.bound = -infinity;
+    const std::shared_ptr<const Dual> dual = std::exchange(node.dual, nullptr);
+    if (node.point && !node.point_path.empty()) {
+      std::shared_ptr<const StagePoint>& to = points[node.point.get()];
+      if (!to) to = shifted_point(*node.point);
+      node.point = to;
+      node.point_path.erase(node.point_path.begin());
+    }
+    if (node.proof) {
+      node.proof = shifted_proof(*node.proof);
+      if (is_proved(node.path, *node.proof)) {
+        node.bound = infinity;
+        continue;
+      }
+      node.proof = nullptr;
+    }
+    if (!dual) continue;
+    const ModeSet last = sets_of(node.path).back();
+    const auto [it, is_new] = moved.try_emplace({dual.get(), last});
+    if (is_new) {
+      auto next = std::make_shared<Dual>();
+      it->second.bound = shifted_bound(*dual, last, *next);
+      if (it->second.bound > -infinity) it->second.dual = std::move(next);
+    }
+    node.bound = it->second.bound;
+    node.dual = it->second.dual;
+  }
+  return leaves;
 }
 
 }  // namespace saltus

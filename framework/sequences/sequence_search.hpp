@@ -42,34 +42,40 @@ class SequenceSearch {
   ModeHistory before() const { return before_; }
 
  private:
-  // What of a node's solution moves its bound to the next tick.
-  struct Limit {  // of the state at the start of the second phase: normal' x against side
+  // A dual point, stage by stage: what moves a bound to the next tick.
+  struct Limit {  // of the state where a phase begins: normal' x against side
     VectorXd normal;
     double side = 0.0, multiplier = 0.0;
   };
   struct Dual {
-    int depth = 0;                ///< phases whose modes were fixed
-    double cost = 0.0;            ///< of the node, less that of its first phase and of its end
-    VectorXd first, first_state;  ///< costate and state at the start of the second phase
-    VectorXd last, last_state;    ///< the same at the end
-    std::vector<Limit> limits;    ///< those with multipliers
+    int depth = 0;                           ///< phases whose modes are fixed
+    std::vector<VectorXd> costates;          ///< of the state to which phase k leads
+    std::vector<double> values;              ///< L_k, of all phases but the first
+    std::vector<std::vector<Limit>> limits;  ///< those with multipliers, of all but the first
   };
   struct Node {
     std::vector<int> path;
     double bound = -infinity;
-    std::shared_ptr<const StagePoint> point;  // of the parent, or what was shifted
+    std::shared_ptr<const StagePoint> point;  // of the last ancestor that was solved
     std::vector<int> point_path;              // its modes
-    std::shared_ptr<const Dual> dual;         // of the last ancestor that was solved
+    std::shared_ptr<const Dual> dual;         // what was moved from the last tick; else of `point`
+    std::shared_ptr<const StagePoint> proof;  // multipliers that say why it is infeasible
   };
 
   std::vector<ModeSet> sets_of(const std::vector<int>& path) const;
   QpResult solve_program(const std::vector<int>& path, const Node* from);
   SequenceResult run(std::vector<Node> open, WallClock::time_point begin);
   bool choose(const Node& node, std::vector<int>& path);
-  std::vector<Node> shifted();
+  std::vector<Node> leaves_to_move();
+  std::vector<Node> shifted(std::vector<Node> leaves);
+  static std::vector<Limit> limits_at(const Stage& stage, const StagePoint::AtStage& at,
+                                      const VectorXd& lower, const VectorXd& upper);
+  std::shared_ptr<const StagePoint> shifted_proof(const StagePoint& from) const;
+  bool is_proved(const std::vector<int>& path, const StagePoint& proof);
+  void limits_of(const std::vector<ModeSet>& sets, int k, VectorXd& lower, VectorXd& upper);
   std::shared_ptr<const StagePoint> shifted_point(const StagePoint& from) const;
-  double shifted_bound(const Dual& dual, ModeSet last);
-  std::shared_ptr<const Dual> dual_of(int depth) const;
+  double shifted_bound(const Dual& dual, ModeSet last, Dual& next);
+  std::shared_ptr<const Dual> dual_of(const StagePoint& point, const std::vector<int>& path);
   std::vector<double> shares(const SetStage& stage, const StagePoint::AtStage& point) const;
   void accept(const std::vector<int>& path, double cost, SequenceResult& best) const;
   void finish(SequenceResult& result);
@@ -77,11 +83,14 @@ class SequenceSearch {
   ModeGraph graph_;
   SearchOptions options_;
   std::unique_ptr<ModeStages> stages_;
+  std::vector<ModeSet> successors_;  // of every mode
+  ModeSet ends_ = 0;                 // the modes that may be the last
   StageQp qp_;
   StagePoint point_;
   std::unique_ptr<StageQpSolver> solver_;
   StageQp tail_qp_;
   StagePoint tail_point_;
+  ModeSet tail_set_ = 0;  // what its stage holds
   std::unique_ptr<StageQpSolver> tail_solver_;
   std::vector<ModeSet> filled_;  // what the stages of qp_ hold
 
