@@ -1,30 +1,11 @@
 // A program whose variables, cost or rows are in units far from one, as solvers should see it.
 #pragma once
 
-#include <vector>
+#include <string>
 
-#include "saltus/solver/solver.hpp"
+#include "saltus/solver/program_scale.hpp"
 
 namespace saltus {
-
-/// What the cost, each row and each variable are multiplied by; powers of two, so that nothing is
-/// rounded. Those of the usual size stay as they are: 1.
-struct ProgramScale {
-  double cost = 1.0;
-  VectorXd rows;
-  VectorXd variables = {};  ///< empty: all 1
-
-  bool is_one() const {
-    return cost == 1.0 && (rows.array() == 1.0).all() && (variables.array() == 1.0).all();
-  }
-};
-/// 1 for a usual size, else the power of two that brings it near to 1.
-double scale_for(double size);
-
-/// Cost and rows by the largest first and second derivatives of the cost, and the largest first
-/// ones of each row, at w, with the variables times what is given. Rows with a slack that a stage
-/// solver eliminates keep the scale of their slack.
-ProgramScale measure_scale(NonlinearProgram& program, const VectorXd& w, VectorXd variables = {});
 
 /// The program times a scale: same patterns and stages. The program must outlive it, and
 /// its data must not change meanwhile.
@@ -66,11 +47,5 @@ class ScaledProgram final : public NonlinearProgram {
   ProgramScale scale_;
   VectorXd lower_, upper_, row_lower_, row_upper_, w_, lambda_;
 };
-
-/// Solves the program in the scale measured at its start, with the variables times what is given;
-/// status, point and cost are those of the program as it is, and so is the residual. `scaled`
-/// receives the residual in that scale, which is what the solver's tolerance is about.
-NlpResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
-                         bool warm, KktResidual& scaled, VectorXd variables = {});
 
 }  // namespace saltus

@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
-#include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/second_order.hpp"
-#include "saltus/solver/variable_scale.hpp"
+#include "saltus/solver/solve_in_scale.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/quantities.hpp"
@@ -205,6 +204,16 @@ void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& 
         first, solution.cost);
 }
 
+// Numbers that are small only because of their units meet a tolerance anywhere.
+void judge_scale(Solution& solution) {
+  solution.status = SolveStatus::numerical_failure;
+  solution.message = fmt::format(
+      "{}; the tolerance is met in the units of the problem, but the residual is {:.1e} in the "
+      "scale of its values: declare the magnitudes of states and inputs (nominal), or write them "
+      "in other units",
+      describe(solution.status), solution.kkt_in_scale.scaled());
+}
+
 }  // namespace
 
 Solution solve(MultipleShooting& shooting, Solver& solver) {
@@ -213,18 +222,17 @@ Solution solve(MultipleShooting& shooting, Solver& solver) {
 
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
   const bool warm = start.lambda.size() == shooting.nlp().rows();
-  KktResidual in_scale;
-  NlpResult result;
+  ScaledResult result;
   if (shooting.options().automatic_scale) {
-    result = solve_in_scale(
-        solver, shooting.nlp(), start, warm, in_scale,
-        measure_variables(shooting.nlp(), start.w, undeclared_quantities(shooting.program())));
+    result = solve_in_scale(solver, shooting.nlp(), start, warm,
+                            undeclared_quantities(shooting.program()));
   } else {
-    result = solver.solve(shooting.nlp(), start, warm);
-    in_scale = result.kkt;
+    result.nlp = solver.solve(shooting.nlp(), start, warm);
+    result.in_scale = result.nlp.kkt;
   }
-  Solution solution = shooting.interpret(std::move(result));
-  solution.kkt_in_scale = in_scale;
+  Solution solution = shooting.interpret(std::move(result.nlp));
+  solution.kkt_in_scale = result.in_scale;
+  if (result.is_doubtful) judge_scale(solution);
   if (!solution.trajectory.empty()) {
     judge_descent(shooting, start, solution);
     judge_curvature(shooting, solution);

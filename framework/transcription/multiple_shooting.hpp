@@ -34,8 +34,11 @@ struct ShootingOptions {
   std::vector<Mesh> meshes = {};    ///< per phase, in place of both
   IntegratorChoice integrator;      ///< required; see integrators/
   GridAccuracy accuracy = {};       ///< for solve()
-  /// For solve(): costs and rows whose derivatives at the start are below 1e-2 or above 5e3 are
-  /// scaled (solver/scaled_program.hpp). Off: the program is solved as it is stated.
+  /// For solve(): where states, inputs, durations or parameters without a nominal magnitude are
+  /// below 1e-2 or above 1e2 at the start or at the solution, all of them, the cost and all rows
+  /// are divided by their sizes, so that units do not decide what is found; else only cost and rows
+  /// whose derivatives are below 1e-2 or above 5e3 (solver/solve_in_scale.hpp). Off: the program is
+  /// solved as it is stated.
   bool automatic_scale = true;
 };
 

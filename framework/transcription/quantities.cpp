@@ -2,11 +2,12 @@
 
 #include <map>
 #include <utility>
+#include <vector>
 
 namespace saltus {
 
-std::vector<std::vector<int>> undeclared_quantities(const ShootingProgram& program) {
-  std::vector<std::vector<int>> list;
+Quantities undeclared_quantities(const ShootingProgram& program) {
+  Quantities list;
   // Of the phases with as many states, or inputs: by their number and the component.
   std::map<std::pair<int, int>, std::vector<int>> states, inputs;
   const Layout& layout = program.layout();

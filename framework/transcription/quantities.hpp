@@ -2,14 +2,13 @@
 // along all phases that have as many of them, a duration, a parameter.
 #pragma once
 
-#include <vector>
-
+#include "saltus/solver/program_scale.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
 
 /// Variables of each quantity whose nominal magnitude is 1, as it is where nobody declared one;
 /// slacks belong to none.
-std::vector<std::vector<int>> undeclared_quantities(const ShootingProgram& program);
+Quantities undeclared_quantities(const ShootingProgram& program);
 
 }  // namespace saltus

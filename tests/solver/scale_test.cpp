@@ -1,18 +1,22 @@
-// The units of cost and rows do not decide what is found: library problems with their cost and rows
-// multiplied by factors far from one have the same optimum and the same status.
+// Units do not decide what is found: library problems whose states, inputs, times, costs and rows
+// are multiplied by factors far from one have the same optimum and the same status.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "problems/library/catalogue.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/random.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/scaled_program.hpp"
+#include "saltus/solver/solve_in_scale.hpp"
 #include "saltus/solver/sqp.hpp"
-#include "saltus/solver/variable_scale.hpp"
 #include "saltus/transcription/quantities.hpp"
 
 namespace saltus {
@@ -24,65 +28,81 @@ const char* const cases[] = {"A01", "A02", "A04", "A06", "A08", "A09", "A11", "A
 class Units : public testing::TestWithParam<const char*> {};
 
 // Cost times `factor`, every row of a term times it or its inverse, as it comes.
-void expect_same(const ReferenceCase& c, Solver& solver, double factor, double tolerance) {
-  SCOPED_TRACE(solver.name() + " at " + std::to_string(factor));
-  MultipleShooting shooting(c.problem(), c.options);
-  NonlinearProgram& program = shooting.nlp();
-  const NlpPoint start = shooting.initial_guess();
-  const NlpResult expected = solver.solve(program, start, false);
-  ASSERT_EQ(expected.status, SolveStatus::optimal);
-  ProgramScale units{factor, VectorXd::Ones(program.rows())};
+ProgramScale scale_of_cost_and_rows(const NonlinearProgram& program, double factor) {
+  ProgramScale units{factor, VectorXd::Ones(program.rows()), VectorXd::Ones(program.variables())};
   int at = 0;
   for (double& row : units.rows) row = ++at % 3 == 0 ? factor : at % 3 == 1 ? 1.0 / factor : 1.0;
-  ScaledProgram other(program, units);
-  KktResidual in_scale;
-  const NlpResult r = solve_in_scale(solver, other, start, false, in_scale);
-  EXPECT_EQ(r.status, SolveStatus::optimal);
-  EXPECT_NEAR(r.objective / factor, expected.objective,
-              tolerance * (1.0 + std::abs(expected.objective)));
-  EXPECT_LE(in_scale.scaled(), 1e-7);
+  return units;
 }
 
-TEST_P(Units, DoNotDecideWhatIsFound) {
+TEST_P(Units, OfCostAndRowsDoNotDecideWhatIsFound) {
   const ReferenceCase& c = reference_case(GetParam());
-  for (const double factor : {1e-4, 1e4})
-    expect_same(c, *make_ipopt({.tolerance = 1e-9}), factor, 1e-6);
-}
-// The program of the problem written in other units: every component of the state and the input,
-// durations and parameters times a factor, the cost times another. Not for B15, B21 and C03:
-// guesses without inputs tell too little of their size.
-TEST_P(Units, OfStatesInputsAndTimeDoNotEither) {
-  const ReferenceCase& c = reference_case(GetParam());
-  if (c.id == "B15" || c.id == "B21" || c.id == "C03")
-    GTEST_SKIP() << c.id
-                 << " does not pass yet: in small units it ends elsewhere, see decisions.md";
   MultipleShooting shooting(c.problem(), c.options);
   NonlinearProgram& program = shooting.nlp();
-  const auto quantities = undeclared_quantities(shooting.program());
   const NlpPoint start = shooting.initial_guess();
   const auto solver = make_ipopt({.tolerance = 1e-9});
-  KktResidual in_scale;
-  const NlpResult expected = solve_in_scale(*solver, program, start, false, in_scale,
-                                            measure_variables(program, start.w, quantities));
+  const NlpResult expected = solver->solve(program, start, false);
   ASSERT_EQ(expected.status, SolveStatus::optimal);
   for (const double factor : {1e-4, 1e4}) {
-    ProgramScale units{factor, VectorXd::Ones(program.rows()), VectorXd::Ones(program.variables())};
-    for (const std::vector<int>& quantity : quantities)
-      for (const int v : quantity) units.variables[v] = factor;
-    ScaledProgram other(program, units);
-    const NlpPoint there = other.to_scaled(start);
-    const NlpResult r = solve_in_scale(*solver, other, there, false, in_scale,
-                                       measure_variables(other, there.w, quantities));
-    EXPECT_EQ(r.status, SolveStatus::optimal) << factor;
-    // The tolerance is relative to a scale that is measured, to a factor of two.
-    EXPECT_NEAR(r.objective / factor, expected.objective,
-                1e-5 * (1.0 + std::abs(expected.objective)))
+    ScaledProgram other(program, scale_of_cost_and_rows(program, factor));
+    const ScaledResult r = solve_in_scale(*solver, other, start, false);
+    EXPECT_EQ(r.nlp.status, SolveStatus::optimal) << factor;
+    EXPECT_NEAR(r.nlp.objective / factor, expected.objective,
+                1e-6 * (1.0 + std::abs(expected.objective)))
         << factor;
+    EXPECT_LE(r.in_scale.scaled(), 1e-7) << factor;
   }
 }
 
-TEST(VariableScale, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
-  // A cart far away and slow, whose force nobody guessed.
+// One unit for each component of state and input and for each parameter, one for all durations.
+ProgramScale other_units(const MultipleShooting& shooting, const Quantities& quantities,
+                         NonlinearProgram& program, int set) {
+  ProgramScale units = scale_of_cost_and_rows(program, set % 2 == 0 ? 1e4 : 1e-4);
+  const bool are_alike = set < 2;
+  Random random(set);
+  const auto unit = [&] { return are_alike ? units.cost : random.log_uniform(1e-4, 1e4); };
+  const double of_time = unit();
+  for (const std::vector<int>& quantity : quantities) {
+    const bool is_duration =
+        shooting.layout().describe(quantity.front()).find("duration") != std::string::npos;
+    const double factor = is_duration ? of_time : unit();
+    for (const int v : quantity) units.variables[v] = factor;
+  }
+  return units;
+}
+
+// Twenty problems in four other sets of units: all times 1e4, all times 1e-4, and each quantity
+// times its own factor between them.
+TEST_P(Units, OfStatesInputsAndTimeDoNotEither) {
+  const ReferenceCase& c = reference_case(GetParam());
+  MultipleShooting shooting(c.problem(), c.options);
+  NonlinearProgram& program = shooting.nlp();
+  const Quantities quantities = undeclared_quantities(shooting.program());
+  const NlpPoint start = shooting.initial_guess();
+  for (const auto choice : {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
+    SCOPED_TRACE(name_of(choice));
+    const auto solver = make_solver(choice, {.tolerance = 1e-9});
+    const ScaledResult expected = solve_in_scale(*solver, program, start, false, quantities);
+    ASSERT_EQ(expected.nlp.status, SolveStatus::optimal);
+    for (int set = 0; set < 4; ++set) {
+      const ProgramScale units = other_units(shooting, quantities, program, set);
+      ScaledProgram other(program, units);
+      const ScaledResult r =
+          solve_in_scale(*solver, other, other.to_scaled(start), false, quantities);
+      EXPECT_EQ(r.nlp.status, SolveStatus::optimal) << set;
+      EXPECT_FALSE(r.is_doubtful) << set;
+      EXPECT_NEAR(r.nlp.objective / units.cost, expected.nlp.objective,
+                  1e-6 * (1.0 + std::abs(expected.nlp.objective)))
+          << set;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Library, Units, testing::ValuesIn(cases),
+                         [](const auto& of) { return std::string(of.param); });
+
+// A cart far away and slow, whose force nobody guessed.
+OptimalControlProblem far_cart(bool with_nominal) {
   Phase<2, 1> phase{"cart",
                     [](const auto&, const auto& x, const auto& u) {
                       return decltype(x.eval()){x[1], 1e-9 * u[0]};
@@ -90,29 +110,34 @@ TEST(VariableScale, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
                     exactly(1.0)};
   phase.minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; })
       .guess_state(Guess::constant(Vec<double, 2>{1e6, 1e-6}));
+  if (with_nominal) phase.nominal(Vec<double, 2>{1e6, 1e-6}, Vec<double, 1>{1.0});
   OptimalControlProblem ocp("cart");
   ocp.start_at({1e6, 1e-6}).then(phase);
-  MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
-  const VectorXd scale = measure_variables(shooting.nlp(), shooting.initial_guess().w,
-                                           undeclared_quantities(shooting.program()));
-  const Layout& layout = shooting.layout();
-  EXPECT_EQ(scale[layout.state(0, 0)], std::exp2(-20.0));
-  EXPECT_EQ(scale[layout.state(0, 10)], std::exp2(-20.0));
-  EXPECT_EQ(scale[layout.state(0, 3) + 1], std::exp2(20.0));
-  EXPECT_EQ(scale[layout.input(0, 0)], 1.0);  // 1e-6 / (0.1 1e-9) = 1e4: an estimate, not far off
-
-  phase.nominal(Vec<double, 2>{1e6, 1e-6}, Vec<double, 1>{1.0});
-  OptimalControlProblem declared("cart");
-  declared.start_at({1e6, 1e-6}).then(phase);
-  MultipleShooting other(declared, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
-  EXPECT_TRUE((measure_variables(other.nlp(), other.initial_guess().w,
-                                 undeclared_quantities(other.program()))
-                   .array() == 1.0)
-                  .all());
+  return ocp;
 }
 
-INSTANTIATE_TEST_SUITE_P(Library, Units, testing::ValuesIn(cases),
-                         [](const auto& of) { return std::string(of.param); });
+TEST(ProgramSize, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
+  const ShootingOptions options{.intervals_per_phase = 10, .integrator = runge_kutta4()};
+  const auto size_of = [](MultipleShooting& shooting) {
+    ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
+    EXPECT_TRUE(size.look_at(shooting.initial_guess().w));
+    return size;
+  };
+  MultipleShooting shooting(far_cart(false), options);
+  const ProgramSize size = size_of(shooting);
+  EXPECT_FALSE(size.is_usual_where_known(size.usual()));
+  const VectorXd scale = size.to_one().variables;
+  const Layout& layout = shooting.layout();
+  EXPECT_EQ(scale[layout.state(0, 0)], 1e-6);
+  EXPECT_EQ(scale[layout.state(0, 10)], 1e-6);
+  EXPECT_NEAR(scale[layout.state(0, 3) + 1], 1e6, 1e-9);
+  EXPECT_NEAR(scale[layout.input(0, 0)], 1e-4, 1e-13);  // 1e-6 / (0.1 1e-9) = 1e4
+
+  MultipleShooting declared(far_cart(true), options);
+  const VectorXd kept = size_of(declared).to_one().variables;
+  EXPECT_EQ(kept[layout.state(0, 0)], 1.0);
+  EXPECT_EQ(kept[layout.state(0, 3) + 1], 1.0);
+}
 
 struct Cart {
   template <class S>
@@ -164,7 +189,66 @@ TEST(Scale, MultipliersAreThoseOfTheProgram) {
 
 TEST(Scale, WhatIsWellStatedStaysAsItIs) {
   MultipleShooting shooting(cart(1.0), {.intervals_per_phase = 20, .integrator = runge_kutta4()});
-  EXPECT_TRUE(measure_scale(shooting.nlp(), shooting.initial_guess().w).is_one());
+  ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
+  ASSERT_TRUE(size.look_at(shooting.initial_guess().w));
+  EXPECT_TRUE(size.usual().is_one());
+  EXPECT_TRUE(size.is_usual_where_known(size.usual()));
+}
+
+// Three tenths of a millimetre in a second from rest, at 1.3 mm / s^2 at most: with a guess of
+// zeros only the solution tells that the numbers are small.
+OptimalControlProblem small_cart(double unit) {
+  Phase<2, 1> phase{"cart",
+                    [](const auto&, const auto& x, const auto& u) {
+                      return decltype(x.eval()){x[1], u[0]};
+                    },
+                    exactly(1.0)};
+  phase.minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; })
+      .keep(
+          "force", [](const auto&, const auto&, const auto& u) { return u[0]; },
+          between(-1.3 * unit, 1.3 * unit))
+      .reach("there", [](const auto&, const auto& x) { return x; },
+             {exactly(0.3 * unit), exactly(0.0)});
+  OptimalControlProblem ocp("cart");
+  ocp.start_at({0, 0}).then(phase);
+  return ocp;
+}
+
+// One that gives up from its second solve on.
+class Once final : public Solver {
+ public:
+  explicit Once(std::unique_ptr<Solver> solver) : solver_(std::move(solver)) {}
+  NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
+    NlpResult result = solver_->solve(program, start, warm);
+    if (++solves > 1) result.status = SolveStatus::numerical_failure;
+    return result;
+  }
+  std::string name() const override { return solver_->name(); }
+  int solves = 0;
+
+ private:
+  std::unique_ptr<Solver> solver_;
+};
+
+TEST(Scale, ThatOnlyTheSolutionTellsIsUsedForAnother) {
+  const ShootingOptions options{.intervals_per_phase = 20, .integrator = runge_kutta4()};
+  const auto solved = [&](double unit, Solver& solver) {
+    MultipleShooting shooting(small_cart(unit), options);
+    return solve(shooting, solver);
+  };
+  for (const auto choice : {SolverChoice::ipopt, SolverChoice::sparse, SolverChoice::riccati}) {
+    SCOPED_TRACE(name_of(choice));
+    const double right = solved(1.0, *make_solver(choice)).cost;
+    const Solution small = solved(1e-5, *make_solver(choice));
+    EXPECT_TRUE(small.ok()) << small.message;
+    EXPECT_NEAR(small.cost / 1e-10, right, 1e-6 * right);
+
+    Once once(make_solver(choice));
+    const Solution doubtful = solved(1e-5, once);
+    EXPECT_EQ(once.solves, 2);
+    EXPECT_EQ(doubtful.status, SolveStatus::numerical_failure);
+    EXPECT_NE(doubtful.message.find("nominal"), std::string::npos) << doubtful.message;
+  }
 }
 
 TEST(IpoptOptionsByName, AreCheckedAndPassedThrough) {
