@@ -50,6 +50,12 @@ std::string CaseOutcome::reason_in_brief() const {
   return fmt::format("{}; outside too: {}", all.front(), join_names(others));
 }
 
+std::string CaseOutcome::refined_in_words() const {
+  if (refinements == 0) return {};
+  return fmt::format("refined {}: the first plan broke a path constraint between the nodes",
+                     refinements == 1 ? "once" : fmt::format("{} times", refinements));
+}
+
 Verdict judge(const std::vector<CheckedValue>& checked) {
   const bool all =
       std::all_of(checked.begin(), checked.end(), [](const CheckedValue& v) { return v.is_met(); });

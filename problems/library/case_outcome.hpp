@@ -39,6 +39,8 @@ struct CaseOutcome {
   std::vector<std::string> reasons() const;
   /// The first of them, and the names of what else is outside its tolerance.
   std::string reason_in_brief() const;
+  /// "refined once: ...", empty: not refined.
+  std::string refined_in_words() const;
 };
 
 /// met or missed, by the checked values.

@@ -11,7 +11,6 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/cvodes.hpp"
 #include "saltus/solver/any_solver.hpp"
-#include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/replay.hpp"
 
 namespace saltus {
@@ -103,22 +102,28 @@ CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
   return outcome;
 }
 
+RefinedSolution solve_case_refined(const ReferenceCase& c, SolverChoice choice, int rounds) {
+  return solve_refined(c.problem(), c.options, *make_case_solver(choice, c.max_iterations),
+                       {.tolerance = c.between_nodes, .integration = infinity, .rounds = rounds});
+}
+
+CaseOutcome check_case(const ReferenceCase& c, const RefinedSolution& refined) {
+  CaseOutcome outcome = check_case(c, refined.solution);
+  outcome.iterations = refined.iterations;
+  outcome.seconds = refined.seconds;
+  outcome.refinements = std::max(1, static_cast<int>(refined.violations.size())) - 1;
+  return outcome;
+}
+
 CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice) {
-  CaseOutcome outcome = outcome_for(c);
   try {
-    const RefinedSolution refined =
-        solve_refined(c.problem(), c.options, *make_case_solver(choice, c.max_iterations),
-                      {.tolerance = c.between_nodes, .integration = infinity});
-    outcome = check_case(c, refined.solution);
-    outcome.iterations = refined.iterations;
-    outcome.seconds = refined.seconds;
-    outcome.refinements = std::max(1, static_cast<int>(refined.violations.size())) - 1;
-    return outcome;
+    return check_case(c, solve_case_refined(c, choice));
   } catch (const DefinitionError& error) {
+    CaseOutcome outcome = outcome_for(c);
     outcome.status = error.what();
     if (choice == SolverChoice::riccati) outcome.verdict = Verdict::not_applicable;
+    return outcome;
   }
-  return outcome;
 }
 
 CaseOutcome run_case(const SimulationCase& c) {

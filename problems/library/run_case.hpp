@@ -8,6 +8,7 @@
 #include "problems/library/simulation_case.hpp"
 #include "saltus/solver/solver.hpp"
 #include "saltus/solver/solver_choice.hpp"
+#include "saltus/transcription/between_nodes.hpp"
 
 namespace saltus {
 
@@ -27,9 +28,15 @@ Solution solve_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::
 /// tighter integrator, and whatever else the case knows.
 CaseOutcome check_case(const ReferenceCase& c, const Solution& solution);
 
-/// Both, on a grid that solve_refined() makes finer while the plan goes further beyond a path
-/// constraint between the nodes than the case allows. A definition that does not fit the solver is
-/// not_applicable; never throws DefinitionError.
+/// Cold too, on a grid that solve_refined() makes finer while the plan goes further beyond a path
+/// constraint between the nodes than the case allows; `rounds` solves at most.
+RefinedSolution solve_case_refined(const ReferenceCase& c,
+                                   SolverChoice choice = SolverChoice::ipopt,
+                                   int rounds = RefinementOptions{}.rounds);
+CaseOutcome check_case(const ReferenceCase& c, const RefinedSolution& refined);
+
+/// Both of them. A definition that does not fit the solver is not_applicable; never throws
+/// DefinitionError.
 CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt);
 CaseOutcome run_case(const SimulationCase& c);
 

@@ -58,6 +58,7 @@ ProblemEntry entry_of(const std::string& id, const std::string& name, std::strin
 struct OptimalControlConfig {
   SolverChoice solver = SolverChoice::ipopt;
   int intervals = 0;
+  bool refine = true;
   Scheme integrator = Scheme::own;
   double integrator_tolerance = 1e-9;
   int samples = 8;
@@ -68,6 +69,8 @@ struct OptimalControlConfig {
 void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
   s.choice("solver", c.solver, solver_choices(), "what solves the program");
   s.integer("intervals", c.intervals, "", "per phase; 0: the case's own grid", between(0, 2000));
+  s.flag("refine", c.refine,
+         "cut the intervals in which the plan breaks a path constraint between the nodes");
   s.choice<Scheme>("integrator", c.integrator, schemes(), scheme_doc);
   s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
            between(1e-14, 1e-2));
@@ -116,8 +119,10 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
     return why.empty() ? run_loop(c, solve_case(c, config.solver), config, context)
                        : refuse_loop(c.id, c.name, why);
   }
-  const Solution solution = solve_case(c, config.solver);
-  const CaseOutcome outcome = check_case(c, solution);
+  const RefinedSolution refined = config.refine ? solve_case_refined(c, config.solver)
+                                                : solve_case_refined(c, config.solver, 1);
+  const Solution& solution = refined.solution;
+  const CaseOutcome outcome = check_case(c, refined);
   Recording recording = record(c.problem(), solution.trajectory, config.samples);
   recording.state_names = c.states;
   recording.input_names = c.inputs;
@@ -125,6 +130,9 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
 
   Json summary = summary_head(outcome, c.summary);
   summary.update(solution_json(solution, recording));
+  summary["iterations"] = outcome.iterations;
+  summary["seconds"] = outcome.seconds;
+  summary["refinements"] = outcome.refinements;
   summary["reference"] = c.optimum;
   summary["solver"] = name_of(config.solver);
   summary["integrator"] = c.options.integrator->name();
@@ -132,8 +140,11 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
   summary["states"] = recording.state_columns();
   summary["inputs"] = recording.input_columns();
   summary["tables"] = {"trajectory.csv"};
+  const bool is_broken = outcome.between_nodes && *outcome.between_nodes > c.between_nodes;
+  const char* remedy =
+      config.refine || !is_broken ? "" : "  --refine cuts the intervals in which it is violated\n";
   finish(context, summary, config.pictures,
-         fmt::format("{} {}: {}", c.id, c.name, verdict_text(outcome)));
+         fmt::format("{} {}: {}{}", c.id, c.name, verdict_text(outcome), remedy));
   return solution.ok() ? ExitStatus::ok : ExitStatus::solver_failed;
 }
 

@@ -112,6 +112,7 @@ std::string verdict_text(const CaseOutcome& outcome) {
     if (v.digits > 0) text += fmt::format(" ({} of {} digits)", v.digits_reached(), v.digits);
     text += "\n";
   }
+  if (outcome.refinements > 0) text += "  " + outcome.refined_in_words() + "\n";
   if (outcome.verdict == Verdict::missed) text += "  " + outcome.reason_in_brief() + "\n";
   return text;
 }

@@ -33,9 +33,7 @@ std::string table_line(const CaseOutcome& o) {
     reference = number(shown.reference, shown.digits);
     error = fmt::format("{:.1e}", shown.relative_error());
     if (shown.name != "cost") what += "; shown: " + shown.name;
-    if (o.refinements > 0)
-      what += fmt::format("; refined {}: the first plan broke a path constraint between the nodes",
-                          o.refinements == 1 ? "once" : fmt::format("{} times", o.refinements));
+    if (o.refinements > 0) what += "; " + o.refined_in_words();
     if (shown.digits > 0) digits = fmt::format("{}/{}", shown.digits_reached(), shown.digits);
   }
   return fmt::format(row, o.id + " " + o.name, value, reference, error, digits, between,

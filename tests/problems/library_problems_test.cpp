@@ -118,6 +118,20 @@ TEST_F(LibraryProblems, SettingsChangeGridIntegratorAndSolver) {
   EXPECT_TRUE(contains(complaint, "did you mean 'a01_three_modes'?"));
 }
 
+// Our own solvers find a cheaper optimum of the nodal program of B01 that rises above the ceiling
+// between the nodes.
+TEST_F(LibraryProblems, APlanThatBreaksAConstraintBetweenTheNodesIsRefined) {
+  ASSERT_EQ(run({"B01", "--solver=sparse", "--pictures=false"}), 0) << complaint;
+  EXPECT_EQ(summary().at("verdict"), "ok");
+  EXPECT_NEAR(summary().at("cost").get<double>(), 4.0, 1e-7);
+  EXPECT_GE(summary().at("refinements").get<int>(), 1);
+  EXPECT_TRUE(contains(printed, "refined")) << printed;
+  ASSERT_EQ(run({"B01", "--solver=sparse", "--refine=false", "--pictures=false"}), 0) << complaint;
+  EXPECT_EQ(summary().at("verdict"), "MISSED");
+  EXPECT_EQ(summary().at("refinements"), 0);
+  EXPECT_TRUE(contains(printed, "--refine cuts the intervals")) << printed;
+}
+
 TEST_F(LibraryProblems, ASimulationLeavesItsEvents) {
   ASSERT_EQ(run({"D07", "--pictures=false"}), 0) << complaint;
   const auto events = table_of(folder / "events.csv");
