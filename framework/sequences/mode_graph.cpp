@@ -43,6 +43,10 @@ class Widened final : public FunctionBody {
   Function formula_;
 };
 
+Function widened(const Function& formula, int inputs) {
+  return Function(std::unique_ptr<const FunctionBody>(std::make_unique<Widened>(formula, inputs)));
+}
+
 bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -53,6 +57,13 @@ ModeGraph::ModeGraph(std::string name) : name_(std::move(name)) {}
 
 ModeGraph& ModeGraph::transition(std::string from, std::string to, Jump jump) {
   transitions_.push_back({std::move(from), std::move(to), std::move(jump)});
+  return *this;
+}
+
+ModeGraph& ModeGraph::transition_when(std::string from, std::string to, std::string event,
+                                      Function guard, Crossing crossing, Jump jump) {
+  transitions_.push_back({std::move(from), std::move(to), std::move(jump), std::move(event),
+                          std::move(guard), crossing});
   return *this;
 }
 
@@ -143,9 +154,9 @@ bool ModeGraph::may_end(int mode) const {
   return end_.empty() || contains(end_, modes_[mode].name);
 }
 
-bool ModeGraph::has_jump(int from, int to) const {
+bool ModeGraph::has_event(int from, int to) const {
   const Transition* t = find(from, to);
-  return t != nullptr && t->jump.map;
+  return t != nullptr && (t->jump.map || t->guard);
 }
 
 int ModeGraph::dwell_of(int mode) const {
@@ -190,14 +201,26 @@ PhaseDefinition ModeGraph::with_end(PhaseDefinition phase) const {
           fmt::format("modes '{}': '{}' holds at the end and reads {} states, but mode '{}', which "
                       "may be the last, has {}",
                       name_, term.name, term.formula.inputs() - 1, phase.name, phase.sizes.nx));
-    Function wide(std::unique_ptr<const FunctionBody>(
-        std::make_unique<Widened>(term.formula, phase.sizes.size())));
+    Function wide = widened(term.formula, phase.sizes.size());
     if (term.kind == TermKind::cost)
       add_cost(phase, std::string(term.name), TermDomain::phase_end, std::move(wide), {});
     else
       add_constraint(phase, std::string(term.name), TermDomain::phase_end, std::move(wide),
                      {term.bounds}, {}, std::nullopt);
   }
+  return phase;
+}
+
+// With the guard of the transition by which it is left.
+PhaseDefinition ModeGraph::left_by(PhaseDefinition phase, const Transition* exit) const {
+  if (exit == nullptr || !exit->guard) return phase;
+  if (exit->guard.inputs() != 1 + phase.sizes.nx)
+    throw DefinitionError(fmt::format(
+        "the transition from '{}' to '{}': the guard of event '{}' reads {} states, but mode '{}' "
+        "has {}",
+        exit->from, exit->to, exit->event, exit->guard.inputs() - 1, exit->from, phase.sizes.nx));
+  add_end_guard(phase, std::string(exit->event), widened(exit->guard, phase.sizes.size()),
+                exit->crossing);
   return phase;
 }
 
@@ -217,8 +240,10 @@ OptimalControlProblem ModeGraph::problem(std::span<const int> path,
   OptimalControlProblem ocp = begin();
   if (total_time_ && !is_beginning) ocp.total_time(*total_time_);
   for (std::size_t k = 0; k < path.size(); ++k) {
-    PhaseDefinition phase = modes_[path[k]];
-    if (k + 1 == path.size() && !is_beginning) phase = with_end(std::move(phase));
+    const bool is_last = k + 1 == path.size();
+    PhaseDefinition phase =
+        left_by(modes_[path[k]], is_last ? nullptr : find(path[k], path[k + 1]));
+    if (is_last && !is_beginning) phase = with_end(std::move(phase));
     phase.name = fmt::format("{} {}", phase.name, k + 1);
     edited(static_cast<int>(k), phase);
     const Transition* entry = k > 0 ? find(path[k - 1], path[k]) : nullptr;
@@ -383,7 +408,7 @@ void ModeGraph::check(bool limited_phases) const {
       const Transition* entry = find(i, j);
       OptimalControlProblem pair(name_);
       pair.start_at(VectorXd(VectorXd::Zero(modes_[i].sizes.nx)))
-          .then(ErasedPhase(modes_[i]))
+          .then(ErasedPhase(left_by(modes_[i], entry)))
           .then(ErasedPhase(modes_[j]), entry != nullptr ? entry->jump : Jump{})
           .check();
     }

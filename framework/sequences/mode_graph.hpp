@@ -62,6 +62,16 @@ class ModeGraph {
     return *this;
   }
   ModeGraph& transition(std::string from, std::string to, Jump jump = Jump{});
+  /// The same where the guard, a scalar of (t, x), passes zero in the given direction: it decides
+  /// how long `from` lasts, whose duration is free. Where a mode is left otherwise it says nothing.
+  template <int nx, class F>
+  ModeGraph& transition_when(std::string from, std::string to, std::string event, F guard,
+                             Crossing crossing, Jump jump = Jump{}) {
+    Function function =
+        make_function<nx, 0, 0>(std::move(guard), {from, "the guard of event", event});
+    return transition_when(std::move(from), std::move(to), std::move(event), std::move(function),
+                           crossing, std::move(jump));
+  }
   /// Every mode may follow every mode, itself included, without a jump.
   ModeGraph& all_transitions();
   /// Not this one, whatever all_transitions() says.
@@ -104,7 +114,8 @@ class ModeGraph {
   bool may_follow(int from, int to) const;
   bool may_begin(int mode) const;
   bool may_end(int mode) const;
-  bool has_jump(int from, int to) const;
+  /// Whether the state jumps, or a guard decides when.
+  bool has_event(int from, int to) const;
   int dwell_of(int mode) const;
   int entries_of(int mode) const;  ///< at most
   bool limits_entries() const { return !entries_.empty(); }
@@ -132,6 +143,8 @@ class ModeGraph {
   void check(bool limited_phases) const;
 
  private:
+  ModeGraph& transition_when(std::string from, std::string to, std::string event, Function guard,
+                             Crossing crossing, Jump jump);
   ModeGraph& at_end(std::string name, Function formula, TermKind kind, Bounds bounds);
   PhaseDefinition with_end(PhaseDefinition phase) const;
   OptimalControlProblem begin() const;
@@ -143,7 +156,11 @@ class ModeGraph {
   struct Transition {
     std::string from, to;
     Jump jump;
+    std::string event = {};
+    Function guard = {};  // of (t | x); empty: at any time
+    Crossing crossing = Crossing::falling;
   };
+  PhaseDefinition left_by(PhaseDefinition phase, const Transition* exit) const;
   const Transition* find(int from, int to) const;
 
   std::string name_;

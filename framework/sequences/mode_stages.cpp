@@ -127,7 +127,7 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
       if (term.function.reads(0) || term.reference.varies() || !term.window.is_whole())
         unfit("has terms that depend on time");
     for (int j = 0; j < graph.size(); ++j)
-      if (graph.may_follow(i, j) && graph.has_jump(i, j)) unfit("is left by a jump");
+      if (graph.may_follow(i, j) && graph.has_event(i, j)) unfit("is left by a jump or a guard");
     for (const bool given : {true, false})
       if (reason_.empty()) reason_ = transcribe(graph, i, integrator, given);
   }

@@ -74,6 +74,39 @@ TEST(Search, RulesOutBeginningsThatCostMoreThanTheBest) {
   EXPECT_LT(b.nodes, a.nodes);
 }
 
+// A ball dropped from 1 m loses a fifth of its speed in every bounce, sqrt(2 h / g) = 0.4515 s
+// after its release, 1.1740 s and 1.7520 s: of all numbers of bounces, two are right for 1.5 s.
+struct Falling {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0] - 9.81};
+  }
+};
+
+TEST(Search, FindsTheNumberOfEventsOfGuardsAndJumps) {
+  const auto height = [](const auto&, const auto& x) { return x[0]; };
+  const Jump bounce = jump<2>("bounce", [](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{x[0], -0.8 * x[1]};
+  });
+  Phase<2, 1> fly{"fly", Falling{}, between(0.05, 1.5)};
+  fly.guess_state(Guess::simulate())
+      .guess_duration(0.5)
+      .bound_input(0, between(-1e-3, 1e-3))
+      .keep("above ground", height, at_least(-1e-6))
+      .minimise("blow", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
+  ModeGraph graph("ball");
+  graph.mode(fly)
+      .transition_when<2>("fly", "fly", "contact", height, Crossing::falling, bounce)
+      .start_at({1.0, 0.0})
+      .total_time(exactly(1.5));
+  const SequenceResult found = search(graph, {.at_most = 5, .intervals_per_phase = 8});
+  ASSERT_EQ(found.sequence.size(), 3u) << found.message;
+  const double first = std::sqrt(2.0 / 9.81);
+  EXPECT_NEAR(found.solution.durations[0], first, 2e-4);  // the blow moves it as much
+  EXPECT_NEAR(found.solution.durations[1], 1.6 * first, 5e-4);
+  EXPECT_EQ(found.solution.crossings.size(), 2u);
+}
+
 TEST(Search, StoppedItClaimsNothing) {
   const SequenceResult found = search(
       pushes(),
