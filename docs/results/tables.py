@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import dataclasses
+import math
 from typing import Callable, Dict, List, Tuple
 
 README = "problems/push_recovery/README.md"
@@ -140,6 +141,29 @@ def worst(key, text, factor=1.0, least=False):
     return cell
 
 
+def toward(degrees, size, senses, **settings):
+    x, y = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    return {"preset": "robot", "plant": "dart", "sensors": senses, "push.impulse": size, "push.start": 1,
+            "push.direction": f"[{x:.9f},{y:.9f},0]", **settings}
+
+
+def with_and_without_a_step(senses, sizes):
+    """The two runs of each size."""
+    def cell(row, summaries):
+        words = []
+        for size in sizes:
+            may, may_not = (next(s for s, r in zip(summaries, row.runs)
+                                 if r["sensors"] == senses and r["push.impulse"] == size
+                                 and r.get("stepping", "true") == stepping) for stepping in ("true", "false"))
+            if may["recovered"]:
+                words.append("steps" if may["touchdown_s"] is not None else "stands")
+            else:
+                words.append(("falls" if may["fell"] else "slips")
+                             + (", STANDING DOES NOT" if may_not["recovered"] else ""))
+        return " / ".join(words)
+    return cell
+
+
 def both_controllers(row, summaries):
     body = summaries[0]["body"]
     return f"{body['planner_s_per_s'] + body['whole_body_control_s_per_s']:.2f} s"
@@ -206,6 +230,32 @@ TABLES = {
          ("slip of a corner", worst("body.slip_max_m", "{:.1f} mm", 1e3)),
          ("error of the CoM", worst("body.estimate_com_error_m", "{:.1f} mm", 1e3)),
          ("of its velocity, RMS", worst("body.estimate_velocity_error_m_s", "{:.3f} m/s"))],
+        quick=False),
+    "stepping": Table(
+        "Stepping where it helps, against standing",
+        [Row({0: "0 (forward)", 90: "90 (stance side)", 180: "180 (back)", 270: "270 (swing side)"}.get(
+             degrees, f"{degrees:g}"),
+             [toward(degrees, size, senses, **settings) for senses in ("ideal", "measured")
+              for size in (6, 7, 8) for settings in ({}, {"stepping": "false"})])
+         for degrees in (22.5 * k for k in range(16))],
+        [("towards, degrees", name),
+         ("ideal senses, 6 / 7 / 8 N s", with_and_without_a_step("ideal", (6, 7, 8))),
+         ("measured senses, 6 / 7 / 8 N s", with_and_without_a_step("measured", (6, 7, 8)))],
+        quick=False),
+    "late": Table(
+        "How late senses and torques may be, preset robot in DART, step of 0.6 s",
+        [Row(text, [{**as_it_is(size, 0.6, 1), **settings} for size in (4, 6)]) for text, settings in (
+            ("as it is: 1 ms late, velocities filtered with 1.5 ms", {}),
+            ("velocities filtered with 3 ms", {"sensor.velocity_lag": 0.003}),
+            ("with 5 ms", {"sensor.velocity_lag": 0.005}), ("with 9 ms", {"sensor.velocity_lag": 0.009}),
+            ("with 19 ms", {"sensor.velocity_lag": 0.019}), ("with 49 ms", {"sensor.velocity_lag": 0.049}),
+            ("with 89 ms", {"sensor.velocity_lag": 0.089}),
+            *((f"all sensors {1000 * delay:g} ms late", {f"sensor.{device}.delay": delay for device in (
+                "encoder", "gyroscope", "accelerometer", "force_torque")}) for delay in (0.004, 0.006, 0.010)),
+            ("motors of 50 Hz", {"motor.bandwidth": 50}), ("motors of 20 Hz", {"motor.bandwidth": 20}))],
+        [("senses", name), ("4 N s", outcome(0)),
+         ("its H, Nms", figure("angular_momentum_max", "{:.2f}")), ("6 N s", outcome(1)),
+         ("its H, Nms, too", figure("angular_momentum_max", "{:.2f}", run=1))],
         quick=False),
     "disturbances": Table(
         "6 N s in DART, and a disturbance",
