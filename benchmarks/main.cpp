@@ -1,10 +1,10 @@
 // The program `saltus-bench`, which `saltus bench` becomes: problems never know benchmarks.
 #include <vector>
 
-#include "benchmarks/latency.hpp"
+#include "benchmarks/suite/bench_verb.hpp"
 #include "saltus/app/program.hpp"
 
 int main(int argc, char** argv) {
-  const std::vector<saltus::Verb> verbs{saltus::bench::verb()};
+  const std::vector<saltus::Verb> verbs{saltus::bench::bench_verb()};
   return saltus::saltus_main(argc, argv, {}, verbs);
 }

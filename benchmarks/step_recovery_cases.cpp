@@ -1,19 +1,11 @@
 // The recipe's batches: how long does a cold solve of the step recovery take?
 #include "benchmarks/cases.hpp"
 #include "benchmarks/contenders.hpp"
+#include "benchmarks/step_recovery_batches.hpp"
 #include "benchmarks/step_recovery_kernels.hpp"
-#include "benchmarks/step_recovery_qp.hpp"
 
 namespace saltus::bench {
 namespace {
-
-struct Batch {
-  std::string name;
-  StepRecovery options;
-  Bounds push = between(0.2, 0.3);  // m/s
-  int fewer = 1;                    // of so many solves one
-  bool with_run_time_sizes = false;
-};
 
 std::string with_run_time_sizes(const std::string& name) { return name + ",run-time-sizes"; }
 
@@ -42,18 +34,8 @@ std::vector<CaseResult> run(const Batch& batch, const Selection& selection) {
 }  // namespace
 
 std::vector<CaseGroup> step_recovery_cases() {
-  const int beyond = 1 << 20;
-  const std::vector<Batch> batches{
-      {.name = "recipe/kI=7", .options = {15, 7}, .with_run_time_sizes = true},
-      {.name = "recipe/no-impact", .options = {15, beyond}},
-      {.name = "recipe/kI=0", .options = {15, 0}},
-      {.name = "recipe/N=30", .options = {30, 7}},
-      {.name = "recipe/N=60", .options = {60, 7}},
-      {.name = "recipe/N=150", .options = {150, 7}},
-      {.name = "recipe/N=1500", .options = {1500, 7}, .fewer = 50},
-      {.name = "recipe/binding", .options = {15, 7}, .push = binding_push}};
   std::vector<CaseGroup> groups;
-  for (const Batch& batch : batches) {
+  for (const Batch& batch : step_recovery_batches()) {
     CaseGroup& group = groups.emplace_back();
     group.names = {batch.name};
     if (batch.with_run_time_sizes) group.names.push_back(with_run_time_sizes(batch.name));

@@ -1,0 +1,191 @@
+#include "benchmarks/suite/answer.hpp"
+
+#include <fmt/format.h>
+
+#include <istream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <ostream>
+#include <utility>
+
+#include "benchmarks/latency_output.hpp"
+#include "benchmarks/suite/flat_qp.hpp"
+#include "benchmarks/suite/qp_file.hpp"
+#include "benchmarks/suite/qp_problems.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/app/version.hpp"
+#include "saltus/core/clock.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+
+namespace saltus::bench {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class T>
+T wanted(const nlohmann::json& request, const char* key) {
+  const auto at = request.find(key);
+  if (at == request.end()) throw InputError(fmt::format("the request needs '{}'", key));
+  try {
+    return at->get<T>();
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(fmt::format("'{}' cannot be {}", key, at->dump().substr(0, 40)));
+  }
+}
+
+struct Solved {
+  QpResult result;
+  PrimalDualPoint point;
+  double microseconds = 0.0, setup_microseconds = 0.0;
+};
+
+template <class Solve>
+void timed(double& microseconds, Solve&& solve) {
+  const double begin = thread_microseconds();
+  solve();
+  microseconds = thread_microseconds() - begin;
+}
+
+Solved solve_in_stages(const QpProblem& problem, const QpInstance& instance, bool warm,
+                       double tolerance) {
+  Solved s;
+  RiccatiOptions options = problem.options;
+  options.tolerance = tolerance;
+  const StageQp& qp = *instance.stages;
+  std::unique_ptr<StageQpSolver> solver;
+  timed(s.setup_microseconds, [&] { solver = make_riccati_solver(qp, options, problem.kernels); });
+  const StagePoint& start = warm ? *instance.warm : instance.guess;
+  StagePoint point = start;
+  solver->solve(qp, point, warm);  // new memory, cold caches
+  point = start;
+  timed(s.microseconds, [&] { s.result = solver->solve(qp, point, warm); });
+  s.point = flatten(qp, point);
+  return s;
+}
+
+Solved solve_sparse(const QpInstance& instance, bool warm, double tolerance) {
+  Solved s;
+  const SparseQp& qp = instance.flat;
+  QpOptions options;
+  options.tolerance = tolerance;
+  std::unique_ptr<QpSolver> solver;
+  timed(s.setup_microseconds,
+        [&] { solver = make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, options); });
+  PrimalDualPoint start{VectorXd::Zero(qp.variables()), VectorXd::Zero(qp.row_pattern.rows()),
+                        VectorXd::Zero(qp.variables())};
+  if (warm) start = flatten(*instance.stages, *instance.warm);
+  s.point = start;
+  solver->solve(qp, s.point, warm);
+  s.point = start;
+  timed(s.microseconds, [&] { s.result = solver->solve(qp, s.point, warm); });
+  return s;
+}
+
+}  // namespace
+
+struct Answerer::State {
+  std::vector<QpProblem> problems = qp_problems();
+  std::map<std::pair<std::string, int>, QpInstance> instances;
+  std::map<std::string, QpInstance> files;
+
+  const QpInstance& instance(const QpProblem& problem, int number) {
+    if (number < 1 || (problem.instances > 0 && number > problem.instances))
+      throw InputError(fmt::format("'{}' has no instance {}", problem.name, number));
+    const auto key = std::pair(problem.name, number);
+    const auto at = instances.find(key);
+    if (at != instances.end()) return at->second;
+    return instances.emplace(key, problem.instance(number)).first->second;
+  }
+
+  Json describe() const {
+    Json list = Json::array();
+    for (const QpProblem& p : problems)
+      list.push_back({{"name", p.name},
+                      {"about", p.about},
+                      {"instances", p.instances},
+                      {"horizon", p.horizon},
+                      {"warm", p.has_warm_start}});
+    // The head of every report of ours: processor, compiler, flags.
+    const Json head = to_json(LatencyReport{});
+    return {{"version", version()},      {"commit", commit()}, {"machine", head.at("machine")},
+            {"build", head.at("build")}, {"problems", list},   {"solvers", {"riccati", "sparse"}}};
+  }
+
+  // Of a file, where one is named.
+  std::pair<QpProblem, const QpInstance*> asked_for(const nlohmann::json& request) {
+    if (!request.contains("file")) {
+      const QpProblem& problem = find_problem(problems, wanted<std::string>(request, "problem"));
+      return {problem, &instance(problem, wanted<int>(request, "instance"))};
+    }
+    const auto file = wanted<std::string>(request, "file");
+    auto at = files.find(file);
+    if (at == files.end()) at = files.emplace(file, read_program(file)).first;
+    QpProblem problem;
+    problem.name = file;
+    return {problem, &at->second};
+  }
+
+  Json solve(const nlohmann::json& request) {
+    const auto [problem, asked] = asked_for(request);
+    const QpInstance& one = *asked;
+    const auto name = wanted<std::string>(request, "solver");
+    const auto start = wanted<std::string>(request, "start");
+    const auto tolerance = wanted<double>(request, "tolerance");
+    if (start != "cold" && start != "warm")
+      throw InputError(fmt::format("a start is cold or warm, not '{}'", start));
+    const bool warm = start == "warm";
+    if (warm && !one.warm) throw InputError(fmt::format("'{}' has no warm start", problem.name));
+    if (name != "riccati" && name != "sparse")
+      throw InputError(fmt::format("our solvers are riccati and sparse, not '{}'", name));
+    if (name == "riccati" && !one.stages) return {{"not_applicable", "it has no stages"}};
+    const Solved s = name == "riccati" ? solve_in_stages(problem, one, warm, tolerance)
+                                       : solve_sparse(one, warm, tolerance);
+    const SparseQpResidual kkt = kkt_residual(one.flat, s.point);
+    return {{"claimed", saltus::describe(s.result.status)},
+            {"solved", s.result.status == QpStatus::optimal},
+            {"iterations", s.result.iterations},
+            {"cpu_us", s.microseconds},
+            {"setup_us", s.setup_microseconds},
+            {"objective", objective(one.flat, s.point.w)},
+            {"kkt",
+             {{"stationarity", kkt.stationarity},
+              {"feasibility", kkt.feasibility},
+              {"complementarity", kkt.complementarity}}},
+            {"point", point_json(s.point)}};
+  }
+
+  Json write(const nlohmann::json& request) {
+    const QpProblem& problem = find_problem(problems, wanted<std::string>(request, "problem"));
+    const int number = wanted<int>(request, "instance");
+    const std::filesystem::path file = wanted<std::string>(request, "file");
+    const OutputFolder folder(file.has_parent_path() ? file.parent_path() : ".");
+    folder.write(
+        file.filename().string(),
+        std::string_view(program_json(problem, number, instance(problem, number)).dump() + "\n"));
+    return {{"written", file.string()}};
+  }
+};
+
+Answerer::Answerer() : state_(std::make_unique<State>()) {}
+Answerer::~Answerer() = default;
+
+Json Answerer::answer(const nlohmann::json& request) try {
+  if (!request.is_object()) throw InputError("a request is one JSON object per line");
+  const auto what = wanted<std::string>(request, "do");
+  if (what == "describe") return state_->describe();
+  if (what == "export") return state_->write(request);
+  if (what == "solve") return state_->solve(request);
+  throw InputError(fmt::format("a request is describe, export or solve, not '{}'", what));
+} catch (const std::exception& error) {
+  return {{"error", error.what()}};
+}
+
+void answer_requests(std::istream& in, std::ostream& out) {
+  Answerer answerer;
+  for (std::string line; std::getline(in, line);)
+    out << answerer.answer(nlohmann::json::parse(line, nullptr, /*allow_exceptions=*/false)).dump()
+        << std::endl;
+}
+
+}  // namespace saltus::bench

@@ -1,0 +1,81 @@
+// `latency` and `answer` are carried out here; the rest is scripts in Python (suite/scripts), where
+// the other solvers are. They are run by the interpreter of the peers' environment where there is
+// one, else by the system's, which then finds our solvers only.
+#include "benchmarks/suite/bench_verb.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <vector>
+
+#include "benchmarks/latency.hpp"
+#include "benchmarks/suite/answer.hpp"
+#include "saltus/app/data_file.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+
+namespace saltus::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::array scripted{"list", "run", "compare", "report", "merge", "task", "peers"};
+constexpr const char* usage =
+    "bench latency | list | run | compare | report | merge | peers [--help]";
+
+// Of `./saltus setup --with-peers` beside the program, of `saltus bench peers` in the cache.
+std::vector<fs::path> peer_folders() {
+  std::vector<fs::path> folders{program_folder() / "peers"};
+  try {
+    folders.push_back(cache_folder() / "peers");
+  } catch (const InputError&) {  // no home: then there is none
+  }
+  return folders;
+}
+
+// The process becomes the script.
+[[noreturn]] void run_script(std::span<const std::string> arguments) {
+  const std::string script = data_file("benchmarks/suite/scripts/bench.py").string();
+  const std::vector<fs::path> folders = peer_folders();
+  std::vector<std::string> pythons;
+  for (const fs::path& folder : folders)
+    if (fs::exists(folder / "bin/python3")) pythons.push_back((folder / "bin/python3").string());
+  pythons.insert(pythons.end(), {"/usr/bin/python3", "python3"});
+  std::error_code unknown;
+  setenv("SALTUS_PROGRAM", fs::read_symlink("/proc/self/exe", unknown).c_str(), /*overwrite=*/1);
+  setenv("SALTUS_PEERS", folders.back().c_str(), /*overwrite=*/0);
+  std::fflush(nullptr);
+  for (const std::string& python : pythons) {
+    std::vector<std::string> words{python, "-B", script};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> pointers;
+    for (std::string& word : words) pointers.push_back(word.data());
+    pointers.push_back(nullptr);
+    execvp(python.c_str(), pointers.data());
+  }
+  throw InputError("there is no python3 to run the benchmark suite");
+}
+
+}  // namespace
+
+Verb bench_verb() {
+  return {"bench", usage, [](std::span<const std::string> arguments) {
+            if (arguments.empty()) throw InputError(fmt::format("bench what? usage: {}", usage));
+            const std::string& what = arguments.front();
+            if (what == "latency") return verb().run(arguments);
+            if (what == "answer") {
+              answer_requests(std::cin, std::cout);
+              return ExitStatus::ok;
+            }
+            if (std::find(scripted.begin(), scripted.end(), what) != scripted.end())
+              run_script(arguments);
+            throw InputError(fmt::format("unknown benchmark '{}'; usage: {}", what, usage));
+          }};
+}
+
+}  // namespace saltus::bench

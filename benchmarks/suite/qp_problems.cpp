@@ -1,0 +1,99 @@
+#include "benchmarks/suite/qp_problems.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "benchmarks/data_file.hpp"
+#include "benchmarks/point_shift.hpp"
+#include "benchmarks/recorded_sequence.hpp"
+#include "benchmarks/step_recovery_batches.hpp"
+#include "benchmarks/suite/flat_qp.hpp"
+#include "benchmarks/suite/sized_kernels.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+
+namespace saltus::bench {
+namespace {
+
+QpInstance in_stages(StageQp qp, StagePoint guess) {
+  QpInstance instance;
+  instance.flat = flatten(qp);
+  instance.stages = std::move(qp);
+  instance.guess = std::move(guess);
+  return instance;
+}
+
+// Cold starts at the static wrench and the states that it leads to.
+RiccatiOptions standing_start() {
+  RiccatiOptions options;
+  options.start = QpStart::guess;
+  options.roll_out = true;
+  return options;
+}
+
+QpProblem recipe(const Batch& batch) {
+  QpProblem problem{.name = batch.name,
+                    .about = "step recovery of a humanoid, random pushes",
+                    .horizon = batch.options.intervals,
+                    .options = standing_start(),
+                    .kernels = sized_kernels()};
+  problem.instance = [batch](int number) {
+    StageQp qp = step_recovery_qp(batch.options, random_start(number, batch.push));
+    StagePoint guess = standing_guess(qp);
+    return in_stages(std::move(qp), std::move(guess));
+  };
+  return problem;
+}
+
+// The warm start of tick k is the optimum of tick k - 1, one stage earlier: the same for everybody.
+QpProblem recorded_recovery() {
+  const auto sequence = std::make_shared<const RecordedSequence>(
+      read_sequence(data_file("step_recovery_sequence.json")));
+  QpProblem problem{.name = "sequence",
+                    .about = "step recovery in closed loop, recorded",
+                    .instances = static_cast<int>(sequence->problems.size()) - 1,
+                    .horizon = sequence->intervals,
+                    .has_warm_start = true,
+                    .options = standing_start(),
+                    .kernels = sized_kernels()};
+  problem.instance = [sequence](int number) {
+    const StageQp before = sequence->program(number - 1);
+    StagePoint solution = standing_guess(before);
+    const auto solver = make_riccati_solver(before, standing_start(), sized_kernels());
+    solver->solve(before, solution, /*warm=*/false);
+    StageQp qp = sequence->program(number);
+    StagePoint guess = standing_guess(qp),
+               shifted(step_recovery_qp({sequence->intervals, 0}, nominal_start()));
+    shift_by_one_stage(before, solution, qp, guess, shifted);
+    QpInstance instance = in_stages(std::move(qp), std::move(guess));
+    instance.warm = std::move(shifted);
+    return instance;
+  };
+  return problem;
+}
+
+}  // namespace
+
+std::vector<QpProblem> qp_problems() {
+  std::vector<QpProblem> problems;
+  for (const Batch& batch : step_recovery_batches())
+    if (batch.options.intervals < 1000) problems.push_back(recipe(batch));
+  problems.push_back(recorded_recovery());
+  return problems;
+}
+
+const QpProblem& find_problem(const std::vector<QpProblem>& problems, const std::string& name) {
+  const auto at = std::find_if(problems.begin(), problems.end(),
+                               [&](const QpProblem& p) { return p.name == name; });
+  if (at != problems.end()) return *at;
+  std::vector<std::string> names;
+  for (const QpProblem& p : problems) names.push_back(p.name);
+  const std::string meant = nearest_name(name, names);
+  throw InputError(
+      meant.empty() ? fmt::format("there is no problem '{}'; there are {}", name, join_names(names))
+                    : fmt::format("there is no problem '{}'; did you mean '{}'?", name, meant));
+}
+
+}  // namespace saltus::bench

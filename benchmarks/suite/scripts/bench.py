@@ -1,0 +1,233 @@
+#!/usr/bin/env python3
+"""The benchmark suite: problems x solvers x settings, one judge. Run by `saltus bench`."""
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+
+OK, DIFFERENT, MISTAKE, FAILED = 0, 1, 2, 3
+
+
+def describe():
+    """What the program says of itself, with the problems that are data."""
+    import data_problems
+    from program import Program
+    with Program() as program:
+        description = program.ask(do="describe")
+    description["problems"] += data_problems.described()
+    return description
+
+
+def describe_machine():
+    return {"system": platform.platform(), "python": platform.python_version(),
+            "processors": os.cpu_count()}
+
+
+def list_all(arguments):
+    import peers
+    description = describe()
+    print("problems")
+    for p in description["problems"]:
+        count = f"{p['instances']} instances" if p["instances"] else "any number of instances"
+        print(f"  {p['name']:<22} {p['about']}; {count}" + ("; cold and warm" if p["warm"] else ""))
+    if not any(p["name"].startswith("public/") for p in description["problems"]):
+        print("  (public programs: set SALTUS_REFERENCE_DATA to the folder above mpc_qp)")
+    print("solvers")
+    for name in description["solvers"]:
+        print(f"  {name:<22} ours")
+    for peer in peers.all_peers():
+        missing = peers.why_missing(peer)
+        told = missing or f"{peer.package} {peers.version_of(peer.package)}: {peer.about}"
+        print(f"  {peer.name:<22} {told}")
+    return OK
+
+
+def head_of(description, arguments, tasks):
+    import peers
+    import records
+    saltus = {"version": description["version"], "commit": description["commit"],
+              **description["build"], "lanes": description["machine"]["lanes"]}
+    packages = {p.package: peers.version_of(p.package) for p in peers.all_peers()}
+    return {"format": records.FORMAT, "saltus": saltus,
+            "machine": {"processor": description["machine"]["cpu"], **describe_machine()},
+            "packages": packages,
+            "matrix": {"tasks": [t["id"] for t in tasks], "horizons": {t["id"]: t["horizon"]
+                                                                       for t in tasks},
+                       "solvers": tasks[0]["solvers"] if tasks else [],
+                       "instances": arguments.instances, "repetitions": arguments.repetitions,
+                       "tolerance": arguments.tolerance},
+            "shard": arguments.shard}
+
+
+def begin_or_resume(path, head):
+    """What is done already. Throws RecordsError if the file is of another run."""
+    import records
+    if not os.path.exists(path):
+        done = records.Records(head)
+    else:
+        done = records.read(path)
+        for key in ("saltus", "machine", "packages", "matrix", "shard"):
+            if done.head.get(key) != head[key]:
+                raise records.RecordsError(
+                    f"'{path}' is of another run: its {key} differs; give --out another name, or "
+                    "remove it")
+        if done.cut_off:
+            print(f"'{path}' was cut off; its last task is run again", file=sys.stderr)
+    records.write(path, done, list(done.tasks))
+    return done
+
+
+def run(arguments):
+    import engine
+    import matrix
+    import records
+    description = describe()
+    if arguments.quick:
+        arguments.instances, arguments.repetitions = 3, 1
+        there = [p["name"] for p in description["problems"]]
+        arguments.problems = arguments.problems or ",".join(n for n in QUICK if n in there)
+    tasks = matrix.tasks_of(description, arguments)
+    whole = head_of(description, arguments, tasks)
+    if arguments.shard:
+        tasks = matrix.shard(tasks, arguments.shard)
+    done = begin_or_resume(arguments.out, whole)
+    left = [t for t in tasks if t["id"] not in done.tasks]
+    progress = engine.Progress(len(tasks), len(tasks) - len(left), sys.stderr)
+
+    def take(task, lines):
+        done.tasks[task["id"]] = lines
+        records.append(arguments.out, task["id"], lines)
+        progress.tell(task["id"])
+
+    if arguments.scheduler:
+        engine.run_on_cluster(left, take, arguments.scheduler)
+    else:
+        engine.run_here(left, take)
+    records.write(arguments.out, done, [t["id"] for t in tasks])
+    return summarise(done, sys.stdout)
+
+
+QUICK = ("recipe/kI=7", "recipe/no-impact", "sequence", "box/8x3", "public/LIPMWALK0",
+         "public/WHLIPBAL0")
+
+
+def summarise(done, out):
+    import table
+    table.write_text(done, out)
+    lines = done.lines()
+    for name in sorted({l["solver"] for l in lines if l["verdict"] == "missing"}):
+        why = next(l["claimed"] for l in lines
+                   if l["solver"] == name and l["verdict"] == "missing")
+        print(f"{name} was not run: {why}", file=out)
+    bad = [l for l in lines if l["verdict"] in ("crashed", "error", "judges disagree")
+           or (l["verdict"] == "missing" and "broken" in l["claimed"])]
+    return FAILED if bad else OK
+
+
+def compare(arguments):
+    import records
+    from compare import compare as compare_records
+    both = [records.read(path) for path in (arguments.before, arguments.after)]
+    for path, one in zip((arguments.before, arguments.after), both):
+        if one.cut_off:
+            print(f"'{path}' is cut off; its complete tasks are compared", file=sys.stderr)
+    return compare_records(*both, sys.stdout)
+
+
+def report(arguments):
+    import records
+    from report import write_report
+    one = records.read(arguments.results)
+    if one.cut_off:
+        print(f"'{arguments.results}' is cut off; its complete tasks are shown", file=sys.stderr)
+    target = arguments.out or os.path.splitext(arguments.results)[0] + ".html"
+    write_report(one, target)
+    print(target)
+    return OK
+
+
+def merge(arguments):
+    import records
+    merged = records.merge(arguments.shards)
+    records.write(arguments.out, merged, merged.head["matrix"]["tasks"])
+    absent = [t for t in merged.head["matrix"]["tasks"] if t not in merged.tasks]
+    if absent:
+        print(f"{len(absent)} tasks are missing, '{absent[0]}' for example", file=sys.stderr)
+    return FAILED if absent else OK
+
+
+def install_peers(arguments):
+    """An environment of their own, never needed by the product."""
+    folder = arguments.folder or os.environ["SALTUS_PEERS"]
+    wanted = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peers.txt")
+    base = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
+    for command in ([base, "-m", "venv", folder],
+                    [os.path.join(folder, "bin/python3"), "-m", "pip", "install", "--quiet",
+                     "--requirement", wanted]):
+        if subprocess.run(command, check=False).returncode != 0:
+            print(f"saltus bench peers: '{' '.join(command)}' failed", file=sys.stderr)
+            return FAILED
+    print(folder)
+    return OK
+
+
+def parser():
+    top = argparse.ArgumentParser(prog="saltus bench", description=__doc__)
+    verbs = top.add_subparsers(dest="verb", required=True)
+    verbs.add_parser("list", help="problems and solvers").set_defaults(do=list_all)
+    p = verbs.add_parser("run", help="a matrix of problems and solvers; goes on where it was interrupted")
+    p.set_defaults(do=run)
+    p.add_argument("--problems", metavar="NAME,...", help="NAME* stands for all that begin so")
+    p.add_argument("--solvers", metavar="NAME,...")
+    p.add_argument("--start", metavar="cold,warm")
+    p.add_argument("--tolerance", type=float, default=1e-8, help="largest KKT residual that the judge accepts")
+    p.add_argument("--instances", type=int, default=20)
+    p.add_argument("--repetitions", type=int, default=5)
+    p.add_argument("--quick", action="store_true", help="few problems, few instances")
+    p.add_argument("--out", metavar="FILE", default="bench.jsonl")
+    p.add_argument("--scheduler", metavar="ADDRESS", help="of Dask: its workers run the tasks")
+    p.add_argument("--shard", metavar="I/N", help="every N-th task, from the I-th on")
+    p = verbs.add_parser("compare", help="what got better or worse beyond noise; status 1 on a regression")
+    p.set_defaults(do=compare)
+    p.add_argument("before")
+    p.add_argument("after")
+    p = verbs.add_parser("report", help="a page that opens offline")
+    p.set_defaults(do=report)
+    p.add_argument("results")
+    p.add_argument("--out", metavar="FILE")
+    p = verbs.add_parser("merge", help="shards of one run as one file")
+    p.set_defaults(do=merge)
+    p.add_argument("shards", nargs="+")
+    p.add_argument("--out", metavar="FILE", required=True)
+    p = verbs.add_parser("peers", help="installs the solvers of others into an environment of their own")
+    p.set_defaults(do=install_peers)
+    p.add_argument("folder", nargs="?")
+    return top
+
+
+def main(words):
+    if words[:1] == ["task"]:
+        import task
+        return task.main(words[1:])
+    arguments = parser().parse_args(words)
+    try:
+        for name in ("instances", "repetitions"):
+            if getattr(arguments, name, 1) < 1:
+                raise ValueError(f"--{name} is at least 1")
+        return arguments.do(arguments)
+    except ModuleNotFoundError as error:
+        sentence = f"{error.name} is needed: Debian's python3-{error.name}, or ./saltus setup --with-peers"
+    except (ValueError, OSError) as error:
+        sentence = str(error)
+    except Exception as error:  # noqa: BLE001
+        if type(error).__name__ not in ("ProgramError", "RecordsError", "MatrixError", "EngineError"):
+            raise
+        sentence = str(error)
+    print(f"saltus bench {arguments.verb}: {sentence}", file=sys.stderr)
+    return MISTAKE
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,136 @@
+"""Who carries out the tasks: this machine, one after the other, or the workers of a Dask scheduler.
+
+In both cases a task is a run of the installed program and its result are lines of text: nothing is shared but the program.
+"""
+
+import json
+import time
+
+from program import path_of_program
+
+
+class EngineError(Exception):
+    """A sentence: the tasks cannot be carried out (any more)."""
+
+
+def run_program(program, task):
+    """What a worker does. It is sent by value and may use nothing of these scripts, which a worker need not have."""
+    import json as json_
+    import os as os_
+    import subprocess as subprocess_
+    import time as time_
+    begin = time_.perf_counter()
+    environment = {**os_.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    done = subprocess_.run([program, "bench", "task", json_.dumps(task)], capture_output=True,
+                           text=True, check=False, env=environment)
+    return {"status": done.returncode, "lines": done.stdout, "error": done.stderr[-2000:],
+            "seconds": time_.perf_counter() - begin}
+
+
+def lines_of(outcome):
+    """(lines without marks, whether the task ended, the solver that was tried last)."""
+    lines, ended, trying = [], False, None
+    for text in outcome["lines"].splitlines():
+        try:
+            line = json.loads(text)
+        except json.JSONDecodeError:
+            continue  # what a peer printed in spite of being told not to
+        if not isinstance(line, dict):
+            continue
+        if "trying" in line:
+            trying = line["trying"]
+        elif "done" in line:
+            ended = True
+        else:
+            lines.append(line)
+    return lines, ended, trying
+
+
+def sorted_lines(lines, task):
+    order = {name: i for i, name in enumerate(task["solvers"])}
+    return sorted(lines, key=lambda line: (line["instance"], order[line["solver"]]))
+
+
+def settle(task, outcome, again):
+    """The task's lines; a peer that took the process with it is left out and the rest is run again."""
+    while True:
+        lines, ended, trying = lines_of(outcome)
+        if ended:
+            return sorted_lines(lines, task)
+        if outcome["status"] == 2:
+            raise EngineError(outcome["error"].strip())
+        crashed = task.get("crashed", [])
+        if trying is None or trying in crashed:
+            return sorted_lines([{"problem": task["problem"], "start": task["start"],
+                                  "solver": name, "instance": 0, "verdict": "crashed",
+                                  "claimed": "the task ended with status "
+                                             f"{outcome['status']}: {outcome['error'][-300:]}"}
+                                 for name in task["solvers"]], task)
+        task = {**task, "crashed": [*crashed, trying]}
+        outcome = again(task)
+
+
+def run_here(tasks, take):
+    program = path_of_program()
+    for task in tasks:
+        take(task, settle(task, run_program(program, task), lambda t: run_program(program, t)))
+
+
+def run_on_cluster(tasks, take, address):
+    """Workers may come, die and be killed: Dask gives their tasks to others. If the scheduler goes, what is not taken is
+    lost, and said."""
+    try:
+        from distributed import Client, as_completed
+    except ImportError:
+        raise EngineError("--scheduler needs Dask: Debian's python3-distributed, or the package "
+                          "distributed (./saltus setup --with-peers)") from None
+    import logging
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    import cloudpickle
+    import sys
+    cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    try:
+        client = Client(address, timeout=10, name="saltus bench")
+    except (OSError, ValueError, TimeoutError):
+        raise EngineError(f"no Dask scheduler answers at '{address}'; one is started by "
+                          "`dask scheduler`, workers by `dask worker ADDRESS --nthreads 1`") from None
+    program = path_of_program()
+    try:
+        futures = {client.submit(run_program, program, task, pure=False): task for task in tasks}
+        for future in as_completed(futures):
+            task = futures[future]
+            if future.status != "finished":
+                raise EngineError(f"the task '{task['id']}' was given up: {future.exception()}"
+                                  if future.status == "error" else
+                                  f"the scheduler at '{address}' is gone; the same command "
+                                  "goes on where it was")
+            take(task, settle(task, future.result(), lambda t: client.submit(
+                run_program, program, t, pure=False).result()))
+    except (OSError, RuntimeError, TimeoutError) as error:
+        raise EngineError(f"the scheduler at '{address}' is gone ({type(error).__name__}); the "
+                          "same command goes on where it was") from None
+    finally:
+        try:
+            client.close(timeout=2)
+        except Exception:  # noqa: BLE001 - it may be gone
+            pass
+
+
+class Progress:
+    """`7 of 21 (33 %), sequence warm; 2 min passed, about 4 min left` on the error stream."""
+
+    def __init__(self, total, already, stream):
+        self.total, self.done, self.already, self.stream = total, already, already, stream
+        self.begin = time.monotonic()
+
+    def tell(self, what):
+        self.done += 1
+        passed = time.monotonic() - self.begin
+        left = passed * (self.total - self.done) / max(1, self.done - self.already)
+        print(f"{self.done} of {self.total} ({100 * self.done // self.total} %), {what}; "
+              f"{in_words(passed)} passed, about {in_words(left)} left", file=self.stream,
+              flush=True)
+
+
+def in_words(seconds):
+    return f"{seconds:.0f} s" if seconds < 100 else f"{seconds / 60:.0f} min"

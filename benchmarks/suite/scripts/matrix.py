@@ -1,0 +1,67 @@
+"""Which tasks a run consists of: problems x starts x solvers, with instances and repetitions."""
+
+import difflib
+
+import peers
+from task import OURS
+
+HIDDEN = ("toy",)
+
+
+class MatrixError(Exception):
+    """A sentence: something was asked for that there is not."""
+
+
+def solver_names():
+    return [*OURS, *(peer.name for peer in peers.all_peers())]
+
+
+def chosen(wanted, names, what, hidden=()):
+    """Names that are asked for, in the order in which they are known; a pattern ending in * stands for all that begin so."""
+    if not wanted:
+        return list(names)
+    picked = set()
+    for word in wanted.split(","):
+        found = [n for n in (*names, *hidden)
+                 if n == word or (word.endswith("*") and n.startswith(word[:-1]))]
+        if not found:
+            near = difflib.get_close_matches(word, names, 1, 0.4)
+            raise MatrixError(f"there is no {what} '{word}'; "
+                              + (f"did you mean '{near[0]}'?" if near
+                                 else f"there are {', '.join(names)}"))
+        picked.update(found)
+    return [n for n in (*names, *hidden) if n in picked]
+
+
+def tasks_of(description, arguments):
+    """The list of tasks, in the order of the results."""
+    problems = {p["name"]: p for p in description["problems"]}
+    names = chosen(arguments.problems, problems, "problem")
+    solvers = chosen(arguments.solvers, solver_names(), "solver", HIDDEN)
+    starts = chosen(arguments.start, ("cold", "warm"), "start")
+    tasks = []
+    for name in names:
+        problem = problems[name]
+        count = min(arguments.instances, problem["instances"] or arguments.instances)
+        # Of a sequence every part is seen, not its beginning only.
+        every = max(1, (problem["instances"] or count) // count)
+        instances = [1 + every * i for i in range(count)]
+        for start in starts:
+            if start == "warm" and not problem["warm"]:
+                continue
+            tasks.append({"id": f"{name} {start}", "problem": name, "start": start,
+                          "horizon": problem["horizon"], "instances": instances,
+                          "repetitions": arguments.repetitions, "tolerance": arguments.tolerance,
+                          "solvers": solvers})
+    return tasks
+
+
+def shard(tasks, text):
+    """I of N, from 1: every N-th task."""
+    try:
+        part, count = (int(word) for word in text.split("/"))
+        if not 1 <= part <= count:
+            raise ValueError
+    except ValueError:
+        raise MatrixError(f"a shard is I/N with 1 <= I <= N, as in 2/5, not '{text}'") from None
+    return tasks[part - 1::count]

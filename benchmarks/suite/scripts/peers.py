@@ -1,0 +1,365 @@
+"""The peers: solvers of others, each behind an adapter that calls it in its fairest way.
+
+An adapter is a class with
+    name, package (of PyPI, whose version is told), about (what the table has to say of it),
+    ladder (what it is asked for, as factors of the tolerance that is judged),
+    __init__(program, tolerance): the set-up, which is shown apart,
+    solve(start) -> Answer: one whole solve from `start` ((w, lambda, z) or None: the solver's own start),
+and, where that is known before, NotApplicable raised by __init__. README.md in the folder above says how each is called.
+"""
+
+import importlib
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from quadratic_program import Reduced
+
+ITERATIONS = 200
+FIRST_ORDER_ITERATIONS = 20000
+
+
+class NotApplicable(Exception):
+    """A sentence: this solver is not for this program."""
+
+
+@dataclass
+class Answer:
+    """What a peer says, in the signs of quadratic_program.py; own_us by its own timer, None without one."""
+    w: np.ndarray
+    row_multipliers: np.ndarray
+    bound_multipliers: np.ndarray
+    claimed: str
+    solved: bool
+    iterations: int
+    own_us: float | None = None
+
+
+class _Split:
+    """Rows as equalities and two-sided inequalities, of the program without its fixed variables."""
+
+    def __init__(self, qp):
+        r = self.reduced = Reduced(qp)
+        self.P, self.c = r.hessian, r.gradient
+        self.A, self.b = r.jacobian[r.equal], r.row_lower[r.equal]
+        self.G = r.jacobian[r.unequal]
+        self.low, self.high = r.row_lower[r.unequal], r.row_upper[r.unequal]
+
+    def rows(self, equalities, inequalities):
+        r = self.reduced
+        multipliers = np.zeros(r.jacobian.shape[0])
+        multipliers[r.equal], multipliers[r.unequal] = equalities, inequalities
+        return multipliers
+
+    def expand(self, x, equalities, inequalities, bounds):
+        return self.reduced.expand(x, self.rows(equalities, inequalities), bounds)
+
+
+class Piqp:
+    name, package = "piqp", "piqp"
+    about = "sparse LDL', interior point with proximal terms; no warm start: cold in both columns"
+    ladder = (1.0, 0.1, 0.01, 1e-3)
+    backend = "sparse_ldlt"
+
+    def __init__(self, qp, tolerance):
+        import piqp
+        s = self.split = _Split(qp)
+        self.solver = piqp.SparseSolver()
+        settings = self.solver.settings
+        settings.eps_abs, settings.eps_rel = tolerance, 0.0
+        settings.check_duality_gap = True
+        settings.eps_duality_gap_abs, settings.eps_duality_gap_rel = tolerance, 0.0
+        settings.compute_timings = True
+        settings.max_iter = ITERATIONS
+        settings.kkt_solver = getattr(piqp.KKTSolver, self.backend)
+        if self.backend == "sparse_multistage" and not qp.stages:
+            raise NotApplicable("it has no stages")
+        r = s.reduced
+        self.solver.setup(s.P, s.c, s.A, s.b, s.G, s.low, s.high, r.lower, r.upper)
+
+    def solve(self, start):
+        status = self.solver.solve()
+        result, s = self.solver.result, self.split
+        return Answer(*s.expand(result.x, result.y, result.z_u - result.z_l,
+                                result.z_bu - result.z_bl),
+                      claimed=str(status).split(".")[-1],
+                      solved=str(status).upper().endswith("SOLVED"),
+                      iterations=int(result.info.iter), own_us=1e6 * result.info.solve_time)
+
+
+class PiqpMultistage(Piqp):
+    name, backend = "piqp-multistage", "sparse_multistage"
+    about = "piqp with its factorisation by stages; no warm start: cold in both columns"
+
+
+class Clarabel:
+    name, package = "clarabel", "clarabel"
+    about = "interior point on the homogeneous embedding; no warm start: cold in both columns"
+    ladder = (1.0, 0.1, 0.01, 1e-3)
+
+    def __init__(self, qp, tolerance):
+        import clarabel
+        import scipy.sparse as sparse
+        s = self.split = _Split(qp)
+        r = s.reduced
+        self.low, self.high = np.flatnonzero(np.isfinite(s.low)), np.flatnonzero(np.isfinite(s.high))
+        self.x_low = np.flatnonzero(np.isfinite(r.lower))
+        self.x_high = np.flatnonzero(np.isfinite(r.upper))
+        unit = sparse.identity(s.P.shape[0], format="csc")
+        A = sparse.vstack([s.A, s.G[self.high], -s.G[self.low], unit[self.x_high],
+                           -unit[self.x_low]], format="csc")
+        b = np.concatenate([s.b, s.high[self.high], -s.low[self.low], r.upper[self.x_high],
+                            -r.lower[self.x_low]])
+        cones = [clarabel.ZeroConeT(len(s.b)), clarabel.NonnegativeConeT(len(b) - len(s.b))]
+        settings = clarabel.DefaultSettings()
+        settings.verbose = False
+        settings.max_iter = ITERATIONS
+        settings.tol_feas = settings.tol_gap_abs = settings.tol_gap_rel = tolerance
+        settings.max_threads = 1
+        self.solver = clarabel.DefaultSolver(sparse.triu(s.P, format="csc"), s.c, A, b, cones,
+                                             settings)
+
+    def solve(self, start):
+        solution, s = self.solver.solve(), self.split
+        z = np.array(solution.z)
+        parts = np.split(z, np.cumsum([len(s.b), len(self.high), len(self.low), len(self.x_high)]))
+        rows, bounds = np.zeros(len(s.low)), np.zeros(len(s.c))
+        rows[self.high] += parts[1]
+        rows[self.low] -= parts[2]
+        bounds[self.x_high] += parts[3]
+        bounds[self.x_low] -= parts[4]
+        return Answer(*s.expand(np.array(solution.x), parts[0], rows, bounds),
+                      claimed=str(solution.status), solved=str(solution.status) == "Solved",
+                      iterations=int(solution.iterations), own_us=1e6 * solution.solve_time)
+
+
+class _RowsAndBounds:
+    """All rows and bounds as l <= A x <= u."""
+
+    def __init__(self, qp):
+        import scipy.sparse as sparse
+        r = self.reduced = Reduced(qp)
+        self.bounded = np.flatnonzero(np.isfinite(r.lower) | np.isfinite(r.upper))
+        unit = sparse.identity(r.hessian.shape[0], format="csc")
+        self.A = sparse.vstack([r.jacobian, unit[self.bounded]], format="csc")
+        self.low = np.concatenate([r.row_lower, r.lower[self.bounded]])
+        self.high = np.concatenate([r.row_upper, r.upper[self.bounded]])
+
+    def expand(self, x, y):
+        m = self.reduced.jacobian.shape[0]
+        bounds = np.zeros(len(x))
+        bounds[self.bounded] = y[m:]
+        return self.reduced.expand(x, y[:m], bounds)
+
+    def dual(self, rows, bounds):
+        return np.concatenate([rows, bounds[self.bounded]])
+
+
+class Osqp:
+    name, package = "osqp", "osqp"
+    about = "ADMM with polishing"
+    ladder = (1.0, 0.1, 0.01)
+
+    def __init__(self, qp, tolerance):
+        import osqp
+        import scipy.sparse as sparse
+        p = self.rows = _RowsAndBounds(qp)
+        self.solver = osqp.OSQP()
+        # The step size is adapted after so many iterations, not after so much time: times on a busy machine
+        # would change the iterations.
+        self.solver.setup(sparse.triu(p.reduced.hessian, format="csc"), p.reduced.gradient, p.A,
+                          p.low, p.high, verbose=False, eps_abs=tolerance, eps_rel=0.0,
+                          polishing=True, max_iter=FIRST_ORDER_ITERATIONS,
+                          adaptive_rho_interval=50)
+
+    def solve(self, start):
+        p, n = self.rows, len(self.rows.reduced.gradient)
+        if start is None:
+            self.solver.warm_start(x=np.zeros(n), y=np.zeros(len(p.low)))
+        else:
+            self.solver.warm_start(x=start[0], y=p.dual(start[1], start[2]))
+        result = self.solver.solve(raise_error=False)
+        info = result.info
+        x = np.array(result.x, dtype=float)
+        y = np.array(result.y, dtype=float)
+        return Answer(*p.expand(x, y), claimed=str(info.status), solved=info.status == "solved",
+                      iterations=int(info.iter), own_us=1e6 * (info.solve_time + info.polish_time))
+
+
+class Proxqp:
+    name, package = "proxqp", "proxsuite"
+    about = "proximal augmented Lagrangian, sparse"
+    ladder = (1.0, 0.1, 0.01)
+
+    def __init__(self, qp, tolerance):
+        from proxsuite import proxqp
+        import scipy.sparse as sparse
+        self.proxqp = proxqp
+        p = self.rows = _RowsAndBounds(qp)
+        equal = self.equal = np.flatnonzero(p.low == p.high)
+        unequal = self.unequal = np.flatnonzero(p.low < p.high)
+        self.solver = proxqp.sparse.QP(len(p.reduced.gradient), len(equal), len(unequal))
+        settings = self.solver.settings
+        settings.eps_abs, settings.eps_rel = tolerance, 0.0
+        settings.check_duality_gap = True
+        settings.eps_duality_gap_abs, settings.eps_duality_gap_rel = tolerance, 0.0
+        settings.compute_timings = True
+        A = p.A.tocsr()
+        big = 1e20
+        self.solver.init(p.reduced.hessian, p.reduced.gradient, sparse.csc_matrix(A[equal]),
+                         p.low[equal], sparse.csc_matrix(A[unequal]),
+                         np.maximum(p.low[unequal], -big), np.minimum(p.high[unequal], big))
+
+    def solve(self, start):
+        guess = self.proxqp.InitialGuess
+        p = self.rows
+        if start is None:
+            self.solver.settings.initial_guess = guess.EQUALITY_CONSTRAINED_INITIAL_GUESS
+            self.solver.solve()
+        else:
+            self.solver.settings.initial_guess = guess.WARM_START
+            y = p.dual(start[1], start[2])
+            self.solver.solve(start[0], y[self.equal], y[self.unequal])
+        result = self.solver.results
+        y = np.zeros(len(p.low))
+        y[self.equal], y[self.unequal] = result.y, result.z
+        status = str(result.info.status).split(".")[-1]
+        return Answer(*p.expand(np.array(result.x), y), claimed=status,
+                      solved=status == "PROXQP_SOLVED", iterations=int(result.info.iter_ext),
+                      own_us=result.info.solve_time)
+
+
+class Daqp:
+    name, package = "daqp", "daqp"
+    about = "dual active set, dense; set-up, with its factorisation, and solve are one call, and both count"
+    ladder = (1.0, 0.1, 0.01, 1e-3)
+    largest = 1000
+
+    def __init__(self, qp, tolerance):
+        r = self.reduced = Reduced(qp)
+        if len(r.gradient) > self.largest:
+            raise NotApplicable(f"dense, and more than {self.largest} variables")
+        self.H = np.ascontiguousarray(r.hessian.toarray())
+        self.A = np.ascontiguousarray(r.jacobian.toarray())
+        big = 1e30
+        self.high = np.minimum(np.concatenate([r.upper, r.row_upper]), big)
+        self.low = np.maximum(np.concatenate([r.lower, r.row_lower]), -big)
+        self.sense = np.where(self.low == self.high, 5, 0).astype(np.int32)
+        self.tolerance = tolerance
+
+    def solve(self, start):
+        import daqp
+        more = {}
+        if start is not None:
+            more = {"primal_start": np.ascontiguousarray(start[0]),
+                    "dual_start": np.concatenate([start[2], start[1]])}
+        x, _, flag, info = daqp.solve(self.H, self.reduced.gradient, self.A, self.high, self.low,
+                                      self.sense, primal_tol=self.tolerance,
+                                      dual_tol=self.tolerance, iter_limit=100000, **more)
+        n = len(self.reduced.gradient)
+        multipliers = np.array(info["lam"], dtype=float)
+        return Answer(*self.reduced.expand(np.array(x, dtype=float), multipliers[n:],
+                                           multipliers[:n]),
+                      claimed=f"exit flag {flag}", solved=flag == 1,
+                      iterations=int(info["iterations"]),
+                      own_us=1e6 * (info["setup_time"] + info["solve_time"]))
+
+
+class _Casadi:
+    """A quadratic program through casadi's conic interface, compiled plug-ins of its package."""
+    package = "casadi"
+    ladder = (1.0,)
+    plugin = ""
+    fixed_start_as_bounds = True
+    largest = 100000
+
+    def options(self, qp, tolerance):
+        return {}
+
+    def __init__(self, qp, tolerance):
+        import casadi
+        if qp.n > self.largest:
+            raise NotApplicable(f"more than {self.largest} variables")
+        self.qp = qp
+        hessian, jacobian = qp.hessian.csc(), qp.jacobian.csc()
+        H, A = casadi.DM(hessian), casadi.DM(jacobian)
+        options = {"error_on_fail": False, "print_time": False, "record_time": True}
+        options.update(self.options(qp, tolerance))
+        self.solver = casadi.conic("solver", self.plugin, {"h": H.sparsity(), "a": A.sparsity()},
+                                   options)
+        self.given = {"h": H, "g": casadi.DM(qp.gradient), "a": A, "lbx": casadi.DM(qp.lower),
+                      "ubx": casadi.DM(qp.upper), "lba": casadi.DM(qp.row_lower),
+                      "uba": casadi.DM(qp.row_upper)}
+
+    def solve(self, start):
+        given = dict(self.given)
+        if start is not None:
+            warm = self.qp.warm
+            given.update(x0=warm["w"], lam_a0=warm["lambda"], lam_x0=warm["z"])
+        answer = self.solver(**given)
+        stats = self.solver.stats()
+        own = stats.get("t_proc_solver", stats.get("t_wall_solver"))
+        iterations = stats.get("iter_count", -1)
+        return Answer(np.array(answer["x"]).ravel(), np.array(answer["lam_a"]).ravel(),
+                      np.array(answer["lam_x"]).ravel(),
+                      claimed=str(stats.get("return_status", stats.get("unified_return_status"))),
+                      solved=bool(stats.get("success")), iterations=int(iterations or -1),
+                      own_us=1e6 * own if own else None)
+
+
+class CasadiHpipm(_Casadi):
+    name, plugin = "casadi-hpipm", "hpipm"
+    about = ("HPIPM of casadi's package, whose BLASFEO is generic: about 2.6 times slower than one built for the "
+             "processor. Not to be called HPIPM without that")
+    ladder = (1.0, 0.1, 0.01)
+
+    def options(self, qp, tolerance):
+        if not qp.stages:
+            raise NotApplicable("it has no stages")
+        # At the 1e8 that casadi puts for absent sides HPIPM's complementarity never falls below its tolerance.
+        return {"inf": 1e6, "N": len(qp.stages) - 1, "nx": [s[0] for s in qp.stages],
+                "nu": [s[1] for s in qp.stages], "ng": [s[2] for s in qp.stages],
+                "hpipm": {"mode": "speed", "iter_max": ITERATIONS, "res_g_max": tolerance,
+                          "res_b_max": tolerance, "res_d_max": tolerance,
+                          "res_m_max": tolerance}}
+
+
+class CasadiQpoases(_Casadi):
+    name, plugin, largest = "casadi-qpoases", "qpoases", 250
+    about = "qpOASES of casadi's package on the uncondensed program: an active-set method, sparse Schur complements off"
+
+    def options(self, qp, tolerance):
+        return {"printLevel": "none", "nWSR": 20000, "sparse": False, "CPUtime": 5.0}
+
+
+def all_peers():
+    return [Piqp, PiqpMultistage, Clarabel, Osqp, Proxqp, Daqp, CasadiHpipm, CasadiQpoases]
+
+
+def version_of(package):
+    """None if it is not installed."""
+    import importlib.metadata
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def why_missing(peer):
+    """A sentence if the peer cannot be used, empty if it can. A package that breaks at import is missing, too."""
+    if version_of(peer.package) is None:
+        return f"the package {peer.package} is not installed: ./saltus setup --with-peers"
+    try:
+        importlib.import_module(peer.package)
+        for needed in getattr(peer, "needs", ("scipy.sparse",)):
+            importlib.import_module(needed)
+    except BaseException as error:  # noqa: BLE001 - whatever a foreign package throws
+        return f"the package {peer.package} is broken at import: {type(error).__name__}: {error}"
+    return ""
+
+
+def is_finite(answer):
+    return all(np.all(np.isfinite(v)) for v in
+               (answer.w, answer.row_multipliers, answer.bound_multipliers)) and not math.isnan(
+                   float(np.sum(answer.w)))

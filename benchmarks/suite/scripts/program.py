@@ -1,0 +1,47 @@
+"""Our side of the suite: the process `saltus bench answer`, which is asked in JSON, line by line."""
+
+import json
+import os
+import subprocess
+
+
+class ProgramError(Exception):
+    """A sentence of the program about a request, or about the program itself."""
+
+
+def path_of_program():
+    """Set by `saltus bench`, which runs these scripts."""
+    program = os.environ.get("SALTUS_PROGRAM", "")
+    if not os.access(program, os.X_OK):
+        raise ProgramError("these scripts are run by `saltus bench`, which says where the program is")
+    return program
+
+
+class Program:
+    def __init__(self):
+        self.process = subprocess.Popen([path_of_program(), "bench", "answer"], text=True,
+                                        stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+
+    def ask(self, **request):
+        try:
+            self.process.stdin.write(json.dumps(request) + "\n")
+            self.process.stdin.flush()
+            line = self.process.stdout.readline()
+        except BrokenPipeError:
+            line = ""
+        if not line:
+            raise ProgramError("the program ended without an answer")
+        answer = json.loads(line)
+        if "error" in answer:
+            raise ProgramError(answer["error"])
+        return answer
+
+    def close(self):
+        self.process.stdin.close()
+        self.process.wait()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()

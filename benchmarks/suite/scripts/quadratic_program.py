@@ -1,0 +1,143 @@
+"""A quadratic program as `saltus bench answer` writes it, and the one judge of all answers.
+
+    min 1/2 w'Hw + q'w + c   subject to   lower <= w <= upper,  row_lower <= J w <= row_upper
+
+Lagrangian: cost + lambda' J w + z' w; multipliers are positive at upper sides, negative at lower ones.
+"""
+
+import json
+import math
+
+import numpy as np
+
+FORMAT = "saltus-qp 1"
+
+
+class Matrix:
+    """Entries (row, col, value) of a sparse matrix."""
+
+    def __init__(self, entries, shape):
+        self.row = np.array(entries["row"], dtype=int)
+        self.col = np.array(entries["col"], dtype=int)
+        self.value = np.array(entries["value"], dtype=float)
+        self.shape = shape
+
+    def times(self, vector):
+        return np.bincount(self.row, self.value * vector[self.col], self.shape[0])
+
+    def transposed_times(self, vector):
+        return np.bincount(self.col, self.value * vector[self.row], self.shape[1])
+
+    def csc(self):
+        import scipy.sparse  # of the peers' environment
+        return scipy.sparse.csc_matrix((self.value, (self.row, self.col)), self.shape)
+
+
+def sides(values, absent):
+    return np.array([absent if value is None else value for value in values], dtype=float)
+
+
+class QuadraticProgram:
+    def __init__(self, data):
+        self.name, self.instance = data["problem"], data["instance"]
+        self.n, self.m = data["variables"], data["rows"]
+        low = data["hessian"]
+        off = [e for e, (i, j) in enumerate(zip(low["row"], low["col"])) if i != j]
+        self.hessian = Matrix({"row": low["row"] + [low["col"][e] for e in off],
+                               "col": low["col"] + [low["row"][e] for e in off],
+                               "value": low["value"] + [low["value"][e] for e in off]},
+                              (self.n, self.n))
+        self.jacobian = Matrix(data["jacobian"], (self.m, self.n))
+        self.gradient = np.array(data["gradient"], dtype=float)
+        self.constant = data["constant"]
+        self.lower, self.upper = sides(data["lower"], -math.inf), sides(data["upper"], math.inf)
+        self.row_lower = sides(data["row_lower"], -math.inf)
+        self.row_upper = sides(data["row_upper"], math.inf)
+        self.stages = data["stages"]  # of each (states, inputs, rows besides the dynamics)
+        self.guess = np.array(data["guess"]) if "guess" in data else None
+        self.warm = ({key: np.array(value) for key, value in data["warm"].items()}
+                     if "warm" in data else None)
+        self.optimum = data.get("optimum")
+
+    def objective(self, w):
+        return float(0.5 * w @ self.hessian.times(w) + self.gradient @ w + self.constant)
+
+
+def read_program(path):
+    """Throws ValueError with a sentence."""
+    with open(path, encoding="utf-8") as file:
+        try:
+            data = json.load(file)
+        except json.JSONDecodeError as error:
+            raise ValueError(f"'{path}' is not JSON: {error}") from None
+    if data.get("format") != FORMAT:
+        raise ValueError(f"'{path}' is of the format {data.get('format')}, not '{FORMAT}'")
+    return QuadraticProgram(data)
+
+
+def _largest(values):
+    """NaN counts as infinite: a residual is never flattered by it."""
+    values = np.abs(values)
+    return float(np.max(np.where(np.isnan(values), math.inf, values), initial=0.0))
+
+
+def _missed(value, lower, upper):
+    return _largest(np.fmax(np.maximum(lower - value, value - upper), 0.0)
+                    + np.where(np.isnan(value), math.inf, 0.0))
+
+
+def _not_complementary(value, lower, upper, multiplier):
+    """multiplier x distance to the side that it pushes against; without a side it counts as it is."""
+    distance = np.where(multiplier > 0.0, upper - value, value - lower)
+    product = np.where(np.isfinite(distance), multiplier * np.maximum(np.where(
+        np.isfinite(distance), distance, 0.0), 0.0), multiplier)
+    return _largest(np.where((lower == upper) | (multiplier == 0.0), 0.0, product))
+
+
+def kkt_residual(qp, w, row_multipliers, bound_multipliers):
+    """Stationarity, feasibility, complementarity: each the largest absolute entry, from the data of the program
+    and nothing else, as kkt_residual(SparseQp) of the framework has it."""
+    slope = (qp.hessian.times(w) + qp.gradient + qp.jacobian.transposed_times(row_multipliers)
+             + bound_multipliers)
+    rows = qp.jacobian.times(w)
+    return {"stationarity": _largest(slope),
+            "feasibility": max(_missed(w, qp.lower, qp.upper),
+                               _missed(rows, qp.row_lower, qp.row_upper)),
+            "complementarity": max(
+                _not_complementary(w, qp.lower, qp.upper, bound_multipliers),
+                _not_complementary(rows, qp.row_lower, qp.row_upper, row_multipliers))}
+
+
+class Reduced:
+    """The program without its fixed variables, for solvers that would treat them as two bounds."""
+
+    def __init__(self, qp):
+        self.qp = qp
+        self.free = np.flatnonzero(qp.lower < qp.upper)
+        fixed = np.where(qp.lower < qp.upper, 0.0, qp.lower)
+        self.hessian = qp.hessian.csc()[self.free][:, self.free].tocsc()
+        self.jacobian = qp.jacobian.csc()[:, self.free].tocsc()
+        self.gradient = (qp.gradient + qp.hessian.times(fixed))[self.free]
+        shift = qp.jacobian.times(fixed)
+        self.row_lower, self.row_upper = qp.row_lower - shift, qp.row_upper - shift
+        self.lower, self.upper = qp.lower[self.free], qp.upper[self.free]
+        self._fixed = fixed
+        self.equal = np.flatnonzero(self.row_lower == self.row_upper)
+        self.unequal = np.flatnonzero(self.row_lower < self.row_upper)
+
+    def expand(self, w, row_multipliers, bound_multipliers):
+        """(w, lambda, z) of the whole program; a fixed variable's multiplier makes its slope vanish."""
+        whole, z = self._fixed.copy(), np.zeros(self.qp.n)
+        whole[self.free] = w
+        slope = (self.qp.hessian.times(whole) + self.qp.gradient
+                 + self.qp.jacobian.transposed_times(row_multipliers))
+        z -= slope
+        z[self.free] = bound_multipliers
+        return whole, row_multipliers, z
+
+    def warm(self):
+        """The given start restricted to the free variables, or None."""
+        start = self.qp.warm
+        if start is None:
+            return None
+        return start["w"][self.free], start["lambda"], start["z"][self.free]

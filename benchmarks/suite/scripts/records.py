@@ -1,0 +1,91 @@
+"""Results as lines of JSON: a head with all that is needed to repeat the run, lines of tasks, each closed by {"done": ID}."""
+
+import json
+import os
+
+FORMAT = "saltus-bench 1"
+
+
+class RecordsError(Exception):
+    """A sentence about a file of results."""
+
+
+class Records:
+    """`tasks`: lines of every task that is complete, by its id. `cut_off`: whether lines without an end were dropped."""
+
+    def __init__(self, head, tasks=None, cut_off=False):
+        self.head, self.tasks, self.cut_off = head, tasks or {}, cut_off
+
+    def lines(self):
+        return [line for task in self.tasks.values() for line in task]
+
+
+def read(path):
+    try:
+        with open(path, encoding="utf-8") as file:
+            raw = file.read()
+    except OSError as error:
+        raise RecordsError(f"'{path}' cannot be read: {error.strerror}") from None
+    lines = raw.splitlines()
+    try:
+        head = json.loads(lines[0])
+        kind = head.get("format")
+    except (IndexError, AttributeError, json.JSONDecodeError):
+        raise RecordsError(f"'{path}' holds no results of `saltus bench run`") from None
+    if kind != FORMAT:
+        raise RecordsError(f"'{path}' is of the format '{kind}' where this version reads "
+                           f"'{FORMAT}': run it again, or read it with the version that wrote it")
+    tasks, open_lines = {}, []
+    for text in lines[1:]:
+        try:
+            line = json.loads(text)
+        except json.JSONDecodeError:
+            break  # written in the middle of the end
+        if "done" in line:
+            tasks[line["done"]] = open_lines
+            open_lines = []
+        else:
+            open_lines.append(line)
+    return Records(head, tasks, cut_off=bool(open_lines) or (bool(raw) and raw[-1] != "\n"))
+
+
+def task_text(task, lines):
+    return "".join(json.dumps(line) + "\n" for line in [*lines, {"done": task}])
+
+
+def append(path, task, lines):
+    """At once, so that an interrupted run leaves whole tasks and at most one that is cut off."""
+    with open(path, "a", encoding="utf-8") as file:
+        file.write(task_text(task, lines))
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def write(path, records, order):
+    """In the order of the matrix, whoever came first."""
+    partial = path + ".partial"
+    with open(partial, "w", encoding="utf-8") as file:
+        file.write(json.dumps(records.head) + "\n")
+        for task in order:
+            if task in records.tasks:
+                file.write(task_text(task, records.tasks[task]))
+    os.replace(partial, path)
+
+
+def without_times(line):
+    """What any machine of one kind and any number of workers have to agree on, to the byte."""
+    return {key: value for key, value in line.items() if key != "times"}
+
+
+def merge(paths):
+    """Shards of one matrix as one. Throws RecordsError."""
+    all_records = [read(path) for path in paths]
+    head = all_records[0].head
+    merged = Records({**head, "shard": None})
+    for path, records in zip(paths, all_records):
+        for key in ("matrix", "saltus"):
+            if records.head[key] != head[key]:
+                raise RecordsError(f"'{path}' is not of the same run as '{paths[0]}': "
+                                   f"their {key} differs")
+        merged.tasks.update(records.tasks)
+    return merged

@@ -1,0 +1,304 @@
+"""`bench report`: one page with all pictures inside, which opens offline."""
+
+import html
+import io
+import math
+import os
+import statistics
+
+import figures
+import peers
+import table
+from task import OURS
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+td, th { padding: .2rem .6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
+td:first-child, th:first-child { text-align: left; }
+.wide { overflow-x: auto; } .first { font-weight: 700; } .miss { color: #b00020; } .note { color: #555; }
+svg { max-width: 100%; height: auto; }
+"""
+COLOURS = ("#0b62a4", "#e07b00", "#2a8f3c", "#b3262e", "#7a4fa3", "#7b5a45", "#cf5fa8", "#6b6b6b",
+           "#a59b00", "#13a3b0")
+
+
+def colour_of(names):
+    return {name: COLOURS[i % len(COLOURS)] for i, name in enumerate(names)}
+
+
+def picture(draw, width=8.0, height=4.2):
+    """What `draw(axes)` draws, as SVG that stands in the page."""
+    import matplotlib
+    matplotlib.use("svg")
+    matplotlib.rcParams["svg.fonttype"] = "path"
+    from matplotlib.figure import Figure
+    figure = Figure(figsize=(width, height), layout="constrained")
+    axes = figure.subplots()
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(True, which="major", color="#e6e6e6")
+    draw(axes)
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    return text.getvalue()[text.getvalue().index("<svg"):]
+
+
+def legend_beside(axes):
+    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0), markerscale=1.5)
+
+
+def times_by_instance(cells):
+    """solver -> {(task, instance): us}."""
+    found = {}
+    for (task, solver), lines in cells.items():
+        for line in lines:
+            us = figures.time_of(line)
+            if us:
+                found.setdefault(solver, {})[(task, line["instance"])] = us
+    return found
+
+
+def performance_profile(cells, colours):
+    """Of all instances that anybody solved: the share that a solver solves within a factor of the fastest."""
+    times = times_by_instance(cells)
+    instances = sorted({key for mine in times.values() for key in mine})
+    best = {key: min(mine[key] for mine in times.values() if key in mine) for key in instances}
+
+    def draw(axes):
+        for solver in [s for s in colours if s in times]:
+            factors = sorted(times[solver][key] / best[key] for key in instances
+                             if key in times[solver])
+            x, y = [1.0], [0.0]
+            for i, factor in enumerate(factors):
+                x += [factor, factor]
+                y += [i / len(instances), (i + 1) / len(instances)]
+            axes.plot([*x, 1e4], [*y, y[-1]], color=colours[solver], label=solver,
+                      linewidth=2.4 if solver in OURS else 1.4)
+        axes.set(xscale="log", xlim=(1.0, 1e3), ylim=(0.0, 1.02),
+                 xlabel="time / time of the fastest on the same instance",
+                 ylabel="share of the instances")
+        legend_beside(axes)
+    return picture(draw), len(instances)
+
+
+def slope(points):
+    """Of a straight line through the logarithms."""
+    x, y = [math.log(p[0]) for p in points], [math.log(p[1]) for p in points]
+    mean_x, mean_y = statistics.mean(x), statistics.mean(y)
+    return (sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y))
+            / sum((a - mean_x) ** 2 for a in x))
+
+
+HORIZONS = ("recipe/kI=7 cold", "recipe/N=30 cold", "recipe/N=60 cold", "recipe/N=150 cold")
+
+
+def time_against_horizon(records, cells, colours):
+    """None if fewer than two horizons were run."""
+    lengths = records.head["matrix"]["horizons"]
+    series = {}
+    for solver in colours:
+        for task in HORIZONS:
+            times = [t for t in map(figures.time_of, cells.get((task, solver), [])) if t]
+            if times:
+                series.setdefault(solver, []).append((lengths[task], statistics.median(times)))
+    series = {solver: points for solver, points in series.items() if len(points) > 1}
+    if not series:
+        return None
+
+    def draw(axes):
+        for solver, points in series.items():
+            axes.plot(*zip(*points), "o-", color=colours[solver], markersize=4,
+                      label=f"{solver}, N^{slope(points):.2f}",
+                      linewidth=2.4 if solver in OURS else 1.4)
+        axes.set(xscale="log", yscale="log", xlabel="intervals N", ylabel="us per solve, median")
+        ticks = sorted({n for points in series.values() for n, _ in points})
+        axes.set_xticks(ticks, [str(n) for n in ticks])
+        axes.minorticks_off()
+        legend_beside(axes)
+    return picture(draw)
+
+
+def accuracy_against_time(cells, colours, accepted):
+    def draw(axes):
+        for solver in colours:
+            points = []
+            for (_, name), lines in cells.items():
+                for line in lines:
+                    if name == solver and "kkt" in line and "times" in line:
+                        times = line["times"]
+                        us = min(statistics.median(times[key]) for key in ("cpu_us", "own_us")
+                                 if key in times)
+                        points.append((us, min(max(max(line["kkt"].values()), 1e-17), 1e3)))
+            if points:
+                axes.scatter(*zip(*points), s=16, color=colours[solver], label=solver, alpha=0.6,
+                             linewidths=0)
+        axes.axhline(accepted, color="#222", linewidth=0.8)
+        axes.annotate("accepted below", (0.01, accepted), xycoords=("axes fraction", "data"),
+                      va="bottom", fontsize=8)
+        axes.set(xscale="log", yscale="log", xlabel="us per solve",
+                 ylabel="KKT residual, recomputed")
+        legend_beside(axes)
+    return picture(draw)
+
+
+def latency_histogram(cells, colours):
+    """Every timed solve of the recorded recovery."""
+    task = next((t for t in ("sequence warm", "sequence cold") if any(k[0] == t for k in cells)),
+                None)
+    if task is None:
+        return None, None
+    mine = {}
+    for solver in colours:
+        for line in cells.get((task, solver), []):
+            if line["verdict"] == "solved":
+                mine.setdefault(solver, []).extend(
+                    min(pair) for pair in zip(*(line["times"][key] for key in ("cpu_us", "own_us")
+                                                if key in line["times"])))
+    if not mine:
+        return None, None
+
+    def draw(axes):
+        low = min(min(v) for v in mine.values())
+        high = max(max(v) for v in mine.values())
+        bins = [low * (1.001 * high / low) ** (i / 60) for i in range(61)]
+        for solver, values in mine.items():
+            axes.hist(values, bins, color=colours[solver], label=solver, alpha=0.75,
+                      histtype="stepfilled" if solver in OURS else "step")
+        axes.set(xscale="log", xlabel="us per solve", ylabel="solves")
+        legend_beside(axes)
+    return picture(draw), task
+
+
+def html_table(rows, marked=lambda row, i: ""):
+    lines = []
+    for number, row in enumerate(rows):
+        tag = "td" if number else "th"
+        lines.append("<tr>" + "".join(
+            f'<{tag}{marked(row, i) if number else ""}>{html.escape(str(text))}</{tag}>'
+            for i, text in enumerate(row)) + "</tr>")
+    return '<div class="wide"><table>' + "\n".join(lines) + "</table></div>"
+
+
+def mark_first(row, i):
+    """Class of the fastest and of cells in which something was missed; only who missed nothing is first."""
+    if i == 0:
+        return ""
+    times = {k: float(text) for k, text in enumerate(row) if k and text.isdigit()}
+    if times and i == min(times, key=times.get):
+        return ' class="first"'
+    return ' class="miss"' if "missed" in row[i] else ""
+
+
+def ratio_rows(records, cells, names):
+    """Of every solver: its time over that of riccati, instance by instance."""
+    yield ["time / riccati's", *[n for n in names if n != "riccati"]]
+    for task in records.tasks:
+        ours = cells.get((task, "riccati"), [])
+        row = [task]
+        for name in names:
+            if name == "riccati":
+                continue
+            found = figures.ratios(cells.get((task, name), []), ours)
+            if found:
+                low, middle, high = figures.quartiles(found)
+                row.append(f"{middle:.2f} ({low:.2f} .. {high:.2f})")
+            else:
+                row.append("-")
+        if any(text != "-" for text in row[1:]):
+            yield row
+
+
+def setup_rows(cells, names, records):
+    yield ["set-up, us, medians", *names]
+    for task in records.tasks:
+        row = [task]
+        for name in names:
+            values = [line["times"]["setup_us"] for line in cells.get((task, name), [])
+                      if "times" in line]
+            row.append(f"{statistics.median(values):.0f}" if values else "-")
+        yield row
+
+
+def failure_rows(cells, names):
+    causes = ("wrong", "gave up", "error", "crashed", "judges disagree")
+    yield ["solver", "instances", "solved", *causes]
+    for name in names:
+        verdicts = [line["verdict"] for (_, solver), lines in cells.items() if solver == name
+                    for line in lines]
+        yield [name, len(verdicts), verdicts.count("solved"), *map(verdicts.count, causes)]
+
+
+def not_first(records, cells):
+    """Sentences on tasks where none of ours is the fastest of those who solved all."""
+    for task in records.tasks:
+        medians = {}
+        for (where, solver), lines in cells.items():
+            times = [figures.time_of(line) for line in lines]
+            if where == task and times and all(times):
+                medians[solver] = statistics.median(times)
+        if not medians:
+            continue
+        best = min(medians, key=medians.get)
+        ours = {s: medians[s] for s in OURS if s in medians}
+        if best not in OURS:
+            mine = min(ours, key=ours.get) if ours else None
+            yield (f"{task}: {best} takes {medians[best]:.0f} us"
+                   + (f", {mine} {ours[mine]:.0f} us." if mine
+                      else ", and none of ours solved all."))
+
+
+def notes(names, packages):
+    for peer in peers.all_peers():
+        if peer.name in names:
+            yield f"<b>{peer.name}</b> ({peer.package} {packages.get(peer.package)}): {html.escape(peer.about)}."
+
+
+def write_report(records, path):
+    cells = figures.by_cell(records)
+    present = [s for s in table.solvers_of(records) if any(key[1] == s for key in cells)]
+    colours = colour_of(present)
+    head, matrix = records.head, records.head["matrix"]
+    saltus = head["saltus"]
+    profile, count = performance_profile(cells, colours)
+    parts = [f"""<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Benchmark suite</title>
+<meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>
+<h1>Solvers on optimal control problems</h1>
+<p>Saltus {saltus['version']} ({saltus['commit']}), {html.escape(saltus['compiler'])}, {saltus['type']}, -march={saltus['march']};
+{html.escape(head['machine']['processor'])}, {html.escape(head['machine']['system'])}.
+{matrix['instances']} instances of a problem at most, {matrix['repetitions']} repetitions in turns.
+An answer counts as solved if its KKT residual, recomputed from the problem, is at most {matrix['tolerance']:g}, whatever
+its solver says. Times are of the thread's processor or by the solver's own timer, whichever is less; set-up is apart.</p>""",
+             "<h2>Times</h2>", html_table(table.rows(records), mark_first),
+             '<p class="note">Microseconds per solve; bold: the fastest of those that missed nothing.</p>']
+    behind = list(not_first(records, cells))
+    parts.append("<h2>Where Saltus is not first</h2>" + (
+        "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in behind) + "</ul>"
+        if behind else "<p>Nowhere in this run.</p>"))
+    parts.append(f"<h2>Performance profile</h2><p>{count} instances that somebody solved.</p>{profile}")
+    horizon = time_against_horizon(records, cells, colours)
+    if horizon:
+        parts.append("<h2>Time against horizon</h2><p>Step recovery, landing at stage 7; exponents of a fitted power."
+                     f"</p>{horizon}")
+    parts.append("<h2>Accuracy against time</h2>"
+                 + accuracy_against_time(cells, colours, matrix["tolerance"]))
+    histogram, task = latency_histogram(cells, colours)
+    if histogram:
+        parts.append(f"<h2>Latency, {task}</h2>{histogram}")
+    parts.append("<h2>Pair by pair</h2>" + html_table(ratio_rows(records, cells, present))
+                 + '<p class="note">Median over the instances that both solved, and quartiles.</p>')
+    parts.append("<h2>Set-up</h2>" + html_table(setup_rows(cells, present, records)))
+    parts.append("<h2>Failures by cause</h2>" + html_table(failure_rows(cells, present))
+                 + '<p class="note">wrong: it says solved, the judge does not; gave up: it says so itself.</p>')
+    parts.append("<h2>Solvers</h2><ul>" + "".join(
+        f"<li>{note}</li>" for note in notes(present, head["packages"])) + "</ul>")
+    missing = sorted({(line["solver"], line["claimed"]) for line in records.lines()
+                      if line["verdict"] == "missing"})
+    if missing:
+        parts.append("<h2>Not run</h2><ul>" + "".join(
+            f"<li>{html.escape(solver)}: {html.escape(why)}</li>" for solver, why in missing)
+                     + "</ul>")
+    partial = path + ".partial"
+    with open(partial, "w", encoding="utf-8") as file:
+        file.write("\n".join(parts) + "\n</html>\n")
+    os.replace(partial, path)

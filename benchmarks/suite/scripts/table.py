@@ -1,0 +1,32 @@
+"""The results as one table: a row per problem and start, a column per solver."""
+
+import figures
+
+
+def solvers_of(records):
+    return records.head["matrix"]["solvers"]
+
+
+def cell_text(lines):
+    if not lines:
+        return "-"
+    times = [t for t in map(figures.time_of, lines) if t]
+    missed = sum(line["verdict"] != "solved" for line in lines)
+    text = f"{figures.quartiles(times)[1]:.0f}" if times else "-"
+    return text + (f" ({missed} missed)" if missed else "")
+
+
+def rows(records):
+    cells = figures.by_cell(records)
+    names = [s for s in solvers_of(records) if any(key[1] == s for key in cells)]
+    yield ["us per solve, medians", *names]
+    for task in records.tasks:
+        yield [task, *(cell_text(cells.get((task, name))) for name in names)]
+
+
+def write_text(records, out):
+    lines = list(rows(records))
+    widths = [max(len(row[i]) for row in lines) for i in range(len(lines[0]))]
+    for row in lines:
+        print("  ".join(text.ljust(width) if i == 0 else text.rjust(width)
+                        for i, (text, width) in enumerate(zip(row, widths))), file=out)

@@ -1,0 +1,224 @@
+"""One task of a run: all solvers on the instances of one problem, in turns, each answer judged.
+
+A task is a run of the program, `saltus bench task JSON`, with lines of JSON as its output: {"trying": SOLVER} before a
+solver is called for the first time (a peer that crashes takes the process with it: the last such line names it),
+one line per solver and instance, {"done": ID} at the end.
+"""
+
+import contextlib
+import fcntl
+import json
+import os
+import sys
+import tempfile
+import time
+
+import data_problems
+import peers
+from program import Program, ProgramError
+from quadratic_program import kkt_residual, read_program
+from toy import Toy
+
+OURS = ("riccati", "sparse")
+# Both judges add the same terms in another order.
+JUDGES_AGREE = 1e-10
+PATIENCE = 10.0  # s; a solver that needs more for one solve is not asked again
+
+
+def peer_named(name):
+    return {p.name: p for p in [*peers.all_peers(), Toy]}[name]
+
+
+@contextlib.contextmanager
+def one_at_a_time():
+    """Tasks that are timed run one at a time on a machine, whoever started them."""
+    path = os.path.join(tempfile.gettempdir(), f"saltus-bench-{os.getuid()}.lock")
+    with open(path, "w", encoding="utf-8") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
+def thread_us():
+    return 1e-3 * time.thread_time_ns()
+
+
+class Ours:
+    """One of our solvers on one instance; the program keeps the data."""
+    ladder = (1.0,)
+
+    def __init__(self, program, name, task, qp):
+        self.program = program
+        which = ({"file": qp.file} if data_problems.is_data(task["problem"])
+                 else {"problem": task["problem"], "instance": qp.instance})
+        self.request = {"do": "solve", **which, "solver": name, "start": task["start"]}
+
+    def run(self, qp, tolerance):
+        answer = self.program.ask(**self.request, tolerance=tolerance)
+        if "not_applicable" in answer:
+            raise peers.NotApplicable(answer["not_applicable"])
+        point = answer["point"]
+        found = judged(qp, *(_array(point[key]) for key in ("w", "lambda", "z")))
+        here, there = found["kkt"], answer["kkt"]
+        agree = all(abs(here[key] - there[key]) <= JUDGES_AGREE * (1.0 + abs(here[key]))
+                    for key in here)
+        agree = agree and (abs(found["objective"] - answer["objective"])
+                           <= JUDGES_AGREE * (1.0 + abs(found["objective"])))
+        return {**found, "judges_agree": agree, "claimed": answer["claimed"],
+                "says_solved": answer["solved"], "iterations": answer["iterations"]}, {
+                    "cpu_us": answer["cpu_us"], "own_us": None, "setup_us": answer["setup_us"]}
+
+
+class Peer:
+    def __init__(self, adapter, task, qp):
+        self.adapter, self.qp, self.ladder = adapter, qp, adapter.ladder
+        self.warm = task["start"] == "warm"
+        self.tolerance, self.solver, self.setup_us, self.start = None, None, None, None
+
+    def run(self, qp, tolerance):
+        if tolerance != self.tolerance:
+            begin = thread_us()
+            self.solver = self.adapter(qp, tolerance)
+            self.setup_us, self.tolerance = thread_us() - begin, tolerance
+            if self.warm:
+                whole = qp.warm["w"], qp.warm["lambda"], qp.warm["z"]
+                reduced = getattr(self.solver, "reduced", None) or getattr(
+                    getattr(self.solver, "rows", None), "reduced", None)
+                self.start = reduced.warm() if reduced else whole
+        self.solver.solve(self.start)  # warm buffers, as ours
+        begin = thread_us()
+        answer = self.solver.solve(self.start)
+        cpu_us = thread_us() - begin
+        found = judged(qp, answer.w, answer.row_multipliers, answer.bound_multipliers)
+        return {**found, "claimed": answer.claimed, "says_solved": answer.solved,
+                "iterations": answer.iterations}, {"cpu_us": cpu_us, "own_us": answer.own_us,
+                                                   "setup_us": self.setup_us}
+
+
+def _array(values):
+    import numpy
+    return numpy.array([float("nan") if v is None else v for v in values], dtype=float)
+
+
+def judged(qp, w, row_multipliers, bound_multipliers):
+    known = {} if qp.optimum is None else {"optimum": qp.optimum}
+    return {"objective": qp.objective(w), **known,
+            "kkt": kkt_residual(qp, w, row_multipliers, bound_multipliers)}
+
+
+def verdict(answer, accepted):
+    """A miss is a failure whatever it is called."""
+    if not answer.get("judges_agree", True):
+        return "judges disagree"
+    if max(answer["kkt"].values()) <= accepted:
+        return "solved"
+    return "wrong" if answer["says_solved"] else "gave up"
+
+
+def choose_tolerance(runs, programs, accepted):
+    """The loosest of what a solver can be asked for with which the judge accepts all instances, else the one with
+    which it accepts most: criteria differ, and nobody is to lose for being asked in the wrong unit."""
+    best, best_count = None, -1
+    for factor in next(iter(runs.values())).ladder:
+        count = 0
+        for number, run in runs.items():
+            begin = time.monotonic()
+            answer, _ = run.run(programs[number], factor * accepted)
+            count += verdict(answer, accepted) == "solved"
+            if time.monotonic() - begin > 2.0 * PATIENCE:
+                return factor * accepted
+        if count > best_count:
+            best, best_count = factor * accepted, count
+        if count == len(runs):
+            break
+    return best
+
+
+def say(line):
+    print(json.dumps(line), flush=True)
+
+
+def failure(task, solver, number, cause, sentence):
+    return {"problem": task["problem"], "start": task["start"], "solver": solver,
+            "instance": number, "verdict": cause, "claimed": sentence}
+
+
+def measure(task, solver, runs, programs, results):
+    """Adds to results[number] of the solver one more answer with its times."""
+    for number, run in runs.items():
+        answer, times = run.run(programs[number], results[number]["asked"])
+        known = results[number]
+        known.update(answer)
+        known["verdict"] = verdict(answer, task["tolerance"])
+        known.setdefault("times", {}).setdefault("setup_us", times["setup_us"])
+        for key in ("cpu_us", "own_us"):
+            if times[key] is not None:
+                known["times"].setdefault(key, []).append(round(times[key], 3))
+
+
+def run_task(task):
+    with Program() as program, tempfile.TemporaryDirectory(prefix="saltus-bench-") as folder:
+        programs = {}
+        for number in task["instances"]:
+            file = os.path.join(folder, f"{number}.json")
+            if data_problems.is_data(task["problem"]):
+                data_problems.write(task["problem"], number, file)
+            else:
+                program.ask(do="export", problem=task["problem"], instance=number, file=file)
+            programs[number] = read_program(file)
+            programs[number].file = file
+        results, runs = {}, {}
+        with one_at_a_time():
+            for solver in task["solvers"]:
+                if solver in task.get("crashed", ()):
+                    for number in programs:
+                        say(failure(task, solver, number, "crashed", "it took its process with it"))
+                    continue
+                say({"trying": solver})
+                missing = "" if solver in OURS else peers.why_missing(peer_named(solver))
+                if missing:
+                    say(failure(task, solver, 0, "missing", missing))
+                    continue
+                try:
+                    mine = {number: Ours(program, solver, task, qp) if solver in OURS
+                            else Peer(peer_named(solver), task, qp)
+                            for number, qp in programs.items()}
+                    asked = choose_tolerance(mine, programs, task["tolerance"])
+                except peers.NotApplicable as why:
+                    say(failure(task, solver, 0, "not applicable", str(why)))
+                    continue
+                except Exception as error:  # noqa: BLE001 - a peer may throw anything
+                    for number in programs:
+                        say(failure(task, solver, number, "error",
+                                    f"{type(error).__name__}: {str(error)[:200]}"))
+                    continue
+                runs[solver] = mine
+                results[solver] = {number: {**failure(task, solver, number, "", ""),
+                                            "asked": asked} for number in programs}
+            say({"trying": None})
+            slow = set()
+            for _ in range(task["repetitions"]):
+                for solver, mine in runs.items():
+                    if solver in slow:
+                        continue
+                    begin = time.monotonic()
+                    try:
+                        measure(task, solver, mine, programs, results[solver])
+                    except Exception as error:  # noqa: BLE001
+                        for number in programs:
+                            results[solver][number].update(
+                                verdict="error", claimed=f"{type(error).__name__}: {error}"[:200])
+                    if time.monotonic() - begin > PATIENCE:
+                        slow.add(solver)
+        for solver in runs:
+            for number in programs:
+                say(results[solver][number])
+    say({"done": task["id"]})
+
+
+def main(words):
+    try:
+        run_task(json.loads(words[0]))
+    except ProgramError as error:
+        print(f"saltus bench task: {error}", file=sys.stderr)
+        return 2
+    return 0

@@ -1,0 +1,20 @@
+"""A solver that is wrong, and says that it is right: what the judge is tested with. Chosen by its name only."""
+
+import numpy as np
+
+from peers import Answer
+
+
+class Toy:
+    name, package = "toy", "numpy"
+    about = "wrong on purpose"
+    ladder = (1.0,)
+    needs = ()
+
+    def __init__(self, qp, tolerance):
+        self.qp = qp
+
+    def solve(self, start):
+        w = np.clip(np.zeros(self.qp.n), self.qp.lower, self.qp.upper)
+        return Answer(w, np.zeros(self.qp.m), np.zeros(self.qp.n), claimed="optimal", solved=True,
+                      iterations=1, own_us=0.1)

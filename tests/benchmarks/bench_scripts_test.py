@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""Do the scripts of `saltus bench` judge, resume, merge and compare as they say? Argument: the program saltus-bench.
+
+Needs numpy; peers are stood for by packages that are made here.
+"""
+
+import importlib.util
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = sys.argv.pop(1)
+SCRIPTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../benchmarks/suite/scripts")
+SMALL = ["--problems", "recipe/no-impact,sequence", "--instances", "2", "--repetitions", "1"]
+
+
+class Scripts(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="saltus-bench-test-")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def bench(self, *words, status=0, **environment):
+        done = subprocess.run(
+            [sys.executable, "-B", os.path.join(SCRIPTS, "bench.py"), *words], text=True,
+            capture_output=True, check=False, cwd=self.folder,
+            env={**os.environ, "SALTUS_PROGRAM": PROGRAM, "SALTUS_PEERS": self.path("peers")})
+        self.assertEqual(done.returncode, status, done.stdout + done.stderr)
+        return done
+
+    def run_small(self, name, *more, status=0, solvers="riccati,sparse", **environment):
+        done = self.bench("run", *SMALL, "--solvers", solvers, "--out", self.path(name), *more,
+                          status=status, **environment)
+        return done
+
+    def lines(self, name):
+        with open(self.path(name), encoding="utf-8") as file:
+            return [json.loads(line) for line in file]
+
+    def untimed(self, name):
+        return [json.dumps({k: v for k, v in line.items() if k != "times"})
+                for line in self.lines(name)[1:]]
+
+    def test_the_judge_catches_a_solver_that_is_wrong_and_says_optimal(self):
+        self.run_small("a.jsonl", solvers="riccati,sparse,toy")
+        verdicts = {(l["solver"], l["verdict"]) for l in self.lines("a.jsonl") if "solver" in l}
+        self.assertEqual(verdicts, {("riccati", "solved"), ("sparse", "solved"), ("toy", "wrong")})
+        toy = next(l for l in self.lines("a.jsonl") if l.get("solver") == "toy")
+        self.assertEqual(toy["claimed"], "optimal")
+
+    def test_an_interrupted_run_goes_on_where_it_was(self):
+        self.run_small("whole.jsonl")
+        with open(self.path("whole.jsonl"), encoding="utf-8") as file:
+            text = file.read()
+        first_end = text.index('{"done"')
+        with open(self.path("cut.jsonl"), "w", encoding="utf-8") as file:
+            file.write(text[:text.index("\n", first_end) + 200])
+        done = self.run_small("cut.jsonl")
+        self.assertIn("cut off", done.stderr)
+        self.assertNotIn("recipe/no-impact cold;", done.stderr)
+        self.assertEqual(self.untimed("cut.jsonl"), self.untimed("whole.jsonl"))
+
+    def test_shards_make_the_whole(self):
+        self.run_small("whole.jsonl")
+        for part in ("1", "2"):
+            self.run_small(part + ".jsonl", "--shard", part + "/2")
+        self.bench("merge", self.path("2.jsonl"), self.path("1.jsonl"), "--out",
+                   self.path("merged.jsonl"))
+        self.assertEqual(self.untimed("merged.jsonl"), self.untimed("whole.jsonl"))
+        self.bench("merge", self.path("1.jsonl"), "--out", self.path("half.jsonl"), status=3)
+
+    def test_compare_sees_what_got_slower_or_lost(self):
+        self.run_small("a.jsonl")
+        self.bench("compare", "a.jsonl", "a.jsonl")
+        for change in ("slower", "lost"):
+            with open(self.path(change), "w", encoding="utf-8") as file:
+                for line in self.lines("a.jsonl"):
+                    if line.get("solver") == "riccati" and change == "slower":
+                        line["times"]["cpu_us"] = [3.0 * t for t in line["times"]["cpu_us"]]
+                    if line.get("solver") == "riccati" and change == "lost":
+                        line["verdict"] = "wrong"
+                    file.write(json.dumps(line) + "\n")
+            done = self.bench("compare", "a.jsonl", change, status=1)
+            self.assertIn("WORSE", done.stdout)
+            self.assertNotIn("WORSE", self.bench("compare", change, "a.jsonl").stdout)
+
+    def test_what_is_not_there_is_named(self):
+        for words, sentence in ((["--solvers", "ricati"], "did you mean 'riccati'"),
+                                (["--problems", "recipe/kI=8"], "did you mean 'recipe/kI=7'"),
+                                (["--shard", "3/2"], "a shard is I/N"),
+                                (["--instances", "0"], "at least 1")):
+            done = self.bench("run", *words, status=2)
+            self.assertIn(sentence, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1)
+        for text, sentence in (("", "holds no results"), ("[]\n", "holds no results"),
+                               ('{"format": "saltus-bench 0"}\n', "'saltus-bench 0'")):
+            with open(self.path("bad.jsonl"), "w", encoding="utf-8") as file:
+                file.write(text)
+            for verb in ("report", "compare"):
+                words = ["bad.jsonl"] * (2 if verb == "compare" else 1)
+                self.assertIn(sentence, self.bench(verb, *words, status=2).stderr)
+            self.assertIn(sentence, self.run_small("bad.jsonl", status=2).stderr)
+
+    def test_results_of_another_run_are_not_mixed(self):
+        self.run_small("a.jsonl")
+        self.assertIn("its matrix differs",
+                      self.run_small("a.jsonl", "--tolerance", "1e-6", status=2).stderr)
+
+    def fake_package(self, name, code):
+        folder = self.path("fake")
+        os.makedirs(os.path.join(folder, f"{name}-9.dist-info"))
+        with open(os.path.join(folder, f"{name}-9.dist-info/METADATA"), "w",
+                  encoding="utf-8") as file:
+            file.write(f"Metadata-Version: 2.1\nName: {name}\nVersion: 9\n")
+        with open(os.path.join(folder, name + ".py"), "w", encoding="utf-8") as file:
+            file.write(code)
+        return folder
+
+    def test_a_peer_that_breaks_at_import_is_told_and_the_rest_goes_on(self):
+        folder = self.fake_package("clarabel", "raise ImportError('no such symbol')\n")
+        done = self.run_small("a.jsonl", solvers="riccati,clarabel", status=3, PYTHONPATH=folder)
+        self.assertIn("clarabel is broken at import", done.stdout)
+        self.assertEqual(sum(l.get("verdict") == "solved" for l in self.lines("a.jsonl")), 6)
+
+    def test_a_peer_that_crashes_takes_only_itself_with_it(self):
+        folder = self.fake_package("clarabel", "import os\nos.abort()\n")
+        self.run_small("a.jsonl", solvers="riccati,clarabel", status=3, PYTHONPATH=folder)
+        verdicts = [(l["solver"], l["verdict"]) for l in self.lines("a.jsonl") if "solver" in l]
+        self.assertEqual(verdicts.count(("riccati", "solved")), 6)
+        self.assertEqual(verdicts.count(("clarabel", "crashed")), 6)
+
+    def test_no_scheduler_is_a_sentence(self):
+        done = self.run_small("a.jsonl", "--scheduler", "tcp://127.0.0.1:9", status=2)
+        self.assertRegex(done.stderr, "no Dask scheduler answers|--scheduler needs Dask")
+
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "needs matplotlib")
+    def test_the_report_is_one_file_with_its_pictures(self):
+        self.run_small("a.jsonl", solvers="riccati,sparse,toy")
+        self.bench("report", "a.jsonl")
+        with open(self.path("a.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertGreaterEqual(page.count("<svg"), 3)
+        self.assertNotIn("src=", page)
+        self.assertIn("<td>toy</td><td>6</td><td>0</td><td>6</td>", page)
+
+
+if __name__ == "__main__":
+    if importlib.util.find_spec("numpy") is None:
+        print("skipped: numpy is not there (Debian's python3-numpy)")
+        sys.exit(77)
+    unittest.main()
