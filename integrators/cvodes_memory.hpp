@@ -24,6 +24,9 @@ class CvodesMemory {
   CvodesMemory(const IntervalProblem& problem, const CvodesOptions& options,
                const IntervalField& field, int entries);
 
+  static IntegrationStatus status_of(int code) { return status_of_cvode(code); }
+  static constexpr int one_step = CV_ONE_STEP;
+
   /// What is integrated from the next begin() on.
   void use(const IntervalField& field) { field_ = &field; }
 

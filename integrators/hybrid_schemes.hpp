@@ -13,6 +13,8 @@ std::unique_ptr<Integrator> hybrid_runge_kutta(const IntervalProblem& problem,
 struct CvodesOptions;  // cvodes.hpp, of the component sundials
 std::unique_ptr<Integrator> hybrid_cvodes(const IntervalProblem& problem,
                                           const CvodesOptions& options);
+struct IdasOptions;  // idas.hpp, of the component sundials
+std::unique_ptr<Integrator> hybrid_idas(const IntervalProblem& problem, const IdasOptions& options);
 
 /// For schemes that do not integrate events. Throws DefinitionError naming those that do.
 void refuse_events(const IntervalProblem& problem, const char* scheme);

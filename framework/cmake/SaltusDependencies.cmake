@@ -97,7 +97,7 @@ macro(saltus_find_sundials)
     set(sundials_parts)
     set(SALTUS_SUNDIALS_LIBRARY_NAMES) # for saltusConfig.cmake
     # Version 7 moved its base classes into a library of their own.
-    foreach(part cvodes arkode nvecserial sunmatrixdense sunlinsoldense sunnonlinsolnewton
+    foreach(part cvodes arkode idas nvecserial sunmatrixdense sunlinsoldense sunnonlinsolnewton
                  sunnonlinsolfixedpoint core)
       if(TARGET SUNDIALS::${part}_shared)
         list(APPEND sundials_parts SUNDIALS::${part}_shared)

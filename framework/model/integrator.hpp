@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "saltus/model/algebraic.hpp"
 #include "saltus/model/arguments.hpp"
 #include "saltus/model/function.hpp"
 #include "saltus/model/switching_system.hpp"
@@ -40,6 +41,9 @@ struct IntervalProblem {
   /// Modes and state-triggered events; empty: `dynamics` everywhere. Otherwise `dynamics` are
   /// those of the first mode, and the mode at the start follows from the state.
   SwitchingSystem switching = {};
+  /// Of a differential-algebraic phase, from which z is eliminated in all functions above: what
+  /// integrators may take that know z themselves. Empty: an ordinary one.
+  AlgebraicPart algebraic = {};
 
   int nq() const { return running_cost ? running_cost.outputs() : 0; }
   int coefficients() const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "saltus/model/automaton.hpp"
+#include "saltus/model/formula_with_algebraic.hpp"
 #include "saltus/model/make_function.hpp"
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/ocp/phase_definition.hpp"
@@ -16,18 +17,34 @@ namespace saltus {
 /// One continuous mode with nx states, nu inputs and np parameters. Formulas are callables of
 /// (t, x), (t, x, u) or (t, x, u, p), templates over the scalar; they are erased on the spot.
 /// Every method returns the phase, so that a definition reads as one sentence per line.
-template <int nx, int nu, int np = 0>
+///
+/// With nz algebraic states z every formula takes them behind x: f(t, x, z), f(t, x, z, u) or
+/// f(t, x, z, u, p), or f(t, x) alone.
+template <int nx, int nu, int np = 0, int nz = 0>
 class Phase {
  public:
   /// `dynamics` returns dx/dt (nx entries). `duration` in s; exactly(T) fixes it.
   template <class Dynamics>
+    requires(nz == 0)
   Phase(std::string name, Dynamics dynamics, Bounds duration) {
     begin(d_, std::move(name), {nx, nu, np},
           make_function<nx, nu, np>(std::move(dynamics), {name, "the dynamics"}), duration);
   }
+  /// Differential-algebraic, of index 1: x' = dynamics(t, x, z, u, p), 0 = equations(t, x, z, u, p)
+  /// with nz entries of which z follows. Of several solutions z is the one that Newton's method
+  /// reaches from the guess, which also is its magnitude; framework/design/dae.md.
+  template <class Dynamics, class Equations>
+    requires(nz > 0)
+  Phase(std::string name, Dynamics dynamics, Equations equations, const Vec<double, nz>& guess,
+        Bounds duration) {
+    begin(d_, std::move(name), {nx, nu, np}, {}, duration);
+    add_algebraic(d_, extended("the dynamics", {}, std::move(dynamics)),
+                  extended("the algebraic equations", {}, std::move(equations)), guess);
+  }
   /// Several modes with state-triggered events between them, all inside one phase; the mode at the
   /// start of each interval follows from the state (framework/design/events.md).
   Phase(std::string name, const Automaton<nx, nu, np>& automaton, Bounds duration)
+    requires(nz == 0)
       : Phase(std::move(name), NoDynamics{}, duration) {
     d_.switching = automaton.system();
     if (!d_.switching.modes.empty()) d_.dynamics = d_.switching.modes.front().dynamics;
@@ -59,6 +76,13 @@ class Phase {
   }
   Phase& bound_state(int i, Bounds bounds, Window window = {}) {
     add_bounds(d_.state_bounds, i, bounds, std::move(window));
+    return *this;
+  }
+  /// Algebraic state i, wherever a state would be bounded.
+  Phase& bound_algebraic(int i, Bounds bounds, Window window = {})
+    requires(nz > 0)
+  {
+    add_algebraic_bounds(d_, i, bounds, std::move(window));
     return *this;
   }
   /// The formula stays within bounds during the window; one Bounds serves all its rows.
@@ -244,7 +268,16 @@ class Phase {
   // What takes the name beside the formula takes it by reference, so that it is still there here.
   template <class F>
   Function erased(const char* what, const std::string& name, F formula) {
-    return make_function<nx, nu, np>(std::move(formula), {d_.name, what, name});
+    if constexpr (nz == 0)
+      return make_function<nx, nu, np>(std::move(formula), {d_.name, what, name});
+    else
+      return eliminate(extended(what, name, std::move(formula)), d_.algebraic.equations);
+  }
+  // As a function of (t | x z | u | p).
+  template <class F>
+  Function extended(const char* what, const std::string& name, F formula) {
+    return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},
+                                          {d_.name, what, name});
   }
 
   PhaseDefinition d_;

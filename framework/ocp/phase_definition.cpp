@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -215,6 +217,34 @@ void begin(PhaseDefinition& phase, std::string&& name, const Arguments& sizes, F
       duration.is_equality() ? duration.lower : 0.5 * (duration.lower + duration.upper);
   phase.nominal_state = VectorXd::Ones(sizes.nx);
   phase.nominal_input = VectorXd::Ones(sizes.nu);
+}
+
+void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equations,
+                   const VectorXd& guess) {
+  try {
+    phase.algebraic.equations =
+        std::make_shared<const AlgebraicEquations>(phase.sizes, std::move(equations), guess);
+  } catch (const DefinitionError& e) {
+    fail(phase, e.what());
+  }
+  phase.algebraic.dynamics = std::move(dynamics);
+  phase.dynamics = eliminate(phase.algebraic.dynamics, phase.algebraic.equations);
+}
+
+void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& bounds,
+                          Window&& window) {
+  const AlgebraicEquations& equations = *phase.algebraic.equations;
+  if (component < 0 || component >= equations.count())
+    fail(phase, fmt::format("there is no algebraic state {}; it has {} of them, counted from 0",
+                            component, equations.count()));
+  std::string name = fmt::format("algebraic state {}", component);
+  for (int again = 2; std::any_of(phase.terms.begin(), phase.terms.end(),
+                                  [&](const Term& term) { return term.name == name; });
+       ++again)
+    name = fmt::format("algebraic state {}, {}", component, again);
+  add_constraint(phase, std::move(name), TermDomain::running,
+                 algebraic_state(phase.algebraic.equations, component), {bounds}, std::move(window),
+                 std::nullopt);
 }
 
 void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,

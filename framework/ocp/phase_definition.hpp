@@ -57,6 +57,8 @@ struct PhaseDefinition {
   Bounds duration;    ///< s; equal sides: fixed
   /// Events inside the phase; empty: none. Otherwise `dynamics` are those of the first mode.
   SwitchingSystem switching;
+  /// Algebraic equations, from which z is eliminated in all functions here; empty: none.
+  AlgebraicPart algebraic;
 
   InputParametrisation input_parametrisation = InputParametrisation::piecewise_constant;
   std::vector<ComponentBounds> input_bounds;
@@ -93,6 +95,10 @@ struct PhaseDefinition {
 // reference: each further temporary would be destroyed once more in every definition of a problem.
 void begin(PhaseDefinition& phase, std::string&& name, const Arguments& sizes, Function&& dynamics,
            const Bounds& duration);
+/// 0 = equations(t | x z | u | p), with `dynamics` of the same argument; sets phase.dynamics too.
+/// Throws DefinitionError with the phase and the equation, as AlgebraicEquations does.
+void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equations,
+                   const VectorXd& guess);
 void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,
                 Window&& window);
 /// One Bounds serves all rows of the function.
@@ -103,6 +109,9 @@ void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard
                    Crossing crossing);
 void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,
               Window&& window);
+/// z within bounds: one constraint of the algebraic state's own name.
+void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& bounds,
+                          Window&& window);
 /// 1/2 (residual - reference)' diag(weights) (residual - reference)
 void add_least_squares(PhaseDefinition& phase, std::string&& name, TermDomain domain,
                        Function&& residual, const VectorXd& weights, Window&& window,

@@ -38,13 +38,13 @@ class OptimalControlProblem {
   /// Absolute time of the start, s.
   OptimalControlProblem& start_time(double t);
 
-  template <int nx, int nu, int np>
-  OptimalControlProblem& then(const Phase<nx, nu, np>& phase) {
+  template <int nx, int nu, int np, int nz>
+  OptimalControlProblem& then(const Phase<nx, nu, np, nz>& phase) {
     return append(Jump{}, phase.definition());
   }
   /// Enters the phase through the jump.
-  template <int nx, int nu, int np>
-  OptimalControlProblem& then(const Phase<nx, nu, np>& phase, Jump jump) {
+  template <int nx, int nu, int np, int nz>
+  OptimalControlProblem& then(const Phase<nx, nu, np, nz>& phase, Jump jump) {
     return append(std::move(jump), phase.definition());
   }
 

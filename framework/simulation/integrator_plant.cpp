@@ -116,6 +116,7 @@ IntegratorPlant nominal_plant(const OptimalControlProblem& problem,
   interval.arguments = phase.sizes;
   interval.dynamics = phase.dynamics;
   interval.switching = phase.switching;
+  interval.algebraic = phase.algebraic;
   interval.nominal_state = phase.nominal_state;
   VectorXd parameters(phase.sizes.np);
   Eigen::Index at = 0;

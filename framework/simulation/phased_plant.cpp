@@ -57,6 +57,7 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
     IntervalProblem interval;
     interval.arguments = phase.sizes;
     interval.dynamics = phase.dynamics;
+    interval.algebraic = phase.algebraic;
     interval.nominal_state = phase.nominal_state;
     interval.differentiate_parameter.assign(phase.sizes.np, false);
     Phase& p = phases_.emplace_back();

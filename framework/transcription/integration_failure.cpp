@@ -23,7 +23,13 @@ std::string name_integration_failure(const ShootingProgram& program, const Vecto
           c, p, start + interval.offset(T), interval.length(T);
       const IntegrationStatus status = integrator.value(argument.data(), end.data());
       if (status == IntegrationStatus::success) continue;
-      const std::string why = integrator.failure();
+      std::string why = integrator.failure();
+      if (const AlgebraicPart& algebraic = phase.algebraic) {
+        VectorXd at(phase.sizes.size());
+        at << argument[a.t0()], argument.head(a.nx), c.head(phase.sizes.nu), p;
+        const ConsistentStart found = consistent_start(*algebraic.equations, at);
+        if (!found.found()) why = found.message;
+      }
       return fmt::format("phase '{}', interval {} from t = {:.6g} s: {}", phase.name, k,
                          start + interval.offset(T), why.empty() ? describe(status) : why);
     }

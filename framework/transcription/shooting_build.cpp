@@ -74,6 +74,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   interval.arguments = phase.sizes;
   interval.dynamics = phase.dynamics;
   interval.switching = phase.switching;
+  interval.algebraic = phase.algebraic;
   if (integrated && !running.empty()) interval.running_cost = stack(running);
   interval.shape = phase.input_shape();
   interval.nominal_state = phase.nominal_state;

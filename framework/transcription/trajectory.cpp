@@ -65,6 +65,15 @@ VectorXd Trajectory::state_before(double t) const {
 }
 VectorXd Trajectory::input(double t) const { return input_in(piece_at(t), t); }
 
+VectorXd Trajectory::algebraic(double t) const {
+  const TrajectoryPiece& piece = piece_at(t);
+  const IntervalProblem& problem = phases_[piece.phase].integrator->problem();
+  if (!problem.algebraic) return {};
+  VectorXd argument(problem.arguments.size());
+  argument << t, state_in(piece, t), input_in(piece, t), phases_[piece.phase].parameters;
+  return algebraic_states(problem.algebraic.equations)(argument);
+}
+
 Trajectory Trajectory::after(int phases) const {
   Trajectory rest;
   rest.phases_.assign(phases_.begin() + phases, phases_.end());

@@ -56,6 +56,8 @@ class Trajectory {
   /// The left limit: at an event x- of the old phase, elsewhere state(t).
   VectorXd state_before(double t) const;
   VectorXd input(double t) const;
+  /// Algebraic states, of which a phase may have none; NaN where they cannot be found.
+  VectorXd algebraic(double t) const;
 
   /// Without the first phases: what is left once they are over. Must leave one.
   Trajectory after(int phases) const;

@@ -1,0 +1,469 @@
+#include "saltus/model/algebraic.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+#include "saltus/model/structure.hpp"
+
+namespace saltus {
+namespace {
+
+// Newton's method converges quadratically: a correction this small, relative to nominal + |z|, is
+// followed by rounding.
+constexpr double last_correction = 1e-9;
+constexpr int most_corrections = 100;
+constexpr double shortest_step = 1e-6;
+
+bool finite(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
+}
+
+void spoil(double* values, int count) {
+  std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN());
+}
+
+// Position of an entry of (t | x z | u | p) in (t | x | u | p); -1: it is one of z.
+int reduced(const Arguments& sizes, int nz, int column) {
+  const int first = 1 + sizes.nx;
+  if (column < first) return column;
+  return column < first + nz ? -1 : column - nz;
+}
+
+}  // namespace
+
+AlgebraicSolution::AlgebraicSolution(int equations, int arguments, int entry_count)
+    : argument(arguments),
+      entries(entry_count),
+      slope(equations),
+      direct(equations * (arguments - equations)),
+      residual(equations),
+      step(equations),
+      next_step(equations),
+      before(equations),
+      multipliers(equations) {}
+
+AlgebraicEquations::AlgebraicEquations(const Arguments& sizes, Function equations, VectorXd start)
+    : sizes_(sizes), equations_(std::move(equations)), start_(std::move(start)) {
+  const int nz = count();
+  if (equations_.inputs() != extended().size() || equations_.outputs() != nz)
+    throw DefinitionError(
+        fmt::format("{} algebraic equations are given for {} algebraic states, of {} arguments in "
+                    "place of {}.",
+                    equations_.outputs(), nz, equations_.inputs(), extended().size()));
+  if (!start_.allFinite())
+    throw DefinitionError("the guess of the algebraic states is not finite.");
+  nominal_ = start_.cwiseAbs();
+  for (double& magnitude : nominal_)
+    if (magnitude == 0.0) magnitude = 1.0;
+  affine_ = is_affine_in(equations_, 1 + sizes_.nx, nz);
+  find_dependencies();
+}
+
+// Each equation is matched with an entry of z that it contains, along augmenting paths. Where that
+// is impossible g_z is singular. Otherwise z_j follows from its own equation and from those of the
+// entries of z therein, and depends on what they read.
+void AlgebraicEquations::find_dependencies() {
+  const int nz = count(), first = 1 + sizes_.nx;
+  const SparsityPattern& pattern = equations_.jacobian_pattern();
+  std::vector<int> equation_of(nz, -1);
+  std::vector<char> visited;
+  const auto match = [&](const auto& self, int equation) -> bool {
+    for (int e = pattern.row_begin(equation); e < pattern.row_end(equation); ++e) {
+      const int j = pattern.col(e) - first;
+      if (j < 0 || j >= nz || visited[j]) continue;
+      visited[j] = 1;
+      if (equation_of[j] >= 0 && !self(self, equation_of[j])) continue;
+      equation_of[j] = equation;
+      return true;
+    }
+    return false;
+  };
+  for (int equation = 0; equation < nz; ++equation) {
+    visited.assign(nz, 0);
+    if (match(match, equation)) continue;
+    const bool reads_z = std::any_of(visited.begin(), visited.end(), [](char v) { return v != 0; });
+    throw DefinitionError(fmt::format(
+        "algebraic equation {} of {}, counted from 0, {}, so that g_z is singular and the index is "
+        "above 1; put its derivative with respect to time in its place.",
+        equation, nz,
+        reads_z ? "contains no algebraic state that the equations before it leave to be determined"
+                : "contains no algebraic state"));
+  }
+  depends_.assign(nz, std::vector<char>(sizes_.size(), 0));
+  for (int j = 0; j < nz; ++j) {
+    std::vector<char> reached(nz, 0);
+    std::vector<int> open = {j};
+    reached[j] = 1;
+    while (!open.empty()) {
+      const int equation = equation_of[open.back()];
+      open.pop_back();
+      for (int e = pattern.row_begin(equation); e < pattern.row_end(equation); ++e) {
+        const int argument = reduced(sizes_, nz, pattern.col(e));
+        if (argument >= 0) {
+          depends_[j][argument] = 1;
+        } else if (const int k = pattern.col(e) - first; !reached[k]) {
+          reached[k] = 1;
+          open.push_back(k);
+        }
+      }
+    }
+  }
+}
+
+AlgebraicSolution& AlgebraicEquations::work_space() const {
+  thread_local std::vector<std::unique_ptr<AlgebraicSolution>> all;
+  const int entries = equations_.jacobian_pattern().entries();
+  for (const auto& space : all)
+    if (space->slope.size() == count() &&
+        static_cast<int>(space->argument.size()) == extended().size() &&
+        static_cast<int>(space->entries.size()) == entries)
+      return *space;
+  all.push_back(std::make_unique<AlgebraicSolution>(count(), extended().size(), entries));
+  return *all.back();
+}
+
+bool AlgebraicEquations::evaluate(AlgebraicSolution& s) const {
+  equations_.jacobian(s.argument.data(), s.residual.data(), s.entries.data());
+  return finite(s.residual);
+}
+
+double AlgebraicEquations::size_of(const std::vector<double>& step,
+                                   const AlgebraicSolution& s) const {
+  const double* z = s.argument.data() + 1 + sizes_.nx;
+  double size = 0.0;
+  for (int j = 0; j < count(); ++j) {
+    const double relative = std::abs(step[j]) / (nominal_[j] + std::abs(z[j]));
+    size = relative > size || std::isnan(relative) ? relative : size;
+  }
+  return size;
+}
+
+AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolution& s) const {
+  const int nz = count(), first = 1 + sizes_.nx;
+  double* z = s.argument.data() + first;
+  std::copy_n(argument, first, s.argument.begin());
+  std::copy(start_.begin(), start_.end(), z);
+  std::copy_n(argument + first, sizes_.size() - first, s.argument.begin() + first + nz);
+  s.equation = -1;
+  const auto worst_equation = [&] {
+    for (int i = 0; i < nz; ++i)
+      if (s.equation < 0 || !std::isfinite(s.residual[i]) ||
+          std::abs(s.residual[i]) > std::abs(s.residual[s.equation]))
+        s.equation = i;
+  };
+  if (!evaluate(s)) {
+    worst_equation();
+    return AlgebraicStatus::not_finite;
+  }
+  for (int k = 0; k < most_corrections; ++k) {
+    if (const AlgebraicStatus status = factor(s); status != AlgebraicStatus::solved) return status;
+    s.step = s.residual;
+    s.slope.solve(s.step.data());
+    const double size = size_of(s.step, s);
+    std::copy_n(z, nz, s.before.begin());
+    // As far as the next correction, with the same factors, is shorter: that measures progress in z
+    // and not in equations of any scale.
+    double fraction = 1.0;
+    for (;; fraction *= 0.5) {
+      for (int j = 0; j < nz; ++j) z[j] = s.before[j] - fraction * s.step[j];
+      const bool evaluated = evaluate(s);
+      if (evaluated && (affine_ || size <= last_correction)) return AlgebraicStatus::solved;
+      if (evaluated) {
+        s.next_step = s.residual;
+        s.slope.solve(s.next_step.data());
+        if (size_of(s.next_step, s) <= (1.0 - 0.25 * fraction) * size) break;
+      }
+      if (fraction < shortest_step) {
+        worst_equation();
+        return evaluated ? AlgebraicStatus::no_solution : AlgebraicStatus::not_finite;
+      }
+    }
+  }
+  worst_equation();
+  return AlgebraicStatus::no_solution;
+}
+
+AlgebraicStatus AlgebraicEquations::factor(AlgebraicSolution& s) const {
+  const int nz = count(), first = 1 + sizes_.nx;
+  for (int i = 0; i < nz; ++i) std::fill_n(s.slope.row(i), nz, 0.0);
+  equations_.jacobian_pattern().for_each([&](int i, int column, int e) {
+    if (column >= first && column < first + nz) s.slope.row(i)[column - first] = s.entries[e];
+  });
+  if (s.slope.factor()) return AlgebraicStatus::solved;
+  s.equation = s.slope.singular_row();
+  return s.equation < 0 ? AlgebraicStatus::not_finite : AlgebraicStatus::singular;
+}
+
+void AlgebraicEquations::differentiate(AlgebraicSolution& s) const {
+  const int columns = sizes_.size();
+  std::fill(s.direct.begin(), s.direct.end(), 0.0);
+  equations_.jacobian_pattern().for_each([&](int i, int column, int e) {
+    if (const int argument = reduced(sizes_, count(), column); argument >= 0)
+      s.direct[i * columns + argument] = -s.entries[e];
+  });
+  s.slope.solve(s.direct.data(), columns);
+}
+
+namespace {
+
+// F(t, x, Z(t, x, u, p), u, p). With a = (t | x | u | p), T = da (x, z) / da = (I | Z_a), and mu
+// the solution of g_z' mu = -F_z' lambda:
+//   dF = F_a + F_z Z_a,     d2 (lambda' F) = T' (lambda' F + mu' g)'' T.
+class Eliminated final : public FunctionBody {
+ public:
+  Eliminated(Function extended, std::shared_ptr<const AlgebraicEquations> equations)
+      : FunctionBody(equations->sizes().size(), extended.outputs()),
+        extended_(std::move(extended)),
+        equations_(std::move(equations)),
+        first_(1 + equations_->sizes().nx),
+        nz_(equations_->count()) {
+    if (extended_.inputs() != equations_->extended().size())
+      throw DefinitionError(
+          fmt::format("a function of (t, x, z, u, p) must take {} arguments, but takes {}.",
+                      equations_->extended().size(), extended_.inputs()));
+    for (int j = 0; j < nz_; ++j) reads_z_ = reads_z_ || extended_.reads(first_ + j);
+    find_patterns();
+  }
+
+  int degree(int output, const std::vector<char>& variable) const override {
+    std::vector<char> moves(extended_.inputs(), 0);
+    bool z_moves = false;
+    for (int c = 0; c < extended_.inputs(); ++c) {
+      const int a = reduced(equations_->sizes(), nz_, c);
+      for (int i = 0; a < 0 && i < inputs(); ++i)
+        if (variable[i] && equations_->depends(c - first_, i)) moves[c] = 1;
+      if (a >= 0) moves[c] = variable[a];
+      z_moves = z_moves || (a < 0 && moves[c] && depends_on(extended_, output, c));
+    }
+    if (z_moves)
+      for (int i = 0; i < nz_; ++i)
+        if (equations_->equations().degree(i, moves) > 1) return 3;
+    return extended_.degree(output, moves);
+  }
+
+  bool reads(int input) const override {
+    const int column = input < first_ ? input : input + nz_;
+    return extended_.reads(column) || (reads_z_ && equations_->equations().reads(column));
+  }
+
+  void value(const double* a, double* y) const override {
+    AlgebraicSolution& s = equations_->work_space();
+    if (!place(a, s)) return spoil(y, outputs());
+    extended_.value(s.argument.data(), y);
+  }
+
+  void jacobian(const double* a, double* y, double* entries) const override {
+    AlgebraicSolution& s = equations_->work_space();
+    if (!differentiate(a, s)) {
+      spoil(y, outputs());
+      return spoil(entries, jacobian_pattern_.entries());
+    }
+    const SparsityPattern& pattern = extended_.jacobian_pattern();
+    extended_.jacobian(s.argument.data(), y, s.values.data());
+    for (int r = 0; r < outputs(); ++r) {
+      double* row = s.product.data();
+      std::fill_n(row, inputs(), 0.0);
+      for (int e = pattern.row_begin(r); e < pattern.row_end(r); ++e)
+        add_row(s, pattern.col(e), s.values[e], row);
+      for (int e = jacobian_pattern_.row_begin(r); e < jacobian_pattern_.row_end(r); ++e)
+        entries[e] = row[jacobian_pattern_.col(e)];
+    }
+  }
+
+  void hessian(const double* a, const double* weights, double* entries,
+               Curvature curvature) const override {
+    if (hessian_pattern_.entries() == 0) return;
+    AlgebraicSolution& s = equations_->work_space();
+    if (!differentiate(a, s)) return spoil(entries, hessian_pattern_.entries());
+    const int n = inputs();
+    std::fill_n(s.product.begin(), (n + nz_) * n, 0.0);
+    const auto add = [&](const Function& f) {  // product += f'' T
+      f.hessian_pattern().for_each([&](int r, int c, int e) {
+        add_row(s, c, s.values[e], s.product.data() + r * n);
+        if (r != c) add_row(s, r, s.values[e], s.product.data() + c * n);
+      });
+    };
+    if (reads_z_ && curvature == Curvature::exact) {
+      find_multipliers(weights, s);
+      equations_->equations().hessian(s.argument.data(), s.multipliers.data(), s.values.data());
+      add(equations_->equations());
+    }
+    extended_.hessian(s.argument.data(), weights, s.values.data(), curvature);
+    add(extended_);
+    hessian_pattern_.for_each([&](int i, int j, int e) {
+      double sum = s.product[(i < first_ ? i : i + nz_) * n + j];
+      for (int k = 0; reads_z_ && k < nz_; ++k)
+        sum += s.direct[k * n + i] * s.product[(first_ + k) * n + j];
+      entries[e] = sum;
+    });
+  }
+
+ private:
+  void find_patterns() {
+    const int n = inputs();
+    std::vector<std::pair<int, int>> first, second;
+    const auto for_each_reached = [&](int column, const auto& visit) {
+      if (const int a = reduced(equations_->sizes(), nz_, column); a >= 0) return visit(a);
+      for (int i = 0; i < n; ++i)
+        if (equations_->depends(column - first_, i)) visit(i);
+    };
+    extended_.jacobian_pattern().for_each(
+        [&](int r, int c, int) { for_each_reached(c, [&](int i) { first.emplace_back(r, i); }); });
+    const auto add = [&](const Function& f) {
+      f.hessian_pattern().for_each([&](int a, int b, int) {
+        for_each_reached(a, [&](int i) {
+          for_each_reached(b, [&](int j) { second.emplace_back(std::max(i, j), std::min(i, j)); });
+        });
+      });
+    };
+    add(extended_);
+    if (reads_z_) add(equations_->equations());
+    jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), n, std::move(first));
+    hessian_pattern_ = SparsityPattern::from_pairs(n, n, std::move(second));
+  }
+
+  // (t | x z | u | p); where z is not read, it stays at the guess.
+  bool place(const double* a, AlgebraicSolution& s) const {
+    if (reads_z_) return equations_->solve(a, s) == AlgebraicStatus::solved;
+    std::copy_n(a, first_, s.argument.begin());
+    std::copy_n(equations_->start().data(), nz_, s.argument.begin() + first_);
+    std::copy_n(a + first_, inputs() - first_, s.argument.begin() + first_ + nz_);
+    return true;
+  }
+
+  bool differentiate(const double* a, AlgebraicSolution& s) const {
+    const auto grow = [](std::vector<double>& v, int size) {
+      if (static_cast<int>(v.size()) < size) v.resize(size);
+    };
+    grow(s.values,
+         std::max({extended_.jacobian_pattern().entries(), extended_.hessian_pattern().entries(),
+                   equations_->equations().hessian_pattern().entries()}));
+    grow(s.product, (inputs() + nz_) * inputs());
+    grow(s.gradient, outputs());
+    if (!place(a, s)) return false;
+    if (!reads_z_) return true;
+    if (equations_->factor(s) != AlgebraicStatus::solved) return false;
+    equations_->differentiate(s);
+    return true;
+  }
+
+  // row += factor * (derivative of entry `column` of (t | x z | u | p))
+  void add_row(const AlgebraicSolution& s, int column, double factor, double* row) const {
+    if (const int a = reduced(equations_->sizes(), nz_, column); a >= 0) {
+      row[a] += factor;
+      return;
+    }
+    const double* direct = s.direct.data() + (column - first_) * inputs();
+    for (int i = 0; i < inputs(); ++i) row[i] += factor * direct[i];
+  }
+
+  void find_multipliers(const double* weights, AlgebraicSolution& s) const {
+    extended_.jacobian(s.argument.data(), s.gradient.data(), s.values.data());
+    std::fill(s.multipliers.begin(), s.multipliers.end(), 0.0);
+    extended_.jacobian_pattern().for_each([&](int r, int c, int e) {
+      if (c >= first_ && c < first_ + nz_) s.multipliers[c - first_] -= weights[r] * s.values[e];
+    });
+    s.slope.solve_transposed(s.multipliers.data());
+  }
+
+  Function extended_;
+  std::shared_ptr<const AlgebraicEquations> equations_;
+  int first_, nz_;
+  bool reads_z_ = false;
+};
+
+// Some of the entries z of (t | x z | u | p).
+class AlgebraicEntries final : public FunctionBody {
+ public:
+  AlgebraicEntries(const Arguments& extended, int first, int count)
+      : FunctionBody(extended.size(), count), first_(first) {
+    std::vector<std::pair<int, int>> pairs;
+    for (int j = 0; j < count; ++j) pairs.emplace_back(j, first + j);
+    jacobian_pattern_ = SparsityPattern::from_pairs(count, inputs(), std::move(pairs));
+    hessian_pattern_ = SparsityPattern(inputs(), inputs());
+  }
+  int degree(int output, const std::vector<char>& variable) const override {
+    return variable[first_ + output] ? 1 : 0;
+  }
+  void value(const double* a, double* y) const override { std::copy_n(a + first_, outputs(), y); }
+  void jacobian(const double* a, double* y, double* entries) const override {
+    value(a, y);
+    std::fill_n(entries, outputs(), 1.0);
+  }
+  void hessian(const double*, const double*, double*, Curvature) const override {}
+
+ private:
+  int first_;
+};
+
+}  // namespace
+
+Function eliminate(Function extended, std::shared_ptr<const AlgebraicEquations> equations) {
+  return Function(std::unique_ptr<const FunctionBody>(
+      std::make_unique<Eliminated>(std::move(extended), std::move(equations))));
+}
+
+Function algebraic_states(std::shared_ptr<const AlgebraicEquations> equations) {
+  Function entries(std::unique_ptr<const FunctionBody>(std::make_unique<AlgebraicEntries>(
+      equations->extended(), 1 + equations->sizes().nx, equations->count())));
+  return eliminate(std::move(entries), std::move(equations));
+}
+
+Function algebraic_state(std::shared_ptr<const AlgebraicEquations> equations, int entry) {
+  Function one(std::unique_ptr<const FunctionBody>(std::make_unique<AlgebraicEntries>(
+      equations->extended(), 1 + equations->sizes().nx + entry, 1)));
+  return eliminate(std::move(one), std::move(equations));
+}
+
+ConsistentStart consistent_start(const AlgebraicEquations& equations, const VectorRef& argument) {
+  if (argument.size() != equations.sizes().size())
+    throw DefinitionError(
+        fmt::format("a consistent start takes (t, x, u, p) of {} entries, not {}.",
+                    equations.sizes().size(), argument.size()));
+  AlgebraicSolution& s = equations.work_space();
+  const VectorXd given = argument;
+  ConsistentStart result;
+  result.status = equations.solve(given.data(), s);
+  if (result.found()) result.status = equations.factor(s);
+  const int nz = equations.count();
+  result.z = Eigen::Map<const VectorXd>(s.argument.data() + 1 + equations.sizes().nx, nz);
+  result.residual = Eigen::Map<const VectorXd>(s.residual.data(), nz);
+  result.equation = result.found() ? -1 : s.equation;
+  const double t = given[0];
+  const std::string which =
+      fmt::format("algebraic equation {} of {}, counted from 0,", std::max(0, result.equation), nz);
+  switch (result.status) {
+    case AlgebraicStatus::solved: {
+      int moved = 0;
+      (result.z - equations.start()).cwiseAbs().maxCoeff(&moved);
+      result.message = fmt::format(
+          "the algebraic equations are met at t = {:.6g} s; farthest from its guess is algebraic "
+          "state {}: {:.6g} in place of {:.6g}",
+          t, moved, result.z[moved], equations.start()[moved]);
+      break;
+    }
+    case AlgebraicStatus::not_finite:
+      result.message = fmt::format("{} is not finite at t = {:.6g} s", which, t);
+      break;
+    case AlgebraicStatus::singular:
+      result.message = fmt::format(
+          "{} does not determine an algebraic state beside the others at t = {:.6g} s: g_z is "
+          "singular there, and the index above 1",
+          which, t);
+      break;
+    case AlgebraicStatus::no_solution:
+      result.message = fmt::format(
+          "no algebraic states are found from their guess at t = {:.6g} s: {} misses zero by "
+          "{:.3g}",
+          t, which, std::abs(result.residual[std::max(0, result.equation)]));
+      break;
+  }
+  return result;
+}
+
+}  // namespace saltus

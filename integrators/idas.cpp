@@ -1,0 +1,226 @@
+#include "saltus/integrators/idas.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/idas_memory.hpp"
+#include "saltus/integrators/implicit_runge_kutta.hpp"
+#include "saltus/integrators/interval_field.hpp"
+
+namespace saltus {
+namespace {
+
+// (f | g) of (t | x z | u | p), or a function of (t | x | u | p) as one of those. First derivatives
+// only.
+class Stacked final : public FunctionBody {
+ public:
+  Stacked(const Arguments& sizes, int nz, std::vector<Function> functions)
+      : FunctionBody(sizes.size() + nz, outputs_of(functions)),
+        functions_(std::move(functions)),
+        first_(1 + sizes.nx),
+        nz_(nz),
+        reduced_(sizes.size()) {
+    std::vector<std::pair<int, int>> pairs;
+    int row = 0;
+    for (const Function& f : functions_) {
+      const int skipped = reads_z(f) ? 0 : nz_;
+      f.jacobian_pattern().for_each(
+          [&](int r, int c, int) { pairs.emplace_back(row + r, c < first_ ? c : c + skipped); });
+      row += f.outputs();
+    }
+    jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), inputs(), std::move(pairs));
+    hessian_pattern_ = SparsityPattern(inputs(), inputs());
+  }
+  void value(const double* z, double* y) const override {
+    for (const Function& f : functions_) {
+      f.value(argument(f, z), y);
+      y += f.outputs();
+    }
+  }
+  void jacobian(const double* z, double* y, double* entries) const override {
+    for (const Function& f : functions_) {
+      f.jacobian(argument(f, z), y, entries);
+      y += f.outputs();
+      entries += f.jacobian_pattern().entries();
+    }
+  }
+  void hessian(const double*, const double*, double*, Curvature) const override {}
+
+ private:
+  static int outputs_of(const std::vector<Function>& functions) {
+    int count = 0;
+    for (const Function& f : functions) count += f.outputs();
+    return count;
+  }
+  bool reads_z(const Function& f) const { return f.inputs() == inputs(); }
+  const double* argument(const Function& f, const double* z) const {
+    if (reads_z(f)) return z;
+    std::copy_n(z, first_, reduced_.begin());
+    std::copy(z + first_ + nz_, z + inputs(), reduced_.begin() + first_);
+    return reduced_.data();
+  }
+
+  std::vector<Function> functions_;
+  int first_, nz_;
+  mutable std::vector<double> reduced_;
+};
+
+// The interval with z as states whose "rates" are g, from which IdasMemory makes equations.
+IntervalProblem with_algebraic_states(const IntervalProblem& problem) {
+  if (!problem.algebraic) return problem;
+  const AlgebraicEquations& equations = *problem.algebraic.equations;
+  const auto stacked = [&](std::vector<Function> functions) {
+    return Function(std::unique_ptr<const FunctionBody>(
+        std::make_unique<Stacked>(problem.arguments, equations.count(), std::move(functions))));
+  };
+  IntervalProblem extended = problem;
+  extended.arguments = equations.extended();
+  extended.dynamics = stacked({problem.algebraic.dynamics, equations.equations()});
+  if (problem.running_cost) extended.running_cost = stacked({problem.running_cost});
+  extended.nominal_state = {};
+  return extended;
+}
+
+class Idas final : public Integrator {
+ public:
+  Idas(const IntervalProblem& definition, const IdasOptions& options)
+      : Integrator(definition),
+        extended_(with_algebraic_states(problem())),
+        field_(extended_),
+        memory_(problem(), options, field_, field_.entries(), problem().algebraic.equations.get()),
+        extended_w_(arguments().size() + field_.states() - arguments().nx),
+        rates_(field_.outputs()),
+        quadrature_(gauss_legendre_tableau(4)) {}
+
+  IntegrationStatus value(const double* w, double* end) override {
+    start(w);
+    if (field_.length() == 0.0) return finish(IDA_SUCCESS, end);
+    int code = memory_.begin(0.0, w, false);
+    double reached = 0.0;
+    if (code >= 0) code = memory_.advance(sundials::IdasMemory::to_the_end, reached);
+    return finish(code, end);
+  }
+
+  IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) override {
+    start(w);
+    if (field_.length() == 0.0) return at_length_zero(end, derivative);
+    const int nx = arguments().nx, nz = field_.states() - nx;
+    for (int d = 0; d < memory_.directions(); ++d) {
+      std::fill_n(memory_.sensitivity(d), field_.outputs(), 0.0);
+      if (d < nx) memory_.sensitivity(d)[d] = 1.0;
+    }
+    int code = memory_.begin(0.0, w, true);
+    double reached = 0.0;
+    if (code >= 0) code = memory_.advance(sundials::IdasMemory::to_the_end, reached);
+    if (code >= 0) code = memory_.read_sensitivity();
+    const IntegrationStatus status = finish(code, end);
+    derivative.setZero();
+    for (int d = 0; d < memory_.directions(); ++d) {
+      const int column = d < nx ? d : field_.column(d + nz) - nz;
+      for (int r = 0; r < outputs(); ++r)
+        derivative(r, column) = memory_.sensitivity(d)[r < nx ? r : r + nz];
+    }
+    if (status == IntegrationStatus::success && !derivative.allFinite())
+      return IntegrationStatus::not_finite;
+    return status;
+  }
+
+ private:
+  // The identity, and the mean of f and L along the ramp of the input: with a state that does not
+  // move, IDAS stays at order 1.
+  IntegrationStatus at_length_zero(double* end, MatrixXd& derivative) {
+    const int nx = arguments().nx, nz = field_.states() - nx;
+    derivative.setZero();
+    derivative.topLeftCorner(nx, nx).setIdentity();
+    if (field_.differentiates_time()) {
+      constexpr int pieces = 16;  // of order 8
+      for (int k = 0; k < pieces; ++k)
+        for (int i = 0; i < quadrature_.stages(); ++i) {
+          const double s = (k + quadrature_.c[i]) / pieces;
+          if (memory_.begin(s, nullptr, false) < 0) return IntegrationStatus::not_finite;
+          memory_.rates_at(s, rates_.data());
+          for (int r = 0; r < outputs(); ++r)
+            derivative(r, arguments().h()) +=
+                quadrature_.b[i] / pieces * rates_[r < nx ? r : r + nz];
+        }
+    }
+    const IntegrationStatus status = finish(IDA_SUCCESS, end);
+    return derivative.allFinite() ? status : IntegrationStatus::not_finite;
+  }
+
+  void start(const double* w) {
+    const int nx = arguments().nx, nz = field_.states() - nx;
+    std::copy_n(w, nx, extended_w_.begin());
+    std::fill_n(extended_w_.begin() + nx, nz, 0.0);  // of z nothing is read
+    std::copy(w + nx, w + arguments().size(), extended_w_.begin() + nx + nz);
+    field_.load(extended_w_.data());
+    std::copy_n(w, nx, memory_.state());
+    std::fill_n(memory_.state() + nx, outputs() - nx + nz, 0.0);
+  }
+
+  IntegrationStatus finish(int code, double* end) const {
+    const int nx = arguments().nx;
+    std::copy_n(memory_.state(), nx, end);
+    std::copy_n(memory_.state() + memory_.first_cost(), outputs() - nx, end + nx);
+    const IntegrationStatus status = sundials::status_of_ida(code);
+    if (status == IntegrationStatus::success && !all_finite(end, outputs()))
+      return IntegrationStatus::not_finite;
+    return status;
+  }
+
+  IntervalProblem extended_;
+  IntervalField field_;
+  sundials::IdasMemory memory_;
+  std::vector<double> extended_w_, rates_;
+  ButcherTableau quadrature_;
+};
+
+class IdasScheme final : public IntegratorScheme {
+ public:
+  explicit IdasScheme(const IdasOptions& options) : options_(options) {
+    if (!(options.tolerance > 0.0 && options.tolerance < 1.0))
+      throw DefinitionError(
+          fmt::format("the relative tolerance of IDAS must lie between 0 and 1, but is {}.",
+                      options.tolerance));
+    if (!(options.absolute_tolerance >= 0.0))
+      throw DefinitionError(
+          fmt::format("the absolute tolerance of IDAS must not be negative, but is {}.",
+                      options.absolute_tolerance));
+    if (options.max_steps < 1)
+      throw DefinitionError(
+          fmt::format("IDAS needs at least one step, but max_steps = {}.", options.max_steps));
+  }
+  std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
+    if (!problem.switching.empty()) return hybrid_idas(problem, options_);
+    return std::make_unique<Idas>(problem, options_);
+  }
+  IntegratorChoice refined() const override {
+    IdasOptions finer = options_;
+    finer.tolerance = sundials::refined_tolerance(options_.tolerance);
+    finer.absolute_tolerance *= finer.tolerance / options_.tolerance;
+    finer.max_steps *= 4;
+    return idas(finer);
+  }
+  std::string name() const override {
+    char text[64];
+    std::snprintf(text, sizeof text, "IDAS, tolerance %.0e", options_.tolerance);
+    return text;
+  }
+
+ private:
+  IdasOptions options_;
+};
+
+}  // namespace
+
+IntegratorChoice idas(IdasOptions options) { return std::make_shared<IdasScheme>(options); }
+
+}  // namespace saltus
