@@ -56,8 +56,8 @@ class ModeGraph {
 
   // --- modes and what may follow what; names that are unknown or contradict one another are said
   // --- by check(), so that the order of these calls does not matter
-  template <int nx, int nu, int np>
-  ModeGraph& mode(const Phase<nx, nu, np>& phase) {
+  template <int nx, int nu, int np, int nz>
+  ModeGraph& mode(const Phase<nx, nu, np, nz>& phase) {
     modes_.push_back(phase.definition());
     return *this;
   }

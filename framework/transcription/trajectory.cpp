@@ -65,8 +65,9 @@ VectorXd Trajectory::state_before(double t) const {
 }
 VectorXd Trajectory::input(double t) const { return input_in(piece_at(t), t); }
 
-VectorXd Trajectory::algebraic(double t) const {
-  const TrajectoryPiece& piece = piece_at(t);
+VectorXd Trajectory::algebraic(double t) const { return algebraic_in(piece_at(t), t); }
+
+VectorXd Trajectory::algebraic_in(const TrajectoryPiece& piece, double t) const {
   const IntervalProblem& problem = phases_[piece.phase].integrator->problem();
   if (!problem.algebraic) return {};
   VectorXd argument(problem.arguments.size());
@@ -86,14 +87,17 @@ Trajectory Trajectory::after(int phases) const {
 }
 
 void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {
-  int nx = 0, nu = 0;
+  int nx = 0, nu = 0, nz = 0;
   for (const PhaseInfo& phase : phases_) {
     nx = std::max(nx, phase.integrator->problem().arguments.nx);
     nu = std::max(nu, phase.integrator->problem().arguments.nu);
+    if (const AlgebraicPart& algebraic = phase.integrator->problem().algebraic)
+      nz = std::max(nz, algebraic.equations->count());
   }
   fmt::print(out, "t,phase");
   for (int i = 0; i < nx; ++i) fmt::print(out, ",x{}", i);
   for (int i = 0; i < nu; ++i) fmt::print(out, ",u{}", i);
+  for (int i = 0; i < nz; ++i) fmt::print(out, ",z{}", i);
   fmt::print(out, "\n");
   const auto print = [&](const VectorXd& v, int columns) {
     for (int i = 0; i < columns; ++i)
@@ -111,6 +115,7 @@ void Trajectory::write_csv(std::ostream& out, int samples_per_interval) const {
       fmt::print(out, "{:.17g},{}", t, phases_[piece.phase].name);
       print(state_in(piece, t), nx);
       print(input_in(piece, t), nu);
+      print(algebraic_in(piece, t), nz);
       fmt::print(out, "\n");
     }
   }

@@ -62,13 +62,14 @@ class Trajectory {
   /// Without the first phases: what is left once they are over. Must leave one.
   Trajectory after(int phases) const;
 
-  /// A header and one line per sample: t, phase, x0..., u0...; columns that a phase does not have
+  /// A header and one line per sample: t, phase, x0..., u0..., z0...; columns that a phase does not have
   /// are empty. Every event appears twice, with the values before and after it.
   void write_csv(std::ostream& out, int samples_per_interval = 1) const;
 
  private:
   VectorXd input_in(const TrajectoryPiece& piece, double t) const;
   VectorXd state_in(const TrajectoryPiece& piece, double t) const;
+  VectorXd algebraic_in(const TrajectoryPiece& piece, double t) const;
 
   std::vector<PhaseInfo> phases_;
   std::vector<TrajectoryPiece> pieces_;
