@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "saltus/core/error.hpp"
@@ -253,6 +254,9 @@ TEST_P(AlgebraicControl, HasTheOptimumOfItsOrdinaryForm) {
   for (const TrajectoryPiece& piece : plan.trajectory.pieces())
     largest = std::max(largest, std::abs(plan.trajectory.algebraic(piece.start)[1]));
   EXPECT_NEAR(largest, 1.5, 1e-7);  // the bound is active
+  std::ostringstream table;
+  plan.trajectory.write_csv(table);
+  EXPECT_EQ(table.str().substr(0, table.str().find('\n')), "t,phase,x0,x1,u0,z0,z1");
   for (const SolverChoice choice : {SolverChoice::sparse, SolverChoice::riccati}) {
     const Solution own = solve(shooting, *make_solver(choice, {.tolerance = 1e-10}));
     EXPECT_TRUE(own.ok()) << own.message;
