@@ -241,7 +241,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
   std::vector<Node> dive;  // at most one: the child to go on with
   if (!wanted.empty())
     for (std::size_t i = 0; i < open.size(); ++i)
-      if (open[i].path.size() >= 1 && open[i].path.size() <= wanted.size() &&
+      if (!open[i].path.empty() && open[i].path.size() <= wanted.size() &&
           std::equal(open[i].path.begin(), open[i].path.end(), wanted.begin()) &&
           (dive.empty() || open[i].path.size() > dive[0].path.size())) {
         if (!dive.empty())

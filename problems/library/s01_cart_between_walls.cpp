@@ -23,7 +23,7 @@ constexpr double length = 1.0, wall = 0.5;  // m
 constexpr double gravity = 10.0;            // m/s^2
 constexpr double stiffness = 100.0;         // N/m
 constexpr double damping = 5.0;             // N s/m
-constexpr double sample = 0.1;             // s
+constexpr double sample = 0.1;              // s
 
 enum class Touches { nothing, right, left };
 
