@@ -33,6 +33,7 @@ class InteriorPoint {
         convergence_(variables, equalities, sides),
         newton_(variables, equalities, sides),
         work_(sides),
+        row_size_(sides),
         gradient_(variables),
         equality_(equalities),
         certificates_(variables, equalities, sides) {}
@@ -114,7 +115,6 @@ class InteriorPoint {
   static constexpr int most_halvings = 8;
   static constexpr double expected_fall = 0.1;
   static constexpr double second_order[] = {1.0, 0.5, 0.0};  // fraction, by caution
-  static constexpr double barrier_per_mismatch = 1e-2, least_warm_barrier = 1e-6;
 
   void restart(System& system, const QpOptions& options) {
     caution_ = 0;
@@ -135,7 +135,11 @@ class InteriorPoint {
   }
 
   bool begin(System& system, const QpOptions& options, bool warm) {
-    if (warm) return begin_warm(system, options);
+    if (warm) {
+      start_warm(system, options.warm_barrier, point_, work_, row_size_);
+      residuals_.reset(system);
+      return true;
+    }
     if (options.start == QpStart::least_squares) {
       const bool factored = inertia_.correct([&](double shift) {
         system.set_shift(shift);
@@ -145,27 +149,6 @@ class InteriorPoint {
       return factored;
     }
     start_at_guess(system, options.start_barrier, point_, work_);
-    return true;
-  }
-
-  // One full Newton step from the lifted point: exact if what binds is what bound before. How badly
-  // gaps and multipliers then contradict each other says how far the neighbour is.
-  bool begin_warm(System& system, const QpOptions& options) {
-    residuals_.reset(system);
-    lift_products(system, options.warm_barrier, point_, work_);
-    residuals_.evaluate(system, point_);
-    if (!factor(system, /*careful=*/false)) return false;
-    predictor_target(system, point_, target_);
-    newton_.solve(system, point_, residuals_.at_point(), target_, step_);
-    add(point_.v, step_.v, 1.0, 0, system.variables());
-    add(point_.y, step_.y, 1.0, 0, system.equalities());
-    add(point_.lambda, step_.lambda, 1.0, 0, system.sides());
-    const double distance = mean_mismatch(system, point_, work_);
-    lift_products(
-        system,
-        std::clamp(barrier_per_mismatch * distance, least_warm_barrier, options.start_barrier),
-        point_, work_);
-    residuals_.reset(system);
     return true;
   }
 
@@ -270,7 +253,7 @@ class InteriorPoint {
   ResidualTracker<System> residuals_;
   Convergence<System> convergence_;
   NewtonStep<System> newton_;
-  AlignedArray work_, gradient_, equality_;
+  AlignedArray work_, row_size_, gradient_, equality_;
   InertiaCorrection inertia_;
   CertificateSpace certificates_;
   int caution_ = 0;

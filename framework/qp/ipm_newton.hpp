@@ -58,7 +58,7 @@ class NewtonStep {
   }
 
  private:
-  static constexpr double stiff_weight = 1e9;
+  static constexpr double stiff_weight = 1e11;
   // H loses 1e-16 / lift of its digits, and the refinement converges at the larger one of that and
   // lift times the stiffness of H.
   static constexpr double lifts[] = {1e-12, 1e-10, 0.0, 1e-14, 1e-8};

@@ -104,50 +104,42 @@ bool take_literally(System& system, double tolerance, Iterate& point, AlignedArr
   return true;
 }
 
-/// Keeps v, y and lambda of a neighbouring problem; slack and multiplier of every side are lifted
-/// just enough for their product to reach the barrier.
+/// Keeps v, y and lambda of a neighbouring problem. Slacks become just large enough for products of
+/// `barrier`, but not larger than a tenth of the row's coefficients, then multipliers likewise; on
+/// soft sides violations and their multipliers first. `size`: work, becomes the sizes of the rows.
+///
+/// What held and what did not stays apart by orders of magnitude: where the same rows bind, two or
+/// three steps are enough, and where others do, little has to be undone.
 template <class System>
-void lift_products(System& system, double barrier, Iterate& point, AlignedArray& work) {
-  const double least = std::sqrt(barrier);
+void start_warm(System& system, double barrier, Iterate& point, AlignedArray& work,
+                AlignedArray& size) {
+  constexpr double largest_slack = 0.1;        // per unit of the row
+  constexpr double product_of_slack = 3.0;     // in units of the barrier
+  constexpr double least_multiplier = 1e-100;  // so that nothing is divided by zero
+  const auto lifted = [&](double slack, double multiplier, double row) {
+    const double wanted = product_of_slack * barrier / std::max(multiplier, least_multiplier);
+    return std::max(slack, std::min(wanted, largest_slack * (row > 0.0 ? row : 1.0)));
+  };
   system.multiply(point.v.data(), work.data());
+  system.row_sizes(size.data());
   for (int i = 0; i < system.sides(); ++i) {
-    const bool active = system.active()[i] != 0.0;
+    point.s[i] = point.t[i] = point.tau[i] = 1.0;
+    if (system.active()[i] == 0.0) {
+      point.lambda[i] = 0.0;
+      continue;
+    }
     double gap = work[i] - system.beta()[i];
-    const bool soft = i >= system.first_soft() && active;
-    point.t[i] = point.tau[i] = 1.0;
-    if (soft) {
-      point.t[i] = std::max(-gap, least);
+    if (i >= system.first_soft()) {
+      const double violation = std::max(-gap, 0.0);
+      const double tau =
+          std::max(system.l1()[i] + system.l2()[i] * violation - point.lambda[i], 0.0);
+      point.t[i] = lifted(violation, tau, size[i]);
+      point.tau[i] = std::max(tau, barrier / point.t[i]);
       gap += point.t[i];
     }
-    double s = active ? std::max(gap, 0.0) : 1.0;
-    double lambda = active ? std::max(point.lambda[i], 0.0) : 0.0;
-    if (active && s * lambda < barrier) {
-      if (s > lambda) {
-        lambda = std::max(lambda, barrier / std::max(s, least));
-        s = std::max(s, least);
-      } else {
-        s = std::max(s, barrier / std::max(lambda, least));
-        lambda = std::max(lambda, least);
-      }
-    }
-    point.s[i] = s;
-    point.lambda[i] = lambda;
-    if (soft)
-      point.tau[i] =
-          std::max(system.l1()[i] + system.l2()[i] * point.t[i] - lambda, barrier / point.t[i]);
+    point.s[i] = lifted(gap, point.lambda[i], size[i]);
+    point.lambda[i] = std::max(point.lambda[i], barrier / point.s[i]);
   }
-}
-
-/// Mean over the sides of |gap x multiplier|: zero where one of the two vanishes, as at an optimum.
-template <class System>
-double mean_mismatch(System& system, const Iterate& point, AlignedArray& work) {
-  system.multiply(point.v.data(), work.data());
-  double total = 0.0, count = 0.0;
-  for (int i = 0; i < system.sides(); ++i) {
-    total += std::fabs((work[i] - system.beta()[i]) * point.lambda[i]) * system.active()[i];
-    count += system.active()[i];
-  }
-  return count > 0.0 ? total / count : 0.0;
 }
 
 }  // namespace saltus::qp

@@ -42,6 +42,8 @@ concept KktSystem = requires(T system, const double* in, double* out) {
   // out = G in, and out = G' in.
   system.multiply(in, out);
   system.multiply_transposed(in, out);
+  // Euclidean norm of every side's row of G.
+  system.row_sizes(out);
 };
 
 }  // namespace saltus::qp

@@ -20,7 +20,7 @@ inline constexpr int lanes = 2;
 #endif
 
 /// `lanes` doubles; arithmetic is element by element (a gcc and clang extension).
-typedef double Lanes __attribute__((vector_size(lanes * sizeof(double)), may_alias));
+typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
 
 // Addresses are multiples of the vector's size.
 inline Lanes load(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
@@ -47,8 +47,7 @@ inline double largest(const Lanes& a) {
 }
 
 // Unaligned.
-typedef double LooseLanes
-    __attribute__((vector_size(lanes * sizeof(double)), may_alias, aligned(8)));
+typedef double LooseLanes __attribute__((vector_size(lanes * sizeof(double)), aligned(8)));
 inline Lanes load_loose(const double* p) { return *reinterpret_cast<const LooseLanes*>(p); }
 inline void store_loose(double* p, const Lanes& a) { *reinterpret_cast<LooseLanes*>(p) = a; }
 

@@ -30,15 +30,15 @@ struct QpOptions {
   int max_iterations = 100;
   /// Barrier parameter of a start at a guess, in units of the cost.
   double start_barrier = 0.03;
-  /// Smallest slack and multiplier of a warm start are chosen so that their products are this.
-  double warm_barrier = 3e-3;
+  /// Slacks and multipliers of a warm start have products of at least this, in units of the cost.
+  double warm_barrier = 1e-5;
   /// False: the Hessian may be indefinite, and a local solution is what is asked for.
   bool convex = true;
 };
 
 struct QpResult {
   QpStatus status = QpStatus::invalid_problem;
-  int iterations = 0;  ///< predictor-corrector steps; a warm or least-squares start adds one solve
+  int iterations = 0;  ///< predictor-corrector steps; a least-squares start adds one solve
   double objective = 0.0;
   double residual = 0.0;   ///< KKT residual at the point, unscaled
   double violation = 0.0;  ///< largest violation of a hard row, bound or equality at the point

@@ -5,6 +5,7 @@
 //
 // The dynamics see the sum of the parts' inputs. An upper side is a row with reversed sign.
 #include <algorithm>
+#include <cmath>
 
 #include "saltus/qp/riccati_system.hpp"
 
@@ -125,6 +126,27 @@ void RiccatiSystem::add_sides(const double* side, double* v) {
 void RiccatiSystem::multiply_transposed(const double* side, double* v) {
   for (int i = 0; i < packed_.variables; i += lanes) store(v + i, Lanes{});
   add_sides<1>(side, v);
+}
+
+void RiccatiSystem::row_sizes(double* side) {
+  for (const PackedStage& p : packed_.stages) {
+    for (const RowBlock& b : p.rows) {
+      if (b.equality_at >= 0) continue;
+      for (int i = 0; i < padded(b.rows); i += lanes) {
+        Lanes square{};
+        for (int c = 0; c < b.columns; ++c) {
+          const Lanes entry = load(b.C + c * padded(b.rows) + i);
+          square += entry * entry;
+        }
+        for (int l = 0; l < lanes; ++l) square[l] = std::sqrt(square[l]);
+        if (b.lower_at >= 0) store(side + b.lower_at + i, square);
+        if (b.upper_at >= 0) store(side + b.upper_at + i, square);
+      }
+    }
+    const BoundBlock& b = p.bounds;
+    if (b.lower_at >= 0) std::fill_n(side + b.lower_at, b.length, 1.0);
+    if (b.upper_at >= 0) std::fill_n(side + b.upper_at, b.length, 1.0);
+  }
 }
 
 void RiccatiSystem::evaluate(const double* v, const double* y, const double* lambda,

@@ -43,6 +43,7 @@ class RiccatiSystem {
   void solve(const double* gradient, const double* equality, double* dv, double* dy);
   void multiply(const double* v, double* side);
   void multiply_transposed(const double* side, double* v);
+  void row_sizes(double* side);
 
  private:
   const double* with_resultant(const PackedStage& stage, const double* v);

@@ -4,6 +4,7 @@
 //
 // E and G are the rows of J and, with their sign, the sides of rows and bounds.
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 
 #include "saltus/qp/sparse_system.hpp"
@@ -81,6 +82,15 @@ void SparseSystem::multiply_transposed(const double* side, double* v) {
   for (int i = 0; i < n_; ++i) v[i] = row_work_[m_ + i];
   for (int i = n_; i < variables(); ++i) v[i] = 0.0;
   row_pattern_.for_each([&](int i, int j, int e) { v[j] += rows_[e] * row_work_[i]; });
+}
+
+void SparseSystem::row_sizes(double* side) {
+  row_work_.setZero();
+  row_pattern_.for_each([&](int i, int, int e) { row_work_[i] += rows_[e] * rows_[e]; });
+  for (std::size_t i = 0; i < sides_.size(); ++i) {
+    const int row = sides_[i].row;
+    side[i] = row < m_ ? std::sqrt(row_work_[row]) : 1.0;
+  }
 }
 
 }  // namespace saltus::qp

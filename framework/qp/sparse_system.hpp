@@ -65,6 +65,7 @@ class SparseSystem {
   /// Of the last solution dv, rows with large weights are known to more digits than dv tells.
   void multiply(const double* v, double* side);
   void multiply_transposed(const double* side, double* v);
+  void row_sizes(double* side);
 
   /// Since load(): how often a factor was made with another regularisation, because the first one
   /// broke down or its solutions were poor.
