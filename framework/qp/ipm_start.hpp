@@ -105,23 +105,29 @@ bool take_literally(System& system, double tolerance, Iterate& point, AlignedArr
 }
 
 /// Keeps v, y and lambda of a neighbouring problem. Slacks become just large enough for products of
-/// `barrier`, but not larger than a tenth of the row's coefficients, then multipliers likewise; on
-/// soft sides violations and their multipliers first. `size`: work, becomes the sizes of the rows.
+/// a barrier, but not larger than a tenth of the row's coefficients, then multipliers likewise; on
+/// soft sides violations and their multipliers first. The barrier grows with the multipliers, from
+/// `least_barrier` on. `size`: work, becomes the sizes of the rows.
 ///
 /// What held and what did not stays apart by orders of magnitude: where the same rows bind, two or
 /// three steps are enough, and where others do, little has to be undone.
 template <class System>
-void start_warm(System& system, double barrier, Iterate& point, AlignedArray& work,
+void start_warm(System& system, double least_barrier, Iterate& point, AlignedArray& work,
                 AlignedArray& size) {
-  constexpr double largest_slack = 0.1;        // per unit of the row
-  constexpr double product_of_slack = 3.0;     // in units of the barrier
-  constexpr double least_multiplier = 1e-100;  // so that nothing is divided by zero
+  constexpr double barrier_per_multiplier = 3e-4;  // per unit of the row
+  constexpr double largest_slack = 0.1;            // likewise
+  constexpr double product_of_slack = 3.0;         // in units of the barrier
+  constexpr double least_multiplier = 1e-100;      // so that nothing is divided by zero
+  system.multiply(point.v.data(), work.data());
+  system.row_sizes(size.data());
+  double largest = 0.0;
+  for (int i = 0; i < system.sides(); ++i)
+    largest = std::max(largest, point.lambda[i] * size[i] * system.active()[i]);
+  const double barrier = std::max(least_barrier, barrier_per_multiplier * largest);
   const auto lifted = [&](double slack, double multiplier, double row) {
     const double wanted = product_of_slack * barrier / std::max(multiplier, least_multiplier);
     return std::max(slack, std::min(wanted, largest_slack * (row > 0.0 ? row : 1.0)));
   };
-  system.multiply(point.v.data(), work.data());
-  system.row_sizes(size.data());
   for (int i = 0; i < system.sides(); ++i) {
     point.s[i] = point.t[i] = point.tau[i] = 1.0;
     if (system.active()[i] == 0.0) {

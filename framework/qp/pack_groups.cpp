@@ -7,33 +7,39 @@
 
 namespace saltus::qp {
 
-void Packing::add_group(int k, int g, bool equalities) {
+// Either the equalities or the inequalities of a group; whether there are others.
+bool Packing::add_group(int k, int g, bool equalities) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[g];
   const PackedStage& p = to.stages[k];
   const int all_columns = static_cast<int>(group.columns.size());
   if (group.rows > group.M.rows() || all_columns > group.M.cols()) {
     ok = false;
-    return;
+    return false;
   }
   int* source = integers(group.rows);
   int* user_column = integers(all_columns);
   int* column = integers(std::max(all_columns, p.sweep.nu));
-  if (!ok) return;
+  if (!ok) return false;
   int rows = 0;
+  bool others = false;
   Sides sides;
   for (int i = 0; i < group.rows; ++i) {
     const double l = group.lower[i], u = group.upper[i];
     if (crossed(l, u)) {
       ok = false;
-      return;
+      return false;
     }
-    if ((l == u && !group.soft) != equalities || without_sides(l, u)) continue;
+    if (without_sides(l, u)) continue;
+    if ((l == u && !group.soft) != equalities) {
+      others = true;
+      continue;
+    }
     if (p.constant_states > 0 && !group.soft && is_settled(k, g, i)) continue;
     source[rows++] = i;
     sides.see(l, u);
   }
-  if (rows == 0) return;
+  if (rows == 0) return others;
   int own_columns = 0, part = 0;
   for (int c = 0; c < all_columns; ++c) {
     const Column at = column_of(k, group.columns[c]);
@@ -43,7 +49,7 @@ void Packing::add_group(int k, int g, bool equalities) {
     user_column[own_columns++] = c;
   }
   // Rows that touch the fixed start only cannot be influenced.
-  if (own_columns == 0) return;
+  if (own_columns == 0) return others;
   const int columns = part > 0 ? p.sweep.nu : own_columns;
   if (part > 0)
     for (int c = 0; c < columns; ++c) column[c] = c;
@@ -55,10 +61,11 @@ void Packing::add_group(int k, int g, bool equalities) {
   const RowBlock* twin = may_have_twin ? twin_of(k, b) : nullptr;
   double* C = twin == nullptr ? coefficients(k, b, user_column, own_columns) : nullptr;
   if (equalities && ok) scale_rows(b, C);
-  if (!ok) return;
+  if (!ok) return false;
   b.C = C;
   finish_block(k, b, twin);
   give_offsets(b, equalities, sides.lower, sides.upper);
+  return others;
 }
 
 // The block of the stage before, if its coefficients are the same.

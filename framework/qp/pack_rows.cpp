@@ -17,8 +17,7 @@ bool Packing::rows(int k) {
   const int first = blocks;
   for (int g = 0; g < static_cast<int>(s.groups.size()) && ok; ++g) {
     if (s.groups[g].rows == 0) continue;
-    add_group(k, g, false);
-    if (!s.groups[g].soft) add_group(k, g, true);
+    if (add_group(k, g, false)) add_group(k, g, true);
   }
   if (ok) bounds(k);
   to.stages[k].rows = {to.storage.blocks.data() + first, static_cast<std::size_t>(blocks - first)};

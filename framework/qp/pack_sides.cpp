@@ -14,8 +14,7 @@ void Packing::fill_sides() {
   std::fill_n(to.l1.data() + to.first_soft, soft, 1.0);
   std::fill_n(to.l2.data() + to.first_soft, soft, 0.0);
   for (int k = 0; k < static_cast<int>(qp.stages.size()); ++k) {
-    for (RowBlock& b : to.stages[k].rows)
-      for (int i = 0; i < b.rows; ++i) fill_row(k, b, i);
+    for (RowBlock& b : to.stages[k].rows) fill_rows(k, b);
     fill_bounds(k);
   }
 }
@@ -26,34 +25,37 @@ void Packing::set_side(int side, double value, double sign) {
   to.beta[side] = sign * value;
 }
 
-void Packing::fill_row(int k, RowBlock& b, int i) {
+// What a fixed start contributes to a row of the first stage.
+double Packing::constant_part(const RowGroup& group, int row) const {
+  double value = 0.0;
+  for (int c = 0; c < static_cast<int>(group.columns.size()); ++c)
+    if (group.columns[c] < qp.stages[0].nx) value += group.M(row, c) * qp.start[group.columns[c]];
+  return value;
+}
+
+void Packing::fill_rows(int k, RowBlock& b) {
   const Stage& s = qp.stages[k];
-  const int from = b.source[i];
-  double shift = 0.0, l, u;
-  if (b.group >= 0) {
-    const RowGroup& group = s.groups[b.group];
-    for (int c = 0; starts_fixed(k) && c < static_cast<int>(group.columns.size()); ++c)
-      if (group.columns[c] < s.nx) shift += group.M(from, c) * qp.start[group.columns[c]];
-    l = group.lower[from];
-    u = group.upper[from];
-  } else {
-    l = lower_bound(s, from);
-    u = upper_bound(s, from);
+  const RowGroup* group = b.group >= 0 ? &s.groups[b.group] : nullptr;
+  const bool shifted = group != nullptr && starts_fixed(k);
+  for (int i = 0; i < b.rows; ++i) {
+    const int from = b.source[i];
+    const double l = group != nullptr ? group->lower[from] : lower_bound(s, from);
+    const double u = group != nullptr ? group->upper[from] : upper_bound(s, from);
+    const double shift = shifted ? constant_part(*group, from) : 0.0;
+    if (b.equality_at >= 0) {
+      to.wanted[b.equality_at + i] = (l - shift) * b.scale[i];
+      continue;
+    }
+    if (b.lower_at >= 0) set_side(b.lower_at + i, l - shift, 1.0);
+    if (b.upper_at >= 0) set_side(b.upper_at + i, u - shift, -1.0);
+    b.partial =
+        b.partial || (b.lower_at >= 0 && l == -infinity) || (b.upper_at >= 0 && u == infinity);
   }
-  if (b.equality_at >= 0) {
-    to.wanted[b.equality_at + i] = (l - shift) * b.scale[i];
-    return;
-  }
-  b.partial =
-      b.partial || (b.lower_at >= 0 && l == -infinity) || (b.upper_at >= 0 && u == infinity);
-  if (b.lower_at >= 0) set_side(b.lower_at + i, l - shift, 1.0);
-  if (b.upper_at >= 0) set_side(b.upper_at + i, u - shift, -1.0);
   if (!b.soft) return;
-  const RowGroup& group = s.groups[b.group];
   for (const int first : {b.lower_at, b.upper_at})
-    if (first >= 0) {
-      to.l1[first + i] = group.l1[from];
-      to.l2[first + i] = group.l2[from];
+    for (int i = 0; i < b.rows && first >= 0; ++i) {
+      to.l1[first + i] = group->l1[b.source[i]];
+      to.l2[first + i] = group->l2[b.source[i]];
     }
 }
 

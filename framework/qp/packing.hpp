@@ -60,7 +60,7 @@ struct Packing {
   void give_offsets(RowBlock& block, bool equalities, bool has_lower, bool has_upper);
 
   // pack_groups.cpp.
-  void add_group(int k, int g, bool equalities);
+  bool add_group(int k, int g, bool equalities);
   bool is_settled(int k, int g, int row);
   double* coefficients(int k, const RowBlock& block, const int* user_column, int user_columns);
   void scale_rows(RowBlock& block, double* C);
@@ -70,7 +70,8 @@ struct Packing {
   void bounds(int k);
   void add_bound_rows(int k, int part, bool equalities);
 
-  void fill_row(int k, RowBlock& block, int i);
+  void fill_rows(int k, RowBlock& block);
+  double constant_part(const RowGroup& group, int row) const;
   void fill_bounds(int k);
   void set_side(int side, double value, double sign);
 };

@@ -30,7 +30,8 @@ struct QpOptions {
   int max_iterations = 100;
   /// Barrier parameter of a start at a guess, in units of the cost.
   double start_barrier = 0.03;
-  /// Slacks and multipliers of a warm start have products of at least this, in units of the cost.
+  /// Slacks and multipliers of a warm start have products of at least this, in units of the cost;
+  /// more where multipliers are large.
   double warm_barrier = 1e-5;
   /// False: the Hessian may be indefinite, and a local solution is what is asked for.
   bool convex = true;

@@ -38,45 +38,48 @@ template <int COLUMNS>
 struct RowFunctions {
   /// out = sign C x. x: the variables of the block's part.
   static void multiply(const RowBlock& b, const double* x, double sign, double* out) {
-    const Extent<COLUMNS> columns(b.columns);
-    const int ld = padded(b.rows);
-    if (b.contiguous) x += b.column[0];
-    const auto value = [&](int c) { return broadcast(sign * x[b.contiguous ? c : b.column[c]]); };
-    const auto chunk = [&]<int V>(int i) {
-      Lanes sum[V] = {};
-      for (int c = 0; c < columns; ++c) {
-        const Lanes xc = value(c);
-        for (int v = 0; v < V; ++v) sum[v] += load(b.C + c * ld + i + v * lanes) * xc;
-      }
-      for (int v = 0; v < V; ++v) store(out + i + v * lanes, sum[v]);
-    };
-    int i = 0;
-    for (; i + 4 * lanes <= ld; i += 4 * lanes) chunk.template operator()<4>(i);
-    for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
-    if (i < ld) chunk.template operator()<1>(i);
+    if (b.contiguous)
+      multiply_entries(
+          b, [x = x + b.column[0]](int c) { return x[c]; }, sign, out);
+    else
+      multiply_entries(
+          b, [x, &b](int c) { return x[b.column[c]]; }, sign, out);
   }
 
   /// x += sign C' weights.
   static void add_transposed(const RowBlock& b, const double* weights, double sign, double* x) {
     const Extent<COLUMNS> columns(b.columns);
-    const int ld = padded(columns);
-    for (int i = 0; i < ld; i += lanes) {
-      Lanes even{}, odd{};
+    const int rows = b.rows, ld = padded(columns);
+    const auto chunk = [&]<int V>(int i) {
+      const double* Ct = b.Ct + i;
+      // Two sums where one would wait for its own additions.
+      Lanes even[V] = {}, odd[V] = {};
       int r = 0;
-      for (; r + 2 <= b.rows; r += 2) {
-        even += load(b.Ct + r * ld + i) * weights[r];
-        odd += load(b.Ct + (r + 1) * ld + i) * weights[r + 1];
+      for (; r + 2 <= rows; r += 2) {
+        const Lanes first = broadcast(weights[r]), second = broadcast(weights[r + 1]);
+        for (int v = 0; v < V; ++v) {
+          even[v] += load(Ct + r * ld + v * lanes) * first;
+          odd[v] += load(Ct + (r + 1) * ld + v * lanes) * second;
+        }
       }
-      if (r < b.rows) even += load(b.Ct + r * ld + i) * weights[r];
-      even = (even + odd) * sign;
-      if (b.contiguous) {
-        // Lanes beyond the columns add zero to what follows.
-        double* to = x + b.column[0] + i;
-        store_loose(to, load_loose(to) + even);
-      } else {
-        for (int c = i; c < columns && c < i + lanes; ++c) x[b.column[c]] += even[c - i];
+      if (r < rows)
+        for (int v = 0; v < V; ++v) even[v] += load(Ct + r * ld + v * lanes) * weights[r];
+      for (int v = 0; v < V; ++v) {
+        const Lanes total = (even[v] + odd[v]) * sign;
+        const int begin = i + v * lanes;
+        if (b.contiguous) {
+          // Lanes beyond the columns add zero to what follows.
+          double* to = x + b.column[0] + begin;
+          store_loose(to, load_loose(to) + total);
+        } else {
+          for (int c = begin; c < columns && c < begin + lanes; ++c)
+            x[b.column[c]] += total[c - begin];
+        }
       }
-    }
+    };
+    int i = 0;
+    for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
+    if (i < ld) chunk.template operator()<1>(i);
   }
 
   /// H += C' diag(weights) C by the products of columns. `work`: padded number of pairs.
@@ -98,6 +101,28 @@ struct RowFunctions {
     for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
     if (i < ld) chunk.template operator()<1>(i);
     for (int p = 0; p < count; ++p) H[b.target[p]] += work[p];
+  }
+
+ private:
+  // entry(c): the variable of column c.
+  template <class Entry>
+  static SALTUS_INLINE void multiply_entries(const RowBlock& b, Entry entry, double sign,
+                                             double* out) {
+    const Extent<COLUMNS> columns(b.columns);
+    const int ld = padded(b.rows);
+    const auto chunk = [&]<int V>(int i) {
+      const double* C = b.C + i;
+      Lanes sum[V] = {};
+      for (int c = 0; c < columns; ++c) {
+        const Lanes x = broadcast(entry(c));
+        for (int v = 0; v < V; ++v) sum[v] += load(C + c * ld + v * lanes) * x;
+      }
+      for (int v = 0; v < V; ++v) store(out + i + v * lanes, sum[v] * sign);
+    };
+    int i = 0;
+    for (; i + 4 * lanes <= ld; i += 4 * lanes) chunk.template operator()<4>(i);
+    for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
+    if (i < ld) chunk.template operator()<1>(i);
   }
 };
 
