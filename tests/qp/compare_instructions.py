@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""Counts the structured solver's instructions and compares them with those on record.
+
+Usage: compare_instructions.py PROGRAM FILE [--write]
+
+Times depend on the machine and its load, instructions on compiler and sources alone. More than the tolerance
+above the record is a failure (exit status 1); less is said, so that the record is renewed by --write. Without
+valgrind or with another compiler than the record's nothing is compared (exit status 77).
+"""
+
+import argparse
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+SOLVE = "--toggle-collect=*RiccatiSolver::solve*"
+
+
+def skip(why):
+    print(f"instructions: not compared, {why}")
+    sys.exit(77)
+
+
+def count(program, batch):
+    """Instructions of a batch's solves, and the compiler that the program names."""
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", SOLVE, program, batch]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if "unhandled instruction" in done.stderr or "cannot be executed" in done.stderr:
+        skip("valgrind cannot run the vectors of the program here")
+    found = re.search(r"Collected : (\d+)", done.stderr)
+    if done.returncode != 0 or not found or int(found[1]) == 0:
+        sys.exit(f"instructions: '{' '.join(command)}' failed:\n{done.stdout}{done.stderr}")
+    return int(found[1]), done.stdout.splitlines()[0]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("program")
+    parser.add_argument("file", type=pathlib.Path)
+    parser.add_argument("--write", action="store_true", help="make the counts the record")
+    arguments = parser.parse_args()
+    if not shutil.which("valgrind"):
+        skip("there is no valgrind")
+    record = json.loads(arguments.file.read_text())
+    status = 0
+    for batch, known in record["instructions"].items():
+        counted, compiler = count(arguments.program, batch)
+        if not arguments.write and compiler != record["compiler"]:
+            skip(f"the record is of {record['compiler']}, this program of {compiler}")
+        print(f"{batch}: {counted / 1e6:.3f} M, on record {known / 1e6:.3f} M ({counted / known - 1.0:+.1%})")
+        if counted > known * (1.0 + record["tolerance"]):
+            status = 1
+        record["instructions"][batch] = counted
+        record["compiler"] = compiler if arguments.write else record["compiler"]
+    if arguments.write:
+        arguments.file.write_text(json.dumps(record, indent=2) + "\n")
+        status = 0
+    if status:
+        print(f"instructions: more than the record allows (tolerance {record['tolerance']:.0%})")
+    sys.exit(status)
+
+
+if __name__ == "__main__":
+    main()
