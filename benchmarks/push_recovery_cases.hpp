@@ -9,6 +9,7 @@
 
 #include "problems/push_recovery/problem.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/robots/walking/contacts.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::push_recovery {
@@ -44,8 +45,7 @@ inline QpCase read_case(const std::string& name) {
   const nlohmann::json& p = json.at("params");
   QpCase c;
   c.model.mass = p.at("m");
-  c.model.stance = flat_sole(numbers(p.at("x_l")).head<3>());
-  ContactConeOptions contact;
+    ContactConeOptions contact;
   contact.friction = p.at("mu");
   contact.edges = 4;
   contact.pyramid = FrictionPyramid::circumscribed;
@@ -53,7 +53,7 @@ inline QpCase read_case(const std::string& name) {
   contact.foot.y = between(p.at("foot_y")[0], p.at("foot_y")[1]);
   contact.torsional_friction = p.at("mu_z");
   contact.normal_force = at_least(p.at("f_z_min"));
-  c.model.stance_contact = c.model.swing_contact = contact;
+  c.model.left_contact = c.model.right_contact = contact;
   c.model.step = p.at("dt");
   c.model.intervals = p.at("N");
 
@@ -69,7 +69,8 @@ inline QpCase read_case(const std::string& name) {
   c.data.com = c.start.head<3>();
   c.data.force = (numbers(p.at("f_l0")) + numbers(p.at("f_r0"))).head<3>();
   c.data.omega = std::sqrt(p.at("g").get<double>() / c.start[2]);
-  c.data.swing_foot = numbers(p.at("x_r")).head<3>();
+  c.data.left_foot = numbers(p.at("x_l")).head<3>();
+  c.data.right_foot = numbers(p.at("x_r")).head<3>();
   c.data.gamma_desired = numbers(p.at("gamma_d"));
   c.data.capture_point_desired = numbers(p.at("icp_d")).head<2>();
   Eigen::Matrix<double, 4, 2> corners;
@@ -86,7 +87,7 @@ inline QpCase read_case(const std::string& name) {
 }
 
 inline MultipleShooting transcribe(const QpCase& c) {
-  OptimalControlProblem ocp = problem(c.model, c.weights, c.data, c.impact_time);
+  OptimalControlProblem ocp = problem(c.model, c.weights, c.data, walking::one_foot_then_two(c.impact_time));
   ocp.start_at(c.start);
   return MultipleShooting(
       std::move(ocp), {.intervals_per_phase = c.model.intervals, .integrator = zero_order_hold()});

@@ -14,6 +14,7 @@
 #include "problems/library/cases.hpp"
 #include "problems/push_recovery/problem.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/robots/walking/contacts.hpp"
 
 namespace saltus::library {
 namespace {
@@ -31,7 +32,6 @@ OptimalControlProblem problem(double impact_time) {
 
   Model model;
   model.mass = mass;
-  model.stance = flat_sole({0.0, 0.07, 0.0});
   model.step = interval;
   model.intervals = 15;
   ContactConeOptions contact;
@@ -41,7 +41,7 @@ OptimalControlProblem problem(double impact_time) {
   contact.foot = {between(-0.05, 0.1), between(-0.03, 0.03)};
   contact.torsional_friction = 1.0 / 75.0;
   contact.normal_force = at_least(10.0);
-  model.stance_contact = model.swing_contact = contact;
+  model.left_contact = model.right_contact = contact;
 
   Weights weights;
   weights.gamma << 0, 0, 100, 0, 0, 10, 1, 1, 1;
@@ -55,7 +55,8 @@ OptimalControlProblem problem(double impact_time) {
   tick.com = com;
   tick.force << 0.0, 0.0, 294.3;  // N
   tick.omega = std::sqrt(9.81 / com[2]);
-  tick.swing_foot << 0.0, -0.12, 0.0;
+  tick.left_foot << 0.0, 0.07, 0.0;
+  tick.right_foot << 0.0, -0.12, 0.0;
   tick.gamma_desired << com_desired, 0, 0, 0, 0, 0, 0;
   tick.capture_point_desired = com_desired.head<2>();
   Eigen::Matrix<double, 4, 2> corners;  // of both soles together, m
@@ -64,7 +65,7 @@ OptimalControlProblem problem(double impact_time) {
 
   Vector9 start;
   start << com, 0, -0.35, 0, 0, 0, 0;  // m, m/s, Nms
-  OptimalControlProblem ocp = push_recovery::problem(model, weights, tick, impact_time);
+  OptimalControlProblem ocp = push_recovery::problem(model, weights, tick, walking::one_foot_then_two(impact_time));
   ocp.start_at(start);
   return ocp;
 }

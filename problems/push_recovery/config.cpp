@@ -41,6 +41,10 @@ void declare_presets(Settings& s, Config& config) {
               "contact.friction=0.25", "contact.corners=true", "dart.friction=inscribed"}}},
            "the conditions of the paper or those of the real robot, which are the default of the "
            "whole body; keys that are given win");
+  // One step of the foot in the air is of no use to a robot on two feet; the CoM shall come to rest
+  // where heels and toes are equally far.
+  s.implies("stance", {"both"}, "step.planner=reactive");
+  s.implies("stance", {"both"}, "target=centroid");
   s.implies("plant", {"dart", "mujoco"}, "preset=robot");
 }
 
@@ -49,7 +53,7 @@ void declare_presets(Settings& s, Config& config) {
 void declare_settings(Settings& s, Config& config) {
   declare_biped(s, config);
   declare_weights(s, config.weights);
-  declare_settings(s, config.planning);
+  declare_settings(s, config.planning, config.step);
   declare_pictures(s, config);
   declare_presets(s, config);
 }

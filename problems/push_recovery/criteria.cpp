@@ -75,12 +75,13 @@ Verdict judge(const Config& config, const RunLog& log) {
   Verdict v = figures_of(log, settled_from, {&config.push, 1});
   double length = 1.0, momentum = 1.0;
   if (!log.robot.postures.empty()) {
-    length = log.robot.posture_on(config.scene.stance).com[2] / reference_height;
+    length = posture_on(config.scene.stance, log.robot).com[2] / reference_height;
     momentum = log.robot.mass / reference_mass * std::pow(length, 1.5);
   }
   std::vector<Cause> causes = causes_on_the_way(log, v, length, momentum);
   const Scene& scene = log.final_scene;
-  const SupportPolygon ground = log.samples.back().two_feet ? scene.hull() : scene.stance_polygon();
+  const SupportPolygon ground =
+      log.samples.back().two_feet() ? scene.hull() : scene.stance_polygon();
   const Vec<double, 2> target = scene.target_point();
   for (const Sample& s : log.samples)
     if (s.time >= settled_from + rest_after - same_instant) {

@@ -5,9 +5,10 @@
 namespace saltus::push_recovery {
 namespace {
 
-// What of the tick's data hangs on the scene alone: it changes when a step is decided, no oftener.
+// What of the tick's data hangs on the scene alone: it changes while a foot swings, no oftener.
 void set_scene(const Scene& scene, Tick<double>& data) {
-  data.swing_foot = scene.swing.position;
+  data.left_foot = scene.sole(Side::left).position;
+  data.right_foot = scene.sole(Side::right).position;
   const Vec<double, 2> target = scene.target_point();
   data.gamma_desired << target, scene.stance.position[2] + scene.com_height, Vec<double, 6>::Zero();
   data.capture_point_desired = target;
@@ -27,11 +28,13 @@ class Mpc final : public Planner {
         scene_(scene),
         data_(data_at_rest(robot, scene)),
         controller_(make_tick_controller(problem_of(config, robot, scene), config.planner.intervals,
-                                         config.planner, robot.mass)) {}
+                                         config.planner, robot.mass, scene.side)) {}
 
   const ControlTick& tick(const Measurement& measured, const Scene& scene,
                           const Schedule& contacts) override {
-    if (scene.two_feet != scene_.two_feet || scene.swing.position != scene_.swing.position) {
+    if (scene.two_feet != scene_.two_feet || scene.side != scene_.side ||
+        scene.swing.position != scene_.swing.position ||
+        scene.stance.position != scene_.stance.position) {
       scene_ = scene;
       set_scene(scene, data_);
     }
@@ -39,10 +42,11 @@ class Mpc final : public Planner {
     controller_.set_data("tick", data_);
     controller_.set_schedule(contacts);
     if (charges_change_) {
-      // Up to the landing the swing foot had no wrench from which the first one could differ.
+      // A foot that was in the air had no wrench from which the first one could differ.
+      constexpr double none = std::numeric_limits<double>::quiet_NaN();
       Vec<double, 12> before = measured.applied;
-      if (contacts.mode_at(measured.time - same_instant) == single_support)
-        before.tail<6>().setConstant(std::numeric_limits<double>::quiet_NaN());
+      if (!measured.left_bore) before.head<6>().setConstant(none);
+      if (!measured.right_bore) before.tail<6>().setConstant(none);
       controller_.set_previous_input(before);
     }
     return controller_.tick(measured.time, measured.gamma);
@@ -52,7 +56,8 @@ class Mpc final : public Planner {
  private:
   static Tick<double> data_at_rest(const RobotDescription& robot, const Scene& scene) {
     Measurement at_rest;
-    at_rest.gamma << robot.posture_on(scene.side).com, Vec<double, 6>::Zero();
+    at_rest.gamma.head<3>() = scene.two_feet ? Vec<double, 3>(0.0, 0.0, scene.com_height)
+                                             : robot.posture_on(scene.side).com;
     at_rest.contact_force[2] = robot.mass * standard_gravity;
     Tick<double> data;
     set_scene(scene, data);
@@ -64,14 +69,15 @@ class Mpc final : public Planner {
                                           const Scene& scene) {
     Model model;
     model.mass = robot.mass;
-    model.stance = scene.stance;
-    model.swing_rotation = scene.swing.rotation;
-    model.stance_contact = cone_options(config.contact, scene.stance_foot);
-    model.swing_contact = cone_options(config.contact, scene.swing_foot);
+    model.left_rotation = scene.sole(Side::left).rotation;
+    model.right_rotation = scene.sole(Side::right).rotation;
+    model.left_contact = cone_options(config.contact, scene.rectangle(Side::left));
+    model.right_contact = cone_options(config.contact, scene.rectangle(Side::right));
     model.step = config.planner.step;
     model.intervals = config.planner.intervals;
     model.cost_rule = config.planner.costs;
-    return problem(model, config.weights, data_at_rest(robot, scene), infinity);
+    return problem(model, config.weights, data_at_rest(robot, scene),
+                   first_contacts(config, scene));
   }
 
   bool charges_change_;

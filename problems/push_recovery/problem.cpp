@@ -1,10 +1,10 @@
 // Push recovery by stepping: Dafarra, Romano, Nori, "A receding horizon push recovery strategy for
-// balancing the iCub humanoid robot". The robot stands on its stance foot; the swing foot lands at
-// the event "impact". Either may be the left one. All physics, constraints and costs of the
-// controller are in this file.
+// balancing the iCub humanoid robot". The robot stands on one foot; the other one lands at the
+// event "impact". Either may be the left one, and either may lift off again. All physics,
+// constraints and costs of the controller are in this file.
 //
 // State gamma = (CoM position, CoM velocity, angular momentum about the CoM), in the world (m, m/s,
-// Nms); inputs f = (f_stance, f_swing), contact wrenches in the axes of their soles (N, Nm).
+// Nms); inputs f = (f_left, f_right), contact wrenches in the axes of their soles (N, Nm).
 #include "problems/push_recovery/problem.hpp"
 
 #include "saltus/robots/centroidal/centroidal.hpp"
@@ -13,7 +13,7 @@
 
 namespace saltus::push_recovery {
 
-using walking::double_support, walking::single_support, walking::one_foot_then_two;
+using walking::double_support, walking::left_support, walking::right_support;
 
 namespace {
 
@@ -27,16 +27,18 @@ struct Dynamics {
                        const Vec<S, size_of<Tick>>& p) const {
     const auto tick = view_as<Tick>(p);
     const Vec<S, 3> com = gamma.template head<3>(), velocity = gamma.template segment<3>(3);
-    const Contact<S> stance = contact<S>(model.stance, Vec<S, 6>(f.template head<6>()));
-    const Contact<S> swing =
-        contact<S>(SoleFrameOf<S>{tick.swing_foot, model.swing_rotation.template cast<S>()},
+    const Contact<S> left =
+        contact<S>(SoleFrameOf<S>{tick.left_foot, model.left_rotation.template cast<S>()},
+                   Vec<S, 6>(f.template head<6>()));
+    const Contact<S> right =
+        contact<S>(SoleFrameOf<S>{tick.right_foot, model.right_rotation.template cast<S>()},
                    Vec<S, 6>(f.template tail<6>()));
-    Vec<S, 3> acceleration = (stance.force + swing.force) * S(1.0 / model.mass);
+    Vec<S, 3> acceleration = (left.force + right.force) * S(1.0 / model.mass);
     acceleration[2] -= standard_gravity;
     Vec<S, 9> rate;
     rate << velocity, acceleration,
-        stance.torque + swing.torque + (stance.position - tick.com).cross(stance.force) +
-            (swing.position - tick.com).cross(swing.force) + tick.force.cross(com - tick.com);
+        left.torque + right.torque + (left.position - tick.com).cross(left.force) +
+            (right.position - tick.com).cross(right.force) + tick.force.cross(com - tick.com);
     return rate;
   }
 };
@@ -44,8 +46,8 @@ struct Dynamics {
 }  // namespace
 
 OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
-                              double impact_time) {
-  const Window always{}, before_impact = during(single_support),
+                              const Schedule& contacts) {
+  const Window always{}, on_one_foot = during(left_support, right_support),
                          after_impact = during(double_support);
   const auto gamma_error = [](const auto&, const auto& gamma, const auto&, const auto& p) {
     return (gamma - view_as<Tick>(p).gamma_desired).eval();
@@ -58,7 +60,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
     const auto tick = view_as<Tick>(p);
     return (capture(gamma, tick) - tick.capture_point_desired).eval();
   };
-  // As long as no step is planned the stance sole alone must catch the capture point.
+  // As long as no step is planned the sole that stands alone must catch the capture point.
   const auto standing_error = [capture_error](const auto& t, const auto& gamma, const auto& f,
                                               const auto& p) {
     return (view_as<Tick>(p).standing * capture_error(t, gamma, f, p)).eval();
@@ -73,10 +75,13 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   phase.common_resultant({0, 6}, 6);  // force and torque about the CoM
   phase.data("tick", data);
 
-  // Contacts ("Constraints definition"). The swing foot exerts nothing before it lands.
-  keep_in_cone(phase, "stance foot", model.stance_contact, 0, always);
-  keep_in_cone(phase, "swing foot", model.swing_contact, 6, after_impact);
-  for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), before_impact);
+  // Contacts ("Constraints definition"). A foot in the air exerts nothing.
+  keep_in_cone(phase, "left foot", model.left_contact, 0, during(left_support, double_support));
+  keep_in_cone(phase, "right foot", model.right_contact, 6, during(right_support, double_support));
+  for (int i = 0; i < 6; ++i) {
+    phase.bound_input(i, exactly(0.0), during(right_support));
+    phase.bound_input(6 + i, exactly(0.0), during(left_support));
+  }
 
   // From the impact on the capture point lies in the convex hull of both feet.
   if (weights.capture_point_penalty > 0.0)
@@ -92,18 +97,14 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
       .track("state after impact", gamma_error, weights.gamma_impact, after_impact)
       .track("wrenches", wrenches, wrench_weights, always)
       .track("capture point", capture_error, weights.capture_point, after_impact)
-      .track("capture point, standing", standing_error, weights.capture_point_standing,
-             before_impact)
+      .track("capture point, standing", standing_error, weights.capture_point_standing, on_one_foot)
       .track_at_end("final state", gamma_error, weights.gamma_impact);
   if (weights.wrench_change > 0.0)
     phase.penalise_change(Vec<double, 12>::Constant(weights.wrench_change));
 
   phase.nominal(Vector9::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("push recovery");
-  ocp.schedule(one_foot_then_two(impact_time))
-      .costs(model.cost_rule)
-      .start_at(data.gamma_desired)
-      .then(phase);
+  ocp.schedule(contacts).costs(model.cost_rule).start_at(data.gamma_desired).then(phase);
   return ocp;
 }
 

@@ -22,18 +22,19 @@ struct Weights {
 };
 
 struct Model {
-  double mass = 33.06;    // kg
-  SoleFrame stance = {};  // the swing sole's place is data, its axes are not
-  Mat<double, 3, 3> swing_rotation = Mat<double, 3, 3>::Identity();
-  ContactConeOptions stance_contact = {}, swing_contact = {};
+  double mass = 33.06;  // kg
+  // The places of the soles are data, their axes are not.
+  Mat<double, 3, 3> left_rotation = Mat<double, 3, 3>::Identity(),
+                    right_rotation = Mat<double, 3, 3>::Identity();
+  ContactConeOptions left_contact = {}, right_contact = {};
   double step = 0.01;  // dt, s
   int intervals = 15;  // N
   CostRule cost_rule = CostRule::nodes;
 };
 
-/// The problem of one tick. The contacts are those of robots/walking/contacts.hpp: the swing foot
-/// lands at `impact_time`, absolute, beyond the horizon if no landing is due. Data "tick": Tick.
+/// The problem of one tick. The contacts are those of robots/walking/contacts.hpp, in absolute
+/// time. Data "tick": Tick.
 OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
-                              double impact_time);
+                              const Schedule& contacts);
 
 }  // namespace saltus::push_recovery

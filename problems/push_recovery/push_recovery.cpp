@@ -7,6 +7,7 @@
 #include "saltus/robots/report/run_biped.hpp"
 #include "saltus/robots/survey/robot_verb.hpp"
 #include "saltus/robots/survival/map.hpp"
+#include "saltus/robots/walking/reactive_steps.hpp"
 
 namespace saltus::push_recovery {
 
@@ -21,10 +22,18 @@ std::unique_ptr<Planner> PushRecovery::make_planner(const RobotDescription& nomi
 
 std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescription& nominal,
                                                              const Scene& scene) const {
-  if (config_.planning.planner == StepPlannerChoice::ocp)
-    return make_step_choice(config_.planning, config_.step, scene, nominal.mass,
-                            reach_of_robot(config_.planning, config_.robot, nominal));
-  return std::make_unique<StepLogic>(config_.step, config_.push.start, scene);
+  Step step = config_.step;
+  step.shortest = config_.planning.shortest;
+  switch (step.planner) {
+    case StepPlannerChoice::ocp:
+      return make_step_choice(config_.planning, step, scene, nominal.mass,
+                              reach_of_robot(config_.planning, config_.robot, nominal));
+    case StepPlannerChoice::reactive:
+      return std::make_unique<ReactiveSteps>(step, scene);
+    case StepPlannerChoice::formula:
+      break;
+  }
+  return std::make_unique<StepLogic>(step, config_.push.start, scene);
 }
 
 void PushRecovery::scale(const RobotScale& scale) {

@@ -46,14 +46,19 @@ survey::FootReach reach_of(const walking::Step& step) {
 
 }  // namespace
 
-void declare_settings(Settings& s, StepPlanning& p) {
+void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
+  using walking::StepPlannerChoice;
   s.choice<StepPlannerChoice>(
-      "step.planner", p.planner,
-      {{"formula", StepPlannerChoice::formula}, {"ocp", StepPlannerChoice::ocp}},
-      "where and when to step: by a formula after step.duration, or by optimal control");
+      "step.planner", step.planner,
+      {{"formula", StepPlannerChoice::formula},
+       {"reactive", StepPlannerChoice::reactive},
+       {"ocp", StepPlannerChoice::ocp}},
+      "one step of the foot in the air by a formula after step.duration; any number of either foot "
+      "by a rule whenever the capture point leaves the ground; or by optimal control");
   s.integer("step.most", p.most_steps, "", "steps that are planned ahead at most (ocp)",
             between(0, most_planned_steps));
-  s.number("step.shortest", p.shortest, "s", "least time of a swing (ocp)", between(0.05, 10.0));
+  s.number("step.shortest", p.shortest, "s", "least time of a swing (reactive, ocp)",
+           between(0.05, 10.0));
   s.number("step.longest", p.longest, "s", "largest time of a swing (ocp)", between(0.05, 10.0));
   s.number("step.foot_speed", p.foot_speed, "m/s", "largest speed of the swing foot (ocp)",
            above(0.0));

@@ -13,12 +13,7 @@
 
 namespace saltus::push_recovery {
 
-/// A formula for the place at a time that is given, or place, time, foot and number by a problem of
-/// optimal control (step_problem.hpp).
-enum class StepPlannerChoice { formula, ocp };
-
 struct StepPlanning {
-  StepPlannerChoice planner = StepPlannerChoice::formula;
   int most_steps = 2;
   double shortest = 0.3;        ///< swing, s
   double longest = 0.9;         ///< swing, s
@@ -35,8 +30,8 @@ struct StepPlanning {
   double lead = 0.08;  ///< s before the landing its time and place are fixed
 };
 
-/// step.planner and its keys.
-void declare_settings(Settings& settings, StepPlanning& planning);
+/// step.planner and the keys of the one that solves a problem of optimal control.
+void declare_settings(Settings& settings, StepPlanning& planning, walking::Step& step);
 
 /// For the robot of this scene; `step` has its usual time and place, and its reach as long as the
 /// robot's own is not given.

@@ -10,10 +10,11 @@ inline constexpr int hull_rows = 8;  ///< most edges of the convex hull of two r
 
 template <class S>
 struct Tick {
-  Vec<S, 3> com = Vec<S, 3>::Zero();         ///< x_CoM^0 of the last measurement, m
-  Vec<S, 3> force = Vec<S, 3>::Zero();       ///< sum of the contact forces applied last, world, N
-  S omega = 4.3;                             ///< sqrt(g / z) with the CoM height measured, 1/s
-  Vec<S, 3> swing_foot = Vec<S, 3>::Zero();  ///< contact frame of the swing foot once landed, m
+  Vec<S, 3> com = Vec<S, 3>::Zero();    ///< x_CoM^0 of the last measurement, m
+  Vec<S, 3> force = Vec<S, 3>::Zero();  ///< sum of the contact forces applied last, world, N
+  S omega = 4.3;                        ///< sqrt(g / z) with the CoM height measured, 1/s
+  /// Where the contact frames stand, or will land, m.
+  Vec<S, 3> left_foot = Vec<S, 3>::Zero(), right_foot = Vec<S, 3>::Zero();
   Vec<S, 9> gamma_desired = Vec<S, 9>::Zero();
   Vec<S, 2> capture_point_desired = Vec<S, 2>::Zero();  ///< m
   /// hull = {x : normals x <= offsets}, m
@@ -21,9 +22,10 @@ struct Tick {
   Vec<S, hull_rows> hull_offsets = Vec<S, hull_rows>::Zero();
   S standing = 0.0;  ///< 1 while no step is planned, else 0
 
-  using Entries = ParameterEntries<&Tick::com, &Tick::force, &Tick::omega, &Tick::swing_foot,
-                                   &Tick::gamma_desired, &Tick::capture_point_desired,
-                                   &Tick::hull_normals, &Tick::hull_offsets, &Tick::standing>;
+  using Entries =
+      ParameterEntries<&Tick::com, &Tick::force, &Tick::omega, &Tick::left_foot, &Tick::right_foot,
+                       &Tick::gamma_desired, &Tick::capture_point_desired, &Tick::hull_normals,
+                       &Tick::hull_offsets, &Tick::standing>;
 
   void set_hull(const HalfPlanes& hull) {  // hull_rows of them
     hull_normals = hull.A;

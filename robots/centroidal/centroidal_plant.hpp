@@ -23,6 +23,7 @@ class CentroidalPlant {
 
   Foot left, right;
   Foot& foot(Side side) { return side == Side::left ? left : right; }
+  const Foot& foot(Side side) const { return side == Side::left ? left : right; }
   Vec<double, 3> push = Vec<double, 3>::Zero();  ///< on the CoM, world axes, N
 
   const Vec<double, 9>& state() const { return state_; }

@@ -83,6 +83,8 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   context.output.write("config.yaml", std::string_view(context.effective_config));
   context.output.write("trajectory.csv", trajectory_table(log));
   context.output.write("ticks.csv", tick_table(log));
+  if (!log.steps.empty()) context.output.write("steps.csv", step_table(log));
+  if (!log.plans.empty()) context.output.write("plans.csv", plan_table(log));
   if (has_body) write_body(context.output, log, log.floating);
   context.output.write("summary.json", json);
   std::string not_drawn;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
@@ -105,6 +106,14 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
         points(SupportPolygon::under({{scene.swing, scene.swing_foot}}));
     json["hull"] = points(scene.hull());
   }
+  json["steps"] = Json::array();
+  for (const StepRecord& step : log.steps)
+    json["steps"].push_back({{"foot", name_of(step.foot)},
+                             {"lift_off_s", step.lift_off},
+                             {"due_s", step.due},
+                             {"touchdown_s", step.touchdown},  // null: it never landed
+                             {"place_m", {step.place[0], step.place[1]}},
+                             {"landed_at_m", {step.landed_at[0], step.landed_at[1]}}});
   const Vec<double, 2> target = scene.target_point();
   json["target"] = {target[0], target[1]};
   return json;
@@ -125,7 +134,49 @@ CsvTable trajectory_table(const RunLog& log) {
     row.insert(row.end(), s.capture_point.begin(), s.capture_point.end());
     row.insert(row.end(), s.wrenches.begin(), s.wrenches.end());
     row.insert(row.end(), s.push.begin(), s.push.end());
-    row.push_back(s.two_feet ? 1.0 : 0.0);
+    row.push_back(s.two_feet() ? 1.0 : 0.0);
+    table.add_row(row);
+  }
+  return table;
+}
+
+CsvTable step_table(const RunLog& log) {
+  CsvTable table(
+      {"right_foot", "lift_off", "due", "touchdown", "place_x", "place_y", "landed_x", "landed_y"});
+  for (const StepRecord& s : log.steps)
+    table.add_row(std::array<double, 8>{s.foot == Side::right ? 1.0 : 0.0, s.lift_off, s.due,
+                                        s.touchdown, s.place[0], s.place[1], s.landed_at[0],
+                                        s.landed_at[1]});
+  return table;
+}
+
+CsvTable plan_table(const RunLog& log) {
+  std::vector<std::string> columns{"t",       "steps",   "right_foot", "lift_off",
+                                   "landing", "place_x", "place_y",    "chosen"};
+  for (int i = 0; i < StepPlan::most_alternatives; ++i)
+    for (const char* entry : {"steps", "right_foot", "cost", "place_x", "place_y", "landing"})
+      columns.push_back(fmt::format("alternative_{}_{}", i + 1, entry));
+  CsvTable table(columns);
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> row;
+  for (const PlanRecord& record : log.plans) {
+    const StepPlan& plan = record.plan;
+    const PlannedStep& first = plan.steps[0];
+    row = {record.time, static_cast<double>(plan.count)};
+    if (plan.count > 0)
+      row.insert(row.end(), {first.foot == Side::right ? 1.0 : 0.0, first.lift_off, first.landing,
+                             first.place[0], first.place[1]});
+    else
+      row.insert(row.end(), 5, none);
+    row.push_back(plan.chosen < 0 ? none : plan.chosen + 1.0);
+    for (int i = 0; i < StepPlan::most_alternatives; ++i) {
+      const StepAlternative& a = plan.alternative[static_cast<std::size_t>(i)];
+      if (i < plan.alternatives)
+        row.insert(row.end(), {static_cast<double>(a.steps), a.first == Side::right ? 1.0 : 0.0,
+                               a.cost, a.place[0], a.place[1], a.landing});
+      else
+        row.insert(row.end(), 6, none);
+    }
     table.add_row(row);
   }
   return table;

@@ -16,6 +16,11 @@ nlohmann::ordered_json summary(const BipedSettings& settings, const RunLog& log,
 
 /// trajectory.csv: a row per sample (s, m, m/s, Nms, N, Nm).
 CsvTable trajectory_table(const RunLog& log);
+/// steps.csv: a row per foot that stepped (s, m).
+CsvTable step_table(const RunLog& log);
+/// plans.csv: a row per tick in which steps are planned or compared: the first of the plan, which
+/// alternative was chosen (from 1 on), and all alternatives with their costs.
+CsvTable plan_table(const RunLog& log);
 /// ticks.csv: a row per tick of the planner.
 CsvTable tick_table(const RunLog& log);
 

@@ -102,7 +102,7 @@ PendulumBound pendulum_bound(const Push& push, const Step& step, const SceneSett
     bound.reach_x = between(-step.forward_max, step.forward_max);
     away = between(step.lateral_min, step.lateral_max);
   }
-  bound.reach_y = settings.stance == Side::right ? away : between(-away.upper, -away.lower);
+  bound.reach_y = settings.stance == Stance::right ? away : between(-away.upper, -away.lower);
   return bound;
 }
 

@@ -26,13 +26,13 @@ void check_normal_forces(const ContactSettings& contact, const RobotDescription&
 }  // namespace
 
 const StandingPosture& BipedProblem::posture(const RobotDescription& robot) const {
-  return robot.posture_on(settings().scene.stance);
+  return posture_on(settings().scene.stance, robot);
 }
 
 std::vector<Push> BipedProblem::pushes() const { return {settings().push}; }
 
 Schedule BipedProblem::contacts(const Scene& scene) const {
-  return scene.two_feet ? two_feet_throughout() : one_foot_then_two();
+  return first_contacts(settings(), scene);
 }
 
 std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const RobotDescription&,
@@ -41,7 +41,8 @@ std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const RobotDescript
 }
 
 std::string BipedProblem::lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const {
-  return has_fallen(gamma, scene.com_height) ? fall_sentence(pushes(), t) : std::string();
+  return has_fallen(gamma, scene.stance.position, scene.com_height) ? fall_sentence(pushes(), t)
+                                                                    : std::string();
 }
 
 Scene initial_scene(const BipedProblem& problem, const RobotDescription& robot) {

@@ -29,6 +29,12 @@ std::string clock_complaint(const BipedSettings& c) {
 
 }  // namespace
 
+Schedule first_contacts(const BipedSettings& settings, const Scene& scene) {
+  const bool one_step = settings.step.planner == StepPlannerChoice::formula;
+  if (scene.two_feet) return two_feet_throughout(one_step ? 1 : events_ahead);
+  return one_foot_then_two(infinity, scene.side, one_step ? 1 : events_ahead);
+}
+
 void declare_biped(Settings& s, BipedSettings& biped) {
   declare_plant(s, biped.plant);
   declare_settings(s, biped.robot);

@@ -3,6 +3,7 @@
 
 #include "saltus/robots/walking/capture_point_controller.hpp"
 #include "saltus/robots/walking/contact_settings.hpp"
+#include "saltus/robots/walking/contacts.hpp"
 #include "saltus/robots/walking/planner.hpp"
 #include "saltus/robots/walking/plant_settings.hpp"
 #include "saltus/robots/walking/push.hpp"
@@ -28,6 +29,10 @@ struct BipedSettings {
   WholeBodyControl control;
   bool pictures = true;
 };
+
+/// Which feet stand when, as far as it is known when the run begins: those of the scene. With room
+/// for the steps that may come.
+Schedule first_contacts(const BipedSettings& settings, const Scene& scene);
 
 /// All keys but `pictures`, each declared by its module, and the rules between modules.
 void declare_biped(Settings& settings, BipedSettings& biped);

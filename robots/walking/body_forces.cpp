@@ -56,14 +56,12 @@ std::vector<Vec<double, 12>> filtered_wrenches(const RunLog& log) {
 std::vector<Vec<double, 2>> sole_slip(const RunLog& log) {
   std::vector<Vec<double, 2>> slips;
   slips.reserve(log.body.size());
-  const BodySample* landed = nullptr;
+  const BodySample *left = nullptr, *right = nullptr;  // when that foot began to stand
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     const BodySample& b = log.body[i];
-    if (landed == nullptr && log.samples[i].two_feet) landed = &b;
-    const BodySample& first = log.body.front();
-    const bool left_stands = log.final_scene.side == Side::left;
-    const BodySample* left = left_stands ? &first : landed;
-    const BodySample* right = left_stands ? landed : &first;
+    const Sample& s = log.samples[i];
+    left = !s.left_stands ? nullptr : left == nullptr ? &b : left;
+    right = !s.right_stands ? nullptr : right == nullptr ? &b : right;
     const RobotDescription& robot = log.robot;
     slips.emplace_back(
         left == nullptr ? 0.0 : largest_motion(robot.left_foot, left->left_sole, b.left_sole),

@@ -18,25 +18,26 @@ constexpr double linear_weight = 1.0, angular_weight = 1000.0, force_weight = 1e
 template <class S>
 struct Tick {
   Vec<S, 3> com = Vec<S, 3>::Zero();            // m
-  Vec<S, 3> swing_foot = Vec<S, 3>::Zero();     // m
+  Vec<S, 3> left_foot = Vec<S, 3>::Zero();      // m
+  Vec<S, 3> right_foot = Vec<S, 3>::Zero();     // m
   Vec<S, 3> acceleration = Vec<S, 3>::Zero();   // of the CoM, wanted, m/s^2
   Vec<S, 3> momentum_rate = Vec<S, 3>::Zero();  // angular, wanted, Nm
-  using Entries =
-      ParameterEntries<&Tick::com, &Tick::swing_foot, &Tick::acceleration, &Tick::momentum_rate>;
+  using Entries = ParameterEntries<&Tick::com, &Tick::left_foot, &Tick::right_foot,
+                                   &Tick::acceleration, &Tick::momentum_rate>;
 };
 
 struct MomentumRate {
   double mass;
-  SoleFrame stance;
-  Mat<double, 3, 3> swing_rotation;
+  Mat<double, 3, 3> left_rotation, right_rotation;
 
   template <class S>
   Vec<S, 9> operator()(const S&, const Vec<S, 9>& gamma, const Vec<S, 12>& f,
                        const Vec<S, size_of<Tick>>& p) const {
     const auto tick = view_as<Tick>(p);
     const std::array<Contact<S>, 2> feet{
-        contact<S>(stance, Vec<S, 6>(f.template head<6>())),
-        contact<S>(SoleFrameOf<S>{tick.swing_foot, swing_rotation.template cast<S>()},
+        contact<S>(SoleFrameOf<S>{tick.left_foot, left_rotation.template cast<S>()},
+                   Vec<S, 6>(f.template head<6>())),
+        contact<S>(SoleFrameOf<S>{tick.right_foot, right_rotation.template cast<S>()},
                    Vec<S, 6>(f.template tail<6>()))};
     Vec<S, 9> rate;
     rate << gamma.template segment<3>(3), com_acceleration(mass, feet),
@@ -48,8 +49,10 @@ struct MomentumRate {
 // One interval: what is wanted of the wrenches now.
 OptimalControlProblem wrench_problem(const PlannerSettings& settings,
                                      const ContactSettings& contact_settings,
-                                     const RobotDescription& robot, const Scene& scene) {
-  const MomentumRate momentum{robot.mass, scene.stance, scene.swing.rotation};
+                                     const RobotDescription& robot, const Scene& scene,
+                                     const Schedule& contacts) {
+  const MomentumRate momentum{robot.mass, scene.sole(Side::left).rotation,
+                              scene.sole(Side::right).rotation};
   const auto miss = [momentum](const auto& t, const auto& gamma, const auto& f, const auto& p) {
     auto error = momentum(t, gamma, f, p).template tail<6>().eval();
     const auto tick = view_as<Tick>(p);
@@ -60,10 +63,14 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
   };
   Phase<9, 12, size_of<Tick>> phase{"now", momentum, exactly(settings.step)};
   phase.data("tick", Tick<double>{});
-  keep_in_cone(phase, "stance foot", cone_options(contact_settings, scene.stance_foot), 0);
-  keep_in_cone(phase, "swing foot", cone_options(contact_settings, scene.swing_foot), 6,
-               during(double_support));
-  for (int i = 6; i < 12; ++i) phase.bound_input(i, exactly(0.0), during(single_support));
+  keep_in_cone(phase, "left foot", cone_options(contact_settings, scene.rectangle(Side::left)), 0,
+               during(left_support, double_support));
+  keep_in_cone(phase, "right foot", cone_options(contact_settings, scene.rectangle(Side::right)), 6,
+               during(right_support, double_support));
+  for (int i = 0; i < 6; ++i) {
+    phase.bound_input(i, exactly(0.0), during(right_support));
+    phase.bound_input(6 + i, exactly(0.0), during(left_support));
+  }
   Vec<double, 6> rates;
   rates << Vec<double, 3>::Constant(linear_weight), Vec<double, 3>::Constant(angular_weight);
   Vec<double, 12> wrenches;
@@ -74,7 +81,7 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
           "wrenches", [](const auto&, const auto&, const auto& f) { return f; }, wrenches)
       .nominal(Vec<double, 9>::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("wrenches of one tick");
-  ocp.schedule(one_foot_then_two()).start_at(VectorXd::Zero(9)).then(phase);
+  ocp.schedule(contacts).start_at(VectorXd::Zero(9)).then(phase);
   return ocp;
 }
 
@@ -106,10 +113,11 @@ class CapturePointController final : public Planner {
  public:
   CapturePointController(const CapturePointGains& gains, const PlannerSettings& settings,
                          const ContactSettings& contact_settings, const RobotDescription& robot,
-                         const Scene& scene)
+                         const Scene& scene, const Schedule& contacts)
       : gains_(gains),
-        controller_(make_tick_controller(wrench_problem(settings, contact_settings, robot, scene),
-                                         1, settings, robot.mass)) {}
+        controller_(
+            make_tick_controller(wrench_problem(settings, contact_settings, robot, scene, contacts),
+                                 1, settings, robot.mass, scene.side)) {}
 
   const ControlTick& tick(const Measurement& measured, const Scene& scene,
                           const Schedule& contacts) override {
@@ -128,7 +136,8 @@ class CapturePointController final : public Planner {
     }
     controller_.set_data(
         "tick", Tick<double>{.com = com,
-                             .swing_foot = scene.swing.position,
+                             .left_foot = scene.sole(Side::left).position,
+                             .right_foot = scene.sole(Side::right).position,
                              .acceleration = wanted.acceleration +
                                              gains_.com_stiffness * (wanted.position - com) +
                                              gains_.com_damping * (wanted.velocity - velocity),
@@ -157,12 +166,10 @@ void declare_settings(Settings& s, CapturePointGains& gains) {
            "of the angular momentum", at_least(0.0));
 }
 
-std::unique_ptr<Planner> make_capture_point_controller(const CapturePointGains& gains,
-                                                       const PlannerSettings& settings,
-                                                       const ContactSettings& contact,
-                                                       const RobotDescription& robot,
-                                                       const Scene& scene) {
-  return std::make_unique<CapturePointController>(gains, settings, contact, robot, scene);
+std::unique_ptr<Planner> make_capture_point_controller(
+    const CapturePointGains& gains, const PlannerSettings& settings, const ContactSettings& contact,
+    const RobotDescription& robot, const Scene& scene, const Schedule& contacts) {
+  return std::make_unique<CapturePointController>(gains, settings, contact, robot, scene, contacts);
 }
 
 }  // namespace saltus::walking

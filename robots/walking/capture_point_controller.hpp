@@ -26,10 +26,8 @@ void declare_settings(Settings& settings, CapturePointGains& gains);
 /// jerk trajectory to the target, planned afresh from where it is in every tick until the landing,
 /// by PD on position; angular momentum is damped; the wrenches are the solution of one quadratic
 /// program per tick with the same contact cones as a receding horizon controller.
-std::unique_ptr<Planner> make_capture_point_controller(const CapturePointGains& gains,
-                                                       const PlannerSettings& settings,
-                                                       const ContactSettings& contact,
-                                                       const RobotDescription& robot,
-                                                       const Scene& scene);
+std::unique_ptr<Planner> make_capture_point_controller(
+    const CapturePointGains& gains, const PlannerSettings& settings, const ContactSettings& contact,
+    const RobotDescription& robot, const Scene& scene, const Schedule& contacts);
 
 }  // namespace saltus::walking

@@ -35,10 +35,21 @@ class CentroidalLeggedPlant final : public LeggedPlant {
   bool sense(double) override { return true; }
   Vec<double, 9> measured() const override { return plant_.state(); }
   double nominal_mass() const override { return nominal_mass_; }
+  SoleFrame sole(Side foot) const override {
+    return foot == swing_side_ && !plant_.foot(foot).in_contact ? swing_sole_
+                                                                : plant_.foot(foot).sole;
+  }
+  Vec<double, 3> sole_velocity(Side) const override { return Vec<double, 3>::Zero(); }
   const Vec<double, 12>& applied() const override { return applied_; }
   Vec<double, 3> contact_force() const override { return plant_.contact_force(applied_); }
   bool lands_on_time() const override { return true; }
 
+  void lift_off(double, Side foot) override {
+    swing_side_ = foot;
+    swing_sole_ = plant_.foot(foot).sole;
+    plant_.foot(foot).in_contact = false;
+    landing_ = infinity;
+  }
   void swing(double, const SwingTarget& target) override {
     landing_ = target.landing;
     swing_sole_.position = target.place;
@@ -61,6 +72,7 @@ class CentroidalLeggedPlant final : public LeggedPlant {
 
   double truth_time() const override { return now_; }
   Vec<double, 9> truth() const override { return plant_.state(); }
+  Vec<double, 3> true_sole(Side foot) const override { return sole(foot).position; }
   void describe(RunLog&) const override {}
 
  private:

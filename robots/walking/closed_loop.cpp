@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
 
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/walking/capture_point_controller.hpp"
@@ -34,8 +37,13 @@ std::unique_ptr<Planner> planner_of(const BipedProblem& problem, const RobotDesc
   const RobotDescription nominal = nominal_robot(settings.robot, robot);
   if (settings.controller == ControllerChoice::capture_point)
     return make_capture_point_controller(settings.baseline, settings.planner, settings.contact,
-                                         nominal, scene);
+                                         nominal, scene, problem.contacts(scene));
   return problem.make_planner(nominal, scene);
+}
+
+// With its heading alone.
+SoleFrame levelled(const SoleFrame& sole) {
+  return flat_sole(sole.position, std::atan2(sole.rotation(1, 0), sole.rotation(0, 0)));
 }
 
 class ClosedLoop {
@@ -44,13 +52,14 @@ class ClosedLoop {
       : problem_(problem),
         plant_(plant),
         pushes_(problem.pushes()),
-        lead_(problem.settings().planner.step),
+        period_(problem.settings().planner.step),
         scene_(initial_scene(problem, robot)),
         contacts_(problem.contacts(scene_)),
         steps_(problem.make_step_planner(nominal_robot(problem.settings().robot, robot), scene_)),
         planner_(planner_of(problem, robot, scene_)) {
+    foot(scene_.side) = {true, true, scene_.stance.position};
+    foot(other(scene_.side)) = {scene_.two_feet, scene_.two_feet, scene_.swing.position};
     log_.robot = robot;
-    log_.final_scene = scene_;
   }
 
   RunLog run(const Observer& observer) {
@@ -58,7 +67,7 @@ class ClosedLoop {
       const double t = plant_.tick_time(k);
       if (is_over(t)) break;
       bool is_sample = plant_.sense(t);
-      decide_step(t);
+      plan_steps(t);
       find_landing(t);
       const bool goes_on = !observer || observer(state(t));
       plan(t);
@@ -69,7 +78,8 @@ class ClosedLoop {
     if (log_.samples.empty() || plant_.truth_time() > log_.samples.back().time)
       record(plant_.truth_time(), push_);
     log_.final_scene = scene_;
-    if (has_landed()) log_.final_scene.swing.position = landed_at_;
+    log_.final_scene.stance.position = foot(scene_.side).stood_at;
+    if (swing_ == nullptr) log_.final_scene.swing.position = foot(other(scene_.side)).stood_at;
     log_.loop = planner_->controller().statistics();
     log_.solver = planner_->controller().solver_name();
     plant_.describe(log_);
@@ -77,56 +87,125 @@ class ClosedLoop {
   }
 
  private:
-  bool has_landed() const { return log_.touchdown < infinity; }
-  bool is_over(double t) const {
-    return t > problem_.end_time(landing_due_, log_.touchdown) - same_instant;
+  struct Foot {
+    bool stands = false;
+    bool bore = false;                                 // stood before now
+    Vec<double, 3> stood_at = Vec<double, 3>::Zero();  // really, last, m
+  };
+  Foot& foot(Side side) { return feet_[side == Side::left ? 0 : 1]; }
+  const Foot& foot(Side side) const { return feet_[side == Side::left ? 0 : 1]; }
+  bool on_two_feet() const { return feet_[0].stands && feet_[1].stands; }
+  const char* mode_now() const {
+    return on_two_feet() ? double_support
+                         : support_of(foot(Side::left).stands ? Side::left : Side::right);
   }
-
-  void decide_step(double t) {
-    CpuTime watch(log_.plan_seconds);
-    const StepPlan& plan = steps_->plan(situation(t));
-    if (!plan.is_stepping() || has_landed()) return;
-    const PlannedStep& step = plan.steps[0];
-    landing_due_ = step.landing;
-    contacts_.retime(impact, step.landing);
-    scene_.swing.position = step.place;
-    scene_.two_feet = true;
-    plant_.swing(t, {step.landing, step.earliest_landing, step.place});
+  bool is_over(double t) const {
+    return t > problem_.end_time(swing_ != nullptr ? swing_->landing : infinity,
+                                 log_.last_touchdown()) -
+                   same_instant;
   }
 
   StepSituation situation(double t) const {
     StepSituation now;
     now.time = t;
-    now.period = lead_;
+    now.period = period_;
     now.mass = plant_.nominal_mass();
     now.gamma = plant_.measured();
-    now.omega = frequency_of_height(now.gamma[2]);
-    now.foot(scene_.side).sole = scene_.stance;
-    FootState& swing = now.foot(other(scene_.side));
-    swing.sole = scene_.swing;
-    swing.stands = has_landed() || initially_on_two_feet_;
+    now.omega = frequency_of_height(now.gamma[2] - scene_.stance.position[2]);
+    for (const Side side : {Side::left, Side::right})
+      now.foot(side) = {levelled(plant_.sole(side)), plant_.sole_velocity(side), foot(side).stands,
+                        swing_ != nullptr && swing_->foot == side ? swing_->lift_off : infinity};
     return now;
   }
 
+  // A step whose lift-off is due begins. One that is under way follows the plan, if that names it.
+  void plan_steps(double t) {
+    CpuTime watch(log_.plan_seconds);
+    plan_ = steps_->plan(situation(t));
+    if (plan_.is_stepping() || plan_.alternatives > 0) log_.plans.push_back({t, plan_});
+    if (!plan_.is_stepping()) return;
+    const PlannedStep& first = plan_.steps[0];
+    if (swing_ == nullptr && first.lift_off < t + 0.5 * period_ && foot(other(first.foot)).stands)
+      begin(t, first);
+    if (swing_ == nullptr || swing_->foot != first.foot) return;
+    const double lift_off = swing_->lift_off;
+    *swing_ = first;
+    swing_->lift_off = lift_off;
+    StepRecord& step = log_.steps.back();
+    step.due = first.landing;
+    step.place = first.place;
+    scene_.swing.position = first.place;
+    scene_.two_feet = true;
+    plant_.swing(t, {first.landing, first.earliest_landing, first.place});
+  }
+
+  void begin(double t, const PlannedStep& step) {
+    if (foot(step.foot).stands) {
+      const Side stance = other(step.foot);
+      scene_.stand_on(stance);
+      scene_.stance.position.head<2>() = plant_.sole(stance).position.head<2>();
+      foot(stance).stood_at = plant_.true_sole(stance);
+      foot(step.foot).stands = false;
+      plant_.lift_off(t, step.foot);
+    }
+    under_way_ = step;
+    under_way_.lift_off = t;
+    swing_ = &under_way_;
+    StepRecord record;
+    record.foot = step.foot;
+    record.lift_off = t;
+    log_.steps.push_back(record);
+  }
+
   void find_landing(double t) {
-    if (has_landed()) return;
+    if (swing_ == nullptr) return;
     const std::optional<Landing> landing = plant_.find_landing(t);
     if (!landing) return;
-    log_.touchdown = t;
-    contacts_.confirm(impact, t);
+    if (log_.touchdown == infinity) log_.touchdown = t;
+    log_.steps.back().touchdown = t;
+    log_.steps.back().landed_at = landing->actual;
+    foot(swing_->foot) = {true, false, landing->actual};
     scene_.swing.position = landing->measured;
-    landed_at_ = landing->actual;
+    swing_ = nullptr;
+    contacts_.confirm(impact, t);
   }
 
   void plan(double t) {
     CpuTime watch(log_.plan_seconds);
     planner_->controller().prepare(t);  // ahead of the measurement: grid, plan moved on, blocks
-    const Measurement measured{t, plant_.measured(), reordered(scene_.side, plant_.applied()),
+    const Measurement measured{t,
+                               plant_.measured(),
+                               plant_.applied(),
+                               foot(Side::left).bore,
+                               foot(Side::right).bore,
                                plant_.contact_force()};
-    // A foot that is late lands after this tick at the earliest.
-    if (!has_landed() && !plant_.lands_on_time() && contacts_.contains(impact))
-      contacts_.hold(impact, t, lead_);
+    for (Foot& f : feet_) f.bore = f.stands;
+    schedule(t);
     tick_ = &planner_->tick(measured, scene_, contacts_);
+  }
+
+  // What is under way, then what is planned. A foot that is late lands after this tick at the
+  // earliest, and none lifts off within it.
+  void schedule(double t) {
+    std::array<PlannedStep, StepPlan::most_steps> steps;
+    std::size_t count = 0;
+    const double next = t + period_;
+    if (swing_ != nullptr) {
+      steps[count] = *swing_;
+      if (!plant_.lands_on_time()) steps[count].landing = std::max(swing_->landing, next);
+      ++count;
+    }
+    for (int i = 0; i < plan_.count && count < steps.size(); ++i) {
+      const PlannedStep& step = plan_.steps[i];
+      if (swing_ != nullptr && i == 0 && step.foot == swing_->foot) continue;
+      if (swing_ == nullptr && i == 0 && (!on_two_feet() || step.lift_off <= t)) break;  // landed
+      steps[count] = step;
+      steps[count].lift_off = std::max(step.lift_off, next);
+      ++count;
+    }
+    if (count == 0 && contacts_.mode_at(t) == mode_now()) return;
+    schedule_contacts(contacts_, foot(Side::left).stands, foot(Side::right).stands,
+                      {steps.data(), count});
   }
 
   // The input of the tick, piece by piece; false when the run is over.
@@ -137,7 +216,7 @@ class ClosedLoop {
       const InputPiece* piece = &input[0];
       for (const InputPiece& p : input)
         if (p.start <= t + same_instant) piece = &p;
-      plant_.command(t, reordered(scene_.side, piece->input()));
+      plant_.command(t, piece->input());
       const double next = step_end(t, piece->start + piece->length);
       push_ = total_push_force(pushes_, t, next);
       if (is_sample) record(t, push_);
@@ -154,6 +233,8 @@ class ClosedLoop {
       if (is_over(t)) return false;
       is_sample = plant_.sense(t);
       find_landing(t);
+      // Whoever landed within the tick bears from then on.
+      for (Foot& f : feet_) f.bore = f.stands;
     }
   }
 
@@ -167,22 +248,21 @@ class ClosedLoop {
       cut(push.start);
       cut(push.end());
     }
-    cut(landing_due_);
+    if (swing_ != nullptr) cut(swing_->landing);
     return plant_.step_end(t, next);
   }
 
   void record(double t, const Vec<double, 3>& push) {
     const Vec<double, 9> gamma = plant_.truth();
     const double omega = frequency_of_height(gamma[2]);
-    log_.samples.push_back({t, gamma,
-                            capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
-                            plant_.applied(), push, has_landed() || initially_on_two_feet_});
+    log_.samples.push_back(
+        {t, gamma, capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
+         plant_.applied(), push, foot(Side::left).stands, foot(Side::right).stands});
   }
 
   LoopState state(double t) const {
     const Vec<double, 9> gamma = plant_.truth();
-    const bool on_two_feet = has_landed() || initially_on_two_feet_;
-    const SupportPolygon ground = on_two_feet ? scene_.hull() : scene_.stance_polygon();
+    const SupportPolygon ground = on_two_feet() ? scene_.hull() : scene_.stance_polygon();
     const double omega = frequency_of_height(gamma[2]);
     LoopState state{t, gamma[2]};
     state.margin = -ground.signed_distance(
@@ -190,10 +270,10 @@ class ClosedLoop {
     const bool pushed = std::any_of(pushes_.begin(), pushes_.end(), [t](const Push& push) {
       return t > push.start - same_instant && t < push.end();
     });
-    state.footing = has_landed()              ? Footing::landed
-                    : landing_due_ < infinity ? Footing::stepping
-                    : pushed                  ? Footing::pushed
-                                              : Footing::standing;
+    state.footing = swing_ != nullptr           ? Footing::stepping
+                    : pushed                    ? Footing::pushed
+                    : log_.touchdown < infinity ? Footing::landed
+                                                : Footing::standing;
     return state;
   }
 
@@ -210,16 +290,17 @@ class ClosedLoop {
   const BipedProblem& problem_;
   LeggedPlant& plant_;
   std::vector<Push> pushes_;
-  double lead_;  // s
+  double period_;  // of planners, s
   Scene scene_;
-  bool initially_on_two_feet_ = scene_.two_feet;
   Schedule contacts_;
   std::unique_ptr<StepPlanner> steps_;
   std::unique_ptr<Planner> planner_;
-  double landing_due_ = infinity;  // s
+  std::array<Foot, 2> feet_;
+  StepPlan plan_;
+  PlannedStep under_way_;
+  PlannedStep* swing_ = nullptr;  // under_way_, if a foot swings and is to land
   const ControlTick* tick_ = nullptr;
   Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last step
-  Vec<double, 3> landed_at_ = Vec<double, 3>::Zero();
   RunLog log_;
 };
 

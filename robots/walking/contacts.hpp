@@ -1,27 +1,43 @@
-// Which contacts hold, and when the next one begins: a schedule of modes and events that the loop
-// edits while it runs. A planned landing is retimed, one that is late is held off, one that is felt
-// is confirmed.
+// Which contacts hold, and when the next ones begin and end: a schedule of modes and events, made
+// anew in every tick from the feet that stand and the steps to come.
 #pragma once
+
+#include <span>
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/ocp/schedule.hpp"
+#include "saltus/robots/walking/step_plan.hpp"
 
 namespace saltus::walking {
 
-// The modes, and the event between them.
-inline constexpr const char* single_support = "single support";  ///< the stance foot alone
+// The modes, and the events between them.
+inline constexpr const char* left_support = "left support";    ///< the left foot alone stands
+inline constexpr const char* right_support = "right support";  ///< the right one
 inline constexpr const char* double_support = "double support";
-inline constexpr const char* impact = "impact";  ///< the swing foot lands
+inline constexpr const char* impact = "impact";      ///< the first landing to come
+inline constexpr const char* lift_off = "lift-off";  ///< the first lift-off
 
-/// On the stance foot, until the swing foot lands at `landing`, s; infinite: no landing is due.
-inline Schedule one_foot_then_two(double landing = infinity) {
-  return Schedule({single_support, double_support}, {{impact, landing}});
+/// The mode in which this foot stands alone.
+inline const char* support_of(Side stance) {
+  return stance == Side::left ? left_support : right_support;
 }
-inline Schedule two_feet_throughout() { return Schedule({double_support}, {}); }
 
-/// Absolute time of the landing, s; infinite if none is due, -infinite if both feet stand anyhow.
-inline double landing_time(const Schedule& contacts) {
-  return contacts.contains(impact) ? contacts.time_of(impact) : -infinity;
-}
+/// Events within the horizon of a controller, for robots that step again and again: a landing and
+/// the lift-off after it.
+inline constexpr int events_ahead = 3;
+
+/// On the stance foot, until the other one lands at `landing`, s; infinite: no landing is due.
+/// Knows all modes and has room for so many events.
+Schedule one_foot_then_two(double landing = infinity, Side stance = Side::left, int events = 1);
+Schedule two_feet_throughout(int events = 0);
+
+/// The contacts from now on: what stands, and as many of the steps to come as there is room for. A
+/// foot in the air lands by the first of them. Does not allocate.
+void schedule_contacts(Schedule& contacts, bool left_stands, bool right_stands,
+                       std::span<const PlannedStep> steps);
+
+/// Absolute time of the first landing, s; infinite if none is due, -infinite if both feet stand and
+/// no step is planned.
+double landing_time(const Schedule& contacts);
 
 }  // namespace saltus::walking

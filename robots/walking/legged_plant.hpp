@@ -26,9 +26,9 @@ struct SwingTarget {
   Vec<double, 3> place = Vec<double, 3>::Zero();
 };
 
-/// At each instant the loop calls: sense, swing and find_landing, command (these three in any
-/// number), step. States are (CoM position m, velocity m/s, angular momentum about it Nms), world
-/// axes; wrenches of left and right foot in the axes of their soles, N and Nm.
+/// At each instant the loop calls: sense, lift_off, swing and find_landing, command (these four in
+/// any number), step. States are (CoM position m, velocity m/s, angular momentum about it Nms),
+/// world axes; wrenches of left and right foot in the axes of their soles, N and Nm.
 class LeggedPlant {
  public:
   virtual ~LeggedPlant() = default;
@@ -46,6 +46,9 @@ class LeggedPlant {
   virtual bool sense(double t) = 0;
   virtual Vec<double, 9> measured() const = 0;
   virtual double nominal_mass() const = 0;  ///< of the controllers' model, kg
+  /// The contact frame of a foot, and how fast it moves: m, m/s.
+  virtual SoleFrame sole(Side foot) const = 0;
+  virtual Vec<double, 3> sole_velocity(Side foot) const = 0;
   /// Wrenches commanded or expected last, and the sum of their forces in world axes, N.
   virtual const Vec<double, 12>& applied() const = 0;
   virtual Vec<double, 3> contact_force() const = 0;
@@ -54,6 +57,10 @@ class LeggedPlant {
 
   // --- what it is told
 
+  /// This foot stands no more, the other one does: it is the swing foot from now on. At the start
+  /// that is the one in the air.
+  virtual void lift_off(double t, Side foot) = 0;
+  /// Of the swing foot.
   virtual void swing(double t, const SwingTarget& target) = 0;
   /// Has the swing foot landed at t? It stands from then on.
   virtual std::optional<Landing> find_landing(double t) = 0;
@@ -66,6 +73,7 @@ class LeggedPlant {
 
   virtual double truth_time() const = 0;  ///< of the state, s
   virtual Vec<double, 9> truth() const = 0;
+  virtual Vec<double, 3> true_sole(Side foot) const = 0;  ///< origin of its contact frame, m
   /// After a step, if a sample was due before it; never of a plant without a body.
   virtual std::optional<BodySample> body_sample() const { return std::nullopt; }
   /// What is known from the start on, and what was counted.

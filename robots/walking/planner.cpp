@@ -58,23 +58,24 @@ void declare_settings(Settings& s, PlannerSettings& planner) {
   s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are", at_least(0.0));
 }
 
-ControllerOptions controller_options(const PlannerSettings& settings, double mass) {
+ControllerOptions controller_options(const PlannerSettings& settings, double mass, Side stance) {
   ControllerOptions options;
   options.period = settings.step;
   if (settings.deadline > 0.0) options.deadline = settings.deadline;
   options.miss_deadline = missed_ticks(settings);
   options.fallback_input = VectorXd::Zero(12);
-  options.fallback_input[2] = mass * standard_gravity;  // on the stance foot
+  options.fallback_input[stance == Side::left ? 2 : 8] = mass * standard_gravity;
   return options;
 }
 
 RecedingHorizonController make_tick_controller(OptimalControlProblem problem, int intervals,
-                                               const PlannerSettings& settings, double mass) {
+                                               const PlannerSettings& settings, double mass,
+                                               Side stance) {
   MultipleShooting shooting(std::move(problem),
                             {.intervals_per_phase = intervals, .integrator = zero_order_hold()});
   return make_controller(std::move(shooting),
                          {.solver = settings.solver, .tolerance = settings.tolerance},
-                         controller_options(settings, mass));
+                         controller_options(settings, mass, stance));
 }
 
 }  // namespace saltus::walking

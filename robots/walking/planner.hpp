@@ -24,14 +24,15 @@ struct Measurement {
   double time = 0.0;  ///< s
   Vec<double, 9> gamma = Vec<double, 9>::Zero();
   Vec<double, 12> applied =
-      Vec<double, 12>::Zero();  ///< wrenches applied last, sole axes, stance then swing
+      Vec<double, 12>::Zero();               ///< wrenches applied last, sole axes, left and right
+  bool left_bore = true, right_bore = true;  ///< did that foot stand before now, to have one?
   Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< their sum, world axes, N
 };
 
 class Planner {
  public:
   virtual ~Planner() = default;
-  /// `contacts`: which feet stand when, see contacts.hpp. The result, wrenches of stance and swing
+  /// `contacts`: which feet stand when, see contacts.hpp. The result, wrenches of left and right
   /// foot, lasts until the next tick.
   virtual const ControlTick& tick(const Measurement& measured, const Scene& scene,
                                   const Schedule& contacts) = 0;
@@ -55,11 +56,12 @@ void declare_solver(Settings& settings, PlannerSettings& planner);
 /// mpc.* and solver_tolerance.
 void declare_settings(Settings& settings, PlannerSettings& planner);
 
-/// A planner without a plan puts the robot's weight on the stance foot.
-ControllerOptions controller_options(const PlannerSettings& settings, double mass);
+/// A planner without a plan puts the robot's weight on the foot that stands at the start.
+ControllerOptions controller_options(const PlannerSettings& settings, double mass, Side stance);
 /// The controller of a problem with one phase of so many intervals, its dynamics affine. `mass` of
 /// the robot, kg.
 RecedingHorizonController make_tick_controller(OptimalControlProblem problem, int intervals,
-                                               const PlannerSettings& settings, double mass);
+                                               const PlannerSettings& settings, double mass,
+                                               Side stance = Side::left);
 
 }  // namespace saltus::walking

@@ -7,6 +7,7 @@
 
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/scene.hpp"
+#include "saltus/robots/walking/step_plan.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::walking {
@@ -20,7 +21,24 @@ struct Sample {
   /// controller expects (what is measured stands in BodySample).
   Vec<double, 12> wrenches;
   Vec<double, 3> push;  ///< N
-  bool two_feet = false;
+  bool left_stands = true, right_stands = true;
+  bool two_feet() const { return left_stands && right_stands; }
+};
+
+/// One foot that stepped.
+struct StepRecord {
+  Side foot = Side::right;
+  double lift_off = 0.0;        ///< s; of a foot that was in the air already: when it was decided
+  double due = infinity;        ///< landing as planned last, s
+  double touchdown = infinity;  ///< infinite: not yet, when the run ended, s
+  Vec<double, 3> place = Vec<double, 3>::Zero();      ///< planned last, m
+  Vec<double, 3> landed_at = Vec<double, 3>::Zero();  ///< really, m
+};
+
+/// What the planner of steps said in one tick.
+struct PlanRecord {
+  double time = 0.0;  ///< s
+  StepPlan plan;
 };
 
 /// One call of the planner.
@@ -62,9 +80,17 @@ struct RunLog {
   FloatingRobot::Frame pushed;        ///< where it is pushed
   double ground_friction = infinity;  ///< Coulomb's coefficient
   std::vector<TickRecord> ticks;
+  std::vector<StepRecord> steps;
+  std::vector<PlanRecord> plans;  ///< of ticks in which steps are planned or compared
   LoopStatistics loop;
   std::string solver;
-  double touchdown = infinity;  ///< s; infinite: the foot never landed
+  double touchdown = infinity;  ///< of the first step, s; infinite: no foot ever landed
+  double last_touchdown() const {
+    double last = touchdown;
+    for (const StepRecord& step : steps)
+      if (step.touchdown < infinity) last = step.touchdown;
+    return last;
+  }
   bool stopped_early = false;
   std::string stop_reason;   ///< when stopped early
   bool interrupted = false;  ///< stopped early by whoever watched

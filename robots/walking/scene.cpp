@@ -2,10 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus::walking {
+
+void Scene::stand_on(Side foot) {
+  if (foot == side) return;
+  side = foot;
+  std::swap(stance, swing);
+  std::swap(stance_foot, swing_foot);
+}
 
 SupportPolygon Scene::hull() const {
   return SupportPolygon::under({{stance, stance_foot}, {swing, swing_foot}});
@@ -39,22 +48,21 @@ const StandingPosture& posture_on_both_feet(const RobotDescription& robot) {
   throw InputError(fmt::format("{}: {} has no posture on both feet", robot.file, robot.name));
 }
 
+const StandingPosture& posture_on(Stance stance, const RobotDescription& robot) {
+  if (stance == Stance::both) return posture_on_both_feet(robot);
+  return robot.posture_on(stance == Stance::left ? Side::left : Side::right);
+}
+
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot) {
-  Scene scene = scene_of(robot.posture_on(settings.stance), robot);
+  Scene scene = scene_of(posture_on(settings.stance, robot), robot);
   scene.target = settings.target;
   return scene;
 }
 
-Vec<double, 12> reordered(Side stance, const Vec<double, 12>& wrenches) {
-  if (stance == Side::left) return wrenches;
-  Vec<double, 12> result;
-  result << wrenches.tail<6>(), wrenches.head<6>();
-  return result;
-}
-
 void declare_stance(Settings& s, SceneSettings& scene) {
-  s.choice<Side>("stance", scene.stance, {{"left", Side::left}, {"right", Side::right}},
-                 "the foot that it stands on; the other one steps");
+  s.choice<Stance>("stance", scene.stance,
+                   {{"left", Stance::left}, {"right", Stance::right}, {"both", Stance::both}},
+                   "the foot that it stands on at the start, the other one in the air; or both");
 }
 
 void declare_target(Settings& s, SceneSettings& scene) {

@@ -14,7 +14,7 @@ namespace saltus::walking {
 enum class Target { sole_midpoint, centroid };
 
 struct SceneSettings {
-  Side stance = Side::left;  ///< the foot that it stands on; the other one steps
+  Stance stance = Stance::left;  ///< on what it stands at the start
   Target target = Target::sole_midpoint;
 };
 
@@ -24,12 +24,19 @@ void declare_target(Settings& settings, SceneSettings& scene);
 
 /// Positions in the world, m.
 struct Scene {
-  Side side = Side::left;   ///< of the stance foot
+  Side side = Side::left;   ///< of the stance foot; of two that stand, one of them
   SoleFrame stance, swing;  ///< swing: where it stands, or will land
   FootRectangle stance_foot, swing_foot;
-  bool two_feet = false;     ///< the swing foot stands or is about to
+  bool two_feet = false;     ///< the swing foot stands, or its landing is due
   double com_height = 0.53;  ///< commanded, m
   Target target = Target::sole_midpoint;
+
+  const SoleFrame& sole(Side foot) const { return foot == side ? stance : swing; }
+  const FootRectangle& rectangle(Side foot) const {
+    return foot == side ? stance_foot : swing_foot;
+  }
+  /// The feet change their roles, if they must.
+  void stand_on(Side foot);
 
   /// Of both feet, and of the stance foot alone.
   SupportPolygon hull() const;
@@ -43,10 +50,9 @@ Scene scene_of(const StandingPosture& posture, const RobotDescription& robot);
 /// The first that stands on both feet. Throws InputError if there is none.
 const StandingPosture& posture_on_both_feet(const RobotDescription& robot);
 
-/// In the robot's posture on the stance foot. Throws InputError if it has none.
+/// The posture on what the robot starts on. Throws InputError if it has none.
+const StandingPosture& posture_on(Stance stance, const RobotDescription& robot);
+/// In that posture.
 Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot);
-
-/// A pair of wrenches from the order (stance, swing) into (left, right), or back.
-Vec<double, 12> reordered(Side stance, const Vec<double, 12>& wrenches);
 
 }  // namespace saltus::walking

@@ -10,20 +10,14 @@
 #include "saltus/robots/model/support_polygon.hpp"
 
 namespace saltus::walking {
-namespace {
-
-// What a step must leave of the distance between ground and capture point at most. A step that
-// halves it is not yet a recovery, but one that does less costs the standing robot its balance.
-constexpr double helpful = 0.5;
-
-}  // namespace
 
 void declare_stepping(Settings& s, Step& step) {
   s.flag("stepping", step.allowed, "may the robot step?");
 }
 
 void declare_settings(Settings& s, Step& step) {
-  s.number("step.duration", step.duration, "s", "from the trigger to the landing",
+  s.number("step.duration", step.duration, "s",
+           "from the trigger to the landing; with step.planner=reactive the longest time",
            between(0.01, 60.0));
   s.choice<StepTrigger>(
       "step.trigger", step.trigger, {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},

@@ -13,13 +13,23 @@ class Settings;
 
 namespace saltus::walking {
 
+/// One step of the foot in the air by a formula (StepLogic), or any number of either foot: by a
+/// rule (ReactiveSteps), or by optimal control, which is the problem's own.
+enum class StepPlannerChoice { formula, reactive, ocp };
 enum class StepTrigger { push, icp };
 enum class StepDecision { always, if_it_helps };
 enum class Placement { predicted, fixed };
 
+/// What a step must leave of the distance between ground and capture point at most. A step that
+/// halves it is not yet a recovery, but one that does less costs the standing robot its balance.
+inline constexpr double helpful = 0.5;
+
 struct Step {
   bool allowed = true;
-  double duration = 0.6;  ///< from the trigger to the landing, s
+  StepPlannerChoice planner = StepPlannerChoice::formula;
+  double duration = 0.6;   ///< from the trigger to the landing, s
+  double shortest = 0.3;   ///< swing of the reactive planner, s
+  double unloading = 0.0;  ///< between its decision and the lift-off of a foot that stands, s
   StepTrigger trigger = StepTrigger::push;
   StepDecision decide = StepDecision::always;
   /// The placement is decided this long after the trigger, when the push is known, s.

@@ -10,7 +10,7 @@ namespace saltus::walking {
 
 /// A foot as it is measured.
 struct FootState {
-  SoleFrame sole;                                    ///< contact frame, m
+  SoleFrame sole;                                    ///< contact frame, its heading alone, m
   Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< of its origin, m/s
   bool stands = true;
   double lifted_off = infinity;  ///< since when it swings, s; infinite: it does not. A foot that

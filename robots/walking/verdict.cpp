@@ -40,9 +40,10 @@ Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push>
   return v;
 }
 
-bool has_fallen(const Vec<double, 9>& gamma, double com_height) {
+bool has_fallen(const Vec<double, 9>& gamma, const Vec<double, 3>& foot, double com_height) {
   const double size = com_height / reference_height;
-  return !(gamma[2] >= fallen_height * size && gamma.head<2>().norm() <= fallen_distance * size);
+  return !(gamma[2] >= fallen_height * size &&
+           (gamma.head<2>() - foot.head<2>()).norm() <= fallen_distance * size);
 }
 
 std::string fall_sentence(std::span<const Push> pushes, double t) {

@@ -33,9 +33,9 @@ inline constexpr double icp_settled_within = 0.01;                              
 /// has settled when it stays where it is at the end, counted from `settled_from`, s.
 Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push> pushes);
 
-/// Whether the robot lies on the ground, whatever follows; it stands with its CoM at `com_height`,
-/// m.
-bool has_fallen(const Vec<double, 9>& gamma, double com_height);
+/// Whether the robot lies on the ground, whatever follows; it stands on a foot at `foot` with its
+/// CoM at `com_height`, m.
+bool has_fallen(const Vec<double, 9>& gamma, const Vec<double, 3>& foot, double com_height);
 /// The same as a sentence; a fall before all pushes is said as such.
 std::string fall_sentence(std::span<const Push> pushes, double t);
 

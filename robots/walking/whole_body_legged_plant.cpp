@@ -47,13 +47,19 @@ std::unique_ptr<Plant> make_plant(const FloatingRobot& robot, const PlantSetting
 }
 
 // What stands between the engine and the controllers.
-std::unique_ptr<Plant> make_senses(std::unique_ptr<Plant> engine, const FloatingRobot& nominal,
-                                   Side stance, const PlantSettings& settings) {
+struct Senses {
+  std::unique_ptr<Plant> plant;
+  EstimatedPlant* estimated = nullptr;  // the same, if it estimates
+};
+Senses make_senses(std::unique_ptr<Plant> engine, const FloatingRobot& nominal, Side stance,
+                   const PlantSettings& settings) {
   auto plant =
       std::make_unique<MeasuredPlant>(std::move(engine), settings.noise, settings.delay_ticks);
-  if (settings.sensors == SensorChoice::ideal) return plant;
-  return std::make_unique<EstimatedPlant>(std::move(plant), nominal, stance, settings.sensor,
-                                          settings.estimation, settings.step);
+  if (settings.sensors == SensorChoice::ideal) return {std::move(plant)};
+  auto estimated = std::make_unique<EstimatedPlant>(
+      std::move(plant), nominal, stance, settings.sensor, settings.estimation, settings.step);
+  EstimatedPlant* const view = estimated.get();
+  return {std::move(estimated), view};
 }
 
 // A controller that knows how late the velocities are that it sees.
@@ -85,7 +91,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
         dynamics_(make_dart_dynamics(nominal_)),
         engine_(make_plant(body_, settings, start.scene.side, options.control.self_collision)),
         truth_of_plant_(*engine_),
-        plant_(make_senses(std::move(engine_), nominal_, start.scene.side, settings)),
+        senses_(make_senses(std::move(engine_), nominal_, start.scene.side, settings)),
+        plant_(senses_.plant.get()),
         controller_(make_whole_body_controller(
             nominal_, cone_options(options.contact, start.robot.left_foot),
             cone_options(options.contact, start.robot.right_foot),
@@ -103,9 +110,10 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     controller_->stand(state);
     update_dynamics();
     swing_.hold(dynamics_->sole(swing_side_).pose);
-    swing_stands() = start.scene.two_feet;
+    stands(swing_side_) = start.scene.two_feet;
     tasks_.posture = state.q;
     applied_[start.scene.side == Side::left ? 2 : 8] = nominal_.total_mass * standard_gravity;
+    stands(other(swing_side_)) = true;
   }
 
   double tick_time(long k) const override { return static_cast<double>(k * per_plan_) * step_; }
@@ -119,6 +127,13 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   }
   Vec<double, 9> measured() const override { return gamma(*dynamics_); }
   double nominal_mass() const override { return dynamics_->mass(); }
+  SoleFrame sole(Side foot) const override {
+    const Eigen::Isometry3d& pose = dynamics_->sole(foot).pose;
+    return {pose.translation(), pose.linear()};
+  }
+  Vec<double, 3> sole_velocity(Side foot) const override {
+    return dynamics_->sole(foot).twist.tail<3>();
+  }
   const Vec<double, 12>& applied() const override { return applied_; }
   Vec<double, 3> contact_force() const override {
     Vec<double, 3> force = Vec<double, 3>::Zero();
@@ -128,16 +143,22 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   }
   bool lands_on_time() const override { return false; }
 
+  void lift_off(double, Side foot) override {
+    swing_side_ = foot;
+    stands(foot) = false;
+    swing_.hold(dynamics_->sole(foot).pose);
+    if (senses_.estimated != nullptr) senses_.estimated->pin(other(foot));
+  }
   void swing(double t, const SwingTarget& target) override {
     if (!swing_.is_under_way()) swing_.start(t, target.landing);
     swing_.aim(target.landing, target.place);
     earliest_landing_ = target.earliest;
   }
   std::optional<Landing> find_landing(double t) override {
-    if (!swing_.is_under_way() || swing_stands()) return std::nullopt;
+    if (!swing_.is_under_way() || stands(swing_side_)) return std::nullopt;
     const FootContact& contact = plant_->contact(swing_side_);
     if (t < earliest_landing_ || contact.wrench[2] < landed_force) return std::nullopt;
-    swing_stands() = true;
+    stands(swing_side_) = true;
     return Landing{dynamics_->sole(swing_side_).pose.translation(),
                    true_dynamics().sole(swing_side_).pose.translation()};
   }
@@ -150,7 +171,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     tasks_.torque.setZero();
     for (const Side side : {Side::left, Side::right}) {
       const int first = side == Side::left ? 0 : 6;
-      if (side == swing_side_ && !swing_stands()) tasks_.wrenches.segment<6>(first).setZero();
+      if (side == swing_side_ && !stands(swing_side_)) tasks_.wrenches.segment<6>(first).setZero();
       const SoleMotion& sole = dynamics_->sole(side);
       const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
       tasks_.force += f;
@@ -185,6 +206,9 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
 
   double truth_time() const override { return sensed_at_; }
   Vec<double, 9> truth() const override { return gamma(true_dynamics()); }
+  Vec<double, 3> true_sole(Side foot) const override {
+    return true_dynamics().sole(foot).pose.translation();
+  }
   std::optional<BodySample> body_sample() const override {
     if (!was_control_due_) return std::nullopt;
     BodySample b;
@@ -214,9 +238,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
 
  private:
   bool is_control_due() const { return steps_ % per_control_ == 0; }
-  bool& swing_stands() {
-    return swing_side_ == Side::left ? tasks_.left_stands : tasks_.right_stands;
-  }
+  bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
   // The controllers' model at what is measured; the truth, for the log, where that differs.
   void update_dynamics() {
     {
@@ -236,9 +258,10 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   std::vector<Push> pushes_;
   std::vector<FloatingRobot::Frame> pushed_;  // where each acts
   std::unique_ptr<DynamicsModel> dynamics_, truth_;
-  std::unique_ptr<Plant> engine_;  // until plant_ has it
+  std::unique_ptr<Plant> engine_;  // until senses_ have it
   const Plant& truth_of_plant_;
-  std::unique_ptr<Plant> plant_;  // as the controllers see it
+  Senses senses_;
+  Plant* plant_;  // as the controllers see it
   bool estimates_ = false;
   std::unique_ptr<WholeBodyController> controller_;
   SwingFoot swing_;

@@ -35,6 +35,27 @@ void BaseEstimator::reset(const Eigen::Isometry3d& base, Side pin,
   start(State::accelerometer_bias, 3, options_.accelerometer_bias);
 }
 
+// What is known relative to the new pin: the errors of its place and heading are those of the whole
+// estimate, and are taken off every place and heading. Right-invariant errors make that linear.
+void BaseEstimator::pin(Side side) {
+  pin_ = side;
+  if (!stands(side)) return;  // it is planted as soon as it does
+  transition_.setIdentity();
+  const int place = State::foot(State::foot_positions, side),
+            heading = State::foot(State::foot_turns, side) + 2;
+  for (const int first :
+       {static_cast<int>(State::position), State::foot(State::foot_positions, Side::left),
+        State::foot(State::foot_positions, Side::right)})
+    transition_.block<3, 3>(first, place) -= Mat<double, 3, 3>::Identity();
+  for (const int turn :
+       {static_cast<int>(State::turn) + 2, State::foot(State::foot_turns, Side::left) + 2,
+        State::foot(State::foot_turns, Side::right) + 2})
+    transition_(turn, heading) -= 1.0;
+  product_.noalias() = transition_ * P_;
+  P_.noalias() = product_ * transition_.transpose();
+  if (!stands(other(side))) forget(other(side));
+}
+
 void BaseEstimator::predict(const Vec<double, 3>& angular_velocity,
                             const Vec<double, 3>& specific_force, double dt) {
   transition_ = state_.transition(dt);

@@ -55,6 +55,8 @@ class BaseEstimator {
 
   /// At rest, biases unknown; the pin stands where the state has it, the other foot in the air.
   void reset(const Eigen::Isometry3d& base, Side pin, const Eigen::Isometry3d& pin_sole);
+  /// Another foot is the pin from now on; where the estimate has everything stays.
+  void pin(Side side);
   /// Over dt (s) with the mean readings of gyroscope (rad/s) and accelerometer (m/s^2).
   void predict(const Vec<double, 3>& angular_velocity, const Vec<double, 3>& specific_force,
                double dt);

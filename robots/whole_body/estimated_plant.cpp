@@ -118,6 +118,11 @@ void EstimatedPlant::step() {
   publish();
 }
 
+void EstimatedPlant::pin(Side foot) {
+  pin_ = foot;
+  base_.pin(foot);
+}
+
 void EstimatedPlant::read_soles() {
   for (int i = 0; i < 2; ++i) {
     soles_[i].update(sensors_.readings().q);

@@ -12,7 +12,7 @@ namespace saltus {
 
 /// Positions of joints as measured, their velocities by JointVelocityFilter; pose and velocity of
 /// the base by BaseEstimator, its angular velocity by the gyroscope without its bias. The world is
-/// where the pin (the stance foot) stands. After construction only reset() allocates.
+/// where the pin (a stance foot) stands. After construction only reset() allocates.
 class EstimatedPlant final : public PlantAround {
  public:
   /// Sees `plant`, whose engine takes steps of `step` (s). `robot`: the geometry that the
@@ -29,6 +29,8 @@ class EstimatedPlant final : public PlantAround {
   }
 
   const BaseEstimator& base() const { return base_; }
+  /// The world is where this foot, which stands, does from now on.
+  void pin(Side foot);
 
  private:
   void read_soles();

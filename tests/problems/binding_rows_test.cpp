@@ -13,6 +13,7 @@
 
 #include "problems/push_recovery/problem.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/robots/walking/contacts.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/problems/dense_step_recovery.hpp"
@@ -63,7 +64,6 @@ const std::vector<Instance> instances{
 MultipleShooting transcribe(const StepRecovery& s) {
   Model model;
   model.mass = s.mass;
-  model.stance = flat_sole(s.left_foot);
   ContactConeOptions contact;
   contact.friction = s.friction;
   contact.edges = 4;
@@ -71,7 +71,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
   contact.foot = {between(s.foot_x[0], s.foot_x[1]), between(s.foot_y[0], s.foot_y[1])};
   contact.torsional_friction = s.torsion;
   contact.normal_force = at_least(s.normal_min);
-  model.stance_contact = model.swing_contact = contact;
+  model.left_contact = model.right_contact = contact;
   model.step = s.step;
   model.intervals = s.intervals;
 
@@ -89,7 +89,8 @@ MultipleShooting transcribe(const StepRecovery& s) {
   data.com = s.com;
   data.force = s.force;
   data.omega = std::sqrt(s.gravity / s.com[2]);
-  data.swing_foot = s.right_foot;
+  data.left_foot = s.left_foot;
+  data.right_foot = s.right_foot;
   data.gamma_desired.head<3>() = s.com_desired;
   data.capture_point_desired = s.com_desired.head<2>();
   Mat<double, 4, 2> corners;
@@ -97,7 +98,7 @@ MultipleShooting transcribe(const StepRecovery& s) {
       s.hull_x[0], s.hull_y[1];
   data.set_hull(SupportPolygon::hull(corners).half_planes(hull_rows));
 
-  OptimalControlProblem ocp = problem(model, weights, data, s.impact);
+  OptimalControlProblem ocp = problem(model, weights, data, walking::one_foot_then_two(s.impact));
   VectorXd start(9);
   start << s.com, s.velocity, Vec<double, 3>::Zero();
   ocp.start_at(start);

@@ -49,8 +49,9 @@ FloatingRobot two_joints() {
   return robot;
 }
 
-// The left sole is turned by 90 degrees about z and slides; the right one lands and slides.
-RunLog made_up_log() {
+// The left sole is turned by 90 degrees about z and slides, the right one slides too; the one that
+// is not the stance foot lands.
+RunLog made_up_log(Side stance = Side::left) {
   RunLog log;
   for (int i = 0; i < samples; ++i) {
     Sample s;
@@ -59,7 +60,7 @@ RunLog made_up_log() {
     s.capture_point.setZero();
     s.wrenches.setZero();
     s.push.setZero();
-    s.two_feet = i >= landing;
+    (stance == Side::left ? s.right_stands : s.left_stands) = i >= landing;
     log.samples.push_back(s);
     BodySample b;
     b.state.q = VectorXd::Constant(2, 0.1 * i);
@@ -143,8 +144,7 @@ TEST(BodyOutput, SlipCountsFromWhereTheSoleStood) {
 }
 
 TEST(BodyOutput, TheSwingFootSlipsFromItsLandingOnEitherSide) {
-  RunLog log = made_up_log();
-  log.final_scene.side = Side::right;
+  const RunLog log = made_up_log(Side::right);
   const Table table = parse(body_table(log, two_joints()));
   EXPECT_EQ(table.at(landing - 1, "left_slip"), 0.0);
   EXPECT_NEAR(table.at(30, "left_slip"), 1e-4 * (30 - landing), rounding);

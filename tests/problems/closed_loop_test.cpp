@@ -109,7 +109,7 @@ TEST(ClosedLoop, RightStanceIsTheMirrorImageOfLeftStance) {
     config.controller = c.controller;
     config.step.placement = c.placement;
     const Outcome left = run(config);
-    config.scene.stance = Side::right;
+    config.scene.stance = Stance::right;
     config.push.direction[1] *= -1.0;
     const Outcome right = run(config);
     EXPECT_TRUE(left.verdict.recovered) << left.verdict.reason;
@@ -163,7 +163,8 @@ TEST(ClosedLoop, EverySolverHasTheSameOptimumInEveryTick) {
       applied = s.wrenches;
       continue;
     }
-    Measurement measured{s.time, s.gamma, applied, {}};
+    Measurement measured{.time = s.time, .gamma = s.gamma, .applied = applied};
+    measured.right_bore = s.two_feet() && s.time > log.touchdown + same_instant;
     measured.contact_force = applied.head<3>() + applied.segment<3>(6);
     std::vector<double> costs;
     for (const auto& planner : planners) {

@@ -38,7 +38,7 @@ TEST_F(FullBody, MomentumControlStepsToo) {
 TEST_F(FullBody, RightStanceIsTheMirrorImageOfLeftStance) {
   config.push.impulse = 6.0;
   const RunLog left = run();
-  config.scene.stance = Side::right;
+  config.scene.stance = Stance::right;
   config.push.direction[1] *= -1.0;
   const RunLog right = run();
   EXPECT_TRUE(judge(config, right).recovered) << judge(config, right).reason;

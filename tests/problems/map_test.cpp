@@ -61,7 +61,7 @@ TEST(PendulumBound, RightStanceIsTheMirrorImageOfLeftStance) {
     Config config;
     config.step.placement = placement;
     const PendulumBound on_left = bound_of(config, icub());
-    config.scene.stance = Side::right;
+    config.scene.stance = Stance::right;
     const PendulumBound on_right = bound_of(config, icub());
     constexpr double rounding = 1e-9;  // N s
     for (const double angle : {0.1, 1.0, 2.0, 3.0, 4.0, 5.0}) {

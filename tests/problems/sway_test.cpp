@@ -33,7 +33,7 @@ TEST(Sway, TheCentreOfMassGoesFromSideToSideOnBothFeet) {
   const double middle = 0.5 * (log.final_scene.stance.position + log.final_scene.swing.position)[1];
   double left = -infinity, right = infinity;
   for (const Sample& s : log.samples) {
-    EXPECT_TRUE(s.two_feet);
+    EXPECT_TRUE(s.two_feet());
     if (s.time < 3.0) continue;
     left = std::max(left, s.gamma[1] - middle);
     right = std::min(right, s.gamma[1] - middle);
