@@ -64,15 +64,18 @@ std::string unrest(const Sample& s, const SupportPolygon& ground, const Vec<doub
 
 }  // namespace
 
-double end_time(const Push& push, double landing, double touchdown) {
-  const double settled = rest_after + rest_length;
-  if (touchdown < infinity) return touchdown + settled;
-  return std::max(push.end(), landing < infinity ? landing : 0.0) + settled;
+double end_time(double push_end, double landing, double touchdown) {
+  const double last = landing < infinity ? landing : touchdown < infinity ? touchdown : 0.0;
+  return std::max(push_end, last) + rest_after + rest_length;
 }
 
 Verdict judge(const Config& config, const RunLog& log) {
-  const double settled_from = log.touchdown < infinity ? log.touchdown : config.push.end();
-  Verdict v = figures_of(log, settled_from, {&config.push, 1});
+  const std::vector<Push> pushes = all_pushes(config.push, config.more_pushes);
+  double settled_from = log.last_touchdown() < infinity ? log.last_touchdown() : 0.0;
+  for (const Push& push : pushes)
+    if (pushes.size() > 1 || log.touchdown == infinity)
+      settled_from = std::max(settled_from, push.end());
+  Verdict v = figures_of(log, settled_from, pushes);
   double length = 1.0, momentum = 1.0;
   if (!log.robot.postures.empty()) {
     length = posture_on(config.scene.stance, log.robot).com[2] / reference_height;

@@ -14,13 +14,14 @@ inline constexpr double rest_speed = 0.05;                            // m/s
 inline constexpr double rest_com_error = 0.02;                        // m
 inline constexpr double rest_angular_momentum = 0.1;                  // Nms
 
-/// When enough has been seen to judge (s); `landing` is infinite while none is due, `touchdown`
-/// until the foot has landed.
-double end_time(const Push& push, double landing, double touchdown);
+/// When enough has been seen to judge (s): the last push is over at `push_end`, the last foot has
+/// landed, and the robot has had the time to settle. `landing` is infinite while none is due,
+/// `touchdown` until a foot has landed.
+double end_time(double push_end, double landing, double touchdown);
 
-/// Over the whole run CoM height and angular momentum, and from `rest_after` the landing (without a
-/// step: the push) on rest at the target; on the whole body no planted foot slips by
-/// `planted_slip`. The reason is the cause that came first; a fall's tells both.
+/// Over the whole run CoM height and angular momentum, and from `rest_after` the last landing
+/// (without a step: the last push) on rest at the target; on the whole body no planted foot slips
+/// by `planted_slip`. The reason is the cause that came first; a fall's tells both.
 Verdict judge(const Config& config, const RunLog& log);
 
 }  // namespace saltus::push_recovery

@@ -54,8 +54,8 @@ void PushRecovery::scale(const RobotScale& scale) {
   w.capture_point_penalty /= L * std::sqrt(L);
 }
 
-double PushRecovery::end_time(double landing, double touchdown) const {
-  return push_recovery::end_time(config_.push, landing, touchdown);
+double PushRecovery::end_time(double push_end, double landing, double touchdown) const {
+  return push_recovery::end_time(push_end, landing, touchdown);
 }
 
 Verdict PushRecovery::judge(const RunLog& log) const { return push_recovery::judge(config_, log); }

@@ -29,7 +29,9 @@ const StandingPosture& BipedProblem::posture(const RobotDescription& robot) cons
   return posture_on(settings().scene.stance, robot);
 }
 
-std::vector<Push> BipedProblem::pushes() const { return {settings().push}; }
+std::vector<Push> BipedProblem::pushes() const {
+  return all_pushes(settings().push, settings().more_pushes);
+}
 
 Schedule BipedProblem::contacts(const Scene& scene) const {
   return first_contacts(settings(), scene);

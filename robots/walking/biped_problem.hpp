@@ -36,7 +36,7 @@ class BipedProblem {
 
   /// How it stands when the run begins; unless said otherwise on the stance foot alone.
   virtual const StandingPosture& posture(const RobotDescription& robot) const;
-  /// Unless said otherwise the one of the settings.
+  /// Unless said otherwise those of the settings, in the order of time.
   virtual std::vector<Push> pushes() const;
 
   /// The problem's own planner, for the robot as its controllers know it.
@@ -48,9 +48,9 @@ class BipedProblem {
   virtual std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
                                                          const Scene& scene) const;
 
-  /// When enough has been seen (s); `landing` is infinite while none is due, `touchdown` until the
-  /// foot has landed.
-  virtual double end_time(double landing, double touchdown) const = 0;
+  /// When enough has been seen (s). The last push is over at `push_end` (0 without one); `landing`
+  /// is infinite while none is due, `touchdown`, the last, until a foot has landed.
+  virtual double end_time(double push_end, double landing, double touchdown) const = 0;
   /// Why there is no use in going on, as a sentence, or nothing; a fall unless said otherwise.
   virtual std::string lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const;
   virtual Verdict judge(const RunLog& log) const = 0;

@@ -48,6 +48,7 @@ void declare_biped(Settings& s, BipedSettings& biped) {
   declare_mass_error(s, biped.robot);
   declare_target(s, biped.scene);
   declare_settings(s, biped.push);
+  declare_settings(s, biped.more_pushes, biped.push);
   declare_settings(s, biped.step);
   declare_settings(s, biped.planner);
   declare_settings(s, biped.baseline);

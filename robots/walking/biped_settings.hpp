@@ -25,6 +25,7 @@ struct BipedSettings {
   SceneSettings scene;
   Step step;
   Push push;
+  MorePushes more_pushes;
   ContactSettings contact;  ///< both feet
   WholeBodyControl control;
   bool pictures = true;

@@ -59,6 +59,7 @@ class ClosedLoop {
         planner_(planner_of(problem, robot, scene_)) {
     foot(scene_.side) = {true, true, scene_.stance.position};
     foot(other(scene_.side)) = {scene_.two_feet, scene_.two_feet, scene_.swing.position};
+    for (const Push& push : pushes_) push_end_ = std::max(push_end_, push.end());
     log_.robot = robot;
   }
 
@@ -100,7 +101,7 @@ class ClosedLoop {
                          : support_of(foot(Side::left).stands ? Side::left : Side::right);
   }
   bool is_over(double t) const {
-    return t > problem_.end_time(swing_ != nullptr ? swing_->landing : infinity,
+    return t > problem_.end_time(push_end_, swing_ != nullptr ? swing_->landing : infinity,
                                  log_.last_touchdown()) -
                    same_instant;
   }
@@ -290,7 +291,8 @@ class ClosedLoop {
   const BipedProblem& problem_;
   LeggedPlant& plant_;
   std::vector<Push> pushes_;
-  double period_;  // of planners, s
+  double push_end_ = 0.0;  // of the last one, s
+  double period_;          // of planners, s
   Scene scene_;
   Schedule contacts_;
   std::unique_ptr<StepPlanner> steps_;

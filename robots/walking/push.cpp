@@ -1,10 +1,16 @@
 #include "saltus/robots/walking/push.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
+#include <random>
+#include <sstream>
 
 #include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
 
 namespace saltus::walking {
@@ -42,6 +48,123 @@ Vec<double, 3> total_push_force(std::span<const Push> pushes, double from, doubl
   Vec<double, 3> force = Vec<double, 3>::Zero();
   for (const Push& push : pushes) force += mean_push_force(push, from, to);
   return force;
+}
+
+namespace {
+
+Vec<double, 3> towards(double radians) { return {std::cos(radians), std::sin(radians), 0.0}; }
+
+// "TIME IMPULSE ANGLE [DURATION]".
+Push read_push(const std::string& text, const Push& pattern) {
+  std::istringstream words(text);
+  std::vector<double> numbers;
+  std::string word;
+  bool is_good = true;
+  while (words >> word) {
+    char* end = nullptr;
+    numbers.push_back(std::strtod(word.c_str(), &end));
+    is_good = is_good && *end == '\0' && std::isfinite(numbers.back());
+  }
+  if (!is_good || numbers.size() < 3 || numbers.size() > 4)
+    throw InputError(fmt::format(
+        "pushes: \"{}\" is no push; write \"TIME IMPULSE ANGLE [DURATION]\" (s, N s, degrees, s), "
+        "several separated by ';'",
+        text));
+  Push push = pattern;
+  push.start = numbers[0];
+  push.impulse = numbers[1];
+  push.direction = towards(numbers[2] * std::numbers::pi / 180.0);
+  if (numbers.size() == 4) push.duration = numbers[3];
+  if (!(push.start >= 0.0 && push.start <= 600.0 && push.impulse >= 0.0 && push.impulse <= 1e4 &&
+        push.duration >= 1e-4 && push.duration <= 60.0))
+    throw InputError(
+        fmt::format("pushes: \"{}\" must have its time within 0 to 600 s, its impulse within 0 to "
+                    "10000 N s and "
+                    "its duration within 0.0001 to 60 s",
+                    text));
+  return push;
+}
+
+// As far apart as asked for, their begins uniform otherwise: what is left of the time is divided by
+// sorted random numbers.
+std::vector<Push> random_pushes(const Push& pattern, const MorePushes& more) {
+  const int count = static_cast<int>(std::lround(more.rate * more.until));
+  const double room = more.until - pattern.start - pattern.duration - (count - 1) * more.apart;
+  if (count < 1 || room < 0.0)
+    throw InputError(fmt::format(
+        "push.random.rate ({} Hz) means {} pushes from {} s (push.start) to {} s, at least {} s "
+        "apart, which is not possible; change push.random.rate, until or apart",
+        more.rate, count, pattern.start, more.until, more.apart));
+  std::mt19937 random(static_cast<unsigned>(more.seed));
+  // The library's distributions differ from platform to platform.
+  const auto uniform = [&random](double from, double to) {
+    return from + (to - from) * (static_cast<double>(random()) / 4294967296.0);
+  };
+  std::vector<double> begins;
+  for (int i = 0; i < count; ++i) begins.push_back(uniform(0.0, room));
+  std::sort(begins.begin(), begins.end());
+  std::vector<Push> pushes;
+  for (int i = 0; i < count; ++i) {
+    Push push = pattern;
+    push.start += begins[static_cast<std::size_t>(i)] + i * more.apart;
+    push.impulse = uniform(more.impulse[0], more.impulse[1]);
+    push.direction = towards(uniform(-std::numbers::pi, std::numbers::pi));
+    pushes.push_back(push);
+  }
+  return pushes;
+}
+
+}  // namespace
+
+std::vector<Push> all_pushes(const Push& first, const MorePushes& more) {
+  std::vector<Push> pushes =
+      more.rate > 0.0 ? random_pushes(first, more) : std::vector<Push>{first};
+  std::istringstream list(more.list);
+  for (std::string text; std::getline(list, text, ';');)
+    if (text.find_first_not_of(" \t\n") != std::string::npos)
+      pushes.push_back(read_push(text, first));
+  std::stable_sort(pushes.begin(), pushes.end(),
+                   [](const Push& a, const Push& b) { return a.start < b.start; });
+  for (std::size_t i = 1; i < pushes.size(); ++i)
+    if (pushes[i].start < pushes[i - 1].end() - same_instant)
+      throw InputError(fmt::format(
+          "pushes: the one at {} s begins before that at {} s ends, at {:.6g} s; move it, or make "
+          "one of them shorter",
+          pushes[i].start, pushes[i - 1].start, pushes[i - 1].end()));
+  return pushes;
+}
+
+void declare_settings(Settings& s, MorePushes& more, const Push& first) {
+  s.text(
+      "pushes", more.list,
+      "further pushes: \"TIME IMPULSE ANGLE [DURATION]; ...\" (s, N s, degrees: 0 forward, 90 to "
+      "the left, s)");
+  s.number("push.random.rate", more.rate, "Hz",
+           "pushes in random directions in place of the first one, from push.start on; 0: none",
+           between(0.0, 100.0));
+  s.number("push.random.until", more.until, "s", "they are over by then", between(0.0, 600.0));
+  s.vector("push.random.impulse", more.impulse, "N s", "their sizes, from and to",
+           between(0.0, 1e4));
+  s.number("push.random.apart", more.apart, "s", "from begin to begin at least", at_least(0.0));
+  s.integer("push.random.seed", more.seed, "", "which ones", at_least(0.0));
+  s.rule({"push.random.impulse"}, [&more] {
+    return more.impulse[0] <= more.impulse[1]
+               ? ""
+               : fmt::format(
+                     "push.random.impulse goes from {} to {}; the first must not exceed the "
+                     "second",
+                     more.impulse[0], more.impulse[1]);
+  });
+  s.rule({"pushes", "push.start", "push.duration", "push.random.rate", "push.random.until",
+          "push.random.apart"},
+         [&more, &first]() -> std::string {
+           try {
+             all_pushes(first, more);
+             return {};
+           } catch (const InputError& error) {
+             return error.what();
+           }
+         });
 }
 
 void declare_settings(Settings& s, Push& push) {

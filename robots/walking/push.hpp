@@ -3,6 +3,7 @@
 
 #include <span>
 #include <string>
+#include <vector>
 
 #include "saltus/core/types.hpp"
 
@@ -28,6 +29,24 @@ struct Push {
   double end() const { return start + duration; }  ///< s
 };
 
+/// Further pushes, of the same shape at the same point as the first.
+struct MorePushes {
+  /// "TIME IMPULSE ANGLE [DURATION]; ...": s, N s, degrees (0 forward, 90 to the left), s.
+  std::string list;
+  /// Drawn for long runs: so many per second on average up to `until`, in random directions on the
+  /// ground; 0: none.
+  double rate = 0.0;                 ///< Hz
+  double until = 60.0;               ///< the last of them is over by then, s
+  Vec<double, 2> impulse{3.0, 8.0};  ///< from, to, N s
+  double apart = 4.0;                ///< at least, from begin to begin, s
+  int seed = 1;
+};
+
+/// The first push, those of the list and the random ones, in the order of time. With random ones
+/// the first push is left out: it is their pattern. Throws InputError for a list that cannot be
+/// read, pushes that overlap, and random ones that have no room.
+std::vector<Push> all_pushes(const Push& first, const MorePushes& more);
+
 const char* describe(PushShape shape);
 
 /// The fraction of the impulse that was given up to `t` (s), 0 to 1.
@@ -40,6 +59,8 @@ Vec<double, 3> total_push_force(std::span<const Push> pushes, double from, doubl
 
 /// push.impulse, direction, duration, start, shape.
 void declare_settings(Settings& settings, Push& push);
+/// pushes and push.random.*
+void declare_settings(Settings& settings, MorePushes& more, const Push& first);
 /// push.link and push.point, which a model without links has no use for.
 void declare_point_of_push(Settings& settings, Push& push);
 

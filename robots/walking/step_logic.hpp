@@ -27,9 +27,8 @@ inline constexpr double helpful = 0.5;
 struct Step {
   bool allowed = true;
   StepPlannerChoice planner = StepPlannerChoice::formula;
-  double duration = 0.6;   ///< from the trigger to the landing, s
-  double shortest = 0.3;   ///< swing of the reactive planner, s
-  double unloading = 0.0;  ///< between its decision and the lift-off of a foot that stands, s
+  double duration = 0.6;  ///< from the trigger to the landing, s
+  double shortest = 0.3;  ///< swing of the rule, s
   StepTrigger trigger = StepTrigger::push;
   StepDecision decide = StepDecision::always;
   /// The placement is decided this long after the trigger, when the push is known, s.
