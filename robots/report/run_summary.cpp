@@ -54,7 +54,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
     }
     if (failures++ == 0) first_failure = {{"time_s", t.time}, {"message", t.message}};
   }
-  const bool stepped = log.touchdown < infinity;
+  const bool on_two_feet = log.touchdown < infinity || log.samples.back().two_feet();
   const Scene& scene = log.final_scene;
   Json json = {
       {"recovered", verdict.recovered},
@@ -101,7 +101,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
                                                                   : settings.plant.noise.seed;
   if (!settings.preset.empty()) json["preset"] = settings.preset;
   if (log.loop.check.count() > 0) json["check_us"] = latency(log.loop.check);
-  if (stepped) {
+  if (on_two_feet) {
     json[fmt::format("{}_sole", name_of(other(scene.side)))] =
         points(SupportPolygon::under({{scene.swing, scene.swing_foot}}));
     json["hull"] = points(scene.hull());

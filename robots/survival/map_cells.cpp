@@ -146,7 +146,7 @@ MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog
     const double distance = along.dot(s.capture_point);
     if (!(distance <= row.icp_furthest)) row.icp_furthest = distance;  // the first: NaN
   }
-  row.stepped = log.final_scene.two_feet;
+  row.stepped = !log.steps.empty();
   row.failed_solves =
       static_cast<int>(std::count_if(log.ticks.begin(), log.ticks.end(), [](const TickRecord& t) {
         return t.status != SolveStatus::time_limit && !is_success(t.status);

@@ -22,6 +22,9 @@ def mark_events(axes, summary):
     axes.axvline(summary["push_start_s"], color="tab:red", linestyle=":", label="push")
     if summary["touchdown_s"] is not None:
         axes.axvline(summary["touchdown_s"], color="black", linestyle="--", label="impact")
+    for step in summary.get("steps", [])[1:]:
+        if step["touchdown_s"] is not None:
+            axes.axvline(step["touchdown_s"], color="black", linestyle="--", linewidth=0.8)
 
 
 def new_axes(title, ylabel):
@@ -156,6 +159,11 @@ def draw_from_above(table, summary, folder, begin, end, what):
     if "hull" in summary:
         x, y = closed(summary["hull"])
         axes.plot(y, x, color="tab:green", linestyle="--", label="hull of both soles")
+    steps = [s for s in summary.get("steps", []) if s["touchdown_s"] is not None]
+    if len(steps) > 1:  # which landing was where
+        for number, step in enumerate(steps, start=1):
+            x, y = step["landed_at_m"][:2]
+            axes.annotate(str(number), (y, x), color="tab:" + ("blue" if step["foot"] == "left" else "orange"))
     shown = [i for i, s in enumerate(table["t"]) if begin <= s <= end]
     for name, color, label in (("icp", "tab:red", "capture point"), ("com", "0.3", "CoM")):
         x, y = ([table[f"{name}_{axis}"][i] for i in shown] for axis in "xy")

@@ -1,0 +1,163 @@
+// Contacts from a plan of steps, the rule that makes such plans, and lists of pushes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "saltus/core/error.hpp"
+#include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/walking/contacts.hpp"
+#include "saltus/robots/walking/push.hpp"
+#include "saltus/robots/walking/reactive_steps.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus::walking {
+namespace {
+
+constexpr double mass = 33.0, height = 0.53;
+
+Scene on_two_feet() {
+  Scene scene;
+  scene.stance_foot = {between(-0.05, 0.1), between(-0.03, 0.04)};
+  scene.swing_foot = scene.stance_foot.mirrored();
+  scene.swing = flat_sole({0.0, -0.14, 0.0});
+  scene.two_feet = true;
+  return scene;
+}
+
+// Above the middle of the feet, with this capture point.
+StepSituation with_capture_point(double x, double y, double t = 1.0) {
+  StepSituation now;
+  now.time = t;
+  now.mass = mass;
+  now.omega = pendulum_frequency(height);
+  now.gamma << 0.02, -0.07, height, now.omega * (x - 0.02), now.omega * (y + 0.07),
+      Vec<double, 4>::Zero();
+  now.right.sole = flat_sole({0.0, -0.14, 0.0});
+  return now;
+}
+
+Step following() {
+  Step options;
+  options.decision_lead = 0.1;
+  options.decide = StepDecision::if_it_helps;
+  return options;
+}
+
+TEST(Contacts, FollowThePlanFromWhatStands) {
+  Schedule contacts = two_feet_throughout(events_ahead);
+  const std::array<PlannedStep, 2> steps{
+      PlannedStep{.foot = Side::left, .lift_off = 1.0, .landing = 1.4},
+      PlannedStep{.foot = Side::right, .lift_off = 1.5, .landing = 1.9}};
+  const testing::AllocationCount count;
+  schedule_contacts(contacts, true, true, steps);
+  EXPECT_EQ(count.made(), 0);
+  EXPECT_EQ(contacts.mode_at(0.9), double_support);
+  EXPECT_EQ(contacts.mode_at(1.0), right_support);
+  EXPECT_EQ(contacts.mode_at(1.4), double_support);
+  EXPECT_EQ(contacts.mode_at(1.5), left_support);
+  EXPECT_EQ(contacts.events().size(), 3u);  // there is no room for the second landing
+  // The left foot is in the air already.
+  schedule_contacts(contacts, false, true, steps);
+  EXPECT_EQ(contacts.mode_at(0.0), right_support);
+  EXPECT_EQ(landing_time(contacts), 1.4);
+  schedule_contacts(contacts, true, true, {});
+  EXPECT_EQ(landing_time(contacts), -infinity);
+}
+
+TEST(ReactiveSteps, StandsWhileTheCapturePointIsAboveTheGround) {
+  ReactiveSteps steps(following(), on_two_feet());
+  for (const double x : {-0.04, 0.0, 0.09})
+    EXPECT_FALSE(steps.plan(with_capture_point(x, -0.07)).is_stepping()) << x;
+}
+
+TEST(ReactiveSteps, StepsToWhereTheCapturePointWillBe) {
+  for (const double direction : {1.0, -1.0}) {
+    ReactiveSteps steps(following(), on_two_feet());
+    const double x = direction > 0.0 ? 0.11 : -0.06;
+    const testing::AllocationCount count;
+    const StepPlan& plan = steps.plan(with_capture_point(x, -0.07));
+    EXPECT_EQ(count.made(), 0);
+    ASSERT_TRUE(plan.is_stepping());
+    const PlannedStep& step = plan.steps[0];
+    EXPECT_GT(direction * step.place[0], std::abs(x));
+    EXPECT_GE(step.landing, step.lift_off + following().shortest - 1e-9);
+    EXPECT_EQ(plan.alternatives, 3);  // either foot, and standing
+    // Away from the foot that stays.
+    const double stance_y = step.foot == Side::right ? 0.0 : -0.14;
+    EXPECT_GE(std::abs(step.place[1] - stance_y), following().lateral_min - 1e-9);
+  }
+}
+
+TEST(ReactiveSteps, AGreaterPushIsMetByAShorterStep) {
+  double before = infinity;
+  for (const double x : {0.105, 0.12, 0.14}) {
+    ReactiveSteps steps(following(), on_two_feet());
+    const StepPlan& plan = steps.plan(with_capture_point(x, -0.07));
+    ASSERT_TRUE(plan.is_stepping());
+    EXPECT_LE(plan.steps[0].landing, before);
+    before = plan.steps[0].landing;
+  }
+}
+
+TEST(ReactiveSteps, TheFootThatSwingsIsFollowedUntilShortlyBeforeItsLanding) {
+  ReactiveSteps steps(following(), on_two_feet());
+  StepPlan plan = steps.plan(with_capture_point(0.11, -0.07));
+  ASSERT_TRUE(plan.is_stepping());
+  const PlannedStep first = plan.steps[0];
+  const auto later = [&](double x, double t) {
+    StepSituation now = with_capture_point(x, -0.07, t);
+    now.foot(first.foot).stands = false;
+    now.foot(first.foot).lifted_off = first.lift_off;
+    return steps.plan(now);
+  };
+  plan = later(0.13, 1.05);
+  EXPECT_EQ(plan.steps[0].foot, first.foot);
+  EXPECT_GT(plan.steps[0].place[0], first.place[0]);
+  EXPECT_LE(plan.steps[0].landing, first.landing);
+  const PlannedStep fixed = plan.steps[0];
+  plan = later(0.20, fixed.landing - 0.05);
+  EXPECT_EQ(plan.steps[0].place, fixed.place);
+  EXPECT_EQ(plan.steps[0].landing, fixed.landing);
+}
+
+TEST(Pushes, AListAddsToTheFirst) {
+  MorePushes more;
+  more.list = "5 6 90; 3.5 2 0 0.2";
+  const std::vector<Push> pushes = all_pushes(Push{}, more);
+  ASSERT_EQ(pushes.size(), 3u);
+  EXPECT_EQ(pushes[0].start, Push{}.start);
+  EXPECT_EQ(pushes[1].start, 3.5);
+  EXPECT_EQ(pushes[1].duration, 0.2);
+  EXPECT_NEAR(pushes[2].direction[1], 1.0, 1e-12);
+}
+
+TEST(Pushes, RandomOnesAreApartAndTheSameForASeed) {
+  MorePushes more;
+  more.rate = 1.0 / 6.0;
+  const std::vector<Push> pushes = all_pushes(Push{}, more), again = all_pushes(Push{}, more);
+  ASSERT_EQ(pushes.size(), 10u);
+  for (std::size_t i = 0; i < pushes.size(); ++i) {
+    EXPECT_GE(pushes[i].impulse, 3.0);
+    EXPECT_LE(pushes[i].impulse, 8.0);
+    EXPECT_EQ(pushes[i].start, again[i].start);
+    if (i > 0) EXPECT_GE(pushes[i].start, pushes[i - 1].start + more.apart - 1e-9);
+  }
+  EXPECT_LE(pushes.back().end(), more.until);
+  more.seed = 2;
+  EXPECT_NE(all_pushes(Push{}, more)[0].start, pushes[0].start);
+}
+
+TEST(Pushes, WhatCannotBeIsRefused) {
+  for (const char* list : {"5 6", "5 6 90 0.1 3", "5 six 90", "5 6 nan", "-1 6 90", "2.45 6 90"}) {
+    MorePushes more;
+    more.list = list;
+    EXPECT_THROW(all_pushes(Push{}, more), InputError) << list;
+  }
+  MorePushes crowded;
+  crowded.rate = 1.0;
+  EXPECT_THROW(all_pushes(Push{}, crowded), InputError);
+}
+
+}  // namespace
+}  // namespace saltus::walking
