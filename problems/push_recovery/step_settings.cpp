@@ -85,10 +85,10 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       at_least(0.0));
   s.vector("walk.velocity", p.velocity, "m/s",
            "forward, to the left, and turning (rad/s, not yet: 0) of a robot that walks (ocp)");
-  s.rule({"walk.velocity", "step.planner"}, [&p]() -> std::string {
+  s.rule({"walk.velocity", "step.planner"}, [&p, &step]() -> std::string {
     if (p.velocity[2] != 0.0)
       return "walk.velocity turns by its third entry, which must be 0: feet stay parallel";
-    if (p.velocity.norm() > 0.0 && p.planner != StepPlannerChoice::ocp)
+    if (p.velocity.norm() > 0.0 && step.planner != StepPlannerChoice::ocp)
       return "walk.velocity needs step.planner=ocp: the formula takes single steps";
     return "";
   });

@@ -141,7 +141,9 @@ TEST(Pushes, RandomOnesAreApartAndTheSameForASeed) {
     EXPECT_GE(pushes[i].impulse, 3.0);
     EXPECT_LE(pushes[i].impulse, 8.0);
     EXPECT_EQ(pushes[i].start, again[i].start);
-    if (i > 0) EXPECT_GE(pushes[i].start, pushes[i - 1].start + more.apart - 1e-9);
+    if (i > 0) {
+      EXPECT_GE(pushes[i].start, pushes[i - 1].start + more.apart - 1e-9);
+    }
   }
   EXPECT_LE(pushes.back().end(), more.until);
   more.seed = 2;
