@@ -4,12 +4,16 @@
 //
 // Eigen reaches every entry of a matrix through its evaluator, and those of a part of a matrix
 // (head<2>(), row(1)) through the part's; both are specialised for tracers, and so is what puts
-// entries after `<<`. Entries behind coeff() and data() are the caller's own affair.
+// entries after `<<`. coeff() goes to the storage, which asks too. What data() points to has some
+// entries more on either side: they stay unwritten, and writing to them is noted.
 #pragma once
 
 #include <Eigen/Core>
 #include <concepts>
+#include <cstddef>
+#include <iterator>
 #include <type_traits>
+#include <utility>
 
 #include "saltus/autodiff/eigen_scalar.hpp"
 #include "saltus/autodiff/tracer.hpp"
@@ -79,6 +83,57 @@ struct CheckedEvaluator : Evaluator {
 };
 
 void mark_unwritten(Tracer* entries, int count);
+/// Whether somebody wrote beyond a vector, through data(), since this was asked last in this
+/// thread; known when the vector's life ends.
+bool was_written_beyond();
+void note_written(const Tracer* beyond, int count);
+
+/// A pointer to entries that knows how many there are.
+template <class Entry>
+struct TracedPointer {
+  using iterator_category = std::random_access_iterator_tag;
+  using value_type = Tracer;
+  using difference_type = std::ptrdiff_t;
+  using pointer = Entry*;
+  using reference = Entry&;
+
+  Entry* at;
+  const Tracer* first;
+  long rows, cols;
+
+  operator Entry*() const { return at; }  // NOLINT: implicit, as Eigen's data() returns one
+  Entry& operator[](Eigen::Index index) const {
+    TracedBounds{rows, cols, first}.check(index);
+    return at[index];
+  }
+  Entry& operator*() const { return *at; }
+  TracedPointer& operator++() {
+    ++at;
+    return *this;
+  }
+};
+
+/// Entries of a vector or matrix of fixed size; they begin unwritten.
+template <int size>
+class TracedEntries {
+ public:
+  TracedEntries() { mark_unwritten(all_, beyond + size + beyond); }
+  TracedEntries(const TracedEntries&) = default;
+  TracedEntries& operator=(const TracedEntries&) = default;
+  TracedEntries(TracedEntries&&) = default;
+  TracedEntries& operator=(TracedEntries&&) = default;
+  ~TracedEntries() {
+    note_written(all_, beyond);
+    note_written(all_ + beyond + size, beyond);
+  }
+
+  Tracer* data() { return all_ + beyond; }
+  const Tracer* data() const { return all_ + beyond; }
+
+ private:
+  static constexpr int beyond = 4;
+  Tracer all_[beyond + size + beyond];
+};
 
 }  // namespace detail
 }  // namespace saltus
@@ -114,17 +169,30 @@ struct block_evaluator<Whole, rows, cols, inner_panel, true>
   }
 };
 
-// Entries of fixed-size vectors and matrices, which begin unwritten.
-template <int size, int options>
-  requires(size > 0)
-struct plain_array<saltus::Tracer, size, options, 16> {
-  EIGEN_ALIGN_TO_BOUNDARY(16) saltus::Tracer array[size];
-
-  plain_array() { saltus::detail::mark_unwritten(array, size); }
-  explicit plain_array(constructor_without_unaligned_array_assert) : plain_array() {}
-};
-
 }  // namespace internal
+
+template <int size, int row_count, int col_count, int options>
+  requires(size > 0 && row_count > 0 && col_count > 0)
+class DenseStorage<saltus::Tracer, size, row_count, col_count, options> {
+ public:
+  DenseStorage() = default;
+  explicit DenseStorage(internal::constructor_without_unaligned_array_assert) {}
+  DenseStorage(Index, Index, Index) {}
+  void swap(DenseStorage& other) { std::swap(entries_, other.entries_); }
+  static constexpr Index rows() { return row_count; }
+  static constexpr Index cols() { return col_count; }
+  void resize(Index, Index, Index) {}
+  void conservativeResize(Index, Index, Index) {}
+  saltus::detail::TracedPointer<saltus::Tracer> data() {
+    return {entries_.data(), entries_.data(), row_count, col_count};
+  }
+  saltus::detail::TracedPointer<const saltus::Tracer> data() const {
+    return {entries_.data(), entries_.data(), row_count, col_count};
+  }
+
+ private:
+  saltus::detail::TracedEntries<size> entries_;
+};
 
 // v << a, b, c: Eigen's rules; what is missing stays unwritten.
 template <saltus::detail::Traced Whole>

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace saltus {
 
@@ -197,6 +198,16 @@ void TracedBounds::refuse(long index) const {
 
 void mark_unwritten(Tracer* entries, int count) {
   std::fill_n(entries, count, Tracer::unwritten());
+}
+
+namespace {
+thread_local bool written_beyond = false;
+}
+
+bool was_written_beyond() { return std::exchange(written_beyond, false); }
+
+void note_written(const Tracer* beyond, int count) {
+  for (int i = 0; i < count; ++i) written_beyond = written_beyond || beyond[i].is_written();
 }
 
 }  // namespace detail

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "saltus/autodiff/traced_vector.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -57,11 +58,15 @@ FormulaStructure traced_structure(const FormulaName& name, const Arguments& size
                                   const TraceFormula& trace) {
   std::vector<Tracer> z, y(outputs);
   for (int i = 0; i < sizes.size(); ++i) z.push_back(Tracer::input(i));
+  detail::was_written_beyond();  // whatever was before
   try {
     trace(z.data(), y.data());
   } catch (const IndexError& e) {
     throw DefinitionError(fmt::format("{}: {}", describe(name), describe(e, sizes)));
   }
+  if (detail::was_written_beyond())
+    throw DefinitionError(
+        fmt::format("{}: it writes beyond a vector, through data()", describe(name)));
   for (int i = 0; i < outputs; ++i)
     if (!y[i].is_written())
       throw DefinitionError(

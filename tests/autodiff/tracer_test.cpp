@@ -165,6 +165,28 @@ TEST(TracedVector, EndsWhereItEnds) {
   EXPECT_NO_THROW((void)(m * v).head<2>().norm());
 }
 
+TEST(TracedVector, EndsForCoeffAndDataToo) {
+  Vec<Tracer, 2> v{Tracer::input(3), Tracer::input(4)};
+  const Mat<Tracer, 2, 2> m = Mat<Tracer, 2, 2>::Identity();
+  expect_beyond([&] { (void)v.coeff(2); }, 2, 2, 3);
+  expect_beyond([&] { v.coeffRef(-1) = 1.0; }, -1, 2, 3);
+  expect_beyond([&] { (void)m.coeff(0, 2); }, 4, 4, -1);
+  EXPECT_FALSE(v.data()[2].is_written());
+  EXPECT_FALSE((v.data()[-1] + v[0]).is_written());
+  {
+    Vec<Tracer, 2> w = v;
+    w.data()[1] = w.coeff(0);
+    w = w.reverse().eval();
+  }
+  EXPECT_FALSE(detail::was_written_beyond());
+  {
+    Vec<Tracer, 2> w = v;
+    w.data()[2] = 1.0;
+  }
+  EXPECT_TRUE(detail::was_written_beyond());
+  EXPECT_FALSE(detail::was_written_beyond());
+}
+
 TEST(TracedVector, WhatIsComputedFromTheUnwrittenIsUnwritten) {
   Vec<Tracer, 2> v;
   v[0] = x;

@@ -106,6 +106,28 @@ const std::vector<Mistake>& mistakes() {
          const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
        },
        {"phase 'motion', the dynamics", "entry 2 of a vector of 2"}},
+      {"CoeffBeyondTheEnd",
+       phase([](Motion& m) {
+         m.keep(
+             "lane", [](auto, auto x) { return x.coeff(1); }, at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "x[1]", "1 state, x[0]"}},
+      {"DataReadBeyondTheEnd",
+       phase([](Motion& m) {
+         m.keep(
+             "lane", [](auto, auto x) { return x[0] + x.data()[1]; }, at_most(1.0));
+       }),
+       {"phase 'motion', term 'lane'", "entry 0 of what it returns was never written"}},
+      {"DataWrittenBeyondTheEnd",
+       [] {
+         const auto dynamics = [](auto t, auto x) {
+           Vec<decltype(t), 2> dx = x;
+           dx.data()[2] = x[1];
+           return dx;
+         };
+         const Phase<2, 0> m{"motion", dynamics, exactly(1.0)};
+       },
+       {"phase 'motion', the dynamics", "writes beyond a vector, through data()"}},
       {"TooManyAfterTheComma",
        [] {
          const auto dynamics = [](auto t, auto x) {
