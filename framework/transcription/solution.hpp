@@ -83,7 +83,8 @@ struct Solution {
   /// exact, not in control loops.
   bool curvature_checked = false;
   KktResidual kkt;  ///< recomputed from the program
-  /// The same in the scale in which it was solved, which is what the solver's tolerance is about
+  /// The same in the scale in which it was solved, which is what the solver's tolerance is about,
+  /// or in that of the values at the solution where they are unusual
   /// (ShootingOptions::automatic_scale).
   KktResidual kkt_in_scale;
   int iterations = 0;
