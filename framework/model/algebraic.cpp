@@ -383,6 +383,7 @@ class AlgebraicEntries final : public FunctionBody {
   AlgebraicEntries(const Arguments& extended, int first, int count)
       : FunctionBody(extended.size(), count), first_(first) {
     std::vector<std::pair<int, int>> pairs;
+    pairs.reserve(count);
     for (int j = 0; j < count; ++j) pairs.emplace_back(j, first + j);
     jacobian_pattern_ = SparsityPattern::from_pairs(count, inputs(), std::move(pairs));
     hessian_pattern_ = SparsityPattern(inputs(), inputs());
