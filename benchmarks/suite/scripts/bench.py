@@ -105,7 +105,8 @@ def run(arguments):
         engine.run_on_cluster(left, take, arguments.scheduler)
     else:
         engine.run_here(left, take)
-    records.write(arguments.out, done, [t["id"] for t in tasks])
+    done.tasks = {t["id"]: done.tasks[t["id"]] for t in tasks}  # in the order of the matrix
+    records.write(arguments.out, done, list(done.tasks))
     return summarise(done, sys.stdout)
 
 

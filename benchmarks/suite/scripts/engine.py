@@ -27,6 +27,10 @@ def run_program(program, task):
             "seconds": time_.perf_counter() - begin}
 
 
+# Functions of __main__ are sent by value, others by the name of their module, which a worker would not find.
+run_program.__module__ = "__main__"
+
+
 def lines_of(outcome):
     """(lines without marks, whether the task ended, the solver that was tried last)."""
     lines, ended, trying = [], False, None
@@ -85,10 +89,8 @@ def run_on_cluster(tasks, take, address):
         raise EngineError("--scheduler needs Dask: Debian's python3-distributed, or the package "
                           "distributed (./saltus setup --with-peers)") from None
     import logging
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
-    import cloudpickle
-    import sys
-    cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    for name in ("distributed", "distributed.client"):  # what goes wrong is said here, in a sentence
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(address, timeout=10, name="saltus bench")
     except (OSError, ValueError, TimeoutError):
