@@ -78,7 +78,11 @@ Verdict judge(const Config& config, const RunLog& log) {
   Verdict v = figures_of(log, settled_from, pushes);
   double length = 1.0, momentum = 1.0;
   if (!log.robot.postures.empty()) {
-    length = posture_on(config.scene.stance, log.robot).com[2] / reference_height;
+    // The bounds are those of a robot on one foot.
+    const StandingPosture& one_foot = config.scene.stance == Stance::both
+                                          ? log.robot.default_posture()
+                                          : posture_on(config.scene.stance, log.robot);
+    length = one_foot.com[2] / reference_height;
     momentum = log.robot.mass / reference_mass * std::pow(length, 1.5);
   }
   std::vector<Cause> causes = causes_on_the_way(log, v, length, momentum);
