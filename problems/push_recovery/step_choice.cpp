@@ -10,6 +10,8 @@ namespace {
 
 // Penalties that are paid for less than this are the solver's rounding and its last step, m.
 constexpr double hardly = 2e-3;
+// What a step may leave of the miss of a robot that stands.
+constexpr double helpful = 0.1;
 
 bool is_known(const StepSituation& now) {
   return std::isfinite(now.time) && std::isfinite(now.omega) && now.omega > 0.0 && now.mass > 0.0 &&
@@ -125,6 +127,12 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   if (incumbent_ >= 0 && best >= 0 && candidates_[incumbent_].solution != nullptr &&
       candidates_[incumbent_].cost < candidates_[best].cost + settings_.hysteresis)
     best = incumbent_;
+  // A step that leaves more of what standing misses costs the robot that stands its balance: with
+  // arms and trunk it can do more than its pendulum.
+  const Candidate& standing = candidates_.front();
+  if (best > 0 && !walks() && standing.solution != nullptr && standing.solution->is_solved &&
+      candidates_[best].solution->missed > helpful * standing.solution->missed)
+    best = 0;
   for (const Candidate& c : candidates_)
     if (c.solution != nullptr) note(c, now);
   if (best >= 0) {
@@ -167,7 +175,9 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
       Vec<double, 2>(-momentum[1], momentum[0]) / (now.mass * height * now.omega);
   Vec<double, step_states> state;
   state << frame.into(com), frame.into({rest[0], rest[1], 0.0}), frame.turned(lent), data.swung;
-  for (int i = 4; i < 6; ++i) state[i] = std::clamp(state[i], -model_.lent, model_.lent);
+  // Off its bounds: an interior-point method finds nothing between a state and a bound that meet.
+  const double lent_most = 0.95 * model_.lent;
+  for (int i = 4; i < 6; ++i) state[i] = std::clamp(state[i], -lent_most, lent_most);
 
   Bounds phase = between(0.01, model_.swing.upper);
   if (c.from_two_feet) {

@@ -59,6 +59,8 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
             between(0, most_planned_steps));
   s.number("step.shortest", p.shortest, "s", "least time of a swing (reactive, ocp)",
            between(0.05, 10.0));
+  s.number("step.usual", p.usual, "s", "time of a swing that is not in a hurry (ocp)",
+           between(0.05, 10.0));
   s.number("step.longest", p.longest, "s", "largest time of a swing (ocp)", between(0.05, 10.0));
   s.number("step.foot_speed", p.foot_speed, "m/s", "largest speed of the swing foot (ocp)",
            above(0.0));
@@ -85,6 +87,17 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       at_least(0.0));
   s.vector("walk.velocity", p.velocity, "m/s",
            "forward, to the left, and turning (rad/s, not yet: 0) of a robot that walks (ocp)");
+  s.rule({"walk.velocity", "step.usual", "step.double_support", "step.foot_speed"},
+         [&p]() -> std::string {
+           // A foot swings over two steps, at 15/8 of the mean speed where it is fastest.
+           const double speed = 15.0 / 8.0 * 2.0 * p.velocity.head<2>().norm() *
+                                (p.usual + p.double_support) / p.usual;
+           if (speed <= p.foot_speed) return "";
+           return fmt::format(
+               "walk.velocity needs a foot that swings at {:.2f} m/s, and step.foot_speed is {}: "
+               "walk slower, or let the foot move faster",
+               speed, p.foot_speed);
+         });
   s.rule({"walk.velocity", "step.planner"}, [&p, &step]() -> std::string {
     if (p.velocity[2] != 0.0)
       return "walk.velocity turns by its third entry, which must be 0: feet stay parallel";
@@ -137,7 +150,7 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   model.weights.pressure = planning.weights[3];
   model.swing_speed = planning.foot_speed;
   model.swing = between(planning.shortest, planning.longest);
-  model.usual_swing = std::clamp(step.duration, planning.shortest, planning.longest);
+  model.usual_swing = std::clamp(planning.usual, planning.shortest, planning.longest);
   model.double_support = between(planning.double_support, planning.double_support + 0.5);
 
   StepChoiceSettings choice;

@@ -15,6 +15,7 @@ namespace saltus::push_recovery {
 
 struct StepPlanning {
   int most_steps = 2;
+  double usual = 0.35;          ///< time of a swing, s
   double shortest = 0.3;        ///< swing, s
   double longest = 0.9;         ///< swing, s
   double foot_speed = 1.2;      ///< largest of the swing foot, m/s
@@ -33,7 +34,7 @@ struct StepPlanning {
 /// step.planner and the keys of the one that solves a problem of optimal control.
 void declare_settings(Settings& settings, StepPlanning& planning, walking::Step& step);
 
-/// For the robot of this scene; `step` has its usual time and place, and its reach as long as the
+/// For the robot of this scene; `step` has its usual place, and its reach as long as the
 /// robot's own is not given.
 std::unique_ptr<walking::StepPlanner> make_step_choice(
     const StepPlanning& planning, const walking::Step& step, const walking::Scene& scene,

@@ -242,8 +242,7 @@ TEST(ChoiceOfSteps, SaysWhenNothingHelps) {
   now.gamma[4] = -3.0;  // m/s
   const StepPlan& plan = planner.plan(now);
   EXPECT_FALSE(planner.is_feasible());
-  EXPECT_GE(plan.chosen, 0);  // the least bad
-  EXPECT_GT(plan.count, 0);
+  EXPECT_GE(plan.chosen, 0);  // the least bad is carried out
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ def main(source, target):
     rows.remove(area)
     rows.append(rows[0])
     angles = [math.radians(float(row["direction"])) for row in rows]
-    figure, axes = plt.subplots(figsize=(7.4, 6.4), subplot_kw={"projection": "polar"},
+    figure, axes = plt.subplots(figsize=(9.0, 6.0), subplot_kw={"projection": "polar"},
                                 constrained_layout=True)
     for key, (label, style) in BOUNDS.items():
         axes.plot(angles, [float(row[key]) for row in rows], style, color="black", linewidth=1.0,
@@ -41,7 +41,7 @@ def main(source, target):
                   label=f"{label} ({float(area[key]):.0f} (N s)²)")
     axes.set_theta_zero_location("N")  # forward is up, the left foot's side to the left
     axes.set_title("largest impulse survived, N s; forward is up")
-    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(0.86, 1.05))
+    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.08, 1.0))
     save_picture(figure, target)
 
 
