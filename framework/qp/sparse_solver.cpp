@@ -24,7 +24,7 @@ class SparseQpSolver : public QpSolver {
     QpOptions options = options_;
     options.tolerance =
         std::max(options_.tolerance / system_.cost_unit(), std::min(options_.tolerance, finest));
-    options.warm_barrier /= system_.cost_unit();
+    options.warm_barrier = std::max(options_.warm_barrier, warm_barrier) / system_.cost_unit();
     QpResult result = method_.solve(system_, options, deadline_, warm);
     system_.unload_point(qp, iterate.v.data(), iterate.y.data(), iterate.lambda.data(), point);
     const SparseQpResidual residual = kkt_residual(qp, point);
@@ -38,6 +38,8 @@ class SparseQpSolver : public QpSolver {
 
  private:
   static constexpr double finest = 1e-10;
+  // Rows of whatever unit and size: less left the live schedule with more iterations than cold.
+  static constexpr double warm_barrier = 3e-3;
 
   QpOptions options_;
   qp::SparseSystem system_;
