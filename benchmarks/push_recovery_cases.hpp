@@ -45,7 +45,7 @@ inline QpCase read_case(const std::string& name) {
   const nlohmann::json& p = json.at("params");
   QpCase c;
   c.model.mass = p.at("m");
-    ContactConeOptions contact;
+  ContactConeOptions contact;
   contact.friction = p.at("mu");
   contact.edges = 4;
   contact.pyramid = FrictionPyramid::circumscribed;
@@ -87,7 +87,8 @@ inline QpCase read_case(const std::string& name) {
 }
 
 inline MultipleShooting transcribe(const QpCase& c) {
-  OptimalControlProblem ocp = problem(c.model, c.weights, c.data, walking::one_foot_then_two(c.impact_time));
+  OptimalControlProblem ocp =
+      problem(c.model, c.weights, c.data, walking::one_foot_then_two(c.impact_time));
   ocp.start_at(c.start);
   return MultipleShooting(
       std::move(ocp), {.intervals_per_phase = c.model.intervals, .integrator = zero_order_hold()});

@@ -62,8 +62,8 @@ class Trajectory {
   /// Without the first phases: what is left once they are over. Must leave one.
   Trajectory after(int phases) const;
 
-  /// A header and one line per sample: t, phase, x0..., u0..., z0...; columns that a phase does not have
-  /// are empty. Every event appears twice, with the values before and after it.
+  /// A header and one line per sample: t, phase, x0..., u0..., z0...; columns that a phase does not
+  /// have are empty. Every event appears twice, with the values before and after it.
   void write_csv(std::ostream& out, int samples_per_interval = 1) const;
 
  private:

@@ -65,7 +65,8 @@ OptimalControlProblem problem(double impact_time) {
 
   Vector9 start;
   start << com, 0, -0.35, 0, 0, 0, 0;  // m, m/s, Nms
-  OptimalControlProblem ocp = push_recovery::problem(model, weights, tick, walking::one_foot_then_two(impact_time));
+  OptimalControlProblem ocp =
+      push_recovery::problem(model, weights, tick, walking::one_foot_then_two(impact_time));
   ocp.start_at(start);
   return ocp;
 }

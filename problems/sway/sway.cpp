@@ -150,9 +150,7 @@ class Sway final : public BipedProblem {
                                         const Scene& scene) const override {
     return std::make_unique<SwayPlanner>(config_, nominal, scene);
   }
-  double end_time(double, double, double) const override {
-    return config_.period * config_.cycles;
-  }
+  double end_time(double, double, double) const override { return config_.period * config_.cycles; }
 
   Verdict judge(const RunLog& log) const override {
     Verdict v = figures_of(log, config_.period, pushes());
