@@ -37,7 +37,7 @@ class SparseQpSolver : public QpSolver {
   std::string name() const override { return "sparse"; }
 
  private:
-  static constexpr double finest = 1e-10;
+  static constexpr double finest = 1e-12;
   // Rows of whatever unit and size: less left the live schedule with more iterations than cold.
   static constexpr double warm_barrier = 3e-3;
 
