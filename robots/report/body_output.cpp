@@ -104,7 +104,7 @@ Json estimate_figures(const RunLog& log) {
     ++count;
     const BodySample& b = log.body[i];
     const Vec<double, 3> sole =
-        (log.final_scene.side == Side::left ? b.left_sole : b.right_sole).translation();
+        (b.estimate->stance == Side::left ? b.left_sole : b.right_sole).translation();
     const Vec<double, 9>& truth = log.samples[i].gamma;
     const Vec<double, 9>& gamma = b.estimate->gamma;
     largest = std::max(
@@ -143,7 +143,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
       for (std::size_t i = 1; i < robot.bodies.size(); ++i)
         columns.push_back(quantity + robot.bodies[i].joint);
     add("estimate_", {"com_x", "com_y", "com_z", "vel_x", "vel_y", "vel_z", "h_x", "h_y", "h_z"});
-    add("estimate_stance_", {"x", "y", "z"});
+    add("estimate_stance_", {"x", "y", "z", "is_left"});
   }
 
   CsvTable table(columns);
@@ -171,6 +171,7 @@ CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
       row.insert(row.end(), b.estimate->state.dq.begin(), b.estimate->state.dq.end());
       row.insert(row.end(), b.estimate->gamma.begin(), b.estimate->gamma.end());
       row.insert(row.end(), b.estimate->stance_sole.begin(), b.estimate->stance_sole.end());
+      row.push_back(b.estimate->stance == Side::left ? 1.0 : 0.0);
     }
     table.add_row(row);
   }

@@ -59,6 +59,7 @@ struct BodyEstimate {
   WholeBodyState state;
   Vec<double, 9> gamma;
   Vec<double, 3> stance_sole;  ///< origin of its contact frame, m
+  Side stance = Side::left;    ///< the foot that is meant: steps change it
 };
 
 /// What the whole body does at the instant of the sample with the same index.

@@ -221,7 +221,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     b.right_sole = true_dynamics().sole(Side::right).pose;
     if (estimates_)
       b.estimate = {estimate_before_, measured(),
-                    dynamics_->sole(other(swing_side_)).pose.translation()};
+                    dynamics_->sole(other(swing_side_)).pose.translation(), other(swing_side_)};
     return b;
   }
   void describe(RunLog& log) const override {

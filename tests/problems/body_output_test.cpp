@@ -165,15 +165,18 @@ TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {
   EXPECT_NEAR(figures["left_slip_max_m"].get<double>(), 1e-4 * (samples - 1), rounding);
 }
 
-// The CoM is believed 3 mm off and at 0.1 m/s, above a sole that is believed 1 mm off.
+// The CoM is believed 3 mm off and at 0.1 m/s, above a sole that is believed 1 mm off; a step
+// changes the sole.
 TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
   RunLog log = made_up_log();
   const std::size_t width = parse(body_table(log, two_joints())).columns.size();
   for (std::size_t i = 0; i < log.body.size(); ++i) {
     log.samples[i].time += 1.0;  // s; long after the start
     BodySample& b = log.body[i];
-    const Vec<double, 3> sole = b.left_sole.translation();
-    BodyEstimate estimate{b.state, log.samples[i].gamma, sole + Vec<double, 3>(1e-3, 0.0, 0.0)};
+    const Side stance = 2 * i < log.body.size() ? Side::left : Side::right;
+    const Vec<double, 3> sole = (stance == Side::left ? b.left_sole : b.right_sole).translation();
+    BodyEstimate estimate{b.state, log.samples[i].gamma, sole + Vec<double, 3>(1e-3, 0.0, 0.0),
+                          stance};
     estimate.gamma[0] += 4e-3;
     estimate.gamma[3] += 0.1;
     b.estimate = estimate;
@@ -182,8 +185,8 @@ TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
   EXPECT_NEAR(figures["estimate_com_error_m"].get<double>(), 3e-3, rounding);
   EXPECT_NEAR(figures["estimate_velocity_error_m_s"].get<double>(), 0.1, rounding);
   const Table table = parse(body_table(log, two_joints()));
-  // Pose of the base, positions and velocities of two joints, CoM with momentum, sole.
-  EXPECT_EQ(table.columns.size(), width + 7 + 4 + 9 + 3);
+  // Pose of the base, positions and velocities of two joints, CoM with momentum, sole and which.
+  EXPECT_EQ(table.columns.size(), width + 7 + 4 + 9 + 4);
   EXPECT_NEAR(table.at(3, "estimate_com_x"), log.samples[3].gamma[0] + 4e-3, rounding);
   EXPECT_NEAR(table.at(3, "estimate_dq_knee"), log.body[3].state.dq[1], rounding);
 }

@@ -101,11 +101,12 @@ def draw_torques(body, robot, summary, folder, begin, end, what):
 
 def draw_estimate(table, body, summary, folder, begin, end, what):
     figure, axes = new_axes(f"Error of the estimated CoM, {what}", "from the stance sole [mm]")
-    sole = summary["stance"] + "_sole_"
+    is_left = body["estimate_stance_is_left"]
     shown = [i for i, t in enumerate(body["t"]) if begin <= t <= end]
     for axis in "xyz":
         estimated, below = body[f"estimate_com_{axis}"], body[f"estimate_stance_{axis}"]
-        com, foot = table[f"com_{axis}"], body[sole + axis]
+        com, left, right = table[f"com_{axis}"], body[f"left_sole_{axis}"], body[f"right_sole_{axis}"]
+        foot = [a if chosen else b for chosen, a, b in zip(is_left, left, right)]
         axes.plot([body["t"][i] for i in shown],
                   [1e3 * ((estimated[i] - below[i]) - (com[i] - foot[i])) for i in shown], label=axis)
     mark_events(axes, summary)
