@@ -24,8 +24,8 @@ constexpr double rounding = 1e-9;
 // More leaves than this are not worth their tails: the next tick starts anew.
 constexpr std::size_t most_leaves = 5000;
 
-// A node's start is its parent's optimum, farther away than that of the tick before: in units of the
-// cost (1e-5, 1e-3, 1e-2 and 3e-2 were tried).
+// A node's start is its parent's optimum, farther away than that of the tick before: in units of
+// the cost (1e-5, 1e-3, 1e-2 and 3e-2 were tried).
 constexpr double warm_barrier = 1e-2;
 
 std::unique_ptr<StageQpSolver> solver_for(const StageQp& capacity, double tolerance) {
