@@ -54,7 +54,7 @@ struct Pendulum {
   template <class S>
   Vec<S, 7> operator()(const S&, const Vec<S, 7>& x, const Vec<S, 5>& u,
                        const Vec<S, parameters>& p) const {
-    const S omega = p[0];
+    const S& omega = p[0];
     const Vec<S, 2> cop =
         before == after
             ? in_hull<S>(foot(before, p), foot(before, p), S(0.0), u[0], u[1], model.sole)
