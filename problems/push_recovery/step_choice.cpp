@@ -114,7 +114,7 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
     }
     const double so_far = best >= 0 ? candidates_[best].cost : infinity;
     // What was found is no dearer than the steps alone of this one.
-    if (i != incumbent_ && settings_.price * static_cast<double>(c.steps) >= so_far) return;
+    if (i != incumbent_ && settings_.price * c.steps >= so_far) return;
     if (best >= 0 && iterations_ >= settings_.budget) return;
     look_at(c, now);
     if (c.cost < so_far) best = i;
