@@ -14,11 +14,12 @@
 
 #include "benchmarks/pendulum_walker.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/planar_sets.hpp"
 
 namespace saltus::push_recovery {
 namespace {
 
-using Points = Eigen::Matrix<double, Eigen::Dynamic, 2>;
+using Points = PlanarPoints;
 
 constexpr double usual_time = 0.6, shortest_time = 0.3;  // s
 const Vec<double, 2> usual_place(0.0, 0.15);             // of centres, m
@@ -71,11 +72,7 @@ Points corners_of(const SupportPolygon& polygon) {
   return points;
 }
 Points sum(double a, const Points& A, double b, const Points& B) {
-  Points points(A.rows() * B.rows(), 2);
-  for (Eigen::Index i = 0; i < A.rows(); ++i)
-    for (Eigen::Index j = 0; j < B.rows(); ++j)
-      points.row(i * B.rows() + j) = a * A.row(i) + b * B.row(j);
-  return corners_of(SupportPolygon::hull(points));
+  return corners_of(SupportPolygon::hull(weighted_sums(a, A, b, B)));
 }
 Points together(const Points& A, const Points& B) {
   Points points(A.rows() + B.rows(), 2);
@@ -97,17 +94,6 @@ Points capturable(int steps, const WalkerOptions& walker, double omega) {
   return sum(1.0 - e, sole, e, together(sole, sum(1.0, reach, 1.0, on_new_foot)));
 }
 
-double distance_to_border(const Points& corners, const Vec<double, 2>& from,
-                          const Vec<double, 2>& along) {
-  const HalfPlanes sides = SupportPolygon::hull(corners).half_planes();
-  double distance = infinity;
-  for (int i = 0; i < sides.rows(); ++i) {
-    const double speed = sides.A.row(i).dot(along);
-    if (speed > 0.0) distance = std::min(distance, (sides.b[i] - sides.A.row(i).dot(from)) / speed);
-  }
-  return distance;
-}
-
 // N s. Of a start on two feet either may stand on; at rest in their middle.
 double bound(int steps, double angle, const WalkerOptions& walker) {
   const double omega = pendulum_frequency(walker.height), duration = PendulumPush{}.duration;
@@ -125,9 +111,9 @@ double bound(int steps, double angle, const WalkerOptions& walker) {
     mirrored.col(1) = -set.col(1).array() - apart;
     const Vec<double, 2> middle(0.0, -0.5 * apart);
     for (const Points& from : {standing, set, mirrored})
-      distance = std::max(distance, distance_to_border(from, middle, along));
+      distance = std::max(distance, distance_to_border(SupportPolygon::hull(from), middle, along));
   } else {
-    distance = distance_to_border(set, {0.0, 0.0}, along);
+    distance = distance_to_border(SupportPolygon::hull(set), {0.0, 0.0}, along);
   }
   return distance * walker.mass * omega / decay;
 }

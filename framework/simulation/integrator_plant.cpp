@@ -4,6 +4,7 @@
 
 #include "saltus/core/describe_exception.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/ocp/interval_of.hpp"
 
 namespace saltus {
 namespace {
@@ -112,12 +113,7 @@ IntegratorPlant nominal_plant(const OptimalControlProblem& problem,
                               const IntegratorChoice& scheme) {
   if (problem.phases().empty()) throw DefinitionError("plant: the problem has no phase");
   const PhaseDefinition& phase = problem.phases().front();
-  IntervalProblem interval;
-  interval.arguments = phase.sizes;
-  interval.dynamics = phase.dynamics;
-  interval.switching = phase.switching;
-  interval.algebraic = phase.algebraic;
-  interval.nominal_state = phase.nominal_state;
+  IntervalProblem interval = interval_of(phase);
   VectorXd parameters(phase.sizes.np);
   Eigen::Index at = 0;
   for (const ParameterBlock& block : phase.parameters) {

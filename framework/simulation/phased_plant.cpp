@@ -8,6 +8,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/cost_functions.hpp"
+#include "saltus/ocp/interval_of.hpp"
 
 namespace saltus {
 namespace {
@@ -54,12 +55,7 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
   for (const PhaseDefinition& phase : problem_.phases()) {
     if (!phase.switching.empty())
       throw DefinitionError(fmt::format("plant: phase '{}' has events inside", phase.name));
-    IntervalProblem interval;
-    interval.arguments = phase.sizes;
-    interval.dynamics = phase.dynamics;
-    interval.algebraic = phase.algebraic;
-    interval.nominal_state = phase.nominal_state;
-    interval.differentiate_parameter.assign(phase.sizes.np, false);
+    IntervalProblem interval = interval_of(phase);
     Phase& p = phases_.emplace_back();
     std::vector<Function> running;
     for (std::size_t t = 0; t < phase.terms.size(); ++t)

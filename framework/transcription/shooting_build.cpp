@@ -9,6 +9,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/cost_functions.hpp"
+#include "saltus/ocp/interval_of.hpp"
 #include "saltus/transcription/interval_function.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
@@ -70,15 +71,9 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   std::vector<Function> running;
   for (const int t : running_costs(phase)) running.push_back(cost_function(phase.terms[t]));
 
-  IntervalProblem interval;
-  interval.arguments = phase.sizes;
-  interval.dynamics = phase.dynamics;
-  interval.switching = phase.switching;
-  interval.algebraic = phase.algebraic;
+  IntervalProblem interval = interval_of(phase);
   if (integrated && !running.empty()) interval.running_cost = stack(running);
   interval.shape = phase.input_shape();
-  interval.nominal_state = phase.nominal_state;
-  interval.differentiate_parameter.assign(phase.sizes.np, false);
   for (int i = 0; i < phase.sizes.np; ++i)
     interval.differentiate_parameter[i] = layout_.parameter(j, i) >= 0;
   for (int i = 0; i <= j; ++i)

@@ -16,26 +16,13 @@
 #include <array>
 
 #include "problems/library/cases.hpp"
+#include "problems/library/fishing.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 
 namespace saltus::library {
 namespace {
 
-struct Populations {  // x = (prey, predators)
-  double fishing;     // w
-
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
-    const S meeting = x[0] * x[1];
-    return {x[0] - meeting - 0.4 * fishing * x[0], -x[1] + meeting - 0.2 * fishing * x[1]};
-  }
-};
-
 OptimalControlProblem problem() {
-  const auto deviation = [](const auto&, const auto& x) {
-    const auto a = x[0] - 1.0, b = x[1] - 1.0;
-    return a * a + b * b;
-  };
   const std::array guess{2.5, 1.5, 0.5, 0.5, 0.5, 0.5, 0.5, 0.5, 5.0};
   OptimalControlProblem ocp("fishing");
   ocp.start_at({0.5, 0.7});
@@ -43,7 +30,9 @@ OptimalControlProblem problem() {
     const bool out = i % 2 == 1;
     Phase<2, 0> phase{fmt::format("{} {}", out ? "fish" : "wait", i / 2 + 1),
                       Populations{out ? 1.0 : 0.0}, between(0.05, 12.0)};
-    phase.minimise("deviation", deviation).guess_state(Guess::simulate()).guess_duration(guess[i]);
+    phase.minimise("deviation", Deviation{})
+        .guess_state(Guess::simulate())
+        .guess_duration(guess[i]);
     ocp.then(phase);
   }
   ocp.total_time(exactly(12.0)).costs(CostRule::integrated);

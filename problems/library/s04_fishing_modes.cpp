@@ -6,32 +6,16 @@
 //
 // With any effort in between the optimum is 1.34408 (a08_fishing_relaxed.cpp), which no sequence
 // can beat: S. Sager, mintOC.de.
+#include "problems/library/fishing.hpp"
 #include "problems/library/mode_graphs.hpp"
 
 namespace saltus::library {
-namespace {
-
-struct Populations {  // x = (prey, predators)
-  double fishing;     // w
-
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x) const {
-    const S meeting = x[0] * x[1];
-    return {x[0] - meeting - 0.4 * fishing * x[0], -x[1] + meeting - 0.2 * fishing * x[1]};
-  }
-};
-
-}  // namespace
 
 ModeGraph fishing_modes() {
-  const auto deviation = [](const auto&, const auto& x) {
-    const auto a = x[0] - 1.0, b = x[1] - 1.0;
-    return a * a + b * b;
-  };
   ModeGraph graph("fishing");
   for (const bool out : {false, true}) {
     Phase<2, 0> phase{out ? "fish" : "wait", Populations{out ? 1.0 : 0.0}, between(0.0, 12.0)};
-    phase.minimise("deviation", deviation).guess_state(Guess::simulate()).guess_duration(1.0);
+    phase.minimise("deviation", Deviation{}).guess_state(Guess::simulate()).guess_duration(1.0);
     graph.mode(phase);
   }
   graph.transition("wait", "fish")

@@ -56,21 +56,6 @@ StepProgram::StepProgram(const StepModel& model, int steps, bool from_two_feet)
   solution_.place.fill(Vec<double, 2>::Zero());
 }
 
-void StepProgram::start_near(double landing, const Vec<double, 2>& place) {
-  plan_ = initial_;
-  const Layout& layout = shooting_->layout();
-  const int swing = from_two_feet_ ? 1 : 0;
-  const PhaseDefinition& phase = shooting_->problem().phases()[swing];
-  if (steps_ == 0) return;
-  plan_.w[layout.duration(swing)] = landing / phase.nominal_duration;
-  for (int i = 0; i < 2; ++i) {
-    const int entry = size_of<StepNow> + i;
-    plan_.w[layout.parameter(swing, entry)] = place[i] / phase.nominal_parameter(entry);
-  }
-  has_plan_ = true;
-  has_multipliers_ = false;
-}
-
 void StepProgram::begin_at(double elapsed, Bounds first) {
   const NonlinearProgram& nlp = shooting_->nlp();
   if (!has_plan_) {

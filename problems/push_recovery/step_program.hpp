@@ -37,8 +37,6 @@ class StepProgram {
   int steps() const { return steps_; }
   /// The next solve starts from the problem's own guess.
   void restart() { has_plan_ = false; }
-  /// Takes `landing` (s from now) and `place` of the first step as its guess in place of the plan.
-  void start_near(double landing, const Vec<double, 2>& place);
   /// From `state` (StepModel), `elapsed` s after the solve before. `first` bounds what is left of
   /// the first phase, s. At most so many quadratic programs: it ends when the plan moves no more.
   /// Does not allocate.

@@ -2,41 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/planar_sets.hpp"
 
 namespace saltus::walking {
 namespace {
 
-using Points = Eigen::Matrix<double, Eigen::Dynamic, 2>;
-
-Points corners(const Bounds& x, const Bounds& y) {
-  Points points(4, 2);
+PlanarPoints corners(const Bounds& x, const Bounds& y) {
+  PlanarPoints points(4, 2);
   points << x.upper, y.upper, x.lower, y.upper, x.lower, y.lower, x.upper, y.lower;
   return points;
-}
-
-// All sums of a multiple of each.
-Points minkowski_sum(double factor_a, const Points& a, double factor_b, const Points& b) {
-  Points sums(a.rows() * b.rows(), 2);
-  for (Eigen::Index i = 0; i < a.rows(); ++i)
-    for (Eigen::Index k = 0; k < b.rows(); ++k)
-      sums.row(i * b.rows() + k) = factor_a * a.row(i) + factor_b * b.row(k);
-  return sums;
-}
-
-double distance_to_border(const SupportPolygon& polygon, const Point2& from, const Point2& along) {
-  const HalfPlanes& sides = polygon.half_planes();
-  double distance = infinity;
-  for (int i = 0; i < sides.rows(); ++i) {
-    const double speed = sides.A.row(i).dot(along);
-    // A side that the ray does not approach does not bound it.
-    if (speed > 0.0) distance = std::min(distance, (sides.b[i] - sides.A.row(i).dot(from)) / speed);
-  }
-  return distance;
 }
 
 // Mean of e^(-omega t), t from the start of the push, weighted with its force; by parts, as the
@@ -66,19 +44,19 @@ double PendulumBound::largest_impulse(double angle, std::optional<double> landin
     throw DefinitionError(
         fmt::format("pendulum bound: the foot lands after {} s, before the push of {} s ends",
                     *landing, push.duration));
-  const Points stance = corners(stance_foot.x, stance_foot.y);
+  const PlanarPoints stance = corners(stance_foot.x, stance_foot.y);
   if (!SupportPolygon::hull(stance).contains(start))
     throw DefinitionError("pendulum bound: the CoM starts beside the stance foot");
 
   const double omega = pendulum_frequency(height);
-  Points reachable = stance;
+  PlanarPoints reachable = stance;
   if (landing) {
-    Points both(8, 2);
+    PlanarPoints both(8, 2);
     both << stance,
         corners(between(swing_foot.x.lower + reach_x.lower, swing_foot.x.upper + reach_x.upper),
                 between(swing_foot.y.lower + reach_y.lower, swing_foot.y.upper + reach_y.upper));
     const double late = std::exp(-omega * *landing);
-    reachable = minkowski_sum(1.0 - late, stance, late, both);
+    reachable = weighted_sums(1.0 - late, stance, late, both);
   }
   const Point2 along(std::cos(angle), std::sin(angle));
   return distance_to_border(SupportPolygon::hull(reachable), start, along) * mass * omega /

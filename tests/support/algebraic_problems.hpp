@@ -3,18 +3,14 @@
 
 #include <cmath>
 
+#include "saltus/ocp/interval_of.hpp"
 #include "saltus/ocp/phase.hpp"
 
 namespace saltus::testing_support {
 
 /// x' and z of one phase as an interval, without costs.
-inline IntervalProblem interval_of(const PhaseDefinition& phase) {
-  IntervalProblem interval;
-  interval.arguments = phase.sizes;
-  interval.dynamics = phase.dynamics;
-  interval.switching = phase.switching;
-  interval.algebraic = phase.algebraic;
-  interval.nominal_state = phase.nominal_state;
+inline IntervalProblem differentiable_interval_of(const PhaseDefinition& phase) {
+  IntervalProblem interval = saltus::interval_of(phase);
   interval.differentiate_parameter.assign(phase.sizes.np, true);
   return interval;
 }

@@ -49,7 +49,7 @@ TEST(KnownAnswers, ChemicalAkzoNobel) {
   for (const IntegratorChoice& scheme : {cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14}),
                                          idas({.tolerance = 1e-12, .absolute_tolerance = 1e-14}),
                                          radau_iia({.stages = 4, .steps = 10})}) {
-    const auto integrator = scheme->make(interval_of(phase));
+    const auto integrator = scheme->make(differentiable_interval_of(phase));
     VectorXd end = akzo_nobel_start;
     for (int k = 0; k < intervals; ++k)
       end =
@@ -72,7 +72,7 @@ TEST(KnownAnswers, ThePendulumKeepsItsEnergyAndLength) {
         idas({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
         gauss_legendre({.stages = 4, .steps = 200}), radau_iia({.stages = 4, .steps = 400}),
         runge_kutta8({.steps = 800})}) {
-    const auto integrator = scheme->make(interval_of(pendulum()));
+    const auto integrator = scheme->make(differentiable_interval_of(pendulum()));
     const VectorXd end = end_of(*integrator, start, VectorXd(), 10.0);
     // Backward differentiation drifts most: 2e-8 in 17 swings.
     EXPECT_NEAR(energy(end), 0.0, 5e-8) << scheme->name();
@@ -92,7 +92,7 @@ TEST(KnownAnswers, RobertsonWithConservationOfMass) {
   for (const IntegratorChoice& scheme : {cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
                                          idas({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
                                          radau_iia({.stages = 4, .steps = 2000})}) {
-    const auto integrator = scheme->make(interval_of(phase));
+    const auto integrator = scheme->make(differentiable_interval_of(phase));
     VectorXd w(7), end(2);
     w << 1.0, 0.0, p, 0.0, 0.4;
     MatrixXd derivative(2, 7);
@@ -123,7 +123,7 @@ TEST(KnownAnswers, SensitivitiesOfIdasAreThoseOfImplicitRungeKutta) {
       .minimise("cost", [](const auto&, const auto& x, const auto& z, const auto& u) {
         return z[1] * z[1] * x[0] + u[0] * z[0];
       });
-  IntervalProblem interval = interval_of(phase.definition());
+  IntervalProblem interval = differentiable_interval_of(phase.definition());
   interval.running_cost = phase.definition().terms.front().function;
   interval.shape = InputShape::linear;
   interval.differentiate_time = true;
@@ -342,7 +342,7 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
   for (const IntegratorChoice& scheme :
        {cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
         idas({.tolerance = 1e-12, .absolute_tolerance = 1e-13}), runge_kutta8({.steps = 100})}) {
-    const auto integrator = scheme->make(interval_of(phase.definition()));
+    const auto integrator = scheme->make(differentiable_interval_of(phase.definition()));
     const VectorXd end = end_of(*integrator, start, VectorXd(), 0.7);
     const double fall = limit / (3.0 * Pendulum::gravity);  // z = 3 g fall before
     EXPECT_NEAR(energy(end), -0.75 * Pendulum::gravity * fall, 1e-8) << scheme->name();
