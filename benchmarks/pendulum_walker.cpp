@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 
+#include "saltus/core/clock.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
 namespace saltus::push_recovery {
@@ -13,12 +13,6 @@ using walking::FootState;
 
 using Vector2 = Vec<double, 2>;
 using Vector3 = Vec<double, 3>;
-
-double processor_time() {
-  timespec now{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 // Along the polynomial of fifth order to rest at `to` in `left` seconds; moves on by h.
 struct SwingFoot {
@@ -62,9 +56,9 @@ class Walker {
     for (long k = 0; static_cast<double>(k) * o_.period < o_.duration; ++k) {
       now_.time = static_cast<double>(k) * o_.period;
       measure();
-      const double begin = processor_time();
+      const double begin = thread_microseconds();
       const StepPlan& plan = planner_.plan(now_);
-      result_.seconds.push_back(processor_time() - begin);
+      result_.seconds.push_back(1e-6 * (thread_microseconds() - begin));
       result_.iterations.push_back(planner_.iterations());
       if (observe) observe(now_, plan);
       lift_off(plan);
