@@ -4,11 +4,9 @@ import concurrent.futures
 import dataclasses
 from typing import Tuple
 
+from comparisons import COMPASS
 from programs import humanoid, rows_of
-from tables import README, markdown
-
-COMPASS = {0: "forward", 45: "forward left", 90: "left (stance side)", 135: "back left", 180: "back",
-           225: "back right", 270: "right (swing side)", 315: "forward right"}
+from tables import FORMULA, README, markdown
 
 
 @dataclasses.dataclass
@@ -148,7 +146,7 @@ class Humanoids:
 
         def outcome(job):
             file, (plant, impulse) = job
-            found = programs.run({"config": file, "plant": plant, "push.impulse": impulse})
+            found = programs.run({"config": file, "plant": plant, "push.impulse": impulse, **FORMULA})
             return "recovered" if found["recovered"] else found["reason"]
         jobs = [(file, one) for file in files for one in self.pushes]
         with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
@@ -162,10 +160,10 @@ OTHER_TABLES = {
     "suite": Suite("Problems of the library against their known answers, solved by Ipopt",
                    ("A01", "A02", "B01", "B07", "B10", "C03", "D02", "D12")),
     "solvers": Solvers("Cases of the library that each solver meets"),
-    "map_centroidal": Map("What is survived on the centroidal model", (), (0.6, 0.45, 0.3), 16,
+    "map_centroidal": Map("What is survived on the centroidal model", ("--set", "step.planner=formula"), (0.6, 0.45, 0.3), 16,
                           "problems/push_recovery/map_centroidal.png"),
     "map_dart": Map("What the whole body survives in DART, preset paper",
-                    ("--plant", "dart", "--set", "preset=paper", "--directions", "8", "--step-times", "0.6"),
+                    ("--plant", "dart", "--set", "preset=paper", "--set", "step.planner=formula", "--directions", "8", "--step-times", "0.6"),
                     (0.6,), 8, "problems/push_recovery/map_dart.png"),
     "humanoids": Humanoids("Humanoids that nobody described, by `saltus robot new` alone, preset robot"),
 }

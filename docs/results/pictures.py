@@ -26,15 +26,21 @@ def both_controllers(programs):
     return out
 
 
-def impact_sweep(programs):
+def impact_table(programs):
     program = os.path.join(os.path.dirname(programs.program), "impact_sweep")
-    if not os.path.exists(program):
-        raise NotHere("the program impact_sweep is not built (a target of the build)")
     table = os.path.join(programs.folder, "impact_sweep.csv")
-    with open(table, "w", encoding="utf-8") as file:
-        file.write(call([program], good=(0,)).stdout)
+    if not os.path.exists(table):
+        if not os.path.exists(program):
+            raise NotHere("the program impact_sweep is not built (a target of the build)")
+        printed = call([program], good=(0,)).stdout
+        with open(table, "w", encoding="utf-8") as file:
+            file.write(printed)
+    return table
+
+
+def impact_sweep(programs):
     out = os.path.join(programs.folder, "impact_sweep.png")
-    call([sys.executable, "-B", os.path.join(SCRIPTS, "plot_sweep.py"), table, out])
+    call([sys.executable, "-B", os.path.join(SCRIPTS, "plot_sweep.py"), impact_table(programs), out])
     return out
 
 

@@ -25,6 +25,7 @@ class Programs:
     def __init__(self, program, folder, jobs):
         self.program, self.folder, self.jobs = program, folder, jobs
         self.pictures = {}  # drawn beside a table: path in the project -> file
+        self.versions = set()  # of the programs that made the runs that were looked at
 
     def _folder(self, kind, what):
         digest = hashlib.sha1(json.dumps(what, sort_keys=True).encode()).hexdigest()[:16]
@@ -33,11 +34,18 @@ class Programs:
     def version(self):
         return call([self.program, "--version"]).stdout.strip()
 
+    def made_by(self):
+        """The versions of what was looked at since the last time: a run that was kept has its own."""
+        versions, self.versions = self.versions or {self.version()}, set()
+        return ", ".join(sorted(versions))
+
     def run(self, settings, pictures=False):
         """summary.json of a run of push recovery, and the folder that it lies in."""
         folder = self.run_folder(settings, pictures)
         with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
-            return {**json.load(file), "folder": folder}
+            summary = json.load(file)
+        self.versions.add("saltus {version} ({commit})".format(**summary["saltus"]))
+        return {**summary, "folder": folder}
 
     def run_folder(self, settings, pictures=False):
         out = self._folder("run", [settings, pictures])

@@ -4,11 +4,12 @@
 Usage: reproduce.py PROGRAM [NAME...] [--quick] [--sample N] [--write] [--jobs N] [--keep FOLDER] [--list]
 
 PROGRAM is saltus. Without names all are made, with --quick those that take seconds, with --sample
-N the one whose turn it is (N modulo their number). A table stands in its README between the marks
+N the one whose turn it is (N modulo their number, tables and sentences). A table stands in its README between the marks
 <!-- table: NAME --> and <!-- end of table -->; what was made goes to docs/results/NAME.md, with
 machine, versions and date. Two cells agree if their words do and their numbers do to one unit of the last printed digit
 (times: within a factor of three). `pictures` draws the READMEs' pictures again and says how many of their
-points differ; `sentences` compares numbers in the prose. Status 3 if something differs, 2 for a mistake on the command
+points differ; `sentences` compares numbers in the prose (each has a name, too). What of the READMEs is made by what, and
+which numbers are none of measurements, says inventory.py. Status 3 if something differs, 2 for a mistake on the command
 line. What needs a package that is not there is skipped with a sentence. --write puts what was made into the READMEs,
 --keep leaves the runs in a folder, where they are not made again.
 """
@@ -23,13 +24,14 @@ import shutil
 import sys
 import tempfile
 
+from comparisons import COMPARISONS
 from other_tables import OTHER_TABLES
 from pictures import PICTURES
 from programs import NotHere, Programs
 from sentences import SENTENCES
 from tables import TABLES
 
-ALL = {**TABLES, **OTHER_TABLES}
+ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES}
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DIFFERENT = 3
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
@@ -107,9 +109,9 @@ def write(path, text):
     os.replace(partial, path)
 
 
-def save_result(programs, name, table, made):
+def save_result(programs, name, title, made):
     write(os.path.join(ROOT, "docs/results", name + ".md"),
-          f"# {table.title}\n\n{made}\n{programs.version()}; {platform.machine()}, {processor()}; "
+          f"# {title}\n\n{made}\n{programs.made_by()}; {platform.machine()}, {processor()}; "
           f"{datetime.date.today().isoformat()}\n")
 
 
@@ -133,7 +135,7 @@ def make_table(name, programs, is_written):
     """What differs, a line each."""
     table = ALL[name]
     made = table.make(programs)
-    save_result(programs, name, table, made)
+    save_result(programs, name, table.title, made)
     found = differences(name, table, made)
     if is_written:
         put_into_readme(name, table, made)
@@ -171,14 +173,39 @@ def compare_pictures(made, is_written):
     return found
 
 
-def make_sentences(programs, is_written):
+def make_sentence(name, programs, is_written):
+    """The sentence as it was made, and what differs."""
+    sentence = SENTENCES[name]
+    pieces = sentence.pieces(programs)
+    said = sentence.text(pieces)
+    with open(readme_of(sentence), encoding="utf-8") as file:
+        text = file.read()
+    there = sentence.look_up(text)
+    if there is None:
+        return said, [f"{sentence.readme} does not say ({name}): {said}"]
+    printed_words = " ".join(there.group().split())
     found = []
-    for name, sentence in SENTENCES.items():
-        said = sentence.make(programs)
-        with open(readme_of(sentence), encoding="utf-8") as file:
-            text = " ".join(file.read().split())
-        if " ".join(said.split()) not in text:
-            found.append(f"{sentence.readme} does not say ({name}): {said}")
+    if not agree(printed_words, " ".join(said.split()), sentence.timed):
+        found.append(f"{sentence.readme} says ({name}): {printed_words}; made: {said}")
+    if is_written:
+        for group in range(len(pieces), 0, -1):
+            text = text[:there.start(group)] + pieces[group - 1] + text[there.end(group):]
+        write(readme_of(sentence), text)
+    return said, found
+
+
+def make_sentences(programs, is_written):
+    """All of them; docs/results/sentences.md lists them."""
+    lines, found = [], []
+    for name in SENTENCES:
+        try:
+            said, differs = make_sentence(name, programs, is_written)
+        except NotHere as why:
+            print(f"{name}: skipped; {why}")
+            continue
+        lines.append(f"- {name}: {said}\n")
+        found += differs
+    save_result(programs, "sentences", "Numbers in the READMEs' prose", "".join(lines))
     return found
 
 
@@ -187,6 +214,8 @@ def make(name, programs, is_written):
         return make_pictures(programs, is_written)
     if name == "sentences":
         return make_sentences(programs, is_written)
+    if name in SENTENCES:
+        return make_sentence(name, programs, is_written)[1]
     found = make_table(name, programs, is_written)
     drawn, programs.pictures = programs.pictures, {}
     return found + compare_pictures(drawn, is_written)
@@ -194,15 +223,15 @@ def make(name, programs, is_written):
 
 def chosen(arguments):
     known = [*ALL, "pictures", "sentences"]
-    unknown = [name for name in arguments.names if name not in known]
+    unknown = [name for name in arguments.names if name not in known and name not in SENTENCES]
     if unknown:
-        print(f"reproduce: there is no table {unknown[0]}; there are {', '.join(known)}",
-              file=sys.stderr)
+        print(f"reproduce: there is no table {unknown[0]}; there are {', '.join(known)}, "
+              f"and sentences: {', '.join(SENTENCES)}", file=sys.stderr)
         sys.exit(2)
-    names = arguments.names or [n for n in known if not arguments.quick or n in ALL and ALL[n].quick]
+    quick = [name for name in (*ALL, *SENTENCES) if (ALL.get(name) or SENTENCES[name]).quick]
     if arguments.sample is not None:
-        names = [names[arguments.sample % len(names)]]
-    return names
+        return [quick[arguments.sample % len(quick)]]
+    return arguments.names or (quick if arguments.quick else known)
 
 
 def folder_of_runs(kept):

@@ -1,25 +1,15 @@
-"""Numbers in the READMEs' prose: the words around them, and the runs that they come from.
+"""Numbers in the READMEs' prose: the words around them, and the runs that they come from."""
 
-A sentence is in order if the README says exactly these words with these numbers (however its lines are broken)."""
-
-import dataclasses
 import math
-from typing import Callable, Dict, List
+import os
+import re
+import statistics
 
-from programs import rows_of
-from tables import README, in_dart, push
-
-
-@dataclasses.dataclass
-class Sentence:
-    words: str  # with {} where the numbers come
-    runs: List[Dict[str, object]]
-    numbers: Callable  # (summaries) -> the numbers
-    readme: str = README
-    quick: bool = True
-
-    def make(self, programs):
-        return self.words.format(*self.numbers([programs.run(settings) for settings in self.runs]))
+from other_tables import OTHER_TABLES
+from pictures import ROOT, impact_table
+from programs import NotHere, rows_of
+from sentence import Sentence
+from tables import TABLES, as_it_is, in_dart, look_up, push, toward
 
 
 def momentum(summary):
@@ -45,44 +35,272 @@ def furthest(summary):
     return max(math.hypot(r[1] - x, r[2] - y) for r in rows)
 
 
-def later(size, **settings):
+def early(size, **settings):
     """Pushed at 0.3 s, which spares two seconds of standing."""
     return in_dart(size, push__start=0.3, **settings)
 
 
+def unless(claim, what="NOT SO"):
+    """Nothing if the claim holds."""
+    return "" if claim else f" {what}"
+
+
+def most(summaries, key):
+    return max(look_up(summary, key) for summary in summaries)
+
+
+def least(summaries, key):
+    return min(look_up(summary, key) for summary in summaries)
+
+
+def column(summary, name, table="trajectory.csv"):
+    return [float(row[name]) for row in rows_of(summary["folder"], table)]
+
+
+def excursion(values):
+    return max(abs(value - values[0]) for value in values)
+
+
+def mean_iterations(summary):
+    return statistics.mean(column(summary, "iterations", "ticks.csv"))
+
+
+def planned(summary):
+    """When the planned forces of both feet have settled, s after the touch-down."""
+    return max(summary["force_settling"][f"planned_{foot}_s"] for foot in ("left", "right"))
+
+
+def apart(a, b):
+    """Largest distance of the CoM from the mirror image of another run, m."""
+    return max(math.hypot(xa - xb, ya + yb, za - zb) for xa, ya, za, xb, yb, zb in zip(
+        *(column(run, f"com_{axis}") for run in (a, b) for axis in "xyz")))
+
+
+def left_the_sole(summary):
+    """When the capture point left the stance sole to the right, s after the push began."""
+    edge = min(y for _, y in summary["left_sole"])
+    return next(t for t, y in zip(column(summary, "t"), column(summary, "icp_y")) if y < edge) - summary["push_start_s"]
+
+
+def sideways(summary):
+    """The CoM's largest excursion to the right, its target there (cm), and the range of its height (cm)."""
+    return [-100 * min(column(summary, "com_y")), -100 * summary["target"][1],
+            100 * (summary["com_height_max_m"] - summary["com_height_min_m"])]
+
+
+def cells_of_the_map(programs, name):
+    return rows_of(programs.survival_map(*OTHER_TABLES[name].arguments))
+
+
+def of_the_map(programs):
+    """How many cells were spared, how many were run, of how many, and the seconds that these took."""
+    cells = cells_of_the_map(programs, "map_centroidal")
+    run = [cell for cell in cells if cell["outcome"] != "not_run" and not cell["known_from"]]
+    return [sum(cell["outcome"] == "not_run" for cell in cells), len(run), len(cells),
+            sum(float(cell["seconds"]) for cell in run)]
+
+
+def slips_of_the_map(programs):
+    """Of the MPC in DART, mm: forward with 15 N s, back right with 7 and 9."""
+    cells = {(cell["direction_deg"], cell["impulse_ns"]): cell["reason"]
+             for cell in cells_of_the_map(programs, "map_dart") if cell["controller"] == "mpc"}
+    return [int(re.search(r"slipped by (\d+) mm", cells[key]).group(1))
+            for key in (("0", "15"), ("225", "7"), ("225", "9"))]
+
+
+def stairs(programs):
+    """Largest steps in cost between neighbouring impact times, rounded to grids of 10 and 50 ms."""
+    rows = rows_of(os.path.dirname(impact_table(programs)), "impact_sweep.csv")
+    found = []
+    for grid in ("10", "50"):
+        costs = [float(row["cost"]) for row in rows
+                 if (row["dt_ms"], row["intervals"], row["costs"], row["wrench_change"], row["impact"])
+                 == (grid, "15", "nodes", "0", "rounded")]
+        found.append(max(abs(b - a) for a, b in zip(costs, costs[1:])))
+    return found
+
+
+def other_icubs(programs):
+    """Of the package icub-models, which the set-up fetches."""
+    found = []
+    for name in ("iCubGazeboV2_7", "iCubGenova02", "iCubGenova11"):
+        urdf = os.path.join(os.path.dirname(programs.program), "venv/share/iCub/robots", name, "model.urdf")
+        if not os.path.exists(urdf):
+            raise NotHere(f"{urdf} comes with `./saltus setup`")
+        found.append(programs.run({**as_it_is(6, 0.6, 1), "robot.urdf": urdf}))
+    return [all_recovered(found)]
+
+
+def lines_of(path):
+    """How many lines a file of the project has."""
+    def count(programs):
+        with open(os.path.join(ROOT, path), encoding="utf-8") as file:
+            return [len(file.readlines())]
+    return count
+
+
 SHORT = [in_dart(size, step__duration=0.3) for size in (8, 10, 12, 14, 16)]
 PLACED = {"step__placement": "fixed", "step__fixed_place": "[0,0.14]"}
+THEIRS = {"weights__gamma": "[0,0,100,1000,1000,20,1e5,1e5,1e5]",
+          "weights__wrench": "[0.002,0.002,1e-5,0.02,0.02,0.02]"}
+SOFT_POINT = {"weights__capture_point": "[1e4,1e4]"}
+DISTURBED = [settings for row in TABLES["disturbances"].rows for settings in row.runs]
+SETTLING = [settings for row in TABLES["settling"].rows[:3] for settings in row.runs]
+SLOW_MOTORS = {"motor.bandwidth": 20}
+FRICTION = {"simulator.friction": 0.4}
 
-SENTENCES = {
+OF_THE_MAIN_README = {
+    "lines_of_the_car": Sentence("A car shifts once, in {:d} lines.", [], lines_of("docs/first_problem.cpp"),
+                                 readme="README.md"),
+}
+
+OF_PUSH_RECOVERY = {
+    "mirror_centroidal": Sentence(
+        "On the centroidal model the CoM of the two runs agrees to {:.1f} mm",
+        [push(6), push(6, stance="right", push__direction="[0,1,0]")], lambda s: [1e3 * apart(*s)]),
+    "mirror": Sentence(
+        "in DART at 6 N s the farthest capture point to {:.2f} mm and the touch-down to the millisecond{}",
+        [in_dart(6), in_dart(6, stance="right", push__direction="[0,1,0]")],
+        lambda s: [1e3 * abs(furthest(s[0]) - furthest(s[1])),
+                   unless(abs(s[0]["touchdown_s"] - s[1]["touchdown_s"]) < 1.5e-3)]),
+    "their_weights": Sentence(
+        "with theirs, 7 N s leave the verdict below{}. The momentum is held at {:.2f} Nms, and the height, nearly free, "
+        "goes from {:.2f} to {:.2f} m",
+        [push(7, **THEIRS)], lambda s: [unless(not s[0]["recovered"]), momentum(s[0]), s[0]["com_height_min_m"],
+                                        s[0]["com_height_max_m"]]),
+    "soft_capture_point": Sentence(
+        "at 6 N s on the whole body the capture point then takes {:.2f} s to settle, in place of {:.2f} s",
+        [in_dart(6, **SOFT_POINT), in_dart(6)], lambda s: [x["icp_settling_s"] for x in s]),
+    "landing_force": Sentence(
+        "The landing foot is asked for up to {:.0f} N at 7 N s on the centroidal model, {:.0f} N in DART",
+        [push(7), in_dart(7)], lambda s: [max(column(x, "right_fz")) for x in s]),
+    "no_failed_solve": Sentence(
+        "no failed solve{}, our KKT residual at most 1e-8 in every tick{}, hull never left{}; 7 N s with the sparse solver: "
+        "the same figures{}",
+        [push(6), push(7), push(8), push(7, solver="sparse")],
+        lambda s: [unless(all(x["failures"] == 0 for x in s[:3])), unless(most(s[:3], "kkt_max") <= 1e-8),
+                   unless(most(s[:3], "icp_slack_max_m") < 1e-6),
+                   unless(all(abs(s[1][key] - s[3][key]) < 1e-3 for key in
+                              ("com_height_min_m", "com_height_max_m", "angular_momentum_max", "icp_settling_s")))]),
+    "baseline_centroidal": Sentence(
+        "it recovers the same pushes{} with {:.2f} to {:.2f} Nms of angular momentum",
+        [push(size, controller="capture_point") for size in (6, 7, 8)],
+        lambda s: [all_recovered(s), least(s, "angular_momentum_max"), most(s, "angular_momentum_max")]),
+    "cells_spared": Sentence("Here that spared {:d} cells.", [], lambda programs: of_the_map(programs)[:1], quick=False),
+    "cells_run": Sentence("{:d} runs for {:d} cells.", [], lambda programs: of_the_map(programs)[1:3], quick=False),
+    "time_of_the_map": Sentence("takes {:.0f} s of processor time,", [], lambda programs: of_the_map(programs)[3:],
+                                quick=False, timed=True),
+    "ends_of_rays": Sentence(
+        "forward, 15 N s, a corner of the stance sole slips by {:d} mm; to the swing side the foot is at the limit of its "
+        "reach; back right a corner slips by more than a centimetre (7 N s: {:d} mm, 9: {:d} mm)", [], slips_of_the_map,
+        quick=False),
+    "stairs": Sentence(
+        "with steps of up to {:.2f} in cost at 10 ms and {:.2f} at 50 ms", [], stairs, quick=False),
+    "no_wrench_change": Sentence(
+        "warm starts take {:.0f} of them in place of {:.0f}",
+        [push(7, weights__wrench_change=0), push(7)], lambda s: [mean_iterations(x) for x in s]),
+    "missed_ticks": Sentence(
+        "6 N s were recovered with each of four seeds{}",
+        [push(6, mpc__deadline=0.001, mpc__missed_share=0.2, mpc__missed_seed=seed) for seed in range(1, 5)],
+        lambda s: [all_recovered(s)]),
+    "mass": Sentence("(neck and wrists fixed), {:.2f} kg,", [in_dart(6)], lambda s: [s[0]["mass_kg"]]),
     "edge_of_8": Sentence(
         "the angular momentum may reach 1 Nms, and does so between 8 N s ({:.2f}) and 8.2 N s ({:.2f}, not recovered)",
         [in_dart(8), in_dart(8.2)], lambda s: [momentum(s[0]), momentum(s[1])]),
+    "torque_limit": Sentence(
+        "a torque was at its limit in {:.0f} to {:.0f} % of the time from 5 N s on",
+        [in_dart(size) for size in (5, 6, 7, 8)],
+        lambda s: [100 * least(s, "body.torque_limit_share"), 100 * most(s, "body.torque_limit_share")]),
+    "simulator_time": Sentence(
+        "(the simulator takes {:.2f} s more)", [in_dart(7)], lambda s: [s[0]["body"]["plant_s_per_s"]], timed=True),
     "short_steps": Sentence(
         "a step of 0.3 s: 8, 10, 12, 14 and 16 N s{} (capture point settled in {:.2f} s up to 14 N s, {:.2f} s at 16;",
         SHORT, lambda s: [all_recovered(s), max(x["icp_settling_s"] for x in s[:4]), s[4]["icp_settling_s"]],
         quick=False),
+    "short_steps_of_the_baseline": Sentence(
+        "the baseline 8 and 10{});", [{**settings, "controller": "capture_point"} for settings in SHORT[:2]],
+        lambda s: [all_recovered(s)]),
     "fixed_place": Sentence(
         "0.14 m beside the stance sole: 6 N s with a step of 0.6 s and 11 with 0.3 s{} (6.2 and 11.5 fall{})",
         [in_dart(6, **PLACED), in_dart(11, step__duration=0.3, **PLACED),
          in_dart(6.2, **PLACED), in_dart(11.5, step__duration=0.3, **PLACED)],
-        lambda s: [all_recovered(s[:2]), "" if all(x["fell"] for x in s[2:]) else " NOT SO"], quick=False),
+        lambda s: [all_recovered(s[:2]), unless(all(x["fell"] for x in s[2:]))], quick=False),
     "engines": Sentence(
         "4 to 7 N s in MuJoCo: farthest capture point within {:.1f} mm, touch-down within {:.0f} ms of DART",
         [push(size, plant=plant) for size in (4, 5, 6, 7) for plant in ("dart", "mujoco")],
         lambda s: [1e3 * max(abs(furthest(a) - furthest(b)) for a, b in zip(s[::2], s[1::2])),
                    1e3 * max(abs(a["touchdown_s"] - b["touchdown_s"])
                              for a, b in zip(s[2::2], s[3::2]))], quick=False),
-    "momentum_standing": Sentence(
-        "| momentum | 3.5, 4, 4.2, 4.4{}; 4.6 falls{} |",
-        [later(size, stepping="false", whole_body__controller="momentum") for size in (3.5, 4, 4.2, 4.4, 4.6)],
-        lambda s: [all_recovered(s[:4]), "" if s[4]["fell"] else " NOT SO"], quick=False),
-    "inverse_dynamics_standing": Sentence(
-        "| inverse dynamics | 3.5, 4, 4.2, 4.4, 4.6{}; 4.8 falls{} |",
-        [later(size, stepping="false") for size in (3.5, 4, 4.2, 4.4, 4.6, 4.8)],
-        lambda s: [all_recovered(s[:5]), "" if s[5]["fell"] else " NOT SO"], quick=False),
-    "mirror": Sentence(
-        "in DART at 6 N s the farthest capture point to {:.2f} mm and the touch-down to the millisecond{}",
-        [in_dart(6), in_dart(6, stance="right", push__direction="[0,1,0]")],
-        lambda s: [1e3 * abs(furthest(s[0]) - furthest(s[1])),
-                   "" if abs(s[0]["touchdown_s"] - s[1]["touchdown_s"]) < 1.5e-3 else " NOT SO"]),
+    "slow_motors": Sentence(
+        "With motors of 20 Hz a joint is {:.0f} % above its speed for {:.0f} ms",
+        [{**as_it_is(6, 0.6, 1), **SLOW_MOTORS}],
+        lambda s: [100 * (s[0]["body"]["joint_speed_ratio_max"] - 1), 1e3 * s[0]["body"]["joint_speed_over_s"]],
+        quick=False),
+    "com_against_the_paper": Sentence(
+        "to {:.0f} cm, back to its target at {:.0f} cm in one swing; height within {:.1f} cm", [in_dart(7)],
+        lambda s: sideways(s[0])),
+    "capture_point_against_the_paper": Sentence(
+        "leaves it {:.2f} s after the push began, is in the hull from the touch-down on{} and within 1 cm of its final "
+        "place {:.2f} s later",
+        [in_dart(7)], lambda s: [left_the_sole(s[0]), unless(s[0]["icp_slack_max_m"] < 1e-6), s[0]["icp_settling_s"]]),
+    "forward_against_the_paper": Sentence(
+        "it moves by {:.0f} mm in x", [in_dart(7)], lambda s: [1e3 * excursion(column(s[0], "icp_x"))]),
+    "landing_against_the_paper": Sentence(
+        "{:.2f} s: the ground carries 20 N before", [in_dart(7)], lambda s: [s[0]["touchdown_s"]]),
+    "horizons": Sentence(
+        "6 N s with 8 intervals are recovered as with 15{}; with 5 it lands and stands{}, but its CoM rises above 0.60 m{}",
+        [in_dart(6, mpc__intervals=8), in_dart(6, mpc__intervals=5)],
+        lambda s: [all_recovered(s[:1]), unless(not s[1]["fell"]), unless(s[1]["com_height_max_m"] > 0.6)],
+        quick=False),
+    "time_of_a_tick": Sentence("{:.1f} ms (median)", [in_dart(7)], lambda s: [1e-3 * s[0]["solve_us"]["median"]],
+                               timed=True),
+    "faster_than_the_baseline": Sentence(
+        "The MPC's planned forces settle {:.1f} to {:.1f} times as fast", SETTLING,
+        lambda s: [min(planned(b) / planned(a) for a, b in zip(s[::2], s[1::2])),
+                   max(planned(b) / planned(a) for a, b in zip(s[::2], s[1::2]))]),
+    "forces_of_a_soft_capture_point": Sentence(
+        "with 1e4 on the capture point its planned forces take {:.2f} s", [in_dart(6, **SOFT_POINT)],
+        lambda s: [planned(s[0])]),
+    "single_samples": Sentence(
+        "Single samples of the landing reach {:.0f} N at 7 N s", [in_dart(7)],
+        lambda s: [max(column(s[0], "right_measured_fz", "body.csv"))]),
+    "box_of_friction": Sentence(
+        "measured were {:.2f}, {:.2f} and {:.2f} fz with coefficients of 1, 0.4 and 0.2",
+        [in_dart(6), in_dart(6, simulator__friction=0.4), in_dart(6, simulator__friction=0.2)],
+        lambda s: [x["body"]["friction_max"] for x in s]),
+    "inscribed_friction": Sentence(
+        "with 0.4, at 6 N s, {:.2f} fz and {:.1f} mm of slip, with the box {:.2f} fz and {:.1f} mm",
+        [{**as_it_is(6, 0.6, 1), **FRICTION}, {**as_it_is(6, 0.6, 1), **FRICTION, "dart.friction": "box"}],
+        lambda s: [v for x in s for v in (x["body"]["friction_max"], 1e3 * x["body"]["slip_max_m"])], quick=False),
+    "round_friction": Sentence(
+        "MuJoCo's cones are round: {:.3f} with 0.4", [push(6, plant="mujoco", simulator__friction=0.4)],
+        lambda s: [s[0]["body"]["friction_max"]], quick=False),
+    "disturbed_joints": Sentence(
+        "No joint comes nearer to its limit than {:.0f} mrad in any of these", DISTURBED,
+        lambda s: [1e3 * least(s, "body.joint_limit_margin_rad")], quick=False),
+    "ground_in_mujoco": Sentence(
+        "In MuJoCo the higher and the lower ground are recovered too{}, met within {:.0f} ms of the time in DART",
+        [push(6, plant=plant, simulator__ground_step=step) for step in (0.01, -0.01) for plant in ("dart", "mujoco")],
+        lambda s: [all_recovered(s), 1e3 * max(abs(a["touchdown_s"] - b["touchdown_s"])
+                                               for a, b in zip(s[::2], s[1::2]))], quick=False),
+    "lower_ground": Sentence(
+        "On lower ground the robot leans over and the CoM sinks to {:.2f} m", [in_dart(6, simulator__ground_step=-0.01)],
+        lambda s: [s[0]["com_height_min_m"]], quick=False),
+    "standing_as_it_is": Sentence(
+        "towards the swing side, 4.5 N s are recovered{} and 5 are not{}",
+        [toward(270, size, "measured", stepping="false") for size in (4.5, 5)],
+        lambda s: [all_recovered(s[:1]), unless(not s[1]["recovered"])], quick=False),
+    "slip_of_controllers": Sentence(
+        "Where it steps and recovers, its stance sole slips by up to {:.1f} mm, that of inverse dynamics by up to {:.1f} mm",
+        [*(early(size, whole_body__controller="momentum") for size in (4, 5)), *(early(size) for size in (4, 5, 5.5, 6))],
+        lambda s: [1e3 * most([x for x in part if x["recovered"]], "body.slip_max_m") for part in (s[:2], s[2:])],
+        quick=False),
 }
+
+OF_ROBOTS = {
+    "other_icubs": Sentence(
+        "the URDFs iCubGazeboV2_7, iCubGenova02 and iCubGenova11 of icub-models recover 6 N s in DART as well{}",
+        [], other_icubs, readme="robots/README.md", quick=False),
+}
+
+SENTENCES = {**OF_THE_MAIN_README, **OF_PUSH_RECOVERY, **OF_ROBOTS}

@@ -1,0 +1,164 @@
+"""Tables of push recovery that set one choice beside another: when to step, what the real robot loses, the baseline's
+constants, solvers, whole-body controllers."""
+
+import math
+import statistics
+
+from programs import rows_of
+from tables import PAPER, Row, Table, figure, in_dart, name, push, toward
+
+COMPASS = {0: "forward", 45: "forward left", 90: "left (stance side)", 135: "back left", 180: "back",
+           225: "back right", 270: "right (swing side)", 315: "forward right"}
+
+
+def what_was_done(run):
+    """Stood or stepped, with the largest |H|, or why it was not recovered."""
+    def cell(row, summaries):
+        summary = summaries[run]
+        if not summary["recovered"]:
+            return "falls" if summary["fell"] else summary["reason"]
+        word = "steps" if summary["touchdown_s"] is not None else "stands"
+        return f"{word}, {summary['angular_momentum_max']:.2f}"
+    return cell
+
+
+# --- when to step, and where ----------------------------------------------------------------------
+
+def decided(degrees, size, duration=0.1):
+    longer = {} if duration == 0.1 else {"push.duration": duration}
+    word = f"{COMPASS.get(degrees, f'{degrees} degrees')}, {size:g} N s in {duration:g} s"
+    return Row(word, [toward(degrees, size, "ideal", **{**PAPER, **longer}),
+                      toward(degrees, size, "ideal", **longer), toward(degrees, size, "measured", **longer)])
+
+
+DECISIONS = Table(
+    "When to step, in DART, push at 1 s; largest |H| in Nms",
+    [decided(45, 8), decided(60, 6.5), decided(60, 7), decided(90, 6), decided(120, 7), decided(135, 8),
+     decided(270, 10, 0.4), decided(270, 12, 0.5), decided(270, 8)],
+    [("push towards", name), ("paper", what_was_done(0)), ("preset robot, ideal senses", what_was_done(1)),
+     ("preset robot", what_was_done(2))],
+    quick=False)
+
+
+# --- what the real robot loses against the ideal one ----------------------------------------------
+
+def largest(senses, sizes, duration):
+    """The largest size up to which all of a row's runs are recovered."""
+    def cell(row, summaries):
+        word = f"below {sizes[0]:g}"
+        for size in sizes:
+            summary = next(s for s, r in zip(summaries, row.runs)
+                           if (r["sensors"], r["push.impulse"], r.get("step.duration")) == (senses, size, duration))
+            if not summary["recovered"]:
+                return word
+            word = f"{size:g}"
+        return word
+    return cell
+
+
+SENSES = {"ideal": "ideal senses", "measured": "measured senses"}
+BY_STEP = (((6, 7, 8), None, ""), ((8, 10), 0.3, ", step of 0.3 s"))
+
+LOST = Table(
+    "What measured senses lose against ideal ones, preset robot: the largest push, N s, up to which all are recovered",
+    [Row(word, [toward(degrees, size, senses, **({} if duration is None else {"step.duration": duration}))
+                for senses in SENSES for sizes, duration, _ in BY_STEP for size in sizes])
+     for degrees, word in COMPASS.items()],
+    [("towards", name),
+     *((f"{word}, of {' / '.join(str(size) for size in sizes)}{step}", largest(senses, sizes, duration))
+       for sizes, duration, step in BY_STEP for senses, word in SENSES.items())],
+    quick=False)
+
+
+# --- the constants of the baseline ----------------------------------------------------------------
+
+def baseline(text, after_landing):
+    settings = {"push.start": 0.5, "controller": "capture_point", "capture_point.after_landing": after_landing}
+    back_right = f"[{-math.sqrt(0.5):.9f},{-math.sqrt(0.5):.9f},0]"
+    return Row(text, [{**in_dart(size), **settings} for size in (6, 8)]
+               + [{**in_dart(8), **settings, "push.direction": back_right}])
+
+
+def planned_forces(row, summaries):
+    values = [summaries[0]["force_settling"][f"planned_{foot}_s"] for foot in ("left", "right")]
+    return "never" if None in values else f"{max(values):.2f}"
+
+
+def momentum_or_reason(run):
+    def cell(row, summaries):
+        summary = summaries[run]
+        if summary["fell"]:
+            return "falls"
+        word = f"{summary['angular_momentum_max']:.2f}"
+        return word if summary["recovered"] else f"{word}, {summary['reason'].split(';')[0]}"
+    return cell
+
+
+BASELINE = Table(
+    "When the baseline's trajectory ends, in DART, step of 0.6 s, push at 0.5 s",
+    [baseline(f"**{time:g} s** (the default)" if time == 0.8 else f"{time:g} s", time)
+     for time in (0.3, 0.5, 0.6, 0.8, 1.0)],
+    [("ends after the landing", name), ("6 N s: capture point, s", figure("icp_settling_s", "{:.2f}")),
+     ("planned forces, s", planned_forces), ("H, Nms", momentum_or_reason(0)),
+     ("8 N s: H", momentum_or_reason(1)), ("8 N s back right: H", momentum_or_reason(2))],
+    quick=False)
+
+
+# --- solvers of one tick --------------------------------------------------------------------------
+
+def ticks(summary):
+    return rows_of(summary["folder"], "ticks.csv")
+
+
+def iterations(row, summaries):
+    counts = [int(tick["iterations"]) for tick in ticks(summaries[0])]
+    return f"{statistics.mean(counts):.1f} / {max(counts)}"
+
+
+def median_time(row, summaries):
+    return f"{1e-3 * summaries[0]['solve_us']['median']:.2f} ms"
+
+
+SOLVERS_OF_A_TICK = Table(
+    "Solvers of one tick, 7 N s on the centroidal model",
+    [Row(solver, [push(7, solver=solver)]) for solver in ("riccati", "sparse")],
+    [("solver", name), ("iterations per tick, mean / most", iterations), ("median tick", median_time)],
+    timed=("median tick",))
+
+
+# --- whole-body controllers -----------------------------------------------------------------------
+
+STANDING, STEPPING = (3.5, 4, 4.2, 4.4, 4.6, 4.8), (4, 5, 5.5, 6, 8)
+
+
+def of_controller(controller, stepping):
+    """Empty where that size was not run so."""
+    def cell(row, summaries):
+        for summary, settings in zip(summaries, row.runs):
+            if (settings.get("whole_body.controller", "inverse_dynamics") == controller
+                    and settings.get("stepping", "true") == stepping):
+                return momentum_or_reason(0)(row, [summary])
+        return ""
+    return cell
+
+
+def pushed_early(size):
+    runs = []
+    for choice in ({"whole_body__controller": "momentum"}, {}):
+        if size in STANDING:
+            runs.append(in_dart(size, push__start=0.3, stepping="false", **choice))
+        if size in STEPPING:
+            runs.append(in_dart(size, push__start=0.3, **choice))
+    return Row(f"{size:g} N s", runs)
+
+
+MOMENTUM = Table(
+    "Momentum control of the literature and inverse dynamics, in DART, step of 0.6 s, push at 0.3 s",
+    [pushed_early(size) for size in sorted({*STANDING, *STEPPING})],
+    [("push", name), *((f"{word}, {step}", of_controller(controller, stepping))
+                       for step, stepping in (("standing", "false"), ("with a step", "true"))
+                       for word, controller in (("momentum", "momentum"),
+                                                ("inverse dynamics", "inverse_dynamics")))],
+    quick=False)
+
+COMPARISONS = {"ticks": SOLVERS_OF_A_TICK, "momentum": MOMENTUM}
