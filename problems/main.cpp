@@ -6,6 +6,7 @@
 #include "problems/suite/library_problems.hpp"
 #include "problems/suite/suite.hpp"
 #include "problems/sway/sway.hpp"
+#include "saltus/app/new_project.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/robots/report/scripts.hpp"
 
@@ -15,8 +16,11 @@ int main(int argc, char** argv) {
   for (saltus::ProblemEntry& entry : saltus::library_problems())
     problems.push_back(std::move(entry));
   const std::vector<saltus::Verb> verbs{
-      saltus::push_recovery::map_verb(), saltus::push_recovery::robot_verb(),
-      saltus::walking::movie_verb(), saltus::suite_verb(),
+      saltus::push_recovery::map_verb(),
+      saltus::push_recovery::robot_verb(),
+      saltus::walking::movie_verb(),
+      saltus::suite_verb(),
+      saltus::new_verb(),
       saltus::verb_of_program("bench", "bench latency: times of the structured solver",
                               "saltus-bench")};
   return saltus::saltus_main(argc, argv, problems, verbs);

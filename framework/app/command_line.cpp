@@ -16,6 +16,10 @@ RunRequest parse_run_request(std::span<const std::string> arguments) {
       .repeated(
           "--set", "KEY=VALUE", "one setting; --KEY VALUE means the same",
           [&](const std::string& text) { request.assignments.push_back(parse_set_argument(text)); })
+      .flag("--print-config", "print all settings as YAML, explained, instead of running",
+            request.print_config)
+      .flag("--print-schema", "print a JSON Schema of --config's file, instead of running",
+            request.print_schema)
       .others([&](const std::string& flag, const std::optional<std::string>& value) {
         request.assignments.push_back(value ? flag_assignment(flag, *value)
                                             : bare_flag_assignment(flag));

@@ -11,10 +11,11 @@
 
 namespace saltus {
 
-/// `saltus run PROBLEM [--config FILE] [--set KEY=VALUE]... [--out DIR] [--KEY VALUE]...`, taken
-/// apart. A flag that is not one of these four names a setting: `--KEY VALUE`, `--KEY=VALUE` and
-/// `--set KEY=VALUE` mean the same, and `--KEY` alone switches a yes-or-no setting on. Whether the
-/// problem has such a setting is for its `Settings` to say.
+/// `saltus run PROBLEM [--config FILE] [--set KEY=VALUE]... [--out DIR] [--KEY VALUE]...
+/// [--print-config] [--print-schema]`, taken apart. A flag that is not one of these names a
+/// setting: `--KEY VALUE`, `--KEY=VALUE` and `--set KEY=VALUE` mean the same, and `--KEY` alone
+/// switches a yes-or-no setting on. Whether the problem has such a setting is for its `Settings` to
+/// say.
 struct RunRequest {
   std::string problem;
   std::optional<std::filesystem::path> config_file;
@@ -22,6 +23,8 @@ struct RunRequest {
   std::filesystem::path out;            ///< results/PROBLEM unless --out says otherwise
   bool help = false;                    ///< describe the settings instead of running
   std::string usage = {};               ///< with help: the flags that every problem has
+  bool print_config = false;            ///< print the settings as they would be, instead of running
+  bool print_schema = false;            ///< print what a file of settings may hold, likewise
 };
 
 /// Parses what follows the word `run`. Throws InputError if the problem is missing (unless help is

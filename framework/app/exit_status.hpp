@@ -10,6 +10,7 @@ enum class ExitStatus {
   bad_input = 2,       ///< a file, key, flag or value is unusable; nothing was written
   solver_failed = 3,   ///< a solver gave up; the results written so far say which and why
   not_applicable = 4,  ///< makes no sense for this problem, and a sentence says why
+  differs = 5,         ///< what was compared is not the same, or a check found something
 };
 
 }  // namespace saltus

@@ -24,6 +24,8 @@ struct ProblemEntry {
   std::function<ExitStatus(const RunRequest&)> run;
   std::vector<std::string> aliases = {};  ///< other names under which it is found
   std::string kind = {};                  ///< for `saltus list`: "optimal control", "simulation"
+  /// Calls `use` with the settings as they are declared; empty if there are none.
+  std::function<void(const std::function<void(const Settings&)>& use)> with_settings = {};
 };
 
 /// What a problem is given besides its configuration.
@@ -33,9 +35,13 @@ struct RunContext {
   const std::string& effective_config;  ///< all settings as YAML, to be kept beside the results
 };
 
+/// Leaves run.json in the folder, if the run left anything there: what `saltus rerun` needs to know
+/// beside config.yaml.
+void note_run(const OutputFolder& output, const std::string& problem);
+
 /// The usual entry. `declare` binds the keys to the fields of a Config, whose values are the
 /// defaults; `run` is called with what file and command line made of it, after everything has been
-/// checked. With --help the settings are printed instead.
+/// checked. With --help, --print-config or --print-schema the settings are printed instead.
 ///
 ///     problem_entry<PushConfig>("push_recovery", "iCub caught by a step", declare_settings, run)
 template <class Config>
@@ -51,14 +57,30 @@ ProblemEntry problem_entry(std::string name, std::string summary,
                  summary, request.usage, settings.describe());
       return ExitStatus::ok;
     }
+    if (request.print_schema) {
+      fmt::print("{}", settings.json_schema(name));
+      return ExitStatus::ok;
+    }
     settings.apply(request.config_file, request.assignments);
     for (const std::string& warning : settings.warnings())
       fmt::print(stderr, "saltus: {}\n", warning);
+    if (request.print_config) {
+      fmt::print("# {}: {}\n{}", name, summary, settings.to_documented_yaml());
+      return ExitStatus::ok;
+    }
     OutputFolder output(request.out);
     const std::string effective_config = settings.to_yaml();
-    return run(config, RunContext{request, output, effective_config});
+    const ExitStatus status = run(config, RunContext{request, output, effective_config});
+    note_run(output, name);
+    return status;
   };
-  return {std::move(name), std::move(summary), std::move(entry)};
+  const auto with_settings = [declare](const std::function<void(const Settings&)>& use) {
+    Config config{};
+    Settings settings;
+    declare(settings, config);
+    use(settings);
+  };
+  return {std::move(name), std::move(summary), std::move(entry), {}, {}, with_settings};
 }
 
 }  // namespace saltus

@@ -15,7 +15,9 @@
 #include <new>
 #include <utility>
 
+#include "saltus/app/completion.hpp"
 #include "saltus/app/data_file.hpp"
+#include "saltus/app/rerun.hpp"
 #include "saltus/app/version.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
@@ -72,6 +74,8 @@ class Verbs {
     app_.allow_extras();
     add("list", "the problems this program knows");
     add("run", "run PROBLEM [--config FILE] [--set KEY=VALUE]... [--out DIR] [--KEY VALUE]...");
+    add("rerun", "rerun DIR: makes a run again, and says whether it is the same to the bit");
+    add("completion", "completion bash|zsh|fish: what a shell reads to complete words");
     for (const Verb& verb : more) add(verb.name, verb.summary);
     add("help", "this text; 'run PROBLEM --help' lists the settings of a problem");
     help_ = app_.help();  // of all verbs: after parsing it would be that of the one given
@@ -89,6 +93,8 @@ class Verbs {
     if (word == "--help" || word == "-h") return "help";
     reject_unknown("verb", word, names_, "'saltus help' shows them");
   }
+
+  const std::vector<std::string>& names() const { return names_; }
 
   ExitStatus print_help() const {
     fmt::print("{}", help_);
@@ -123,6 +129,13 @@ ExitStatus run_problem(std::span<const std::string> arguments,
 ExitStatus dispatch(const std::vector<std::string>& arguments,
                     std::span<const ProblemEntry> problems, std::span<const Verb> more_verbs) {
   Verbs verbs(more_verbs);
+  // Asked by the shell, not by users.
+  if (!arguments.empty() && arguments.front() == completion_question) {
+    for (const std::string& word :
+         completions(std::span(arguments).subspan(1), verbs.names(), problems))
+      fmt::print("{}\n", word);
+    return ExitStatus::ok;
+  }
   if (arguments == std::vector<std::string>{"--version"}) {
     fmt::print("saltus {} ({})\n", version(), commit());
     return ExitStatus::ok;
@@ -134,6 +147,8 @@ ExitStatus dispatch(const std::vector<std::string>& arguments,
   const std::string verb = verbs.parse(arguments.front());
   const std::span<const std::string> rest = std::span(arguments).subspan(1);
   if (verb == "run") return run_problem(rest, problems);
+  if (verb == "rerun") return rerun(rest, problems);
+  if (verb == "completion") return print_completion(rest);
   if (verb == "help") return verbs.print_help();
   if (verb == "list") {
     if (!rest.empty())

@@ -325,7 +325,12 @@ std::string Settings::changes_to_yaml() const {
   });
 }
 
-std::string Settings::to_yaml(const std::function<bool(const Setting&)>& is_wanted) const {
+std::string Settings::to_documented_yaml() const {
+  return to_yaml([](const Setting&) { return true; }, /*is_documented=*/true);
+}
+
+std::string Settings::to_yaml(const std::function<bool(const Setting&)>& is_wanted,
+                              bool is_documented) const {
   std::string text;
   std::set<std::string> written;
   // Sections in the order of their first key, each written once with all its keys.
@@ -337,10 +342,12 @@ std::string Settings::to_yaml(const std::function<bool(const Setting&)>& is_want
       if (!is_wanted(setting)) continue;
       const std::string rest = setting.key.substr(section.size());
       const std::size_t dot = rest.find('.');
+      if (dot == std::string::npos && is_documented) text += documentation(setting, 2 * depth);
       text.append(2 * depth, ' ');
       if (dot == std::string::npos) {
         written.insert(setting.key);
-        const std::string unit = setting.unit.empty() ? "" : fmt::format("  # {}", setting.unit);
+        const std::string unit =
+            setting.unit.empty() || is_documented ? "" : fmt::format("  # {}", setting.unit);
         text += fmt::format("{}: {}{}\n", rest, yaml_text(setting, current_value(setting)), unit);
       } else {
         text += rest.substr(0, dot) + ":\n";
@@ -356,6 +363,19 @@ std::vector<std::string> Settings::keys() const {
   std::vector<std::string> keys;
   for (const Setting& setting : settings_) keys.push_back(setting.key);
   return keys;
+}
+
+std::vector<std::string> Settings::flags() const {
+  std::vector<std::string> flags = keys();
+  for (const auto& [flag, key] : aliases_) flags.push_back(flag);
+  return flags;
+}
+
+std::vector<std::string> Settings::values_of(std::string_view flag) const {
+  const Setting* setting = find(flag, Assignment::Origin::flag);
+  if (setting == nullptr) return {};
+  if (std::holds_alternative<bool*>(setting->field)) return {"true", "false"};
+  return setting->names;
 }
 
 }  // namespace saltus

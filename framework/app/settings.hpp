@@ -96,10 +96,21 @@ class Settings {
   std::string describe() const;
   /// The values the fields have now, as a YAML file that `apply` reads back exactly.
   std::string to_yaml() const;
+  /// The same with meaning, unit, range and default of every key as comments: to be edited and
+  /// given back.
+  std::string to_documented_yaml() const;
+  /// A JSON Schema (draft 2020-12) of the files that apply() reads, for editors: types, ranges,
+  /// names, defaults, meanings.
+  std::string json_schema(const std::string& title) const;
   /// Of these the ones whose values are not their defaults.
   std::string changes_to_yaml() const;
   /// All keys, in the order of their declaration.
   std::vector<std::string> keys() const;
+  /// What --NAME can be on a command line: the keys, then the aliases.
+  std::vector<std::string> flags() const;
+  /// The values of a flag that can be told beforehand: names of a choice, true and false. Empty for
+  /// others, and for what is no flag.
+  std::vector<std::string> values_of(std::string_view flag) const;
 
  private:
   // A field of unknown enumeration type: read and written as the index of a name.
@@ -146,7 +157,8 @@ class Settings {
   const Setting* find(std::string_view key_or_alias, Assignment::Origin origin) const;
   const Renamed* find_renamed(std::string_view old_key) const;
   void stage(const std::vector<Assignment>& assignments, std::vector<Change>& changes);
-  std::string to_yaml(const std::function<bool(const Setting&)>& is_wanted) const;
+  std::string to_yaml(const std::function<bool(const Setting&)>& is_wanted,
+                      bool is_documented = false) const;
   void add_implied(std::vector<Change>& changes) const;
   void add_presets(std::vector<Change>& changes) const;
   void check_rules(const std::vector<Change>& changes) const;
@@ -157,6 +169,7 @@ class Settings {
   static void assign(const Setting& setting, const Value& value);
   static std::string yaml_text(const Setting& setting, const Value& value);
   static std::string allowed_text(const Setting& setting);
+  static std::string documentation(const Setting& setting, std::size_t indentation);
 
   std::vector<Setting> settings_;
   std::vector<std::pair<std::string, std::string>> aliases_;  // flag, key

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "saltus/core/error.hpp"
 #include "tests/app/support.hpp"
@@ -374,6 +375,49 @@ TEST_F(SettingsTest, wrong_declarations) {
   EXPECT_THROW(settings.alias("x", "no.such.key"), DefinitionError);
   EXPECT_THROW(settings.alias("plant", "solver"), DefinitionError);
   EXPECT_THROW(settings.rule({"no.such.key"}, [] { return std::string(); }), DefinitionError);
+}
+
+TEST_F(SettingsTest, documented_yaml_is_read_back) {
+  set({"push.impulse=0.1", "plant=dart", "robot.urdf=a # b.urdf", "step.trigger=0.25"});
+  const Config changed = config;
+  const std::string text = settings.to_documented_yaml();
+  EXPECT_TRUE(
+      contains(text, "  # size of the push [N s; at least 0; default 7]\n  impulse: 0.1\n"));
+  EXPECT_TRUE(contains(text, "# plant [centroidal or dart; default centroidal]\nplant: dart\n"));
+  set({"push.impulse=3", "plant=centroidal", "robot.urdf=", "step.trigger=none"});
+  settings.apply(folder.file("printed.yaml", text), {});
+  EXPECT_EQ(config, changed);
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = text.find('\n', begin);
+    EXPECT_LE(end - begin, 100u);
+    begin = end + 1;
+  }
+}
+
+TEST_F(SettingsTest, schema_says_what_is_allowed) {
+  settings.renamed("friction", "contact.friction", "0.3");
+  const nlohmann::json schema = nlohmann::json::parse(settings.json_schema("push"));
+  const auto property = [&](const char* pointer) {
+    return schema.at(nlohmann::json::json_pointer(pointer));
+  };
+  EXPECT_EQ(property("/properties/push/properties/impulse/minimum"), 0.0);
+  EXPECT_EQ(property("/properties/push/properties/impulse/default"), 7.0);
+  EXPECT_EQ(property("/properties/contact/properties/friction/exclusiveMinimum"), 0.0);
+  EXPECT_EQ(property("/properties/contact/additionalProperties"), false);
+  EXPECT_EQ(property("/properties/horizon/properties/intervals/type"), "integer");
+  EXPECT_EQ(property("/properties/plant/enum"), (nlohmann::json{"centroidal", "dart"}));
+  EXPECT_EQ(property("/properties/push/properties/direction/maxItems"), 3);
+  EXPECT_EQ(property("/properties/step/properties/trigger/anyOf").size(), 2u);
+  EXPECT_EQ(property("/properties/friction/deprecated"), true);
+}
+
+TEST_F(SettingsTest, values_for_completion) {
+  using Words = std::vector<std::string>;
+  EXPECT_EQ(settings.values_of("plant"), (Words{"centroidal", "dart"}));
+  EXPECT_EQ(settings.values_of("stepping"), (Words{"true", "false"}));
+  EXPECT_EQ(settings.values_of("push.impulse"), Words{});
+  EXPECT_EQ(settings.values_of("nothing"), Words{});
+  EXPECT_EQ(settings.flags().back(), "urdf");
 }
 
 }  // namespace

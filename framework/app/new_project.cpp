@@ -1,0 +1,172 @@
+#include "saltus/app/new_project.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+
+#include "saltus/app/data_file.hpp"
+#include "saltus/app/option_parser.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/app/template_file.hpp"
+#include "saltus/app/version.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* summary =
+    "a project of your own: builds against the installed library, solves, draws, runs in closed "
+    "loop";
+
+// Targets that CMake makes itself, the package that the project looks for, and the project's own.
+constexpr std::array taken{"all",
+                           "clean",
+                           "depend",
+                           "edit_cache",
+                           "help",
+                           "install",
+                           "list_install_components",
+                           "package",
+                           "package_source",
+                           "problem",
+                           "problem_test",
+                           "rebuild_cache",
+                           "saltus",
+                           "test"};
+
+void check_name(const std::string& name) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto may_follow = [&](char c) {
+    return is_letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  if (name.empty() || !is_letter(name.front()) || !std::ranges::all_of(name, may_follow))
+    throw InputError(fmt::format(
+        "new: '{}' cannot be the name of a project: a letter begins, and letters, digits, _ and - "
+        "follow",
+        shortened(name)));
+  if (name.size() > 64) throw InputError("new: the name of a project has at most 64 characters");
+  if (std::ranges::find(taken, name) != taken.end())
+    throw InputError(fmt::format(
+        "new: '{}' cannot be the name of a project: CMake or Saltus use it already", name));
+}
+
+// "0.2": what find_package asks for.
+std::string minor_version() {
+  const std::string whole = version();
+  return whole.substr(0, whole.find('.', whole.find('.') + 1));
+}
+
+// "cart/" is "cart".
+fs::path without_slash(const fs::path& folder) {
+  const fs::path whole = fs::absolute(folder).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+void write_files(const fs::path& templates, const fs::path& folder, const Marks& marks) {
+  for (const fs::directory_entry& file : fs::directory_iterator(templates)) {
+    const fs::path made = folder / file.path().filename();
+    std::ofstream stream(made, std::ios::binary);
+    stream << filled_in(file.path(), marks);
+    stream.close();
+    if (!stream) throw InputError(fmt::format("new: '{}' cannot be written", made.string()));
+    fs::permissions(made, file.status().permissions() | fs::perms::owner_write);
+  }
+}
+
+// What CMake must be told to find the library, or a sentence where there is none.
+std::string how_to_build(const std::string& name, const fs::path& folder) {
+  const fs::path prefix = program_folder().parent_path();
+  bool is_installed = false;
+  std::error_code absent;
+  for (const fs::directory_entry& entry : fs::directory_iterator(prefix / "lib", absent))
+    is_installed = is_installed || fs::exists(entry.path() / "cmake/saltus", absent);
+  is_installed = is_installed || fs::exists(prefix / "lib/cmake/saltus", absent);
+  const std::string hint = !is_installed      ? " -D CMAKE_PREFIX_PATH=PREFIX"
+                           : prefix != "/usr" ? " -D CMAKE_PREFIX_PATH=" + prefix.string()
+                                              : "";
+  std::string text = fmt::format("{}: README.md says what is where\n", folder.string());
+  if (!is_installed)
+    text += fmt::format(
+        "This program was not installed: `cmake --install {} --prefix PREFIX` first puts the "
+        "library somewhere.\n",
+        program_folder().string());
+  return text + fmt::format("  cd {}\n  cmake -S . -B build{}\n  cmake --build build\n  build/{}\n",
+                            folder.string(), hint, name);
+}
+
+}  // namespace
+
+std::span<const ProjectKind> project_kinds() {
+  static const std::vector<ProjectKind> kinds{
+      {"trajectory",
+       "A pendulum is swung up with as little torque as possible: one optimal trajectory, then "
+       "followed by solving again from what is measured."},
+      {"controller",
+       "A pole on a cart is kept upright: a controller with a receding horizon, a target that "
+       "moves, a push, noise."},
+      {"switched",
+       "A sledge runs from ice onto gravel: dynamics that change where the state says so, planned "
+       "and controlled through the switch."}};
+  return kinds;
+}
+
+void make_project(const fs::path& folder, const ProjectKind& kind) {
+  const fs::path whole = without_slash(folder);
+  const std::string name = whole.filename().string();
+  check_name(name);
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(whole, error)))
+    throw InputError(fmt::format("new: '{}' exists already; nothing was changed", folder.string()));
+  const fs::path common = data_file("templates/common"), own = data_file("templates/" + kind.name);
+  const Marks marks{{"@NAME@", name}, {"@VERSION@", minor_version()}, {"@SUMMARY@", kind.summary}};
+
+  const fs::path partial = whole.parent_path() / fmt::format(".{}.{}.part", name, ::getpid());
+  try {
+    fs::create_directory(partial);
+    write_files(common, partial, marks);
+    write_files(own, partial, marks);
+    fs::rename(partial, whole);
+  } catch (const fs::filesystem_error& problem) {
+    fs::remove_all(partial, error);
+    throw InputError(
+        fmt::format("new: '{}' cannot be made: {}", folder.string(), problem.code().message()));
+  } catch (...) {
+    fs::remove_all(partial, error);
+    throw;
+  }
+}
+
+Verb new_verb() {
+  return {"new", summary, [](std::span<const std::string> arguments) {
+            std::string folder, kind = "trajectory";
+            std::vector<std::string> names;
+            for (const ProjectKind& known : project_kinds()) names.push_back(known.name);
+            OptionParser parser("new", summary);
+            parser.word("name", "of the project, or the folder that it will have", folder)
+                .option("--kind", "KIND", join_names(names) + "; trajectory without", kind);
+            parser.parse(arguments);
+            if (parser.help_wanted()) {
+              fmt::print("{}", parser.help());
+              for (const ProjectKind& known : project_kinds())
+                fmt::print("  {:<10}  {}\n", known.name, known.summary);
+              return ExitStatus::ok;
+            }
+            if (folder.empty()) throw InputError("new needs the name of the project");
+            Settings settings;
+            settings.choice("kind", kind, names, "what the project begins with");
+            settings.apply({flag_assignment("kind", kind)});
+            const auto chosen = std::ranges::find(project_kinds(), kind, &ProjectKind::name);
+            make_project(folder, *chosen);
+            const std::string name = without_slash(folder).filename().string();
+            fmt::print("{}", how_to_build(name, folder));
+            return ExitStatus::ok;
+          }};
+}
+
+}  // namespace saltus

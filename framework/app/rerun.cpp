@@ -1,0 +1,214 @@
+#include "saltus/app/rerun.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "saltus/app/option_parser.hpp"
+#include "saltus/app/version.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* run_file = "run.json";
+
+// What differs between two runs that are the same: how long it took, and who did it.
+bool is_of_computing(const std::string& name) {
+  static const std::set<std::string> names{
+      "solve time [s]", "check time [s]", "solve_us",   "solve_us_by_provenance", "solve_s",
+      "check_s",        "seconds",        "worst_tick", "deadline_misses",        "saltus"};
+  return names.contains(name);
+}
+
+std::string content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(fmt::format("rerun: '{}' cannot be read", file.string()));
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+  return cells;
+}
+
+FileComparison compare_tables(const std::string& name, const std::string& before,
+                              const std::string& after) {
+  std::istringstream one(before), other(after);
+  std::string line, other_line;
+  std::getline(one, line);
+  std::getline(other, other_line);
+  if (line != other_line) return {name, false, "has other columns"};
+  const std::vector<std::string> columns = cells_of(line);
+  long rows = 0;
+  while (true) {
+    const bool has_one = !std::getline(one, line).fail();
+    const bool has_other = !std::getline(other, other_line).fail();
+    if (has_one != has_other)
+      return {name, false, fmt::format("{} after {} rows", has_one ? "ends" : "goes on", rows)};
+    if (!has_one) break;
+    ++rows;
+    if (line == other_line) continue;
+    const std::vector<std::string> cells = cells_of(line), other_cells = cells_of(other_line);
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const std::string was = i < cells.size() ? cells[i] : "";
+      const std::string is = i < other_cells.size() ? other_cells[i] : "";
+      if (was != is && !is_of_computing(columns[i]))
+        return {name, false,
+                fmt::format("differs first in row {}, column '{}': {} was {}", rows, columns[i], is,
+                            was)};
+    }
+  }
+  const bool is_timed = std::ranges::any_of(columns, is_of_computing);
+  return {name, true,
+          fmt::format("the same to the bit ({} rows{})", rows,
+                      is_timed ? ", computing times aside" : "")};
+}
+
+// The way to the first entry that differs, or nothing.
+std::string first_difference(const Json& before, const Json& after, const std::string& way) {
+  if (before.is_object() && after.is_object()) {
+    for (const auto& [key, value] : before.items()) {
+      if (is_of_computing(key)) continue;
+      const std::string here = way.empty() ? key : way + "." + key;
+      if (!after.contains(key)) return here + " is missing";
+      const std::string found = first_difference(value, after.at(key), here);
+      if (!found.empty()) return found;
+    }
+    for (const auto& [key, value] : after.items())
+      if (!before.contains(key) && !is_of_computing(key)) return way + "." + key + " is new";
+    return {};
+  }
+  if (before.dump() == after.dump()) return {};
+  return fmt::format("{}: {} was {}", way, shortened(after.dump()), shortened(before.dump()));
+}
+
+FileComparison compare_summaries(const std::string& name, const std::string& before,
+                                 const std::string& after) {
+  const Json one = Json::parse(before, nullptr, /*allow_exceptions=*/false);
+  const Json other = Json::parse(after, nullptr, /*allow_exceptions=*/false);
+  if (one.is_discarded() || other.is_discarded()) return {name, false, "is no JSON"};
+  const std::string difference = first_difference(one, other, "");
+  return {name, difference.empty(),
+          difference.empty() ? "the same to the bit (computing times aside)"
+                             : "differs first at " + difference};
+}
+
+Json saltus_json() { return {{"version", version()}, {"commit", commit()}}; }
+
+// What run.json says; InputError naming what is missing.
+Json read_run_file(const fs::path& folder) {
+  std::error_code absent;
+  if (!fs::is_directory(folder, absent))
+    throw InputError(fmt::format("rerun: there is no folder '{}'", folder.string()));
+  for (const char* name : {run_file, "config.yaml"})
+    if (!fs::exists(folder / name, absent))
+      throw InputError(
+          fmt::format("rerun: there is no {} in '{}'; the folder of a finished run has it", name,
+                      folder.string()));
+  const Json run = Json::parse(content_of(folder / run_file), nullptr, false);
+  if (run.is_discarded() || !run.contains("problem") || !run["problem"].is_string() ||
+      !run.contains("folder") || !run["folder"].is_string())
+    throw InputError(
+        fmt::format("rerun: '{}' does not say what was run", (folder / run_file).string()));
+  return run;
+}
+
+}  // namespace
+
+void note_run(const OutputFolder& output, const std::string& problem) {
+  std::error_code unknown;
+  if (!fs::exists(output.path() / "config.yaml", unknown)) return;
+  output.write(run_file, Json{{"problem", problem},
+                              {"folder", fs::current_path(unknown).string()},
+                              {"saltus", saltus_json()}});
+}
+
+std::vector<FileComparison> compare_runs(const fs::path& before, const fs::path& after) {
+  std::set<std::string> names;
+  for (const fs::path& folder : {before, after})
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+      if (entry.path().extension() == ".csv" || entry.path().filename() == "summary.json")
+        names.insert(entry.path().filename().string());
+  std::vector<FileComparison> comparisons;
+  for (const std::string& name : names) {
+    if (!fs::exists(before / name) || !fs::exists(after / name)) {
+      comparisons.push_back({name, false, fs::exists(before / name) ? "is missing" : "is new"});
+      continue;
+    }
+    const std::string one = content_of(before / name), other = content_of(after / name);
+    comparisons.push_back(name.ends_with(".csv") ? compare_tables(name, one, other)
+                                                 : compare_summaries(name, one, other));
+  }
+  return comparisons;
+}
+
+ExitStatus rerun(std::span<const std::string> arguments, std::span<const ProblemEntry> problems) {
+  std::string word, out;
+  OptionParser parser("rerun", "Makes a run again and says whether it is the same to the bit.");
+  parser.word("folder", "where the results of the run are", word)
+      .option("--out", "DIR", "where the new results go; without, they are kept if they differ",
+              out);
+  parser.parse(arguments);
+  if (parser.help_wanted()) {
+    fmt::print("{}", parser.help());
+    return ExitStatus::ok;
+  }
+  if (word.empty()) throw InputError("rerun needs the folder of a run");
+  std::error_code error;
+  const fs::path folder = fs::weakly_canonical(fs::absolute(word), error);
+  const Json run = read_run_file(folder);
+  const std::string name = run["problem"];
+  const auto problem = std::ranges::find(problems, name, &ProblemEntry::name);
+  if (problem == problems.end())
+    throw InputError(fmt::format("rerun: this program has no problem '{}'", shortened(name)));
+  const fs::path again =
+      out.empty() ? folder.parent_path() / fmt::format("{}.again", folder.filename().string())
+                  : fs::absolute(out);
+  if (fs::exists(again, error) && !fs::is_empty(again, error))
+    throw InputError(
+        fmt::format("rerun: '{}' exists already; --out names another folder", again.string()));
+
+  // Files that settings name are found from where the run was made.
+  fs::current_path(run["folder"].get<std::string>(), error);
+  if (error)
+    fmt::print(stderr,
+               "saltus: the run was made in {}, which is no more; files are looked for "
+               "here\n",
+               run["folder"].get<std::string>());
+  RunRequest request;
+  request.problem = name;
+  request.config_file = folder / "config.yaml";
+  request.out = again;
+  const ExitStatus status = problem->run(request);
+
+  if (!fs::exists(again, error)) return status;
+  bool is_same = true;
+  for (const FileComparison& file : compare_runs(folder, again)) {
+    fmt::print("{}: {}\n", file.name, file.text);
+    is_same = is_same && file.is_same;
+  }
+  const Json made_by = run.contains("saltus") ? run["saltus"] : Json();
+  if (made_by.dump() != saltus_json().dump())
+    fmt::print("made by another version: {}, now {}\n", made_by.dump(), saltus_json().dump());
+  if (is_same && out.empty()) fs::remove_all(again, error);
+  fmt::print("{}\n", is_same
+                         ? "the same to the bit"
+                         : fmt::format("not the same; the new results are in {}", again.string()));
+  return is_same ? ExitStatus::ok : ExitStatus::differs;
+}
+
+}  // namespace saltus

@@ -1,0 +1,54 @@
+// Projects from templates: whole or not at all, and names that CMake can live with. Whether they
+// build and run is seen by packaging.new.
+#include "saltus/app/new_project.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/app/support.hpp"
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(NewProject, is_complete_and_has_no_marks) {
+  const TemporaryFolder folder;
+  for (const ProjectKind& kind : project_kinds()) {
+    const fs::path project = folder / kind.name;
+    make_project(project, kind);
+    for (const char* file : {"CMakeLists.txt", "README.md", ".clang-format", "main.cpp", "plot.py",
+                             "problem.cpp", "problem.hpp", "test.cpp"}) {
+      const std::string text = file_content(project / file);
+      EXPECT_FALSE(text.empty()) << file;
+      for (const char* mark : {"@NAME@", "@VERSION@", "@SUMMARY@"})
+        EXPECT_EQ(text.find(mark), std::string::npos) << file << " of " << kind.name;
+    }
+    EXPECT_TRUE(contains(file_content(project / "CMakeLists.txt"), "project(" + kind.name));
+    EXPECT_TRUE(contains(file_content(project / "README.md"), kind.summary));
+  }
+  std::size_t entries = 0;  // nothing half made beside them
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder.path())) ++entries;
+  EXPECT_EQ(entries, project_kinds().size());
+}
+
+TEST(NewProject, refuses_names_and_what_exists) {
+  const TemporaryFolder folder;
+  const ProjectKind& kind = project_kinds().front();
+  const auto complaint = [&](const std::string& name) {
+    const fs::path project = folder / name;
+    return complaint_of([&] { make_project(project, kind); });
+  };
+  for (const char* name : {"2fast", "a b", "über", "a.b", "-x", "_x"})
+    EXPECT_TRUE(contains(complaint(name), "cannot be the name of a project: a letter begins"));
+  EXPECT_TRUE(contains(complaint("test"), "'test' cannot be the name of a project: CMake"));
+  EXPECT_TRUE(contains(complaint(std::string(65, 'a')), "at most 64 characters"));
+  EXPECT_TRUE(contains(complaint("no/such/folder"), "cannot be made: No such file or directory"));
+  EXPECT_EQ(complaint("cart/"), "no complaint");
+  EXPECT_TRUE(contains(complaint("cart"), "exists already; nothing was changed"));
+  folder.file("taken", "mine");
+  EXPECT_TRUE(contains(complaint("taken"), "exists already; nothing was changed"));
+  EXPECT_EQ(file_content(folder / "taken"), "mine");
+}
+
+}  // namespace
+}  // namespace saltus

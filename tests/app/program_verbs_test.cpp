@@ -1,0 +1,127 @@
+// What the program does around a run: print its settings, make it again, complete words.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "saltus/app/completion.hpp"
+#include "saltus/app/program.hpp"
+#include "saltus/app/rerun.hpp"
+#include "tests/app/support.hpp"
+
+namespace saltus {
+namespace {
+
+namespace fs = std::filesystem;
+using Words = std::vector<std::string>;
+
+struct DropConfig {
+  double height = 1.0;
+  std::string ground = "hard";
+};
+
+void declare_settings(Settings& settings, DropConfig& config) {
+  settings.number("drop.height", config.height, "m", "from where it falls", above(0.0));
+  settings.choice("ground", config.ground, {"hard", "soft"}, "where it falls");
+}
+
+double drift = 0.0;  // what makes a run differ from the one before
+int runs = 0;
+
+ExitStatus drop(const DropConfig& config, const RunContext& context) {
+  ++runs;
+  context.output.write("config.yaml", std::string_view(context.effective_config));
+  CsvTable table({"t [s]", "height [m]", "solve time [s]"});
+  for (const double t : {0.0, 0.1})
+    table.add_row(std::vector<double>{t, config.height - 4.9 * t * t + drift * t, 1e-3 * runs});
+  context.output.write("trajectory.csv", table);
+  context.output.write("summary.json",
+                       nlohmann::ordered_json{{"cost", config.height}, {"seconds", 1e-3 * runs}});
+  return ExitStatus::ok;
+}
+
+struct VerbsTest : testing::Test {
+  VerbsTest() { drift = 0.0; }
+  int run(const Words& words) {
+    std::vector<const char*> pointers{"saltus"};
+    for (const std::string& word : words) pointers.push_back(word.c_str());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    const int status = saltus_main(static_cast<int>(pointers.size()), pointers.data(), problems);
+    printed = testing::internal::GetCapturedStdout();
+    complaint = testing::internal::GetCapturedStderr();
+    return status;
+  }
+
+  std::vector<ProblemEntry> problems{
+      problem_entry<DropConfig>("drop", "a falling mass", declare_settings, drop)};
+  TemporaryFolder folder;
+  std::string printed, complaint;
+};
+
+TEST_F(VerbsTest, printed_settings_are_given_back) {
+  ASSERT_EQ(run({"run", "drop", "--drop.height=2", "--print-config"}), 0);
+  EXPECT_EQ(printed,
+            "# drop: a falling mass\n"
+            "drop:\n"
+            "  # from where it falls [m; above 0; default 1]\n"
+            "  height: 2\n"
+            "# where it falls [hard or soft; default hard]\n"
+            "ground: hard\n");
+  const std::string file = folder.file("mine.yaml", printed);
+  const std::string before = printed;
+  ASSERT_EQ(run({"run", "drop", "--config", file, "--print-config"}), 0);
+  EXPECT_EQ(printed, before);
+  ASSERT_EQ(run({"run", "drop", "--print-schema"}), 0);
+  EXPECT_EQ(nlohmann::json::parse(printed).at("title"), "drop");
+  EXPECT_FALSE(fs::exists("results/drop"));
+}
+
+TEST_F(VerbsTest, rerun_says_whether_it_is_the_same) {
+  const std::string out = folder / "first";
+  ASSERT_EQ(run({"run", "drop", "--drop.height", "0.1", "--out", out}), 0);
+  EXPECT_EQ(run({"rerun", out}), 0) << complaint;
+  EXPECT_TRUE(contains(printed, "trajectory.csv: the same to the bit (2 rows, computing times"));
+  EXPECT_TRUE(contains(printed, "summary.json: the same to the bit"));
+  EXPECT_FALSE(fs::exists(folder / "first.again"));
+
+  drift = 1e-16;  // a last digit
+  EXPECT_EQ(run({"rerun", out}), 5);
+  EXPECT_TRUE(contains(printed, "trajectory.csv: differs first in row 2, column 'height [m]'"));
+  EXPECT_TRUE(contains(printed, "not the same; the new results are in"));
+  EXPECT_TRUE(fs::exists(folder / "first.again/trajectory.csv"));
+  EXPECT_EQ(run({"rerun", out}), 2);
+  EXPECT_TRUE(contains(complaint, "first.again' exists already; --out names another folder"));
+}
+
+TEST_F(VerbsTest, rerun_refuses_what_is_no_run) {
+  EXPECT_EQ(run({"rerun"}), 2);
+  EXPECT_EQ(run({"rerun", folder / "nothing"}), 2);
+  EXPECT_TRUE(contains(complaint, "there is no folder"));
+  EXPECT_EQ(run({"rerun", folder.path()}), 2);
+  EXPECT_TRUE(contains(complaint, "there is no run.json in"));
+  folder.file("config.yaml", "ground: hard\n");
+  folder.file("run.json", "{}");
+  EXPECT_EQ(run({"rerun", folder.path()}), 2);
+  EXPECT_TRUE(contains(complaint, "does not say what was run"));
+  folder.file("run.json", R"({"problem": "fly", "folder": "/"})");
+  EXPECT_EQ(run({"rerun", folder.path()}), 2);
+  EXPECT_TRUE(contains(complaint, "this program has no problem 'fly'"));
+}
+
+TEST_F(VerbsTest, words_are_completed_from_the_settings) {
+  const Words verbs{"list", "run", "rerun"};
+  const auto of = [&](const Words& words) { return completions(words, verbs, problems); };
+  EXPECT_EQ(of({"r"}), (Words{"run", "rerun"}));
+  EXPECT_EQ(of({"run", ""}), Words{"drop"});
+  EXPECT_EQ(of({"run", "drop", "--d"}), Words{"--drop.height"});
+  EXPECT_EQ(of({"run", "drop", "--ground", ""}), (Words{"hard", "soft"}));
+  EXPECT_EQ(of({"run", "drop", "--set", "gr"}), Words{"ground="});
+  EXPECT_EQ(of({"run", "drop", "--config", ""}), Words{});
+  EXPECT_EQ(of({"run", "drop", "--pri"}), (Words{"--print-config", "--print-schema"}));
+  ASSERT_EQ(run({"completion", "bash"}), 0) << complaint;
+  EXPECT_TRUE(contains(printed, completion_question));
+  EXPECT_EQ(run({"completion", "tcsh"}), 2);
+}
+
+}  // namespace
+}  // namespace saltus
