@@ -19,7 +19,7 @@ import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-PAGE = os.path.join(HERE, "README.md")
+PAGE = HERE + ".md"
 PLOT = os.path.join(HERE, "..", "..", "python", "saltus", "plot_trajectory.py")
 CODE = re.compile(r'(<!-- code: (\S+) "([^"\n]*)" "([^"\n]*)" -->\n).*?(<!-- end -->)', re.S)
 OUTPUT = re.compile(r"(<!-- output: step_(\d) -->\n).*?(<!-- end -->)", re.S)
