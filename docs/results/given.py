@@ -39,8 +39,9 @@ GIVEN = {
         SETTING: [
             "Every 10 ms an optimal control problem over 15 steps of 10 ms", "no multiple of 10 ms", "by CVODES at 1e-11",
             "fixed 0.1 s after the trigger", "due 0.5 s after the capture point left", "until 0.1 s before the landing",
-            "a push of 0.4 s is not over after 0.1 s", "In DART, ideal senses, the push at 1 s",
-            "Preset robot in 16 directions", "(seed 1), push at 1 s", "the height must not (1e5, 1000 on its speed)",
+            "a push of 0.4 s is not over after 0.1 s", "In DART, the push at 1 s;",
+            "on the left foot, 0.1 s, steps of at most 0.25 m forward and 0.31 m apart, swings of 0.3 to 0.9 s (fixed: 0.6 s), "
+            "at 16 directions, found by bisection to 0.5 N s", "Preset robot in 16 directions", "(seed 1), push at 1 s", "(measured senses, seed 1), push of 0.1 s on the chest at 1 s", "the height must not (1e5, 1000 on its speed)",
             "the momentum may move (400)", "With a capture point at 1e4", "Forces 0.002, 0.002, 1e-4",
             "torques 0.02, change of a wrench between intervals 1e-4", "capture point 1e5 after the impact",
             "3e4 forward and 3e5 sideways", "push towards -y for 0.1 s at 2.4 s, landing at 3.0 s",

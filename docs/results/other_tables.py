@@ -2,6 +2,7 @@
 
 import concurrent.futures
 import dataclasses
+import os
 from typing import Tuple
 
 from comparisons import COMPASS
@@ -123,6 +124,35 @@ class Map:
 
 
 @dataclasses.dataclass
+class StepMap:
+    """What each freedom of the planner of steps wins on the pendulum, by the program step_map, and the picture of it."""
+    title: str
+    picture: str
+    readme: str = README
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+    variants = {"fixed": "time and place fixed", "place": "place free", "time": "time free", "both": "both",
+                "steps": "up to three steps", "bound_0": "bound: no step", "bound_1": "one step",
+                "bound_3": "three steps"}
+    columns = (("area of the map, (N s)^2", "area", "{:.0f}"), ("forward, N s", "0.00", "{:.1f}"),
+               ("to the right", "270.00", "{:.1f}"), ("to the left", "90.00", "{:.1f}"))
+
+    def runs(self):
+        return 1
+
+    def shape(self):
+        return ["free to choose", *(title for title, *_ in self.columns)], len(self.variants)
+
+    def make(self, programs):
+        table, picture = programs.drawn("step_map", "plot_step_map.py")
+        programs.pictures[self.picture] = picture
+        rows = {row["direction"]: row for row in rows_of(*os.path.split(table))}
+        return markdown(self.shape()[0], [
+            [word, *(text.format(float(rows[direction][variant])) for _, direction, text in self.columns)]
+            for variant, word in self.variants.items()])
+
+
+@dataclasses.dataclass
 class Humanoids:
     """Robots that nobody described, from their URDF alone."""
     title: str
@@ -165,5 +195,7 @@ OTHER_TABLES = {
     "map_dart": Map("What the whole body survives in DART, preset paper",
                     ("--plant", "dart", "--set", "preset=paper", "--set", "step.planner=formula", "--directions", "8", "--step-times", "0.6"),
                     (0.6,), 8, "problems/push_recovery/map_dart.png"),
+    "step_map": StepMap("What each freedom of the planner of steps wins on the pendulum",
+                        "problems/push_recovery/step_map.png"),
     "humanoids": Humanoids("Humanoids that nobody described, by `saltus robot new` alone, preset robot"),
 }

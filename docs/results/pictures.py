@@ -3,12 +3,9 @@
 import os
 import sys
 
-from programs import NotHere, call
+from programs import SCRIPTS, call
 from tables import PAPER
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-SCRIPTS = os.path.join(ROOT, "robots/report/scripts")
-DEMO = {"plant": "dart", "pictures": "true"}
 SIX = {**PAPER, "plant": "dart", "push.impulse": 6}
 
 
@@ -26,22 +23,8 @@ def both_controllers(programs):
     return out
 
 
-def impact_table(programs):
-    program = os.path.join(os.path.dirname(programs.program), "impact_sweep")
-    table = os.path.join(programs.folder, "impact_sweep.csv")
-    if not os.path.exists(table):
-        if not os.path.exists(program):
-            raise NotHere("the program impact_sweep is not built (a target of the build)")
-        printed = call([program], good=(0,)).stdout
-        with open(table, "w", encoding="utf-8") as file:
-            file.write(printed)
-    return table
-
-
 def impact_sweep(programs):
-    out = os.path.join(programs.folder, "impact_sweep.png")
-    call([sys.executable, "-B", os.path.join(SCRIPTS, "plot_sweep.py"), impact_table(programs), out])
-    return out
+    return programs.drawn("impact_sweep", "plot_sweep.py")[1]
 
 
 PICTURES = {

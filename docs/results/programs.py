@@ -8,6 +8,10 @@ import subprocess
 import sys
 
 
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+SCRIPTS = os.path.join(ROOT, "robots/report/scripts")
+
+
 class NotHere(Exception):
     """What is needed is not on this machine; the sentence says what, and where it comes from."""
 
@@ -25,6 +29,7 @@ class Programs:
     def __init__(self, program, folder, jobs):
         self.program, self.folder, self.jobs = program, folder, jobs
         self.pictures = {}  # drawn beside a table: path in the project -> file
+        self.maps = set()  # folders of those that are whole
         self.versions = set()  # of the programs that made the runs that were looked at
 
     def _folder(self, kind, what):
@@ -69,8 +74,27 @@ class Programs:
     def survival_map(self, *arguments):
         """The folder of a map: map.csv and map.png."""
         out = self._folder("map", arguments)
-        call([self.program, "map", *arguments, "--out", out, "--jobs", str(self.jobs)])
+        if out not in self.maps:
+            call([self.program, "map", *arguments, "--out", out, "--jobs", str(self.jobs)])
+            self.maps.add(out)
         return out
+
+    def beside(self, name):
+        """What a program of benchmarks/ prints, as a file."""
+        program, table = os.path.join(os.path.dirname(self.program), name), os.path.join(self.folder, name + ".csv")
+        if not os.path.exists(table):
+            if not os.path.exists(program):
+                raise NotHere(f"the program {name} is not built (a target of the build)")
+            printed = call([program], good=(0,)).stdout
+            with open(table, "w", encoding="utf-8") as file:
+                file.write(printed)
+        return table
+
+    def drawn(self, name, script):
+        """The same with its picture."""
+        table, picture = self.beside(name), os.path.join(self.folder, name + ".png")
+        call([sys.executable, "-B", os.path.join(SCRIPTS, script), table, picture])
+        return table, picture
 
     def new_robot(self, urdf):
         """run.yaml of a robot that `saltus robot new` has described."""

@@ -27,12 +27,11 @@ import tempfile
 from comparisons import COMPARISONS
 from other_tables import OTHER_TABLES
 from pictures import PICTURES
-from programs import NotHere, Programs
+from programs import ROOT, NotHere, Programs
 from sentences import SENTENCES
 from tables import TABLES
 
 ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES}
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 DIFFERENT = 3
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 TIMED_FACTOR = 3.0

@@ -6,10 +6,9 @@ import re
 import statistics
 
 from other_tables import OTHER_TABLES
-from pictures import ROOT, impact_table
-from programs import NotHere, rows_of
+from programs import ROOT, NotHere, rows_of
 from sentence import Sentence
-from tables import TABLES, as_it_is, in_dart, look_up, push, toward
+from tables import ROBOT, TABLES, as_it_is, in_dart, look_up, push, toward
 
 
 def momentum(summary):
@@ -110,7 +109,7 @@ def slips_of_the_map(programs):
 
 def stairs(programs):
     """Largest steps in cost between neighbouring impact times, rounded to grids of 10 and 50 ms."""
-    rows = rows_of(os.path.dirname(impact_table(programs)), "impact_sweep.csv")
+    rows = rows_of(*os.path.split(programs.beside("impact_sweep")))
     found = []
     for grid in ("10", "50"):
         costs = [float(row["cost"]) for row in rows
@@ -129,6 +128,29 @@ def other_icubs(programs):
             raise NotHere(f"{urdf} comes with `./saltus setup`")
         found.append(programs.run({**as_it_is(6, 0.6, 1), "robot.urdf": urdf}))
     return [all_recovered(found)]
+
+
+def on_two_feet(degrees, size):
+    return toward(degrees, size, "measured", **{"stance": "both", "step.planner": "reactive"})
+
+
+def after_a_landing(degrees, later):
+    """7 N s to the right, and 6 N s so long after the landing, which comes 0.4 s after the first."""
+    return toward(270, 7, "measured", **{"step.planner": "reactive", "pushes": f"{1 + 0.4 + later:g} 6 {degrees:g}"})
+
+
+def at_random(seed):
+    return {**ROBOT, "plant": "dart", "stance": "both", "step.planner": "reactive", "push.start": 1, "sensor.seed": seed,
+            "push.random.rate": 0.16667, "push.random.seed": seed}
+
+
+def recovered(summaries):
+    return sum(summary["recovered"] for summary in summaries)
+
+
+def swing(summary):
+    """Of the first step, s."""
+    return summary["steps"][0]["touchdown_s"] - summary["steps"][0]["lift_off_s"]
 
 
 def lines_of(path):
@@ -290,6 +312,32 @@ OF_PUSH_RECOVERY = {
         "towards the swing side, 4.5 N s are recovered{} and 5 are not{}",
         [toward(270, size, "measured", stepping="false") for size in (4.5, 5)],
         lambda s: [all_recovered(s[:1]), unless(not s[1]["recovered"])], quick=False),
+    "two_feet_10": Sentence(
+        "with 10 N s all of 16 directions are recovered{} without a step{} ({:.2f} to {:.2f} Nms)",
+        [on_two_feet(22.5 * k, 10) for k in range(16)],
+        lambda s: [all_recovered(s), unless(not any(x["steps"] for x in s)), least(s, "angular_momentum_max"),
+                   most(s, "angular_momentum_max")], quick=False),
+    "two_feet_14": Sentence(
+        "With 14 N s {:d} of 8 are recovered: those to the sides and diagonals standing{}, with up to {:.2f} Nms, that "
+        "backwards by a step of {:.2f} s; forwards the robot steps and stands{}, but the angular momentum reaches {:.2f} Nms",
+        [on_two_feet(45 * k, 14) for k in range(8)],
+        lambda s: [recovered(s), unless(not any(x["steps"] for k, x in enumerate(s) if k not in (0, 4))),
+                   most([x for k, x in enumerate(s) if k not in (0, 4)], "angular_momentum_max"), swing(s[4]),
+                   unless(s[0]["steps"] and not s[0]["fell"]), momentum(s[0])], quick=False),
+    "second_pushes": Sentence(
+        "7 N s to the right (landing after {:.2f} s) and then 6 N s in any of 8 directions 0.1, 0.3 and 0.5 s after the "
+        "landing: {:d} of 24 recovered",
+        [after_a_landing(45 * k, later) for k in range(8) for later in (0.1, 0.3, 0.5)],
+        lambda s: [s[0]["steps"][0]["touchdown_s"] - 1, recovered(s)], quick=False),
+    "random_pushes": Sentence(
+        "In 60 s with random pushes of 3 to 8 N s on two feet (seeds 1 to 3 of both pushes and sensors): {:d} of 3, no step "
+        "needed{}",
+        [at_random(seed) for seed in (1, 2, 3)],
+        lambda s: [recovered(s), unless(not any(x["steps"] for x in s))], quick=False),
+    "time_with_random_pushes": Sentence(
+        "{:.1f} s of processor time per simulated second", [at_random(1)],
+        lambda s: [sum(s[0]["body"][part] for part in ("planner_s_per_s", "whole_body_control_s_per_s", "plant_s_per_s"))],
+        quick=False, timed=True),
     "slip_of_controllers": Sentence(
         "Where it steps and recovers, its stance sole slips by up to {:.1f} mm, that of inverse dynamics by up to {:.1f} mm",
         [*(early(size, whole_body__controller="momentum") for size in (4, 5)), *(early(size) for size in (4, 5, 5.5, 6))],
