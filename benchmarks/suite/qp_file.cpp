@@ -48,12 +48,15 @@ struct Entries {
   explicit Entries(const nlohmann::json& json)
       : row(json.at("row").get<std::vector<int>>()),
         col(json.at("col").get<std::vector<int>>()),
-        value(json.at("value").get<std::vector<double>>()) {}
+        value(json.at("value").get<std::vector<double>>()) {
+    if (row.size() != value.size() || col.size() != value.size())
+      throw DefinitionError("row, col and value of a matrix are not equally long");
+  }
 
   SparsityPattern pattern(int rows, int cols) const {
     std::vector<std::pair<int, int>> pairs;
     for (std::size_t e = 0; e < value.size(); ++e) {
-      if (row.at(e) < 0 || row[e] >= rows || col.at(e) < 0 || col[e] >= cols)
+      if (row[e] < 0 || row[e] >= rows || col[e] < 0 || col[e] >= cols)
         throw DefinitionError(fmt::format("entry {} is outside its matrix", e));
       pairs.emplace_back(row[e], col[e]);
     }
@@ -67,6 +70,11 @@ struct Entries {
 SparseQp program_of(const nlohmann::json& json) {
   if (json.at("format") != "saltus-qp 1") throw DefinitionError("its format is not 'saltus-qp 1'");
   const int n = json.at("variables").get<int>(), rows = json.at("rows").get<int>();
+  // Before anything of that size is made: as many as the lists have.
+  const auto count = [&](const char* key) { return static_cast<int>(json.at(key).size()); };
+  if (n != count("gradient") || n != count("lower") || n != count("upper") ||
+      rows != count("row_lower") || rows != count("row_upper"))
+    throw DefinitionError("a list is not as long as there are variables or rows");
   const Entries hessian(json.at("hessian")), jacobian(json.at("jacobian"));
   SparseQp qp(hessian.pattern(n, n), jacobian.pattern(rows, n));
   hessian.put(qp.hessian_pattern, qp.hessian);
@@ -77,9 +85,6 @@ SparseQp program_of(const nlohmann::json& json) {
   qp.upper = sides_of(json.at("upper"), infinity);
   qp.row_lower = sides_of(json.at("row_lower"), -infinity);
   qp.row_upper = sides_of(json.at("row_upper"), infinity);
-  if (qp.gradient.size() != n || qp.lower.size() != n || qp.upper.size() != n ||
-      qp.row_lower.size() != rows || qp.row_upper.size() != rows)
-    throw DefinitionError("a list is not as long as there are variables or rows");
   return qp;
 }
 

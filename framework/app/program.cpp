@@ -183,7 +183,7 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
                 std::span<const Verb> more_verbs) {
   const auto end_with = [](ExitStatus status, std::string_view sentence) {
     std::fflush(stdout);
-    fmt::print(stderr, "saltus: {}\n", sentence);
+    fmt::print(stderr, "saltus: {}\n", printable(sentence));
     return static_cast<int>(status);
   };
   // Some builds of Ipopt's linear solver start MPI, which aborts the process without a home folder.

@@ -19,6 +19,7 @@ endif()
 set(SALTUS_MARCH "" CACHE STRING "Value of -march for the numerical code; empty is portable")
 option(SALTUS_WERROR "Treat warnings as errors" OFF)
 option(SALTUS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+option(SALTUS_FUZZ "Count branches for libFuzzer, and build saltus_fuzz; needs clang" OFF)
 
 # ---- what a user's object needs too ---------------------------------------------------------------
 
@@ -99,6 +100,9 @@ if(SALTUS_SANITIZE)
   target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=address,undefined
                                                 -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(saltus_usage INTERFACE $<BUILD_INTERFACE:-fsanitize=address,undefined>)
+endif()
+if(SALTUS_FUZZ)
+  target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 # What is not a library (problems, tests, benchmarks) also includes by the path from the top folder.
 add_library(saltus_inside INTERFACE)

@@ -48,6 +48,23 @@ std::string shortened(std::string_view text) {
   return std::string(text.substr(0, end)) + "... (" + std::to_string(text.size()) + " bytes)";
 }
 
+std::string printable(std::string_view text) {
+  constexpr const char* digits = "0123456789abcdef";
+  std::string shown;
+  for (const char character : text) {
+    const auto code = static_cast<unsigned char>(character);
+    if (code >= 0x20 && code != 0x7f)
+      shown += character;
+    else if (character == '\n')
+      shown += "\\n";
+    else if (character == '\t')
+      shown += "\\t";
+    else
+      shown += {'\\', 'x', digits[code >> 4U], digits[code & 0xfU]};
+  }
+  return shown;
+}
+
 std::string join_names(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -14,6 +14,9 @@ std::string nearest_name(std::string_view given, const std::vector<std::string>&
 /// Text from outside as a message shows it: of a long one the beginning, and how long it is.
 std::string shortened(std::string_view text);
 
+/// Text with control characters (of a terminal's colours, say) as \n, \t or \x1b.
+std::string printable(std::string_view text);
+
 /// "a, b and c".
 std::string join_names(const std::vector<std::string>& names);
 

@@ -1,11 +1,13 @@
 #include "saltus/yaml/yaml_file.hpp"
 
 #include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <sstream>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -73,6 +75,55 @@ class Reader {
   std::map<std::string, std::string> where_;  // of each key with dots
 };
 
+// What is refused before a tree is made of it: yaml-cpp takes ", 2]" for documents without end, its
+// parser recurses, and with aliases a short text can stand for a very long one.
+class Scan : public YAML::EventHandler {
+ public:
+  explicit Scan(const std::string& source) : source_(source) {}
+
+  /// Throws InputError. Nothing if there is no document.
+  void run(const std::string& text) {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    if (!parser.HandleNextDocument(*this)) return;
+    const YAML::Mark first = start_;
+    if (!parser.HandleNextDocument(*this)) return;
+    if (start_.pos == first.pos) refuse(first, "not valid YAML: a value does not begin like that");
+    refuse(start_, "a second YAML document begins here; one is expected");
+  }
+
+  void OnDocumentStart(const YAML::Mark& mark) override { start_ = mark; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override {
+    refuse(mark, "aliases (*name) are not understood; write the value out");
+  }
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t,
+                const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    deeper(mark);
+  }
+  void OnSequenceEnd() override { --depth_; }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    deeper(mark);
+  }
+  void OnMapEnd() override { --depth_; }
+
+ private:
+  void deeper(const YAML::Mark& mark) {
+    if (++depth_ > max_depth) refuse(mark, "sections are nested too deeply");
+  }
+  [[noreturn]] void refuse(const YAML::Mark& mark, const char* why) const {
+    throw InputError(fmt::format("{}:{}: {}", source_, mark.line + 1, why));
+  }
+
+  const std::string& source_;
+  YAML::Mark start_;
+  std::size_t depth_ = 0;
+};
+
 std::string read_whole_file(const fs::path& file) {
   const auto refuse = [&](const char* why) {
     throw InputError(fmt::format("{}: {}", file.string(), why));
@@ -93,18 +144,16 @@ YamlEntry parse_yaml(const std::string& text, const std::string& source) {
   if (text.find_first_not_of(" \t\r\n") == std::string::npos)
     throw InputError(source + ": the file is empty");
   try {
-    const std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    if (documents.size() > 1)
-      throw InputError(
-          fmt::format("{}: holds {} YAML documents; one is expected", source, documents.size()));
+    Scan(source).run(text);
+    const YAML::Node document = YAML::Load(text);
     YamlEntry root;
     root.form = YamlEntry::Form::section;
-    if (documents.empty() || documents[0].IsNull()) return root;
-    if (!documents[0].IsMap())
+    if (document.IsNull()) return root;
+    if (!document.IsMap())
       throw InputError(
           fmt::format("{}:{}: expected 'key: value'; the file must be a set of keys with values",
-                      source, documents[0].Mark().line + 1));
-    root.entries = Reader(source).section(documents[0], "", 1);
+                      source, document.Mark().line + 1));
+    root.entries = Reader(source).section(document, "", 1);
     return root;
   } catch (const YAML::Exception& error) {
     throw InputError(

@@ -47,15 +47,21 @@ std::optional<MatrixXd> parse_npy(const Bytes& file, std::size_t offset) {
   const std::size_t begin = offset + (first_version ? 10 : 12);
   const std::size_t length = first_version ? file.number<std::uint16_t>(offset + 8)
                                            : file.number<std::uint32_t>(offset + 8);
+  constexpr std::size_t longest_header = 1000;  // numpy's are below 200; std::regex recurses
+  if (length > longest_header) file.fail("an array's header is far too long");
   const std::string header(file.at(begin, length));
   if (header.find("'<f8'") == std::string::npos) return std::nullopt;
   std::smatch shape;
   if (!std::regex_search(header, shape, std::regex(R"('shape': \((\d+),(?: (\d+))?\))")) ||
       header.find("'fortran_order': False") == std::string::npos)
     file.fail("an array is neither a vector nor a matrix stored by rows");
-  const std::size_t rows = std::stoul(shape[1]);
-  const std::size_t cols = shape[2].matched ? std::stoul(shape[2]) : 1;
+  const auto size = [&](const std::string& digits) {
+    if (digits.size() > 9) file.fail("an array is far too large");  // no product overflows
+    return static_cast<std::size_t>(std::stoul(digits));
+  };
+  const std::size_t rows = size(shape[1]), cols = shape[2].matched ? size(shape[2]) : 1;
   const std::string_view numbers = file.at(begin + length, rows * cols * sizeof(double));
+  if (numbers.empty()) return MatrixXd(rows, cols);
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> M(rows, cols);
   std::memcpy(M.data(), numbers.data(), numbers.size());
   return MatrixXd(M);

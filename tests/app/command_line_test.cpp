@@ -6,10 +6,17 @@
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {
 namespace {
+
+// Colours of a terminal, a cleared screen: words from outside do not act on it.
+TEST(Text, control_characters_are_shown_and_not_sent) {
+  EXPECT_EQ(printable("a\tb\nc \x1b[2J\x7f"), "a\\tb\\nc \\x1b[2J\\x7f");
+  EXPECT_EQ(printable("Grad \xc2\xb0"), "Grad \xc2\xb0");
+}
 
 using Words = std::vector<std::string>;
 

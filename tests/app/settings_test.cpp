@@ -252,7 +252,7 @@ TEST_F(SettingsTest, unusable_files) {
       contains(complaint_about_file("stepping: true\npush: {impulse: 3\n"), "not valid YAML"));
   EXPECT_TRUE(contains(complaint_about_file("stepping: true\n\tpush: 3\n"), "not valid YAML"));
   EXPECT_TRUE(
-      contains(complaint_about_file("stepping: true\n---\nstepping: false\n"), "2 YAML documents"));
+      contains(complaint_about_file("stepping: true\n---\nstepping: false\n"), "a second YAML document"));
   EXPECT_TRUE(contains(complaint_about_file("[a, b]: 3\n"), "a key must be a name"));
   EXPECT_TRUE(contains(complaint_about_file("push: {}\n"), "'push' is a section"));
   EXPECT_TRUE(contains(complaint_about_file(std::string("\x7f"

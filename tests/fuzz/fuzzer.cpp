@@ -1,0 +1,51 @@
+// libFuzzer's entry points: `saltus_fuzz --reader=NAME [options of libFuzzer] [FOLDER...]`. With
+// --readers it prints the names, with --words=NAME the reader's dictionary.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <exception>
+#include <string_view>
+
+#include "tests/fuzz/targets.hpp"
+
+namespace {
+const saltus::fuzz::Target* chosen = nullptr;
+
+void print_dictionary(const saltus::fuzz::Target& target) {
+  for (const std::string& word : target.words) {
+    fmt::print("\"");
+    for (const unsigned char c : word) fmt::print("\\x{:02x}", c);
+    fmt::print("\"\n");
+  }
+}
+}  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) try {
+  for (int i = 1; i < *argc; ++i) {
+    const std::string_view word = (*argv)[i];
+    if (word == "--readers") {
+      for (const saltus::fuzz::Target& target : saltus::fuzz::targets())
+        fmt::print("{}\n", target.name);
+      std::exit(0);
+    }
+    if (word.starts_with("--words=")) {
+      print_dictionary(saltus::fuzz::target(std::string(word.substr(8))));
+      std::exit(0);
+    }
+    if (word.starts_with("--reader=")) chosen = &saltus::fuzz::target(std::string(word.substr(9)));
+  }
+  if (chosen == nullptr) {
+    fmt::print(stderr, "saltus_fuzz: give --reader=NAME; --readers lists them\n");
+    std::exit(2);
+  }
+  return 0;
+} catch (const std::exception& error) {
+  fmt::print(stderr, "saltus_fuzz: {}\n", error.what());
+  std::exit(2);
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  saltus::fuzz::run(*chosen, {data, size});
+  return 0;
+}

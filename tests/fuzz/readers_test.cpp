@@ -1,0 +1,120 @@
+// Every input that is kept: seeds, and what the fuzzer found. A reader that does not end as it must
+// ends this process, and ctest names the input.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <set>
+
+#include "tests/fuzz/targets.hpp"
+
+namespace saltus::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<std::uint8_t> content_of(const fs::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+// By hand: the last input is there when the process is not.
+void keep(const std::vector<std::uint8_t>& bytes) {
+  std::ofstream("fuzz_last_input", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+}
+
+class Readers : public testing::TestWithParam<std::string> {};
+
+TEST_P(Readers, TakeOrRefuseWhatIsKept) {
+  const fs::path folder = fs::path(SALTUS_FUZZ_CORPUS) / GetParam();
+  ASSERT_TRUE(fs::is_directory(folder)) << folder;
+  int count = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    SCOPED_TRACE(entry.path());
+    std::fprintf(stderr, "%s\n", entry.path().filename().c_str());
+    run(target(GetParam()), content_of(entry.path()));
+    ++count;
+  }
+  EXPECT_GT(count, 1);
+}
+
+// Cut off anywhere, and with each byte changed: every reader has inputs that it takes.
+TEST_P(Readers, TakeOrRefuseWhatIsCutOffOrSpoilt) {
+  const Target& reader = target(GetParam());
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::path(SALTUS_FUZZ_CORPUS) / GetParam())) {
+    const std::vector<std::uint8_t> whole = content_of(entry.path());
+    if (whole.size() > 4000) continue;
+    const std::size_t stride = std::max<std::size_t>(1, whole.size() / 50);
+    for (std::size_t at = 0; at < whole.size(); at += stride) {
+      run(reader, Bytes(whole).first(at));
+      std::vector<std::uint8_t> spoilt = whole;
+      spoilt[at] ^= 0x15;
+      run(reader, spoilt);
+    }
+  }
+}
+
+// Pieces of kept inputs and words of the dictionary, put together at random: what a fuzzer does
+// that sees no branches, everywhere and in a second.
+TEST_P(Readers, TakeOrRefuseWhatIsPutTogetherAtRandom) {
+  constexpr unsigned seed = 1;
+  const char* more = std::getenv("SALTUS_FUZZ_ROUNDS");  // by hand: as many as wanted
+  const int rounds = more == nullptr ? 300 : std::atoi(more);
+  std::fprintf(stderr, "seed %u\n", seed);
+  const Target& reader = target(GetParam());
+  std::vector<std::vector<std::uint8_t>> kept;
+  std::set<fs::path> files;  // in the same order everywhere
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::path(SALTUS_FUZZ_CORPUS) / GetParam()))
+    files.insert(entry.path());
+  for (const fs::path& file : files) kept.push_back(content_of(file));
+  std::mt19937 random(seed);
+  const auto below = [&](std::size_t n) { return n == 0 ? 0 : random() % n; };
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<std::uint8_t> bytes = kept[below(kept.size())];
+    for (std::size_t edits = 1 + below(4); edits > 0; --edits) {
+      const std::size_t at = below(bytes.size() + 1);
+      const auto begin = bytes.begin() + static_cast<std::ptrdiff_t>(at);
+      const auto until = begin + static_cast<std::ptrdiff_t>(below(bytes.size() - at + 1));
+      const std::vector<std::uint8_t>& other = kept[below(kept.size())];
+      const std::size_t from = below(other.size());
+      const std::string& word = reader.words[below(reader.words.size())];
+      switch (below(5)) {
+        case 0:
+          bytes.insert(begin, word.begin(), word.end());
+          break;
+        case 1:
+          bytes.erase(begin, until);
+          break;
+        case 2:
+          bytes.insert(begin, other.begin() + static_cast<std::ptrdiff_t>(from), other.end());
+          break;
+        case 3:
+          if (at < bytes.size()) bytes[at] = static_cast<std::uint8_t>(random());
+          break;
+        default:
+          bytes.insert(begin, 1 + below(6), static_cast<std::uint8_t>('0' + below(10)));
+      }
+    }
+    if (bytes.size() > 20000) bytes.resize(20000);
+    if (more != nullptr) keep(bytes);
+    run(reader, bytes);
+  }
+}
+
+std::vector<std::string> names() {
+  std::vector<std::string> all;
+  for (const Target& one : targets()) all.push_back(one.name);
+  return all;
+}
+INSTANTIATE_TEST_SUITE_P(All, Readers, testing::ValuesIn(names()),
+                         [](const auto& reader) { return reader.param; });
+
+}  // namespace
+}  // namespace saltus::fuzz

@@ -1,0 +1,221 @@
+#include "tests/fuzz/targets.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+
+#include "benchmarks/hanging_chain.hpp"
+#include "benchmarks/recorded_sequence.hpp"
+#include "benchmarks/suite/qp_file.hpp"
+#include "problems/library/npz.hpp"
+#include "saltus/app/command_line.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/robots/model/mesh.hpp"
+#include "saltus/robots/model/robot_description.hpp"
+#include "saltus/robots/model/urdf_model.hpp"
+#include "saltus/robots/survival/map_cells.hpp"
+#include "saltus/yaml/yaml_file.hpp"
+
+namespace saltus::fuzz {
+namespace {
+
+std::string text_of(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
+
+// One field of every kind, as problems declare them.
+struct Fields {
+  enum class Plant { centroidal, dart };
+  double impulse = 7.0, friction = 0.5;
+  std::optional<double> trigger;
+  Eigen::Vector3d direction{0.0, -1.0, 0.0};
+  int intervals = 15;
+  bool stepping = true;
+  std::string solver = "ipopt", urdf, preset = "robot";
+  Plant plant = Plant::centroidal;
+
+  Settings declared() {
+    Settings settings;
+    settings.number("push.impulse", impulse, "N s", "size", at_least(0.0));
+    settings.number("push.trigger", trigger, "s", "when", at_least(0.0));
+    settings.vector("push.direction", direction, "", "where to");
+    settings.number("contact.friction", friction, "", "Coulomb's", above(0.0));
+    settings.integer("horizon.intervals", intervals, "", "N", at_least(1));
+    settings.flag("stepping", stepping, "may it step?");
+    settings.choice("solver", solver, {"ipopt", "riccati", "sparse"}, "which");
+    settings.choice<Plant>("plant", plant,
+                           {{"centroidal", Plant::centroidal}, {"dart", Plant::dart}}, "which");
+    settings.text("robot.urdf", urdf, "file");
+    settings.preset("preset", preset,
+                    {{"robot", {}}, {"paper", {"contact.friction=0.3", "push.trigger=0.1"}}},
+                    "all");
+    settings.implies("plant", {"dart"}, "solver=riccati");
+    settings.alias("urdf", "robot.urdf");
+    settings.renamed("push.size", "push.impulse", "9.0");
+    settings.rule({"push.impulse", "push.trigger"}, [this] {
+      return impulse > 100.0 && trigger ? "push.impulse exceeds 100 with push.trigger" : "";
+    });
+    return settings;
+  }
+};
+
+// What was written out is read back as the same.
+void reads_back(Settings& settings) {
+  const std::string written = settings.to_yaml();
+  Fields again;
+  Settings other = again.declared();
+  const TemporaryFile file(
+      Bytes(reinterpret_cast<const std::uint8_t*>(written.data()), written.size()), ".yaml");
+  try {
+    other.apply(file.path(), {});
+  } catch (const InputError& error) {
+    require(false, fmt::format("written and not read back: {}\n{}", error.what(), written));
+  }
+  require(other.to_yaml() == written, fmt::format("read back otherwise:\n{}", written));
+}
+
+void settings_file(Bytes bytes) {
+  Fields fields;
+  Settings settings = fields.declared();
+  const TemporaryFile file(bytes, ".yaml");
+  settings.apply(file.path(), {});
+  reads_back(settings);
+}
+
+// One word per line.
+void command_line(Bytes bytes) {
+  std::vector<std::string> words(1);
+  for (const std::uint8_t byte : bytes) {
+    if (byte == '\n')
+      words.emplace_back();
+    else if (byte != 0)  // no shell can hand that over
+      words.back() += static_cast<char>(byte);
+  }
+  const RunRequest request = parse_run_request(words);
+  Fields fields;
+  Settings settings = fields.declared();
+  settings.apply(request.assignments);
+  reads_back(settings);
+}
+
+void robot_file(Bytes bytes) {
+  for (const Figures figures : {Figures::from_urdf, Figures::in_file})
+    parse_robot_description(text_of(bytes), "robot.yaml", figures);
+}
+
+void urdf(Bytes bytes) {
+  const UrdfModel model = UrdfModel::parse(text_of(bytes), "robot.urdf");
+  require(std::isfinite(model.total_mass()) && model.total_mass() > 0.0, "mass");
+  RobotDescription named;
+  named.left_sole = model.link_names().front();
+  named.right_sole = model.link_names().back();
+  named.postures = {StandingPosture{}};
+  describe(model, named);
+}
+
+void mesh(Bytes bytes) {
+  const TemporaryFile file(bytes, ".stl");
+  require(!mesh_corners(file.path()).empty(), "a mesh without a corner was taken");
+}
+
+void npz(Bytes bytes) {
+  const TemporaryFile file(bytes, ".npz");
+  library::read_npz(file.path().string());
+}
+
+void sequence(Bytes bytes) {
+  const TemporaryFile file(bytes, ".json");
+  const bench::RecordedSequence sequence = bench::read_sequence(file.path());
+  if (!sequence.problems.empty() && sequence.intervals < 100) sequence.program(0);
+}
+
+void chain(Bytes bytes) {
+  const TemporaryFile file(bytes, ".json");
+  bench::read_chain(file.path());
+}
+
+void quadratic_program(Bytes bytes) {
+  const TemporaryFile file(bytes, ".json");
+  bench::read_program(file.path());
+}
+
+void map_line(Bytes bytes) {
+  const std::optional<walking::MapRow> row = walking::from_line(text_of(bytes));
+  if (row) require(walking::from_line(walking::to_line(*row)).has_value(), "a line not read back");
+}
+
+}  // namespace
+
+const std::vector<Target>& targets() {
+  static const std::vector<Target> all{
+      {"settings",
+       settings_file,
+       {"push:",
+        "impulse:",
+        "trigger: none",
+        "direction: [0, -1, 0]",
+        "contact.friction:",
+        "horizon.intervals:",
+        "stepping: false",
+        "solver: sparse",
+        "plant: dart",
+        "preset: paper",
+        "push.size:",
+        "&a",
+        "*a",
+        "<<: *a",
+        "!!int",
+        "---",
+        ".inf",
+        ".nan",
+        "1e400",
+        "0x10"}},
+      {"command_line",
+       command_line,
+       {"push_recovery\n", "--config\n", "--set\n", "--out\n", "--help\n", "--push.impulse\n",
+        "--push.direction=[1,0,0]\n", "--stepping\n", "--plant=dart\n", "--preset\npaper\n",
+        "--urdf\n", "-2\n", "--=\n"}},
+      {"robot_file",
+       robot_file,
+       {"name:", "mass:", "left_foot:", "right_foot:", "sole:", "x: [-0.1, 0.1]", "postures:",
+        "mirror:", "reversed:", "base:", "joints:", "com:", "other_foot:", "stance:", "capsules:"}},
+      {"urdf",
+       urdf,
+       {"<robot name=\"r\">",
+        "</robot>",
+        "<link name=\"a\">",
+        "<joint name=\"j\" type=\"revolute\">",
+        "<parent link=\"a\"/>",
+        "<child link=\"b\"/>",
+        "<axis xyz=\"0 0 1\"/>",
+        "<inertial>",
+        "<mass value=\"1\"/>",
+        "<origin xyz=\"0 0 0\" rpy=\"0 0 0\"/>",
+        "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>",
+        "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>",
+        "<collision>",
+        "<geometry>",
+        "<box size=\"1 1 1\"/>",
+        "<mesh filename=\"m.stl\"/>",
+        "1e308",
+        "nan",
+        "<!DOCTYPE a [<!ENTITY b \"bbbb\">]>",
+        "&b;"}},
+      {"mesh",
+       mesh,
+       {"solid a\n", "facet normal 0 0 1\n", "outer loop\n", "vertex 0 0 0\n", "endloop\n",
+        "endfacet\n", "endsolid a\n"}},
+      {"npz",
+       npz,
+       {"PK\x03\x04", "PK\x01\x02", "\x93NUMPY",
+        "{'descr': '<f8', 'fortran_order': False, 'shape': (2, 2), }"}},
+      {"sequence", sequence, {"\"intervals\"", "\"problems\"", "\"landing\"", "null", "1e999"}},
+      {"chain", chain, {"\"reference\"", "\"start\"", "null"}},
+      {"quadratic_program",
+       quadratic_program,
+       {"\"format\"", "\"saltus-qp 1\"", "\"hessian\"", "\"jacobian\"", "\"gradient\"", "\"row\"",
+        "\"col\"", "\"value\"", "\"stages\"", "\"guess\"", "\"warm\"", "\"optimum\"", "null"}},
+      {"map_line", map_line, {",recovered,", ",not_run,", "mpc,", "capture_point,", "nan"}}};
+  return all;
+}
+
+}  // namespace saltus::fuzz

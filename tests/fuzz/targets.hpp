@@ -1,0 +1,49 @@
+// The readers of what comes from outside, each as a function of bytes: what the fuzzer calls
+// (fuzzer.cpp), and what the tests call with every input that is kept (readers_test.cpp).
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace saltus::fuzz {
+
+using Bytes = std::span<const std::uint8_t>;
+
+/// A reader. Reading either succeeds or throws InputError with one sentence; anything else (another
+/// exception, a sentence of pages, an invariant that does not hold) ends the
+/// process by std::abort() after a line on the error stream.
+struct Target {
+  std::string name;                  ///< also that of its folder in corpus/
+  std::function<void(Bytes)> read;   ///< may throw InputError
+  std::vector<std::string> words{};  ///< that random bytes would hardly hit upon
+};
+
+const std::vector<Target>& targets();
+/// Throws InputError that names them all.
+const Target& target(const std::string& name);
+
+/// Lets the target read and judges how it ended, see Target.
+void run(const Target& target, Bytes bytes);
+
+/// A file of this process alone with these bytes, for readers that take a path; gone with the
+/// object.
+class TemporaryFile {
+ public:
+  TemporaryFile(Bytes bytes, const std::string& extension);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// Ends the process unless `holds`; for what must be true of what a reader took.
+void require(bool holds, const std::string& what);
+
+}  // namespace saltus::fuzz
