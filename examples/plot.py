@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Draws a table of Saltus: states above, inputs below, a shade for every other mode.
 
-Usage: plot.py trajectory.csv picture.png [--inputs N] [--time LABEL] [--path X Y]
-The first columns are time and mode. --path draws column Y over column X in place of time.
+Usage: plot.py trajectory.csv picture.png [--inputs N] [--time LABEL] [--shade FROM TO ...] [--path X Y]
+The first column is time, the second the mode if its title says so. --path draws column Y over column X in place of time.
 """
 
 import argparse
@@ -25,11 +25,14 @@ def main():
     parser.add_argument("--path", nargs=2, metavar=("X", "Y"))
     parser.add_argument("--inputs", type=int, default=0, help="so many columns, from the right, are inputs")
     parser.add_argument("--time", help="label of the time axis, in place of the first column's name")
+    parser.add_argument("--shade", nargs=2, type=float, action="append", default=[], metavar=("FROM", "TO"))
     arguments = parser.parse_args()
     with open(arguments.table, encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
-    columns = {name: [number(row[i]) for row in rows] for i, name in enumerate(header) if i != 1}
-    time, modes = columns[header[0]], [row[1] for row in rows]
+    has_modes = header[1] == "mode"
+    names = header[2:] if has_modes else header[1:]
+    columns = {name: [number(row[i]) for row in rows] for i, name in enumerate(header) if name != "mode"}
+    time, modes = columns[header[0]], [row[1] if has_modes else "" for row in rows]
 
     if arguments.path:
         figure, axes = plt.subplots(figsize=(7, 3.2))
@@ -39,7 +42,6 @@ def main():
         axes.axhline(0.0, color="black", lw=0.8)
         axes.set(xlabel=x, ylabel=y, aspect="equal")
     else:
-        names = header[2:]
         panels = [names[: len(names) - arguments.inputs], names[len(names) - arguments.inputs :]]
         figure, axes = plt.subplots(2, 1, figsize=(7, 4.6), sharex=True, squeeze=True)
         for panel, of_panel in zip(axes, panels):
@@ -47,6 +49,8 @@ def main():
                 panel.plot(time, columns[name], lw=1.6, label=name,
                            drawstyle="steps-post" if of_panel is panels[1] else "default")
             starts = [0] + [i for i in range(1, len(modes)) if modes[i] != modes[i - 1]] + [len(modes) - 1]
+            for start, end in arguments.shade:
+                panel.axvspan(start, end, color="0.9", lw=0)
             for k in range(1, len(starts) - 1, 2):
                 panel.axvspan(time[starts[k]], time[starts[k + 1]], color="0.9", lw=0)
             for k, (start, end) in enumerate(zip(starts, starts[1:])):

@@ -16,8 +16,8 @@ class NotHere(Exception):
     """What is needed is not on this machine; the sentence says what, and where it comes from."""
 
 
-def call(command, good=(0, 3)):
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+def call(command, good=(0, 3), folder=None):
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
     if done.returncode not in good:
         raise RuntimeError(f"{' '.join(command)}: status {done.returncode}\n{done.stderr}")
     return done
