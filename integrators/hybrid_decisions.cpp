@@ -60,6 +60,8 @@ bool HybridIntegrator::is_on_surface(int sliding) {
 // behind the reset of the event before it); then, if the mode is given, its event at once.
 IntegrationStatus HybridIntegrator::choose_mode() {
   int given = given_mode_;
+  if (const int memory = problem().switching.memory; memory >= 0)
+    given = std::clamp(static_cast<int>(std::lround(y_[memory])), 0, modes_.declared() - 1);
   if (given >= modes_.declared()) {
     mode_ = given;
     if (is_on_surface(given)) return settle(false, -1, false, -1);  // sliding goes on

@@ -95,7 +95,16 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   IntegrationStatus status = choose_mode();
   for (bool finished = false; status == IntegrationStatus::success && !finished;)
     status = flow(finished);
+  if (status == IntegrationStatus::success) remember();
   return status;
+}
+
+// The state that holds the mode's number, once events have changed it: a number that nothing moves.
+void HybridIntegrator::remember() {
+  const int memory = problem().switching.memory;
+  if (memory < 0 || (events_ == 0 && mode_ == std::lround(y_[memory]))) return;
+  y_[memory] = mode_;
+  if (sensitivities_) total_.row(memory).setZero();
 }
 
 // --- between events -------------------------------------------------------------------------

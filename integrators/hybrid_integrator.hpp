@@ -53,6 +53,7 @@ class HybridIntegrator final : public EventIntegrator {
   IntegrationStatus pass(int guard);
   IntegrationStatus enter_sliding(int guard);
   void hold_instant();
+  void remember();
   bool moves_away(int mode, int guard);
   IntegrationStatus project();
   IntegrationStatus watch_accumulation(const OutgoingGuard& guard);

@@ -1,8 +1,11 @@
 #include "saltus/integrators/hybrid_modes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_sliding.hpp"
 #include "saltus/model/structure.hpp"
 
@@ -67,6 +70,11 @@ HybridModes::HybridModes(const IntervalProblem& problem)
     for (std::size_t k = 0; k < modes_[m].guards.size(); ++k)
       if (modes_[m].guards[k].partner >= 0 && modes_[m].guards[k].slide < 0)
         add_sliding(problem, m, static_cast<int>(k));
+  if (system.memory >= 0 && count() > declared_)
+    throw DefinitionError(
+        fmt::format("the mode is remembered in state {}, but on the surface {} it would be none "
+                    "that has a number; give its two directions guards of their own.",
+                    system.memory, modes_[declared_].name));
 }
 
 // The mode that slides on guard k of mode m. "Below" is the side of m, whatever the guard's sign.

@@ -1,10 +1,13 @@
 // A hybrid automaton as the user writes it: named modes, and events that lead from one to another.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/model/algebraic.hpp"
+#include "saltus/model/formula_with_algebraic.hpp"
 #include "saltus/model/make_function.hpp"
 #include "saltus/model/switching_system.hpp"
 
@@ -13,11 +16,30 @@ namespace saltus {
 /// Modes and events over nx states, nu inputs and np parameters. Formulas are callables of (t, x),
 /// (t, x, u) or (t, x, u, p): dynamics return dx/dt, a guard one number, a reset the state after
 /// the event. Modes are declared before the events that use them.
-template <int nx, int nu = 0, int np = 0>
+///
+/// With nz algebraic states z, which follow from equations that all modes share, formulas take them
+/// behind x: f(t, x, z), f(t, x, z, u) or f(t, x, z, u, p), or f(t, x) alone.
+template <int nx, int nu = 0, int np = 0, int nz = 0>
 class Automaton {
  public:
+  Automaton()
+    requires(nz == 0)
+  = default;
+  /// 0 = equations(t, x, z, u, p) with nz entries, of index 1, and a guess of z, which also is its
+  /// magnitude. Throws DefinitionError with the equation, as AlgebraicEquations does.
+  template <class Equations>
+  Automaton(Equations equations, const Vec<double, nz>& guess)
+    requires(nz > 0)
+  {
+    algebraic_.equations = std::make_shared<const AlgebraicEquations>(
+        Arguments{nx, nu, np},
+        extended("the algebraic equations of", "an automaton", std::move(equations)), guess);
+  }
+
   template <class Dynamics>
   Automaton& mode(std::string name, Dynamics dynamics) {
+    if constexpr (nz > 0)
+      if (!algebraic_.dynamics) algebraic_.dynamics = extended("mode", name, dynamics);
     Function function = erased("mode", name, std::move(dynamics));
     system_.modes.push_back({std::move(name), std::move(function)});
     return *this;
@@ -47,12 +69,31 @@ class Automaton {
     return add(name, above, below, function, Crossing::falling, {});
   }
 
+  /// Hysteresis: the mode is no function of the state, and is remembered. State i holds its number,
+  /// in the order of declaration from 0: it is given at the start like any state, every formula
+  /// returns a rate of 0 for it, and it changes where an event changes the mode.
+  Automaton& remember_in(int i) {
+    system_.memory = i;
+    return *this;
+  }
+
   const SwitchingSystem& system() const { return system_; }
+  /// The equations of z, with the dynamics of the first mode; empty: none.
+  const AlgebraicPart& algebraic() const { return algebraic_; }
 
  private:
   template <class F>
-  static Function erased(const char* what, const std::string& name, F formula) {
-    return make_function<nx, nu, np>(std::move(formula), {{}, what, name});
+  Function erased(const char* what, const std::string& name, F formula) const {
+    if constexpr (nz == 0)
+      return make_function<nx, nu, np>(std::move(formula), {{}, what, name});
+    else
+      return eliminate(extended(what, name, std::move(formula)), algebraic_.equations);
+  }
+  // As a function of (t | x z | u | p).
+  template <class F>
+  static Function extended(const char* what, const std::string& name, F formula) {
+    return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},
+                                          {{}, what, name});
   }
   Automaton& add(std::string name, const std::string& from, const std::string& to, Function guard,
                  Crossing direction, Function reset) {
@@ -68,6 +109,7 @@ class Automaton {
   }
 
   SwitchingSystem system_;
+  AlgebraicPart algebraic_;
 };
 
 }  // namespace saltus

@@ -47,6 +47,15 @@ void SwitchingSystem::check(const Arguments& sizes, int nq) const {
     if (mode.running_cost)
       check_function("mode '" + mode.name + "': the running cost", mode.running_cost, sizes, nq);
   }
+  if (memory >= sizes.nx)
+    throw DefinitionError(fmt::format(
+        "the mode is to be remembered in state {}, but there are {} states.", memory, sizes.nx));
+  for (const Mode& mode : modes)
+    if (memory >= 0 && mode.dynamics.jacobian_pattern().row_begin(memory) <
+                           mode.dynamics.jacobian_pattern().row_end(memory))
+      throw DefinitionError(
+          fmt::format("mode '{}': state {} remembers the mode, so its rate must be the number 0.",
+                      mode.name, memory));
   for (const Transition& transition : transitions) {
     const std::string event = "event '" + transition.name + "': ";
     for (const int mode : {transition.from, transition.to})

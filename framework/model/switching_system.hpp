@@ -45,6 +45,9 @@ struct SwitchingSystem {
 
   std::vector<Mode> modes;
   std::vector<Transition> transitions;
+  /// The state that holds the number of the mode, so that it is remembered from interval to
+  /// interval where the other states do not tell it; -1: the mode follows from the state.
+  int memory = -1;
 
   bool empty() const { return transitions.empty(); }
   /// Index of the mode of this name, or -1.

@@ -71,6 +71,11 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
     throw DefinitionError(
         fmt::format("controller: the fallback input has {} entries, expected {} numbers",
                     options_.fallback_input.size(), first.sizes.nu));
+  if (shooting_->problem().start_time_bounds())
+    throw DefinitionError(fmt::format(
+        "controller: problem '{}' decides when to start, but a tick begins when it begins; give "
+        "start_time() a number",
+        shooting_->problem().name()));
   const NonlinearProgram& nlp = shooting_->nlp();
   initial_ = shooting_->initial_guess();
   initial_.lambda = VectorXd::Zero(nlp.rows());

@@ -23,6 +23,15 @@ std::vector<RecedingHorizonController> rests_of(
     const OptimalControlProblem& problem, ShootingOptions options,
     const std::function<RecedingHorizonController(MultipleShooting)>& controller_of) {
   const std::size_t phases = problem.phases().size();
+  const auto refuse = [&](const std::string& what) {
+    throw DefinitionError(fmt::format(
+        "controller: problem '{}' has the {}, and when a phase is partly over what of it "
+        "is used is not known; make it a state",
+        problem.name(), what));
+  };
+  for (const PhaseDefinition& phase : problem.phases())
+    if (!phase.integrals.empty()) refuse("integral '" + phase.integrals.front().name + "'");
+  if (!problem.links().empty()) refuse("link '" + problem.links().front().name + "'");
   if (options.intervals.empty()) options.intervals.assign(phases, options.intervals_per_phase);
   std::vector<RecedingHorizonController> rests;
   for (std::size_t j = 0; j < phases; ++j) {

@@ -43,10 +43,11 @@ class Phase {
   }
   /// Several modes with state-triggered events between them, all inside one phase; the mode at the
   /// start of each interval follows from the state (framework/design/events.md).
-  Phase(std::string name, const Automaton<nx, nu, np>& automaton, Bounds duration)
-    requires(nz == 0)
-      : Phase(std::move(name), NoDynamics{}, duration) {
+  Phase(std::string name, const Automaton<nx, nu, np, nz>& automaton, Bounds duration) {
+    begin(d_, std::move(name), {nx, nu, np},
+          make_function<nx, nu, np>(NoDynamics{}, {name, "the dynamics"}), duration);
     d_.switching = automaton.system();
+    d_.algebraic = automaton.algebraic();
     if (!d_.switching.modes.empty()) d_.dynamics = d_.switching.modes.front().dynamics;
   }
 
@@ -78,11 +79,23 @@ class Phase {
     add_bounds(d_.state_bounds, i, bounds, std::move(window));
     return *this;
   }
+  /// The same, but a violation is possible and penalised.
+  Phase& bound_input(int i, Bounds bounds, Window window, Penalty penalty) {
+    add_soft_bounds(d_, "input", d_.sizes.u(), nu, i, bounds, std::move(window),
+                    std::move(penalty));
+    return *this;
+  }
+  Phase& bound_state(int i, Bounds bounds, Window window, Penalty penalty) {
+    add_soft_bounds(d_, "state", d_.sizes.x(), nx, i, bounds, std::move(window),
+                    std::move(penalty));
+    return *this;
+  }
   /// Algebraic state i, wherever a state would be bounded.
-  Phase& bound_algebraic(int i, Bounds bounds, Window window = {})
+  Phase& bound_algebraic(int i, Bounds bounds, Window window = {},
+                         std::optional<Penalty> penalty = std::nullopt)
     requires(nz > 0)
   {
-    add_algebraic_bounds(d_, i, bounds, std::move(window));
+    add_algebraic_bounds(d_, i, bounds, std::move(window), std::move(penalty));
     return *this;
   }
   /// The formula stays within bounds during the window; one Bounds serves all its rows.
@@ -140,9 +153,19 @@ class Phase {
   }
   /// Holds once, where the phase begins (after the jump).
   template <class F>
-  Phase& begin_with(std::string name, F formula, Bounds bounds) {
+  Phase& begin_with(std::string name, F formula, Bounds bounds,
+                    std::optional<Penalty> penalty = std::nullopt) {
     add_constraint(d_, std::move(name), TermDomain::phase_start,
-                   erased("term", name, std::move(formula)), {bounds}, {}, std::nullopt);
+                   erased("term", name, std::move(formula)), {bounds}, {}, std::move(penalty));
+    return *this;
+  }
+  /// The integral of the scalar formula along the phase stays within limits where the phase ends.
+  /// The same name in several phases is one integral, which goes on from phase to phase: each phase
+  /// limits what has been used up to its end. `magnitude` scales it.
+  template <class F>
+  Phase& bound_integral(std::string name, F formula, Limits limits, double magnitude = 1.0) {
+    add_integral(d_, std::move(name), erased("integral", name, std::move(formula)),
+                 std::move(limits), magnitude);
     return *this;
   }
 

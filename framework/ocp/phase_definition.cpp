@@ -105,6 +105,56 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
   }
 }
 
+void check_integral(const PhaseDefinition& phase, const IntegralConstraint& integral) {
+  const std::string where = "integral '" + integral.name + "'";
+  if (integral.name.empty()) fail(phase, "an integral has no name");
+  if (integral.integrand.inputs() != phase.sizes.size())
+    fail(phase, fmt::format("{}: the formula takes {} arguments, the phase has {}", where,
+                            integral.integrand.inputs(), phase.sizes.size()));
+  if (integral.integrand.outputs() != 1)
+    fail(phase, fmt::format("{}: it must be one number, but the formula has {} rows", where,
+                            integral.integrand.outputs()));
+  if (integral.limits.bounds.size() != 1)
+    fail(phase, fmt::format("{}: it is one number, but {} bounds were given", where,
+                            integral.limits.bounds.size()));
+  check_bounds(phase, where, integral.limits.bounds.front());
+  if (!(integral.magnitude > 0.0) || std::isinf(integral.magnitude))
+    fail(phase, fmt::format("{}: its magnitude is {}, expected a positive number", where,
+                            integral.magnitude));
+  if (integral.limits.soft)
+    if (const std::string error = describe_error(*integral.limits.soft); !error.empty())
+      fail(phase, where + ": " + error);
+}
+
+// "state 2", and with a number if there is such a term already.
+std::string free_name(const PhaseDefinition& phase, const char* what, int component) {
+  std::string name = fmt::format("{} {}", what, component);
+  for (int again = 2; std::any_of(phase.terms.begin(), phase.terms.end(),
+                                  [&](const Term& term) { return term.name == name; });
+       ++again)
+    name = fmt::format("{} {}, {}", what, component, again);
+  return name;
+}
+
+// Entry i of the argument (t | x | u | p).
+class Entry final : public FunctionBody {
+ public:
+  Entry(int inputs, int i) : FunctionBody(inputs, 1), i_(i) {
+    jacobian_pattern_ = SparsityPattern::from_pairs(1, inputs, {{0, i}});
+    hessian_pattern_ = SparsityPattern::from_pairs(inputs, inputs, {});
+  }
+  int degree(int, const std::vector<char>& variable) const override { return variable[i_] ? 1 : 0; }
+  void value(const double* z, double* y) const override { *y = z[i_]; }
+  void jacobian(const double* z, double* y, double* entries) const override {
+    *y = z[i_];
+    *entries = 1.0;
+  }
+  void hessian(const double*, const double*, double*, Curvature) const override {}
+
+ private:
+  int i_;
+};
+
 }  // namespace
 
 PhaseDefinition::PhaseDefinition() = default;
@@ -120,6 +170,12 @@ double PhaseDefinition::nominal_parameter(int i) const {
     i -= static_cast<int>(block.nominal.size());
   }
   return 1.0;
+}
+
+int PhaseDefinition::integral_index(const std::string& integral) const {
+  for (std::size_t i = 0; i < integrals.size(); ++i)
+    if (integrals[i].name == integral) return static_cast<int>(i);
+  return -1;
 }
 
 void PhaseDefinition::check() const {
@@ -180,6 +236,11 @@ void PhaseDefinition::check() const {
     if (!term_names.insert(term.name).second)
       fail(*this, fmt::format("two terms are called '{}'", term.name));
   }
+  for (const IntegralConstraint& integral : integrals) {
+    check_integral(*this, integral);
+    if (!term_names.insert(integral.name).second)
+      fail(*this, fmt::format("two terms are called '{}'", integral.name));
+  }
   if (end_guards.size() > 1)
     fail(*this, fmt::format("it ends at event '{}' and at event '{}', but one guard decides when a "
                             "phase ends; state the other one with reach()",
@@ -232,19 +293,29 @@ void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equat
 }
 
 void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& bounds,
-                          Window&& window) {
+                          Window&& window, std::optional<Penalty>&& penalty) {
   const AlgebraicEquations& equations = *phase.algebraic.equations;
   if (component < 0 || component >= equations.count())
     fail(phase, fmt::format("there is no algebraic state {}; it has {} of them, counted from 0",
                             component, equations.count()));
-  std::string name = fmt::format("algebraic state {}", component);
-  for (int again = 2; std::any_of(phase.terms.begin(), phase.terms.end(),
-                                  [&](const Term& term) { return term.name == name; });
-       ++again)
-    name = fmt::format("algebraic state {}, {}", component, again);
-  add_constraint(phase, std::move(name), TermDomain::running,
+  add_constraint(phase, free_name(phase, "algebraic state", component), TermDomain::running,
                  algebraic_state(phase.algebraic.equations, component), {bounds}, std::move(window),
-                 std::nullopt);
+                 std::move(penalty));
+}
+
+void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int count, int component,
+                     const Bounds& bounds, Window&& window, Penalty&& penalty) {
+  if (component < 0 || component >= count)
+    fail(phase, fmt::format("there is no {} {}; it has {} of them, counted from 0", what, component,
+                            count));
+  add_constraint(phase, free_name(phase, what, component), TermDomain::running,
+                 Function(std::make_shared<const Entry>(phase.sizes.size(), first + component)),
+                 {bounds}, std::move(window), std::move(penalty));
+}
+
+void add_integral(PhaseDefinition& phase, std::string&& name, Function&& integrand, Limits&& limits,
+                  double magnitude) {
+  phase.integrals.push_back({std::move(name), std::move(integrand), std::move(limits), magnitude});
 }
 
 void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,

@@ -13,6 +13,7 @@
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/ocp/end_guard.hpp"
 #include "saltus/ocp/guess.hpp"
+#include "saltus/ocp/limits.hpp"
 #include "saltus/ocp/term.hpp"
 #include "saltus/ocp/window.hpp"
 
@@ -34,6 +35,15 @@ struct ComponentBounds {
   int component = 0;
   Bounds bounds;
   Window window = {};
+};
+
+/// An integral along the phase that is kept within limits where the phase ends. The same name in
+/// several phases is one integral, which goes on from phase to phase.
+struct IntegralConstraint {
+  std::string name;
+  Function integrand;  ///< z = (t | x | u | p) -> one number
+  Limits limits;
+  double magnitude = 1.0;  ///< for scaling, positive
 };
 
 /// How a phase's inputs vary within an interval.
@@ -64,6 +74,7 @@ struct PhaseDefinition {
   std::vector<ComponentBounds> input_bounds;
   std::vector<ComponentBounds> state_bounds;
   std::vector<Term> terms;
+  std::vector<IntegralConstraint> integrals;
   std::vector<EndGuard> end_guards;        ///< at most one; a term of its name keeps it at zero
   std::vector<ParameterBlock> parameters;  ///< concatenated they are p
   /// Weights of 1/2 |u_k - u_(k-1)|^2 for piecewise constant inputs; empty: no such cost.
@@ -82,6 +93,8 @@ struct PhaseDefinition {
 
   /// Magnitude of entry i of p.
   double nominal_parameter(int i) const;
+  /// Position of the integral of this name, or -1.
+  int integral_index(const std::string& integral) const;
   bool has_free_duration() const { return !duration.is_equality(); }
   InputShape input_shape() const {
     return input_parametrisation == InputParametrisation::piecewise_constant ? InputShape::constant
@@ -105,13 +118,19 @@ void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& 
 void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domain,
                     Function&& function, std::vector<Bounds>&& bounds, Window&& window,
                     std::optional<Penalty>&& penalty);
+/// A component of x (first = sizes.x()) or u (sizes.u()) within bounds as a soft constraint of its
+/// own name, "state 2".
+void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int count, int component,
+                     const Bounds& bounds, Window&& window, Penalty&& penalty);
+void add_integral(PhaseDefinition& phase, std::string&& name, Function&& integrand, Limits&& limits,
+                  double magnitude);
 void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard,
                    Crossing crossing);
 void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,
               Window&& window);
 /// z within bounds: one constraint of the algebraic state's own name.
 void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& bounds,
-                          Window&& window);
+                          Window&& window, std::optional<Penalty>&& penalty = std::nullopt);
 /// 1/2 (residual - reference)' diag(weights) (residual - reference)
 void add_least_squares(PhaseDefinition& phase, std::string&& name, TermDomain domain,
                        Function&& residual, const VectorXd& weights, Window&& window,

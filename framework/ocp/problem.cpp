@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 
@@ -34,7 +36,41 @@ OptimalControlProblem& OptimalControlProblem::start_within(std::vector<Bounds> b
 
 OptimalControlProblem& OptimalControlProblem::start_time(double t) {
   start_time_ = t;
+  start_time_bounds_.reset();
   return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::start_time(Bounds bounds, double guess) {
+  start_time_ = guess;
+  start_time_bounds_ = bounds;
+  return *this;
+}
+
+OptimalControlProblem& OptimalControlProblem::add_link(Link&& link) {
+  links_.push_back(std::move(link));
+  return *this;
+}
+
+int OptimalControlProblem::phase_index(const std::string& phase) const {
+  int found = -1, count = 0;
+  std::vector<std::string> names;
+  for (std::size_t j = 0; j < phases_.size(); ++j) {
+    names.push_back(phases_[j].name);
+    if (phases_[j].name != phase) continue;
+    found = static_cast<int>(j);
+    ++count;
+  }
+  if (count > 1)
+    throw DefinitionError(
+        fmt::format("{} phases are called '{}', and it cannot be told which is meant: give each a "
+                    "name of its own",
+                    count, phase));
+  if (count == 0) {
+    const std::string near = nearest_name(phase, names);
+    throw DefinitionError(fmt::format("there is no phase '{}'{}", phase,
+                                      near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+  return found;
 }
 
 OptimalControlProblem& OptimalControlProblem::schedule(Schedule schedule) {
@@ -71,7 +107,25 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
   if (closing_)
     throw DefinitionError(fmt::format(
         "problem '{}' is closed: what is left of it does not end where it began", name_));
+  std::set<std::string> begun;
+  for (int j = 0; j < phases; ++j)
+    for (const IntegralConstraint& integral : phases_[j].integrals) begun.insert(integral.name);
+  for (std::size_t j = phases; j < phases_.size(); ++j)
+    for (const IntegralConstraint& integral : phases_[j].integrals)
+      if (begun.contains(integral.name))
+        throw DefinitionError(
+            fmt::format("problem '{}': integral '{}' goes on from phases that are over, and what "
+                        "it has come to is not known",
+                        name_, integral.name));
   OptimalControlProblem rest = *this;
+  std::erase_if(rest.links_, [&](const Link& link) {
+    int over = 0;
+    for (const Link::End& end : link.ends) over += phase_index(end.phase) < phases ? 1 : 0;
+    if (over > 0 && over < static_cast<int>(link.ends.size()))
+      throw DefinitionError(fmt::format(
+          "problem '{}': link '{}' joins phases that are over to what is left", name_, link.name));
+    return over > 0;
+  });
   rest.phases_.erase(rest.phases_.begin(), rest.phases_.begin() + phases);
   rest.jumps_.erase(rest.jumps_.begin(), rest.jumps_.begin() + phases);
   // An equality stays one: what of it is left is known once the phases are over.
@@ -83,6 +137,7 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
     begin += over.has_free_duration() ? over.duration_guess : over.duration.lower;
   }
   rest.start_time_ = begin;
+  rest.start_time_bounds_.reset();
   if (total_time_.is_equality()) {
     double least = 0.0, most = 0.0;
     for (const PhaseDefinition& left : rest.phases_) {
@@ -106,6 +161,14 @@ bool OptimalControlProblem::set_penalty_weight(std::string_view weight_name, dou
         term.soft->weight = weight;
         found = true;
       }
+  const auto set = [&](Limits& limits) {
+    if (!limits.soft || limits.soft->name != weight_name) return;
+    limits.soft->weight = weight;
+    found = true;
+  };
+  for (PhaseDefinition& phase : phases_)
+    for (IntegralConstraint& integral : phase.integrals) set(integral.limits);
+  for (Link& link : links_) set(link.limits);
   return found;
 }
 
@@ -262,10 +325,70 @@ void OptimalControlProblem::check() const {
                         name, i, all.lower, all.upper));
     }
 
+  check_integrals();
+  check_links();
   check_times();
 }
 
+void OptimalControlProblem::check_integrals() const {
+  std::map<std::string, std::pair<const PhaseDefinition*, double>> first;
+  for (const PhaseDefinition& phase : phases_)
+    for (const IntegralConstraint& integral : phase.integrals) {
+      const auto [it, is_new] =
+          first.try_emplace(integral.name, std::pair{&phase, integral.magnitude});
+      if (!is_new && it->second.second != integral.magnitude)
+        throw DefinitionError(fmt::format(
+            "phase '{}': integral '{}' goes on from phase '{}', where its magnitude is {}, not {}",
+            phase.name, integral.name, it->second.first->name, it->second.second,
+            integral.magnitude));
+    }
+}
+
+void OptimalControlProblem::check_links() const {
+  std::set<std::string> names;
+  for (const Link& link : links_) {
+    const std::string where = fmt::format("problem '{}', link '{}': ", name_, link.name);
+    if (link.name.empty()) throw DefinitionError(where + "it has no name");
+    if (!names.insert(link.name).second)
+      throw DefinitionError(where + "there are two of this name");
+    for (const Link::End& end : link.ends) {
+      int j = -1;
+      try {
+        j = phase_index(end.phase);
+      } catch (const DefinitionError& e) {
+        throw DefinitionError(where + e.what());
+      }
+      const Arguments& sizes = phases_[j].sizes;
+      if (sizes.nx != end.nx || sizes.np != end.np)
+        throw DefinitionError(fmt::format(
+            "{}it is made for {} states and {} parameters of phase '{}', which has {} and {}",
+            where, end.nx, end.np, end.phase, sizes.nx, sizes.np));
+    }
+    const int rows = link.function.outputs();
+    const std::vector<Bounds>& bounds = link.limits.bounds;
+    if (bounds.size() != 1 && static_cast<int>(bounds.size()) != rows)
+      throw DefinitionError(fmt::format("{}the formula has {} rows, but {} bounds were given",
+                                        where, rows, bounds.size()));
+    for (std::size_t i = 0; i < bounds.size(); ++i)
+      if (bounds[i].is_empty())
+        throw DefinitionError(fmt::format("{}the bounds [{}, {}] of row {} are empty", where,
+                                          bounds[i].lower, bounds[i].upper, i));
+    if (link.limits.soft)
+      if (const std::string error = describe_error(*link.limits.soft); !error.empty())
+        throw DefinitionError(where + error);
+  }
+}
+
 void OptimalControlProblem::check_times() const {
+  if (!std::isfinite(start_time_))
+    throw DefinitionError(fmt::format("problem '{}': the start time is {} s", name_, start_time_));
+  if (start_time_bounds_ &&
+      (start_time_bounds_->is_empty() || start_time_ < start_time_bounds_->lower ||
+       start_time_ > start_time_bounds_->upper))
+    throw DefinitionError(
+        fmt::format("problem '{}': the guess of the start time, {} s, lies outside its bounds [{}, "
+                    "{}] s, or these are empty",
+                    name_, start_time_, start_time_bounds_->lower, start_time_bounds_->upper));
   double shortest = 0.0, longest = 0.0;
   for (const PhaseDefinition& phase : phases_) {
     shortest += phase.duration.lower;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "saltus/ocp/jump.hpp"
+#include "saltus/ocp/link.hpp"
 #include "saltus/ocp/phase.hpp"
 #include "saltus/ocp/phase_definition.hpp"
 #include "saltus/ocp/schedule.hpp"
@@ -37,6 +38,8 @@ class OptimalControlProblem {
   OptimalControlProblem& start_within(std::vector<Bounds> bounds, VectorXd guess);
   /// Absolute time of the start, s.
   OptimalControlProblem& start_time(double t);
+  /// The time of the start is the solver's to decide within bounds; `guess` starts the search, s.
+  OptimalControlProblem& start_time(Bounds bounds, double guess);
 
   template <int nx, int nu, int np, int nz>
   OptimalControlProblem& then(const Phase<nx, nu, np, nz>& phase) {
@@ -52,6 +55,17 @@ class OptimalControlProblem {
   /// with what the jump makes of it. The start may then be free (start_within()).
   OptimalControlProblem& close(Jump jump = Jump{});
 
+  /// Keeps a formula of the ends of any phases within limits: of their states, absolute times,
+  /// durations and parameters (EndValues). Its arguments are the ends in their order.
+  ///
+  ///     ocp.link("up twice as long as down", [](const auto& up, const auto& down) {
+  ///       return up.duration - 2.0 * down.duration; }, exactly(0.0), end_of(up), end_of(down));
+  template <class F, class... Ends>
+  OptimalControlProblem& link(std::string name, F formula, Limits limits, Ends... ends) {
+    return add_link(
+        make_link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...));
+  }
+
   /// Events to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
   OptimalControlProblem& costs(CostRule rule);
@@ -59,7 +73,8 @@ class OptimalControlProblem {
   OptimalControlProblem& total_time(Bounds bounds);
 
   /// The problem once its first phases are over: it begins with the state of the phase that is then
-  /// the first, to be given by start_at(). Throws DefinitionError if none is left or it is closed.
+  /// the first, to be given by start_at(). Throws DefinitionError if none is left, it is closed, or
+  /// an integral or a link joins what is over to what is left.
   OptimalControlProblem after(int phases) const;
 
   /// Sets every penalty weight of this name; false if there is none.
@@ -75,7 +90,12 @@ class OptimalControlProblem {
   const std::optional<Jump>& closing() const { return closing_; }
   const std::vector<Bounds>& start_bounds() const { return start_bounds_; }
   const VectorXd& start_guess() const { return start_guess_; }
-  double start_time() const { return start_time_; }
+  double start_time() const { return start_time_; }  ///< s; if free, its guess
+  const std::optional<Bounds>& start_time_bounds() const { return start_time_bounds_; }
+  const std::vector<Link>& links() const { return links_; }
+  /// Position of the phase of this name. Throws DefinitionError, naming the nearest one, if there
+  /// is none or more than one.
+  int phase_index(const std::string& phase) const;
   const Schedule& schedule() const { return schedule_; }
   CostRule cost_rule() const { return cost_rule_; }
   Bounds total_time() const { return total_time_; }
@@ -91,7 +111,10 @@ class OptimalControlProblem {
 
  private:
   OptimalControlProblem& append(Jump jump, const PhaseDefinition& phase);
+  OptimalControlProblem& add_link(Link&& link);
   void check_times() const;
+  void check_integrals() const;
+  void check_links() const;
 
   std::string name_;
   std::vector<PhaseDefinition> phases_;
@@ -100,6 +123,8 @@ class OptimalControlProblem {
   std::vector<Bounds> start_bounds_;
   VectorXd start_guess_;
   double start_time_ = 0.0;
+  std::optional<Bounds> start_time_bounds_;
+  std::vector<Link> links_;
   Schedule schedule_;
   CostRule cost_rule_ = CostRule::nodes;
   Bounds total_time_;

@@ -31,6 +31,7 @@ std::vector<Function> fields_of(const PhaseDefinition& phase) {
 std::vector<Function> others_of(const PhaseDefinition& phase) {
   std::vector<Function> others;
   for (const Term& term : phase.terms) others.push_back(term.function);
+  for (const IntegralConstraint& integral : phase.integrals) others.push_back(integral.integrand);
   for (const auto& mode : phase.switching.modes)
     if (mode.running_cost) others.push_back(mode.running_cost);
   for (const auto& transition : phase.switching.transitions) {
@@ -60,6 +61,7 @@ bool is_forced(const std::vector<ComponentBounds>& bounds, int component) {
 class Warnings {
  public:
   explicit Warnings(const OptimalControlProblem& problem) : problem_(problem) {
+    free_times_ = problem.start_time_bounds().has_value();
     for (const PhaseDefinition& phase : problem.phases())
       free_times_ = free_times_ || phase.has_free_duration();
   }
@@ -156,7 +158,8 @@ class Warnings {
       const Function* exit = nullptr;
       if (j + 1 < problem_.phases().size()) exit = &problem_.jumps()[j + 1].map;
       for (int i = 0; i < phase.sizes.nx; ++i)
-        if (is_used(phase, fields, others, i) || (exit && *exit && reads_through(*exit, phase, i)))
+        if (is_used(phase, fields, others, i) ||
+            (exit && *exit && reads_through(*exit, phase, i)) || is_linked(phase, 2 + i))
           used.insert(i);
     }
     if (!longest || problem_.closing()) return;
@@ -173,6 +176,18 @@ class Warnings {
     for (const Function& field : fields)
       for (int row = 0; row < field.outputs(); ++row)
         if (row != i && field.jacobian_pattern().contains(row, z)) return true;
+    return false;
+  }
+
+  // Whether a link reads entry i of (t | duration | x | p) at an end of the phase.
+  bool is_linked(const PhaseDefinition& phase, int i) const {
+    for (const Link& link : problem_.links()) {
+      int first = 1;
+      for (const Link::End& end : link.ends) {
+        if (end.phase == phase.name && link.function.reads(first + i)) return true;
+        first += end.size();
+      }
+    }
     return false;
   }
 
@@ -199,7 +214,7 @@ class Warnings {
       for (const ParameterBlock& block : phase.parameters) {
         for (int i = p; i < p + block.value.size(); ++i) {
           const int in_jump = 1 + phase.sizes.nx + i;  // z = (t | x- | p)
-          if (any_reads(functions, phase.sizes.p(i)) ||
+          if (any_reads(functions, phase.sizes.p(i)) || is_linked(phase, 2 + phase.sizes.nx + i) ||
               (exit && *exit && in_jump < exit->inputs() && exit->reads(in_jump)))
             read.insert(block.name);
         }

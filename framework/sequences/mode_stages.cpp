@@ -117,6 +117,7 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
       unfit("has other nominal states than the first mode");
     if (mode.duration != graph.mode(0).duration) unfit("lasts another time than the first mode");
     if (mode.input_change_weight.size() > 0) unfit("penalises changes of its inputs");
+    if (!mode.integrals.empty()) unfit("limits an integral");
     if (mode.input_parametrisation == InputParametrisation::piecewise_linear_continuous)
       unfit("has inputs that go on from phase to phase");
     if (!mode.switching.modes.empty()) unfit("has events inside");

@@ -23,6 +23,8 @@ std::vector<int> equations(const ShootingProgram& program) {
     const Term& term = program.problem().phases()[instance.phase].terms[instance.term];
     std::fill_n(is_term.begin() + instance.first_row, term.function.outputs(), 1);
   }
+  for (const LimitInstance& instance : program.limit_instances())
+    std::fill_n(is_term.begin() + instance.first_row, instance.count, 1);
   std::vector<int> rows;
   for (const char of_terms : {0, 1})
     for (int r = 0; r < program.rows(); ++r)

@@ -26,7 +26,7 @@ void for_each_window(const PhaseDefinition& phase, Visit&& visit) {
 
 Grid::Grid(const OptimalControlProblem& problem, const std::vector<Mesh>& meshes)
     : schedule_(problem.schedule()) {
-  bool known_start = true;
+  bool known_start = !problem.start_time_bounds();
   for (std::size_t j = 0; j < problem.phases().size(); ++j) {
     const PhaseDefinition& phase = problem.phases()[j];
     PhaseGrid& grid = phases_.emplace_back();

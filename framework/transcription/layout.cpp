@@ -25,6 +25,8 @@ Layout::Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProg
     for (int k = 0; k <= grid.intervals(j); ++k) {
       layout.states.push_back(
           add(phase.sizes.nx, fmt::format("phase '{}', node {}, state", phase.name, k)));
+      layout.integrals.push_back(add(static_cast<int>(phase.integrals.size()),
+                                     fmt::format("phase '{}', node {}, integral", phase.name, k)));
       if (k < grid.intervals(j))
         layout.inputs.push_back(
             add(nc, fmt::format("phase '{}', interval {}, input", phase.name, k)));
@@ -43,6 +45,7 @@ Layout::Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProg
     if (phase.has_free_duration())
       phases_[j].duration = add(1, fmt::format("phase '{}', duration", phase.name));
   }
+  if (problem.start_time_bounds()) start_time_ = add(1, "start time");
 }
 
 std::string Layout::describe(int variable) const {

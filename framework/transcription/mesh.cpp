@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -38,6 +41,47 @@ Mesh Mesh::divided(const std::vector<Cut>& cuts) const {
   if (!holds_any) result.holds.clear();
   result.intervals = static_cast<int>(result.nodes.size()) - 1;
   return result;
+}
+
+namespace {
+
+Mesh mesh_of(const std::vector<double>& lengths) {
+  Mesh mesh{static_cast<int>(lengths.size()), {0.0}, {}};
+  double sum = 0.0, so_far = 0.0;
+  for (const double length : lengths) sum += length;
+  for (const double length : lengths) mesh.nodes.push_back((so_far += length) / sum);
+  mesh.nodes.back() = 1.0;
+  return mesh;
+}
+
+void check_grading(int intervals, double ratio) {
+  if (intervals < 1)
+    throw DefinitionError(
+        fmt::format("a graded mesh of {} intervals, expected at least 1", intervals));
+  if (!(ratio > 0.0) || !std::isfinite(ratio))
+    throw DefinitionError(fmt::format(
+        "a graded mesh whose lengths have the ratio {}, expected a positive number", ratio));
+}
+
+}  // namespace
+
+Mesh graded_mesh(int intervals, double ratio) {
+  check_grading(intervals, ratio);
+  std::vector<double> lengths;
+  for (int k = 0; k < intervals; ++k)
+    lengths.push_back(intervals == 1 ? 1.0 : std::pow(ratio, k / (intervals - 1.0)));
+  return mesh_of(lengths);
+}
+
+Mesh mesh_graded_to_both_ends(int intervals, double ratio) {
+  check_grading(intervals, ratio);
+  std::vector<double> lengths;
+  const int steps = (intervals - 1) / 2;  // from an end to the middle
+  for (int k = 0; k < intervals; ++k)
+    lengths.push_back(
+        steps == 0 ? 1.0
+                   : std::pow(ratio, std::min(k, intervals - 1 - k) / static_cast<double>(steps)));
+  return mesh_of(lengths);
 }
 
 void Mesh::check(const std::string& phase) const {

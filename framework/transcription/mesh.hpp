@@ -37,4 +37,11 @@ struct Mesh {
   void check(const std::string& phase) const;
 };
 
+/// Intervals whose lengths grow by the same factor from each to the next, `ratio` between the last
+/// and the first: short ones at the start (ratio above 1) or at the end (below). Throws
+/// DefinitionError if the ratio is not positive.
+Mesh graded_mesh(int intervals, double ratio);
+/// Short intervals at both ends, `ratio` times longer ones in the middle.
+Mesh mesh_graded_to_both_ends(int intervals, double ratio);
+
 }  // namespace saltus

@@ -143,7 +143,40 @@ OptimumDerivative OptimumDerivatives::wrt_event(std::string_view event) {
       [&](double d, ProblemData& data) { data.schedule.retime(event, time + d); });
 }
 
+// Events that move to the same side do not pass one another: the first in its direction goes first.
+Schedule moved(const Schedule& schedule, std::span<const EventRate> direction, double d) {
+  Schedule result = schedule;
+  std::vector<EventRate> order(direction.begin(), direction.end());
+  std::sort(order.begin(), order.end(), [&](const EventRate& a, const EventRate& b) {
+    const bool later = d * a.rate > 0.0;
+    if (later != (d * b.rate > 0.0)) return later;
+    const int i = schedule.index_of(a.event), j = schedule.index_of(b.event);
+    return later ? i > j : i < j;
+  });
+  for (const EventRate& e : order) result.retime(e.event, schedule.time_of(e.event) + d * e.rate);
+  return result;
+}
+
+OptimumDerivative OptimumDerivatives::wrt_events(std::span<const EventRate> direction) {
+  const Schedule schedule = shooting_->data().schedule;
+  double fastest = 0.0;
+  std::string names;
+  for (const EventRate& e : direction) {
+    if (!std::isfinite(schedule.time_of(e.event))) return unchanged();
+    fastest = std::max(fastest, std::abs(e.rate));
+    names += (names.empty() ? "'" : "', '") + e.event;
+  }
+  if (!(fastest > 0.0)) return unchanged();
+  StepRange steps = time_steps(shooting_->grid());
+  steps.first /= fastest;
+  steps.smallest /= fastest;
+  return by_differences(
+      fmt::format("times of events {}'", names), steps,
+      [&](double d, ProblemData& data) { data.schedule = moved(schedule, direction, d); });
+}
+
 OptimumDerivative OptimumDerivatives::wrt_start_time() {
+  if (const int v = shooting_->layout().start_time(); v >= 0) return by_holding(v, 1.0);
   const double time = shooting_->data().start_time;
   return by_differences(fmt::format("start time, {} s", time), time_steps(shooting_->grid()),
                         [&](double d, ProblemData& data) { data.start_time = time + d; });

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -35,6 +36,15 @@ struct OptimumDerivative {
   std::string message;  ///< why not; empty if reliable
 };
 
+/// How an event of the schedule moves along a direction: rate seconds per unit of it. Later: +1.
+struct EventRate {
+  std::string event;
+  double rate = 1.0;
+};
+/// The schedule with all events `d` units further along the direction. Throws DefinitionError if
+/// they would pass one another, or one that stays.
+Schedule moved(const Schedule& schedule, std::span<const EventRate> direction, double d);
+
 /// Of the solution of the program as it stands: no data may have changed since the solve. Every
 /// call leaves the program as it was found. Allocates; meant for analysis and design.
 class OptimumDerivatives {
@@ -45,6 +55,8 @@ class OptimumDerivatives {
   /// An event of the schedule, the others held. An event at a node of the grid, or at another
   /// event, has derivatives from either side only: not reliable.
   OptimumDerivative wrt_event(std::string_view event);
+  /// Several events that move together, per unit of the direction.
+  OptimumDerivative wrt_events(std::span<const EventRate> direction);
   /// The duration of a phase. Fixed: later phases move along, events stay. Free: the cost and the
   /// plan if the duration were held at a value near the present one.
   OptimumDerivative wrt_duration(int phase);

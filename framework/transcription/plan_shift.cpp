@@ -110,7 +110,7 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
   const Layout& layout = program.layout();
 
   // Free phases end when they ended in the plan.
-  double start = program.data().start_time;
+  double start = program.start_of(0, &plan.w);
   for (int j = 0; j < grid.phases(); ++j) {
     const PhaseDefinition& phase = program.problem().phases()[j];
     double T = grid.reference_duration(j);

@@ -1,6 +1,7 @@
 #include "saltus/transcription/quantities.hpp"
 
 #include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -10,6 +11,7 @@ Quantities undeclared_quantities(const ShootingProgram& program) {
   Quantities list;
   // Of the phases with as many states, or inputs: by their number and the component.
   std::map<std::pair<int, int>, std::vector<int>> states, inputs;
+  std::map<std::string, std::vector<int>> integrals;  // by name
   const Layout& layout = program.layout();
   for (int j = 0; j < program.grid().phases(); ++j) {
     const PhaseDefinition& phase = program.problem().phases()[j];
@@ -28,7 +30,14 @@ Quantities undeclared_quantities(const ShootingProgram& program) {
         list.push_back({layout.parameter(j, i)});
     if (layout.duration(j) >= 0 && phase.nominal_duration == 1.0)
       list.push_back({layout.duration(j)});
+    for (std::size_t i = 0; i < phase.integrals.size(); ++i) {
+      if (phase.integrals[i].magnitude != 1.0) continue;
+      for (int k = 0; k <= intervals; ++k)
+        integrals[phase.integrals[i].name].push_back(layout.integral(j, k) + static_cast<int>(i));
+    }
   }
+  if (layout.start_time() >= 0) list.push_back({layout.start_time()});
+  for (auto& [name, variables] : integrals) list.push_back(std::move(variables));
   for (auto* components : {&states, &inputs})
     for (auto& [component, variables] : *components) list.push_back(std::move(variables));
   return list;

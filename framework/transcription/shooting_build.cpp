@@ -40,10 +40,13 @@ ShootingProgram::ShootingProgram(OptimalControlProblem problem, const std::vecto
   build_start();
   for (int j = 0; j < grid_.phases(); ++j) {
     if (j > 0) jump_rows_.push_back(build_jump(problem_.jumps()[j], j - 1, j));
+    build_integral_start(j);
     build_phase(j, integrator);
   }
   if (problem_.closing()) closing_row_ = build_jump(*problem_.closing(), grid_.phases() - 1, 0);
   build_total_time();
+  for (int j = 0; j < grid_.phases(); ++j) build_integral_limits(j);
+  for (std::size_t l = 0; l < problem_.links().size(); ++l) build_link(static_cast<int>(l));
   build_slacks();
   finish();
   place_data();
@@ -69,13 +72,17 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const bool integrated = problem_.cost_rule() == CostRule::integrated;
   std::vector<Function> running;
-  for (const int t : running_costs(phase)) running.push_back(cost_function(phase.terms[t]));
+  if (integrated)
+    for (const int t : running_costs(phase)) running.push_back(cost_function(phase.terms[t]));
+  const bool costs_ride_along = !running.empty();
+  for (const IntegralConstraint& integral : phase.integrals) running.push_back(integral.integrand);
 
   IntervalProblem interval = interval_of(phase);
-  if (integrated && !running.empty()) interval.running_cost = stack(running);
+  if (!running.empty()) interval.running_cost = stack(running);
   interval.shape = phase.input_shape();
   for (int i = 0; i < phase.sizes.np; ++i)
     interval.differentiate_parameter[i] = layout_.parameter(j, i) >= 0;
+  interval.differentiate_time = layout_.start_time() >= 0;
   for (int i = 0; i <= j; ++i)
     interval.differentiate_time = interval.differentiate_time || layout_.duration(i) >= 0;
   try {
@@ -84,7 +91,6 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
     throw DefinitionError(fmt::format("phase '{}': {}", phase.name, e.what()));
   }
   if (!integrators_.back()->has_hessian()) {
-    const bool costs_ride_along = interval.nq() > 0;
     set_support(false, supports(Curvature::gauss_newton) && !costs_ride_along);
   }
 
@@ -112,6 +118,7 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
   const Arguments& sizes = phase.sizes;
   const IntervalArguments a = integrators_[j]->arguments();
   const std::vector<int> running = running_costs(phase);
+  const int ni = static_cast<int>(phase.integrals.size());
 
   for (int k = 0; k < grid_.intervals(j); ++k) {
     const GridPoint point{j, k, k, false};
@@ -135,10 +142,21 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
       block.outputs.push_back({instance.first_row + i, -1.0 / phase.nominal_state[i]});
       add_linear(instance.first_row + i, layout_.state(j, k + 1) + i, 1.0);
     }
-    for (int q = 0; q < nq; ++q) block.outputs.push_back({});
-    const int index = add_block(std::move(block));
+    for (int q = 0; q < nq - ni; ++q) block.outputs.push_back({});
+    if (ni > 0)
+      instance.integral_row =
+          new_rows(ni, fmt::format("phase '{}', end of interval {}, integral", phase.name, k));
+    for (int i = 0; i < ni; ++i) {  // q_(k+1) - q_k - integral = 0, divided by the magnitude
+      const int row = instance.integral_row + i;
+      bound_row(row, 0.0, 0.0);
+      block.outputs.push_back({row, -1.0 / phase.integrals[i].magnitude});
+      add_linear(row, layout_.integral(j, k + 1) + i, 1.0);
+      add_linear(row, layout_.integral(j, k) + i, -1.0);
+    }
+    const int index = instance.block = add_block(std::move(block));
     placed_.push_back({index, point, a.t0(), a.h(), a.p()});
-    for (int q = 0; q < nq; ++q) costs_.push_back({j, running[q], k, index, sizes.nx + q, true});
+    for (int q = 0; q < nq - ni; ++q)
+      costs_.push_back({j, running[q], k, index, sizes.nx + q, true});
 
     join_inputs(j, k, instance);
     intervals_.push_back(instance);
@@ -214,11 +232,95 @@ int ShootingProgram::build_jump(const Jump& jump, int ends, int begins) {
 }
 
 void ShootingProgram::build_total_time() {
-  const std::vector<VariableCoefficient> coefficients = start_coefficients(grid_.phases());
+  const std::vector<VariableCoefficient> coefficients = duration_coefficients(grid_.phases());
   if (coefficients.empty() || problem_.total_time().is_free()) return;
   total_time_row_ = new_rows(1, "total time, row");
   for (const VariableCoefficient& s : coefficients)
     add_linear(total_time_row_, s.variable, s.factor);
+}
+
+// An integral begins at zero, or where the last phase of that name left it.
+void ShootingProgram::build_integral_start(int j) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  const int ni = static_cast<int>(phase.integrals.size());
+  const int first = new_rows(ni, fmt::format("phase '{}', start of integral", phase.name));
+  integral_start_rows_.push_back(first);
+  for (int i = 0; i < ni; ++i) {
+    bound_row(first + i, 0.0, 0.0);
+    add_linear(first + i, layout_.integral(j, 0) + i, 1.0);
+    int from = j - 1, there = -1;
+    for (; from >= 0 && there < 0; --from)
+      there = problem_.phases()[from].integral_index(phase.integrals[i].name);
+    if (there >= 0)
+      add_linear(first + i, layout_.integral(from + 1, grid_.intervals(from + 1)) + there, -1.0);
+  }
+}
+
+void ShootingProgram::build_integral_limits(int j) {
+  const PhaseDefinition& phase = problem_.phases()[j];
+  const int end = grid_.intervals(j);
+  for (int i = 0; i < static_cast<int>(phase.integrals.size()); ++i) {
+    const IntegralConstraint& integral = phase.integrals[i];
+    LimitInstance instance;
+    instance.phase = j;
+    instance.point = {.phase = j, .node = end};
+    instance.integral = i;
+    instance.first_row = new_rows(1, describe_limit(instance) + ", row");
+    add_linear(instance.first_row, layout_.integral(j, end) + i, integral.magnitude);
+    limits_.push_back(std::move(instance));
+  }
+}
+
+// Each end has its place among the arguments: (nothing | t duration x p | ...).
+void ShootingProgram::build_link(int l) {
+  const Link& link = problem_.links()[l];
+  LimitInstance instance;
+  instance.link = l;
+  instance.count = link.function.outputs();
+  Block block(link.function);
+  std::vector<BlockInstance> placed;
+  int first = 1;
+  for (const Link::End& end : link.ends) {
+    const int j = problem_.phase_index(end.phase);
+    const PhaseDefinition& phase = problem_.phases()[j];
+    const GridPoint point{.phase = j, .node = end.is_end ? grid_.intervals(j) : 0};
+    if (placed.empty() || j > instance.phase || (j == instance.phase && end.is_end)) {
+      instance.phase = j;
+      instance.point = point;
+    }
+    const int state = first + 2, parameter = state + end.nx;
+    block.coefficients[first] = time_coefficients(point);
+    block.coefficients[first + 1] = offset_coefficients(j, 1.0);
+    for (int i = 0; i < end.nx; ++i)
+      block.coefficients[state + i] = {{layout_.state(j, point.node) + i, phase.nominal_state[i]}};
+    for (int i = 0; i < end.np; ++i)
+      if (layout_.parameter(j, i) >= 0)
+        block.coefficients[parameter + i] = {{layout_.parameter(j, i), phase.nominal_parameter(i)}};
+    BlockInstance where{-1, point, first, -1, end.np > 0 ? parameter : -1};
+    where.duration_argument = first + 1;
+    placed.push_back(where);
+    first += end.size();
+  }
+  instance.first_row = new_rows(instance.count, describe_limit(instance) + ", row");
+  for (int i = 0; i < instance.count; ++i) block.outputs.push_back({instance.first_row + i, 1.0});
+  const int index = add_block(std::move(block));
+  for (BlockInstance& where : placed) {
+    where.block = index;
+    placed_.push_back(where);
+  }
+  limits_.push_back(std::move(instance));
+}
+
+const Limits& ShootingProgram::limits_of(const LimitInstance& instance) const {
+  return instance.link >= 0 ? problem_.links()[instance.link].limits
+                            : problem_.phases()[instance.phase].integrals[instance.integral].limits;
+}
+
+std::string ShootingProgram::describe_limit(const LimitInstance& instance) const {
+  if (instance.link >= 0) return fmt::format("link '{}'", problem_.links()[instance.link].name);
+  const PhaseDefinition& phase = problem_.phases()[instance.phase];
+  return fmt::format("phase '{}', integral '{}'", phase.name,
+                     phase.integrals[instance.integral].name);
 }
 
 std::string ShootingProgram::describe_row(int row, const VectorXd* w) const {

@@ -64,6 +64,7 @@ void ShootingProgram::propose(const ProblemData& next) {
 bool ShootingProgram::set_penalty_weight(std::string_view weight_name, double weight) {
   if (!problem_.set_penalty_weight(weight_name, weight)) return false;
   refresh_rows();
+  refresh_limits();
   return true;
 }
 

@@ -20,6 +20,7 @@ struct BlockInstance {
   int time_argument = -1;       ///< index of t (or t0)
   int length_argument = -1;     ///< index of h, -1: none
   int parameter_argument = -1;  ///< index of the first parameter, -1: none
+  int duration_argument = -1;   ///< index of the phase's duration, -1: none
 };
 
 /// A constraint term at one point.
@@ -30,6 +31,17 @@ struct RowInstance {
   int first_row = 0;
   std::vector<int> slack_below, slack_above;  ///< variables per component, -1: none
   std::vector<int> slack_free;                ///< of penalties that have one (PenaltySlacks)
+};
+
+/// Rows that belong to no term of a phase: a link, or what an integral has come to at the end of a
+/// phase.
+struct LimitInstance {
+  int phase = 0;      ///< in which it is reported: that of the latest end
+  GridPoint point;    ///< of the latest end
+  int link = -1;      ///< of the problem, or
+  int integral = -1;  ///< of the phase
+  int first_row = 0, count = 1;
+  std::vector<int> slack_below, slack_above, slack_free;  ///< as in RowInstance
 };
 
 /// A cost term at one grid point: an output of a block.
@@ -52,6 +64,8 @@ struct IntervalInstance {
   int first_row = 0;        ///< of the defect
   int continuity_row = -1;  ///< of continuous and of held inputs, -1: none
   int slope_row = -1;       ///< of held ramps, -1: none
+  int integral_row = -1;    ///< first of those that continue the integrals, -1: none
+  int block = -1;           ///< of the flow
 };
 
 }  // namespace saltus::shooting

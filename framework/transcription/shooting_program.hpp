@@ -45,6 +45,14 @@ class ShootingProgram final : public BlockProgram {
   const std::vector<shooting::RowInstance>& row_instances() const { return rows_; }
   const std::vector<shooting::CostInstance>& cost_instances() const { return costs_; }
   const std::vector<shooting::ChangeInstance>& change_instances() const { return changes_; }
+  const std::vector<shooting::LimitInstance>& limit_instances() const { return limits_; }
+  /// What a limit holds to, and "phase 'burn', integral 'fuel'".
+  const Limits& limits_of(const shooting::LimitInstance& instance) const;
+  std::string describe_limit(const shooting::LimitInstance& instance) const;
+  /// First row that begins the integrals of a phase, from zero or from where they were.
+  int integral_start_row(int phase) const { return integral_start_rows_[phase]; }
+  /// Sets the integrals of w to what its states and inputs make of them.
+  void fill_integrals(VectorXd& w);
   int start_row() const { return start_row_; }
   /// First row of the jump into a phase; of the first phase there is none.
   int jump_row(int phase) const { return jump_rows_[phase - 1]; }
@@ -86,11 +94,15 @@ class ShootingProgram final : public BlockProgram {
   void build_changes(int j);
   int build_jump(const Jump& jump, int ends, int begins);  // first row
   void build_total_time();
+  void build_integral_start(int j);
+  void build_integral_limits(int j);
+  void build_link(int l);
   void build_slacks();
   void add_row_instance(int j, int t, const shooting::GridPoint& point, bool state_only);
   shooting::BlockInstance add_term_block(const Function& f, const shooting::GridPoint& point,
                                          std::vector<BlockOutput> outputs, bool with_length);
   int add_penalty_block(const shooting::RowInstance& instance, int slack, bool is_quadratic);
+  std::vector<VariableCoefficient> duration_coefficients(int phases) const;
   int new_rows(int count, const std::string& what);
 
   // Grid and bounds for new data, beside those in force: shooting_data.cpp, shooting_refresh.cpp.
@@ -107,6 +119,7 @@ class ShootingProgram final : public BlockProgram {
   void refresh_start();
   void refresh_bounds();
   void refresh_rows();
+  void refresh_limits();
   void refresh_changes();
   void refresh_unknowns();
   void refresh_continuity();
@@ -134,6 +147,8 @@ class ShootingProgram final : public BlockProgram {
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
   std::vector<shooting::IntervalInstance> intervals_;
   std::vector<shooting::RowInstance> rows_;
+  std::vector<shooting::LimitInstance> limits_;
+  std::vector<int> integral_start_rows_;  // per phase
   std::vector<shooting::CostInstance> costs_;
   std::vector<shooting::ChangeInstance> changes_;
   std::vector<shooting::BlockInstance> placed_;  // every block with data arguments

@@ -34,6 +34,7 @@ void ShootingProgram::refresh() {
   refresh_bounds();
   refresh_continuity();
   refresh_rows();
+  refresh_limits();
   refresh_costs();
   refresh_changes();
 }
@@ -41,6 +42,8 @@ void ShootingProgram::refresh() {
 void ShootingProgram::refresh_times() {
   for (const BlockInstance& b : placed_) {
     set_constant(b.block, b.time_argument, known_time(b.point));
+    if (b.duration_argument >= 0 && layout_.duration(b.point.phase) < 0)
+      set_constant(b.block, b.duration_argument, grid_.reference_duration(b.point.phase));
     if (b.length_argument >= 0)
       set_constant(b.block, b.length_argument,
                    grid_.interval(b.point.phase, b.point.interval).length0);
@@ -49,7 +52,8 @@ void ShootingProgram::refresh_times() {
 
 void ShootingProgram::refresh_total_time() {
   if (total_time_row_ < 0) return;
-  const double known = known_start(grid_.phases()) - data_.start_time;
+  const double known =
+      known_start(grid_.phases()) - (layout_.start_time() < 0 ? data_.start_time : 0.0);
   bound_row(total_time_row_, data_.total_time.lower - known, data_.total_time.upper - known);
 }
 
@@ -93,6 +97,9 @@ void ShootingProgram::refresh_bounds() {
       bound_variable(layout_.duration(j), data_.duration_bounds[j].lower / phase.nominal_duration,
                      data_.duration_bounds[j].upper / phase.nominal_duration);
   }
+  if (layout_.start_time() >= 0)
+    bound_variable(layout_.start_time(), problem_.start_time_bounds()->lower,
+                   problem_.start_time_bounds()->upper);
 }
 
 bool ShootingProgram::is_given_start(int phase, int node) const {

@@ -43,6 +43,12 @@ Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
 
 namespace {
 
+const std::string& name_of(const ShootingProgram& program, const LimitInstance& instance) {
+  const OptimalControlProblem& problem = program.problem();
+  return instance.link >= 0 ? problem.links()[instance.link].name
+                            : problem.phases()[instance.phase].integrals[instance.integral].name;
+}
+
 // Sums the outputs of cost blocks per term, in the order of phases and terms.
 std::vector<CostContribution> cost_contributions(ShootingProgram& program, const VectorXd& w) {
   std::vector<CostContribution> contributions;
@@ -78,11 +84,33 @@ std::vector<CostContribution> cost_contributions(ShootingProgram& program, const
         if (s >= 0)
           contributions[index[instance.phase][instance.term]].value += program.slack_cost(s, w);
   }
+  for (const LimitInstance& instance : program.limit_instances()) {
+    if (!program.limits_of(instance).soft) continue;
+    double paid = 0.0;
+    for (const auto* slacks : {&instance.slack_below, &instance.slack_above, &instance.slack_free})
+      for (const int s : *slacks)
+        if (s >= 0) paid += program.slack_cost(s, w);
+    contributions.push_back(
+        {program.problem().phases()[instance.phase].name, name_of(program, instance), paid});
+  }
   return contributions;
 }
 
 std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const VectorXd& w) {
   std::vector<SoftViolation> uses;
+  const auto note = [&](SoftViolation& use, const auto& instance, const GridPoint& point) {
+    for (std::size_t i = 0; i < instance.slack_below.size(); ++i) {
+      const int below = instance.slack_below[i], above = instance.slack_above[i],
+                both = instance.slack_free[i];
+      const double part = both >= 0 ? w[both] : 0.0;  // of the violation, > 0: below
+      const double violation =
+          std::max(below >= 0 ? w[below] + part : 0.0, above >= 0 ? w[above] - part : 0.0);
+      if (violation > use.largest) {
+        use.largest = violation;
+        use.time = program.time_of(point, &w);
+      }
+    }
+  };
   for (const RowInstance& instance : program.row_instances()) {
     const PhaseDefinition& phase = program.problem().phases()[instance.phase];
     const Term& term = phase.terms[instance.term];
@@ -91,18 +119,14 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
       return u.phase == phase.name && u.term == term.name;
     });
     if (use == uses.end()) use = uses.insert(use, SoftViolation{phase.name, term.name, 0.0, 0.0});
-    for (std::size_t i = 0; i < instance.slack_below.size(); ++i) {
-      const int below = instance.slack_below[i], above = instance.slack_above[i],
-                both = instance.slack_free[i];
-      const double part = both >= 0 ? w[both] : 0.0;  // of the violation, > 0: below
-      const double violation =
-          std::max(below >= 0 ? w[below] + part : 0.0, above >= 0 ? w[above] - part : 0.0);
-      if (violation > use->largest) {
-        use->largest = violation;
-        use->time = program.time_of(instance.block.point, &w);
-      }
-    }
+    note(*use, instance, instance.block.point);
   }
+  for (const LimitInstance& instance : program.limit_instances())
+    if (program.limits_of(instance).soft) {
+      uses.push_back(
+          {program.problem().phases()[instance.phase].name, name_of(program, instance), 0.0, 0.0});
+      note(uses.back(), instance, instance.point);
+    }
   return uses;
 }
 
@@ -160,8 +184,15 @@ Solution MultipleShooting::interpret(NlpResult result) {
     solution.trajectory = trajectory(w);
     solution.costs = cost_contributions(*program_, w);
     solution.soft_violations = soft_violations(*program_, w);
-    for (int j = 0; j < grid().phases(); ++j)
+    for (int j = 0; j < grid().phases(); ++j) {
       solution.durations.push_back(program_->duration_of(j, &w));
+      const PhaseDefinition& phase = problem().phases()[j];
+      const int last = layout().integral(j, grid().intervals(j));
+      for (std::size_t i = 0; i < phase.integrals.size(); ++i)
+        solution.integrals.push_back(
+            {phase.name, phase.integrals[i].name,
+             w[last + static_cast<int>(i)] * phase.integrals[i].magnitude});
+    }
     solution.crossings = guard_crossings(problem(), solution.trajectory);
     const std::string doubt = describe_doubtful(solution.crossings);
     if (solution.ok() && !doubt.empty()) solution.message += "; " + doubt;

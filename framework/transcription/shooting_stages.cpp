@@ -23,6 +23,10 @@ std::vector<int> range(int first, int count) {
   return result;
 }
 
+void append(std::vector<int>& list, int first, int count) {
+  for (int i = 0; i < count; ++i) list.push_back(first + i);
+}
+
 }  // namespace
 
 StageStructure stage_structure(const ShootingProgram& program) {
@@ -39,7 +43,9 @@ StageStructure stage_structure(const ShootingProgram& program) {
     const int nc = (phase.input_shape() == InputShape::constant ? 1 : 2) * phase.sizes.nu;
     for (int k = 0; k <= grid.intervals(j); ++k) {
       StageStructure::Stage& stage = structure.stages.emplace_back();
+      const int integrals = static_cast<int>(phase.integrals.size());
       stage.states = range(layout.state(j, k), phase.sizes.nx);
+      append(stage.states, layout.integral(j, k), integrals);
       if (k < grid.intervals(j)) {
         stage.inputs = range(layout.input(j, k), nc);
         if (phase.input_shape() == InputShape::constant) {
@@ -48,6 +54,8 @@ StageStructure stage_structure(const ShootingProgram& program) {
         }
       } else if (j + 1 < grid.phases()) {
         stage.dynamics = range(program.jump_row(j + 1), phases[j + 1].sizes.nx);
+        append(stage.dynamics, program.integral_start_row(j + 1),
+               static_cast<int>(phases[j + 1].integrals.size()));
       }
       for (const std::vector<int>* list : {&stage.states, &stage.inputs})
         for (const int v : *list) stage_of[v] = static_cast<int>(structure.stages.size()) - 1;
@@ -61,11 +69,15 @@ StageStructure stage_structure(const ShootingProgram& program) {
     }
   }
   structure.start_rows = range(program.start_row(), phases.front().sizes.nx);
+  append(structure.start_rows, program.integral_start_row(0),
+         static_cast<int>(phases.front().integrals.size()));
 
   for (const IntervalInstance& instance : program.interval_instances()) {
     const int nu = phases[instance.phase].sizes.nu,
               stage = first_stage[instance.phase] + instance.interval;
     structure.stages[stage].dynamics = range(instance.first_row, phases[instance.phase].sizes.nx);
+    append(structure.stages[stage].dynamics, instance.integral_row,
+           static_cast<int>(phases[instance.phase].integrals.size()));
     if (instance.slope_row >= 0)
       throw DefinitionError(
           fmt::format("phase '{}': ramps that its mesh holds join more than neighbouring stages; "
@@ -103,6 +115,20 @@ StageStructure stage_structure(const ShootingProgram& program) {
     for (auto& [stage, group] : rows) structure.stages[stage].groups.push_back(std::move(group));
   }
 
+  // Links and limits of integrals stand at their latest end; what they use of earlier ones is
+  // carried there.
+  for (const LimitInstance& instance : program.limit_instances()) {
+    StageStructure::Stage& stage =
+        structure.stages[first_stage[instance.phase] + instance.point.node];
+    for (int i = 0; i < instance.count; ++i) {
+      const int row = instance.first_row + i, below = instance.slack_below[i],
+                above = instance.slack_above[i];
+      stage.groups.push_back({row});
+      if (instance.slack_free[i] >= 0) stage.inputs.push_back(instance.slack_free[i]);
+      if (below >= 0 || above >= 0) structure.soft_rows.push_back({row, below, above});
+    }
+  }
+
   // The closing rows stand at the end; what they use of the first state is carried there.
   if (program.closing_row() >= 0)
     for (int i = 0; i < phases.front().sizes.nx; ++i)
@@ -117,6 +143,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
       last_free = j;
     }
   }
+  if (layout.start_time() >= 0) structure.globals.push_back(layout.start_time());
   std::sort(structure.globals.begin(), structure.globals.end());
   structure.globals.erase(std::unique(structure.globals.begin(), structure.globals.end()),
                           structure.globals.end());
@@ -142,6 +169,7 @@ SparsityPattern ShootingProgram::curvature_pattern() const {
       if (layout().parameter(j, i) >= 0) nearby.push_back(layout().parameter(j, i));
     for (int i = 0; i <= j; ++i)
       if (layout().duration(i) >= 0) nearby.push_back(layout().duration(i));
+    if (layout().start_time() >= 0) nearby.push_back(layout().start_time());
     for (const int a : nearby)
       for (const int b : nearby)
         if (a >= b) pairs.emplace_back(a, b);

@@ -6,13 +6,20 @@ namespace saltus {
 using namespace shooting;
 
 double ShootingProgram::known_start(int phase) const {
-  double t = data_.start_time;
+  double t = layout_.start_time() < 0 ? data_.start_time : 0.0;
   for (int i = 0; i < phase; ++i)
     if (layout_.duration(i) < 0) t += grid_.reference_duration(i);
   return t;
 }
 
 std::vector<VariableCoefficient> ShootingProgram::start_coefficients(int phase) const {
+  std::vector<VariableCoefficient> coefficients = duration_coefficients(phase);
+  if (layout_.start_time() >= 0) coefficients.push_back({layout_.start_time(), 1.0});
+  return coefficients;
+}
+
+// The free durations among those of the first phases.
+std::vector<VariableCoefficient> ShootingProgram::duration_coefficients(int phase) const {
   std::vector<VariableCoefficient> coefficients;
   for (int i = 0; i < phase; ++i)
     if (layout_.duration(i) >= 0)
@@ -54,7 +61,8 @@ double ShootingProgram::duration_of(int phase, const VectorXd* w) const {
 }
 
 double ShootingProgram::start_of(int phase, const VectorXd* w) const {
-  double t = data_.start_time;
+  const bool is_decided = layout_.start_time() >= 0 && w != nullptr;
+  double t = is_decided ? (*w)[layout_.start_time()] : data_.start_time;
   for (int i = 0; i < phase; ++i) t += duration_of(i, w);
   return t;
 }

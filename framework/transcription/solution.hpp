@@ -12,7 +12,7 @@
 
 namespace saltus {
 
-/// How much of a soft constraint was given up.
+/// How much of a soft constraint was given up; of a link or an integral in the phase where it ends.
 struct SoftViolation {
   std::string phase, term;
   double largest = 0.0;  ///< violation in the term's own units
@@ -45,6 +45,12 @@ struct GuardCrossing {
   }
 };
 
+/// What an integral of a phase (Phase::bound_integral) has come to at its end.
+struct IntegralValue {
+  std::string phase, integral;
+  double value = 0.0;
+};
+
 /// What a named cost adds to the total.
 struct CostContribution {
   std::string phase, term;
@@ -71,6 +77,7 @@ struct Solution {
   std::vector<double> durations;  ///< of the phases, s
   std::vector<CostContribution> costs;
   std::vector<SoftViolation> soft_violations;
+  std::vector<IntegralValue> integrals;
   /// Of every phase that ends by a guard. What is not as declared is said in the message too.
   std::vector<GuardCrossing> crossings;
   /// The largest violation of a hard path constraint between the nodes, where the program does not

@@ -51,6 +51,9 @@ Violation worst_of_terms(ShootingProgram& program, const VectorXd& w) {
     for (int i = 0; i < program.problem().phases().front().sizes.nx; ++i)
       consider_row(program.closing_row() + i);
   if (program.total_time_row() >= 0) consider_row(program.total_time_row());
+  for (const LimitInstance& instance : program.limit_instances())
+    for (int i = 0; i < instance.count && !program.limits_of(instance).soft; ++i)
+      consider_row(instance.first_row + i);
   for (int j = 0; j < program.grid().phases(); ++j) {
     const PhaseDefinition& phase = program.problem().phases()[j];
     for (int node = 0; node <= program.grid().intervals(j); ++node)
@@ -111,10 +114,9 @@ bool close_gaps(const ShootingProgram& program, VectorXd& w) {
   return true;
 }
 
-// How strongly the rows of a term hold back the least violation.
+// How strongly the rows of a term, a link or an integral hold back the least violation.
 struct Pull {
-  const Term* term = nullptr;
-  const PhaseDefinition* phase = nullptr;
+  std::string name;
   double force = 0.0;
 };
 
@@ -131,12 +133,19 @@ std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda
     double force = 0.0;
     for (int i = 0; i < term.function.outputs(); ++i)
       force = std::max(force, std::abs(lambda[instance.first_row + i]));
+    std::string name = fmt::format("phase '{}', term '{}'", phase.name, term.name);
     const auto known =
-        std::find_if(pulls.begin(), pulls.end(), [&](const Pull& p) { return p.term == &term; });
+        std::find_if(pulls.begin(), pulls.end(), [&](const Pull& p) { return p.name == name; });
     if (known == pulls.end())
-      pulls.push_back({&term, &phase, force});
+      pulls.push_back({std::move(name), force});
     else
       known->force = std::max(known->force, force);
+  }
+  for (const LimitInstance& instance : program.limit_instances()) {
+    if (program.limits_of(instance).soft) continue;
+    const double force =
+        lambda.segment(instance.first_row, instance.count).lpNorm<Eigen::Infinity>();
+    pulls.push_back({program.describe_limit(instance), force});
   }
   std::stable_sort(pulls.begin(), pulls.end(),
                    [](const Pull& a, const Pull& b) { return a.force > b.force; });
@@ -144,9 +153,8 @@ std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda
   int count = 0;
   for (const Pull& p : pulls) {
     if (!(p.force > worth_mentioning * pulls.front().force) || count == most_mentioned) break;
-    const std::string name = fmt::format("phase '{}', term '{}'", p.phase->name, p.term->name);
-    if (violated.find(name) != std::string::npos) continue;
-    names += (count++ > 0 ? "; " : "") + name;
+    if (violated.find(p.name) != std::string::npos) continue;
+    names += (count++ > 0 ? "; " : "") + p.name;
   }
   return names.empty() ? names : "in conflict with " + names;
 }

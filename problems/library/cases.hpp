@@ -51,4 +51,14 @@ ReferenceCase pendulum_on_cart();       // C03
 ReferenceCase step_recovery_landing();  // C09, first instance
 ReferenceCase step_recovery_waiting();  // C09, second instance
 
+// --- E: terms, each with a closed form
+// ------------------------------------------------------------------
+ReferenceCase dido();             // E01, an integral constraint
+ReferenceCase linked_phases();    // E02, links
+ReferenceCase tide();             // E03, a free start time
+ReferenceCase delayed_product();  // E04, delays
+ReferenceCase thermostat_size();  // E05, hysteresis
+ReferenceCase soft_targets();     // E06, soft terms
+ReferenceCase boundary_layers();  // E07, a graded mesh
+
 }  // namespace saltus::library

@@ -48,6 +48,13 @@ const std::vector<ReferenceCase>& reference_cases() {
       library::pendulum_on_cart(),         // C03
       library::step_recovery_landing(),    // C09
       library::step_recovery_waiting(),    // C09
+      library::dido(),                     // E01
+      library::linked_phases(),            // E02
+      library::tide(),                     // E03
+      library::delayed_product(),          // E04
+      library::thermostat_size(),          // E05
+      library::soft_targets(),             // E06
+      library::boundary_layers(),          // E07
   };
   return cases;
 }

@@ -97,9 +97,15 @@ std::string why_no_loop(const OptimalControlProblem& problem) {
       return "its phase '" + phase.name + "' has events inside, which no controller here decides";
     for (const ParameterBlock& block : phase.parameters)
       if (block.unknown) return "it decides parameters, once and for all, before the start";
+    if (!phase.integrals.empty())
+      return "it limits the integral '" + phase.integrals.front().name +
+             "', of which a controller does not know what is used";
     decides = decides || phase.sizes.nu > 0 || phase.has_free_duration();
   }
   if (!decides) return "there is no input and no switch to decide, only where to start";
+  if (!problem.links().empty())
+    return "its link '" + problem.links().front().name + "' joins what is over to what is left";
+  if (problem.start_time_bounds()) return "it decides when to start, which a plant does not ask";
   if (problem.closing()) return "it is periodic: its end decides where it begins";
   for (const Bounds& b : problem.start_bounds())
     if (!b.is_equality()) return "it decides where to start, which a plant does not ask";

@@ -87,6 +87,29 @@ TEST(WhatIsLeft, AfterAPhaseBeginsWithTheNext) {
   EXPECT_THROW(closed.close().after(1), DefinitionError);
 }
 
+// What of an integral or a link is used when a phase is partly over is not known.
+TEST(ShrinkingHorizon, IntegralsAndLinksAreRefusedByName) {
+  const auto message = [](const OptimalControlProblem& problem) -> std::string {
+    try {
+      rests_of(problem, {.intervals_per_phase = 4, .integrator = runge_kutta4()},
+               [](MultipleShooting shooting) {
+                 return RecedingHorizonController(std::move(shooting), ControllerOptions{});
+               });
+    } catch (const DefinitionError& e) {
+      return e.what();
+    }
+    return {};
+  };
+  Phase<2, 1> drive{"drive", Cart{}, exactly(1.0)};
+  drive.track("effort", force, VectorXd::Ones(1));
+  OptimalControlProblem linked("linked"), limited("limited");
+  linked.start_at({0, 0}).then(drive).link(
+      "return", [](const auto& end) { return end.x[0]; }, exactly(0.0), end_of(drive));
+  EXPECT_NE(message(linked).find("link 'return'"), std::string::npos) << message(linked);
+  limited.start_at({0, 0}).then(Phase<2, 1>(drive).bound_integral("way", speed, at_most(1.0)));
+  EXPECT_NE(message(limited).find("integral 'way'"), std::string::npos) << message(limited);
+}
+
 TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
   const OptimalControlProblem problem =
       by_way_of(between(0.1, 0.9), between(0.1, 0.9), exactly(1.0));

@@ -332,18 +332,24 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
   };
   constexpr double limit = 25.0;
   Phase<4, 0, 0, 1> phase{"swing", Pendulum{}, tension, Vec<double, 1>{1.0}, exactly(1.0)};
-  phase.on(
-      "pulled", [](const auto&, const auto&, const auto& z) { return z[0] - limit; },
-      Crossing::rising,
-      [](const auto&, const auto& x) {
-        return std::decay_t<decltype(x)>{x[0], x[1], 0.5 * x[2], 0.5 * x[3]};
-      });
+  const auto pulled = [](const auto&, const auto&, const auto& z) { return z[0] - limit; };
+  const auto halved = [](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{x[0], x[1], 0.5 * x[2], 0.5 * x[3]};
+  };
+  phase.on("pulled", pulled, Crossing::rising, halved);
+  Automaton<4, 0, 0, 1> swings{tension, Vec<double, 1>{1.0}};  // the same with modes
+  swings.mode("fast", Pendulum{})
+      .mode("slow", Pendulum{})
+      .event("pulled", "fast", "slow", pulled, Crossing::rising, halved);
+  const Phase<4, 0, 0, 1> modes{"swing", swings, exactly(1.0)};
   const VectorXd start = (VectorXd(4) << 1.0, 0.0, 0.0, 0.0).finished();
   for (const IntegratorChoice& scheme :
        {cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
         idas({.tolerance = 1e-12, .absolute_tolerance = 1e-13}), runge_kutta8({.steps = 100})}) {
     const auto integrator = scheme->make(differentiable_interval_of(phase.definition()));
     const VectorXd end = end_of(*integrator, start, VectorXd(), 0.7);
+    const auto by_modes = scheme->make(interval_of(modes.definition()));
+    EXPECT_EQ(end_of(*by_modes, start, VectorXd(), 0.7), end) << scheme->name();
     const double fall = limit / (3.0 * Pendulum::gravity);  // z = 3 g fall before
     EXPECT_NEAR(energy(end), -0.75 * Pendulum::gravity * fall, 1e-8) << scheme->name();
     VectorXd w(6), value(4);

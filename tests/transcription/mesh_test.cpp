@@ -56,6 +56,23 @@ TEST(Mesh, DividedKeepsItsNodesAndHoldsWhereAsked) {
   EXPECT_DOUBLE_EQ(again.nodes[3], 1.0 / 3 + 1.0 / 12);
 }
 
+TEST(Mesh, GradedGrowsByOneFactor) {
+  const Mesh mesh = graded_mesh(5, 16.0);
+  mesh.check("phase");
+  const auto length = [](const Mesh& m, int k) { return m.nodes[k + 1] - m.nodes[k]; };
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(length(mesh, k + 1) / length(mesh, k), 2.0, 1e-12);
+  const Mesh both = mesh_graded_to_both_ends(9, 16.0);
+  both.check("phase");
+  for (int k = 0; k < 9; ++k) EXPECT_NEAR(length(both, k), length(both, 8 - k), 1e-15);
+  EXPECT_NEAR(length(both, 4) / length(both, 0), 16.0, 1e-11);
+  for (const int n : {1, 2, 3, 4}) {
+    graded_mesh(n, 0.1).check("phase");
+    mesh_graded_to_both_ends(n, 10.0).check("phase");
+  }
+  EXPECT_THROW(graded_mesh(0, 2.0), DefinitionError);
+  EXPECT_THROW(graded_mesh(3, -2.0), DefinitionError);
+}
+
 TEST(Mesh, NodesStandWhereItSaysAndEventsComeOnTop) {
   const Mesh mesh{4, {0.0, 0.1, 0.2, 0.6, 1.0}, {}};
   MultipleShooting shooting(cart(exactly(2.0), {.from = 0.5, .to = 1.2}), on({mesh}));

@@ -1,0 +1,100 @@
+// A link: a constraint on the ends of any phases together, on their states, times, durations and
+// parameters.
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "saltus/model/make_function.hpp"
+#include "saltus/ocp/limits.hpp"
+#include "saltus/ocp/phase.hpp"
+
+namespace saltus {
+
+/// A phase at one of its ends, as the formula of a link sees it.
+template <class S, int nx, int np>
+struct EndValues {
+  S t;         ///< absolute time, s
+  S duration;  ///< of the phase, s
+  Vec<S, nx> x;
+  Vec<S, np> p;
+};
+
+/// Where a phase begins (after the jump) or ends (before it).
+template <int nx, int np>
+struct PhaseEnd {
+  std::string phase;  ///< by name, which is to be the only one of its kind in the problem
+  bool is_end = true;
+};
+template <int nx, int nu, int np, int nz>
+PhaseEnd<nx, np> start_of(const Phase<nx, nu, np, nz>& phase) {
+  return {phase.definition().name, false};
+}
+template <int nx, int nu, int np, int nz>
+PhaseEnd<nx, np> end_of(const Phase<nx, nu, np, nz>& phase) {
+  return {phase.definition().name, true};
+}
+
+/// Once sizes and formula are erased.
+struct Link {
+  struct End {
+    std::string phase;
+    bool is_end = true;
+    int nx = 0, np = 0;
+
+    int size() const { return 2 + nx + np; }
+  };
+  std::string name;
+  std::vector<End> ends;
+  Function function;  ///< z = (nothing | t duration x p of the first end | of the second | ...)
+  Limits limits;
+};
+
+namespace detail {
+
+template <int... sizes>
+inline constexpr int sum_of = (0 + ... + sizes);
+
+// Cuts x = (t duration x p | ...) into what the formula takes.
+template <class F, int... nx>
+struct Joined {
+  template <int... np>
+  struct With {
+    F formula;
+
+    template <class S>
+    auto operator()(const S&, const Vec<S, sum_of<(2 + nx + np)...>>& all) const {
+      int next = 0;
+      // In braces the ends are read in their order.
+      const std::tuple<EndValues<S, nx, np>...> ends{read<S, nx, np>(all, next)...};
+      return std::apply(formula, ends);
+    }
+    template <class S, int n, int m, class All>
+    static EndValues<S, n, m> read(const All& all, int& next) {
+      EndValues<S, n, m> end;
+      end.t = all[next++];
+      end.duration = all[next++];
+      for (int i = 0; i < n; ++i) end.x[i] = all[next++];
+      for (int i = 0; i < m; ++i) end.p[i] = all[next++];
+      return end;
+    }
+  };
+};
+
+}  // namespace detail
+
+/// `formula` takes an EndValues per end, in their order, and returns a scalar or a vector.
+template <class F, int... nx, int... np>
+Link make_link(std::string name, F formula, Limits limits, PhaseEnd<nx, np>... ends) {
+  using Formula = typename detail::Joined<F, nx...>::template With<np...>;
+  Function function = make_function<detail::sum_of<(2 + nx + np)...>, 0, 0>(
+      Formula{std::move(formula)}, {{}, "link", name});
+  return {std::move(name),
+          {Link::End{std::move(ends.phase), ends.is_end, nx, np}...},
+          std::move(function),
+          std::move(limits)};
+}
+
+}  // namespace saltus

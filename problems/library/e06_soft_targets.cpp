@@ -1,0 +1,70 @@
+// Three carts are pulled towards 1, and not reaching it is paid for in three ways, through three
+// kinds of terms.
+//
+//   min int |u|^2 / 2 + P(v)   x' = u, x(0) = 0, one second, v_i = max(0, 1 - x_i(1))
+//
+// u_i is constant, x_i(1) = c_i, and each cart has its own optimum:
+//
+//   L1, weight 2/5, at the end of the phase:      c = 2/5            cost 8/25
+//   L2, weight 2, a link from start to end:       c = 2/3            cost 1/3
+//   Huber, weight 2 up to 1/4, an integral of u:  c = 1/2            cost 5/16
+//
+// Guess: at rest. Source: closed form.
+#include "problems/library/cases.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+
+namespace saltus::library {
+namespace {
+
+struct Carts {
+  template <class S>
+  Vec<S, 3> operator()(const S&, const Vec<S, 3>&, const Vec<S, 3>& u) const {
+    return u;
+  }
+};
+
+OptimalControlProblem problem() {
+  Phase<3, 3> pull{"pull", Carts{}, exactly(1.0)};
+  pull.minimise("effort",
+                [](const auto&, const auto&, const auto& u) { return 0.5 * u.squaredNorm(); })
+      .reach(
+          "first", [](const auto&, const auto& x) { return x[0]; }, at_least(1.0),
+          soft("first", 0.4))
+      .bound_integral("third", [](const auto&, const auto&, const auto& u) { return u[2]; },
+                      {at_least(1.0), huber("third", 2.0, 0.25)});
+  OptimalControlProblem ocp("soft targets");
+  ocp.start_at({0, 0, 0}).then(pull);
+  ocp.link(
+      "second", [](const auto& start, const auto& end) { return end.x[1] - start.x[1]; },
+      {at_least(1.0), soft("second", 2.0, Penalty::L2)}, start_of(pull), end_of(pull));
+  return ocp.costs(CostRule::integrated);
+}
+
+}  // namespace
+
+ReferenceCase soft_targets() {
+  return {.id = "E06",
+          .name = "soft_targets",
+          .summary = "What is missed of a target is paid for in three ways.",
+          .states = {"first", "second", "third"},
+          .inputs = {"u1", "u2", "u3"},
+          .exercises = "soft terms in L1, L2 and Huber: at an end, of a link, of an integral",
+          .source = "closed form",
+          .problem = problem,
+          .options = {.intervals_per_phase = 10, .integrator = runge_kutta4()},
+          .optimum = 8.0 / 25.0 + 1.0 / 3.0 + 5.0 / 16.0,
+          .digits = 15,
+          .tolerance = 1e-8,  // what the solver leaves
+          .more = [](const Solution& s) -> std::vector<CheckedValue> {
+            std::vector<CheckedValue> values;
+            for (const SoftViolation& v : s.soft_violations)
+              values.push_back({"missed by the " + v.term, v.largest,
+                                v.term == "first"    ? 0.6
+                                : v.term == "second" ? 1.0 / 3.0
+                                                     : 0.5,
+                                1e-6});
+            return values;
+          }};
+}
+
+}  // namespace saltus::library
