@@ -158,7 +158,7 @@ class Warnings {
       const Function* exit = nullptr;
       if (j + 1 < problem_.phases().size()) exit = &problem_.jumps()[j + 1].map;
       for (int i = 0; i < phase.sizes.nx; ++i)
-        if (is_used(phase, fields, others, i) ||
+        if (is_used(phase, fields, others, i) || phase.switching.memory == i ||
             (exit && *exit && reads_through(*exit, phase, i)) || is_linked(phase, 2 + i))
           used.insert(i);
     }
