@@ -41,7 +41,8 @@ GIVEN = {
             "fixed 0.1 s after the trigger", "due 0.5 s after the capture point left", "until 0.1 s before the landing",
             "a push of 0.4 s is not over after 0.1 s", "In DART, the push at 1 s;",
             "on the left foot, 0.1 s, steps of at most 0.25 m forward and 0.31 m apart, swings of 0.3 to 0.9 s (fixed: 0.6 s), "
-            "at 16 directions, found by bisection to 0.5 N s", "Preset robot in 16 directions", "(seed 1), push at 1 s", "(measured senses, seed 1), push of 0.1 s on the chest at 1 s", "the height must not (1e5, 1000 on its speed)",
+            "at 16 directions, found by bisection to 0.5 N s", "Preset robot in 16 directions", "(seed 1), push at 1 s",
+            "(measured senses, seed 1), push of 0.1 s on the chest at 1 s", "the height must not (1e5, 1000 on its speed)",
             "the momentum may move (400)", "With a capture point at 1e4", "Forces 0.002, 0.002, 1e-4",
             "torques 0.02, change of a wrench between intervals 1e-4", "capture point 1e5 after the impact",
             "3e4 forward and 3e5 sideways", "push towards -y for 0.1 s at 2.4 s, landing at 3.0 s",
@@ -54,7 +55,8 @@ GIVEN = {
             "whose controllers count on 1/3", "ground 18 cm beside the stance sole",
             "In DART with `--preset paper`, a step of 0.6 s, 6 N s in 0.1 s", "is 3 mm outside of what the robot stands on",
             "`step.shortest` (0.3 s)", "(preset robot in DART, step of 0.6 s, push at 1 s, seed 1)",
-            "of the encoders (1 ms unless said)", "pushed at 0.5 s in place of 2.4 s", "measured over 20 ms", "a straight line through 90 ms", "in DART, a step of 0.6 s, the push at 0.3 s"],
+            "of the encoders (1 ms unless said)", "pushed at 0.5 s in place of 2.4 s", "measured over 20 ms", "a straight line through 90 ms",
+            "in DART, a step of 0.6 s, the push at 0.3 s"],
         DEFINITION: [
             "*Recovered* means, over the whole run, CoM height 0.45 to 0.60 m and angular momentum at most 1 Nms; and from "
             "4 s after the landing, for one second, capture point in the hull, speed below 0.05 m/s, CoM within 2 cm of its "

@@ -23,6 +23,15 @@ def call(command, good=(0, 3), folder=None):
     return done
 
 
+def is_whole(folder):
+    """Whether a run has ended there by itself: what was interrupted keeps its results, too."""
+    try:
+        with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
+            return not json.load(file)["reason"].startswith("interrupted")
+    except FileNotFoundError:
+        return False
+
+
 class Programs:
     """Every run is made once, in a folder of its own below `folder`."""
 
@@ -54,7 +63,7 @@ class Programs:
 
     def run_folder(self, settings, pictures=False):
         out = self._folder("run", [settings, pictures])
-        if not os.path.exists(os.path.join(out, "summary.json")):
+        if not is_whole(out):
             command = [self.program, "run", "push_recovery", "--out", out,
                        "--pictures", "true" if pictures else "false"]
             for key, value in settings.items():
