@@ -108,10 +108,28 @@ def write(path, text):
     os.replace(partial, path)
 
 
+def stamp(programs):
+    """Versions, machine, date."""
+    return f"{programs.made_by()}; {platform.machine()}, {processor()}; {datetime.date.today().isoformat()}"
+
+
+def result_file(name):
+    return os.path.join(ROOT, "docs/results", name + ".md")
+
+
 def save_result(programs, name, title, made):
-    write(os.path.join(ROOT, "docs/results", name + ".md"),
-          f"# {title}\n\n{made}\n{programs.made_by()}; {platform.machine()}, {processor()}; "
-          f"{datetime.date.today().isoformat()}\n")
+    write(result_file(name), f"# {title}\n\n{made}\n{stamp(programs)}\n")
+
+
+def save_sentence(programs, name, said):
+    """A paragraph for each; those made before stay."""
+    made = {}
+    if os.path.exists(result_file("sentences")):
+        with open(result_file("sentences"), encoding="utf-8") as file:
+            made = dict(re.findall(r"^\*\*(\w+)\*\* (.*)$", file.read(), re.MULTILINE))
+    made[name] = f"{said} ({stamp(programs)})"
+    write(result_file("sentences"), "# Numbers in the READMEs' prose\n\n"
+          + "\n".join(f"**{known}** {made[known]}\n" for known in SENTENCES if known in made))
 
 
 def processor():
@@ -178,15 +196,16 @@ def compare_pictures(made, is_written):
 
 
 def make_sentence(name, programs, is_written):
-    """The sentence as it was made, and what differs."""
+    """What differs."""
     sentence = SENTENCES[name]
     pieces = sentence.pieces(programs)
     said = sentence.text(pieces)
+    save_sentence(programs, name, said)
     with open(readme_of(sentence), encoding="utf-8") as file:
         text = file.read()
     there = sentence.look_up(text)
     if there is None:
-        return said, [f"{sentence.readme} does not say ({name}): {said}"]
+        return [f"{sentence.readme} does not say ({name}): {said}"]
     printed_words = " ".join(there.group().split())
     found = []
     if not agree(printed_words, " ".join(said.split()), sentence.timed):
@@ -195,21 +214,16 @@ def make_sentence(name, programs, is_written):
         for group in range(len(pieces), 0, -1):
             text = text[:there.start(group)] + pieces[group - 1] + text[there.end(group):]
         write(readme_of(sentence), text)
-    return said, found
+    return found
 
 
 def make_sentences(programs, is_written):
-    """All of them; docs/results/sentences.md lists them."""
-    lines, found = [], []
+    found = []
     for name in SENTENCES:
         try:
-            said, differs = make_sentence(name, programs, is_written)
+            found += make_sentence(name, programs, is_written)
         except NotHere as why:
             print(f"{name}: skipped; {why}")
-            continue
-        lines.append(f"- {name}: {said}\n")
-        found += differs
-    save_result(programs, "sentences", "Numbers in the READMEs' prose", "".join(lines))
     return found
 
 
@@ -219,7 +233,7 @@ def make(name, programs, is_written):
     if name == "sentences":
         return make_sentences(programs, is_written)
     if name in SENTENCES:
-        return make_sentence(name, programs, is_written)[1]
+        return make_sentence(name, programs, is_written)
     found = make_table(name, programs, is_written)
     drawn, programs.pictures = programs.pictures, {}
     return found + compare_pictures(drawn, is_written)

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Does reproduce.py see what differs from a printed table, and nothing else?"""
 
+import json
 import os
 import sys
+import tempfile
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import reproduce  # noqa: E402
+from programs import is_whole  # noqa: E402
 from sentence import Sentence  # noqa: E402
 
 
@@ -49,6 +52,16 @@ class Tables(unittest.TestCase):
         for name, sentence in reproduce.SENTENCES.items():
             with open(reproduce.readme_of(sentence), encoding="utf-8") as file:
                 self.assertIsNotNone(sentence.look_up(file.read()), name)
+
+
+class Kept(unittest.TestCase):
+    def test_a_run_that_was_interrupted_is_none(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.assertFalse(is_whole(folder))
+            for reason, whole in (("interrupted at 2.78 s", False), ("", True), ("fell at 3 s", True)):
+                with open(os.path.join(folder, "summary.json"), "w", encoding="utf-8") as file:
+                    json.dump({"reason": reason}, file)
+                self.assertEqual(is_whole(folder), whole, reason)
 
 
 class OfASentence(unittest.TestCase):
