@@ -15,15 +15,9 @@ def momentum(summary):
     return summary["angular_momentum_max"]
 
 
-def outcomes(summaries):
-    """A word of each run."""
-    return ["recovered" if s["recovered"] else s["reason"] for s in summaries]
-
-
 def all_recovered(summaries):
     """Nothing if so; else whom to look at, which no README says."""
-    return "; ".join(f"NOT SO: {s['push_impulse_ns']:g} N s: {s['reason']}"
-                     for s in summaries if not s["recovered"])
+    return "".join(f" NOT SO: {s['push_impulse_ns']:g} N s: {s['reason']}" for s in summaries if not s["recovered"])
 
 
 def furthest(summary):
@@ -39,9 +33,9 @@ def early(size, **settings):
     return in_dart(size, push__start=0.3, **settings)
 
 
-def unless(claim, what="NOT SO"):
+def unless(claim):
     """Nothing if the claim holds."""
-    return "" if claim else f" {what}"
+    return "" if claim else " NOT SO"
 
 
 def most(summaries, key):
