@@ -55,9 +55,9 @@ DECISIONS = Table(
     quick=False)
 
 
-# --- what the real robot loses against the ideal one ----------------------------------------------
+# --- what measured senses lose ----------------------------------------------------------------
 
-LOST = Table(
+SHORT_STEPS = Table(
     "What measured senses lose against ideal ones, preset robot, step of 0.3 s; largest |H| in Nms",
     [Row(word, [toward(degrees, size, senses, **{"step.duration": 0.3})
                 for size in (8, 10) for senses in ("ideal", "measured")])

@@ -7,7 +7,7 @@ from typing import Tuple
 
 from comparisons import COMPASS
 from programs import humanoid, rows_of
-from tables import FORMULA, README, markdown
+from tables import FORMULA, README, markdown, toward
 
 
 @dataclasses.dataclass
@@ -124,6 +124,40 @@ class Map:
 
 
 @dataclasses.dataclass
+class Lost:
+    """The largest push up to which all are recovered: of the map in DART, and of the table `stepping`."""
+    title: str
+    readme: str = README
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+    sizes = (6, 7, 8)
+    senses = ("ideal", "measured")
+
+    def runs(self):
+        return 1 + len(COMPASS) * len(self.sizes) * len(self.senses)
+
+    def shape(self):
+        tried = " / ".join(f"{size:g}" for size in self.sizes)
+        return ["towards", "preset paper, MPC",
+                *(f"preset robot, {senses} senses, of {tried}" for senses in self.senses)], len(COMPASS)
+
+    def make(self, programs):
+        rows = rows_of(programs.survival_map(*OTHER_TABLES["map_dart"].arguments))
+        lines = []
+        for degrees, word in COMPASS.items():
+            line = [word, f"{unbroken(rows, 'mpc', 0.6, degrees)[0]:g}"]
+            for senses in self.senses:
+                largest = f"below {self.sizes[0]:g}"
+                for size in self.sizes:
+                    if not programs.run(toward(degrees, size, senses))["recovered"]:
+                        break
+                    largest = f"{size:g}"
+                line.append(largest)
+            lines.append(line)
+        return markdown(self.shape()[0], lines)
+
+
+@dataclasses.dataclass
 class StepMap:
     """What each freedom of the planner of steps wins on the pendulum, by the program step_map, and the picture of it."""
     title: str
@@ -196,6 +230,7 @@ OTHER_TABLES = {
                     ("--plant", "dart", "--set", "preset=paper", "--set", "step.planner=formula", "--directions", "8",
                      "--step-times", "0.6"),
                     (0.6,), 8, "problems/push_recovery/map_dart.png"),
+    "lost": Lost("What is lost against the ideal robot: the largest push, N s, up to which all are recovered"),
     "step_map": StepMap("What each freedom of the planner of steps wins on the pendulum",
                         "problems/push_recovery/step_map.png"),
     "humanoids": Humanoids("Humanoids that nobody described, by `saltus robot new` alone, preset robot"),
