@@ -55,7 +55,7 @@ DECISIONS = Table(
     quick=False)
 
 
-# --- what measured senses lose ----------------------------------------------------------------
+# --- what measured senses lose --------------------------------------------------------------------
 
 SHORT_STEPS = Table(
     "What measured senses lose against ideal ones, preset robot, step of 0.3 s; largest |H| in Nms",

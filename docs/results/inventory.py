@@ -17,7 +17,7 @@ import sys
 import reproduce
 from given import GIVEN
 
-NUMBER = re.compile(r"(?<![\w.#+])\d+(?:[.,]\d+)*(?:e[-+]?\d+)?(?![\w])")
+NUMBER = re.compile(r"(?<![\w.#+])\d+(?:[.,]\d+)*(?:e[-+]?\d+)?")
 CODE = re.compile(r"^```.*?^```$|`[^`\n]*(?:\n[^`\n]*)?`", re.DOTALL | re.MULTILINE)
 LINK_TARGET = re.compile(r"\]\([^)]*\)")
 BY_HAND = re.compile(r"<!-- by hand: ([\w ]+) -->\n.*?<!-- end of by hand -->", re.DOTALL)
