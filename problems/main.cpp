@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "problems/push_recovery/push_recovery.hpp"
+#include "problems/suite/check_verb.hpp"
 #include "problems/suite/library_problems.hpp"
 #include "problems/suite/suite.hpp"
 #include "problems/sway/sway.hpp"
@@ -20,6 +21,7 @@ int main(int argc, char** argv) {
       saltus::push_recovery::robot_verb(),
       saltus::walking::movie_verb(),
       saltus::suite_verb(),
+      saltus::check_verb(),
       saltus::new_verb(),
       saltus::verb_of_program("bench", "bench latency: times of the structured solver",
                               "saltus-bench")};

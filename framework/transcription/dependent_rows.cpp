@@ -5,6 +5,7 @@
 #include <Eigen/SparseCore>
 #include <Eigen/SparseQR>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace saltus {
@@ -14,10 +15,18 @@ using namespace shooting;
 namespace {
 
 constexpr std::size_t rows_named = 3;
+constexpr double held = 1e-9;  // of an equation between numbers of size 1
 
 // Equations in the order in which they are taken: what comes later is what is superfluous. First
-// the start and the dynamics, then what the user added.
-std::vector<int> equations(const ShootingProgram& program) {
+// the start and the dynamics, then what the user added. Those in which nothing is left to decide,
+// and which hold, say nothing.
+std::vector<int> equations(ShootingProgram& program, const VectorXd& w) {
+  std::vector<char> has_unknown(program.rows(), 0);
+  program.jacobian_pattern().for_each([&](int r, int c, int) {
+    if (program.lower()[c] < program.upper()[c]) has_unknown[r] = 1;
+  });
+  VectorXd values(program.rows());
+  if (!program.constraints(w.data(), values.data())) return {};
   std::vector<char> is_term(program.rows(), 0);
   for (const RowInstance& instance : program.row_instances()) {
     const Term& term = program.problem().phases()[instance.phase].terms[instance.term];
@@ -28,7 +37,8 @@ std::vector<int> equations(const ShootingProgram& program) {
   std::vector<int> rows;
   for (const char of_terms : {0, 1})
     for (int r = 0; r < program.rows(); ++r)
-      if (is_term[r] == of_terms && program.row_lower()[r] == program.row_upper()[r])
+      if (is_term[r] == of_terms && program.row_lower()[r] == program.row_upper()[r] &&
+          (has_unknown[r] || std::abs(values[r] - program.row_lower()[r]) > held))
         rows.push_back(r);
   return rows;
 }
@@ -36,7 +46,7 @@ std::vector<int> equations(const ShootingProgram& program) {
 }  // namespace
 
 std::string name_dependent_rows(ShootingProgram& program, const VectorXd& w) {
-  const std::vector<int> rows = equations(program);
+  const std::vector<int> rows = equations(program, w);
   std::vector<int> unknown(program.variables(), -1), equation(program.rows(), -1);
   int unknowns = 0;
   for (int i = 0; i < program.variables(); ++i)
@@ -51,6 +61,12 @@ std::string name_dependent_rows(ShootingProgram& program, const VectorXd& w) {
     if (equation[r] >= 0 && unknown[c] >= 0)
       transposed.emplace_back(unknown[c], equation[r], entries[e]);
   });
+  // Each of length one: what counts as dependent must not hang on units.
+  VectorXd length = VectorXd::Zero(static_cast<int>(rows.size()));
+  for (const auto& entry : transposed) length[entry.col()] += entry.value() * entry.value();
+  for (auto& entry : transposed)
+    if (length[entry.col()] > 0.0)
+      entry = {entry.row(), entry.col(), entry.value() / std::sqrt(length[entry.col()])};
   // A column of J' that depends on those before it is put last.
   Eigen::SparseMatrix<double> J(unknowns, static_cast<int>(rows.size()));
   J.setFromTriplets(transposed.begin(), transposed.end());

@@ -1,0 +1,352 @@
+#include "saltus/solve/check.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+#include "saltus/core/random.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/model/derivative_check.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/dependent_rows.hpp"
+#include "saltus/transcription/integration_failure.hpp"
+#include "saltus/transcription/quantities.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr int points_per_phase = 3;
+// Of points around the guess, as a fraction of the nominal magnitude: away from kinks and zeros.
+constexpr double distance = 0.03;
+// Exact derivatives agree to 1e-8, and what is wrong is off by more than this.
+constexpr double derivative_tolerance = 1e-5;
+// solve() divides by sizes beyond 1e2 and 1e-2; a decade beyond that is told.
+constexpr double largest_size = 1e3, smallest_size = 1e-3;
+// Rows of which a dense band is factorised in a moment.
+constexpr int most_rows = 6000;
+constexpr double time_limit = 20.0;  // s, of the first solve
+
+// "t", "x0", "u1", "p2": entry i of the argument of a phase's functions.
+std::string name_of_argument(int i, const Arguments& sizes) {
+  if (i == 0) return "t";
+  if (i <= sizes.nx) return fmt::format("x{}", i - 1);
+  if (i <= sizes.nx + sizes.nu) return fmt::format("u{}", i - 1 - sizes.nx);
+  return fmt::format("p{}", i - 1 - sizes.nx - sizes.nu);
+}
+
+struct NamedFunction {
+  std::string name;
+  Function function;
+};
+
+std::vector<NamedFunction> functions_of(const PhaseDefinition& phase) {
+  std::vector<NamedFunction> all;
+  const auto add = [&](const std::string& name, const Function& function) {
+    if (function) all.push_back({fmt::format("phase '{}', {}", phase.name, name), function});
+  };
+  if (phase.switching.modes.empty()) add("the dynamics", phase.dynamics);
+  for (const SwitchingSystem::Mode& mode : phase.switching.modes)
+    add(fmt::format("the dynamics of mode '{}'", mode.name), mode.dynamics);
+  for (const SwitchingSystem::Transition& event : phase.switching.transitions) {
+    add(fmt::format("the guard of event '{}'", event.name), event.guard);
+    add(fmt::format("the reset of event '{}'", event.name), event.reset);
+  }
+  for (const Term& term : phase.terms) add(fmt::format("term '{}'", term.name), term.function);
+  return all;
+}
+
+class Checker {
+ public:
+  Checker(const OptimalControlProblem& problem, ShootingOptions options)
+      : problem_(problem), options_(std::move(options)) {
+    if (!options_.integrator) options_.integrator = runge_kutta4({.steps = 2});
+  }
+
+  std::vector<CheckLine> run() {
+    if (!define()) return std::move(lines_);
+    guess_ = shooting_->initial_guess().w;
+    const bool can_start = look_at_start();
+    look_at_derivatives();
+    look_at_bounds();
+    look_at_scaling();
+    if (can_start) {
+      look_at_ranks();
+      look_at_first_solve();
+    }
+    return std::move(lines_);
+  }
+
+ private:
+  void say(const char* aspect, const std::string& complaint, const std::string& praise) {
+    lines_.push_back({aspect, complaint.empty() ? CheckVerdict::good : CheckVerdict::doubtful,
+                      complaint.empty() ? praise : complaint});
+  }
+
+  // Whether there is a program to look at.
+  bool define() {
+    std::string complaint;
+    try {
+      problem_.check();
+      for (const std::string& warning : problem_.warnings())
+        complaint += (complaint.empty() ? "" : "; ") + warning;
+      shooting_.emplace(problem_, options_);
+    } catch (const std::exception& error) {
+      complaint = error.what();
+    }
+    say("definition", complaint, "phases, terms and sizes fit one another");
+    return shooting_.has_value();
+  }
+
+  bool look_at_start() {
+    NonlinearProgram& nlp = shooting_->nlp();
+    double cost = 0.0;
+    VectorXd gradient(nlp.variables()), rows(nlp.rows());
+    std::vector<double> entries(nlp.jacobian_pattern().entries());
+    std::string complaint;
+    if (!nlp.constraints(guess_.data(), rows.data()) ||
+        !nlp.jacobian(guess_.data(), entries.data())) {
+      const std::string where = name_integration_failure(shooting_->program(), guess_);
+      complaint = where.empty() ? function_without_value() : where + " cannot be integrated";
+      if (complaint.empty()) complaint = "the constraints cannot be evaluated";
+    } else if (!nlp.objective(guess_.data(), cost) ||
+               !nlp.gradient(guess_.data(), gradient.data()) || !std::isfinite(cost)) {
+      complaint = function_without_value();
+      if (complaint.empty()) complaint = "the cost cannot be evaluated";
+    } else if (!gradient.allFinite()) {
+      complaint = function_without_value();
+      if (complaint.empty()) complaint = "the cost has a derivative that is no number";
+    }
+    for (int r = 0; r < nlp.rows() && complaint.empty(); ++r)
+      if (!std::isfinite(rows[r])) complaint = nlp.describe_row(r) + " is no number";
+    if (complaint.empty())
+      nlp.jacobian_pattern().for_each([&](int r, int, int e) {
+        if (complaint.empty() && !std::isfinite(entries[e]))
+          complaint = nlp.describe_row(r) + " has a derivative that is no number";
+      });
+    const bool is_good = complaint.empty();
+    say("start", is_good ? "" : complaint + ": at the guess (guess_state, guess_input, start_at)",
+        "all formulas and their derivatives are finite at the guess");
+    return is_good;
+  }
+
+  // The first formula that has no value at the guess, or nothing.
+  std::string function_without_value() const {
+    for (std::size_t j = 0; j < problem_.phases().size(); ++j)
+      for (const VectorXd& z : points_of(static_cast<int>(j), 0.0))
+        for (const NamedFunction& f : functions_of(problem_.phases()[j])) {
+          if (f.function.inputs() != z.size()) continue;
+          if (!f.function(z).allFinite()) return f.name + " has no finite value";
+          if (!f.function.dense_jacobian(z).allFinite())
+            return f.name + " has a derivative that is no number";
+        }
+    return {};
+  }
+
+  // Arguments (t | x | u | p) along the guess of a phase.
+  std::vector<VectorXd> points_of(int phase, double away) const {
+    const PhaseDefinition& definition = problem_.phases()[phase];
+    const Trajectory guess = shooting_->trajectory(guess_);
+    std::vector<const TrajectoryPiece*> pieces;
+    for (const TrajectoryPiece& piece : guess.pieces())
+      if (piece.phase == phase) pieces.push_back(&piece);
+    std::vector<VectorXd> points;
+    Random random(7);
+    const auto noise = [&] { return away * random.uniform(-1.0, 1.0); };
+    for (int k = 0; k < points_per_phase && !pieces.empty(); ++k) {
+      const TrajectoryPiece& piece = *pieces[pieces.size() * k / points_per_phase];
+      const Arguments& sizes = definition.sizes;
+      VectorXd z(1 + sizes.nx + sizes.nu + sizes.np);
+      z[0] = piece.start + noise();
+      for (int i = 0; i < sizes.nx; ++i)
+        z[1 + i] = piece.state[i] + noise() * definition.nominal_state[i];
+      for (int i = 0; i < sizes.nu; ++i)
+        z[1 + sizes.nx + i] = piece.coefficients[i] + noise() * definition.nominal_input[i];
+      z.tail(sizes.np) = guess.phases()[phase].parameters;
+      points.push_back(std::move(z));
+    }
+    return points;
+  }
+
+  void look_at_derivatives() {
+    std::string derivatives, sparsity;
+    int functions = 0;
+    for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
+      const PhaseDefinition& phase = problem_.phases()[j];
+      const std::vector<VectorXd> points = points_of(static_cast<int>(j), distance);
+      for (const NamedFunction& f : functions_of(phase)) {
+        ++functions;
+        std::map<std::pair<int, int>, int> wrong;  // at how many points
+        int evaluated = 0;
+        for (const VectorXd& z : points) {
+          if (f.function.inputs() != z.size() || !f.function(z).allFinite()) continue;
+          ++evaluated;
+          const DerivativeReport report =
+              check_derivatives(f.function, z, {.tolerance = derivative_tolerance});
+          const auto take = [&](const DerivativeEntry& e, bool second) {
+            // Once may be a kink nearby.
+            if (++wrong[{e.row + (second ? 100000 : 0), e.col}] < std::min(2, evaluated) ||
+                !std::isfinite(e.difference))
+              return;
+            const std::string column = name_of_argument(e.col, phase.sizes);
+            const std::string what = second
+                                         ? fmt::format("the second derivative by {} and {}",
+                                                       name_of_argument(e.row, phase.sizes), column)
+                                         : fmt::format("d (row {}) / d {}", e.row, column);
+            if (!e.in_pattern && sparsity.empty())
+              sparsity = fmt::format("{}: {} is {:.6g}, but not in the pattern", f.name, what,
+                                     e.difference);
+            if (e.in_pattern && derivatives.empty())
+              derivatives = fmt::format("{}: {} says {:.6g}, differences say {:.6g}", f.name, what,
+                                        e.exact, e.difference);
+          };
+          for (const DerivativeEntry& entry : report.jacobian_failures) take(entry, false);
+          for (const DerivativeEntry& entry : report.hessian_failures) take(entry, true);
+        }
+      }
+    }
+    say("derivatives", derivatives,
+        fmt::format("{} functions agree with differences to {:g}", functions,
+                    derivative_tolerance));
+    say("sparsity", sparsity, "nothing depends on what is outside its pattern");
+  }
+
+  void look_at_bounds() {
+    std::string complaint;
+    const PhaseDefinition& first = problem_.phases().front();
+    for (const ComponentBounds& bounded : first.state_bounds) {
+      const Bounds& start = problem_.start_bounds()[bounded.component];
+      if (bounded.window.is_whole() && complaint.empty() &&
+          (start.lower > bounded.bounds.upper || start.upper < bounded.bounds.lower))
+        complaint = fmt::format(
+            "the start has {:.6g} for state {}, which phase '{}' keeps within [{:.6g}, {:.6g}]",
+            start.is_equality() ? start.lower : start.lower, bounded.component, first.name,
+            bounded.bounds.lower, bounded.bounds.upper);
+    }
+    const NonlinearProgram& nlp = shooting_->nlp();
+    for (int i = 0; i < nlp.variables() && complaint.empty(); ++i)
+      if (nlp.lower()[i] > nlp.upper()[i])
+        complaint = nlp.describe_variable(i) + ": its bounds exclude one another";
+    for (int r = 0; r < nlp.rows() && complaint.empty(); ++r)
+      if (nlp.row_lower()[r] > nlp.row_upper()[r])
+        complaint = nlp.describe_row(r) + ": its bounds exclude one another";
+    say("bounds", complaint, "no bounds exclude one another, and the start is within them");
+  }
+
+  void look_at_scaling() {
+    std::string complaint;
+    const NonlinearProgram& nlp = shooting_->nlp();
+    for (const std::vector<int>& quantity : undeclared_quantities(shooting_->program())) {
+      double size = 0.0;
+      for (const int i : quantity) size = std::max(size, std::abs(guess_[i]));
+      if (size == 0.0)
+        for (const int i : quantity)
+          for (const double bound : {nlp.lower()[i], nlp.upper()[i]})
+            if (std::isfinite(bound)) size = std::max(size, std::abs(bound));
+      if (complaint.empty() && (size > largest_size || (size > 0.0 && size < smallest_size)))
+        complaint = fmt::format(
+            "{} and its like are about {:.1g}, and nobody gave a nominal magnitude: nominal(...)",
+            nlp.describe_variable(quantity.front()), size);
+    }
+    say("scaling", complaint, "what has no nominal magnitude is of a usual size");
+  }
+
+  void look_at_ranks() {
+    const NonlinearProgram& nlp = shooting_->nlp();
+    if (nlp.rows() > most_rows) {
+      lines_.push_back(
+          {"ranks", CheckVerdict::unknown,
+           fmt::format("{} rows are not factorised; take fewer intervals", nlp.rows())});
+      return;
+    }
+    // At a point of no symmetry: what depends there depends everywhere.
+    VectorXd w = guess_;
+    Random random(3);
+    for (int i = 0; i < w.size(); ++i) {
+      const double moved =
+          w[i] + distance * std::max(1.0, std::abs(w[i])) * random.uniform(-1.0, 1.0);
+      w[i] = std::clamp(moved, std::min(nlp.lower()[i], nlp.upper()[i]), nlp.upper()[i]);
+    }
+    say("ranks", name_dependent_rows(shooting_->editable_program(), w),
+        "no equation follows from the others");
+  }
+
+  void look_at_first_solve() {
+    const std::unique_ptr<Solver> solver = make_sqp({.time_limit = time_limit});
+    const Solution plan = solve(*shooting_, *solver);
+    const double wanted = options_.accuracy.integration;
+    std::string coarse;
+    if (plan.integration && !(plan.integration->states <= wanted))
+      coarse = fmt::format(
+          "off by {:.1g} of the states' magnitude along a first solution, most in phase '{}' at t "
+          "= {:.4g} s: more intervals, or an integrator for such dynamics",
+          plan.integration->states, plan.integration->phase, plan.integration->time);
+    say("integration", coarse,
+        plan.integration ? fmt::format("off by {:.1g} of the states' magnitude along a first "
+                                       "solution",
+                                       plan.integration->states)
+                         : "exact, or nothing finer to compare with");
+    const bool is_out_of_reach = plan.status == SolveStatus::infeasible ||
+                                 plan.status == SolveStatus::invalid_problem ||
+                                 plan.status == SolveStatus::unbounded;
+    const bool is_known = plan.ok() || plan.status == SolveStatus::coarse_grid;
+    lines_.push_back({"reach",
+                      is_out_of_reach ? CheckVerdict::doubtful
+                      : is_known      ? CheckVerdict::good
+                                      : CheckVerdict::unknown,
+                      is_known ? fmt::format("a first solve meets the constraints after {} "
+                                             "iterations",
+                                             plan.iterations)
+                               : plan.message});
+  }
+
+  const OptimalControlProblem& problem_;
+  ShootingOptions options_;
+  std::optional<MultipleShooting> shooting_;
+  VectorXd guess_;
+  std::vector<CheckLine> lines_;
+};
+
+const char* describe(CheckVerdict verdict) {
+  switch (verdict) {
+    case CheckVerdict::good:
+      return "good";
+    case CheckVerdict::doubtful:
+      return "DOUBTFUL";
+    case CheckVerdict::unknown:
+      return "unknown";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+bool ProblemCheck::ok() const {
+  return std::ranges::none_of(
+      lines, [](const CheckLine& line) { return line.verdict == CheckVerdict::doubtful; });
+}
+
+const CheckLine& ProblemCheck::line(const std::string& aspect) const {
+  const auto found = std::ranges::find(lines, aspect, &CheckLine::aspect);
+  if (found == lines.end())
+    throw DefinitionError(fmt::format("the check of '{}' has no line '{}'", problem, aspect));
+  return *found;
+}
+
+std::string ProblemCheck::text() const {
+  std::string text = problem + "\n";
+  for (const CheckLine& line : lines)
+    text += fmt::format("  {:<12} {:<9} {}\n", line.aspect, describe(line.verdict), line.text);
+  return text;
+}
+
+ProblemCheck check(const OptimalControlProblem& problem, ShootingOptions options) {
+  return {problem.name(), Checker(problem, std::move(options)).run()};
+}
+
+}  // namespace saltus

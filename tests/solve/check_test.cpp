@@ -1,0 +1,224 @@
+// Problems that were spoilt on purpose, each in one way, and what the check finds; of the sound one
+// it finds nothing. Of the library's own `saltus check` finds nothing either (tests/problems).
+#include "saltus/solve/check.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "saltus/integrators/runge_kutta.hpp"
+
+namespace saltus {
+namespace {
+
+struct Cart {  // x = (position m, speed m/s), u = force
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0] - 0.1 * x[1] * x[1]};
+  }
+};
+using Ride = Phase<2, 1>;
+
+const auto position = [](auto, auto x) { return x[0]; };
+const auto speed = [](auto, auto x) { return x[1]; };
+const auto effort = [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; };
+
+// What a user's own code would be: speed squared times the force, at most so much.
+class Power final : public FunctionBody {
+ public:
+  enum class Mistake { none, derivative, pattern, second_derivative, not_a_number };
+  explicit Power(Mistake mistake) : FunctionBody(4, 1), mistake_(mistake) {
+    jacobian_pattern_ = mistake == Mistake::pattern
+                            ? SparsityPattern::from_pairs(1, 4, {{0, 2}})
+                            : SparsityPattern::from_pairs(1, 4, {{0, 2}, {0, 3}});
+    hessian_pattern_ = SparsityPattern::from_pairs(4, 4, {{2, 2}, {3, 2}});
+  }
+  void value(const double* z, double* y) const override { y[0] = z[2] * z[2] * z[3]; }
+  void jacobian(const double* z, double* y, double* entries) const override {
+    value(z, y);
+    entries[0] = (mistake_ == Mistake::derivative ? 1.0 : 2.0) * z[2] * z[3];
+    if (mistake_ == Mistake::not_a_number) entries[0] = std::nan("");
+    if (mistake_ != Mistake::pattern) entries[1] = z[2] * z[2];
+  }
+  void hessian(const double* z, const double* weights, double* entries, Curvature) const override {
+    entries[0] = weights[0] * 2.0 * z[3];
+    entries[1] = weights[0] * (mistake_ == Mistake::second_derivative ? -2.0 : 2.0) * z[2];
+  }
+
+ private:
+  Mistake mistake_;
+};
+
+Function power(Power::Mistake mistake) {
+  return Function(std::unique_ptr<const FunctionBody>(std::make_unique<Power>(mistake)));
+}
+
+Ride sound() {
+  Ride ride{"ride", Cart{}, exactly(2.0)};
+  ride.minimise("effort", effort)
+      .bound_input(0, between(-5.0, 5.0))
+      .reach("there", position, exactly(1.0))
+      .reach("at rest", speed, exactly(0.0))
+      .guess_state(Guess::interpolate(VectorXd{{0.0, 0.3}}, VectorXd{{1.0, 0.5}}))
+      .guess_input(Guess::constant(VectorXd::Constant(1, 0.4)));
+  return ride;
+}
+
+OptimalControlProblem of(const Ride& ride) {
+  OptimalControlProblem problem("cart");
+  problem.start_at({0.0, 0.0}).then(ride);
+  return problem;
+}
+
+OptimalControlProblem spoilt(const std::function<void(Ride&)>& spoil) {
+  Ride ride = sound();
+  spoil(ride);
+  return of(ride);
+}
+
+TEST(Check, finds_nothing_in_what_is_sound) {
+  for (const ProblemCheck& page : {check(of(sound())), check(spoilt([](Ride& ride) {
+                                     ride.keep("power", power(Power::Mistake::none), at_most(10.0));
+                                   }))}) {
+    EXPECT_TRUE(page.ok()) << page.text();
+    for (const char* aspect : {"definition", "start", "derivatives", "sparsity", "bounds",
+                               "scaling", "ranks", "integration", "reach"})
+      EXPECT_EQ(page.line(aspect).verdict, CheckVerdict::good) << page.text();
+  }
+}
+
+struct Spoilt {
+  const char* name;
+  std::function<ProblemCheck()> page;
+  const char* aspect;
+  std::vector<std::string> fragments;
+};
+void PrintTo(const Spoilt& s, std::ostream* out) { *out << s.name; }
+
+std::function<ProblemCheck()> ride(std::function<void(Ride&)> spoil, ShootingOptions options = {}) {
+  return [=] { return check(spoilt(spoil), options); };
+}
+
+struct Wind {  // fast, and with a stiff state
+  double rate;
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], -rate * rate * x[0] + u[0]};
+  }
+};
+
+OptimalControlProblem oscillator(double rate, double seconds) {
+  Ride swing{"swing", Wind{rate}, exactly(seconds)};
+  swing.minimise("effort", effort).guess_state(Guess::constant(VectorXd{{1.0, 0.0}}));
+  OptimalControlProblem problem("oscillator");
+  problem.start_at({1.0, 0.0}).then(swing);
+  return problem;
+}
+
+const Spoilt all_spoilt[] = {
+    {"wrong_derivative",
+     ride([](Ride& r) { r.keep("power", power(Power::Mistake::derivative), at_most(10.0)); }),
+     "derivatives",
+     {"term 'power'", "/ d x1 says"}},
+    {"wrong_second_derivative",
+     ride(
+         [](Ride& r) { r.keep("power", power(Power::Mistake::second_derivative), at_most(10.0)); }),
+     "derivatives",
+     {"term 'power'", "second derivative by u0 and x1"}},
+    {"entry_outside_its_pattern",
+     ride([](Ride& r) { r.keep("power", power(Power::Mistake::pattern), at_most(10.0)); }),
+     "sparsity",
+     {"term 'power'", "d u0", "not in the pattern"}},
+    {"missing_scaling",
+     ride([](Ride& r) {
+       r.guess_state(Guess::interpolate(VectorXd{{0.0, 0.3}}, VectorXd{{4e6, 0.5}}));
+     }),
+     "scaling",
+     {"state 0", "4e+06", "nominal(...)"}},
+    {"redundant_rows",
+     ride([](Ride& r) { r.reach("there again", position, exactly(1.0)); }),
+     "ranks",
+     {"term 'there again'", "follows from the other equations"}},
+    {"more_equations_than_unknowns",
+     ride([](Ride& r) { r.bound_input(0, exactly(0.5)); }),
+     "ranks",
+     {"equations for", "term '"}},
+    {"start_outside_its_domain",
+     ride([](Ride& r) { r.minimise("power", [](auto, auto x) { return log(x[0] - 5.0); }); }),
+     "start",
+     {"term 'power'", "no finite value", "at the guess"}},
+    {"derivative_that_is_no_number",
+     ride([](Ride& r) { r.keep("power", power(Power::Mistake::not_a_number), at_most(10.0)); }),
+     "start",
+     {"term 'power'", "derivative that is no number"}},
+    {"grid_too_coarse",
+     [] {
+       return check(oscillator(12.0, 5.0),
+                    {.intervals_per_phase = 6, .integrator = runge_kutta4()});
+     },
+     "integration",
+     {"more intervals", "phase 'swing'"}},
+    {"unreachable_end",
+     ride([](Ride& r) { r.reach("far", position, at_least(100.0)); }),
+     "reach",
+     {"cannot", "phase 'ride'"}},
+    {"end_beyond_the_inputs",
+     [] {
+       Ride short_ride{"ride", Cart{}, exactly(0.5)};
+       short_ride.minimise("effort", effort)
+           .bound_input(0, between(-1.0, 1.0))
+           .reach("there", position, exactly(1.0));
+       return check(of(short_ride));
+     },
+     "reach",
+     {"term 'there'"}},
+    {"start_outside_its_bounds",
+     ride([](Ride& r) { r.bound_state(0, at_least(0.2)); }),
+     "bounds",
+     {"the start has 0 for state 0", "[0.2, inf]"}},
+    {"constant_cost",
+     ride([](Ride& r) { r.minimise("half", [](auto, auto, auto u) { return (1 / 2) * u[0]; }); }),
+     "definition",
+     {"'half'"}},
+    {"input_that_does_nothing",
+     [] {
+       Phase<1, 2> idle{"idle", [](auto, auto x, auto u) { return decltype(x){u[0]}; },
+                        exactly(1.0)};
+       idle.minimise("effort", effort).reach("there", position, exactly(1.0));
+       OptimalControlProblem problem("idle");
+       problem.start_at({0.0}).then(idle);
+       return check(problem);
+     },
+     "definition",
+     {"input", "phase 'idle'"}},
+    {"wrong_size",
+     ride([](Ride& r) { r.track("position", position, VectorXd::Ones(3)); }),
+     "definition",
+     {"'position'", "3"}},
+    {"dynamics_that_explode",
+     [] {
+       return check(oscillator(1e4, 5.0), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
+     },
+     "integration",
+     {"an integrator for such dynamics"}},
+};
+
+class SpoiltProblem : public testing::TestWithParam<Spoilt> {};
+
+TEST_P(SpoiltProblem, is_found) {
+  const ProblemCheck page = GetParam().page();
+  EXPECT_FALSE(page.ok()) << page.text();
+  const CheckLine& line = page.line(GetParam().aspect);
+  EXPECT_EQ(line.verdict, CheckVerdict::doubtful) << page.text();
+  for (const std::string& fragment : GetParam().fragments)
+    EXPECT_NE(line.text.find(fragment), std::string::npos) << fragment << " is not in\n"
+                                                           << page.text();
+}
+
+INSTANTIATE_TEST_SUITE_P(Check, SpoiltProblem, testing::ValuesIn(all_spoilt),
+                         [](const auto& each) { return std::string(each.param.name); });
+
+}  // namespace
+}  // namespace saltus
