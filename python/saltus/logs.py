@@ -1,0 +1,161 @@
+"""Runs for other people's tools: MAT v7.3 as robometry writes it, MCAP with JSON messages.
+
+Usage: python3 -m saltus.logs FOLDER FILE.mat|FILE.mcap
+"""
+
+import json
+import math
+import os
+import re
+import sys
+
+import numpy as np
+
+from .results import load
+
+ROOT = "robot_logger_device"  # where robot-log-visualizer looks
+
+
+def _written_whole(path, write):
+    """write(name) into a file beside `path`, which is then renamed."""
+    folder, name = os.path.split(os.path.abspath(path))
+    partial = os.path.join(folder, f".{name}.{os.getpid()}.part")
+    try:
+        write(partial)
+        os.replace(partial, path)
+    except BaseException:
+        if os.path.exists(partial):
+            os.remove(partial)
+        raise
+
+
+# ---- MAT v7.3 ------------------------------------------------------------------------------------
+
+# HDF5 behind 512 bytes of MATLAB's own. Arrays stand there with their dimensions reversed.
+
+
+def _name(text):
+    """As MATLAB's fields are called: letters, digits and _."""
+    name = re.sub(r"\W", "_", text, flags=re.ASCII)
+    return name if name[:1].isalpha() else "x" + name
+
+
+def _kind(item, kind):
+    item.attrs["MATLAB_class"] = np.bytes_(kind)
+    return item
+
+
+class _MatFile:
+    def __init__(self, file):
+        self.file = file
+        self.references = file.create_group("#refs#")
+
+    def group(self, parent, name):
+        return _kind(parent.create_group(name), "struct")
+
+    def numbers(self, parent, name, values):
+        return _kind(parent.create_dataset(name, data=np.asarray(values, dtype=float)), "double")
+
+    def text(self, parent, name, text):
+        codes = np.array([[ord(letter)] for letter in text or " "], dtype=np.uint16)
+        item = _kind(parent.create_dataset(name, data=codes), "char")
+        item.attrs["MATLAB_int_decode"] = np.int32(2)
+        return item
+
+    def texts(self, parent, name, texts):
+        import h5py
+        made = [self.text(self.references, f"r{len(self.references)}", text).ref for text in texts]
+        return _kind(parent.create_dataset(name, data=np.array([made], dtype=h5py.ref_dtype)), "cell")
+
+    def signal(self, parent, name, time, columns, names, units):
+        """columns: rows x entries. MATLAB sees entries x 1 x rows."""
+        group = self.group(parent, _name(name))
+        values = np.asarray(columns, dtype=float)
+        self.numbers(group, "data", values.reshape(len(time), 1, -1))
+        self.numbers(group, "dimensions", [[values.shape[1]], [1]])
+        self.texts(group, "elements_names", names)
+        self.texts(group, "units_of_measure", units)
+        self.text(group, "name", name)
+        self.numbers(group, "timestamps", np.asarray(time, dtype=float).reshape(-1, 1))
+
+
+def write_mat(run, path):
+    """Every column of numbers of every table: robot_logger_device.TABLE.COLUMN, and what a column is of."""
+    import h5py
+
+    def write(partial):
+        with h5py.File(partial, "w", userblock_size=512) as file:
+            mat = _MatFile(file)
+            root = mat.group(file, ROOT)
+            mat.texts(root, "description_list", [os.path.basename(run.folder)])
+            mat.text(root, "yarp_robot_name", str(run.summary.get("robot", "saltus")))
+            for table_name, table in run.timed_tables().items():
+                group = mat.group(root, _name(table_name))
+                for name in table.numbers():
+                    mat.signal(group, name, table.time, table[name].reshape(-1, 1), [name],
+                               [table.units[name]])
+        head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, written by Saltus HDF5 schema 1.00 ."
+        with open(partial, "r+b") as file:
+            file.write(head.ljust(116) + bytes(8) + b"\x00\x02IM")
+
+    _written_whole(path, write)
+
+
+# ---- MCAP ----------------------------------------------------------------------------------------
+
+
+def _schema(title, table):
+    properties = {"timestamp": {"type": "number", "description": "t [s]"}}
+    for name in table:
+        if name != "t":
+            kind = ["number", "null"] if table[name].dtype.kind == "f" else "string"
+            properties[name] = {"type": kind, "description": table.units[name]}
+    return {"title": title, "type": "object", "properties": properties}
+
+
+def write_mcap(run, path):
+    """A channel per table, a message per row; what is no number is null. Times are those of the run."""
+    from mcap.writer import Writer
+
+    def write(partial):
+        with open(partial, "wb") as stream:
+            writer = Writer(stream)
+            writer.start(profile="", library="saltus")
+            writer.add_metadata("run", {"folder": os.path.basename(run.folder),
+                                        "summary": json.dumps(run.summary)})
+            for table_name, table in run.timed_tables().items():
+                schema = json.dumps(_schema(f"saltus.{table_name}", table)).encode()
+                channel = writer.register_channel(
+                    topic=f"/{table_name}", message_encoding="json",
+                    schema_id=writer.register_schema(f"saltus.{table_name}", "jsonschema", schema))
+                columns = {name: table[name].tolist() for name in table if name != "t"}
+                for row, t in enumerate(table.time.tolist()):
+                    message = {"timestamp": t}
+                    for name, values in columns.items():
+                        value = values[row]
+                        is_none = isinstance(value, float) and not math.isfinite(value)
+                        message[name] = None if is_none else value
+                    nanoseconds = max(0, round(t * 1e9))
+                    writer.add_message(channel, nanoseconds, json.dumps(message).encode(), nanoseconds)
+            writer.finish()
+
+    _written_whole(path, write)
+
+
+def main(folder, path):
+    writers = {".mat": write_mat, ".mcap": write_mcap}
+    ending = os.path.splitext(path)[1]
+    if ending not in writers:
+        sys.exit(f"{path}: a name that ends with .mat or .mcap is needed")
+    try:
+        writers[ending](load(folder), path)
+    except ModuleNotFoundError as error:
+        sys.exit(f"{ending} files need the Python package {error.name}: pip install {error.name}")
+    except OSError as error:
+        sys.exit(str(error))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    main(sys.argv[1], sys.argv[2])

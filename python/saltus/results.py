@@ -1,0 +1,147 @@
+"""Runs as arrays with names and units."""
+
+import collections.abc
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+
+from .tables import read_table
+
+_WITH_UNIT = re.compile(r"(.*\S) \[(.*)\]$")
+
+
+class SaltusError(RuntimeError):
+    """The program ended with another status than 0; its sentence, and `status`."""
+
+    def __init__(self, sentence, status):
+        super().__init__(sentence)
+        self.status = status
+
+
+class Table(collections.abc.Mapping):
+    """Columns of a CSV file by name, in their order: arrays of numbers (what is empty is NaN) or of texts.
+
+    `table["height"]` and `table["height [m]"]` are the same column, and `table.units["height"]` is "m".
+    """
+
+    def __init__(self, columns):
+        self.units, self._columns = {}, {}
+        for full, values in columns.items():
+            match = _WITH_UNIT.match(full)
+            name = match.group(1) if match else full
+            self.units[name] = match.group(2) if match else ""
+            self._columns[name] = np.asarray(values)
+        self._full = dict(zip(columns, self._columns))
+
+    def __getitem__(self, name):
+        return self._columns[self._full.get(name, name)]
+
+    def __iter__(self):
+        return iter(self._columns)
+
+    def __len__(self):
+        return len(self._columns)
+
+    def __repr__(self):
+        rows = len(next(iter(self._columns.values()))) if self._columns else 0
+        return f"<Table: {rows} rows of {', '.join(self._full)}>"
+
+    @property
+    def time(self):
+        """Column t, s."""
+        return self["t"]
+
+    def numbers(self):
+        """The columns that hold numbers, without the time."""
+        return [name for name in self if name != "t" and self[name].dtype.kind == "f"]
+
+
+class Run:
+    """A folder that a run left: every table as a `Table`, summary.json as `summary`."""
+
+    def __init__(self, folder):
+        self.folder = os.path.abspath(folder)
+        files = sorted(glob.glob(os.path.join(glob.escape(self.folder), "*.csv")))
+        if not files:
+            raise FileNotFoundError(f"{folder}: there is no folder of a run with tables (.csv) in it")
+        self.tables = {os.path.basename(file)[:-len(".csv")]: Table(read_table(file)) for file in files}
+        self.summary = {}
+        summary = os.path.join(self.folder, "summary.json")
+        if os.path.exists(summary):
+            with open(summary, encoding="utf-8") as file:
+                self.summary = json.load(file)
+
+    @property
+    def trajectory(self):
+        return self.tables["trajectory"]
+
+    @property
+    def config(self):
+        """The settings as YAML, as `--config` takes them."""
+        with open(os.path.join(self.folder, "config.yaml"), encoding="utf-8") as file:
+            return file.read()
+
+    def timed_tables(self):
+        """Those whose rows are instants, by name."""
+        return {name: table for name, table in self.tables.items() if "t" in table and len(table.time)}
+
+    def plot(self):
+        """Draws trajectory.png into the folder again, and returns its path."""
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "plot_trajectory.py")
+        subprocess.run([sys.executable, "-B", script, self.folder], check=True)
+        return os.path.join(self.folder, "trajectory.png")
+
+    def to_mat(self, path):
+        """A MAT file (v7.3) in the layout of robometry; needs h5py."""
+        from .logs import write_mat
+        write_mat(self, path)
+
+    def to_mcap(self, path):
+        """An MCAP file of JSON messages with their schemas; needs the package mcap."""
+        from .logs import write_mcap
+        write_mcap(self, path)
+
+    def __repr__(self):
+        return f"<Run in {self.folder}: {', '.join(self.tables)}>"
+
+
+def load(folder):
+    """What a run left in the folder. FileNotFoundError if there is nothing."""
+    return Run(folder)
+
+
+def _program():
+    named = os.environ.get("SALTUS_PROGRAM") or shutil.which("saltus")
+    if not named:
+        raise FileNotFoundError("there is no program saltus on the PATH; SALTUS_PROGRAM names one")
+    return named
+
+
+def run(problem, out=None, config=None, **settings):
+    """`saltus run problem`, then load(). Settings by keyword, with __ for the dot: push__impulse=6.
+
+    Without `out` the results are in results/PROBLEM. SaltusError with the program's sentence if it
+    refuses, or a solver gave up.
+    """
+    words = [_program(), "run", problem]
+    if config is not None:
+        words += ["--config", os.fspath(config)]
+    for key, value in settings.items():
+        if isinstance(value, bool):
+            value = "true" if value else "false"
+        elif isinstance(value, (list, tuple, np.ndarray)):
+            value = ",".join(repr(float(entry)) for entry in value)
+        words += ["--set", f"{key.replace('__', '.')}={value}"]
+    folder = os.fspath(out) if out is not None else os.path.join("results", problem)
+    words += ["--out", folder]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sentences = (done.stderr.strip() or done.stdout.strip()).splitlines()
+        raise SaltusError(sentences[-1] if sentences else "saltus failed", done.returncode)
+    return load(folder)
