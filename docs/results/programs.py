@@ -48,6 +48,19 @@ class Programs:
     def version(self):
         return call([self.program, "--version"]).stdout.strip()
 
+    def _note_version(self, note, is_kept):
+        """Maps and tables do not say which program made them, so a file beside them does."""
+        if not is_kept:
+            with open(note, "w", encoding="utf-8") as file:
+                file.write(self.version())
+
+    def _add_version(self, note):
+        if os.path.exists(note):
+            with open(note, encoding="utf-8") as file:
+                self.versions.add(file.read())
+        else:
+            self.versions.add("kept, of a version that is not known")
+
     def made_by(self):
         """The versions of what was looked at since the last time: a run that was kept has its own."""
         versions, self.versions = self.versions or {self.version()}, set()
@@ -84,8 +97,11 @@ class Programs:
         """The folder of a map: map.csv and map.png."""
         out = self._folder("map", arguments)
         if out not in self.maps:
+            is_kept = os.path.exists(os.path.join(out, "map.csv"))
             call([self.program, "map", *arguments, "--out", out, "--jobs", str(self.jobs)])
+            self._note_version(os.path.join(out, "made_by"), is_kept)
             self.maps.add(out)
+        self._add_version(os.path.join(out, "made_by"))
         return out
 
     def beside(self, name):
@@ -97,6 +113,8 @@ class Programs:
             printed = call([program], good=(0,)).stdout
             with open(table, "w", encoding="utf-8") as file:
                 file.write(printed)
+            self._note_version(table + ".made_by", is_kept=False)
+        self._add_version(table + ".made_by")
         return table
 
     def drawn(self, name, script):
