@@ -46,6 +46,8 @@ void declare_presets(Settings& s, Config& config) {
   s.implies("stance", {"both"}, "step.planner=reactive");
   s.implies("stance", {"both"}, "target=centroid");
   s.implies("plant", {"dart", "mujoco"}, "preset=robot");
+  // The rule looks at its shortest time last, the optimum only where it must.
+  s.implies("step.planner", {"ocp"}, "step.shortest=0.25");
 }
 
 }  // namespace

@@ -52,6 +52,12 @@ void PushRecovery::scale(const RobotScale& scale) {
   w.capture_point /= L * L;
   w.capture_point_standing /= L * L;
   w.capture_point_penalty /= L * std::sqrt(L);
+  StepPlanning& p = config_.planning;  // its times stay
+  p.foot_speed *= L;
+  p.sole_margin *= L;
+  p.momentum *= M * L * std::sqrt(L);
+  p.torque *= M * L;
+  p.weights[2] /= L * L;
 }
 
 double PushRecovery::end_time(double push_end, double landing, double touchdown) const {

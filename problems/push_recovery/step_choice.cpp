@@ -93,7 +93,10 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
     if (incumbent_ >= 0 && !candidates_[incumbent_].from_two_feet) incumbent_ = -1;
   } else {
     unloading_since_ = infinity;
-    if (now.foot(in_air).swings()) swinging_since_ = now.foot(in_air).lifted_off;
+    if (now.foot(in_air).swings()) {
+      if (swinging_since_ == infinity) lifted_from_ = centre(now, in_air);
+      swinging_since_ = now.foot(in_air).lifted_off;
+    }
     if (incumbent_ >= 0 && candidates_[incumbent_].from_two_feet) incumbent_ = -1;
   }
   if (is_fixed(now)) return plan_;
@@ -163,9 +166,12 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
                (model_.usual_swing + model_.double_support.lower);
   const Vec<double, 2> other_foot = frame.into(centre(now, other(stance)));
   if (now.foot(other(stance)).stands) data.other = other_foot;
-  data.swing = other_foot;
-  if (!now.foot(other(stance)).stands && swinging_since_ < infinity)
+  data.swing = data.aim = other_foot;
+  if (!now.foot(other(stance)).stands && swinging_since_ < infinity) {
+    data.swing = frame.into(lifted_from_);
+    data.aim = frame.into(aim_);
     data.swung = now.time - swinging_since_;
+  }
 
   const double height = standard_gravity / (now.omega * now.omega);
   const Vec<double, 3> com = now.gamma.head<3>(), velocity = now.gamma.segment<3>(3),
@@ -236,7 +242,11 @@ void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
     step.earliest_landing = 0.5 * (begin + step.landing);
   }
   if (c.from_two_feet && (is_new || unloading_since_ == infinity)) unloading_since_ = now.time;
-  if (!c.from_two_feet && swinging_since_ == infinity) swinging_since_ = now.time;
+  if (!c.from_two_feet && swinging_since_ == infinity) {
+    swinging_since_ = now.time;
+    lifted_from_ = centre(now, c.first);
+  }
+  aim_ = frame.out(c.solution->place[0]);
 }
 
 }  // namespace saltus::push_recovery

@@ -94,6 +94,7 @@ class StepChoice final : public walking::StepPlanner {
   int landed_last_ = -1;               // side of the foot that did, -1: none has
   double unloading_since_ = infinity;  // s
   double swinging_since_ = infinity;   // s, of a foot of which the situation does not say it
+  Vec<double, 3> lifted_from_ = Vec<double, 3>::Zero(), aim_ = Vec<double, 3>::Zero();  // of it, m
   bool is_feasible_ = true;
   Vec<double, 2> pressure_ = Vec<double, 2>::Zero(), lent_rate_ = Vec<double, 2>::Zero();
   double seconds_ = 0.0;

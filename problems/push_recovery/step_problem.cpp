@@ -114,6 +114,7 @@ StepPhase phase_of(const std::string& name, const StepModel& model, int before, 
 // At the end: the capture point at rest lies in the hull of feet `before` and `after`.
 void end_captured(StepPhase& phase, const StepModel& model, int before, int after) {
   const Vec<double, 2> sole = model.sole;
+  const StepWeights& w = model.weights;
   phase.reach(
       "captured",
       [=](const auto&, const auto& x, const auto&, const auto& p) {
@@ -122,14 +123,24 @@ void end_captured(StepPhase& phase, const StepModel& model, int before, int afte
                                           p[rest_at + 1], p[rest_at + 2], sole);
         return Vec<S, 2>(x[2] - rest[0], x[3] - rest[1]);
       },
-      exactly(0.0), soft("captured", model.weights.capture));
+      exactly(0.0), soft("captured", w.capture));
   phase.track_at_end(
       "rest",
       [](const auto&, const auto&, const auto&, const auto& p) {
         using S = std::decay_t<decltype(p[0])>;
         return Vec<S, 3>(p[rest_at], p[rest_at + 1], p[rest_at + 2]);
       },
-      Vec<double, 3>::Constant(model.weights.rest));
+      Vec<double, 3>(w.side, w.rest, w.rest));
+}
+
+// By how much a way is longer than `most`, in eight directions of the ground.
+template <class S>
+Vec<S, 8> too_far(const Vec<S, 2>& way, const S& most) {
+  const S dx = way[0], dy = way[1], r(std::sqrt(0.5));
+  Vec<S, 8> beyond;
+  beyond << dx, -dx, dy, -dy, r * (dx + dy), r * (dx - dy), r * (dy - dx), -r * (dx + dy);
+  for (int i = 0; i < 8; ++i) beyond[i] -= most;
+  return beyond;
 }
 
 // Foot k has swung while foot k - 1 stood, and lands where legs and time allow.
@@ -166,22 +177,26 @@ void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
         return beyond;
       },
       at_most(0.0), soft("reach", w.reach));
-  // Minimum jerk: the peak speed is 15/8 of the mean one. In eight directions of the ground.
+  // Minimum jerk: the peak speed is 15/8 of the mean one. It is linear in where the foot goes: one
+  // that is on its way to `aim` adds a swing by the difference.
   const double mean_speed = model.swing_speed * 8.0 / 15.0;
   phase.reach(
       "swing speed",
       [=](const auto&, const auto& x, const auto&, const auto& p) {
         using S = std::decay_t<decltype(x[0])>;
-        const auto now = view_as<StepNow>(p);
-        const Vec<S, 2> to = foot(k, p), from = k > 1 ? foot(k - 2, p) : now.swing;
-        const S time = k > 1 ? S(x[6]) : S(x[6] - now.swung);
-        const S dx = to[0] - from[0], dy = to[1] - from[1], r(std::sqrt(0.5));
-        Vec<S, 8> late;
-        late << dx, -dx, dy, -dy, r * (dx + dy), r * (dx - dy), r * (dy - dx), -r * (dx + dy);
-        for (int i = 0; i < 8; ++i) late[i] -= mean_speed * time;
-        return late;
+        const Vec<S, 2> from = k > 1 ? foot(k - 2, p) : view_as<StepNow>(p).swing;
+        return too_far<S>(foot(k, p) - from, mean_speed * x[6]);
       },
       at_most(0.0), soft("reach", w.reach));
+  if (k == 1)
+    phase.reach(
+        "change of the swing",
+        [=](const auto&, const auto& x, const auto&, const auto& p) {
+          using S = std::decay_t<decltype(x[0])>;
+          const auto now = view_as<StepNow>(p);
+          return too_far<S>(foot(k, p) - now.aim, mean_speed * (x[6] - now.swung));
+        },
+        at_most(0.0), soft("reach", w.reach));
   const double usual = model.usual_swing;
   phase.track_at_end(
       "usual time", [usual](const auto&, const auto& x) { return (x[6] - usual) / 0.1; },
@@ -217,9 +232,11 @@ OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_
   // is indefinite, and making it convex took three quarters of a tick.
   ocp.costs(CostRule::integrated).start_at(VectorXd::Zero(step_states));
   if (steps == 0) {
+    StepModel whole = model;
+    whole.sole = model.standing_sole;
     StepPhase standing =
-        phase_of("standing", model, 0, -1, exactly(model.standing), model.standing, steps);
-    end_captured(standing, model, 0, -1);
+        phase_of("standing", whole, 0, -1, exactly(model.standing), model.standing, steps);
+    end_captured(standing, whole, 0, -1);
     return ocp.then(standing);
   }
   if (from_two_feet)

@@ -13,12 +13,13 @@ template <class S>
 struct StepNow {
   S omega = 4.3;                         ///< sqrt(g / z), 1/s
   Vec<S, 2> other = Vec<S, 2>::Zero();   ///< centre of the other sole if it stands, else zero
-  Vec<S, 2> swing = Vec<S, 2>::Zero();   ///< where the foot that steps first is
+  Vec<S, 2> swing = Vec<S, 2>::Zero();   ///< where the swing of the foot that steps first begins
+  Vec<S, 2> aim = Vec<S, 2>::Zero();     ///< where it is on its way to: before a swing, that place
   S swung = 0.0;                         ///< how long it has been in the air, s
   Vec<S, 2> stride = Vec<S, 2>::Zero();  ///< desired place of a foot from the one before, at rest
   Vec<S, 2> drift = Vec<S, 2>::Zero();   ///< desired motion of the feet from landing to landing
 
-  using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::swing,
+  using Entries = ParameterEntries<&StepNow::omega, &StepNow::other, &StepNow::swing, &StepNow::aim,
                                    &StepNow::swung, &StepNow::stride, &StepNow::drift>;
 };
 
@@ -29,18 +30,20 @@ inline constexpr int reach_rows = 8;  ///< sides of the polygon of reach
 struct StepWeights {
   double capture = 1e3;   ///< on missing the terminal set, 1/m (exact penalty)
   double reach = 1e3;     ///< on what the legs or the swing foot's speed do not allow, 1/m
-  double rest = 1.0;      ///< on resting at the border of the support, not in its middle
+  double rest = 1.0;      ///< on resting at the border of the soles, not in their middle
+  double side = 0.2;      ///< on resting under one foot, not half-way between both
   double duration = 1.0;  ///< on a swing 0.1 s off the usual time
-  double stride = 0.3;    ///< on a place 0.1 m off the usual one
+  double stride = 1.0;    ///< on a place 0.1 m off the usual one
   double pressure = 1.0;  ///< per s, on the centre of pressure at the border of the sole
   double momentum = 3.0;  ///< per s, on the largest angular momentum
   double torque = 0.3;    ///< per s, on the largest rate of it
 };
 
 struct StepModel {
-  Vec<double, 2> sole{0.07, 0.03};  ///< half sizes that the centre of pressure may use, m
-  double lent = 0.02;               ///< bound on eta: H / (m z omega) of the largest |H|, m
-  double lent_rate = 0.2;           ///< m/s
+  Vec<double, 2> sole{0.07, 0.03};           ///< half sizes that the centre of pressure may use, m,
+  Vec<double, 2> standing_sole{0.07, 0.03};  ///< and without a step to come: it needs no reserve
+  double lent = 0.02;      ///< bound on eta: H / (m z omega) of the largest |H|, m
+  double lent_rate = 0.2;  ///< m/s
   /// Centre of a foot that lands from that of the stance foot, (forward, away from it), m.
   HalfPlanes reach;
   /// Centres of both feet from the CoM when one lands, (forward, to their own side), m.

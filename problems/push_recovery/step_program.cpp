@@ -137,7 +137,8 @@ void StepProgram::read_solution() {
   }
   const double* u = plan_.w.data() + layout.input(0, 0);
   const Vec<double, 2> between = 0.5 * (1.0 + u[4]) * other_;
-  solution_.pressure = between + model_.sole.cwiseProduct(Vec<double, 2>(u[0], u[1]));
+  const Vec<double, 2>& sole = steps_ > 0 ? model_.sole : model_.standing_sole;
+  solution_.pressure = between + sole.cwiseProduct(Vec<double, 2>(u[0], u[1]));
   solution_.lent_rate = model_.lent_rate * Vec<double, 2>(u[2], u[3]);
   solution_.is_solved = std::isfinite(solution_.cost) && solution_.residual < feasible;
 }

@@ -82,7 +82,7 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
            at_least(0.0));
   s.vector(
       "step.weights", p.weights, "",
-      "on resting at the border of the hull, 0.1 s off the usual time, 0.1 m off the usual place, "
+      "on resting at the border of the soles, 0.1 s off the usual time, 0.1 m off the usual place, "
       "and a second on the border of the sole (ocp)",
       at_least(0.0));
   s.vector("walk.velocity", p.velocity, "m/s",
@@ -133,10 +133,10 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   const Vec<double, 2> apart(0.0, centres.left[1] - centres.right[1]), own = centres.left;
 
   StepModel model;
-  const auto usable = [&](const Bounds& width) {
-    return std::max(0.5 * (width.upper - width.lower) - planning.sole_margin, 0.001);
-  };
-  model.sole = {usable(left.x), usable(left.y)};
+  const Vec<double, 2> half = {0.5 * (left.x.upper - left.x.lower),
+                               0.5 * (left.y.upper - left.y.lower)};
+  model.sole = (half.array() - planning.sole_margin).cwiseMax(0.001);
+  model.standing_sole = half;
   const double height = std::max(scene.com_height, 0.01);
   const double per_momentum = 1.0 / (mass * height * pendulum_frequency(height));
   model.lent = std::max(planning.momentum * per_momentum, 1e-6);

@@ -18,7 +18,7 @@ struct StepPlanning {
   double usual = 0.35;          ///< time of a swing, s
   double shortest = 0.3;        ///< swing, s
   double longest = 0.9;         ///< swing, s
-  double foot_speed = 1.2;      ///< largest of the swing foot, m/s
+  double foot_speed = 1.6;      ///< largest of the swing foot, m/s
   double double_support = 0.1;  ///< shortest between two steps, s
   double sole_margin = 0.006;   ///< of the border of the soles, not used, m
   double momentum = 0.4;        ///< largest |H| about either horizontal axis, Nms
@@ -27,7 +27,7 @@ struct StepPlanning {
   double price = 2.0;           ///< of a step, in units of the cost
   double hysteresis = 0.5;      ///< in units of the cost
   Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< to walk with: forward, left (m/s), turn
-  Vec<double, 4> weights{1.0, 1.0, 0.3, 1.0};  ///< rest, duration, stride, pressure: StepWeights
+  Vec<double, 4> weights{1.0, 1.0, 1.0, 1.0};  ///< rest, duration, stride, pressure: StepWeights
   double lead = 0.08;  ///< s before the landing its time and place are fixed
 };
 

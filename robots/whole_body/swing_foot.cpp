@@ -36,12 +36,15 @@ void SwingFoot::hold(const Eigen::Isometry3d& pose) {
 
 void SwingFoot::start(double t, double landing_time) {
   under_way_ = true;
-  now_ = t;
+  now_ = lift_off_ = t;
   landing_time_ = landing_time;
   apex_time_ = 0.5 * (t + landing_time);
 }
 
 void SwingFoot::aim(double landing_time, const Vec<double, 3>& place) {
+  // Else a foot that shall land sooner comes down late and fast.
+  const double apex_time = 0.5 * (lift_off_ + landing_time);
+  if (landing_time != landing_time_ && now_ < apex_time_) apex_time_ = apex_time;
   landing_time_ = landing_time;
   place_ = place;
 }

@@ -34,7 +34,7 @@ class SwingFoot {
  private:
   SwingOptions options_;
   bool under_way_ = false;
-  double now_ = 0.0, apex_time_ = 0.0, landing_time_ = 0.0;
+  double now_ = 0.0, lift_off_ = 0.0, apex_time_ = 0.0, landing_time_ = 0.0;
   Vec<double, 3> position_ = Vec<double, 3>::Zero(), velocity_ = Vec<double, 3>::Zero(),
                  acceleration_ = Vec<double, 3>::Zero(), place_ = Vec<double, 3>::Zero();
   Mat<double, 3, 3> rotation_ = Mat<double, 3, 3>::Identity();

@@ -35,7 +35,7 @@ StepModel model() {
 
 StepNow<double> on_one_foot() {
   StepNow<double> now;
-  now.swing << 0.0, 0.15;
+  now.swing = now.aim = Vec<double, 2>(0.0, 0.15);
   now.stride << 0.0, 0.15;
   return now;
 }
@@ -107,6 +107,19 @@ TEST(ProblemOfSteps, StepsOntoTheCapturePoint) {
   EXPECT_NEAR(s.landing[0], 0.4, 0.02);
   EXPECT_NEAR(s.place[0][0], std::min(0.25, 2.0 * 0.02 * grown), 0.01);
   EXPECT_NEAR(s.place[0][1], std::min(0.31, 2.0 * 0.025 * grown), 0.01);
+}
+
+// Beyond what is left of the sole to a plan with a step, on the sole itself.
+TEST(ProblemOfSteps, StandsOnTheWholeSole) {
+  StepModel m = model();
+  m.lent = 1e-6;
+  m.sole = m.standing_sole - Vec<double, 2>(0.006, 0.006);
+  const Vector2 beside(0.0, m.standing_sole[1] - 0.003);
+  StepProgram standing(m, 0, false);
+  EXPECT_LT(standing.solve(on_one_foot(), pushed(beside), {}, 0.0, 30).missed, 1e-4);
+  m.standing_sole = m.sole;
+  StepProgram with_reserve(m, 0, false);
+  EXPECT_GT(with_reserve.solve(on_one_foot(), pushed(beside), {}, 0.0, 30).missed, 3e-3);
 }
 
 class AgainstIpopt : public ::testing::TestWithParam<std::tuple<int, bool>> {};

@@ -183,5 +183,23 @@ TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
   EXPECT_LT(speed, 0.02);
 }
 
+// Told on the way that it lands in half of the time, it comes down as slowly as if it had known.
+TEST(SwingFoot, TurnsDownSoonerWhenItShallLandSooner) {
+  const auto fastest_descent = [](double first_landing) {
+    SwingFoot swing;
+    swing.hold(Eigen::Isometry3d::Identity());
+    swing.start(0.0, first_landing);
+    double before = 0.0, fastest = 0.0;
+    for (int k = 1; k < 150; ++k) {
+      swing.aim(k < 20 ? first_landing : 0.3, {0.0, -0.1, 0.0});
+      swing.advance(0.002 * k);
+      fastest = std::max(fastest, (before - swing.reference()[2]) / 0.002);
+      before = swing.reference()[2];
+    }
+    return fastest;
+  };
+  EXPECT_LT(fastest_descent(0.4), 1.3 * fastest_descent(0.3));
+}
+
 }  // namespace
 }  // namespace saltus
