@@ -2,7 +2,7 @@
 """Draws a table of Saltus: states above, inputs below, a shade for every other mode.
 
 Usage: plot.py trajectory.csv picture.png [--inputs N] [--time LABEL] [--shade FROM TO ...] [--path X Y]
-The first column is time, the second the mode if its title says so. --path draws column Y over column X in place of time.
+The first column is time, the second the mode or phase if its title says so. --path draws column Y over column X in place of time.
 """
 
 import argparse
@@ -29,9 +29,9 @@ def main():
     arguments = parser.parse_args()
     with open(arguments.table, encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
-    has_modes = header[1] == "mode"
+    has_modes = header[1] in ("mode", "phase")
     names = header[2:] if has_modes else header[1:]
-    columns = {name: [number(row[i]) for row in rows] for i, name in enumerate(header) if name != "mode"}
+    columns = {name: [number(row[i]) for row in rows] for i, name in enumerate(header) if name in (header[0], *names)}
     time, modes = columns[header[0]], [row[1] if has_modes else "" for row in rows]
 
     if arguments.path:
