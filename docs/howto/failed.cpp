@@ -1,0 +1,21 @@
+// Solves that fail, and what they say.
+#include "cart.hpp"
+
+int main() {
+  // Farther than the pull can bring it.
+  const Solution far = solve(ride(5.0));
+  std::printf("%s\n\n", far.message.c_str());
+
+  // The same, but the place may be missed, at a price: how far does it come?
+  Phase<2, 1> phase{"ride", Cart{}, exactly(2.0)};
+  phase.bound_input(0, between(-3.0, 3.0))
+      .track("effort", pull, VectorXd::Ones(1))
+      .reach("there", position, exactly(5.0), soft("place", 100.0))
+      .reach("at rest", speed, exactly(0.0));
+  OptimalControlProblem problem("as far as it goes");
+  problem.start_at({0.0, 0.0}).then(phase);
+  const Solution near = solve(problem);
+  for (const SoftViolation& missed : near.soft_violations)
+    std::printf("'%s' is missed by %.3f\n", missed.term.c_str(), missed.largest);
+  return far.status == SolveStatus::infeasible && near.ok() ? 0 : 1;
+}

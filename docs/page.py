@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""A page as its programs are: their lines, what they print, their pictures.
+
+Usage: page.py PAGE PROGRAMS [--write]
+
+PROGRAMS is the folder with the programs that PAGE names; their sources are in the folder called like
+PAGE without its ending. Without --write nothing is changed: the exit status is 1 if the page shows
+other lines or another output. With it lines and output are put into the page and, where a program
+NAME_N leaves tables in step_N, its picture into the folder; pictures need matplotlib.
+
+In the page, `<!-- code: FILE "FROM" "TO" -->` shows the lines of FILE from the first that holds FROM
+to the next that holds TO (of a lone brace: that closes what began there), and `<!-- output: NAME -->`
+what program NAME prints, each up to `<!-- end -->`.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+PLOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python", "saltus",
+                    "plot_trajectory.py")
+CODE = re.compile(r'(<!-- code: (\S+) "([^"\n]*)" "([^"\n]*)" -->\n).*?(<!-- end -->)', re.S)
+OUTPUT = re.compile(r"(<!-- output: (\w+) -->\n).*?(<!-- end -->)", re.S)
+
+
+def lines_of(page, file, first, last):
+    with open(os.path.join(os.path.splitext(page)[0], file), encoding="utf-8") as source:
+        lines = source.read().splitlines()
+    begin = next((i for i, line in enumerate(lines) if first in line), None)
+    if begin is None:
+        sys.exit(f"{page}: no line of {file} holds '{first}'")
+    alone = last in ("}", "};")
+    end = next((i for i in range(begin, len(lines))
+                if (lines[i].strip() == last and lines[i].index(last) <=
+                    len(lines[begin]) - len(lines[begin].lstrip()) if alone else last in lines[i])),
+               None)
+    if end is None:
+        sys.exit(f"{page}: no line of {file} behind '{first}' holds '{last}'")
+    shown = lines[begin:end + 1]
+    margin = min(len(line) - len(line.lstrip()) for line in shown if line.strip())
+    return "\n".join(line[margin:] for line in shown) + "\n"
+
+
+def run(programs, name, folder):
+    program = os.path.join(os.path.abspath(programs), name)
+    done = subprocess.run([program], cwd=folder, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"{program} ended with {done.returncode}: {done.stdout}{done.stderr}")
+    return done.stdout
+
+
+def draw(page, folder):
+    python = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
+    for step in sorted(os.listdir(folder)):
+        subprocess.run([python, "-B", PLOT, os.path.join(folder, step)], check=True)
+        shutil.copy(os.path.join(folder, step, "trajectory.png"),
+                    os.path.join(os.path.splitext(page)[0], f"{step}.png"))
+
+
+def main(page, programs, write):
+    with open(page, encoding="utf-8") as file:
+        shown = file.read()
+    with tempfile.TemporaryDirectory() as folder:
+        made = CODE.sub(lambda m: f"{m[1]}```cpp\n{lines_of(page, m[2], m[3], m[4])}```\n{m[5]}", shown)
+        made = OUTPUT.sub(lambda m: f"{m[1]}```\n{run(programs, m[2], folder)}```\n{m[3]}", made)
+        if write:
+            draw(page, folder)
+    if write:
+        with open(page, "w", encoding="utf-8") as file:
+            file.write(made)
+    elif made != shown:
+        remedy = f"page.py {page} PROGRAMS --write puts it right"
+        for is_, was in zip(made.splitlines(), shown.splitlines()):
+            if is_ != was:
+                sys.exit(f"{page} shows\n  {was}\nbut it is\n  {is_}\n{remedy}")
+        sys.exit(f"{page} is not as its programs are; {remedy}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (3, 4) or sys.argv[3:] not in ([], ["--write"]):
+        sys.exit(__doc__)
+    main(sys.argv[1], sys.argv[2], len(sys.argv) == 4)
