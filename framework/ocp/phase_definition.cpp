@@ -10,6 +10,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/model/structure.hpp"
+#include "saltus/ocp/phase_limits.hpp"
 
 namespace saltus {
 namespace {
@@ -105,56 +106,6 @@ void check_term(const PhaseDefinition& phase, const Term& term) {
   }
 }
 
-void check_integral(const PhaseDefinition& phase, const IntegralConstraint& integral) {
-  const std::string where = "integral '" + integral.name + "'";
-  if (integral.name.empty()) fail(phase, "an integral has no name");
-  if (integral.integrand.inputs() != phase.sizes.size())
-    fail(phase, fmt::format("{}: the formula takes {} arguments, the phase has {}", where,
-                            integral.integrand.inputs(), phase.sizes.size()));
-  if (integral.integrand.outputs() != 1)
-    fail(phase, fmt::format("{}: it must be one number, but the formula has {} rows", where,
-                            integral.integrand.outputs()));
-  if (integral.limits.bounds.size() != 1)
-    fail(phase, fmt::format("{}: it is one number, but {} bounds were given", where,
-                            integral.limits.bounds.size()));
-  check_bounds(phase, where, integral.limits.bounds.front());
-  if (!(integral.magnitude > 0.0) || std::isinf(integral.magnitude))
-    fail(phase, fmt::format("{}: its magnitude is {}, expected a positive number", where,
-                            integral.magnitude));
-  if (integral.limits.soft)
-    if (const std::string error = describe_error(*integral.limits.soft); !error.empty())
-      fail(phase, where + ": " + error);
-}
-
-// "state 2", and with a number if there is such a term already.
-std::string free_name(const PhaseDefinition& phase, const char* what, int component) {
-  std::string name = fmt::format("{} {}", what, component);
-  for (int again = 2; std::any_of(phase.terms.begin(), phase.terms.end(),
-                                  [&](const Term& term) { return term.name == name; });
-       ++again)
-    name = fmt::format("{} {}, {}", what, component, again);
-  return name;
-}
-
-// Entry i of the argument (t | x | u | p).
-class Entry final : public FunctionBody {
- public:
-  Entry(int inputs, int i) : FunctionBody(inputs, 1), i_(i) {
-    jacobian_pattern_ = SparsityPattern::from_pairs(1, inputs, {{0, i}});
-    hessian_pattern_ = SparsityPattern::from_pairs(inputs, inputs, {});
-  }
-  int degree(int, const std::vector<char>& variable) const override { return variable[i_] ? 1 : 0; }
-  void value(const double* z, double* y) const override { *y = z[i_]; }
-  void jacobian(const double* z, double* y, double* entries) const override {
-    *y = z[i_];
-    *entries = 1.0;
-  }
-  void hessian(const double*, const double*, double*, Curvature) const override {}
-
- private:
-  int i_;
-};
-
 }  // namespace
 
 PhaseDefinition::PhaseDefinition() = default;
@@ -237,7 +188,7 @@ void PhaseDefinition::check() const {
       fail(*this, fmt::format("two terms are called '{}'", term.name));
   }
   for (const IntegralConstraint& integral : integrals) {
-    check_integral(*this, integral);
+    saltus::check(*this, integral);
     if (!term_names.insert(integral.name).second)
       fail(*this, fmt::format("two terms are called '{}'", integral.name));
   }
@@ -290,32 +241,6 @@ void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equat
   }
   phase.algebraic.dynamics = std::move(dynamics);
   phase.dynamics = eliminate(phase.algebraic.dynamics, phase.algebraic.equations);
-}
-
-void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& bounds,
-                          Window&& window, std::optional<Penalty>&& penalty) {
-  const AlgebraicEquations& equations = *phase.algebraic.equations;
-  if (component < 0 || component >= equations.count())
-    fail(phase, fmt::format("there is no algebraic state {}; it has {} of them, counted from 0",
-                            component, equations.count()));
-  add_constraint(phase, free_name(phase, "algebraic state", component), TermDomain::running,
-                 algebraic_state(phase.algebraic.equations, component), {bounds}, std::move(window),
-                 std::move(penalty));
-}
-
-void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int count, int component,
-                     const Bounds& bounds, Window&& window, Penalty&& penalty) {
-  if (component < 0 || component >= count)
-    fail(phase, fmt::format("there is no {} {}; it has {} of them, counted from 0", what, component,
-                            count));
-  add_constraint(phase, free_name(phase, what, component), TermDomain::running,
-                 Function(std::make_shared<const Entry>(phase.sizes.size(), first + component)),
-                 {bounds}, std::move(window), std::move(penalty));
-}
-
-void add_integral(PhaseDefinition& phase, std::string&& name, Function&& integrand, Limits&& limits,
-                  double magnitude) {
-  phase.integrals.push_back({std::move(name), std::move(integrand), std::move(limits), magnitude});
 }
 
 void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,

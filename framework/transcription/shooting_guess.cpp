@@ -1,9 +1,6 @@
 // Where the search starts: the guesses of the problem, or another solution, as a point of the
 // program.
 #include <algorithm>
-#include <cmath>
-#include <map>
-#include <string>
 
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/shooting_program.hpp"
@@ -66,27 +63,6 @@ NlpPoint MultipleShooting::initial_guess() const {
   if (layout().start_time() >= 0) w[layout().start_time()] = data().start_time;
   program_->fill_integrals(w);
   return point;
-}
-
-void ShootingProgram::fill_integrals(VectorXd& w) {
-  std::map<std::string, double> reached;
-  VectorXd outputs;
-  for (const shooting::IntervalInstance& instance : intervals_) {
-    const int j = instance.phase, k = instance.interval;
-    const PhaseDefinition& phase = problem_.phases()[j];
-    if (phase.integrals.empty()) continue;
-    outputs.resize(block_outputs(instance.block));
-    evaluate_block(instance.block, w.data(), outputs.data());
-    const int ni = static_cast<int>(phase.integrals.size());
-    for (int i = 0; i < ni; ++i) {
-      const IntegralConstraint& integral = phase.integrals[i];
-      double& so_far = reached[integral.name];
-      if (k == 0) w[layout_.integral(j, 0) + i] = so_far;
-      const double part = outputs[outputs.size() - ni + i] / integral.magnitude;
-      if (std::isfinite(part)) so_far += part;
-      w[layout_.integral(j, k + 1) + i] = so_far;
-    }
-  }
 }
 
 NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {

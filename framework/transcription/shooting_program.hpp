@@ -98,6 +98,7 @@ class ShootingProgram final : public BlockProgram {
   void build_integral_limits(int j);
   void build_link(int l);
   void build_slacks();
+  void build_limit_slacks();
   void add_row_instance(int j, int t, const shooting::GridPoint& point, bool state_only);
   shooting::BlockInstance add_term_block(const Function& f, const shooting::GridPoint& point,
                                          std::vector<BlockOutput> outputs, bool with_length);

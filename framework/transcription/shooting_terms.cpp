@@ -157,27 +157,7 @@ void ShootingProgram::build_slacks() {
         instance.slack_free[i] = add(row, 1.0, *slacks.free);
     }
   }
-  for (LimitInstance& instance : limits_) {
-    const Limits& limits = limits_of(instance);
-    for (auto* slacks : {&instance.slack_below, &instance.slack_above, &instance.slack_free})
-      slacks->assign(instance.count, -1);
-    if (!limits.soft) continue;
-    const PenaltySlacks slacks = slacks_of(*limits.soft);
-    const auto add = [&](int row, double sign, const SlackCost& cost) {
-      const int slack = add_variables(1);
-      add_linear(row, slack, sign);
-      penalty_blocks_.push_back(-1);
-      if (cost.is_quadratic) declare_quadratic(slack);
-      return slack;
-    };
-    for (int i = 0; i < instance.count; ++i) {
-      const int row = instance.first_row + i;
-      const Bounds& b = limits.bounds[limits.bounds.size() > 1 ? i : 0];
-      if (std::isfinite(b.lower)) instance.slack_below[i] = add(row, 1.0, slacks.side);
-      if (std::isfinite(b.upper)) instance.slack_above[i] = add(row, -1.0, slacks.side);
-      if (slacks.free && !b.is_free()) instance.slack_free[i] = add(row, 1.0, *slacks.free);
-    }
-  }
+  build_limit_slacks();
 }
 
 }  // namespace saltus

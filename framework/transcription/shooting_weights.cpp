@@ -72,26 +72,6 @@ void ShootingProgram::refresh_rows() {
   }
 }
 
-// Links and integrals are always in force, and paid once.
-void ShootingProgram::refresh_limits() {
-  for (const LimitInstance& instance : limits_) {
-    const Limits& limits = limits_of(instance);
-    for (int i = 0; i < instance.count; ++i) {
-      const Bounds& b = limits.bounds[limits.bounds.size() > 1 ? i : 0];
-      bound_row(instance.first_row + i, b.lower, b.upper);
-      if (!limits.soft) continue;
-      const PenaltySlacks slacks = slacks_of(*limits.soft);
-      for (const int slack : {instance.slack_below[i], instance.slack_above[i]})
-        if (slack >= 0) {
-          bound_variable(slack, 0.0, infinity);
-          charge_slack(slack, slacks.side, 1.0, 1.0);
-        }
-      if (const int slack = instance.slack_free[i]; slack >= 0)
-        charge_slack(slack, *slacks.free, 1.0, 1.0);
-    }
-  }
-}
-
 void ShootingProgram::charge_slack(int slack, const SlackCost& cost, double fraction,
                                    double length) {
   const double rate = cost.weight * fraction;

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <memory>
+#include <string>
 #include <thread>
 
 #include "saltus/core/error.hpp"
@@ -151,6 +152,51 @@ TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
   EXPECT_EQ(statistics.count(Provenance::optimal), 20);
   EXPECT_EQ(statistics.count(Provenance::feasible) + statistics.count(Provenance::shifted), 10);
   EXPECT_EQ(statistics.all().count(), 30);
+}
+
+// Over each horizon the input may add up to so much, and its ends are linked: each tick anew, with
+// the plan of the tick before.
+TEST_P(EveryBackEnd, LimitsAnIntegralAndALinkInEveryTick) {
+  const auto problem = [] {
+    Phase<1, 1> phase{"budget", Integrator1{}, exactly(step * intervals)};
+    phase.minimise("distance", [](auto, auto x, auto u) { return x[0] * x[0] + 0.1 * u[0] * u[0]; })
+        .bound_integral(
+            "way", [](auto, auto, auto u) { return u[0]; }, at_least(-0.3));
+    OptimalControlProblem ocp("budget");
+    ocp.start_at({1.0}).then(phase).link(
+        "at least a tenth", [](const auto& a, const auto& b) { return b.x[0] - 0.9 * a.x[0]; },
+        at_most(0.0), start_of(phase), end_of(phase));
+    return MultipleShooting(std::move(ocp),
+                            {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
+  };
+  RecedingHorizonController controller = controller_for(problem(), GetParam());
+  MultipleShooting anew = problem();
+  VectorXd x = VectorXd::Constant(1, 2.0);  // at first the integral holds it back
+  for (int k = 0; k < 12; ++k) {
+    anew.start_at(step * k, x);
+    const Solution s = solve(anew, *make_ipopt({.tolerance = 1e-9}));
+    ASSERT_TRUE(s.ok()) << s.message;
+    const ControlTick& tick = controller.tick(step * k, x);
+    ASSERT_EQ(tick.provenance, Provenance::optimal) << k;
+    EXPECT_NEAR(tick.input[0].input()[0], s.trajectory.input(step * k)[0], 1e-5) << k;
+    x[0] += step * tick.input[0].input()[0];
+  }
+}
+
+TEST(RecedingHorizon, DoesNotDecideWhenToStart) {
+  Phase<1, 1> phase{"any", Integrator1{}, exactly(1.0)};
+  phase.minimise("effort", [](auto, auto, auto u) { return u[0] * u[0]; });
+  OptimalControlProblem ocp("any time");
+  ocp.start_at({1.0}).start_time(between(0.0, 1.0), 0.5).then(phase);
+  try {
+    RecedingHorizonController controller(
+        MultipleShooting(ocp, {.intervals_per_phase = 2, .integrator = runge_kutta4()}),
+        {.period = step});
+    FAIL() << "a controller decides when to start";
+  } catch (const DefinitionError& e) {
+    EXPECT_NE(std::string(e.what()).find("give start_time() a number"), std::string::npos)
+        << e.what();
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Solvers, EveryBackEnd,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/library/mode_graphs.hpp"
@@ -105,6 +106,30 @@ TEST(Search, FindsTheNumberOfEventsOfGuardsAndJumps) {
   EXPECT_NEAR(found.solution.durations[0], first, 2e-4);  // the blow moves it as much
   EXPECT_NEAR(found.solution.durations[1], 1.6 * first, 5e-4);
   EXPECT_EQ(found.solution.crossings.size(), 2u);
+}
+
+// A motor that may run for a second in all: of four half seconds two, whichever they are.
+TEST(Search, LimitsAnIntegralAlongTheWholeSequence) {
+  const auto motor = [](double drive) {
+    return [drive](const auto&, const auto& x, const auto& u) { return drive + u[0] - 0.1 * x[0]; };
+  };
+  Phase<1, 1> off{"off", motor(0.0), exactly(0.5)}, on{"on", motor(1.0), exactly(0.5)};
+  on.bound_integral(
+      "run", [](const auto& t, const auto&) { return 0.0 * t + 1.0; }, at_most(1.0 + 1e-9));
+  ModeGraph graph("motor");
+  for (auto* phase : {&off, &on}) {
+    phase->bound_input(0, exactly(0.0)).minimise("off the mark", [](const auto&, const auto& x) {
+      return (x[0] - 1.0) * (x[0] - 1.0);
+    });
+    graph.mode(*phase);
+  }
+  graph.all_transitions().start_at({0.0});
+  const SequenceResult found = search(graph, {.phases = 4, .intervals_per_phase = 3});
+  ASSERT_TRUE(found.found()) << found.message;
+  EXPECT_EQ(found.guarantee, Guarantee::enumerated);
+  EXPECT_EQ(std::count(found.sequence.begin(), found.sequence.end(), "on"), 2) << found.message;
+  EXPECT_NE(found.message.find("mode 'on' limits an integral"), std::string::npos) << found.message;
+  EXPECT_NEAR(found.solution.integrals.back().value, 1.0, 1e-8);
 }
 
 TEST(Search, StoppedItClaimsNothing) {

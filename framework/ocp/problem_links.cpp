@@ -1,0 +1,91 @@
+// What joins the phases of a problem beside their jumps: links, and integrals that go on from one
+// to the next.
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+#include <utility>
+
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+#include "saltus/ocp/problem.hpp"
+
+namespace saltus {
+
+OptimalControlProblem& OptimalControlProblem::add_link(Link&& link) {
+  links_.push_back(std::move(link));
+  return *this;
+}
+
+int OptimalControlProblem::phase_index(const std::string& phase) const {
+  int found = -1, count = 0;
+  std::vector<std::string> names;
+  for (std::size_t j = 0; j < phases_.size(); ++j) {
+    names.push_back(phases_[j].name);
+    if (phases_[j].name != phase) continue;
+    found = static_cast<int>(j);
+    ++count;
+  }
+  if (count > 1)
+    throw DefinitionError(
+        fmt::format("{} phases are called '{}', and it cannot be told which is meant: give each a "
+                    "name of its own",
+                    count, phase));
+  if (count == 0) {
+    const std::string near = nearest_name(phase, names);
+    throw DefinitionError(fmt::format("there is no phase '{}'{}", phase,
+                                      near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+  return found;
+}
+
+void OptimalControlProblem::check_integrals() const {
+  std::map<std::string, std::pair<const PhaseDefinition*, double>> first;
+  for (const PhaseDefinition& phase : phases_)
+    for (const IntegralConstraint& integral : phase.integrals) {
+      const auto [it, is_new] =
+          first.try_emplace(integral.name, std::pair{&phase, integral.magnitude});
+      if (!is_new && it->second.second != integral.magnitude)
+        throw DefinitionError(fmt::format(
+            "phase '{}': integral '{}' goes on from phase '{}', where its magnitude is {}, not {}",
+            phase.name, integral.name, it->second.first->name, it->second.second,
+            integral.magnitude));
+    }
+}
+
+void OptimalControlProblem::check_links() const {
+  std::set<std::string> names;
+  for (const Link& link : links_) {
+    const std::string where = fmt::format("problem '{}', link '{}': ", name_, link.name);
+    if (link.name.empty()) throw DefinitionError(where + "it has no name");
+    if (!names.insert(link.name).second)
+      throw DefinitionError(where + "there are two of this name");
+    for (const Link::End& end : link.ends) {
+      int j = -1;
+      try {
+        j = phase_index(end.phase);
+      } catch (const DefinitionError& e) {
+        throw DefinitionError(where + e.what());
+      }
+      const Arguments& sizes = phases_[j].sizes;
+      if (sizes.nx != end.nx || sizes.np != end.np)
+        throw DefinitionError(fmt::format(
+            "{}it is made for {} states and {} parameters of phase '{}', which has {} and {}",
+            where, end.nx, end.np, end.phase, sizes.nx, sizes.np));
+    }
+    const int rows = link.function.outputs();
+    const std::vector<Bounds>& bounds = link.limits.bounds;
+    if (bounds.size() != 1 && static_cast<int>(bounds.size()) != rows)
+      throw DefinitionError(fmt::format("{}the formula has {} rows, but {} bounds were given",
+                                        where, rows, bounds.size()));
+    for (std::size_t i = 0; i < bounds.size(); ++i)
+      if (bounds[i].is_empty())
+        throw DefinitionError(fmt::format("{}the bounds [{}, {}] of row {} are empty", where,
+                                          bounds[i].lower, bounds[i].upper, i));
+    if (link.limits.soft)
+      if (const std::string error = describe_error(*link.limits.soft); !error.empty())
+        throw DefinitionError(where + error);
+  }
+}
+
+}  // namespace saltus
