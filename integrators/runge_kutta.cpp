@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/integrators/explicit_steps.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/interval_field.hpp"
 
@@ -251,6 +252,7 @@ class RungeKuttaScheme final : public IntegratorScheme {
     return std::make_shared<RungeKuttaScheme>(tableau_,
                                               RungeKuttaOptions{.steps = 2 * options_.steps});
   }
+  ExplicitSteps parts() const { return {tableau_, options_.steps}; }
   std::string name() const override {
     return fmt::format("{}, {} step{}", tableau_.name, options_.steps,
                        options_.steps == 1 ? "" : "s");
@@ -281,6 +283,11 @@ void check(const ButcherTableau& tableau) {
 }
 
 }  // namespace
+
+std::optional<ExplicitSteps> explicit_steps(const IntegratorScheme& scheme) {
+  const auto* const own = dynamic_cast<const RungeKuttaScheme*>(&scheme);
+  return own == nullptr ? std::optional<ExplicitSteps>() : own->parts();
+}
 
 IntegratorChoice runge_kutta(ButcherTableau tableau, RungeKuttaOptions options) {
   check(tableau);

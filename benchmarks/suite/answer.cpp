@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <istream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
@@ -10,6 +13,7 @@
 
 #include "benchmarks/latency_output.hpp"
 #include "benchmarks/suite/flat_qp.hpp"
+#include "benchmarks/suite/nonlinear_problems.hpp"
 #include "benchmarks/suite/qp_file.hpp"
 #include "benchmarks/suite/qp_problems.hpp"
 #include "saltus/app/output_folder.hpp"
@@ -82,12 +86,21 @@ Solved solve_sparse(const QpInstance& instance, bool warm, double tolerance) {
   return s;
 }
 
+bool is_nonlinear(const std::string& name) { return name.starts_with(library_prefix); }
+
 }  // namespace
 
 struct Answerer::State {
   std::vector<QpProblem> problems = qp_problems();
   std::map<std::pair<std::string, int>, QpInstance> instances;
   std::map<std::string, QpInstance> files;
+  std::map<std::string, std::unique_ptr<NonlinearProblem>> nonlinear;
+
+  NonlinearProblem& nonlinear_problem(const std::string& name) {
+    std::unique_ptr<NonlinearProblem>& at = nonlinear[name];
+    if (!at) at = std::make_unique<NonlinearProblem>(nonlinear_case(name));
+    return *at;
+  }
 
   const QpInstance& instance(const QpProblem& problem, int number) {
     if (number < 1 || (problem.instances > 0 && number > problem.instances))
@@ -106,10 +119,23 @@ struct Answerer::State {
                       {"instances", p.instances},
                       {"horizon", p.horizon},
                       {"warm", p.has_warm_start}});
+    for (const std::string& name : nonlinear_names()) {
+      NonlinearProblem problem(nonlinear_case(name));
+      list.push_back({{"name", name},
+                      {"about", problem.reference().summary},
+                      {"instances", 1},
+                      {"horizon", problem.intervals()},
+                      {"warm", false},
+                      {"kind", "nonlinear"}});
+    }
     // The head of every report of ours: processor, compiler, flags.
     const Json head = to_json(LatencyReport{});
-    return {{"version", version()},      {"commit", commit()}, {"machine", head.at("machine")},
-            {"build", head.at("build")}, {"problems", list},   {"solvers", {"riccati", "sparse"}}};
+    return {{"version", version()},
+            {"commit", commit()},
+            {"machine", head.at("machine")},
+            {"build", head.at("build")},
+            {"problems", list},
+            {"solvers", {"riccati", "sparse", "ipopt"}}};
   }
 
   // Of a file, where one is named.
@@ -156,14 +182,71 @@ struct Answerer::State {
   }
 
   Json write(const nlohmann::json& request) {
-    const QpProblem& problem = find_problem(problems, wanted<std::string>(request, "problem"));
-    const int number = wanted<int>(request, "instance");
+    const auto name = wanted<std::string>(request, "problem");
     const std::filesystem::path file = wanted<std::string>(request, "file");
     const OutputFolder folder(file.has_parent_path() ? file.parent_path() : ".");
-    folder.write(
-        file.filename().string(),
-        std::string_view(program_json(problem, number, instance(problem, number)).dump() + "\n"));
+    Json content;
+    if (is_nonlinear(name)) {
+      try {
+        content = nonlinear_problem(name).file();
+      } catch (const DefinitionError& why) {
+        return {{"not_applicable", why.what()}};
+      }
+    } else {
+      const QpProblem& problem = find_problem(problems, name);
+      const int number = wanted<int>(request, "instance");
+      content = program_json(problem, number, instance(problem, number));
+    }
+    folder.write(file.filename().string(), std::string_view(content.dump() + "\n"));
     return {{"written", file.string()}};
+  }
+
+  Json solve_nonlinear(const nlohmann::json& request) {
+    NonlinearProblem& problem = nonlinear_problem(wanted<std::string>(request, "problem"));
+    const auto name = wanted<std::string>(request, "solver");
+    const auto& choices = solver_choices();
+    const auto at = std::find_if(choices.begin(), choices.end(),
+                                 [&](const auto& choice) { return choice.first == name; });
+    if (at == choices.end())
+      throw InputError(fmt::format("our solvers are ipopt, sparse and riccati, not '{}'", name));
+    NonlinearProblem::Solved s;
+    try {
+      s = problem.solve(at->second, wanted<double>(request, "tolerance"));
+    } catch (const DefinitionError& why) {
+      return {{"not_applicable", why.what()}};
+    }
+    Json answer = judged(problem, s.result.point);
+    answer.update({{"claimed", saltus::describe(s.result.status)},
+                   {"solved", is_success(s.result.status)},
+                   {"iterations", s.result.iterations},
+                   {"cpu_us", s.microseconds},
+                   {"setup_us", 0.0}});
+    return answer;
+  }
+
+  // Of a point that anybody found, from the program and nothing else.
+  static Json judged(NonlinearProblem& problem, const NlpPoint& point) {
+    NonlinearProgram& program = problem.shooting().nlp();
+    double objective = std::numeric_limits<double>::quiet_NaN();
+    if (point.w.size() == program.variables()) program.objective(point.w.data(), objective);
+    const KktResidual kkt = kkt_residual(program, point);
+    const ReferenceCase& reference = problem.reference();
+    return {{"objective", objective},
+            {"optimum", reference.optimum},
+            {"margin", reference.tolerance * (1.0 + std::abs(reference.optimum))},
+            {"kkt",
+             {{"stationarity", kkt.stationarity / kkt.multiplier_scale},
+              {"feasibility", kkt.feasibility},
+              {"complementarity", kkt.complementarity / kkt.multiplier_scale}}}};
+  }
+
+  Json judge(const nlohmann::json& request) {
+    NonlinearProblem& problem = nonlinear_problem(wanted<std::string>(request, "problem"));
+    const auto entries = [&](const char* key) {
+      const auto values = wanted<std::vector<double>>(request, key);
+      return VectorXd(Eigen::Map<const VectorXd>(values.data(), values.size()));
+    };
+    return judged(problem, {entries("w"), entries("lambda"), entries("z")});
   }
 };
 
@@ -175,8 +258,11 @@ Json Answerer::answer(const nlohmann::json& request) try {
   const auto what = wanted<std::string>(request, "do");
   if (what == "describe") return state_->describe();
   if (what == "export") return state_->write(request);
-  if (what == "solve") return state_->solve(request);
-  throw InputError(fmt::format("a request is describe, export or solve, not '{}'", what));
+  if (what == "judge") return state_->judge(request);
+  if (what == "solve")
+    return is_nonlinear(request.value("problem", "")) ? state_->solve_nonlinear(request)
+                                                      : state_->solve(request);
+  throw InputError(fmt::format("a request is describe, export, solve or judge, not '{}'", what));
 } catch (const std::exception& error) {
   return {{"error", error.what()}};
 }

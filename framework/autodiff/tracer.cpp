@@ -3,8 +3,40 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
+
+#include "saltus/autodiff/formula_steps.hpp"
 
 namespace saltus {
+namespace {
+
+// While a StepRecorder listens, a number that is no constant carries the step that computes it, in
+// the place of a constant's value, which nobody reads of it.
+int step_of(const Tracer& x) {
+  FormulaSteps& steps = StepRecorder::active()->steps;
+  return x.is_constant() ? steps.add_constant(x.constant()) : static_cast<int>(x.constant());
+}
+
+template <class... Arguments>
+double recorded(Operation operation, const Arguments&... arguments) {
+  StepRecorder* const recorder = StepRecorder::active();
+  if (recorder == nullptr) return 0.0;
+  // In their order: braces, not an argument list.
+  const int steps[] = {step_of(arguments)..., -1, -1};
+  return recorder->steps.add(operation, steps[0], steps[1], steps[2]);
+}
+
+// Which function nonlinear() stands for: it is told of structure only.
+thread_local Operation applied = Operation::constant;
+
+}  // namespace
+
+void StepRecorder::end(const std::vector<Tracer>& z, const std::vector<Tracer>& y) {
+  ++formulas;
+  steps.inputs = static_cast<int>(z.size());
+  steps.outputs.clear();
+  for (const Tracer& output : y) steps.outputs.push_back(step_of(output));
+}
 
 Tracer::Tracer(const Tracer& other) = default;
 Tracer::Tracer(Tracer&& other) noexcept = default;
@@ -16,6 +48,7 @@ Tracer Tracer::input(int index, int degree) {
   Tracer x;
   x.inputs_.insert(index);
   x.degree_ = degree;
+  if (StepRecorder* recorder = StepRecorder::active()) x.value_ = recorder->steps.add_input(index);
   return x;
 }
 
@@ -29,14 +62,21 @@ Tracer Tracer::nonlinear(const Tracer& a) {
   Tracer result = a;
   result.interact(a, a);
   if (result.degree_ > 0) result.degree_ = no_degree;
+  result.value_ = recorded(applied, a);
   return result;
 }
 
-Tracer Tracer::nonlinear(const Tracer& a, const Tracer& b) { return nonlinear(linear(a, b)); }
+Tracer Tracer::nonlinear(const Tracer& a, const Tracer& b) {
+  Tracer result = nonlinear(linear(a, b));
+  result.value_ = recorded(applied, a, b);
+  return result;
+}
 
 Tracer Tracer::select(const Tracer& condition, const Tracer& a, const Tracer& b) {
   if (condition.is_constant()) return condition.value_ >= 0.0 ? a : b;
-  return nonlinear(condition, linear(a, b));
+  Tracer result = nonlinear(condition, linear(a, b));
+  result.value_ = recorded(Operation::select, condition, a, b);
+  return result;
 }
 
 Tracer Tracer::linear(const Tracer& a, const Tracer& b) {
@@ -64,16 +104,24 @@ Tracer& Tracer::operator*=(const Tracer& b) { return *this = *this * b; }
 Tracer& Tracer::operator/=(const Tracer& b) { return *this = *this / b; }
 
 Tracer operator+(const Tracer& a) { return a; }
-Tracer operator-(const Tracer& a) { return a.is_constant() ? Tracer(-a.value_) : a; }
+Tracer operator-(const Tracer& a) {
+  Tracer result = a;
+  result.value_ = a.is_constant() ? -a.value_ : recorded(Operation::negate, a);
+  return result;
+}
 
 Tracer operator+(const Tracer& a, const Tracer& b) {
   if (a.is_constant() && b.is_constant()) return a.value_ + b.value_;
-  return Tracer::linear(a, b);
+  Tracer result = Tracer::linear(a, b);
+  result.value_ = recorded(Operation::add, a, b);
+  return result;
 }
 
 Tracer operator-(const Tracer& a, const Tracer& b) {
   if (a.is_constant() && b.is_constant()) return a.value_ - b.value_;
-  return Tracer::linear(a, b);
+  Tracer result = Tracer::linear(a, b);
+  result.value_ = recorded(Operation::subtract, a, b);
+  return result;
 }
 
 Tracer operator*(const Tracer& a, const Tracer& b) {
@@ -82,23 +130,30 @@ Tracer operator*(const Tracer& a, const Tracer& b) {
   Tracer result = Tracer::linear(a, b);
   result.interact(a, b);
   result.degree_ = std::min(a.degree_ + b.degree_, Tracer::no_degree);
+  result.value_ = recorded(Operation::multiply, a, b);
   return result;
 }
 
 Tracer operator/(const Tracer& a, const Tracer& b) {
-  if (b.is_constant()) return a.is_constant() ? Tracer(a.value_ / b.value_) : a;
-  return a * Tracer::nonlinear(b);
+  if (a.is_constant() && b.is_constant()) return a.value_ / b.value_;
+  if (a.is_zero()) return 0.0;
+  Tracer result = b.is_constant() ? a : a * Tracer::nonlinear(b);
+  result.value_ = recorded(Operation::divide, a, b);
+  return result;
 }
 
 namespace {
 
 template <class F>
-Tracer trace(F f, const Tracer& x) {
-  return x.is_constant() ? Tracer(f(x.constant())) : Tracer::nonlinear(x);
+Tracer trace(F f, Operation operation, const Tracer& x) {
+  if (x.is_constant()) return f(x.constant());
+  applied = operation;
+  return Tracer::nonlinear(x);
 }
 template <class F>
-Tracer trace(F f, const Tracer& a, const Tracer& b) {
+Tracer trace(F f, Operation operation, const Tracer& a, const Tracer& b) {
   if (a.is_constant() && b.is_constant()) return f(a.constant(), b.constant());
+  applied = operation;
   return Tracer::nonlinear(a, b);
 }
 
@@ -106,60 +161,60 @@ Tracer trace(F f, const Tracer& a, const Tracer& b) {
 
 // The lambdas pick the double overload, which has no address of its own among the templates.
 Tracer sin(const Tracer& x) {
-  return trace([](double v) { return std::sin(v); }, x);
+  return trace([](double v) { return std::sin(v); }, Operation::sin, x);
 }
 Tracer cos(const Tracer& x) {
-  return trace([](double v) { return std::cos(v); }, x);
+  return trace([](double v) { return std::cos(v); }, Operation::cos, x);
 }
 Tracer tan(const Tracer& x) {
-  return trace([](double v) { return std::tan(v); }, x);
+  return trace([](double v) { return std::tan(v); }, Operation::tan, x);
 }
 Tracer asin(const Tracer& x) {
-  return trace([](double v) { return std::asin(v); }, x);
+  return trace([](double v) { return std::asin(v); }, Operation::asin, x);
 }
 Tracer acos(const Tracer& x) {
-  return trace([](double v) { return std::acos(v); }, x);
+  return trace([](double v) { return std::acos(v); }, Operation::acos, x);
 }
 Tracer atan(const Tracer& x) {
-  return trace([](double v) { return std::atan(v); }, x);
+  return trace([](double v) { return std::atan(v); }, Operation::atan, x);
 }
 Tracer sinh(const Tracer& x) {
-  return trace([](double v) { return std::sinh(v); }, x);
+  return trace([](double v) { return std::sinh(v); }, Operation::sinh, x);
 }
 Tracer cosh(const Tracer& x) {
-  return trace([](double v) { return std::cosh(v); }, x);
+  return trace([](double v) { return std::cosh(v); }, Operation::cosh, x);
 }
 Tracer tanh(const Tracer& x) {
-  return trace([](double v) { return std::tanh(v); }, x);
+  return trace([](double v) { return std::tanh(v); }, Operation::tanh, x);
 }
 Tracer exp(const Tracer& x) {
-  return trace([](double v) { return std::exp(v); }, x);
+  return trace([](double v) { return std::exp(v); }, Operation::exp, x);
 }
 Tracer log(const Tracer& x) {
-  return trace([](double v) { return std::log(v); }, x);
+  return trace([](double v) { return std::log(v); }, Operation::log, x);
 }
 Tracer sqrt(const Tracer& x) {
-  return trace([](double v) { return std::sqrt(v); }, x);
+  return trace([](double v) { return std::sqrt(v); }, Operation::sqrt, x);
 }
 Tracer abs(const Tracer& x) {
-  return trace([](double v) { return std::abs(v); }, x);
+  return trace([](double v) { return std::abs(v); }, Operation::abs, x);
 }
 Tracer min(const Tracer& a, const Tracer& b) {
-  return trace([](double v, double w) { return min(v, w); }, a, b);
+  return trace([](double v, double w) { return min(v, w); }, Operation::min, a, b);
 }
 Tracer max(const Tracer& a, const Tracer& b) {
-  return trace([](double v, double w) { return max(v, w); }, a, b);
+  return trace([](double v, double w) { return max(v, w); }, Operation::max, a, b);
 }
 Tracer atan2(const Tracer& a, const Tracer& b) {
-  return trace([](double v, double w) { return std::atan2(v, w); }, a, b);
+  return trace([](double v, double w) { return std::atan2(v, w); }, Operation::atan2, a, b);
 }
 Tracer hypot(const Tracer& a, const Tracer& b) {
-  return trace([](double v, double w) { return std::hypot(v, w); }, a, b);
+  return trace([](double v, double w) { return std::hypot(v, w); }, Operation::hypot, a, b);
 }
 Tracer pow(const Tracer& a, const Tracer& b) {
   if (b.is_constant() && b.constant() == 0.0) return 1.0;
   if (b.is_constant() && b.constant() == 1.0) return a;
-  return trace([](double v, double w) { return std::pow(v, w); }, a, b);
+  return trace([](double v, double w) { return std::pow(v, w); }, Operation::pow, a, b);
 }
 Tracer pow(const Tracer& a, double exponent) { return pow(a, Tracer(exponent)); }
 

@@ -1,5 +1,6 @@
 #include "saltus/model/traced_body.hpp"
 
+#include "saltus/autodiff/formula_steps.hpp"
 #include "saltus/model/structure.hpp"
 
 namespace saltus::detail {
@@ -26,6 +27,7 @@ std::vector<Tracer> TracedBody::traced(const std::vector<char>& variable) const 
   std::vector<Tracer> z, y(outputs());
   for (int i = 0; i < inputs(); ++i) z.push_back(Tracer::input(i, variable[i] ? 1 : 0));
   trace(z.data(), y.data());
+  if (StepRecorder* recorder = StepRecorder::active()) recorder->end(z, y);
   return y;
 }
 

@@ -87,6 +87,13 @@ class BlockProgram : public NonlinearProgram {
   double variable_cost(int variable, double w) const {
     return (linear_cost_[variable] + 0.5 * quadratic_cost_[variable] * w) * w;
   }
+  /// What the program consists of, for those who write it down elsewhere.
+  const std::vector<Block>& blocks() const { return blocks_; }
+  /// Calls visit(row, variable, coefficient) for every linear entry; they add up.
+  template <class Visit>
+  void for_each_linear(Visit&& visit) const {
+    for (const Linear& l : linear_) visit(l.row, l.variable, l.coefficient);
+  }
   int block_outputs(int block) const { return blocks_[block].function.outputs(); }
   // The Jacobian without a sparse matrix, for programs that are written where they are solved.
   bool evaluate_derivatives(const double* w) { return evaluate(w, Level::derivatives); }

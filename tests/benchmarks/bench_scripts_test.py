@@ -92,9 +92,43 @@ class Scripts(unittest.TestCase):
             self.assertIn("WORSE", done.stdout)
             self.assertNotIn("WORSE", self.bench("compare", change, "a.jsonl").stdout)
 
+    def test_nonlinear_problems_are_judged_by_the_program(self):
+        self.bench("run", "--problems", "library/brachistochrone,library/switch_of_speed", "--solvers",
+                   "riccati,sparse,ipopt,piqp", "--repetitions", "1", "--out", self.path("n.jsonl"))
+        verdicts = [(l["problem"], l["solver"], l["verdict"])
+                    for l in self.lines("n.jsonl") if "solver" in l]
+        self.assertEqual(len(verdicts), 6)  # PIQP is not for them
+        self.assertEqual({v for *_, v in verdicts}, {"solved"})
+
+    def test_an_optimum_that_is_not_the_best_is_a_miss(self):
+        sys.path.insert(0, SCRIPTS)
+        import task
+        answer = {"kkt": {"stationarity": 1e-10}, "objective": 5.0, "optimum": 4.0, "margin": 1e-3,
+                  "says_solved": True}
+        self.assertEqual(task.verdict(answer, 1e-8), "worse optimum")
+        self.assertEqual(task.verdict({**answer, "objective": 4.0005}, 1e-8), "solved")
+        self.assertEqual(task.verdict({**answer, "kkt": {"stationarity": 1e-3}}, 1e-8), "wrong")
+
+    @unittest.skipUnless(importlib.util.find_spec("casadi"), "needs casadi")
+    def test_casadi_gets_the_same_program(self):
+        sys.path.insert(0, SCRIPTS)
+        from nonlinear_program import CasadiProgram, read_nonlinear
+        from program import Program
+        os.environ["SALTUS_PROGRAM"] = PROGRAM
+        with Program() as program:
+            for name in ("bryson_denham", "juggled_ball", "three_modes", "low_ceiling_arcs"):
+                program.ask(do="export", problem="library/" + name, file=self.path("p.json"))
+                file = read_nonlinear(self.path("p.json"))
+                self.assertLess(CasadiProgram(file).disagreement()[0], 1e-12)
+                file.data["checks"][1]["hessian"][0] += 1.0
+                self.assertEqual(CasadiProgram(file).disagreement()[1], "hessian")
+
     def test_what_is_not_there_is_named(self):
         for words, sentence in ((["--solvers", "ricati"], "did you mean 'riccati'"),
                                 (["--problems", "recipe/kI=8"], "did you mean 'recipe/kI=7'"),
+                                (["--problems", "library/brachistochron"],
+                                 "did you mean 'library/brachistochrone'"),
+                                (["--solvers", "casadi-ipot"], "did you mean 'casadi-ipopt'"),
                                 (["--shard", "3/2"], "a shard is I/N"),
                                 (["--instances", "0"], "at least 1")):
             done = self.bench("run", *words, status=2)

@@ -3,16 +3,25 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/step_recovery_kernels.hpp"
 #include "benchmarks/step_recovery_qp.hpp"
 #include "benchmarks/suite/answer.hpp"
 #include "benchmarks/suite/flat_qp.hpp"
+#include "benchmarks/suite/nonlinear_problems.hpp"
 #include "benchmarks/suite/qp_file.hpp"
+#include "benchmarks/suite/shooting_steps.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/random.hpp"
 
 namespace saltus::bench {
 namespace {
@@ -120,6 +129,78 @@ TEST(Answerer, SaysWhatIsWrongWithARequest) {
        {nlohmann::json(3), nlohmann::json::object(), nlohmann::json{{"do", "dance"}},
         nlohmann::json{{"do", "solve"}}, nlohmann::json(nlohmann::json::value_t::discarded)})
     EXPECT_NE(error_of(wrong), "");
+}
+
+// Free durations, path constraints and two phases; a jump and a cost of the input.
+constexpr std::array shooting_cases{"library/bryson_denham", "library/juggled_ball",
+                                    "library/three_modes", "library/turbo_car",
+                                    "library/low_ceiling_arcs"};
+
+TEST(ShootingFile, StepsComputeWhatTheProgramDoes) {
+  for (const char* name : shooting_cases) {
+    NonlinearProblem problem(nonlinear_case(name));
+    ShootingProgram& program = problem.shooting().editable_program();
+    const VectorXd start = problem.shooting().initial_guess().w;
+    const ShootingSteps steps =
+        shooting_steps(program, *problem.reference().options.integrator, start);
+    Random random(7);
+    const VectorXd w = start + 0.02 * random.vector(program.variables());
+    double expected = 0.0, objective = 0.0;
+    VectorXd expected_rows(program.rows()), rows = VectorXd::Zero(program.rows());
+    ASSERT_TRUE(program.objective(w.data(), expected));
+    ASSERT_TRUE(program.constraints(w.data(), expected_rows.data()));
+    program.for_each_linear([&](int row, int v, double c) { rows[row] += c * w[v]; });
+    for (int v = 0; v < program.variables(); ++v) objective += program.variable_cost(v, w[v]);
+    for (std::size_t b = 0; b < program.blocks().size(); ++b) {
+      if (steps.function_of[b] < 0) continue;
+      const Block& block = program.blocks()[b];
+      std::vector<double> z(block.constants.begin(), block.constants.end());
+      for (std::size_t i = 0; i < z.size(); ++i)
+        for (const VariableCoefficient& c : block.coefficients[i]) z[i] += c.factor * w[c.variable];
+      const std::vector<double> y = steps.functions[steps.function_of[b]].evaluate(z);
+      for (std::size_t o = 0; o < y.size(); ++o)
+        (block.outputs[o].row < 0 ? objective : rows[block.outputs[o].row]) +=
+            block.outputs[o].factor * y[o];
+    }
+    EXPECT_NEAR(objective, expected, rounding * (1.0 + std::abs(expected))) << name;
+    EXPECT_LT((rows - expected_rows).cwiseAbs().maxCoeff(), rounding) << name;
+  }
+}
+
+TEST(ShootingFile, WhatHasNoStepsIsSaid) {
+  for (const auto& [name, why] : {std::pair("library/switch_of_speed", "events"),
+                                  std::pair("library/calcium_oscillation", "no fixed explicit")}) {
+    NonlinearProblem problem(nonlinear_case(name));
+    try {
+      problem.file();
+      FAIL() << name;
+    } catch (const DefinitionError& e) {
+      EXPECT_NE(std::string(e.what()).find(why), std::string::npos) << e.what();
+    }
+  }
+}
+
+TEST(Answerer, JudgesNonlinearPoints) {
+  Answerer answerer;
+  const std::string name = "library/brachistochrone";
+  NonlinearProblem problem(nonlinear_case(name));
+  NlpPoint point = problem.solve(SolverChoice::sparse, 1e-10).result.point;
+  const auto residual = [&] {
+    nlohmann::json request{{"do", "judge"}, {"problem", name}};
+    request["w"] = std::vector<double>(point.w.begin(), point.w.end());
+    request["lambda"] = std::vector<double>(point.lambda.begin(), point.lambda.end());
+    request["z"] = std::vector<double>(point.z.begin(), point.z.end());
+    double worst = 0.0;
+    const auto answer = answerer.answer(request);
+    for (const auto& [key, value] : answer.at("kkt").items())
+      worst = std::max(worst, value.is_null() ? infinity : value.get<double>());
+    return worst;
+  };
+  EXPECT_LT(residual(), 1e-9);
+  point.w[3] += 1e-3;
+  EXPECT_GT(residual(), 1e-5);
+  point.w.conservativeResize(4);
+  EXPECT_EQ(residual(), infinity);
 }
 
 }  // namespace

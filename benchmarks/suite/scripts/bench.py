@@ -26,6 +26,7 @@ def describe_machine():
 
 
 def list_all(arguments):
+    import matrix
     import peers
     description = describe()
     print("problems")
@@ -37,7 +38,7 @@ def list_all(arguments):
     print("solvers")
     for name in description["solvers"]:
         print(f"  {name:<22} ours")
-    for peer in peers.all_peers():
+    for peer in matrix.all_peers():
         missing = peers.why_missing(peer)
         told = missing or f"{peer.package} {peers.version_of(peer.package)}: {peer.about}"
         print(f"  {peer.name:<22} {told}")
@@ -45,17 +46,19 @@ def list_all(arguments):
 
 
 def head_of(description, arguments, tasks):
+    import matrix
     import peers
     import records
     saltus = {"version": description["version"], "commit": description["commit"],
               **description["build"], "lanes": description["machine"]["lanes"]}
-    packages = {p.package: peers.version_of(p.package) for p in peers.all_peers()}
+    packages = {p.package: peers.version_of(p.package) for p in matrix.all_peers()}
+    solvers = {s for t in tasks for s in t["solvers"]}
     return {"format": records.FORMAT, "saltus": saltus,
             "machine": {"processor": description["machine"]["cpu"], **describe_machine()},
             "packages": packages,
             "matrix": {"tasks": [t["id"] for t in tasks], "horizons": {t["id"]: t["horizon"]
                                                                        for t in tasks},
-                       "solvers": tasks[0]["solvers"] if tasks else [],
+                       "solvers": [s for s in (*matrix.solver_names(), *matrix.HIDDEN) if s in solvers],
                        "instances": arguments.instances, "repetitions": arguments.repetitions,
                        "tolerance": arguments.tolerance},
             "shard": arguments.shard}

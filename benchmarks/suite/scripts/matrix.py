@@ -2,6 +2,7 @@
 
 import difflib
 
+import nonlinear_peers
 import peers
 from task import OURS
 
@@ -13,7 +14,18 @@ class MatrixError(Exception):
 
 
 def solver_names():
-    return [*OURS, *(peer.name for peer in peers.all_peers())]
+    return [*OURS, *(peer.name for peer in all_peers())]
+
+
+def all_peers():
+    return [*peers.all_peers(), *nonlinear_peers.nonlinear_peers()]
+
+
+def suits(solver, problem):
+    """Whether the solver is for programs of that kind."""
+    if problem.get("kind") == "nonlinear":
+        return solver in OURS or solver in [p.name for p in nonlinear_peers.nonlinear_peers()]
+    return solver != "ipopt" and solver not in [p.name for p in nonlinear_peers.nonlinear_peers()]
 
 
 def chosen(wanted, names, what, hidden=()):
@@ -49,10 +61,14 @@ def tasks_of(description, arguments):
         for start in starts:
             if start == "warm" and not problem["warm"]:
                 continue
-            tasks.append({"id": f"{name} {start}", "problem": name, "start": start,
+            mine = [s for s in solvers if suits(s, problem)]
+            if not mine:
+                continue
+            kind = {"kind": problem["kind"]} if "kind" in problem else {}
+            tasks.append({"id": f"{name} {start}", "problem": name, "start": start, **kind,
                           "horizon": problem["horizon"], "instances": instances,
                           "repetitions": arguments.repetitions, "tolerance": arguments.tolerance,
-                          "solvers": solvers})
+                          "solvers": mine})
     return tasks
 
 

@@ -7,7 +7,7 @@ import os
 import statistics
 
 import figures
-import peers
+import matrix
 import table
 from task import OURS
 
@@ -221,7 +221,7 @@ def setup_rows(cells, names, records):
 
 
 def failure_rows(cells, names):
-    causes = ("wrong", "gave up", "error", "crashed", "judges disagree")
+    causes = ("wrong", "worse optimum", "gave up", "error", "crashed", "judges disagree")
     yield ["solver", "instances", "solved", *causes]
     for name in names:
         verdicts = [line["verdict"] for (_, solver), lines in cells.items() if solver == name
@@ -249,7 +249,7 @@ def not_first(records, cells):
 
 
 def notes(names, packages):
-    for peer in peers.all_peers():
+    for peer in matrix.all_peers():
         if peer.name in names:
             yield f"<b>{peer.name}</b> ({peer.package} {packages.get(peer.package)}): {html.escape(peer.about)}."
 

@@ -8,25 +8,28 @@ one line per solver and instance, {"done": ID} at the end.
 import contextlib
 import fcntl
 import json
+import math
 import os
 import sys
 import tempfile
 import time
 
 import data_problems
+import nonlinear_peers
 import peers
+from nonlinear_program import NoFile, read_nonlinear
 from program import Program, ProgramError
 from quadratic_program import kkt_residual, read_program
 from toy import Toy
 
-OURS = ("riccati", "sparse")
+OURS = ("riccati", "sparse", "ipopt")  # the last on nonlinear programs only
 # Both judges add the same terms in another order.
 JUDGES_AGREE = 1e-10
 PATIENCE = 10.0  # s; a solver that needs more for one solve is not asked again
 
 
 def peer_named(name):
-    return {p.name: p for p in [*peers.all_peers(), Toy]}[name]
+    return {p.name: p for p in [*peers.all_peers(), *nonlinear_peers.nonlinear_peers(), Toy]}[name]
 
 
 @contextlib.contextmanager
@@ -88,10 +91,44 @@ class Peer:
         begin = thread_us()
         answer = self.solver.solve(self.start)
         cpu_us = thread_us() - begin
-        found = judged(qp, answer.w, answer.row_multipliers, answer.bound_multipliers)
-        return {**found, "claimed": answer.claimed, "says_solved": answer.solved,
+        return {**self.judge(qp, answer), "claimed": answer.claimed, "says_solved": answer.solved,
                 "iterations": answer.iterations}, {"cpu_us": cpu_us, "own_us": answer.own_us,
                                                    "setup_us": self.setup_us}
+
+    def judge(self, qp, answer):
+        return judged(qp, answer.w, answer.row_multipliers, answer.bound_multipliers)
+
+
+class OursNonlinear(Ours):
+    """The judge is in the program here, for everybody: the problem is there, in formulas."""
+
+    def run(self, qp, tolerance):
+        answer = self.program.ask(**self.request, tolerance=tolerance)
+        if "not_applicable" in answer:
+            raise peers.NotApplicable(answer["not_applicable"])
+        return {**judged_by(answer), "claimed": answer["claimed"], "says_solved": answer["solved"],
+                "iterations": answer["iterations"]}, {
+                    "cpu_us": answer["cpu_us"], "own_us": None, "setup_us": answer["setup_us"]}
+
+
+class NonlinearPeer(Peer):
+    def __init__(self, program, adapter, task, file):
+        super().__init__(adapter, task, file)
+        self.program, self.problem = program, task["problem"]
+        if isinstance(file, NoFile):
+            raise peers.NotApplicable(file.why)
+
+    def judge(self, qp, answer):
+        point = {"w": answer.w, "lambda": answer.row_multipliers, "z": answer.bound_multipliers}
+        return judged_by(self.program.ask(do="judge", problem=self.problem,
+                                          **{key: list(map(float, v)) for key, v in point.items()}))
+
+
+def judged_by(answer):
+    """What the program found, where it is no number as infinity."""
+    number = lambda v: math.inf if v is None else v  # noqa: E731
+    return {"objective": number(answer["objective"]), "optimum": answer["optimum"],
+            "margin": answer["margin"], "kkt": {k: number(v) for k, v in answer["kkt"].items()}}
 
 
 def _array(values):
@@ -110,6 +147,9 @@ def verdict(answer, accepted):
     if not answer.get("judges_agree", True):
         return "judges disagree"
     if max(answer["kkt"].values()) <= accepted:
+        # Of nonlinear programs the best optimum is known, and there may be others.
+        if answer.get("margin") and answer["objective"] > answer["optimum"] + answer["margin"]:
+            return "worse optimum"
         return "solved"
     return "wrong" if answer["says_solved"] else "gave up"
 
@@ -155,17 +195,35 @@ def measure(task, solver, runs, programs, results):
                 known["times"].setdefault(key, []).append(round(times[key], 3))
 
 
+def written(program, task, number, folder):
+    """The program that all solvers read."""
+    file = os.path.join(folder, f"{number}.json")
+    if data_problems.is_data(task["problem"]):
+        data_problems.write(task["problem"], number, file)
+    else:
+        answer = program.ask(do="export", problem=task["problem"], instance=number, file=file)
+        if "not_applicable" in answer:
+            return NoFile(number, answer["not_applicable"])
+    read = read_nonlinear(file) if is_nonlinear(task) else read_program(file)
+    read.file, read.instance = file, number
+    return read
+
+
+def is_nonlinear(task):
+    return task.get("kind") == "nonlinear"
+
+
+def solver_on(program, solver, task, qp):
+    """What run() is asked of."""
+    if is_nonlinear(task):
+        return (OursNonlinear(program, solver, task, qp) if solver in OURS
+                else NonlinearPeer(program, peer_named(solver), task, qp))
+    return Ours(program, solver, task, qp) if solver in OURS else Peer(peer_named(solver), task, qp)
+
+
 def run_task(task):
     with Program() as program, tempfile.TemporaryDirectory(prefix="saltus-bench-") as folder:
-        programs = {}
-        for number in task["instances"]:
-            file = os.path.join(folder, f"{number}.json")
-            if data_problems.is_data(task["problem"]):
-                data_problems.write(task["problem"], number, file)
-            else:
-                program.ask(do="export", problem=task["problem"], instance=number, file=file)
-            programs[number] = read_program(file)
-            programs[number].file = file
+        programs = {number: written(program, task, number, folder) for number in task["instances"]}
         results, runs = {}, {}
         with one_at_a_time():
             for solver in task["solvers"]:
@@ -179,8 +237,7 @@ def run_task(task):
                     say(failure(task, solver, 0, "missing", missing))
                     continue
                 try:
-                    mine = {number: Ours(program, solver, task, qp) if solver in OURS
-                            else Peer(peer_named(solver), task, qp)
+                    mine = {number: solver_on(program, solver, task, qp)
                             for number, qp in programs.items()}
                     asked = choose_tolerance(mine, programs, task["tolerance"])
                 except peers.NotApplicable as why:

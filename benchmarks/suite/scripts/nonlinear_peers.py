@@ -1,0 +1,134 @@
+"""The peers on nonlinear programs, all through CasADi on the same discretisation (nonlinear_program.py).
+
+An adapter is a class as in peers.py; `program` is a NonlinearFile, and solve() starts at its guess.
+"""
+
+import hashlib
+import os
+import shutil
+import tempfile
+
+import numpy as np
+
+from nonlinear_program import CasadiProgram
+from peers import Answer, NotApplicable
+
+ITERATIONS = 1000
+FLAGS = ("-O3", "-march=native")
+# What the plug-ins look for in a library of compiled functions.
+FOR_IPOPT = ("nlp", "nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "triangle")
+FOR_SQPMETHOD = ("nlp", "nlp_fg", "nlp_jac_fg", "whole")
+
+
+def libraries_folder():
+    """Compiled functions are kept between runs, by their source."""
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    folder = os.path.join(cache, "saltus", "casadi")
+    os.makedirs(folder, exist_ok=True)
+    return folder
+
+
+def compiled(program, names):
+    """The path of the shared library of a CasadiProgram's functions."""
+    if shutil.which("gcc") is None:
+        raise NotApplicable("no gcc is there to compile CasADi's functions")
+    with tempfile.TemporaryDirectory(prefix="saltus-casadi-") as folder:
+        source = program.write_source(folder, names)
+        with open(source, "rb") as file:
+            key = hashlib.sha256(file.read() + " ".join(FLAGS).encode()).hexdigest()[:24]
+        library = os.path.join(libraries_folder(), key + ".so")
+        if not os.path.exists(library):
+            program.compile(source, os.path.join(folder, "nlp.so"), FLAGS)
+            shutil.copy(os.path.join(folder, "nlp.so"), library + f".{os.getpid()}")
+            os.replace(library + f".{os.getpid()}", library)
+    return library
+
+
+class _Casadi:
+    """nlpsol on our program, from its guess."""
+    package = "casadi"
+    ladder = (1.0, 0.1, 0.01)
+    plugin, is_compiled, compiles = "", False, FOR_IPOPT
+    largest = 100000
+
+    def options(self, tolerance):
+        return {}
+
+    def derivatives(self, functions):
+        return {}
+
+    def __init__(self, file, tolerance):
+        import casadi
+        if file.n > self.largest:
+            raise NotApplicable(f"more than {self.largest} variables")
+        self.file = file
+        # Built once per program, whatever solver or tolerance is asked for.
+        if getattr(file, "casadi", None) is None:
+            file.casadi = CasadiProgram(file)
+            difference, what = file.casadi.disagreement()
+            if not difference <= 1e-9:  # rounding, relative to the largest entry
+                raise NotApplicable(f"its {what} differs from ours by {difference:.1e}: it would be another problem")
+        functions = file.casadi.functions
+        options = {"print_time": False, "error_on_fail": False, "record_time": True,
+                   **self.options(tolerance)}
+        if self.is_compiled:
+            self.solver = casadi.nlpsol("solver", self.plugin, compiled(file.casadi, self.compiles), options)
+        else:
+            self.solver = casadi.nlpsol("solver", self.plugin, functions["nlp"],
+                                        {**options, **self.derivatives(functions)})
+        self.given = {"x0": file.start, "lbx": file.lower, "ubx": file.upper,
+                      "lbg": file.row_lower, "ubg": file.row_upper}
+
+    def solve(self, start):
+        answer = self.solver(**self.given)
+        stats = self.solver.stats()
+        return Answer(np.array(answer["x"]).ravel(), np.array(answer["lam_g"]).ravel(),
+                      np.array(answer["lam_x"]).ravel(), claimed=str(stats.get("return_status", "")),
+                      solved=bool(stats.get("success")), iterations=int(stats.get("iter_count", -1)))
+
+
+class CasadiIpopt(_Casadi):
+    name, plugin = "casadi-ipopt", "ipopt"
+    about = "Ipopt with MUMPS of casadi's package, functions in CasADi's virtual machine"
+
+    def options(self, tolerance):  # as our own path to Ipopt
+        return {"ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.tol": tolerance,
+                "ipopt.dual_inf_tol": 1e3 * tolerance, "ipopt.compl_inf_tol": 1e3 * tolerance,
+                "ipopt.constr_viol_tol": min(1e-4, tolerance), "ipopt.max_iter": ITERATIONS,
+                "ipopt.bound_relax_factor": 0.0, "ipopt.max_cpu_time": 60.0}
+
+    def derivatives(self, functions):
+        return {"grad_f": functions["nlp_grad_f"], "jac_g": functions["nlp_jac_g"],
+                "hess_lag": functions["triangle"]}
+
+
+class CasadiIpoptCompiled(CasadiIpopt):
+    name, is_compiled = "casadi-ipopt-compiled", True
+    about = "the same, functions as C compiled by gcc for the processor; the compiler's time is not counted"
+
+
+class CasadiSqpmethod(_Casadi):
+    name, plugin, is_compiled, compiles = "casadi-sqpmethod", "sqpmethod", True, FOR_SQPMETHOD
+    about = "CasADi's sequential quadratic programming, exact Hessian made convex, QRQP for the programs, compiled functions"
+    largest = 300
+
+    def options(self, tolerance):
+        return {"qpsol": "qrqp", "print_header": False, "print_iteration": False, "print_status": False,
+                "tol_pr": tolerance, "tol_du": tolerance, "max_iter": 100, "convexify_strategy": "regularize",
+                "qpsol_options": {"print_iter": False, "print_header": False, "print_info": False,
+                                  "error_on_fail": False}}
+
+
+class CasadiBlocksqp(_Casadi):
+    name, plugin = "casadi-blocksqp", "blocksqp"
+    about = "blockSQP of casadi's package: SR1 and BFGS updates by blocks, qpOASES for the programs, functions not compiled"
+    ladder = (1.0,)
+    largest = 300
+
+    def options(self, tolerance):
+        return {"print_header": False, "print_iteration": False, "verbose": False, "opttol": tolerance,
+                "nlinfeastol": tolerance, "max_iter": 200, "max_time_qp": 1.0}
+
+
+def nonlinear_peers():
+    return [CasadiIpoptCompiled, CasadiIpopt, CasadiSqpmethod, CasadiBlocksqp]

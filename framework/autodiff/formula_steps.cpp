@@ -1,0 +1,150 @@
+#include "saltus/autodiff/formula_steps.hpp"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace saltus {
+namespace {
+
+thread_local StepRecorder* listening = nullptr;
+
+constexpr std::array names{"input", "constant", "add",   "subtract", "multiply", "divide", "negate",
+                           "sin",   "cos",      "tan",   "asin",     "acos",     "atan",   "sinh",
+                           "cosh",  "tanh",     "exp",   "log",      "sqrt",     "abs",    "min",
+                           "max",   "atan2",    "hypot", "pow",      "select"};
+static_assert(names.size() == static_cast<std::size_t>(Operation::select) + 1);
+
+double apply(Operation operation, double a, double b, double c) {
+  switch (operation) {
+    case Operation::input:
+    case Operation::constant:
+      break;
+    case Operation::add:
+      return a + b;
+    case Operation::subtract:
+      return a - b;
+    case Operation::multiply:
+      return a * b;
+    case Operation::divide:
+      return a / b;
+    case Operation::negate:
+      return -a;
+    case Operation::sin:
+      return std::sin(a);
+    case Operation::cos:
+      return std::cos(a);
+    case Operation::tan:
+      return std::tan(a);
+    case Operation::asin:
+      return std::asin(a);
+    case Operation::acos:
+      return std::acos(a);
+    case Operation::atan:
+      return std::atan(a);
+    case Operation::sinh:
+      return std::sinh(a);
+    case Operation::cosh:
+      return std::cosh(a);
+    case Operation::tanh:
+      return std::tanh(a);
+    case Operation::exp:
+      return std::exp(a);
+    case Operation::log:
+      return std::log(a);
+    case Operation::sqrt:
+      return std::sqrt(a);
+    case Operation::abs:
+      return std::abs(a);
+    case Operation::min:
+      return b < a ? b : a;
+    case Operation::max:
+      return a < b ? b : a;
+    case Operation::atan2:
+      return std::atan2(a, b);
+    case Operation::hypot:
+      return std::hypot(a, b);
+    case Operation::pow:
+      return std::pow(a, b);
+    case Operation::select:
+      return a >= 0.0 ? b : c;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+const char* name_of(Operation operation) { return names[static_cast<std::size_t>(operation)]; }
+
+int FormulaSteps::add(Operation operation, int a, int b, int c) {
+  steps.push_back({operation, a, b, c});
+  return static_cast<int>(steps.size()) - 1;
+}
+
+int FormulaSteps::add_constant(double value) {
+  steps.push_back({.operation = Operation::constant, .value = value});
+  return static_cast<int>(steps.size()) - 1;
+}
+
+int FormulaSteps::add_input(int number) {
+  steps.push_back({.operation = Operation::input, .value = static_cast<double>(number)});
+  return static_cast<int>(steps.size()) - 1;
+}
+
+std::vector<int> FormulaSteps::add(const FormulaSteps& other, std::span<const int> arguments) {
+  std::vector<int> here(other.steps.size());
+  const auto moved = [&](int step) { return step < 0 ? -1 : here[step]; };
+  for (std::size_t i = 0; i < other.steps.size(); ++i) {
+    const FormulaStep& s = other.steps[i];
+    if (s.operation == Operation::input) {
+      here[i] = arguments[static_cast<std::size_t>(s.value)];
+      continue;
+    }
+    steps.push_back({s.operation, moved(s.a), moved(s.b), moved(s.c), s.value});
+    here[i] = static_cast<int>(steps.size()) - 1;
+  }
+  std::vector<int> results;
+  for (const int output : other.outputs) results.push_back(here[output]);
+  return results;
+}
+
+void FormulaSteps::prune() {
+  std::vector<char> needed(steps.size(), 0);
+  for (const int output : outputs) needed[output] = 1;
+  for (std::size_t i = steps.size(); i-- > 0;)
+    if (needed[i])
+      for (const int argument : {steps[i].a, steps[i].b, steps[i].c})
+        if (argument >= 0) needed[argument] = 1;
+  std::vector<int> to(steps.size(), -1);
+  std::vector<FormulaStep> kept;
+  const auto moved = [&](int step) { return step < 0 ? -1 : to[step]; };
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (!needed[i]) continue;
+    const FormulaStep& s = steps[i];
+    to[i] = static_cast<int>(kept.size());
+    kept.push_back({s.operation, moved(s.a), moved(s.b), moved(s.c), s.value});
+  }
+  steps = std::move(kept);
+  for (int& output : outputs) output = to[output];
+}
+
+std::vector<double> FormulaSteps::evaluate(std::span<const double> z) const {
+  std::vector<double> values(steps.size());
+  const auto at = [&](int step) { return step < 0 ? 0.0 : values[step]; };
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const FormulaStep& s = steps[i];
+    values[i] = s.operation == Operation::input ? z[static_cast<std::size_t>(s.value)]
+                : s.operation == Operation::constant
+                    ? s.value
+                    : apply(s.operation, at(s.a), at(s.b), at(s.c));
+  }
+  std::vector<double> results;
+  for (const int output : outputs) results.push_back(values[output]);
+  return results;
+}
+
+StepRecorder::StepRecorder() { listening = this; }
+StepRecorder::~StepRecorder() { listening = nullptr; }
+StepRecorder* StepRecorder::active() { return listening; }
+
+}  // namespace saltus

@@ -1,0 +1,74 @@
+// What a formula is written down as computes the same.
+#include "saltus/model/steps_of.hpp"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "saltus/autodiff/smooth.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/model/make_function.hpp"
+#include "saltus/ocp/cost_functions.hpp"
+
+namespace saltus {
+namespace {
+
+// Every operation there is, on numbers for which all are defined.
+struct Everything {
+  template <class S>
+  Vec<S, 6> operator()(const S& t, const Vec<S, 2>& x, const Vec<S, 1>& u,
+                       const Vec<S, 1>& p) const {
+    S mixed = select(x[0] - 0.5, x[1] * u[0], -x[1]);
+    mixed += 2.0 * p[0] - t / 3.0;
+    return {sin(x[0]) + cos(x[1]) + tan(u[0]) + asin(x[0]) + acos(x[1]) + atan(u[0]),
+            sinh(x[0]) - cosh(x[1]) * tanh(u[0]) + exp(p[0]) + log(x[0]) / sqrt(x[1]),
+            abs(x[0] - x[1]) + min(x[0], p[0]) + max(x[1], 0.2) + atan2(x[0], u[0]),
+            hypot(x[0], x[1]) + pow(x[0], 3) + pow(x[1], u[0]) + pow(x[0], 1) + pow(x[1], 0),
+            mixed,
+            S(3.0)};
+  }
+};
+
+TEST(StepsOf, EveryOperationIsWrittenDown) {
+  const Function f = make_function<2, 1, 1>(Everything{});
+  const FormulaSteps steps = steps_of(f);
+  std::set<Operation> seen;
+  for (const FormulaStep& s : steps.steps) seen.insert(s.operation);
+  EXPECT_EQ(seen.size(), static_cast<std::size_t>(Operation::select) + 1);
+  for (const double x0 : {0.3, 0.6}) {  // both branches
+    const Eigen::Matrix<double, 5, 1> z(0.7, x0, 0.4, 0.8, 0.9);
+    const VectorXd expected = f(z);
+    const std::vector<double> found = steps.evaluate(std::span<const double>(z.data(), 5));
+    for (int i = 0; i < 6; ++i) EXPECT_DOUBLE_EQ(found[i], expected[i]) << i;
+  }
+}
+
+TEST(StepsOf, StepsThatNoOutputNeedsAreLeftOut) {
+  const FormulaSteps steps = steps_of(make_function<2, 1, 0>(
+      [](const auto&, const auto& x) { return sin(x[0] * x[1]) * 0.0 + x[1]; }));
+  ASSERT_EQ(steps.steps.size(), 3u);  // 0 + x[1]
+  EXPECT_EQ(steps.steps.back().operation, Operation::add);
+}
+
+TEST(StepsOf, FormulasOfFormulas) {
+  const FormulaSteps inner = steps_of(make_function<1, 1, 0>(
+      [](const auto&, const auto& x, const auto& u) { return x[0] / u[0]; }));
+  FormulaSteps outer;
+  outer.inputs = 1;
+  const int a = outer.add_input(0), two = outer.add_constant(2.0);
+  const std::vector<int> arguments{a, two, a};
+  const int quotient = outer.add(inner, arguments).front();
+  outer.outputs = {outer.add(Operation::multiply, quotient, two)};
+  const double z = 8.0;
+  EXPECT_EQ(outer.evaluate({&z, 1}).front(), 0.5);
+}
+
+TEST(StepsOf, WhatIsNoFormulaIsRefused) {
+  const Function f = make_function<1, 0, 0>([](const auto&, const auto& x) { return x[0]; });
+  // It traces as its residual does, and is not the same.
+  EXPECT_THROW(steps_of(least_squares_cost(f, MatrixXd::Identity(1, 1), {})), DefinitionError);
+  EXPECT_THROW(steps_of(change_costs(VectorXd::Ones(2))), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
