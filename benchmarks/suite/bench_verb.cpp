@@ -24,9 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array scripted{"list", "run", "compare", "report", "merge", "task", "peers"};
+constexpr std::array scripted{"list", "run",   "compare", "report", "merge",
+                              "task", "peers", "pushes",  "map",    "reproduce"};
 constexpr const char* usage =
-    "bench latency | list | run | compare | report | merge | peers [--help]";
+    "bench latency | list | run | compare | report | merge | pushes | map | reproduce | peers "
+    "[--help]";
 
 // Of `./saltus setup --with-peers` beside the program, of `saltus bench peers` in the cache.
 std::vector<fs::path> peer_folders() {

@@ -246,6 +246,7 @@ class Writer {
       case Kind::cost_times_length:
         return times_length_steps(cost_steps(problem.phases()[phase].terms[term]));
       case Kind::jump:
+      case Kind::link:
         return steps_of(block.function);
       case Kind::change:
         return change_steps(problem.phases()[phase].input_change_weight);

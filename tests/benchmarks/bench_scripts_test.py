@@ -123,6 +123,32 @@ class Scripts(unittest.TestCase):
                 file.data["checks"][1]["hessian"][0] += 1.0
                 self.assertEqual(CasadiProgram(file).disagreement()[1], "hessian")
 
+    PUSHES = ["pushes", "--plant", "centroidal", "--runs", "2", "--seed", "5", "--set", "push.start=0.2",
+              "--jobs", "2"]
+
+    @unittest.skipUnless(os.access(os.path.join(os.path.dirname(PROGRAM), "saltus"), os.X_OK),
+                         "needs the program saltus")
+    def test_pushes_are_the_same_in_shards_and_resumed(self):
+        done = self.bench(*self.PUSHES, "--out", self.path("whole.jsonl"))
+        self.assertIn("at 95 %", done.stdout)
+        self.assertEqual(sum(l.get("verdict") == "recovered" for l in self.lines("whole.jsonl")), 2)
+        for part in ("1", "2"):
+            self.bench(*self.PUSHES, "--out", self.path(part + ".jsonl"), "--shard", part + "/2")
+        self.bench("merge", self.path("1.jsonl"), self.path("2.jsonl"), "--out", self.path("merged.jsonl"))
+        self.assertEqual(self.untimed("merged.jsonl"), self.untimed("whole.jsonl"))
+        again = self.bench("pushes", "--merged", self.path("merged.jsonl"))
+        self.assertEqual(again.stdout, done.stdout)
+        with open(self.path("whole.jsonl"), encoding="utf-8") as file:
+            text = file.read()
+        with open(self.path("cut.jsonl"), "w", encoding="utf-8") as file:
+            file.write(text[:text.index("\n", text.index('{"done"')) + 100])
+        self.bench(*self.PUSHES, "--out", self.path("cut.jsonl"))
+        self.assertEqual(self.untimed("cut.jsonl"), self.untimed("whole.jsonl"))
+        self.assertIn("its matrix differs", self.bench(*self.PUSHES, "--seed", "6", "--out", self.path("whole.jsonl"),
+                                                       status=2).stderr)
+        self.assertIn("LOW:HIGH", self.bench("pushes", "--impulse", "5", status=2).stderr)
+        self.assertIn("did you mean 'centroidal'", self.bench("reproduce", "centroid", status=2).stderr)
+
     def test_what_is_not_there_is_named(self):
         for words, sentence in ((["--solvers", "ricati"], "did you mean 'riccati'"),
                                 (["--problems", "recipe/kI=8"], "did you mean 'recipe/kI=7'"),

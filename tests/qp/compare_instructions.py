@@ -3,8 +3,8 @@
 
 Usage: compare_instructions.py PROGRAM FILE [--write]
 
-Times depend on the machine and its load, instructions on compiler and sources alone. More than the tolerance
-above the record is a failure (exit status 1); less is said, so that the record is renewed by --write. Without
+Times depend on the machine and its load, instructions on compiler and sources alone. Compared as `saltus bench compare`
+does: more than the tolerance above the record is a failure (exit status 1); less is said, so that the record is renewed by --write. Without
 valgrind or with another compiler than the record's nothing is compared (exit status 77).
 """
 
@@ -15,6 +15,9 @@ import re
 import shutil
 import subprocess
 import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "benchmarks/suite/scripts"))
+from compare import compare, counts  # noqa: E402
 
 SOLVE = "--toggle-collect=*RiccatiSolver::solve*"
 
@@ -45,22 +48,19 @@ def main():
     if not shutil.which("valgrind"):
         skip("there is no valgrind")
     record = json.loads(arguments.file.read_text())
-    status = 0
-    for batch, known in record["instructions"].items():
+    known, found = record["instructions"], {}
+    for batch in known:
         counted, compiler = count(arguments.program, batch)
         if not arguments.write and compiler != record["compiler"]:
             skip(f"the record is of {record['compiler']}, this program of {compiler}")
-        print(f"{batch}: {counted / 1e6:.3f} M, on record {known / 1e6:.3f} M ({counted / known - 1.0:+.1%})")
-        if counted > known * (1.0 + record["tolerance"]):
-            status = 1
-        record["instructions"][batch] = counted
-        record["compiler"] = compiler if arguments.write else record["compiler"]
+        print(f"{batch}: {counted / 1e6:.3f} M, on record {known[batch] / 1e6:.3f} M "
+              f"({counted / known[batch] - 1.0:+.1%})")
+        found[batch] = counted
     if arguments.write:
-        arguments.file.write_text(json.dumps(record, indent=2) + "\n")
-        status = 0
-    if status:
-        print(f"instructions: more than the record allows (tolerance {record['tolerance']:.0%})")
-    sys.exit(status)
+        arguments.file.write_text(json.dumps({**record, "compiler": compiler, "instructions": found}, indent=2) + "\n")
+        return
+    sys.exit(compare(counts(known, compiler, record["tolerance"]), counts(found, compiler, record["tolerance"]),
+                     sys.stdout))
 
 
 if __name__ == "__main__":

@@ -10,12 +10,16 @@ import sys
 OK, DIFFERENT, MISTAKE, FAILED = 0, 1, 2, 3
 
 
+def asked_of_program():
+    from program import Program
+    with Program() as program:
+        return program.ask(do="describe")
+
+
 def describe():
     """What the program says of itself, with the problems that are data."""
     import data_problems
-    from program import Program
-    with Program() as program:
-        description = program.ask(do="describe")
+    description = asked_of_program()
     description["problems"] += data_problems.described()
     return description
 
@@ -64,6 +68,17 @@ def head_of(description, arguments, tasks):
             "shard": arguments.shard}
 
 
+def head_of_campaign(description, arguments, tasks, what):
+    import records
+    saltus = {"version": description["version"], "commit": description["commit"],
+              **description["build"], "lanes": description["machine"]["lanes"]}
+    return {"format": records.FORMAT, "saltus": saltus,
+            "machine": {"processor": description["machine"]["cpu"], **describe_machine()},
+            "packages": {}, "matrix": {"campaign": what, "tasks": [t["id"] for t in tasks],
+                                       "commands": [t["words"] for t in tasks], "solvers": ["saltus"]},
+            "shard": arguments.shard}
+
+
 def begin_or_resume(path, head):
     """What is done already. Throws RecordsError if the file is of another run."""
     import records
@@ -83,16 +98,63 @@ def begin_or_resume(path, head):
 
 
 def run(arguments):
-    import engine
     import matrix
-    import records
     description = describe()
     if arguments.quick:
         arguments.instances, arguments.repetitions = 3, 1
         there = [p["name"] for p in description["problems"]]
         arguments.problems = arguments.problems or ",".join(n for n in QUICK if n in there)
     tasks = matrix.tasks_of(description, arguments)
-    whole = head_of(description, arguments, tasks)
+    done = carry_out(tasks, head_of(description, arguments, tasks), arguments)
+    return summarise(done, sys.stdout)
+
+
+def pushes(arguments):
+    import campaign
+    import table
+    if arguments.merged:
+        import records
+        done = records.read(arguments.merged)
+    else:
+        tasks = campaign.push_tasks(arguments)
+        done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "pushes"), arguments)
+    table.write_rows(campaign.push_table(done), sys.stdout)
+    return status_of(done)
+
+
+def survival_map(arguments):
+    import campaign
+    if arguments.merged:
+        import records
+        done = records.read(arguments.merged)
+    else:
+        tasks = campaign.map_tasks(arguments)
+        done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "map"), arguments)
+    campaign.write_map(done, arguments.folder)
+    print(f"{arguments.folder}: `saltus map` with the same grid and --out {arguments.folder} draws it")
+    return status_of(done)
+
+
+def reproduce(arguments):
+    import campaign
+    tasks = campaign.table_tasks(arguments)
+    done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "reproduce"), arguments)
+    for line in done.lines():
+        print(f"{line['problem']}: {line['verdict']}")
+        if line["verdict"] in ("differs", "crashed"):
+            print(line["claimed"])
+    return status_of(done) or (DIFFERENT if any(l["verdict"] == "differs" for l in done.lines()) else OK)
+
+
+def status_of(done):
+    return FAILED if any(line["verdict"] == "crashed" for line in done.lines()) else OK
+
+
+def carry_out(tasks, whole, arguments):
+    """The tasks that are not in the file of results yet, here or by Dask's workers; all that is then known."""
+    import engine
+    import matrix
+    import records
     if arguments.shard:
         tasks = matrix.shard(tasks, arguments.shard)
     done = begin_or_resume(arguments.out, whole)
@@ -107,14 +169,14 @@ def run(arguments):
     if arguments.scheduler:
         engine.run_on_cluster(left, take, arguments.scheduler)
     else:
-        engine.run_here(left, take)
+        engine.run_here(left, take, getattr(arguments, "jobs", 1))
     done.tasks = {t["id"]: done.tasks[t["id"]] for t in tasks}  # in the order of the matrix
     records.write(arguments.out, done, list(done.tasks))
-    return summarise(done, sys.stdout)
+    return done
 
 
 QUICK = ("recipe/kI=7", "recipe/no-impact", "sequence", "box/8x3", "public/LIPMWALK0",
-         "public/WHLIPBAL0")
+         "public/WHLIPBAL0", "library/brachistochrone", "library/van_der_pol")
 
 
 def summarise(done, out):
@@ -177,6 +239,19 @@ def install_peers(arguments):
     return OK
 
 
+def add_engine(p, out):
+    p.add_argument("--out", metavar="FILE", default=out)
+    p.add_argument("--scheduler", metavar="ADDRESS", help="of Dask: its workers run the tasks")
+    p.add_argument("--shard", metavar="I/N", help="every N-th task, from the I-th on")
+
+
+def add_campaign(p, out):
+    add_engine(p, out)
+    p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="at a time on this machine")
+    p.add_argument("--set", metavar="KEY=VALUE", action="append", help="a setting of push recovery")
+    p.add_argument("--merged", metavar="FILE", help="only tell what is in these results, of `bench merge`")
+
+
 def parser():
     top = argparse.ArgumentParser(prog="saltus bench", description=__doc__)
     verbs = top.add_subparsers(dest="verb", required=True)
@@ -190,9 +265,30 @@ def parser():
     p.add_argument("--instances", type=int, default=20)
     p.add_argument("--repetitions", type=int, default=5)
     p.add_argument("--quick", action="store_true", help="few problems, few instances")
-    p.add_argument("--out", metavar="FILE", default="bench.jsonl")
-    p.add_argument("--scheduler", metavar="ADDRESS", help="of Dask: its workers run the tasks")
-    p.add_argument("--shard", metavar="I/N", help="every N-th task, from the I-th on")
+    add_engine(p, "bench.jsonl")
+    p = verbs.add_parser("pushes", help="Monte Carlo of push recovery: pushes, senses, masses and friction drawn")
+    p.set_defaults(do=pushes)
+    p.add_argument("--runs", type=int, default=100)
+    p.add_argument("--seed", type=int, default=1)
+    p.add_argument("--plant", choices=("centroidal", "dart", "mujoco"), default="dart")
+    p.add_argument("--impulse", metavar="LOW:HIGH", default="4:10", help="N s, in any direction")
+    p.add_argument("--mass-error", metavar="LOW:HIGH", default="-0.05:0.05", help="of the controller's model, relative")
+    p.add_argument("--friction", metavar="LOW:HIGH", default="0.4:1.0", help="of the ground, whole body")
+    add_campaign(p, "pushes.jsonl")
+    p = verbs.add_parser("map", help="a survival map, every cell, in parts")
+    p.set_defaults(do=survival_map)
+    p.add_argument("--plant", choices=("centroidal", "dart", "mujoco"), default="centroidal")
+    p.add_argument("--directions", type=int, default=16)
+    p.add_argument("--impulses", metavar="A,B,...", default=",".join(map(str, range(1, 17))), help="N s")
+    p.add_argument("--step-times", metavar="A,B,...", default="0.3,0.45,0.6", help="s")
+    p.add_argument("--controllers", metavar="NAME,...", default="mpc,capture_point,none")
+    p.add_argument("--folder", metavar="DIR", default="map", help="where map.csv goes")
+    add_campaign(p, "map.jsonl")
+    p = verbs.add_parser("reproduce", help="the tables of the READMEs made again, from a clone of the sources")
+    p.set_defaults(do=reproduce)
+    p.add_argument("names", nargs="*", metavar="NAME")
+    add_engine(p, "reproduce.jsonl")
+    p.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="at a time on this machine")
     p = verbs.add_parser("compare", help="what got better or worse beyond noise; status 1 on a regression")
     p.set_defaults(do=compare)
     p.add_argument("before")
@@ -217,7 +313,7 @@ def main(words):
         return task.main(words[1:])
     arguments = parser().parse_args(words)
     try:
-        for name in ("instances", "repetitions"):
+        for name in ("instances", "repetitions", "runs", "jobs"):
             if getattr(arguments, name, 1) < 1:
                 raise ValueError(f"--{name} is at least 1")
         return arguments.do(arguments)
@@ -226,7 +322,8 @@ def main(words):
     except (ValueError, OSError) as error:
         sentence = str(error)
     except Exception as error:  # noqa: BLE001
-        if type(error).__name__ not in ("ProgramError", "RecordsError", "MatrixError", "EngineError"):
+        if type(error).__name__ not in ("ProgramError", "RecordsError", "MatrixError", "EngineError",
+                                        "CampaignError", "ProgramFileError"):
             raise
         sentence = str(error)
     print(f"saltus bench {arguments.verb}: {sentence}", file=sys.stderr)

@@ -1,8 +1,18 @@
 """`bench compare A B`: what got better or worse from A to B beyond noise. Status 1 on a regression."""
 
 import figures
+import records
 
 FLOOR = 0.05  # changes below are never told: clocks wander
+
+
+def counts(instructions, machine, floor):
+    """Records of instruction counts by task, for compare(): no clock wanders, and `floor` is what is allowed."""
+    head = {"format": records.FORMAT, "machine": machine, "floor": floor,
+            "matrix": {"tasks": list(instructions), "solvers": ["riccati"]}}
+    return records.Records(head, {task: [{"problem": task, "solver": "riccati", "instance": 1, "verdict": "solved",
+                                          "times": {"instructions": [count]}}]
+                                  for task, count in instructions.items()})
 
 
 def compare(before, after, out):
@@ -18,15 +28,16 @@ def compare(before, after, out):
             worse, better = worse + lost, better + (not lost)
             print(f"{'WORSE ' if lost else 'better'} {task}, {solver}: {solved[0]} of "
                   f"{len(old[key])} solved, now {solved[1]} of {len(new[key])}", file=out)
-        found = figures.change(old[key], new[key], FLOOR)
+        found = figures.change(old[key], new[key], before.head.get("floor", FLOOR))
         if found is None:
             continue
         ratio, noise = found
         if ratio > noise or ratio < 1.0 / noise:
             slower = ratio > 1.0
             worse, better = worse + slower, better + (not slower)
+            what = "instructions" if "instructions" in new[key][0].get("times", {}) else "time"
             print(f"{'WORSE ' if slower else 'better'} {task}, {solver}: {ratio:.2f} times the "
-                  f"time, noise {noise:.2f}", file=out)
+                  f"{what}, noise {noise:.2f}", file=out)
     only = sorted(set(old) ^ set(new))
     if only:
         print(f"{len(only)} cells are in one of the two only, {only[0][0]}, {only[0][1]} "

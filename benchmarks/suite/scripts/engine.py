@@ -4,6 +4,7 @@ In both cases a task is a run of the installed program and its result are lines 
 """
 
 import json
+import sys
 import time
 
 from program import path_of_program
@@ -74,10 +75,19 @@ def settle(task, outcome, again):
         outcome = again(task)
 
 
-def run_here(tasks, take):
+def run_here(tasks, take, jobs=1):
+    """So many at a time; results are taken in the order of the tasks."""
+    from concurrent.futures import ThreadPoolExecutor
     program = path_of_program()
-    for task in tasks:
-        take(task, settle(task, run_program(program, task), lambda t: run_program(program, t)))
+    with ThreadPoolExecutor(jobs) as pool:  # threads that wait for processes
+        begun = [(task, pool.submit(run_program, program, task)) for task in tasks]
+        try:
+            for task, outcome in begun:
+                take(task, settle(task, outcome.result(), lambda t: run_program(program, t)))
+        except BaseException:
+            for _, outcome in begun:
+                outcome.cancel()
+            raise
 
 
 def run_on_cluster(tasks, take, address):
@@ -97,6 +107,7 @@ def run_on_cluster(tasks, take, address):
         raise EngineError(f"no Dask scheduler answers at '{address}'; one is started by "
                           "`dask scheduler`, workers by `dask worker ADDRESS --nthreads 1`") from None
     program = path_of_program()
+    begin, spent, workers = time.monotonic(), 0.0, len(client.scheduler_info()["workers"])
     try:
         futures = {client.submit(run_program, program, task, pure=False): task for task in tasks}
         for future in as_completed(futures):
@@ -106,8 +117,12 @@ def run_on_cluster(tasks, take, address):
                                   if future.status == "error" else
                                   f"the scheduler at '{address}' is gone; the same command "
                                   "goes on where it was")
-            take(task, settle(task, future.result(), lambda t: client.submit(
+            outcome = future.result()
+            spent += outcome["seconds"]
+            take(task, settle(task, outcome, lambda t: client.submit(
                 run_program, program, t, pure=False).result()))
+            future.release()
+        told(len(tasks), workers, time.monotonic() - begin, spent)
     except (OSError, RuntimeError, TimeoutError) as error:
         raise EngineError(f"the scheduler at '{address}' is gone ({type(error).__name__}); the "
                           "same command goes on where it was") from None
@@ -116,6 +131,14 @@ def run_on_cluster(tasks, take, address):
             client.close(timeout=2)
         except Exception:  # noqa: BLE001 - it may be gone
             pass
+
+
+def told(tasks, workers, elapsed, spent):
+    """What the engine itself took, beside the program's own start and run on the workers that were there at first."""
+    if tasks and workers:
+        overhead = 1e3 * (elapsed * min(workers, tasks) - spent) / tasks
+        print(f"{tasks} tasks on {workers} workers in {elapsed:.1f} s; the program ran for {spent:.1f} s, "
+              f"the rest is {overhead:.1f} ms per task", file=sys.stderr)
 
 
 class Progress:

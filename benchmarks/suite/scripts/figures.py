@@ -12,6 +12,8 @@ def time_of(line):
     if line["verdict"] != "solved":
         return None
     times = line["times"]
+    if "instructions" in times:  # counted in place of timed
+        return statistics.median(times["instructions"])
     return statistics.median(min(pair) for pair in zip(*(times[key] for key in ("cpu_us", "own_us")
                                                          if key in times)))
 

@@ -70,6 +70,7 @@ class _Casadi:
                 raise NotApplicable(f"its {what} differs from ours by {difference:.1e}: it would be another problem")
         functions = file.casadi.functions
         options = {"print_time": False, "error_on_fail": False, "record_time": True,
+                   "no_nlp_grad": True,
                    **self.options(tolerance)}
         if self.is_compiled:
             self.solver = casadi.nlpsol("solver", self.plugin, compiled(file.casadi, self.compiles), options)
@@ -119,16 +120,6 @@ class CasadiSqpmethod(_Casadi):
                                   "error_on_fail": False}}
 
 
-class CasadiBlocksqp(_Casadi):
-    name, plugin = "casadi-blocksqp", "blocksqp"
-    about = "blockSQP of casadi's package: SR1 and BFGS updates by blocks, qpOASES for the programs, functions not compiled"
-    ladder = (1.0,)
-    largest = 300
-
-    def options(self, tolerance):
-        return {"print_header": False, "print_iteration": False, "verbose": False, "opttol": tolerance,
-                "nlinfeastol": tolerance, "max_iter": 200, "max_time_qp": 1.0}
-
-
 def nonlinear_peers():
-    return [CasadiIpoptCompiled, CasadiIpopt, CasadiSqpmethod, CasadiBlocksqp]
+    """blockSQP is in the package, too, but the linear solver that it needs (MA27) is not."""
+    return [CasadiIpoptCompiled, CasadiIpopt, CasadiSqpmethod]

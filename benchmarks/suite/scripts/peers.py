@@ -3,6 +3,7 @@
 An adapter is a class with
     name, package (of PyPI, whose version is told), about (what the table has to say of it),
     ladder (what it is asked for, as factors of the tolerance that is judged),
+    has_threads (if it works in threads of its own: the process is timed),
     __init__(program, tolerance): the set-up, which is shown apart,
     solve(start) -> Answer: one whole solve from `start` ((w, lambda, z) or None: the solver's own start),
 and, where that is known before, NotApplicable raised by __init__. README.md in the folder above says how each is called.
@@ -187,6 +188,38 @@ class Osqp:
                       iterations=int(info.iter), own_us=1e6 * (info.solve_time + info.polish_time))
 
 
+class Qpalm:
+    name, package = "qpalm", "qpalm"
+    about = "proximal augmented Lagrangian with a semismooth Newton method; it works in a thread of its own"
+    has_threads = True
+    ladder = (1.0, 0.1, 0.01)
+
+    def __init__(self, qp, tolerance):
+        import qpalm
+        p = self.rows = _RowsAndBounds(qp)
+        data = qpalm.Data(len(p.reduced.gradient), len(p.low))
+        big = 1e20
+        data.Q, data.q, data.A = p.reduced.hessian, p.reduced.gradient, p.A
+        data.bmin, data.bmax = np.maximum(p.low, -big), np.minimum(p.high, big)
+        settings = qpalm.Settings()
+        settings.eps_abs, settings.eps_rel = tolerance, 0.0
+        settings.eps_abs_in, settings.eps_rel_in = 1.0, 0.0
+        settings.max_iter, settings.verbose = FIRST_ORDER_ITERATIONS, 0
+        settings.time_limit = 5.0
+        self.solver = qpalm.Solver(data, settings)
+
+    def solve(self, start):
+        p = self.rows
+        x, y = (np.zeros(len(p.reduced.gradient)), np.zeros(len(p.low))) if start is None else (
+            start[0], p.dual(start[1], start[2]))
+        self.solver.warm_start(x, y)
+        self.solver.solve()
+        info, found = self.solver.info, self.solver.solution
+        return Answer(*p.expand(np.array(found.x), np.array(found.y)), claimed=str(info.status),
+                      solved=str(info.status) == "solved", iterations=int(info.iter),
+                      own_us=1e6 * info.solve_time)
+
+
 class Proxqp:
     name, package = "proxqp", "proxsuite"
     about = "proximal augmented Lagrangian, sparse"
@@ -334,7 +367,7 @@ class CasadiQpoases(_Casadi):
 
 
 def all_peers():
-    return [Piqp, PiqpMultistage, Clarabel, Osqp, Proxqp, Daqp, CasadiHpipm, CasadiQpoases]
+    return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, CasadiHpipm, CasadiQpoases]
 
 
 def version_of(package):

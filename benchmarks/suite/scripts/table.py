@@ -25,7 +25,11 @@ def rows(records):
 
 
 def write_text(records, out):
-    lines = list(rows(records))
+    write_rows(rows(records), out)
+
+
+def write_rows(all_rows, out):
+    lines = list(all_rows)
     widths = [max(len(row[i]) for row in lines) for i in range(len(lines[0]))]
     for row in lines:
         print("  ".join(text.ljust(width) if i == 0 else text.rjust(width)

@@ -1,0 +1,201 @@
+"""Campaigns: lists of independent runs of `saltus` for all engines of `bench run`. Survival maps in parts, the Monte Carlo of
+push recovery, and the READMEs' tables. A task is a command line; its result are lines of text, nothing is shared but the
+program (of `reproduce`: the clone of the sources, at the same place everywhere)."""
+
+import csv
+import difflib
+import io
+import json
+import math
+import os
+import random
+import statistics
+import subprocess
+import tempfile
+
+from program import ProgramError, path_of_program
+
+# Of summary.json: what does not depend on the machine.
+MEASURES = ("recovered", "reason", "fell", "final_com_error_m", "icp_settling_s", "angular_momentum_max",
+            "touchdown_s", "mass_kg")
+MAP_ROWS, TABLE = "map.csv", "table"  # what comes back of a task, besides summary.json
+
+
+class CampaignError(Exception):
+    """A sentence about what was asked for."""
+
+
+def program_saltus():
+    """It stands beside saltus-bench."""
+    path = os.path.join(os.path.dirname(path_of_program()), "saltus")
+    if not os.access(path, os.X_OK):
+        raise ProgramError(f"there is no program saltus beside saltus-bench, at '{path}'")
+    return path
+
+
+def reproduce_script():
+    """docs/results/reproduce.py of the clone that these scripts belong to."""
+    root = os.path.realpath(__file__)
+    for _ in range(4):  # benchmarks/suite/scripts/campaign.py
+        root = os.path.dirname(root)
+    script = os.path.join(root, "docs/results/reproduce.py")
+    if not os.path.exists(script):
+        raise CampaignError("tables of the READMEs are made from a clone of the sources, not from installed scripts")
+    return script
+
+
+def carry_out(task, say):
+    """One command of `saltus`; `say` takes its lines."""
+    if task["result"] == TABLE:
+        done = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), *task["words"],
+                               "--jobs", "1"], capture_output=True, text=True, check=False)
+        verdict = {0: "as printed", 3: "differs"}.get(done.returncode, "crashed")
+        if "skipped;" in done.stdout:
+            verdict = "skipped"
+        say({"problem": task["problem"], "instance": 1, "solver": "saltus", "verdict": verdict,
+             "claimed": (done.stdout + (done.stderr if verdict == "crashed" else ""))[-2000:]})
+        return
+    with tempfile.TemporaryDirectory(prefix="saltus-campaign-") as folder:
+        words = [program_saltus(), *task["words"], "--out", folder]
+        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        base = {"problem": task["problem"], "instance": 1, "solver": "saltus"}
+        if task["result"] == MAP_ROWS:
+            with open(os.path.join(folder, MAP_ROWS), encoding="utf-8", newline="") as file:
+                reader = csv.DictReader(file)
+                rows, columns = list(reader), reader.fieldnames
+            with open(os.path.join(folder, "config.yaml"), encoding="utf-8") as file:
+                settings = file.read()
+            for number, row in enumerate(rows, 1):
+                times = {"seconds": row.pop("seconds")} if "seconds" in row else {}
+                say({**base, "instance": number, "verdict": row.get("outcome", ""), "row": row, "times": times})
+            say({**base, "instance": len(rows) + 1, "verdict": "settings", "settings": settings,
+                 "columns": columns})
+            return
+        summary = {}
+        path = os.path.join(folder, "summary.json")
+        if os.path.exists(path):
+            with open(path, encoding="utf-8") as file:
+                summary = json.load(file)
+        if not summary:
+            raise ProgramError(done.stderr.strip() or f"saltus ended with status {done.returncode}")
+        say({**base, "verdict": "recovered" if summary["recovered"] else "not recovered",
+             "drawn": task["drawn"], **{key: summary.get(key) for key in MEASURES}})
+
+
+def task_of(name, words, result, drawn=None):
+    return {"id": name, "kind": "command", "problem": name, "solvers": ["saltus"], "words": words,
+            "result": result, "drawn": drawn or {}}
+
+
+def interval(text, what):
+    """LOW:HIGH"""
+    try:
+        low, high = (float(word) for word in text.split(":"))
+        if not low <= high:
+            raise ValueError
+    except ValueError:
+        raise CampaignError(f"{what} is LOW:HIGH, as in 4:10, not '{text}'") from None
+    return low, high
+
+
+def push_tasks(arguments):
+    """Pushes, senses, masses and friction drawn; run k is the same whoever carries it out and however many there are."""
+    impulse = interval(arguments.impulse, "--impulse")
+    mass = interval(arguments.mass_error, "--mass-error")
+    friction = interval(arguments.friction, "--friction")
+    fixed = [word for text in arguments.set or () for word in ("--set", text)]
+    tasks = []
+    for k in range(1, arguments.runs + 1):
+        draw = random.Random(f"{arguments.seed}/{k}")
+        angle = draw.uniform(0.0, 2.0 * math.pi)
+        drawn = {"push.impulse": round(draw.uniform(*impulse), 3),
+                 "push.direction": f"[{math.cos(angle):.6f}, {math.sin(angle):.6f}, 0]",
+                 "model.mass_error": round(draw.uniform(*mass), 4)}
+        whole_body = arguments.plant != "centroidal"
+        if whole_body:
+            drawn |= {"simulator.friction": round(draw.uniform(*friction), 4),
+                      "sensor.seed": draw.randrange(1, 2 ** 31)}
+        words = ["run", "push_recovery", "--plant", arguments.plant, "--pictures", "false", *fixed]
+        for key, value in drawn.items():
+            words += ["--set", f"{key}={value}"]
+        tasks.append(task_of(f"push {k}", words, "summary.json",
+                             {**drawn, "direction_deg": round(math.degrees(angle), 2)}))
+    return tasks
+
+
+def map_tasks(arguments):
+    """A survival map, every cell of it: a task is all directions of one impulse, step time and controller."""
+    tasks = []
+    fixed = [word for text in arguments.set or () for word in ("--set", text)]
+    for controller in arguments.controllers.split(","):
+        for step_time in arguments.step_times.split(","):
+            for impulse in arguments.impulses.split(","):
+                tasks.append(task_of(
+                    f"{controller} {step_time} s {impulse} N s",
+                    ["map", "--all", "--jobs", "1", "--plant", arguments.plant, "--directions",
+                     str(arguments.directions), "--impulses", impulse, "--step-times", step_time,
+                     "--controllers", controller, "--set", "pictures=false", *fixed], MAP_ROWS))
+    return tasks
+
+
+def table_tasks(arguments):
+    """A table (or all sentences, all pictures) of the READMEs each."""
+    listed = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), "--list"],
+                            capture_output=True, text=True, check=False)
+    names = [line.split()[0] for line in listed.stdout.splitlines()]
+    for name in arguments.names:
+        if name not in names:
+            near = difflib.get_close_matches(name, names, 1, 0.4)
+            raise CampaignError(f"there is no table '{name}'; "
+                                + (f"did you mean '{near[0]}'?" if near else f"there are {', '.join(names)}"))
+    return [task_of(name, [name], TABLE) for name in arguments.names or names]
+
+
+def wilson(successes, count, z=1.96):
+    """Bounds of a share at 95 %."""
+    p = successes / count
+    centre, scale = p + z * z / (2 * count), 1 + z * z / count
+    half = z * math.sqrt(p * (1 - p) / count + z * z / (4 * count * count))
+    return max(0.0, (centre - half) / scale), min(1.0, (centre + half) / scale)
+
+
+def push_table(records):
+    """Rows: share of recoveries by size of the push, with bounds at 95 %, and the errors of those that recovered."""
+    lines = [line for line in records.lines() if line.get("solver") == "saltus"]
+    yield ["push, N s", "runs", "recovered", "share", "at 95 %", "CoM error, mm, median", "settling, s, median"]
+    groups = {}
+    for line in lines:
+        groups.setdefault(math.floor(line["drawn"]["push.impulse"]), []).append(line)
+    for size in [*sorted(groups), None]:
+        of = lines if size is None else groups[size]
+        good = [line for line in of if line["verdict"] == "recovered"]
+        low, high = wilson(len(good), len(of))
+
+        def median(key, scale, digits):
+            values = [line[key] for line in good if line.get(key) is not None]
+            return f"{scale * statistics.median(values):.{digits}f}" if values else "-"
+        yield ["all" if size is None else f"{size} to {size + 1}", str(len(of)), str(len(good)),
+               f"{len(good) / len(of):.3f}", f"{low:.3f} to {high:.3f}",
+               median("final_com_error_m", 1e3, 2), median("icp_settling_s", 1.0, 2)]
+
+
+def write_map(records, folder):
+    """map.csv and config.yaml as `saltus map` writes them; the same command then knows every cell and draws."""
+    rows, settings, columns = [], None, None
+    for line in records.lines():
+        if "row" in line:
+            row = dict(line["row"])
+            if "seconds" in line.get("times", {}):
+                row["seconds"] = line["times"]["seconds"]
+            rows.append(row)
+        settings, columns = line.get("settings", settings), line.get("columns", columns)
+    if not rows:
+        raise CampaignError("no cell of the map is known")
+    os.makedirs(folder, exist_ok=True)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    for name, content in ((MAP_ROWS, text.getvalue()), ("config.yaml", settings)):
+        with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
+            file.write(content)
