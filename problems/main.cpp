@@ -23,7 +23,9 @@ int main(int argc, char** argv) {
       saltus::suite_verb(),
       saltus::check_verb(),
       saltus::new_verb(),
-      saltus::verb_of_program("bench", "solvers compared on the same problems, beside those of others; times; campaigns",
-                              "saltus-bench")};
+      saltus::verb_of_program(
+          "bench",
+          "solvers compared on the same problems, beside those of others; times; campaigns",
+          "saltus-bench")};
   return saltus::saltus_main(argc, argv, problems, verbs);
 }
