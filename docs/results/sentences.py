@@ -230,7 +230,7 @@ OF_PUSH_RECOVERY = {
     "simulator_time": Sentence(
         "(the simulator takes {:.2f} s more)", [in_dart(7)], lambda s: [s[0]["body"]["plant_s_per_s"]],
         quick=False, timed=True),
-    "short_steps": Sentence(
+    "steps_of_0_3_s": Sentence(
         "a step of 0.3 s: 8, 10, 12, 14 and 16 N s{} (capture point settled in {:.2f} s up to 14 N s, {:.2f} s at 16;",
         SHORT, lambda s: [all_recovered(s), max(x["icp_settling_s"] for x in s[:4]), s[4]["icp_settling_s"]],
         quick=False),
