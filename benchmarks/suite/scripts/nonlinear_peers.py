@@ -14,7 +14,8 @@ from nonlinear_program import CasadiProgram
 from peers import Answer, NotApplicable
 
 ITERATIONS = 1000
-FLAGS = ("-O3", "-march=native")
+# Of sources above this size gcc's -O3 takes up to twenty minutes (pendulum_on_cart: 110 stages of Runge-Kutta in one function).
+LARGE_SOURCE = 1_000_000
 # What the plug-ins look for in a library of compiled functions.
 FOR_IPOPT = ("nlp", "nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "triangle")
 FOR_SQPMETHOD = ("nlp", "nlp_fg", "nlp_jac_fg", "whole")
@@ -34,11 +35,12 @@ def compiled(program, names):
         raise NotApplicable("no gcc is there to compile CasADi's functions")
     with tempfile.TemporaryDirectory(prefix="saltus-casadi-") as folder:
         source = program.write_source(folder, names)
+        flags = ["-O1" if os.path.getsize(source) > LARGE_SOURCE else "-O3", "-march=native"]
         with open(source, "rb") as file:
-            key = hashlib.sha256(file.read() + " ".join(FLAGS).encode()).hexdigest()[:24]
+            key = hashlib.sha256(file.read() + " ".join(flags).encode()).hexdigest()[:24]
         library = os.path.join(libraries_folder(), key + ".so")
         if not os.path.exists(library):
-            program.compile(source, os.path.join(folder, "nlp.so"), FLAGS)
+            program.compile(source, os.path.join(folder, "nlp.so"), flags)
             shutil.copy(os.path.join(folder, "nlp.so"), library + f".{os.getpid()}")
             os.replace(library + f".{os.getpid()}", library)
     return library
