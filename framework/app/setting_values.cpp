@@ -82,6 +82,15 @@ std::vector<std::string> split_at_commas(const std::string& text) {
   }
 }
 
+// The fewest digits that read back, "1.0e-08": without the dot readers of YAML 1.1 see a text.
+std::string number_text(double number) {
+  std::string text = fmt::format("{}", number);
+  const std::size_t exponent = text.find('e');
+  if (exponent != std::string::npos && text.find('.') == std::string::npos)
+    text.insert(exponent, ".0");
+  return text;
+}
+
 // Quoted as in JSON, which is YAML too: no text can be mistaken for something else.
 std::string quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -195,9 +204,9 @@ void Settings::assign(const Setting& setting, const Value& value) {
 }
 
 std::string Settings::yaml_text(const Setting& setting, const Value& value) {
-  return std::visit(Overloaded{[](double number) { return fmt::format("{}", number); },
+  return std::visit(Overloaded{[](double number) { return number_text(number); },
                                [](const std::optional<double>& number) {
-                                 return number ? fmt::format("{}", *number) : std::string("none");
+                                 return number ? number_text(*number) : std::string("none");
                                },
                                [](int number) { return fmt::format("{}", number); },
                                [](bool flag) { return std::string(flag ? "true" : "false"); },
@@ -205,7 +214,7 @@ std::string Settings::yaml_text(const Setting& setting, const Value& value) {
                                [](const std::vector<double>& numbers) {
                                  std::string text;
                                  for (const double number : numbers) {
-                                   text += fmt::format("{}{}", text.empty() ? "" : ", ", number);
+                                   text += (text.empty() ? "" : ", ") + number_text(number);
                                  }
                                  return "[" + text + "]";
                                },

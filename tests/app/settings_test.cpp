@@ -251,8 +251,8 @@ TEST_F(SettingsTest, unusable_files) {
   EXPECT_TRUE(
       contains(complaint_about_file("stepping: true\npush: {impulse: 3\n"), "not valid YAML"));
   EXPECT_TRUE(contains(complaint_about_file("stepping: true\n\tpush: 3\n"), "not valid YAML"));
-  EXPECT_TRUE(
-      contains(complaint_about_file("stepping: true\n---\nstepping: false\n"), "a second YAML document"));
+  EXPECT_TRUE(contains(complaint_about_file("stepping: true\n---\nstepping: false\n"),
+                       "a second YAML document"));
   EXPECT_TRUE(contains(complaint_about_file("[a, b]: 3\n"), "a key must be a name"));
   EXPECT_TRUE(contains(complaint_about_file("push: {}\n"), "'push' is a section"));
   EXPECT_TRUE(contains(complaint_about_file(std::string("\x7f"
@@ -273,6 +273,7 @@ TEST_F(SettingsTest, written_configuration_reads_back_exactly) {
   settings.apply(file, {});
   EXPECT_TRUE(config == written) << settings.to_yaml();
   EXPECT_TRUE(contains(settings.to_yaml(), "push:\n  impulse: 0.1  # N s\n  direction: ["));
+  EXPECT_TRUE(contains(settings.to_yaml(), ", 1.0e-300, -7]"));  // for readers of YAML 1.1
 }
 
 TEST_F(SettingsTest, description_names_default_unit_range_and_flag) {
