@@ -44,7 +44,7 @@ Points rectangle(double x0, double x1, double y0, double y1) {
 
 StepModel model_of(const Variant& v, const WalkerOptions& walker) {
   StepModel m;
-  m.sole = walker.half_sole.array() - 0.002;
+  m.sole = m.standing_sole = walker.half_sole.array() - 0.002;
   m.lent = walker.lent;
   m.lent_rate = walker.lent_rate;
   constexpr double fixed = 1e-3;  // m, s: half the width that is left
