@@ -1,5 +1,7 @@
 #include "problems/push_recovery/mpc.hpp"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 namespace saltus::push_recovery {
@@ -21,10 +23,38 @@ void set_measurement(const Measurement& measured, const Scene& scene, Tick<doubl
   data.omega = frequency_of_height(measured.gamma[2] - scene.stance.position[2]);
 }
 
+// Through three points of the horizon; constant at the target if nothing is planned.
+void set_motion(const Scene& scene, double begin, double length, Tick<double>& data) {
+  const walking::PlannedMotion& motion = scene.motion;
+  data.motion_begin = begin;
+  data.com_motion.setZero();
+  data.capture_motion.setZero();
+  data.com_motion.col(0) = data.capture_motion.col(0) = scene.target_point();
+  data.following = motion.samples > 0 ? 1.0 : 0.0;
+  if (motion.samples == 0) return;
+  const auto through = [&](const auto& samples) {
+    std::array<Vec<double, 2>, 3> at;
+    for (int i = 0; i < 3; ++i) {
+      const double s = std::clamp((begin + 0.5 * i * length - motion.begin) / motion.step, 0.0,
+                                  motion.samples - 1.0);
+      const int k = std::min(static_cast<int>(s), motion.samples - 2);
+      at[i] = samples[k] + (s - k) * (samples[k + 1] - samples[k]);
+    }
+    Mat<double, 2, 3> polynomial;
+    polynomial << at[0], (4.0 * at[1] - 3.0 * at[0] - at[2]) / length,
+        2.0 * (at[0] - 2.0 * at[1] + at[2]) / (length * length);
+    return polynomial;
+  };
+  data.com_motion = through(motion.com);
+  data.capture_motion = through(motion.capture_point);
+}
+
 class Mpc final : public Planner {
  public:
   Mpc(const Config& config, const RobotDescription& robot, const Scene& scene)
       : charges_change_(config.weights.wrench_change > 0.0),
+        follows_motion_(config.planning.leads_the_way()),
+        horizon_(config.planner.step * config.planner.intervals),
         scene_(scene),
         data_(data_at_rest(robot, scene)),
         controller_(make_tick_controller(problem_of(config, robot, scene), config.planner.intervals,
@@ -39,6 +69,7 @@ class Mpc final : public Planner {
       set_scene(scene, data_);
     }
     set_measurement(measured, scene, data_);
+    if (follows_motion_) set_motion(scene, measured.time, horizon_, data_);
     controller_.set_data("tick", data_);
     controller_.set_schedule(contacts);
     if (charges_change_) {
@@ -76,11 +107,13 @@ class Mpc final : public Planner {
     model.step = config.planner.step;
     model.intervals = config.planner.intervals;
     model.cost_rule = config.planner.costs;
+    model.follows_motion = config.planning.leads_the_way();
     return problem(model, config.weights, data_at_rest(robot, scene),
                    first_contacts(config, scene));
   }
 
-  bool charges_change_;
+  bool charges_change_, follows_motion_;
+  double horizon_;  // s
   Scene scene_;
   Tick<double> data_;
   RecedingHorizonController controller_;

@@ -70,6 +70,31 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
     return (tick.hull_normals * capture(gamma, tick) - tick.hull_offsets).eval();
   };
   const auto wrenches = [](const auto&, const auto&, const auto& f) { return f; };
+  // Who walks follows the plan of steps; else its motion is the target, at rest.
+  const auto off_motion = [](const auto& t, const auto& gamma, const auto&, const auto& p) {
+    using S = std::decay_t<decltype(gamma[0])>;
+    const auto tick = view_as<Tick>(p);
+    const S s = t - tick.motion_begin;
+    const auto& motion = tick.com_motion;
+    Vec<S, 9> error = gamma - tick.gamma_desired;
+    error.template head<2>() =
+        gamma.template head<2>() - motion.col(0) - s * (motion.col(1) + s * motion.col(2));
+    error.template segment<2>(3) =
+        gamma.template segment<2>(3) - motion.col(1) - S(2.0) * s * motion.col(2);
+    return error;
+  };
+  const auto capture_off_motion = [capture](const auto& t, const auto& gamma, const auto&,
+                                            const auto& p) {
+    using S = std::decay_t<decltype(gamma[0])>;
+    const auto tick = view_as<Tick>(p);
+    const S s = t - tick.motion_begin;
+    const auto& motion = tick.capture_motion;
+    return (capture(gamma, tick) - motion.col(0) - s * (motion.col(1) + s * motion.col(2))).eval();
+  };
+  const auto walking_error = [capture_off_motion](const auto& t, const auto& gamma, const auto& f,
+                                                  const auto& p) {
+    return (view_as<Tick>(p).following * capture_off_motion(t, gamma, f, p)).eval();
+  };
 
   Phase<9, 12, size_of<Tick>> phase{"step", Dynamics{model}, exactly(model.step * model.intervals)};
   phase.common_resultant({0, 6}, 6);  // force and torque about the CoM
@@ -93,12 +118,23 @@ OptimalControlProblem problem(const Model& model, const Weights& weights, const 
   // The five terms of Gamma ("Cost function definition"), and that of standing.
   Vec<double, 12> wrench_weights;
   wrench_weights << weights.wrench, weights.wrench;
-  phase.track("state", gamma_error, weights.gamma, always)
-      .track("state after impact", gamma_error, weights.gamma_impact, after_impact)
-      .track("wrenches", wrenches, wrench_weights, always)
-      .track("capture point", capture_error, weights.capture_point, after_impact)
-      .track("capture point, standing", standing_error, weights.capture_point_standing, on_one_foot)
-      .track_at_end("final state", gamma_error, weights.gamma_impact);
+  if (model.follows_motion)
+    phase.track("state", off_motion, weights.gamma, always)
+        .track("state after impact", off_motion, weights.gamma_impact, after_impact)
+        .track("wrenches", wrenches, wrench_weights, always)
+        .track("capture point", capture_off_motion, weights.capture_point, after_impact)
+        .track("capture point, walking", walking_error, weights.capture_point, on_one_foot)
+        .track("capture point, standing", standing_error, weights.capture_point_standing,
+               on_one_foot)
+        .track_at_end("final state", off_motion, weights.gamma_impact);
+  else
+    phase.track("state", gamma_error, weights.gamma, always)
+        .track("state after impact", gamma_error, weights.gamma_impact, after_impact)
+        .track("wrenches", wrenches, wrench_weights, always)
+        .track("capture point", capture_error, weights.capture_point, after_impact)
+        .track("capture point, standing", standing_error, weights.capture_point_standing,
+               on_one_foot)
+        .track_at_end("final state", gamma_error, weights.gamma_impact);
   if (weights.wrench_change > 0.0)
     phase.penalise_change(Vec<double, 12>::Constant(weights.wrench_change));
 

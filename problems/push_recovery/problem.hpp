@@ -30,6 +30,7 @@ struct Model {
   double step = 0.01;  // dt, s
   int intervals = 15;  // N
   CostRule cost_rule = CostRule::nodes;
+  bool follows_motion = false;  ///< of the data, in place of coming to rest at the target
 };
 
 /// The problem of one tick. The contacts are those of robots/walking/contacts.hpp, in absolute

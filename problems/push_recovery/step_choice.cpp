@@ -8,8 +8,13 @@
 namespace saltus::push_recovery {
 namespace {
 
+// A foot is brought back by whoever has been at rest for so long (s), slower than this (m/s), if it
+// is farther than this from its usual place (m).
+constexpr double rest_before = 1.0, rest_speed = 0.05, off_place = 0.02;
 // Penalties that are paid for less than this are the solver's rounding and its last step, m.
 constexpr double hardly = 2e-3;
+// Of who walks, from landing to landing, s.
+constexpr double slowest_pace = 1.0;
 // What a step may leave of the miss of a robot that stands.
 constexpr double helpful = 0.1;
 
@@ -54,7 +59,11 @@ StepChoice::Frame StepChoice::frame_on(const StepSituation& now, Side stance) co
 
 StepChoice::StepChoice(const StepModel& model, const StepChoiceSettings& settings,
                        const SoleCentres& centres, const Vec<double, 2>& stride)
-    : model_(model), settings_(settings), centres_(centres), stride_(stride) {
+    : model_(model),
+      settings_(settings),
+      centres_(centres),
+      stride_(stride),
+      pace_(model.usual_swing + model.usual_support) {
   const int most = std::clamp(settings.most_steps, 0, most_planned_steps);
   candidates_.push_back({StepProgram(model, 0, false), 0, false});
   for (int k = 1; k <= most; ++k) {
@@ -68,8 +77,11 @@ void StepChoice::restart() {
   plan_ = {};
   incumbent_ = -1;
   for (Candidate& c : candidates_) c.solved_at = -infinity;
-  unloading_since_ = swinging_since_ = infinity;
+  unloading_since_ = swinging_since_ = at_rest_since_ = infinity;
+  is_bringing_back_ = false;
   landed_last_ = -1;
+  landed_at_ = -infinity;
+  pace_ = model_.usual_swing + model_.usual_support;
 }
 
 bool StepChoice::is_fixed(const StepSituation& now) const {
@@ -83,12 +95,22 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   plan_.alternatives = 0;
   plan_.chosen = -1;
   if (!is_known(now)) return plan_;
+  velocity_ = settings_.velocity;
+  if (now.time >= settings_.walk_until) velocity_.setZero();
   const bool two_feet = now.left.stands && now.right.stands;
   if (!now.left.stands && !now.right.stands) return plan_;
   const Side in_air = now.left.stands ? Side::right : Side::left;  // of one foot
+  if (!two_feet || now.gamma.segment<3>(3).norm() > rest_speed)
+    at_rest_since_ = infinity;
+  else
+    at_rest_since_ = std::min(at_rest_since_, now.time);
   if (two_feet) {
-    if (swinging_since_ < infinity && plan_.count > 0)
+    if (swinging_since_ < infinity && plan_.count > 0) {
       landed_last_ = static_cast<int>(plan_.steps[0].foot);
+      if (std::isfinite(landed_at_))
+        pace_ = std::clamp(now.time - landed_at_, model_.swing.lower, slowest_pace);
+      landed_at_ = now.time;
+    }
     swinging_since_ = infinity;
     if (incumbent_ >= 0 && !candidates_[incumbent_].from_two_feet) incumbent_ = -1;
   } else {
@@ -100,6 +122,7 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
     if (incumbent_ >= 0 && candidates_[incumbent_].from_two_feet) incumbent_ = -1;
   }
   if (is_fixed(now)) return plan_;
+  if (settings_.bring_back && two_feet) is_bringing_back_ = is_off_its_place(now);
   const bool must_land = !two_feet && swinging_since_ < infinity;
 
   // The one that is carried out, then the others from few steps to many.
@@ -110,7 +133,9 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
     if (c.solution != nullptr || (c.steps > 0 && c.from_two_feet != two_feet)) return;
     if (c.steps == 0 && (must_land || (walks() && best >= 0))) return;
     // Feet take turns: else the one in front could step onto its own place for ever.
-    if (walks() && two_feet && c.steps > 0 && static_cast<int>(c.first) == landed_last_) return;
+    if (!velocity_.isZero(0.0) && two_feet && c.steps > 0 &&
+        static_cast<int>(c.first) == landed_last_)
+      return;
     if (!two_feet && c.first != in_air) {
       c.first = in_air;
       c.solved_at = -infinity;
@@ -148,6 +173,14 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   return plan_;
 }
 
+// On two feet that have been at rest. Once begun it goes on until the foot has landed.
+bool StepChoice::is_off_its_place(const StepSituation& now) const {
+  if (is_bringing_back_ && unloading_since_ < infinity) return true;
+  if (now.time < at_rest_since_ + rest_before) return false;
+  const Vec<double, 2> apart = frame_on(now, Side::left).into(centre(now, Side::right));
+  return (apart - stride_).norm() > off_place;
+}
+
 // Standing on both feet it is the left one.
 Side StepChoice::stance_of(const Candidate& c, const StepSituation& now) const {
   if (c.steps > 0) return other(c.first);
@@ -160,10 +193,10 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   StepNow<double> data;
   data.omega = now.omega;
   data.stride = stride_;
-  // Between two landings; lateral velocities move both feet, whichever side they are on.
-  data.drift = Vec<double, 2>(settings_.velocity[0], stance == Side::left ? -settings_.velocity[1]
-                                                                          : settings_.velocity[1]) *
-               (model_.usual_swing + model_.double_support.lower);
+  // Between two landings, by the last two; lateral velocities move both feet, whichever side they
+  // are on.
+  data.drift =
+      Vec<double, 2>(velocity_[0], stance == Side::left ? -velocity_[1] : velocity_[1]) * pace_;
   const Vec<double, 2> other_foot = frame.into(centre(now, other(stance)));
   if (now.foot(other(stance)).stands) data.other = other_foot;
   data.swing = data.aim = other_foot;
@@ -179,8 +212,11 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   const Vec<double, 2> rest = capture_point_at_rest(com, velocity, momentum, now.mass, now.omega);
   const Vec<double, 2> lent =
       Vec<double, 2>(-momentum[1], momentum[0]) / (now.mass * height * now.omega);
+  // Who has stood for long is not late.
+  const double clock =
+      c.from_two_feet ? std::min(now.time - landed_at_, model_.usual_support) : data.swung;
   Vec<double, step_states> state;
-  state << frame.into(com), frame.into({rest[0], rest[1], 0.0}), frame.turned(lent), data.swung;
+  state << frame.into(com), frame.into({rest[0], rest[1], 0.0}), frame.turned(lent), clock;
   // Off its bounds: an interior-point method finds nothing between a state and a bound that meet.
   const double lent_most = 0.95 * model_.lent;
   for (int i = 4; i < 6; ++i) state[i] = std::clamp(state[i], -lent_most, lent_most);
@@ -188,7 +224,9 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   Bounds phase = between(0.01, model_.swing.upper);
   if (c.from_two_feet) {
     const double unloaded = std::isfinite(unloading_since_) ? now.time - unloading_since_ : 0.0;
-    phase = between(std::max(0.005, model_.unloading.lower - unloaded), model_.unloading.upper);
+    // What is due within half a tick begins now: no bound may keep it from that.
+    phase = between(std::max(0.2 * now.period, model_.unloading.lower - unloaded),
+                    model_.unloading.upper);
   }
   const bool is_warm = now.time - c.solved_at < 1.5 * now.period;
   if (!is_warm) c.program.restart();
@@ -221,12 +259,20 @@ Vec<double, 3> StepChoice::in_world(const Frame& frame, Side foot,
 }
 
 void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
-  is_feasible_ = c.solution->missed < hardly;
+  plan_.is_feasible = c.solution->missed < hardly;
   const bool is_new = plan_.count == 0 || plan_.steps[0].foot != c.first;
   plan_.count = c.steps;
   const Frame frame = frame_on(now, stance_of(c, now));
   pressure_ = frame.out(c.solution->pressure).head<2>();
   lent_rate_ = frame.forward * c.solution->lent_rate[0] + frame.towards * c.solution->lent_rate[1];
+  plan_.motion.samples = 0;
+  if (walks()) {  // the CoM must be on its way before the foot lifts off
+    c.program.sample(plan_.motion);
+    plan_.motion.begin = now.time;
+    for (int i = 0; i < plan_.motion.samples; ++i)
+      for (Vec<double, 2>* point : {&plan_.motion.com[i], &plan_.motion.capture_point[i]})
+        *point = frame.out(*point).head<2>();
+  }
   if (c.steps == 0) {
     unloading_since_ = infinity;
     return;

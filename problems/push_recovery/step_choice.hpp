@@ -27,6 +27,8 @@ struct StepChoiceSettings {
   /// so that a run is the same on every machine.
   int budget = 24;
   Vec<double, 2> velocity = Vec<double, 2>::Zero();  ///< desired, forward and to the left, m/s
+  double walk_until = infinity;                      ///< then it stands, s
+  bool bring_back = false;  ///< once at rest, a foot that is off its usual place steps there
 };
 
 /// The feet of the robot: centres of the soles in their contact frames, m.
@@ -47,7 +49,7 @@ class StepChoice final : public walking::StepPlanner {
   /// Forgets all plans: another run begins.
   void restart();
   /// Whether the last plan meets all constraints; otherwise it is the least bad.
-  bool is_feasible() const { return is_feasible_; }
+  bool is_feasible() const { return plan_.is_feasible; }
   /// The first input of the last plan: centre of pressure in the world (m), rate of eta (m/s).
   const Vec<double, 2>& pressure() const { return pressure_; }
   const Vec<double, 2>& lent_rate() const { return lent_rate_; }
@@ -75,7 +77,9 @@ class StepChoice final : public walking::StepPlanner {
     Vec<double, 3> out(const Vec<double, 2>& point) const;
   };
 
-  bool walks() const { return settings_.velocity.norm() > 0.0; }
+  /// Steps for their own sake, not because of a push.
+  bool walks() const { return is_bringing_back_ || !velocity_.isZero(0.0); }
+  bool is_off_its_place(const StepSituation& now) const;
   Frame frame_on(const StepSituation& now, Side stance) const;
   Vec<double, 3> centre(const StepSituation& now, Side side) const;
   Vec<double, 3> in_world(const Frame& frame, Side foot, const Vec<double, 2>& place) const;
@@ -90,12 +94,16 @@ class StepChoice final : public walking::StepPlanner {
   SoleCentres centres_;
   Vec<double, 2> stride_;
   std::vector<Candidate> candidates_;
+  Vec<double, 2> velocity_ = Vec<double, 2>::Zero();  // desired now, m/s
   int incumbent_ = -1;
   int landed_last_ = -1;               // side of the foot that did, -1: none has
+  double landed_at_ = -infinity;       // s
+  double pace_;                        // from landing to landing of who walks, s
   double unloading_since_ = infinity;  // s
   double swinging_since_ = infinity;   // s, of a foot of which the situation does not say it
   Vec<double, 3> lifted_from_ = Vec<double, 3>::Zero(), aim_ = Vec<double, 3>::Zero();  // of it, m
-  bool is_feasible_ = true;
+  double at_rest_since_ = infinity;  // s, on two feet
+  bool is_bringing_back_ = false;
   Vec<double, 2> pressure_ = Vec<double, 2>::Zero(), lent_rate_ = Vec<double, 2>::Zero();
   double seconds_ = 0.0;
   int iterations_ = 0;

@@ -45,8 +45,9 @@ Vec<S, 2> in_hull(const Vec<S, 2>& a, const Vec<S, 2>& b, const S& side, const S
   return point;
 }
 
-// State (c, xi, eta, time since lift-off); input (forward, sideways, nu, side), scaled to [-1, 1].
-// In single support (before == after) the side has no effect.
+// State (c, xi, eta, time since the last lift-off or, if that counts, landing); input (forward,
+// sideways, nu, side), scaled to [-1, 1]. In single support (before == after) the side has no
+// effect.
 struct Pendulum {
   StepModel model;
   int before, after;  // the feet that stand
@@ -213,8 +214,17 @@ void end_with_landing(StepPhase& phase, const StepModel& model, int k) {
       Vec<double, 2>::Constant(w.stride));
 }
 
-Jump lift_off() {
-  return jump<7>("lift-off", [](const auto&, const auto& x) {
+// Both feet have stood, and one lifts off.
+void end_with_lift_off(StepPhase& phase, const StepModel& model) {
+  if (model.weights.support == 0.0) return;
+  const double usual = model.usual_support;
+  phase.track_at_end(
+      "usual double support", [usual](const auto&, const auto& x) { return (x[6] - usual) / 0.1; },
+      Vec<double, 1>(model.weights.support));
+}
+
+Jump clock_restarts(const char* event) {
+  return jump<7>(event, [](const auto&, const auto& x) {
     auto after = x;
     after[6] = 0.0 * x[6];
     return after;
@@ -239,8 +249,12 @@ OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_
     end_captured(standing, whole, 0, -1);
     return ocp.then(standing);
   }
-  if (from_two_feet)
-    ocp.then(phase_of("unloading", model, 0, -1, model.unloading, model.unloading.lower, steps));
+  if (from_two_feet) {
+    StepPhase unloading =
+        phase_of("unloading", model, 0, -1, model.unloading, model.unloading.lower, steps);
+    end_with_lift_off(unloading, model);
+    ocp.then(unloading);
+  }
   for (int k = 1; k <= steps; ++k) {
     // A swing that has begun may be nearly over.
     constexpr double shortest_rest = 0.01;
@@ -251,10 +265,15 @@ OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_
     if (k == 1 && !from_two_feet)
       ocp.then(swing);
     else
-      ocp.then(swing, lift_off());
-    if (k < steps)
-      ocp.then(phase_of(fmt::format("double support {}", k), model, k - 1, k, model.double_support,
-                        model.double_support.lower, steps));
+      ocp.then(swing, clock_restarts("lift-off"));
+    if (k == steps) continue;
+    StepPhase support = phase_of(fmt::format("double support {}", k), model, k - 1, k,
+                                 model.double_support, model.double_support.lower, steps);
+    end_with_lift_off(support, model);
+    if (model.weights.support == 0.0)
+      ocp.then(support);
+    else
+      ocp.then(support, clock_restarts("landing"));
   }
   return ocp;
 }

@@ -34,6 +34,7 @@ struct StepWeights {
   double side = 0.2;      ///< on resting under one foot, not half-way between both
   double duration = 1.0;  ///< on a swing 0.1 s off the usual time
   double stride = 1.0;    ///< on a place 0.1 m off the usual one
+  double support = 0.0;   ///< on a double support 0.1 s off its usual time; 0: there is none
   double pressure = 1.0;  ///< per s, on the centre of pressure at the border of the sole
   double momentum = 3.0;  ///< per s, on the largest angular momentum
   double torque = 0.3;    ///< per s, on the largest rate of it
@@ -53,6 +54,7 @@ struct StepModel {
   double usual_swing = 0.6;                   ///< s
   Bounds double_support = between(0.1, 0.6);  ///< between two steps, s
   Bounds unloading = between(0.05, 0.5);      ///< before the first step from two feet, s
+  double usual_support = 0.1;                 ///< of who walks, from landing to lift-off, s
   double standing = 0.6;                      ///< horizon without steps, s
   StepWeights weights;
 };
@@ -60,7 +62,7 @@ struct StepModel {
 inline constexpr int step_states = 7;
 
 /// `steps` 0 to most_planned_steps; `from_two_feet`: the first foot is still on the ground. Data
-/// "now"; the state at the start is (com, xi at rest, eta, time swung).
+/// "now"; the state at the start is (com, xi at rest, eta, time swung, of two feet: stood).
 OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_two_feet);
 
 }  // namespace saltus::push_recovery

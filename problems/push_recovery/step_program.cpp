@@ -82,6 +82,8 @@ const StepSolution& StepProgram::solve(const StepNow<double>& now,
     NonlinearProgram& nlp = shooting_->nlp();
     shooting_->set_data("now", now);
     other_ = now.other;
+    state_ = state;
+    omega_ = now.omega;
     shooting_->start_at(0.0, state);
     begin_at(elapsed, first);
     while (solution_.iterations < most_iterations) {
@@ -141,6 +143,58 @@ void StepProgram::read_solution() {
   solution_.pressure = between + sole.cwiseProduct(Vec<double, 2>(u[0], u[1]));
   solution_.lent_rate = model_.lent_rate * Vec<double, 2>(u[2], u[3]);
   solution_.is_solved = std::isfinite(solution_.cost) && solution_.residual < feasible;
+}
+
+Vec<double, 2> StepProgram::foot(int k) const {
+  if (k < 0) return other_;
+  return k == 0 ? Vec<double, 2>::Zero() : solution_.place[k - 1];
+}
+
+// Centre of pressure as planned; after the plan that of the end of it.
+Vec<double, 2> StepProgram::pressure_at(double time) const {
+  const Layout& layout = shooting_->layout();
+  const Grid& grid = shooting_->grid();
+  int j = 0;
+  double begin = 0.0, length = model_.standing;
+  for (;; ++j) {
+    const int duration = layout.duration(j);
+    if (duration >= 0)
+      length = plan_.w[duration] * shooting_->problem().phases()[j].nominal_duration;
+    if (time < begin + length || j + 1 >= grid.phases()) break;
+    begin += length;
+  }
+  const int intervals = grid.intervals(j);
+  const int interval =
+      std::clamp(static_cast<int>(intervals * (time - begin) / length), 0, intervals - 1);
+  const double* u = plan_.w.data() + layout.input(j, interval);
+  // Phases: unloading on feet 0 and -1, if at all, then in turn on one foot and on two.
+  const int later = j - (from_two_feet_ ? 1 : 0);
+  const bool is_first = steps_ == 0 || later < 0, is_single = !is_first && later % 2 == 0;
+  const int before = is_first ? 0 : later / 2, after = is_first    ? -1
+                                                       : is_single ? before
+                                                                   : before + 1;
+  const double side = is_single ? 0.0 : u[4];
+  return 0.5 * (foot(before) + foot(after) + side * (foot(after) - foot(before))) +
+         model_.sole.cwiseProduct(Vec<double, 2>(u[0], u[1]));
+}
+
+void StepProgram::sample(walking::PlannedMotion& motion) const {
+  constexpr int pieces = 4;
+  constexpr double h = walking::PlannedMotion::step / pieces;
+  Vec<double, 2> com = state_.head<2>(), capture = state_.segment<2>(2);
+  const Vec<double, 2> lent = state_.segment<2>(4);  // as good as constant meanwhile
+  motion.samples = walking::PlannedMotion::most_samples;
+  for (int i = 0; i < motion.samples; ++i) {
+    motion.com[i] = com;
+    motion.capture_point[i] = capture;
+    for (int k = 0; k < pieces; ++k) {  // midpoint rule
+      const Vec<double, 2> cop = pressure_at((i * pieces + k + 0.5) * h);
+      const Vec<double, 2> half_com = com + 0.5 * h * omega_ * (capture + lent - com),
+                           half = capture + 0.5 * h * omega_ * (capture + lent - cop);
+      com += h * omega_ * (half + lent - half_com);
+      capture += h * omega_ * (half + lent - cop);
+    }
+  }
 }
 
 Solution StepProgram::report() {

@@ -7,6 +7,7 @@
 
 #include "problems/push_recovery/step_problem.hpp"
 #include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/robots/walking/step_plan.hpp"
 #include "saltus/solver/kkt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
@@ -42,12 +43,17 @@ class StepProgram {
   /// Does not allocate.
   const StepSolution& solve(const StepNow<double>& now, const Vec<double, step_states>& state,
                             Bounds first, double elapsed, int most_iterations) noexcept;
+  /// The first seconds of the last solution from the state that it was solved from, its inputs as
+  /// planned, in the frame of StepNow. Does not allocate.
+  void sample(walking::PlannedMotion& motion) const;
   /// The plan behind the last solution, with its costs by name. Allocates.
   Solution report();
 
  private:
   void read_solution();
   void begin_at(double elapsed, Bounds first);
+  Vec<double, 2> foot(int k) const;
+  Vec<double, 2> pressure_at(double time) const;
 
   int steps_;
   bool from_two_feet_;
@@ -57,6 +63,8 @@ class StepProgram {
   KktCheck check_;
   NlpPoint initial_, plan_, before_;
   Vec<double, 2> other_ = Vec<double, 2>::Zero();  // the foot that stands beside the stance foot
+  Vec<double, step_states> state_ = Vec<double, step_states>::Zero();
+  double omega_ = 0.0;
   bool has_plan_ = false, has_multipliers_ = false;
   StepSolution solution_;
 };

@@ -85,13 +85,33 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       "on resting at the border of the soles, 0.1 s off the usual time, 0.1 m off the usual place, "
       "and a second on the border of the sole (ocp)",
       at_least(0.0));
+  s.flag(
+      "step.bring_back", p.bring_back,
+      "a second after the robot has come to rest it brings its feet back to their usual distance "
+      "(ocp)");
+  s.rule({"step.bring_back", "step.planner"}, [&p, &step] {
+    return p.bring_back && step.planner != StepPlannerChoice::ocp
+               ? "step.bring_back needs step.planner=ocp: the others step only after pushes"
+               : "";
+  });
   s.vector("walk.velocity", p.velocity, "m/s",
            "forward, to the left, and turning (rad/s, not yet: 0) of a robot that walks (ocp)");
-  s.rule({"walk.velocity", "step.usual", "step.double_support", "step.foot_speed"},
+  s.number("walk.duration", p.walk_duration, "s", "then it stands", between(0.0, 3600.0));
+  s.number("walk.double_support", p.usual_support, "s",
+           "usual time on two feet of a robot that walks", between(0.01, 10.0));
+  s.rule({"walk.double_support", "step.double_support"}, [&p] {
+    return p.usual_support >= p.double_support
+               ? ""
+               : fmt::format(
+                     "walk.double_support ({}) is shorter than step.double_support ({}), the least "
+                     "time on two feet: raise it",
+                     p.usual_support, p.double_support);
+  });
+  s.rule({"walk.velocity", "step.usual", "walk.double_support", "step.foot_speed"},
          [&p]() -> std::string {
            // A foot swings over two steps, at 15/8 of the mean speed where it is fastest.
            const double speed = 15.0 / 8.0 * 2.0 * p.velocity.head<2>().norm() *
-                                (p.usual + p.double_support) / p.usual;
+                                (p.usual + p.usual_support) / p.usual;
            if (speed <= p.foot_speed) return "";
            return fmt::format(
                "walk.velocity needs a foot that swings at {:.2f} m/s, and step.foot_speed is {}: "
@@ -101,7 +121,7 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
   s.rule({"walk.velocity", "step.planner"}, [&p, &step]() -> std::string {
     if (p.velocity[2] != 0.0)
       return "walk.velocity turns by its third entry, which must be 0: feet stay parallel";
-    if (p.velocity.norm() > 0.0 && step.planner != StepPlannerChoice::ocp)
+    if (p.walks() && step.planner != StepPlannerChoice::ocp)
       return "walk.velocity needs step.planner=ocp: the formula takes single steps";
     return "";
   });
@@ -152,6 +172,8 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   model.swing = between(planning.shortest, planning.longest);
   model.usual_swing = std::clamp(planning.usual, planning.shortest, planning.longest);
   model.double_support = between(planning.double_support, planning.double_support + 0.5);
+  model.usual_support = planning.usual_support;
+  if (planning.leads_the_way()) model.weights.support = 1.0;
 
   StepChoiceSettings choice;
   choice.most_steps = step.allowed ? planning.most_steps : 0;
@@ -159,6 +181,8 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   choice.hysteresis = planning.hysteresis;
   choice.lead = planning.lead;
   choice.velocity = planning.velocity.head<2>();
+  choice.bring_back = planning.bring_back;
+  choice.walk_until = planning.walk_duration;
   return std::make_unique<StepChoice>(model, choice, centres, step.fixed_place + apart);
 }
 

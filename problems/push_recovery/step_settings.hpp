@@ -27,8 +27,15 @@ struct StepPlanning {
   double price = 2.0;           ///< of a step, in units of the cost
   double hysteresis = 0.5;      ///< in units of the cost
   Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< to walk with: forward, left (m/s), turn
+  double walk_duration = 20.0;                       ///< then it stands, s
+  bool bring_back = false;                           ///< feet to their usual distance, once at rest
+  double usual_support = 0.1;                        ///< of who walks, on two feet, s
   Vec<double, 4> weights{1.0, 1.0, 1.0, 1.0};  ///< rest, duration, stride, pressure: StepWeights
   double lead = 0.08;  ///< s before the landing its time and place are fixed
+
+  bool walks() const { return !velocity.isZero(0.0); }
+  /// Steps for their own sake: whoever carries them out has to follow the plan.
+  bool leads_the_way() const { return walks() || bring_back; }
 };
 
 /// step.planner and the keys of the one that solves a problem of optimal control.

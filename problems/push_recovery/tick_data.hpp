@@ -20,12 +20,18 @@ struct Tick {
   /// hull = {x : normals x <= offsets}, m
   Mat<S, hull_rows, 2> hull_normals = Mat<S, hull_rows, 2>::Zero();
   Vec<S, hull_rows> hull_offsets = Vec<S, hull_rows>::Zero();
-  S standing = 0.0;  ///< 1 while no step is planned, else 0
+  S standing = 0.0;   ///< 1 while no step is planned, else 0
+  S following = 0.0;  ///< 1 while steps are taken for their own sake, else 0
+  // The motion then, as polynomials of the time since `motion_begin` (s, absolute), constant first,
+  // m; else the constant at the target.
+  S motion_begin = 0.0;
+  Mat<S, 2, 3> com_motion = Mat<S, 2, 3>::Zero(), capture_motion = Mat<S, 2, 3>::Zero();
 
   using Entries =
       ParameterEntries<&Tick::com, &Tick::force, &Tick::omega, &Tick::left_foot, &Tick::right_foot,
                        &Tick::gamma_desired, &Tick::capture_point_desired, &Tick::hull_normals,
-                       &Tick::hull_offsets, &Tick::standing>;
+                       &Tick::hull_offsets, &Tick::standing, &Tick::following, &Tick::motion_begin,
+                       &Tick::com_motion, &Tick::capture_motion>;
 
   void set_hull(const HalfPlanes& hull) {  // hull_rows of them
     hull_normals = hull.A;

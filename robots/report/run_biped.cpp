@@ -96,6 +96,12 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
     }
 
   fmt::print("{}\n", verdict.recovered ? "recovered" : "not recovered: " + verdict.reason);
+  if (json.contains("step_plans") && json["step_plans"]["ticks_without_feasible_alternative"] > 0)
+    fmt::print(
+        "no step and no standing met all limits in {} of {} ticks that planned, first at {:.2f} s: "
+        "the least bad was carried out\n",
+        json["step_plans"]["ticks_without_feasible_alternative"].get<int>(), log.plans.size(),
+        json["step_plans"]["first_without_s"].get<double>());
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
              verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
              1e3 * verdict.final_com_error);

@@ -24,6 +24,25 @@ Json latency(const LatencyHistogram& h) {
           {"max", 1e6 * h.max()}};
 }
 
+// What was planned, and how long a tick of it took: in processor time.
+Json step_plans(const RunLog& log) {
+  LatencyHistogram all, several;
+  int infeasible = 0;
+  double first = infinity;
+  for (const PlanRecord& record : log.plans) {
+    all.add(record.seconds);
+    if (record.plan.alternatives >= 3) several.add(record.seconds);
+    if (!record.plan.is_feasible && infeasible++ == 0) first = record.time;
+  }
+  Json json = {{"ticks", log.plans.size()},
+               {"processor_us", latency(all)},
+               {"ticks_with_three_alternatives", several.count()},
+               {"ticks_without_feasible_alternative", infeasible},
+               {"first_without_s", first}};  // null: there is none
+  if (several.count() > 0) json["processor_us_with_three"] = latency(several);
+  return json;
+}
+
 Json points(const SupportPolygon& polygon) {
   Json list = Json::array();
   for (const Point2& p : polygon.vertices()) list.push_back({p[0], p[1]});
@@ -114,6 +133,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
                              {"touchdown_s", step.touchdown},  // null: it never landed
                              {"place_m", {step.place[0], step.place[1]}},
                              {"landed_at_m", {step.landed_at[0], step.landed_at[1]}}});
+  if (!log.plans.empty()) json["step_plans"] = step_plans(log);
   const Vec<double, 2> target = scene.target_point();
   json["target"] = {target[0], target[1]};
   return json;
@@ -151,8 +171,8 @@ CsvTable step_table(const RunLog& log) {
 }
 
 CsvTable plan_table(const RunLog& log) {
-  std::vector<std::string> columns{"t",       "steps",   "right_foot", "lift_off",
-                                   "landing", "place_x", "place_y",    "chosen"};
+  std::vector<std::string> columns{"t",       "steps",   "right_foot", "lift_off", "landing",
+                                   "place_x", "place_y", "chosen",     "feasible", "processor_us"};
   for (int i = 0; i < StepPlan::most_alternatives; ++i)
     for (const char* entry : {"steps", "right_foot", "cost", "place_x", "place_y", "landing"})
       columns.push_back(fmt::format("alternative_{}_{}", i + 1, entry));
@@ -169,6 +189,7 @@ CsvTable plan_table(const RunLog& log) {
     else
       row.insert(row.end(), 5, none);
     row.push_back(plan.chosen < 0 ? none : plan.chosen + 1.0);
+    row.insert(row.end(), {plan.is_feasible ? 1.0 : 0.0, 1e6 * record.seconds});
     for (int i = 0; i < StepPlan::most_alternatives; ++i) {
       const StepAlternative& a = plan.alternative[static_cast<std::size_t>(i)];
       if (i < plan.alternatives)

@@ -122,8 +122,12 @@ class ClosedLoop {
   // A step whose lift-off is due begins. One that is under way follows the plan, if that names it.
   void plan_steps(double t) {
     CpuTime watch(log_.plan_seconds);
-    plan_ = steps_->plan(situation(t));
-    if (plan_.is_stepping() || plan_.alternatives > 0) log_.plans.push_back({t, plan_});
+    const StepSituation now = situation(t);
+    const double asked_at = thread_microseconds();
+    plan_ = steps_->plan(now);
+    scene_.motion = plan_.motion;
+    const double seconds = 1e-6 * (thread_microseconds() - asked_at);
+    if (plan_.is_stepping() || plan_.alternatives > 0) log_.plans.push_back({t, plan_, seconds});
     if (!plan_.is_stepping()) return;
     const PlannedStep& first = plan_.steps[0];
     if (swing_ == nullptr && first.lift_off < t + 0.5 * period_ && foot(other(first.foot)).stands)

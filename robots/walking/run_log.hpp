@@ -39,6 +39,7 @@ struct StepRecord {
 struct PlanRecord {
   double time = 0.0;  ///< s
   StepPlan plan;
+  double seconds = 0.0;  ///< processor time that it took
 };
 
 /// One call of the planner.

@@ -4,6 +4,7 @@
 #include "saltus/robots/model/foot.hpp"
 #include "saltus/robots/model/robot_description.hpp"
 #include "saltus/robots/model/support_polygon.hpp"
+#include "saltus/robots/walking/step_plan.hpp"
 
 namespace saltus {
 class Settings;
@@ -30,6 +31,7 @@ struct Scene {
   bool two_feet = false;     ///< the swing foot stands, or its landing is due
   double com_height = 0.53;  ///< commanded, m
   Target target = Target::sole_midpoint;
+  PlannedMotion motion;  ///< how the CoM gets there, if the planner of steps says so
 
   const SoleFrame& sole(Side foot) const { return foot == side ? stance : swing; }
   const FootRectangle& rectangle(Side foot) const {

@@ -51,6 +51,16 @@ struct StepAlternative {
   double landing = infinity;                      ///< of the first step, absolute, s
 };
 
+/// How the centre of mass moves in a plan, above the ground; no samples: the planner does not say.
+struct PlannedMotion {
+  static constexpr int most_samples = 16;
+  static constexpr double step = 0.02;  ///< s
+  double begin = 0.0;                   ///< of the first sample, s
+  int samples = 0;
+  std::array<Vec<double, 2>, most_samples> com;            ///< m
+  std::array<Vec<double, 2>, most_samples> capture_point;  ///< once the momentum is given back, m
+};
+
 /// The steps to come, soonest first; none: stand on what stands. A step whose lift-off is due
 /// before the next tick begins, and is then a fact: its foot stays the first of all plans until it
 /// has landed (a plan without it leaves its time and place as they were). All others may be
@@ -61,10 +71,14 @@ struct StepPlan {
   int count = 0;
   std::array<PlannedStep, most_steps> steps;
 
+  PlannedMotion motion;
+
   /// For the log: what was compared, and which of it was chosen (-1: there was no choice).
   int alternatives = 0;
   std::array<StepAlternative, most_alternatives> alternative;
   int chosen = -1;
+  /// False: nothing that was compared meets all limits, and this is the least bad of it.
+  bool is_feasible = true;
 
   bool is_stepping() const { return count > 0; }
 };

@@ -199,6 +199,58 @@ TEST(ChoiceOfSteps, CatchesPushesFromAllSidesOnEitherFootAndOnBoth) {
     }
 }
 
+StepModel walking_model() {
+  StepModel m = model();
+  m.usual_swing = 0.35;
+  m.weights.support = 1.0;
+  return m;
+}
+
+TEST(ChoiceOfSteps, WalksAtTheVelocityAskedForAlsoWhenPushedAndThenStands) {
+  constexpr double velocity = 0.1, until = 6.0;
+  StepChoice planner(walking_model(), {.velocity = {velocity, 0.0}, .walk_until = until}, centres,
+                     stride);
+  for (const double begin : {infinity, 3.0, 3.25}) {  // without a push, and in both halves
+    planner.restart();
+    WalkerOptions options = walker_on(true, true);
+    options.duration = until + 3.0;
+    PendulumPush push = push_of(4.0, 90.0);
+    push.start = begin;
+    Vector2 from = Vector2::Zero(), to = Vector2::Zero();
+    double last_flight = 0.0;
+    const WalkerRun run =
+        walk(planner, options, {&push, 1}, [&](const StepSituation& now, const StepPlan& plan) {
+          if (now.time < 2.0) from = now.gamma.head<2>();
+          if (now.time < until) to = now.gamma.head<2>();
+          if (!now.left.stands || !now.right.stands) last_flight = now.time;
+          EXPECT_TRUE(plan.is_feasible) << now.time;
+        });
+    EXPECT_TRUE(run.recovered) << begin;
+    EXPECT_GT(run.steps, 10) << begin;
+    // A step more or less in four seconds, a sway to the side.
+    EXPECT_NEAR((to - from)[0], velocity * (until - 2.0), 0.05) << begin;
+    EXPECT_LT(std::abs((to - from)[1]), begin < infinity ? 0.12 : 0.08) << begin;
+    EXPECT_LT(last_flight, until + 1.5) << begin;
+  }
+}
+
+TEST(ChoiceOfSteps, BringsAFootBackWhenItIsAskedTo) {
+  for (const bool is_asked : {false, true}) {
+    StepChoice planner(walking_model(), {.bring_back = is_asked}, centres, stride);
+    WalkerOptions options = walker_on(true, true);
+    options.apart = 0.22;
+    Vec<double, 3> apart = Vec<double, 3>::Zero();
+    const WalkerRun run =
+        walk(planner, options, {}, [&](const StepSituation& now, const StepPlan&) {
+          apart = now.left.sole.position - now.right.sole.position;
+        });
+    EXPECT_TRUE(run.recovered);
+    EXPECT_EQ(run.steps, is_asked ? 1 : 0);
+    EXPECT_NEAR(apart[1], is_asked ? stride[1] - 0.01 : 0.22, 0.01);
+    EXPECT_NEAR(apart[0], 0.0, 0.01);
+  }
+}
+
 TEST(ChoiceOfSteps, IsTheSameInTheMirror) {
   StepChoice planner(model(), {}, centres, stride);
   std::array<double, 2> landing{};
