@@ -15,6 +15,8 @@ constexpr double rest_before = 1.0, rest_speed = 0.05, off_place = 0.02;
 constexpr double hardly = 2e-3;
 // Of who walks, from landing to landing, s.
 constexpr double slowest_pace = 1.0;
+// A lift-off is no later than this, s: in the eyes of the cost.
+constexpr double latest = 0.3;
 // What a step may leave of the miss of a robot that stands.
 constexpr double helpful = 0.1;
 
@@ -212,9 +214,9 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   const Vec<double, 2> rest = capture_point_at_rest(com, velocity, momentum, now.mass, now.omega);
   const Vec<double, 2> lent =
       Vec<double, 2>(-momentum[1], momentum[0]) / (now.mass * height * now.omega);
-  // Who has stood for long is not late.
+  // Who is late is the more in a hurry: else the lift-off is put off from tick to tick.
   const double clock =
-      c.from_two_feet ? std::min(now.time - landed_at_, model_.usual_support) : data.swung;
+      c.from_two_feet ? std::min(now.time - landed_at_, model_.usual_support + latest) : data.swung;
   Vec<double, step_states> state;
   state << frame.into(com), frame.into({rest[0], rest[1], 0.0}), frame.turned(lent), clock;
   // Off its bounds: an interior-point method finds nothing between a state and a bound that meet.

@@ -2,8 +2,9 @@
 """Pictures of a push recovery run, after the figures of the paper.
 
 Usage: plot_run.py RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
-capture_point.png, from_above.png and forces.png beside them. A run on the whole body (body.csv, robot.json) also
-gets measured_forces.png, feet.png and torques.png, one by measured senses estimate.png.
+capture_point.png, from_above.png and forces.png beside them, step_plans.png where steps were planned
+(plans.csv). A run on the whole body (body.csv, robot.json) also gets measured_forces.png, feet.png and
+torques.png, one by measured senses estimate.png.
 """
 
 import json
@@ -172,7 +173,12 @@ def draw_from_above(table, summary, folder, begin, end, what):
         axes.plot(y[0], x[0], "o", color=color, markersize=4)
         axes.plot(y[-1], x[-1], "s", color=color, markersize=5)
     corners = [p for foot in ("left", "right") for p in summary.get(foot + "_sole", [])]
-    middle = [sum(p[entry] for p in corners) / len(corners) for entry in (0, 1)]
+    if len(steps) > 1:
+        corners += [[v + beside for v in step["landed_at_m"][:2]] for step in steps
+                    if step["touchdown_s"] >= begin for beside in (-0.08, 0.08)]
+    middle = [0.5 * (min(p[entry] for p in corners) + max(p[entry] for p in corners))
+              for entry in (0, 1)] if len(steps) > 1 else [
+                  sum(p[entry] for p in corners) / len(corners) for entry in (0, 1)]
     reach = max(0.25, *(abs(p[entry] - middle[entry]) + 0.05 for p in corners for entry in (0, 1)))
     push = summary.get("push_direction")
     length = sum(v * v for v in push[:2]) ** 0.5 if push else 0.0
@@ -192,13 +198,79 @@ def draw_from_above(table, summary, folder, begin, end, what):
     plt.close(figure)
 
 
+def step_alternatives(plans):
+    """One list per tick of (steps, foot, cost, x, y, landing) of what was looked at."""
+    names = ("steps", "right_foot", "cost", "place_x", "place_y", "landing")
+    count = sum(name.endswith("_cost") for name in plans)
+    columns = [[plans[f"alternative_{i + 1}_{name}"] for name in names] for i in range(count)]
+    return [[tuple(column[tick] for column in alternative) for alternative in columns
+             if alternative[0][tick] == alternative[0][tick]] for tick in range(len(plans["t"]))]
+
+
+def draw_step_plans(plans, summary, folder, begin, end, what):
+    """What the planner of steps had to choose from: places, costs, and the time to the landing."""
+    shown = [i for i, t in enumerate(plans["t"]) if begin <= t <= end]
+    considered = step_alternatives(plans)
+    figure, (above, cost, landing) = plt.subplots(3, 1, figsize=(6.4, 9.0), constrained_layout=True,
+                                                  height_ratios=(2, 1, 1))
+    above.set_title(f"Plans of steps, {what}")
+    above.set_xlabel("y [m]")
+    above.set_ylabel("x, forward [m]")
+    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+        is_right = 1.0 if foot == "right" else 0.0
+        corners = summary.get(foot + "_sole")
+        if corners:
+            x, y = closed(corners)
+            above.fill(y, x, color=color, alpha=0.15)
+        places = [(a[4], a[3]) for i in shown for a in considered[i] if a[0] > 0 and a[1] == is_right]
+        above.plot([p[0] for p in places], [p[1] for p in places], ".", color=color, alpha=0.25,
+                   markersize=4, label=f"{foot} foot, considered")
+        chosen = [i for i in shown if plans["steps"][i] > 0 and plans["right_foot"][i] == is_right]
+        above.plot([plans["place_y"][i] for i in chosen], [plans["place_x"][i] for i in chosen], "o",
+                   color=color, markersize=4, markeredgecolor="black", label=f"{foot} foot, chosen")
+        landing.plot([plans["t"][i] for i in chosen],
+                     [plans["landing"][i] - plans["t"][i] for i in chosen], ".", color=color,
+                     label=f"{foot} foot")
+    for step in summary.get("steps", []):
+        if step["touchdown_s"] is not None:
+            above.plot(step["landed_at_m"][1], step["landed_at_m"][0], "x", color="black")
+    above.plot([], [], "x", color="black", label="landed")
+    above.set_aspect("equal", adjustable="datalim")
+    above.invert_xaxis()
+    kinds = sorted({(a[0], a[1] if a[0] > 0 else 0.0) for i in shown for a in considered[i]})
+    for steps, is_right in kinds:
+        points = [(plans["t"][i], a[2]) for i in shown for a in considered[i]
+                  if a[0] == steps and (steps == 0 or a[1] == is_right) and a[2] < float("inf")]
+        foot = "right" if is_right else "left"
+        label = "stand" if steps == 0 else f"{steps:.0f} step{'s' if steps > 1 else ''}, {foot} first"
+        cost.plot([p[0] for p in points], [p[1] for p in points], ".", markersize=4, label=label)
+    cost.set_ylabel("cost of a choice")
+    cost.set_yscale("symlog", linthresh=1.0)
+    none = [plans["t"][i] for i in shown if plans.get("feasible", [1.0] * len(plans["t"]))[i] == 0.0]
+    if none:
+        cost.plot(none, [0.0] * len(none), "x", color="tab:red", label="no choice meets all limits")
+    landing.set_ylabel("time to the landing [s]")
+    landing.set_xlabel("t [s]")
+    for axes in (above, cost, landing):
+        axes.grid(alpha=0.3)
+    for axes in (cost, landing):
+        mark_events(axes, summary)
+        axes.set_xlim(begin, end)
+        axes.legend(fontsize="x-small", ncols=2)
+    above.legend(fontsize="x-small", ncols=2)
+    save_picture(figure, os.path.join(folder, "step_plans.png"))
+    plt.close(figure)
+
+
 def main(folder):
     table = read_table(os.path.join(folder, "trajectory.csv"))
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
     t = table["t"]
-    begin = max(t[0], summary["push_start_s"] - 0.4)
-    landed = summary["touchdown_s"] or summary["push_start_s"] + 0.6
+    is_pushed = summary["push_impulse_ns"] > 0.0
+    begin = max(t[0], summary["push_start_s"] - 0.4) if is_pushed else t[0]
+    landings = [s["touchdown_s"] for s in summary.get("steps", []) if s["touchdown_s"] is not None]
+    landed = max(landings, default=summary["touchdown_s"] or summary["push_start_s"] + 0.6)
     end = min(t[-1], landed + 2.0)
     outcome = "recovered" if summary["recovered"] else "not recovered"
     what = f"{summary['push_impulse_ns']:g} N s, {outcome}"
@@ -217,6 +289,10 @@ def main(folder):
     axes.step(t, table["right_fz"], where="post", label="right foot")
     mark_events(axes, summary)
     save(figure, axes, folder, "forces.png", begin, end)
+
+    if "step_plans" in summary:
+        plans = read_table(os.path.join(folder, "plans.csv"))
+        draw_step_plans(plans, summary, folder, begin, end, what)
 
     if "body" not in summary:  # a body.csv that lies here is of an older run
         return

@@ -18,6 +18,7 @@ from saltus.on_folder import on_folder
 PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),
     ("from_above.png", "Feet, hull, centre of mass and capture point, from above"),
+    ("step_plans.png", "Plans of steps: places considered and chosen, costs, time to the landing"),
     ("com.png", "Centre of mass"),
     ("forces.png", "Vertical forces, as commanded"),
 ]
@@ -56,6 +57,15 @@ FIGURES = [
         ("body.left_slip_max_m", "Slip of the left sole, at most", "mm", 1e3, 2),
         ("body.right_slip_max_m", "Slip of the right sole, at most", "mm", 1e3, 2),
         ("body.feet_moved_max_m", "Largest distance of a sole from its start", "mm", 1e3, 1),
+    ]),
+    ("Planner of steps", [
+        ("step_plans.ticks", "Ticks that planned", "", 1, 0),
+        ("step_plans.ticks_with_three_alternatives", "of these with three choices or more", "", 1, 0),
+        ("step_plans.ticks_without_feasible_alternative", "of these with none that met all limits",
+         "", 1, 0),
+        ("step_plans.first_without_s", "first at the time", "s", 1, 2),
+        ("step_plans.processor_us.median", "Median processor time of a tick", "ms", 1e-3, 2),
+        ("step_plans.processor_us.p99", "99 % of the ticks within", "ms", 1e-3, 2),
     ]),
     ("Estimate against the truth, from 0.25 s on", [
         ("body.estimate_com_error_m", "Largest error of the CoM from the stance sole", "mm", 1e3, 1),
