@@ -15,8 +15,9 @@ constexpr double rest_before = 1.0, rest_speed = 0.05, off_place = 0.02;
 constexpr double hardly = 2e-3;
 // Of who walks, from landing to landing, s.
 constexpr double slowest_pace = 1.0;
-// A lift-off is no later than this, s: in the eyes of the cost.
-constexpr double latest = 0.3;
+// A lift-off is no later than this, s, in the eyes of the cost; and who begins from rest may take
+// so long to bring the weight over.
+constexpr double latest = 0.3, first_shift = 0.3;
 // What a step may leave of the miss of a robot that stands.
 constexpr double helpful = 0.1;
 
@@ -215,8 +216,11 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
   const Vec<double, 2> lent =
       Vec<double, 2>(-momentum[1], momentum[0]) / (now.mass * height * now.omega);
   // Who is late is the more in a hurry: else the lift-off is put off from tick to tick.
-  const double clock =
-      c.from_two_feet ? std::min(now.time - landed_at_, model_.usual_support + latest) : data.swung;
+  const double begun = std::min(unloading_since_, now.time);
+  const double allowed = begun > landed_at_ + 2.0 * now.period ? first_shift : 0.0;
+  const double clock = c.from_two_feet
+                           ? std::min(now.time - begun - allowed, model_.usual_support + latest)
+                           : data.swung;
   Vec<double, step_states> state;
   state << frame.into(com), frame.into({rest[0], rest[1], 0.0}), frame.turned(lent), clock;
   // Off its bounds: an interior-point method finds nothing between a state and a bound that meet.

@@ -175,7 +175,7 @@ Vec<double, 2> StepProgram::pressure_at(double time) const {
                                                                    : before + 1;
   const double side = is_single ? 0.0 : u[4];
   return 0.5 * (foot(before) + foot(after) + side * (foot(after) - foot(before))) +
-         model_.sole.cwiseProduct(Vec<double, 2>(u[0], u[1]));
+         (steps_ > 0 ? model_.sole : model_.standing_sole).cwiseProduct(Vec<double, 2>(u[0], u[1]));
 }
 
 void StepProgram::sample(walking::PlannedMotion& motion) const {

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <vector>
 
 #include "saltus/app/data_file.hpp"
 #include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
 namespace saltus::push_recovery {
@@ -125,6 +127,22 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
       return "walk.velocity needs step.planner=ocp: the formula takes single steps";
     return "";
   });
+  s.rule({"step.planner", "step.shortest", "step.usual", "step.longest"}, [&p, &step] {
+    return step.planner != StepPlannerChoice::ocp || (p.shortest <= p.usual && p.usual <= p.longest)
+               ? ""
+               : fmt::format(
+                     "step.usual ({}) must lie between step.shortest ({}) and step.longest ({}): "
+                     "change one of them",
+                     p.usual, p.shortest, p.longest);
+  });
+  s.rule({"step.planner", "step.shortest", "step.duration"}, [&p, &step] {
+    return step.planner != StepPlannerChoice::reactive || p.shortest <= step.duration
+               ? ""
+               : fmt::format(
+                     "step.shortest ({}) exceeds step.duration ({}), the longest time of a swing "
+                     "by the rule: change one of them",
+                     p.shortest, step.duration);
+  });
   s.rule({"step.shortest", "step.longest"}, [&p] {
     return p.shortest < p.longest ? ""
                                   : fmt::format(
@@ -134,13 +152,55 @@ void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
   });
 }
 
+namespace {
+
+// Legs whose joints turn without end have no reach that could be looked for.
+void check_leg_limits(const UrdfModel& model, const RobotDescription& robot) {
+  for (const std::string& sole : {robot.left_sole, robot.right_sole})
+    for (int link = model.link_index(sole); link >= 0; link = model.links()[link].parent) {
+      const UrdfLink& at = model.links()[link];
+      if (at.name == robot.base) break;
+      if (at.joint.motion == UrdfJoint::Motion::fixed) continue;
+      const auto described =
+          std::find_if(robot.joints.begin(), robot.joints.end(),
+                       [&](const ActuatedJoint& joint) { return joint.name == at.joint.name; });
+      if (described == robot.joints.end()) continue;  // frozen
+      const Bounds limits = described->position.value_or(at.joint.position);
+      if (std::isfinite(limits.lower) && std::isfinite(limits.upper)) continue;
+      throw InputError(fmt::format(
+          "{}: joint \"{}\" of a leg has no position limits, by which the reach of the feet is "
+          "found; give it some, or set step.reach=settings",
+          robot.file, at.joint.name));
+    }
+}
+
+void check_reach(const StepModel& model, const Vec<double, 2>& stride,
+                 const Vec<double, 2>& velocity) {
+  // Feet take turns: a velocity to the side leads one away from the other foot, and the other one
+  // towards it.
+  const double pace = model.usual_swing + model.usual_support;
+  for (const double side : {-1.0, 1.0}) {
+    const Vec<double, 2> place = stride + pace * Vec<double, 2>(velocity[0], side * velocity[1]);
+    if ((model.reach.A * place - model.reach.b).maxCoeff() <= 0.0) continue;
+    throw InputError(fmt::format(
+        "walk.velocity needs feet that land {:.2f} m ahead of one another and {:.2f} m beside, "
+        "which is beyond the reach of the legs; walk slower, or make step.usual or "
+        "walk.double_support shorter",
+        place[0], place[1]));
+  }
+}
+
+}  // namespace
+
 std::optional<survey::FootReach> reach_of_robot(const StepPlanning& planning,
                                                 const walking::RobotChoice& choice,
                                                 const RobotDescription& robot) {
   if (!planning.robot_reach || robot.joints.empty()) return std::nullopt;
   const std::optional<std::filesystem::path> urdf = walking::urdf_of(choice);
   if (!urdf) return std::nullopt;
-  return survey::cached_foot_reach(UrdfModel::read(*urdf), robot, cache_folder() / "reach");
+  const UrdfModel model = UrdfModel::read(*urdf);
+  check_leg_limits(model, robot);
+  return survey::cached_foot_reach(model, robot, cache_folder() / "reach");
 }
 
 std::unique_ptr<walking::StepPlanner> make_step_choice(
@@ -161,6 +221,11 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   const double per_momentum = 1.0 / (mass * height * pendulum_frequency(height));
   model.lent = std::max(planning.momentum * per_momentum, 1e-6);
   model.lent_rate = std::max(planning.torque * per_momentum, 1e-6);
+  if (!robot_reach && (step.forward_max <= 0.0 || step.lateral_min >= step.lateral_max))
+    throw InputError(fmt::format(
+        "step.forward_max ({} m), step.lateral_min ({} m) and step.lateral_max ({} m) leave no "
+        "place for a foot; widen them, or fix the place with step.planner=formula",
+        step.forward_max, step.lateral_min, step.lateral_max));
   const survey::FootReach reach = robot_reach ? *robot_reach : reach_of(step);
   model.reach = half_planes(reach.from_foot, apart);
   model.leg = outer(half_planes(reach.from_com, own));
@@ -174,6 +239,7 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   model.double_support = between(planning.double_support, planning.double_support + 0.5);
   model.usual_support = planning.usual_support;
   if (planning.leads_the_way()) model.weights.support = 1.0;
+  if (planning.walks()) check_reach(model, step.fixed_place + apart, planning.velocity.head<2>());
 
   StepChoiceSettings choice;
   choice.most_steps = step.allowed ? planning.most_steps : 0;

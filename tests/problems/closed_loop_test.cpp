@@ -433,6 +433,56 @@ TEST(Settings, EveryKeyIsStillThere) {
   EXPECT_EQ(keys, known);
 }
 
+// Each with a part of the sentence, which names a key.
+TEST(Settings, TimesAndVelocitiesThatContradictOneAnotherAreRefused) {
+  const std::vector<std::pair<std::vector<const char*>, const char*>> cases{
+      {{"step.planner=ocp", "step.usual=0.2"}, "step.usual (0.2) must lie between step.shortest"},
+      {{"step.shortest=1"}, "must be below step.longest"},
+      {{"step.planner=reactive", "step.duration=0.2"}, "step.shortest (0.3) exceeds step.duration"},
+      {{"step.planner=ocp", "walk.double_support=0.05"}, "walk.double_support (0.05) is shorter"},
+      {{"step.planner=ocp", "walk.velocity=[1,0,0]"}, ": walk slower, or let the foot move"},
+      {{"walk.velocity=[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
+      {{"step.bring_back=true"}, "step.bring_back needs step.planner=ocp"},
+      {{"pushes=2.45 3 90"}, "begins before that at 2.4 s ends"}};
+  for (const auto& [arguments, part] : cases) {
+    Config config;
+    Settings settings;
+    declare_settings(settings, config);
+    std::vector<Assignment> given;
+    for (const char* argument : arguments) given.push_back(parse_set_argument(argument));
+    try {
+      settings.apply(given);
+      ADD_FAILURE() << part;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(part), std::string::npos) << error.what();
+    }
+  }
+}
+
+// What only the robot tells: at the start of a run.
+TEST(Settings, FeetThatCannotGoAnywhereAreRefused) {
+  Config config;
+  config.step.planner = StepPlannerChoice::ocp;
+  config.planning.robot_reach = false;  // that of the settings, whether there is a URDF or not
+  const RobotDescription robot = robot_of(config);
+  const auto complaint = [&robot](const Config& given) {
+    try {
+      const PushRecovery problem(given);
+      problem.make_step_planner(robot, initial_scene(problem, robot));
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(complaint(config), "");
+  Config narrow = config;
+  narrow.step.forward_max = 0.0;
+  EXPECT_NE(complaint(narrow).find("leave no place for a foot"), std::string::npos);
+  Config fast = config;
+  fast.planning.velocity[0] = 0.7;
+  EXPECT_NE(complaint(fast).find("beyond the reach of the legs"), std::string::npos);
+}
+
 TEST(Settings, FixedPlaceAcrossTheStanceFootIsRefused) {
   Config config;
   Settings settings;
