@@ -132,7 +132,7 @@ class RungeKuttaStepper final : public FlowStepper {
       field_->argument(at, stage_.data(), z_.data());
       field_->jacobian(z_.data(), phi_.data(), entries_.data());
       field_->rate_sensitivity(at, phi_.data(), entries_.data(), stage_sensitivity_,
-                               rate_sensitivity_[i]);
+                               rate_sensitivity_[i].data());
       field_->explicit_rate(entries_.data(), explicit_.data());
       for (int r = 0; r < ny_; ++r) rate(i)[r] = h * phi_[r];
       if (moving_)

@@ -155,7 +155,7 @@ bool IdasMemory::evaluate_jacobian(double s, const double* y) {
 
 // Right-hand sides of all sensitivities in stacked_, rows of z: their algebraic equations.
 void IdasMemory::sensitivity_rates(double s) {
-  field_->rate_sensitivity(s, phi_.data(), entries_.data(), stacked_, rates_);
+  field_->rate_sensitivity(s, phi_.data(), entries_.data(), stacked_, rates_.data());
   if (nz_ > 0)
     field_->differential(algebraic_->equations().jacobian_pattern(),
                          entries_.data() + first_algebraic_entry_, s, stacked_, algebraic_rates_);

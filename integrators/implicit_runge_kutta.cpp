@@ -304,7 +304,7 @@ class ImplicitRungeKutta final : public Integrator {
     const Step& step = steps_[n];
     for (int j = 0; j < stages_; ++j)
       field_.rate_sensitivity(time_of(n, j), step.stages[j].phi.data(),
-                              step.stages[j].entries.data(), zero_, rate_sensitivity_[j]);
+                              step.stages[j].entries.data(), zero_, rate_sensitivity_[j].data());
     const int count = nx_ * nd_;
     for (int i = 0; i < stages_; ++i) {
       double* right_side = stacked_.data() + i * count;
@@ -322,7 +322,7 @@ class ImplicitRungeKutta final : public Integrator {
     for (int j = 0; j < stages_; ++j)
       field_.rate_sensitivity(time_of(n, j), step.stages[j].phi.data(),
                               step.stages[j].entries.data(), stage_sensitivity_[j],
-                              rate_sensitivity_[j]);
+                              rate_sensitivity_[j].data());
   }
 
   void advance_sensitivity() {

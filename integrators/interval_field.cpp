@@ -6,8 +6,14 @@
 #include <cmath>
 
 #include "saltus/core/error.hpp"
+#include "saltus/integrators/rows.hpp"
 
 namespace saltus {
+
+using rows::add_multiple;
+using rows::Lanes;
+using rows::lanes;
+
 namespace {
 
 void check_sizes(const Function& function, const char* what, int inputs) {
@@ -17,9 +23,22 @@ void check_sizes(const Function& function, const char* what, int inputs) {
                     what, inputs, function.inputs()));
 }
 
-// y += a x over n entries.
-void add_multiple(int n, double a, const double* x, double* y) {
-  for (int i = 0; i < n; ++i) y[i] += a * x[i];
+// result[i] = first(i) + scale * sum_k term(k, i) of `count` terms that stand at row(k) with a
+// weight each, over n entries.
+template <class Row, class Weight>
+void sum_rows(int n, int count, const Row& row, const Weight& weight, double scale,
+              double* result) {
+  int i = 0;
+  for (; i + lanes <= n; i += lanes) {
+    Lanes sum{};
+    for (int k = 0; k < count; ++k) sum += weight(k) * rows::load(row(k) + i);
+    rows::store(scale * sum, result + i);
+  }
+  for (; i < n; ++i) {
+    double sum = 0.0;
+    for (int k = 0; k < count; ++k) sum += weight(k) * row(k)[i];
+    result[i] = scale * sum;
+  }
 }
 
 }  // namespace
@@ -78,36 +97,62 @@ IntervalField::IntervalField(const IntervalProblem& problem)
   dynamics_.jacobian_pattern().for_each([&](int r, int c, int e) {
     if (reached(c)) jacobian_entries_.push_back({r, c, e});
   });
-  int hessian_entries = dynamics_.hessian_pattern().entries();
-  const auto note_curvature = [&](const Function& function, bool cost) {
+  place_directions();
+  int hessian_entries = 0;
+  std::vector<std::vector<Factor>> curvature(sizes_.size());
+  const auto note_curvature = [&](const Function& function) {
     function.hessian_pattern().for_each([&](int r, int c, int e) {
       if (!reached(r) || !reached(c)) return;
-      curvature_entries_.push_back({r, c, e, cost});
-      curvature_rows_.push_back(r);
-      curvature_rows_.push_back(c);
+      curvature[r].push_back(factor(hessian_entries + e, c));
+      if (r != c) curvature[c].push_back(factor(hessian_entries + e, r));
     });
+    hessian_entries += function.hessian_pattern().entries();
   };
-  note_curvature(dynamics_, false);
+  note_curvature(dynamics_);
+  dynamics_curvature_ = hessian_entries;
   if (running_cost_) {
     cost_entries_ = running_cost_.jacobian_pattern().entries();
     running_cost_.jacobian_pattern().for_each([&](int r, int c, int e) {
       if (reached(c)) jacobian_entries_.push_back({nx_ + r, c, dynamics_entries_ + e});
     });
-    note_curvature(running_cost_, true);
-    hessian_entries = std::max(hessian_entries, running_cost_.hessian_pattern().entries());
+    note_curvature(running_cost_);
   }
   direct_entries_.resize(directions());
+  rate_factors_.resize(outputs());
+  gradient_factors_.resize(sizes_.size());
   for (const Entry& e : jacobian_entries_) {
+    rate_factors_[e.row].push_back(factor(e.entry, e.col));
+    gradient_factors_[e.col].push_back({e.entry, false, e.row});
     if (is_state(e.col)) state_entries_.push_back(e);
     for (const Coefficient& coefficient : coefficients_[e.col])
       direct_entries_[coefficient.direction].push_back({e.row, e.entry, coefficient});
   }
-  std::sort(curvature_rows_.begin(), curvature_rows_.end());
-  curvature_rows_.erase(std::unique(curvature_rows_.begin(), curvature_rows_.end()),
-                        curvature_rows_.end());
+  for (int col = 0; col < sizes_.size(); ++col)
+    if (!curvature[col].empty()) curvature_rows_.push_back({col, curvature[col]});
 
   hessian_scratch_.resize(hessian_entries);
-  product_.setZero(sizes_.size(), directions());
+  product_.setZero(static_cast<int>(curvature_rows_.size()), padded_directions());
+}
+
+int IntervalField::padded_directions() const { return rows::padded(directions()); }
+
+// One row for each entry of z that is no state and moves, and a last one for h itself.
+void IntervalField::place_directions() {
+  int count = 0;
+  for (int col = 0; col < sizes_.size(); ++col)
+    direct_row_.push_back(is_state(col) ? col - 1 : coefficients_[col].empty() ? -1 : count++);
+  direct_rows_.setZero(count + 1, padded_directions());
+  if (differentiates_time()) direct_rows_(count, h_direction_) = 1.0;
+  for (int col = 0; col < sizes_.size(); ++col)
+    for (const Coefficient& c : coefficients_[col]) {
+      direct_rows_(direct_row_[col], c.direction) = c.constant;
+      if (c.slope != 0.0) moving_.push_back({direct_row_[col], c});
+    }
+}
+
+void IntervalField::move_directions(double s) const {
+  for (const MovingEntry& m : moving_)
+    direct_rows_(m.row, m.coefficient.direction) = m.coefficient.at(s);
 }
 
 void IntervalField::load(const double* w) {
@@ -138,8 +183,11 @@ void IntervalField::jacobian(const double* z, double* phi, double* entries) cons
 }
 
 void IntervalField::adjoint(const double* entries, const double* weights, double* gradient) const {
-  std::fill_n(gradient, sizes_.size(), 0.0);
-  for (const Entry& e : jacobian_entries_) gradient[e.col] += entries[e.entry] * weights[e.row];
+  for (int col = 0; col < sizes_.size(); ++col) {
+    double sum = 0.0;
+    for (const Factor& f : gradient_factors_[col]) sum += entries[f.entry] * weights[f.row];
+    gradient[col] = sum;
+  }
 }
 
 void IntervalField::scaled_state_jacobian(const double* entries, double* dense) const {
@@ -150,21 +198,18 @@ void IntervalField::scaled_state_jacobian(const double* entries, double* dense) 
 }
 
 void IntervalField::rate_sensitivity(double s, const double* phi, const double* entries,
-                                     const RowMajorMatrix& sensitivity,
-                                     RowMajorMatrix& rates) const {
-  const int n = directions();
-  rates.setZero();
-  for (const Entry& e : jacobian_entries_) {
-    const double slope = h_ * entries[e.entry];
-    double* row = rates.data() + e.row * n;
-    if (is_state(e.col))
-      add_multiple(n, slope, sensitivity.data() + (e.col - 1) * n, row);
-    else
-      for (const Coefficient& coefficient : coefficients_[e.col])
-        row[coefficient.direction] += slope * coefficient.at(s);
+                                     const RowMajorMatrix& sensitivity, double* rates) const {
+  const int n = static_cast<int>(sensitivity.cols());
+  move_directions(s);
+  const double* along_h = direct_rows_.data() + (direct_rows_.rows() - 1) * direct_rows_.cols();
+  for (int r = 0; r < outputs(); ++r) {
+    const std::vector<Factor>& factors = rate_factors_[r];
+    double* rate = rates + r * n;
+    sum_rows(
+        n, static_cast<int>(factors.size()), [&](int k) { return row_of(factors[k], sensitivity); },
+        [&](int k) { return entries[factors[k].entry]; }, h_, rate);
+    if (differentiates_time()) add_multiple(n, phi[r], along_h, rate);
   }
-  if (differentiates_time())
-    for (int r = 0; r < outputs(); ++r) rates(r, h_direction_) += phi[r];
 }
 
 void IntervalField::rate_sensitivity(double s, const double* phi, const double* entries,
@@ -180,62 +225,52 @@ void IntervalField::rate_sensitivity(double s, const double* phi, const double* 
 void IntervalField::add_curvature(double s, const double* z, const double* weights,
                                   const RowMajorMatrix& sensitivity, Curvature curvature,
                                   RowMajorMatrix& sum) const {
-  const int n = directions();
-  const double* rows = sensitivity.data();
-  for (const int r : curvature_rows_) std::fill_n(product_.data() + r * n, n, 0.0);
+  if (curvature_rows_.empty()) return;
+  double* second = hessian_scratch_.data();
+  if (curvature == Curvature::exact)
+    dynamics_.hessian(z, weights, second, Curvature::exact);
+  else
+    std::fill_n(second, dynamics_curvature_, 0.0);
+  if (running_cost_)
+    running_cost_.hessian(z, weights + nx_, second + dynamics_curvature_, curvature);
 
-  // product = M Z for M = (weights' phi)_zz, entry by entry of its lower triangle.
-  const auto multiply = [&](int r, int c, double m) {
-    double* out = product_.data() + r * n;
-    if (is_state(c))
-      add_multiple(n, m, rows + (c - 1) * n, out);
-    else
-      for (const Coefficient& coefficient : coefficients_[c])
-        out[coefficient.direction] += m * coefficient.at(s);
-  };
-  const auto accumulate = [&](bool cost) {
-    for (const CurvatureEntry& e : curvature_entries_) {
-      if (e.cost != cost) continue;
-      const double m = h_ * hessian_scratch_[e.entry];
-      multiply(e.row, e.col, m);
-      if (e.row != e.col) multiply(e.col, e.row, m);
-    }
-  };
-  if (curvature == Curvature::exact && dynamics_.hessian_pattern().entries() > 0) {
-    dynamics_.hessian(z, weights, hessian_scratch_.data(), Curvature::exact);
-    accumulate(false);
+  // product = h M Z for M = (weights' phi)_zz.
+  const int n = static_cast<int>(sensitivity.cols());
+  move_directions(s);
+  const int stride = static_cast<int>(product_.cols());
+  for (std::size_t q = 0; q < curvature_rows_.size(); ++q) {
+    const std::vector<Factor>& factors = curvature_rows_[q].factors;
+    sum_rows(
+        n, static_cast<int>(factors.size()), [&](int k) { return row_of(factors[k], sensitivity); },
+        [&](int k) { return second[factors[k].entry]; }, h_, product_.data() + q * stride);
   }
-  if (running_cost_ && running_cost_.hessian_pattern().entries() > 0) {
-    running_cost_.hessian(z, weights + nx_, hessian_scratch_.data(), curvature);
-    accumulate(true);
-  }
-
-  // sum += Z' product, lower triangle.
-  for (const int r : curvature_rows_) {
-    const double* right = product_.data() + r * n;
-    if (is_state(r)) {
-      const double* left = rows + (r - 1) * n;
-      for (int i = 0; i < n; ++i)
-        if (left[i] != 0.0) add_multiple(i + 1, left[i], right, sum.data() + i * n);
+  // sum += Z' product, at least the lower triangle.
+  for (std::size_t q = 0; q < curvature_rows_.size(); ++q) {
+    const int col = curvature_rows_[q].col;
+    const double* right = product_.data() + q * stride;
+    const auto add_to = [&](int i, double left) {
+      const int count = std::min(n, rows::padded(i + 1));
+      add_multiple(count, left, right, sum.data() + i * sum.cols());
+    };
+    if (is_state(col)) {
+      const double* left = sensitivity.data() + (col - 1) * n;
+      for (int i = 0; i < directions(); ++i) add_to(i, left[i]);
     } else {
-      for (const Coefficient& coefficient : coefficients_[r])
-        add_multiple(coefficient.direction + 1, coefficient.at(s), right,
-                     sum.data() + coefficient.direction * n);
+      for (const Coefficient& coefficient : coefficients_[col])
+        add_to(coefficient.direction, coefficient.at(s));
     }
   }
 }
 
 void IntervalField::pull_back(double s, const double* gradient, const RowMajorMatrix& sensitivity,
                               double* along) const {
-  const int n = directions();
-  std::fill_n(along, n, 0.0);
-  for (int col = 0; col < sizes_.size(); ++col) {
-    if (is_state(col))
-      add_multiple(n, gradient[col], sensitivity.data() + (col - 1) * n, along);
-    else
-      for (const Coefficient& coefficient : coefficients_[col])
-        along[coefficient.direction] += gradient[col] * coefficient.at(s);
-  }
+  const int n = static_cast<int>(sensitivity.cols());
+  sum_rows(
+      n, nx_, [&](int k) { return sensitivity.data() + k * n; },
+      [&](int k) { return gradient[sizes_.x(k)]; }, 1.0, along);
+  for (int col = 0; col < sizes_.size(); ++col)
+    for (const Coefficient& coefficient : coefficients_[col])
+      along[coefficient.direction] += gradient[col] * coefficient.at(s);
 }
 
 void IntervalField::explicit_rate(const double* entries, double* rate) const {

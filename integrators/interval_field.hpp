@@ -16,7 +16,8 @@
 
 namespace saltus {
 
-/// Sensitivities are stored by rows: a sparse Jacobian then adds contiguous rows.
+/// Sensitivities are stored by rows: a sparse Jacobian then adds contiguous rows. A row has one
+/// column per direction, or more (padded_directions()), which then are zero.
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// The combined field of an IntervalProblem. Owns scratch memory; after construction nothing
@@ -31,6 +32,8 @@ class IntervalField {
   int outputs() const { return nx_ + nq_; }
   int arguments() const { return sizes_.size(); }
   int directions() const { return static_cast<int>(column_.size()); }
+  /// Columns of sensitivities whose rows fill whole vectors of the processor.
+  int padded_directions() const;
   /// Column of w that a direction differentiates.
   int column(int direction) const { return column_[direction]; }
   bool differentiates_time() const { return h_direction_ >= 0; }
@@ -53,10 +56,10 @@ class IntervalField {
   /// h phi_x, dense, column-major with leading dimension outputs(); columns of q are zero.
   void scaled_state_jacobian(const double* entries, double* dense) const;
 
-  /// rates (outputs x directions) = dF along the state directions `sensitivity`
-  /// (states x directions or more rows) at scaled time s.
+  /// rates (outputs rows with as many columns as `sensitivity`) = dF along the state directions
+  /// `sensitivity` (states x directions or more rows) at scaled time s.
   void rate_sensitivity(double s, const double* phi, const double* entries,
-                        const RowMajorMatrix& sensitivity, RowMajorMatrix& rates) const;
+                        const RowMajorMatrix& sensitivity, double* rates) const;
   /// The same for one direction: rate (outputs) from the state part (states) of its column.
   void rate_sensitivity(double s, const double* phi, const double* entries, int direction,
                         const double* sensitivity, double* rate) const;
@@ -97,20 +100,31 @@ class IntervalField {
     int col;  // of z
     int entry;
   };
+  // An entry of a row of a matrix times z: where the row of derivatives of z's entry stands.
+  struct Factor {
+    int entry;
+    bool is_state;
+    int row;  // of the sensitivity, or of direct_rows_
+  };
   // What one direction adds to the rates through t, u or p.
   struct DirectEntry {
     int row;
     int entry;
     Coefficient coefficient;
   };
-  struct CurvatureEntry {
-    int row;
-    int col;
-    int entry;
-    bool cost;
+  struct CurvatureRow {
+    int col;  // of z
+    std::vector<Factor> factors;
   };
 
   bool is_state(int col) const { return col >= 1 && col <= nx_; }
+  void place_directions();
+  Factor factor(int entry, int col) const { return {entry, is_state(col), direct_row_[col]}; }
+  void move_directions(double s) const;
+  const double* row_of(const Factor& f, const RowMajorMatrix& sensitivity) const {
+    const RowMajorMatrix& of = f.is_state ? sensitivity : direct_rows_;
+    return of.data() + f.row * of.cols();
+  }
 
   Function dynamics_;
   Function running_cost_;
@@ -123,10 +137,21 @@ class IntervalField {
   std::vector<int> column_;
   std::vector<std::vector<Coefficient>> coefficients_;  // per row of z; empty for states and data
   std::vector<Entry> jacobian_entries_;
+  std::vector<std::vector<Factor>> rate_factors_;         // of the rows of phi
+  std::vector<std::vector<Factor>> gradient_factors_;     // of the columns: `row` is one of phi
   std::vector<Entry> state_entries_;                      // those of state columns
   std::vector<std::vector<DirectEntry>> direct_entries_;  // the others, per direction
-  std::vector<CurvatureEntry> curvature_entries_;
-  std::vector<int> curvature_rows_;  // rows of z that occur in curvature_entries_
+  std::vector<CurvatureRow> curvature_rows_;              // of (weights' phi)_zz that are not zero
+  int dynamics_curvature_ = 0;  // entries; those of the running cost follow
+  // dz / d direction of what is no state: a row per entry of z that moves, and what of it moves
+  // with s.
+  std::vector<int> direct_row_;  // per entry of z: there, or its state
+  struct MovingEntry {
+    int row;
+    Coefficient coefficient;
+  };
+  std::vector<MovingEntry> moving_;
+  mutable RowMajorMatrix direct_rows_;
 
   double t0_ = 0.0, h_ = 0.0;
   std::vector<double> c_, p_;

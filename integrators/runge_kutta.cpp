@@ -6,7 +6,8 @@
 //   Fbar_i = step (b_i lambda_{n+1} + sum_{j>i} a_ji Xbar_j),  Xbar_i = h phi_x' Fbar_i,
 //   lambda_n = lambda_{n+1} + sum_i Xbar_i   (state rows; lambda of q is constant),
 // and the Hessian is the sum over all stages of the second differential of Fbar_i' F_i along the
-// first-order stage sensitivities; see framework/design/integrators.md.
+// first-order stage sensitivities, which the way forward has left behind: the Jacobian is found
+// with the Hessian at no cost. See framework/design/integrators.md.
 #include "saltus/integrators/runge_kutta.hpp"
 
 #include <fmt/format.h>
@@ -19,48 +20,58 @@
 #include "saltus/integrators/explicit_steps.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/interval_field.hpp"
+#include "saltus/integrators/rows.hpp"
 
 namespace saltus {
 namespace {
 
+using rows::padded;
+using rows::Weighted;
+
 class RungeKutta final : public Integrator {
  public:
-  RungeKutta(const IntervalProblem& problem, ButcherTableau tableau, int steps)
+  RungeKutta(const IntervalProblem& problem, const ButcherTableau& tableau, int steps)
       : Integrator(problem),
         field_(this->problem()),
-        tableau_(std::move(tableau)),
+        stages_(tableau.stages()),
         steps_(steps),
+        nx_(field_.states()),
         ny_(field_.outputs()),
-        nz_(field_.arguments()),
-        ne_(field_.entries()),
-        y_(ny_),
-        stage_(ny_),
-        rates_(ny_ * tableau_.stages()),
-        z_(nz_),
-        entries_(ne_),
-        sensitivity_(ny_, field_.directions()),
-        stage_sensitivity_(field_.states(), field_.directions()),
-        rate_sensitivity_(tableau_.stages(), RowMajorMatrix(ny_, field_.directions())) {
-    const int records = steps_ * tableau_.stages();
-    record_z_.resize(records * nz_);
-    record_phi_.resize(records * ny_);
-    record_entries_.resize(records * ne_);
-    record_adjoint_.resize(records * ny_);
-    record_gradient_.resize(records * nz_);
-    costate_.resize(ny_);
-    along_.resize(field_.directions());
-    curvature_.resize(field_.directions(), field_.directions());
+        columns_(field_.padded_directions()),
+        c_(tableau.c),
+        before_(stages_),
+        after_(stages_),
+        y_(padded(ny_)),
+        stage_(padded(nx_)),
+        rates_(stages_ * padded(ny_)),
+        z_(field_.arguments()),
+        sensitivity_(RowMajorMatrix::Zero(ny_, columns_)),
+        rate_sensitivity_(stages_ * ny_ * columns_),
+        records_(steps_ * stages_, Record(field_)),
+        adjoint_(padded(ny_)),
+        costate_(ny_),
+        gradient_(field_.arguments()),
+        scaled_gradients_(stages_ * padded(nx_)),
+        along_(columns_),
+        curvature_(field_.directions(), columns_) {
+    const double step = 1.0 / steps_;
+    for (int i = 0; i < stages_; ++i) {
+      for (int j = 0; j < stages_; ++j) {
+        if (tableau.a(i, j) != 0.0) before_[i].push_back({j, step * tableau.a(i, j)});
+        if (tableau.a(j, i) != 0.0) after_[i].push_back({j, step * tableau.a(j, i)});
+      }
+      if (tableau.b[i] != 0.0) end_.push_back({i, step * tableau.b[i]});
+      end_weights_.push_back(step * tableau.b[i]);
+    }
   }
 
   IntegrationStatus value(const double* w, double* end) override {
     start(w);
-    const double h = field_.length();
     for (int n = 0; n < steps_; ++n) {
-      for (int i = 0; i < tableau_.stages(); ++i) {
-        stage_state(i);
-        field_.argument(stage_time(n, i), stage_.data(), z_.data());
+      for (int i = 0; i < stages_; ++i) {
+        find_stage(n, i, z_.data());
         field_.value(z_.data(), rate(i));
-        for (int r = 0; r < ny_; ++r) rate(i)[r] *= h;
+        scale_rate(i);
       }
       advance_state();
     }
@@ -69,55 +80,122 @@ class RungeKutta final : public Integrator {
 
   IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) override {
     start(w);
-    start_sensitivity();
-    const double h = field_.length();
-    for (int n = 0; n < steps_; ++n) {
-      for (int i = 0; i < tableau_.stages(); ++i) {
-        const double s = stage_time(n, i);
-        stage_state(i);
-        stage_sensitivity(i);
-        field_.argument(s, stage_.data(), z_.data());
-        field_.jacobian(z_.data(), rate(i), entries_.data());
-        field_.rate_sensitivity(s, rate(i), entries_.data(), stage_sensitivity_,
-                                rate_sensitivity_[i]);
-        for (int r = 0; r < ny_; ++r) rate(i)[r] *= h;
-      }
-      advance_state();
-      advance_sensitivity();
-    }
-    field_.scatter(sensitivity_, derivative);
-    const IntegrationStatus status = finish(end);
-    if (status == IntegrationStatus::success &&
-        !all_finite(sensitivity_.data(), static_cast<int>(sensitivity_.size())))
-      return IntegrationStatus::not_finite;
-    return status;
+    sweep_forward([this](int, int) -> Record& { return records_.front(); });
+    return finish(end, derivative);
   }
 
   bool has_hessian() const override { return true; }
 
   IntegrationStatus hessian(const double* w, const double* weights, MatrixXd& hessian,
                             Curvature curvature) override {
-    record_forward(w);
-    record_backward(weights);
-    start_sensitivity();
-    curvature_.setZero();
+    start(w);
+    sweep_forward([this](int n, int i) -> Record& { return record(n, i); });
+    return sweep_back(weights, hessian, curvature);
+  }
+
+  IntegrationStatus derivatives(const double* w, const double* weights, double* end,
+                                MatrixXd& derivative, MatrixXd& hessian,
+                                Curvature curvature) override {
+    start(w);
+    sweep_forward([this](int n, int i) -> Record& { return record(n, i); });
+    const IntegrationStatus status = finish(end, derivative);
+    return status == IntegrationStatus::success ? sweep_back(weights, hessian, curvature) : status;
+  }
+
+ private:
+  // What the way back needs of a stage.
+  struct Record {
+    explicit Record(const IntervalField& field)
+        : z(field.arguments()),
+          entries(field.entries()),
+          sensitivity(RowMajorMatrix::Zero(field.states(), field.padded_directions())) {}
+    std::vector<double> z, entries;
+    RowMajorMatrix sensitivity;  // of the state
+  };
+
+  double stage_time(int step, int stage) const { return (step + c_[stage]) / steps_; }
+  double* rate(int stage) { return rates_.data() + stage * padded(ny_); }
+  Record& record(int step, int stage) { return records_[step * stages_ + stage]; }
+
+  void start(const double* w) {
+    field_.load(w);
+    std::copy_n(w, nx_, y_.begin());
+    std::fill(y_.begin() + nx_, y_.end(), 0.0);
+  }
+
+  // Argument at a stage, from the rates of those before.
+  void find_stage(int n, int i, double* z) {
+    rows::weighted_sum(padded(nx_), y_.data(), before_[i], rates_.data(), padded(ny_),
+                       stage_.data());
+    field_.argument(stage_time(n, i), stage_.data(), z);
+  }
+
+  void scale_rate(int i) {
+    const double h = field_.length();
+    for (int r = 0; r < padded(ny_); ++r) rate(i)[r] *= h;
+  }
+
+  void advance_state() {
+    rows::weighted_sum(padded(ny_), y_.data(), end_, rates_.data(), padded(ny_), y_.data());
+  }
+
+  // State and sensitivity to the end; record_of(step, stage) is what a stage leaves behind.
+  template <class RecordOf>
+  void sweep_forward(const RecordOf& record_of) {
+    const int count = ny_ * columns_;
+    sensitivity_.setZero();
+    for (int i = 0; i < nx_; ++i) sensitivity_(i, i) = 1.0;
     for (int n = 0; n < steps_; ++n) {
-      for (int i = 0; i < tableau_.stages(); ++i) {
-        const double s = stage_time(n, i);
-        const int k = n * tableau_.stages() + i;
-        stage_sensitivity(i);
-        field_.rate_sensitivity(s, &record_phi_[k * ny_], &record_entries_[k * ne_],
-                                stage_sensitivity_, rate_sensitivity_[i]);
-        field_.add_curvature(s, &record_z_[k * nz_], &record_adjoint_[k * ny_], stage_sensitivity_,
-                             curvature, curvature_);
-        if (curvature == Curvature::exact && field_.differentiates_time()) {
-          field_.pull_back(s, &record_gradient_[k * nz_], stage_sensitivity_, along_.data());
-          const int last = field_.h_direction();  // h is the last direction
-          for (int d = 0; d < last; ++d) curvature_(last, d) += along_[d];
-          curvature_(last, last) += 2.0 * along_[last];
-        }
+      for (int i = 0; i < stages_; ++i) {
+        Record& r = record_of(n, i);
+        find_stage(n, i, r.z.data());
+        rows::weighted_sum(nx_ * columns_, sensitivity_.data(), before_[i],
+                           rate_sensitivity_.data(), count, r.sensitivity.data());
+        field_.jacobian(r.z.data(), rate(i), r.entries.data());
+        field_.rate_sensitivity(stage_time(n, i), rate(i), r.entries.data(), r.sensitivity,
+                                rate_sensitivity_.data() + i * count);
+        scale_rate(i);
       }
-      advance_sensitivity();
+      advance_state();
+      rows::weighted_sum(count, sensitivity_.data(), end_, rate_sensitivity_.data(), count,
+                         sensitivity_.data());
+    }
+  }
+
+  IntegrationStatus finish(double* end) const {
+    std::copy_n(y_.begin(), ny_, end);
+    return all_finite(end, ny_) ? IntegrationStatus::success : IntegrationStatus::not_finite;
+  }
+
+  IntegrationStatus finish(double* end, MatrixXd& derivative) const {
+    field_.scatter(sensitivity_, derivative);
+    const IntegrationStatus status = finish(end);
+    return all_finite(sensitivity_.data(), static_cast<int>(sensitivity_.size()))
+               ? status
+               : IntegrationStatus::not_finite;
+  }
+
+  // Adjoints Fbar of the stage rates and phi_z' Fbar, and what they weight.
+  IntegrationStatus sweep_back(const double* weights, MatrixXd& hessian, Curvature curvature) {
+    const double h = field_.length();
+    const bool lengths_matter = curvature == Curvature::exact && field_.differentiates_time();
+    curvature_.setZero();
+    std::copy_n(weights, ny_, costate_.begin());
+    for (int n = steps_ - 1; n >= 0; --n) {
+      for (int i = stages_ - 1; i >= 0; --i) {
+        const Record& at = record(n, i);
+        for (int r = 0; r < ny_; ++r) adjoint_[r] = end_weights_[i] * costate_[r];
+        rows::weighted_sum(padded(nx_), adjoint_.data(), after_[i], scaled_gradients_.data(),
+                           padded(nx_), adjoint_.data());
+        field_.adjoint(at.entries.data(), adjoint_.data(), gradient_.data());
+        double* scaled = scaled_gradients_.data() + i * padded(nx_);
+        for (int r = 0; r < nx_; ++r) scaled[r] = h * gradient_[1 + r];
+        field_.add_curvature(stage_time(n, i), at.z.data(), adjoint_.data(), at.sensitivity,
+                             curvature, curvature_);
+        if (lengths_matter) add_length(stage_time(n, i), at);
+      }
+      for (int i = 0; i < stages_; ++i)
+        for (int r = 0; r < nx_; ++r) costate_[r] += scaled_gradients_[i * padded(nx_) + r];
     }
     field_.scatter_symmetric(curvature_, hessian);
     return all_finite(curvature_.data(), static_cast<int>(curvature_.size()))
@@ -125,114 +203,26 @@ class RungeKutta final : public Integrator {
                : IntegrationStatus::not_finite;
   }
 
- private:
-  double stage_time(int step, int stage) const { return (step + tableau_.c[stage]) / steps_; }
-  double* rate(int stage) { return rates_.data() + stage * ny_; }
-
-  void start(const double* w) {
-    field_.load(w);
-    std::copy_n(w, field_.states(), y_.begin());
-    std::fill(y_.begin() + field_.states(), y_.end(), 0.0);
-  }
-
-  void start_sensitivity() {
-    sensitivity_.setZero();
-    for (int i = 0; i < field_.states(); ++i) sensitivity_(i, i) = 1.0;
-  }
-
-  void stage_state(int i) {
-    std::copy_n(y_.begin(), field_.states(), stage_.begin());
-    for (int j = 0; j < i; ++j) {
-      const double a = tableau_.a(i, j) / steps_;
-      if (a == 0.0) continue;
-      for (int r = 0; r < field_.states(); ++r) stage_[r] += a * rate(j)[r];
-    }
-  }
-
-  void stage_sensitivity(int i) {
-    const int count = field_.states() * field_.directions();
-    double* out = stage_sensitivity_.data();
-    std::copy_n(sensitivity_.data(), count, out);
-    for (int j = 0; j < i; ++j) {
-      const double a = tableau_.a(i, j) / steps_;
-      if (a == 0.0) continue;
-      const double* slope = rate_sensitivity_[j].data();
-      for (int k = 0; k < count; ++k) out[k] += a * slope[k];
-    }
-  }
-
-  void advance_state() {
-    for (int i = 0; i < tableau_.stages(); ++i) {
-      const double b = tableau_.b[i] / steps_;
-      if (b == 0.0) continue;
-      for (int r = 0; r < ny_; ++r) y_[r] += b * rate(i)[r];
-    }
-  }
-
-  void advance_sensitivity() {
-    const int count = static_cast<int>(sensitivity_.size());
-    for (int i = 0; i < tableau_.stages(); ++i) {
-      const double b = tableau_.b[i] / steps_;
-      if (b == 0.0) continue;
-      const double* slope = rate_sensitivity_[i].data();
-      for (int k = 0; k < count; ++k) sensitivity_.data()[k] += b * slope[k];
-    }
-  }
-
-  IntegrationStatus finish(double* end) const {
-    std::copy(y_.begin(), y_.end(), end);
-    return all_finite(end, ny_) ? IntegrationStatus::success : IntegrationStatus::not_finite;
-  }
-
-  // Argument, rates and Jacobian entries of every stage.
-  void record_forward(const double* w) {
-    start(w);
-    const double h = field_.length();
-    for (int n = 0; n < steps_; ++n) {
-      for (int i = 0; i < tableau_.stages(); ++i) {
-        const int k = n * tableau_.stages() + i;
-        stage_state(i);
-        field_.argument(stage_time(n, i), stage_.data(), &record_z_[k * nz_]);
-        field_.jacobian(&record_z_[k * nz_], &record_phi_[k * ny_], &record_entries_[k * ne_]);
-        for (int r = 0; r < ny_; ++r) rate(i)[r] = h * record_phi_[k * ny_ + r];
-      }
-      advance_state();
-    }
-  }
-
-  // Adjoints Fbar of the stage rates and phi_z' Fbar.
-  void record_backward(const double* weights) {
-    const double h = field_.length();
-    const int nx = field_.states();
-    const int stages = tableau_.stages();
-    std::copy_n(weights, ny_, costate_.begin());
-    for (int n = steps_ - 1; n >= 0; --n) {
-      for (int i = stages - 1; i >= 0; --i) {
-        double* adjoint = &record_adjoint_[(n * stages + i) * ny_];
-        for (int r = 0; r < ny_; ++r) adjoint[r] = tableau_.b[i] / steps_ * costate_[r];
-        for (int j = i + 1; j < stages; ++j) {
-          const double a = tableau_.a(j, i) / steps_;
-          if (a == 0.0) continue;
-          const double* gradient = &record_gradient_[(n * stages + j) * nz_];
-          for (int r = 0; r < nx; ++r) adjoint[r] += a * h * gradient[1 + r];
-        }
-        field_.adjoint(&record_entries_[(n * stages + i) * ne_], adjoint,
-                       &record_gradient_[(n * stages + i) * nz_]);
-      }
-      for (int i = 0; i < stages; ++i)
-        for (int r = 0; r < nx; ++r)
-          costate_[r] += h * record_gradient_[(n * stages + i) * nz_ + 1 + r];
-    }
+  // The length multiplies every rate; h is the last direction.
+  void add_length(double s, const Record& at) {
+    field_.pull_back(s, gradient_.data(), at.sensitivity, along_.data());
+    const int last = field_.h_direction();
+    for (int d = 0; d < last; ++d) curvature_(last, d) += along_[d];
+    curvature_(last, last) += 2.0 * along_[last];
   }
 
   IntervalField field_;
-  ButcherTableau tableau_;
-  int steps_, ny_, nz_, ne_;
-  std::vector<double> y_, stage_, rates_, z_, entries_;  // rates_: F = h phi per stage
-  RowMajorMatrix sensitivity_, stage_sensitivity_;
-  std::vector<RowMajorMatrix> rate_sensitivity_;
-  std::vector<double> record_z_, record_phi_, record_entries_, record_adjoint_, record_gradient_;
-  std::vector<double> costate_, along_;
+  int stages_, steps_, nx_, ny_, columns_;
+  VectorXd c_;
+  // Stages that enter a stage, that a stage enters, and that enter the end, times the step.
+  std::vector<std::vector<Weighted>> before_, after_;
+  std::vector<Weighted> end_;
+  std::vector<double> end_weights_;
+  std::vector<double> y_, stage_, rates_, z_;  // rates_: F = h phi per stage
+  RowMajorMatrix sensitivity_;
+  std::vector<double> rate_sensitivity_;  // per stage
+  std::vector<Record> records_;
+  std::vector<double> adjoint_, costate_, gradient_, scaled_gradients_, along_;
   RowMajorMatrix curvature_;
 };
 

@@ -70,6 +70,13 @@ class Chunk {
     for (int k = 0; k < packs; ++k) c.packs_[k] = Lanes{};
     return c;
   }
+  /// From packs * lanes doubles.
+  static Chunk load(const double* values) {
+    // Vectors may alias their elements; a memcpy would go in smaller pieces than are read next.
+    Chunk c;
+    for (int k = 0; k < packs; ++k) c.packs_[k] = reinterpret_cast<const Lanes*>(values)[k];
+    return c;
+  }
   static Chunk unit(int lane) {
     Chunk c = zero();
     c.set(lane, 1.0);

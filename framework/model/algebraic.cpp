@@ -246,6 +246,11 @@ class Eliminated final : public FunctionBody {
     return extended_.degree(output, moves);
   }
 
+  // The work space is a thread's own.
+  bool is_reentrant() const override {
+    return extended_.is_reentrant() && equations_->equations().is_reentrant();
+  }
+
   bool reads(int input) const override {
     const int column = input < first_ ? input : input + nz_;
     return extended_.reads(column) || (reads_z_ && equations_->equations().reads(column));
@@ -391,6 +396,7 @@ class AlgebraicEntries final : public FunctionBody {
   int degree(int output, const std::vector<char>& variable) const override {
     return variable[first_ + output] ? 1 : 0;
   }
+  bool is_reentrant() const override { return true; }
   void value(const double* a, double* y) const override { std::copy_n(a + first_, outputs(), y); }
   void jacobian(const double* a, double* y, double* entries) const override {
     value(a, y);

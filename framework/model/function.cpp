@@ -30,6 +30,17 @@ bool FunctionBody::reads(int input) const {
   return false;
 }
 
+void FunctionBody::derivatives(const double* z, const double* weights, double* y,
+                               double* jacobian_entries, double* hessian_entries,
+                               Curvature curvature) const {
+  jacobian(z, y, jacobian_entries);
+  hessian(z, weights, hessian_entries, curvature);
+}
+
+Function Function::separate() const {
+  return !body_ || body_->is_reentrant() ? *this : Function(body_->separate());
+}
+
 VectorXd Function::operator()(const VectorRef& z) const {
   const VectorXd argument = z;  // contiguous whatever the caller passed
   VectorXd y(outputs());

@@ -17,7 +17,8 @@ enum class Curvature { exact, gauss_newton };
 
 /// What stands behind a Function: y = f(z), z of `inputs` entries, y of `outputs` entries.
 /// Evaluation neither allocates nor throws. Bodies of formulas (make_function) may be evaluated by
-/// several threads at once; those composed of others own scratch memory: by one at a time.
+/// several threads at once; those composed of others own scratch memory: by one at a time, unless
+/// each thread has a separate() one.
 class FunctionBody {
  public:
   FunctionBody(int inputs, int outputs) : inputs_(inputs), outputs_(outputs) {}
@@ -45,6 +46,15 @@ class FunctionBody {
   /// Fills the entries of sum_i weights[i] d2 y_i / dz2 in the order of hessian_pattern().
   virtual void hessian(const double* z, const double* weights, double* entries,
                        Curvature curvature) const = 0;
+  /// Both of the above at once, for functions that find one on the way to the other.
+  virtual void derivatives(const double* z, const double* weights, double* y,
+                           double* jacobian_entries, double* hessian_entries,
+                           Curvature curvature) const;
+
+  /// Whether several threads may evaluate this body at once.
+  virtual bool is_reentrant() const { return false; }
+  /// The same with scratch memory of its own, for bodies that are not; null: there is none.
+  virtual std::shared_ptr<const FunctionBody> separate() const { return nullptr; }
 
  protected:
   SparsityPattern jacobian_pattern_;
@@ -79,6 +89,8 @@ class Function {
   }
 
   bool reads(int input) const { return body_->reads(input); }
+  /// The same for handles on one body, and for no others.
+  const void* identity() const { return body_.get(); }
   /// Whether both are handles on one body.
   bool is(const Function& other) const { return body_ == other.body_; }
 
@@ -90,6 +102,14 @@ class Function {
                Curvature curvature = Curvature::exact) const {
     body_->hessian(z, weights, entries, curvature);
   }
+  void derivatives(const double* z, const double* weights, double* y, double* jacobian_entries,
+                   double* hessian_entries, Curvature curvature) const {
+    body_->derivatives(z, weights, y, jacobian_entries, hessian_entries, curvature);
+  }
+  bool is_reentrant() const { return body_->is_reentrant(); }
+  /// The same function for another thread, with scratch memory of its own if it has any. Empty
+  /// where its body knows no way to make one.
+  Function separate() const;
 
   // Convenience for tests and set-up code; these allocate.
   VectorXd operator()(const VectorRef& z) const;

@@ -21,6 +21,13 @@ IntegrationStatus Integrator::hessian(const double*, const double*, MatrixXd&, C
   return IntegrationStatus::library_failure;  // callers ask has_hessian() first
 }
 
+IntegrationStatus Integrator::derivatives(const double* w, const double* weights, double* end,
+                                          MatrixXd& derivative, MatrixXd& second,
+                                          Curvature curvature) {
+  const IntegrationStatus status = jacobian(w, end, derivative);
+  return status == IntegrationStatus::success ? hessian(w, weights, second, curvature) : status;
+}
+
 const char* describe(IntegrationStatus status) {
   switch (status) {
     case IntegrationStatus::success:

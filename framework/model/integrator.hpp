@@ -113,6 +113,11 @@ class Integrator {
   virtual IntegrationStatus hessian(const double* w, const double* weights, MatrixXd& hessian,
                                     Curvature curvature);
 
+  /// Both of the above: what finds the Hessian often has the Jacobian already.
+  virtual IntegrationStatus derivatives(const double* w, const double* weights, double* end,
+                                        MatrixXd& derivative, MatrixXd& hessian,
+                                        Curvature curvature);
+
   /// A sentence on the most recent call that failed, with time, mode and event where there are
   /// any; empty if none failed or the status says all there is to say.
   virtual std::string failure() const { return {}; }

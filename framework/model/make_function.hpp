@@ -32,21 +32,20 @@ struct FormulaArguments {
   Vec<S, nu> u;
   Vec<S, np> p;
 
-  S& operator[](int i) {
-    if (i == 0) return t;
-    if (i <= nx) return x.data()[i - 1];
-    if (i <= nx + nu) return u.data()[i - 1 - nx];
-    return p.data()[i - 1 - nx - nu];
+  /// entry(i) is number i of z, of type S or what turns into it.
+  template <class Entry>
+  static FormulaArguments from(const Entry& entry) {
+    FormulaArguments a;
+    a.t = entry(0);
+    for (int i = 0; i < nx; ++i) a.x.data()[i] = entry(1 + i);
+    for (int i = 0; i < nu; ++i) a.u.data()[i] = entry(1 + nx + i);
+    for (int i = 0; i < np; ++i) a.p.data()[i] = entry(1 + nx + nu + i);
+    return a;
   }
   /// From numbers z (derivatives zero), or from entries that are scalars S already.
-  template <class Entry>
-  static FormulaArguments constant(const Entry* z) {
-    FormulaArguments a;
-    a.t = z[0];
-    for (int i = 0; i < nx; ++i) a.x.data()[i] = z[1 + i];
-    for (int i = 0; i < nu; ++i) a.u.data()[i] = z[1 + nx + i];
-    for (int i = 0; i < np; ++i) a.p.data()[i] = z[1 + nx + nu + i];
-    return a;
+  template <class Number>
+  static FormulaArguments constant(const Number* z) {
+    return from([z](int i) { return z[i]; });
   }
 };
 
@@ -164,30 +163,33 @@ class FormulaBody final : public TracedBody {
 
   void jacobian(const double* z, double* y, double* entries) const override {
     if (jacobian_passes_.empty()) return value(z, y);  // constant
-    Argument<First> argument = Argument<First>::constant(z);
     First result[outputs_count];
     for (const JacobianPass& pass : jacobian_passes_) {
-      for (const Seed& seed : pass.seeds) argument[seed.input].tangent.set(seed.lane, 1.0);
-      evaluate(formula_, argument, result);
+      const double* tangents = pass.tangents.data();
+      const auto seeded = [=](int i) {
+        return First(z[i], First::Tangent::load(tangents + i * jacobian_lanes));
+      };
+      evaluate(formula_, Argument<First>::from(seeded), result);
       for (const Reading& r : pass.readings) entries[r.entry] = result[r.row].tangent[r.lane];
-      for (const Seed& seed : pass.seeds) argument[seed.input].tangent.set(seed.lane, 0.0);
     }
     for (int r = 0; r < outputs_count; ++r) y[r] = result[r].value;
   }
 
   void hessian(const double* z, const double* weights, double* entries, Curvature) const override {
     if (hessian_passes_.empty()) return;  // affine
-    Argument<Second> argument = Argument<Second>::constant(z);
+    using Inner = decltype(Second::value);
     Second result[outputs_count];
     for (const HessianPass& pass : hessian_passes_) {
-      for (int j : pass.outer) argument[j].tangent.factors[0].value = 1.0;
-      for (const Seed& seed : pass.seeds) argument[seed.input].value.tangent.set(seed.lane, 1.0);
-      evaluate(formula_, argument, result);
+      const double* tangents = pass.tangents.data();
+      const double* outer = pass.outer_tangents.data();
+      const auto seeded = [=](int i) {
+        return Second(Inner(z[i], Inner::Tangent::load(tangents + i * hessian_lanes)),
+                      {{Inner(outer[i])}});
+      };
+      evaluate(formula_, Argument<Second>::from(seeded), result);
       auto sum = weights[0] * result[0].tangent[0].tangent;
       for (int r = 1; r < outputs_count; ++r) sum += weights[r] * result[r].tangent[0].tangent;
       for (const Reading& r : pass.readings) entries[r.entry] = sum[r.lane];
-      for (int j : pass.outer) argument[j].tangent.factors[0].value = 0.0;
-      for (const Seed& seed : pass.seeds) argument[seed.input].value.tangent.set(seed.lane, 0.0);
     }
   }
 

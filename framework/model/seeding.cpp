@@ -48,6 +48,14 @@ std::vector<int> cover_pairs(const Lists& partners) {
   }
 }
 
+// What a formula is called with: whole vectors, because a vector that is read right after one of
+// its lanes was written waits for that store.
+std::vector<double> tangents_of(const std::vector<Seed>& seeds, int inputs, int lanes) {
+  std::vector<double> tangents(static_cast<std::size_t>(inputs) * lanes, 0.0);
+  for (const Seed& seed : seeds) tangents[seed.input * lanes + seed.lane] = 1.0;
+  return tangents;
+}
+
 }  // namespace
 
 std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int lanes) {
@@ -65,6 +73,7 @@ std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int l
   jacobian.for_each([&](int r, int c, int entry) {
     pass_of(c).readings.push_back({r, colour[c] % lanes, entry});
   });
+  for (JacobianPass& pass : passes) pass.tangents = tangents_of(pass.seeds, jacobian.cols(), lanes);
   return passes;
 }
 
@@ -106,6 +115,11 @@ std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lane
       }
     }
     if (!pass.seeds.empty()) passes.push_back(pass);
+  }
+  for (HessianPass& pass : passes) {
+    pass.tangents = tangents_of(pass.seeds, n, lanes);
+    pass.outer_tangents.assign(n, 0.0);
+    for (const int j : pass.outer) pass.outer_tangents[j] = 1.0;
   }
   return passes;
 }

@@ -29,6 +29,7 @@ struct Reading {
 struct JacobianPass {
   std::vector<Seed> seeds;
   std::vector<Reading> readings;
+  std::vector<double> tangents;  ///< the seeds as numbers, `lanes` per input
 };
 /// Passes of at most `lanes` directions for a Jacobian; inputs that do not occur are not seeded.
 std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int lanes);
@@ -37,6 +38,8 @@ struct HessianPass {
   std::vector<int> outer;  ///< inputs that form the one outer direction
   std::vector<Seed> seeds;
   std::vector<Reading> readings;
+  std::vector<double> tangents;        ///< the seeds as numbers, `lanes` per input
+  std::vector<double> outer_tangents;  ///< the outer direction, one number per input
 };
 /// Passes of one outer and at most `lanes` inner directions, for a lower-triangular pattern.
 std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lanes);

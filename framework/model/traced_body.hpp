@@ -15,6 +15,7 @@ class TracedBody : public FunctionBody {
  public:
   ~TracedBody() override;
   int degree(int output, const std::vector<char>& variable) const override;
+  bool is_reentrant() const override { return true; }
 
  protected:
   TracedBody(int inputs, int outputs);

@@ -55,6 +55,11 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
       shift_(shooting_->program()),
       check_(shooting_->nlp()) {
   const PhaseDefinition& first = shooting_->problem().phases().front();
+  if (const int threads = shooting_->options().threads; threads != 1)
+    throw DefinitionError(fmt::format(
+        "controller: ShootingOptions::threads is {}, but ticks must not wait for other threads: "
+        "leave it at 1",
+        threads));
   if (!(options_.period > 0.0 && std::isfinite(options_.period)))
     throw DefinitionError(
         fmt::format("controller: the period is {} s, expected more than 0", options_.period));

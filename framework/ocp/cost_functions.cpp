@@ -64,6 +64,11 @@ class LeastSquares final : public FunctionBody {
     return most > 1 ? 3 : 2 * most;
   }
 
+  std::shared_ptr<const FunctionBody> separate() const override {
+    const Function residual = residual_.separate();
+    return residual ? std::make_shared<LeastSquares>(residual, weight_, reference_) : nullptr;
+  }
+
   void value(const double* z, double* y) const override {
     residual_.value(z, r_.data());
     shift(z);
@@ -168,6 +173,15 @@ class Stack final : public FunctionBody {
     return 3;
   }
 
+  std::shared_ptr<const FunctionBody> separate() const override {
+    std::vector<Function> parts;
+    for (const Function& f : functions_) {
+      parts.push_back(f.separate());
+      if (!parts.back()) return nullptr;
+    }
+    return std::make_shared<Stack>(parts);
+  }
+
   void value(const double* z, double* y) const override {
     for (const Function& f : functions_) {
       f.value(z, y);
@@ -227,6 +241,11 @@ class TimesLength final : public FunctionBody {
     return std::min(3, cost_.degree(0, of_cost) + (variable.back() ? 1 : 0));
   }
 
+  std::shared_ptr<const FunctionBody> separate() const override {
+    const Function cost = cost_.separate();
+    return cost ? std::make_shared<TimesLength>(cost) : nullptr;
+  }
+
   void value(const double* z, double* y) const override {
     cost_.value(z, y);
     y[0] *= z[cost_.inputs()];
@@ -273,6 +292,7 @@ class ChangeCosts final : public FunctionBody {
   }
 
   int degree(int, const std::vector<char>&) const override { return 2; }
+  bool is_reentrant() const override { return true; }
 
   void value(const double* z, double* y) const override {
     for (int i = 0; i < outputs(); ++i) y[i] = 0.5 * weights_[i] * change(z, i) * change(z, i);

@@ -30,6 +30,7 @@ class Widened final : public FunctionBody {
   bool reads(int input) const override {
     return input < formula_.inputs() && formula_.reads(input);
   }
+  bool is_reentrant() const override { return formula_.is_reentrant(); }
   void value(const double* z, double* y) const override { formula_.value(z, y); }
   void jacobian(const double* z, double* y, double* entries) const override {
     formula_.jacobian(z, y, entries);

@@ -8,10 +8,10 @@ namespace saltus {
 
 Solution solve(const OptimalControlProblem& problem, const SolveOptions& options) {
   MultipleShooting shooting(
-      problem,
-      {.intervals_per_phase = options.intervals_per_phase,
-       .intervals = options.intervals,
-       .integrator = options.integrator ? options.integrator : runge_kutta4({.steps = 2})});
+      problem, {.intervals_per_phase = options.intervals_per_phase,
+                .intervals = options.intervals,
+                .integrator = options.integrator ? options.integrator : runge_kutta4({.steps = 2}),
+                .threads = options.threads});
   const std::shared_ptr<Solver> solver = options.solver ? options.solver : make_sqp();
   if (options.guess) return solve(shooting, *solver, shooting.guess_from(*options.guess));
   return solve(shooting, *solver);

@@ -24,6 +24,7 @@ struct SolveOptions {
   std::vector<int> intervals = {};  ///< per phase, in place of the number above
   /// Empty: runge_kutta4({.steps = 2}). For stiff dynamics take one of SUNDIALS.
   IntegratorChoice integrator = {};
+  int threads = 1;  ///< that evaluate intervals: ShootingOptions::threads
   /// Empty: make_sqp(), our own, to a scaled KKT error of 1e-8. A solver may be used again.
   std::shared_ptr<Solver> solver = {};
   /// Where the search starts, in place of the problem's own guess: another solution of it, on any

@@ -96,6 +96,8 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
       const SolveStatus status = restore();
       if (status != SolveStatus::optimal) return give_up(status);
     }
+    if (!was_restored_ && largest(lambda_) <= excessive_multiplier)
+      program_.prepare_derivatives(now_.x.data(), 1.0, lambda_.data(), curvature_);
     if (!linearise()) return SolveStatus::evaluation_failed;
     if (was_restored_) lambda_ = estimate_multipliers(largest_estimate);
     if (largest(lambda_) > excessive_multiplier) shrink_multipliers();

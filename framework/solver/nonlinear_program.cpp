@@ -4,6 +4,8 @@
 
 namespace saltus {
 
+void NonlinearProgram::prepare_derivatives(const double*, double, const double*, Curvature) {}
+
 StageStructure NonlinearProgram::stages() const {
   throw DefinitionError(
       "this program does not fall into stages, so its quadratic programs cannot be solved stage by "

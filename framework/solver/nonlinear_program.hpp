@@ -47,6 +47,11 @@ class NonlinearProgram {
   virtual bool hessian(const double* w, double sigma, const double* lambda, double* entries,
                        Curvature curvature) = 0;
 
+  /// Announces that first and second derivatives at w will be asked for, the latter with these
+  /// multipliers: programs that find both at once then do so.
+  virtual void prepare_derivatives(const double* w, double sigma, const double* lambda,
+                                   Curvature curvature);
+
   /// For messages: "phase 'flight', node 3, state 1".
   virtual std::string describe_variable(int i) const = 0;
   virtual std::string describe_row(int i) const = 0;

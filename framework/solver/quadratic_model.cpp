@@ -35,6 +35,7 @@ QuadraticModel::QuadraticModel(const NonlinearProgram& program)
 
 bool QuadraticModel::linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
                                Curvature curvature) {
+  program.prepare_derivatives(w.data(), 1.0, lambda.data(), curvature);
   // Derivatives first: a program that keeps what it evaluated then has the values as well.
   if (!program.gradient(w.data(), gradient_.data()) ||
       !program.jacobian(w.data(), qp_.rows.data()) || !evaluate(program, w))
@@ -47,6 +48,7 @@ bool QuadraticModel::linearise(NonlinearProgram& program, const VectorXd& w, con
 
 bool QuadraticModel::linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
                                Curvature curvature, const VectorXd& rows_times_w) {
+  program.prepare_derivatives(w.data(), 1.0, lambda.data(), curvature);
   if (!program.gradient(w.data(), gradient_.data()) || !evaluate(program, w)) return false;
   offset_ = c_ - rows_times_w;
   update_bounds(program);

@@ -74,6 +74,12 @@ bool ScaledProgram::jacobian(const double* w, double* entries) {
   return true;
 }
 
+void ScaledProgram::prepare_derivatives(const double* w, double sigma, const double* lambda,
+                                        Curvature curvature) {
+  for (int r = 0; r < rows(); ++r) lambda_[r] = lambda[r] * scale_.rows[r];
+  program_.prepare_derivatives(unscaled(w), sigma * scale_.cost, lambda_.data(), curvature);
+}
+
 bool ScaledProgram::hessian(const double* w, double sigma, const double* lambda, double* entries,
                             Curvature curvature) {
   for (int r = 0; r < rows(); ++r) lambda_[r] = lambda[r] * scale_.rows[r];

@@ -34,6 +34,8 @@ class ScaledProgram final : public NonlinearProgram {
   bool gradient(const double* w, double* gradient) override;
   bool constraints(const double* w, double* g) override;
   bool jacobian(const double* w, double* entries) override;
+  void prepare_derivatives(const double* w, double sigma, const double* lambda,
+                           Curvature curvature) override;
   bool hessian(const double* w, double sigma, const double* lambda, double* entries,
                Curvature curvature) override;
 

@@ -61,22 +61,57 @@ void BlockProgram::update(const Block& block, Compiled& c, const double* w, Leve
   c.point = point_;
 }
 
+// Which blocks are a thread's own is fixed, and so is the order in which it takes them.
+template <class Work>
+void BlockProgram::share_out(const Work& work) {
+  if (!pool_) return work(shares_.front(), 0);
+  const auto part = [&](int k) { work(shares_[k], k); };
+  pool_->run(part);
+}
+
+// Calls add(block, entry) for every entry of a list: threads for what only they add to, then this
+// one for the rest.
+template <class Add>
+void BlockProgram::add_shared(std::vector<Scatter> Compiled::*list,
+                              const std::vector<SharedScatter>& shared, const Add& add) {
+  share_out([&](const std::vector<int>& blocks, int) {
+    for (const int i : blocks)
+      for (const Scatter& s : compiled_[i].*list) add(i, s);
+  });
+  for (const SharedScatter& s : shared) add(s.block, s.scatter);
+}
+
+bool BlockProgram::all_shares_finite() const {
+  return std::find(finite_in_share_.begin(), finite_in_share_.end(), 0) == finite_in_share_.end();
+}
+
+template <class Visit>
+void BlockProgram::for_each_jacobian_entry(const Visit& visit) const {
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    for (const Scatter& s : compiled_[i].jacobian) visit(static_cast<int>(i), s);
+  for (const SharedScatter& s : shared_jacobian_) visit(s.block, s.scatter);
+}
+
 bool BlockProgram::evaluate(const double* w, Level level) {
   move_to(w);
   if (evaluated_point_ == point_ && evaluated_revision_ == revision_ && level_ >= level)
     return finite_;
   evaluated_point_ = 0;  // in case a formula throws
-  finite_ = true;
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    const Block& block = blocks_[i];
-    Compiled& c = compiled_[i];
-    const bool in_force = std::any_of(block.outputs.begin(), block.outputs.end(),
-                                      [&](const BlockOutput& o) { return counts(o); });
-    if (!in_force) continue;
-    update(block, c, w, level);
-    for (int o = 0; o < c.value.size(); ++o)
-      if (!std::isfinite(c.value[o]) && counts(block.outputs[o])) finite_ = false;
-  }
+  share_out([&](const std::vector<int>& blocks, int k) {
+    bool finite = true;
+    for (const int i : blocks) {
+      const Block& block = blocks_[i];
+      Compiled& c = compiled_[i];
+      const bool in_force = std::any_of(block.outputs.begin(), block.outputs.end(),
+                                        [&](const BlockOutput& o) { return counts(o); });
+      if (!in_force) continue;
+      update(block, c, w, level);
+      for (int o = 0; o < c.value.size(); ++o)
+        if (!std::isfinite(c.value[o]) && counts(block.outputs[o])) finite = false;
+    }
+    finite_in_share_[k] = finite;
+  });
+  finite_ = all_shares_finite();
   level_ = level;
   evaluated_point_ = point_;
   evaluated_revision_ = revision_;
@@ -85,12 +120,19 @@ bool BlockProgram::evaluate(const double* w, Level level) {
 
 bool BlockProgram::objective(const double* w, double& f) {
   if (!evaluate(w, Level::values)) return false;
+  share_out([&](const std::vector<int>& blocks, int) {
+    for (const int i : blocks) {
+      const Compiled& c = compiled_[i];
+      double* term = objective_terms_.data() + c.first_objective_term;
+      for (int o = 0; o < c.value.size(); ++o) {
+        const BlockOutput& output = blocks_[i].outputs[o];
+        if (output.row == BlockOutput::objective)
+          *term++ = output.factor == 0.0 ? 0.0 : output.factor * c.value[o];
+      }
+    }
+  });
   f = 0.0;
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    for (int o = 0; o < compiled_[i].value.size(); ++o)
-      if (blocks_[i].outputs[o].row == BlockOutput::objective &&
-          blocks_[i].outputs[o].factor != 0.0)
-        f += blocks_[i].outputs[o].factor * compiled_[i].value[o];
+  for (const double term : objective_terms_) f += term;
   for (int i = 0; i < variables(); ++i)
     f += (linear_cost_[i] + 0.5 * quadratic_cost_[i] * w[i]) * w[i];
   return std::isfinite(f);
@@ -99,11 +141,10 @@ bool BlockProgram::objective(const double* w, double& f) {
 bool BlockProgram::gradient(const double* w, double* gradient) {
   if (!evaluate(w, Level::derivatives)) return false;
   for (int i = 0; i < variables(); ++i) gradient[i] = linear_cost_[i] + quadratic_cost_[i] * w[i];
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    for (const Scatter& s : compiled_[i].gradient) {
-      const double weight = blocks_[i].outputs[s.output].factor;
-      if (weight != 0.0) gradient[s.to] += weight * s.factor * compiled_[i].entries[s.from];
-    }
+  add_shared(&Compiled::gradient, shared_gradient_, [&](int i, const Scatter& s) {
+    const double weight = blocks_[i].outputs[s.output].factor;
+    if (weight != 0.0) gradient[s.to] += weight * s.factor * compiled_[i].entries[s.from];
+  });
   return std::all_of(gradient, gradient + variables(), [](double e) { return std::isfinite(e); });
 }
 
@@ -111,12 +152,9 @@ bool BlockProgram::constraints(const double* w, double* g) {
   if (!evaluate(w, Level::values)) return false;
   std::fill_n(g, rows(), 0.0);
   for (const Linear& l : linear_) g[l.row] += l.coefficient * w[l.variable];
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    for (int o = 0; o < compiled_[i].value.size(); ++o) {
-      const BlockOutput& output = blocks_[i].outputs[o];
-      if (output.row != BlockOutput::objective && !is_off(output.row))
-        g[output.row] += output.factor * compiled_[i].value[o];
-    }
+  add_shared(&Compiled::rows, shared_rows_, [&](int i, const Scatter& s) {
+    if (!is_off(s.to)) g[s.to] += s.factor * compiled_[i].value[s.from];
+  });
   return true;
 }
 
@@ -124,11 +162,10 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
   if (!evaluate(w, Level::derivatives)) return false;
   std::fill_n(entries, jacobian_pattern_.entries(), 0.0);
   for (const Linear& l : linear_) entries[l.position] += l.coefficient;
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    for (const Scatter& s : compiled_[i].jacobian) {
-      const double entry = compiled_[i].entries[s.from];
-      if (!is_off(blocks_[i].outputs[s.output].row)) entries[s.to] += s.factor * entry;
-    }
+  add_shared(&Compiled::jacobian, shared_jacobian_, [&](int i, const Scatter& s) {
+    const double entry = compiled_[i].entries[s.from];
+    if (!is_off(blocks_[i].outputs[s.output].row)) entries[s.to] += s.factor * entry;
+  });
   return std::all_of(entries, entries + jacobian_pattern_.entries(),
                      [](double e) { return std::isfinite(e); });
 }
@@ -142,39 +179,86 @@ bool BlockProgram::write_jacobian(const double* w, std::span<const EntryTarget> 
   }
   if (!evaluate(w, Level::derivatives)) return false;
   bool finite = true;
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    const double* entries = compiled_[i].entries.data();
-    const BlockOutput* outputs = blocks_[i].outputs.data();
-    for (const Scatter& s : compiled_[i].jacobian) {
-      if (is_off(outputs[s.output].row)) continue;
-      const EntryTarget& target = targets[s.to];
-      const double value = target.scale * (s.factor * entries[s.from]);
-      *target.to = s.adds ? *target.to + value : value;
-      finite = finite && std::isfinite(value);
-    }
-  }
+  const auto write = [&](int i, const Scatter& s) {
+    if (is_off(blocks_[i].outputs[s.output].row)) return;
+    const EntryTarget& target = targets[s.to];
+    const double value = target.scale * (s.factor * compiled_[i].entries[s.from]);
+    *target.to = s.adds ? *target.to + value : value;
+    finite = finite && std::isfinite(value);
+  };
+  for_each_jacobian_entry(write);
   return finite;
 }
 
 void BlockProgram::multiply_jacobian(const VectorXd& v, VectorXd& out) const {
   out.setZero();
   for (const Linear& l : linear_) out[l.row] += l.coefficient * v[l.variable];
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    for (const Scatter& s : compiled_[i].jacobian) {
-      const int row = blocks_[i].outputs[s.output].row;
-      if (!is_off(row))
-        out[row] += s.factor * compiled_[i].entries[s.from] * v[jacobian_pattern_.col(s.to)];
-    }
+  for_each_jacobian_entry([&](int i, const Scatter& s) {
+    const int row = blocks_[i].outputs[s.output].row;
+    if (!is_off(row))
+      out[row] += s.factor * compiled_[i].entries[s.from] * v[jacobian_pattern_.col(s.to)];
+  });
 }
 
 void BlockProgram::add_jacobian_transposed(const VectorXd& lambda, VectorXd& out) const {
   for (const Linear& l : linear_) out[l.variable] += l.coefficient * lambda[l.row];
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    for (const Scatter& s : compiled_[i].jacobian) {
-      const double multiplier = lambda[blocks_[i].outputs[s.output].row];
-      if (multiplier != 0.0)
-        out[jacobian_pattern_.col(s.to)] += s.factor * compiled_[i].entries[s.from] * multiplier;
+  for_each_jacobian_entry([&](int i, const Scatter& s) {
+    const double multiplier = lambda[blocks_[i].outputs[s.output].row];
+    if (multiplier != 0.0)
+      out[jacobian_pattern_.col(s.to)] += s.factor * compiled_[i].entries[s.from] * multiplier;
+  });
+}
+
+// False if the block adds nothing.
+bool BlockProgram::weigh(const Block& block, Compiled& c, double sigma, const double* lambda,
+                         Curvature curvature) const {
+  bool any = false;
+  for (int o = 0; o < c.weights.size(); ++o) {
+    const BlockOutput& output = block.outputs[o];
+    const bool cost = output.row == BlockOutput::objective;
+    c.weights[o] = cost ? sigma * output.factor : output.factor * lambda[output.row];
+    // Gauss-Newton: constraints do not curve. Interval functions keep the costs they carry.
+    if (!cost && (curvature == Curvature::gauss_newton || is_off(output.row))) c.weights[o] = 0.0;
+    any = any || c.weights[o] != 0.0;
+  }
+  return any;
+}
+
+bool BlockProgram::knows_hessian(const Compiled& c, Curvature curvature) const {
+  return c.has_hessian && (c.is_quadratic || c.hessian_point == point_) &&
+         c.hessian_curvature == curvature && c.hessian_weights == c.weights;
+}
+
+void BlockProgram::note_hessian(Compiled& c, Curvature curvature) const {
+  c.has_hessian = true;
+  c.hessian_point = point_;
+  c.hessian_curvature = curvature;
+  c.hessian_weights = c.weights;
+}
+
+void BlockProgram::prepare_derivatives(const double* w, double sigma, const double* lambda,
+                                       Curvature curvature) {
+  if (linear_quadratic_) return;  // most is known whatever the point
+  move_to(w);
+  share_out([&](const std::vector<int>& blocks, int) {
+    for (const int i : blocks) {
+      const Block& block = blocks_[i];
+      Compiled& c = compiled_[i];
+      const bool has_first = c.point == point_ && c.level == Level::derivatives;
+      if (has_first || !c.is_curved || !weigh(block, c, sigma, lambda, curvature) ||
+          knows_hessian(c, curvature))
+        continue;
+      c.level = Level::none;
+      c.has_entries = c.has_hessian = false;
+      gather(block, c, w);
+      block.function.derivatives(c.argument.data(), c.weights.data(), c.value.data(),
+                                 c.entries.data(), c.hessian_entries.data(), curvature);
+      c.level = Level::derivatives;
+      c.point = point_;
+      c.has_entries = true;
+      note_hessian(c, curvature);
     }
+  });
 }
 
 bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, double* entries,
@@ -183,37 +267,32 @@ bool BlockProgram::hessian(const double* w, double sigma, const double* lambda, 
   std::fill_n(entries, hessian_pattern_.entries(), 0.0);
   for (const int v : quadratic_variables_)
     entries[quadratic_position_[v]] += sigma * quadratic_cost_[v];
-  bool finite = true;
-  for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    const Block& block = blocks_[i];
-    Compiled& c = compiled_[i];
-    if (c.hessian.empty()) continue;
-    bool any = false;
-    for (int o = 0; o < c.weights.size(); ++o) {
-      const BlockOutput& output = block.outputs[o];
-      const bool cost = output.row == BlockOutput::objective;
-      c.weights[o] = cost ? sigma * output.factor : output.factor * lambda[output.row];
-      // Gauss-Newton: constraints do not curve. Interval functions keep the costs they carry.
-      if (!cost && (curvature == Curvature::gauss_newton || is_off(output.row))) c.weights[o] = 0.0;
-      any = any || c.weights[o] != 0.0;
+  share_out([&](const std::vector<int>& blocks, int k) {
+    bool finite = true;
+    for (const int i : blocks) {
+      const Block& block = blocks_[i];
+      Compiled& c = compiled_[i];
+      c.counts_hessian = c.is_curved && weigh(block, c, sigma, lambda, curvature);
+      if (!c.counts_hessian) continue;
+      if (!knows_hessian(c, curvature)) {
+        c.has_hessian = false;  // in case the formula throws
+        gather(block, c, w);
+        block.function.hessian(c.argument.data(), c.weights.data(), c.hessian_entries.data(),
+                               curvature);
+        note_hessian(c, curvature);
+      }
+      for (const Scatter& s : c.hessian) {
+        entries[s.to] += s.factor * c.hessian_entries[s.from];
+        finite = finite && std::isfinite(c.hessian_entries[s.from]);
+      }
     }
-    if (!any) continue;
-    const bool known = c.has_hessian && (c.is_quadratic || c.hessian_point == point_) &&
-                       c.hessian_curvature == curvature && c.hessian_weights == c.weights;
-    if (!known) {
-      c.has_hessian = false;  // in case the formula throws
-      gather(block, c, w);
-      block.function.hessian(c.argument.data(), c.weights.data(), c.hessian_entries.data(),
-                             curvature);
-      c.has_hessian = true;
-      c.hessian_point = point_;
-      c.hessian_curvature = curvature;
-      c.hessian_weights = c.weights;
-    }
-    for (const Scatter& s : c.hessian) {
-      entries[s.to] += s.factor * c.hessian_entries[s.from];
-      finite = finite && std::isfinite(c.hessian_entries[s.from]);
-    }
+    finite_in_share_[k] = finite;
+  });
+  bool finite = all_shares_finite();
+  for (const auto& [i, s] : shared_hessian_) {
+    if (!compiled_[i].counts_hessian) continue;
+    entries[s.to] += s.factor * compiled_[i].hessian_entries[s.from];
+    finite = finite && std::isfinite(compiled_[i].hessian_entries[s.from]);
   }
   return finite;
 }

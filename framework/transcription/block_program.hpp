@@ -1,6 +1,7 @@
 // A sparse program assembled from small functions: knows blocks and patterns, but no phases.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/entry_target.hpp"
+#include "saltus/core/thread_pool.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
@@ -43,7 +45,8 @@ struct Block {
 
 /// Set-up: add variables, rows, linear entries and blocks in any order, then finish(). After that
 /// sizes and patterns are fixed; constants, bounds and objective weights may change. Blocks are
-/// evaluated again only where their variables or constants changed. Evaluations do not allocate.
+/// evaluated again only where their variables or constants changed. Evaluations do not allocate,
+/// and with one thread they know no others.
 class BlockProgram : public NonlinearProgram {
  public:
   BlockProgram() = default;
@@ -54,6 +57,9 @@ class BlockProgram : public NonlinearProgram {
   int add_rows(int count);       ///< returns the first; free until bounded
   int add_block(Block block);    ///< returns its index
   void add_linear(int row, int variable, double coefficient);
+  /// Before finish(): how many threads evaluate blocks, 1 at first. Results are the same to the
+  /// bit. Blocks whose functions cannot be separated are all evaluated by the calling thread.
+  void set_threads(int threads);
   void finish();
 
   void bound_variable(int i, double lower, double upper) {
@@ -128,6 +134,8 @@ class BlockProgram : public NonlinearProgram {
   bool jacobian(const double* w, double* entries) override;
   bool hessian(const double* w, double sigma, const double* lambda, double* entries,
                Curvature curvature) override;
+  void prepare_derivatives(const double* w, double sigma, const double* lambda,
+                           Curvature curvature) override;
 
  private:
   // A row without bounds: its term is not in force. It is not evaluated, and its blocks add nothing
@@ -145,20 +153,28 @@ class BlockProgram : public NonlinearProgram {
     double factor;
     bool adds = false;  // to what a linear entry or this block has put there
   };
+  // One that threads must not take part in, because others write there too.
+  struct SharedScatter {
+    int block;
+    Scatter scatter;
+  };
   struct Compiled {
-    std::vector<Scatter> jacobian, gradient, hessian;
+    std::vector<Scatter> rows, jacobian, gradient, hessian;  // rows: of the value
+    int first_objective_term = 0;
     VectorXd argument, value, weights;   // argument: constants, once gathered with the shares
     std::vector<int> with_coefficients;  // arguments that have coefficients
     std::vector<double> entries, hessian_entries;
     std::vector<char> reads;   // per argument: whether the function depends on it
     std::vector<int> degrees;  // of the outputs, in the block's variables
     bool is_affine = false, is_quadratic = false;
+    bool is_curved = false;  // adds to the Hessian
 
     // What `value`, `entries` and `hessian_entries` hold.
     Level level = Level::none;  // none: constants changed
     long point = 0;             // at which they were evaluated
     bool has_entries = false;   // for the present constants
     bool has_hessian = false;
+    bool counts_hessian = false;  // some weight is not zero
     long hessian_point = 0;
     Curvature hessian_curvature = Curvature::exact;
     VectorXd hessian_weights;
@@ -167,6 +183,21 @@ class BlockProgram : public NonlinearProgram {
   static void gather(const Block& block, Compiled& compiled, const double* w);
   void move_to(const double* w);
   bool evaluate(const double* w, Level level);
+  // Calls work(blocks) once per thread with the indices of its blocks, in order.
+  template <class Work>
+  void share_out(const Work& work);
+  template <class Add>
+  void add_shared(std::vector<Scatter> Compiled::*list, const std::vector<SharedScatter>& shared,
+                  const Add& add);
+  template <class Visit>
+  void for_each_jacobian_entry(const Visit& visit) const;
+  bool all_shares_finite() const;
+  void assign_threads();
+  void separate_shared();
+  bool weigh(const Block& block, Compiled& compiled, double sigma, const double* lambda,
+             Curvature curvature) const;
+  bool knows_hessian(const Compiled& compiled, Curvature curvature) const;
+  void note_hessian(Compiled& compiled, Curvature curvature) const;
   void update(const Block& block, Compiled& compiled, const double* w, Level level);
   void compile_block(const Block& block, Compiled& compiled) const;
 
@@ -186,6 +217,13 @@ class BlockProgram : public NonlinearProgram {
   bool exact_ = true, gauss_newton_ = true;
 
   bool linear_quadratic_ = false;
+
+  int threads_ = 1;
+  std::unique_ptr<ThreadPool> pool_;      // of more than one thread
+  std::vector<std::vector<int>> shares_;  // blocks of each thread
+  std::vector<char> finite_in_share_;
+  std::vector<SharedScatter> shared_rows_, shared_jacobian_, shared_gradient_, shared_hessian_;
+  std::vector<double> objective_terms_;  // in the order of blocks and outputs
 
   VectorXd last_w_;
   long point_ = 0;     // counts the points visited

@@ -1,5 +1,7 @@
 // Set-up of a BlockProgram: its patterns, and where every derivative of a block goes in them.
 #include <algorithm>
+#include <map>
+#include <numeric>
 #include <utility>
 
 #include "saltus/transcription/block_program.hpp"
@@ -54,7 +56,82 @@ void BlockProgram::add_linear(int row, int variable, double coefficient) {
   linear_.push_back({row, variable, -1, coefficient});
 }
 
+void BlockProgram::set_threads(int threads) {
+  threads_ = threads;
+  pool_ = threads == 1 ? nullptr : std::make_unique<ThreadPool>(threads);
+}
+
+// Blocks of one function are dealt out in runs, so that neighbours mostly stay with one thread, and
+// threads other than the calling one get functions of their own.
+void BlockProgram::assign_threads() {
+  constexpr int runs_per_thread = 8;
+  shares_.assign(threads_, {});
+  finite_in_share_.assign(threads_, 1);
+  if (threads_ == 1) {
+    shares_.front().resize(blocks_.size());
+    std::iota(shares_.front().begin(), shares_.front().end(), 0);
+    return;
+  }
+  struct Group {
+    int count = 0, seen = 0;
+    std::vector<Function> separate;  // per thread; empty at first
+  };
+  std::map<const void*, Group> groups;
+  for (const Block& block : blocks_) ++groups[block.function.identity()].count;
+  int alone = 0;  // counts blocks that are the only ones of their function
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    Function& function = blocks_[i].function;
+    Group& group = groups[function.identity()];
+    const int runs = runs_per_thread * threads_;
+    int thread =
+        group.count == 1
+            ? alone++ % threads_
+            : static_cast<int>(static_cast<long>(group.seen++) * runs / group.count) % threads_;
+    if (thread > 0) {
+      group.separate.resize(threads_);
+      Function& own = group.separate[thread];
+      if (!own) own = function.separate();
+      if (own)
+        function = own;
+      else
+        thread = 0;
+    }
+    shares_[thread].push_back(static_cast<int>(i));
+  }
+}
+
+// Entries that blocks of several threads add to are left to the calling thread, which takes them in
+// the order of the blocks: every sum is that of one thread.
+void BlockProgram::separate_shared() {
+  if (threads_ == 1) return;
+  std::vector<int> thread_of(blocks_.size(), 0);
+  for (int k = 0; k < threads_; ++k)
+    for (const int i : shares_[k]) thread_of[i] = k;
+  const auto separate = [&](std::vector<Scatter> Compiled::*list, int entries,
+                            std::vector<SharedScatter>& shared) {
+    constexpr int nobody = -1, several = -2;
+    std::vector<int> writer(entries, nobody);
+    for (std::size_t i = 0; i < blocks_.size(); ++i)
+      for (const Scatter& s : compiled_[i].*list) {
+        int& of = writer[s.to];
+        of = of == nobody || of == thread_of[i] ? thread_of[i] : several;
+      }
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      std::vector<Scatter>& all = compiled_[i].*list;
+      const auto is_own = [&](const Scatter& s) { return writer[s.to] != several; };
+      const auto first = std::stable_partition(all.begin(), all.end(), is_own);
+      for (auto s = first; s != all.end(); ++s) shared.push_back({static_cast<int>(i), *s});
+      all.erase(first, all.end());
+    }
+  };
+  separate(&Compiled::rows, rows(), shared_rows_);
+  separate(&Compiled::gradient, variables(), shared_gradient_);
+  separate(&Compiled::jacobian, jacobian_pattern_.entries(), shared_jacobian_);
+  separate(&Compiled::hessian, hessian_pattern_.entries(), shared_hessian_);
+}
+
 void BlockProgram::finish() {
+  assign_threads();
   std::vector<std::pair<int, int>> jacobian, hessian;
   for (const Linear& l : linear_) jacobian.emplace_back(l.row, l.variable);
   for (const int v : quadratic_variables_) hessian.emplace_back(v, v);
@@ -75,9 +152,17 @@ void BlockProgram::finish() {
   std::vector<char> filled(jacobian_pattern_.entries(), 0);
   for (Linear& l : linear_) l.adds = std::exchange(filled[l.position], 1) != 0;
   compiled_.resize(blocks_.size());
-  for (std::size_t i = 0; i < blocks_.size(); ++i) compile_block(blocks_[i], compiled_[i]);
+  int terms = 0;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    compile_block(blocks_[i], compiled_[i]);
+    compiled_[i].first_objective_term = terms;
+    for (const BlockOutput& output : blocks_[i].outputs)
+      if (output.row == BlockOutput::objective) ++terms;
+  }
+  objective_terms_.assign(terms, 0.0);
   for (Compiled& c : compiled_)
     for (Scatter& s : c.jacobian) s.adds = std::exchange(filled[s.to], 1) != 0;
+  separate_shared();
   linear_cost_ = VectorXd::Zero(variables());
   quadratic_cost_ = VectorXd::Zero(variables());
   quadratic_position_.assign(variables(), -1);
@@ -122,6 +207,10 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
       c.hessian.push_back({e, hessian_pattern_.find(a, b), 0, factor});
     });
   });
+  c.is_curved = !c.hessian.empty();
+  for (int o = 0; o < f.outputs(); ++o)
+    if (block.outputs[o].row != BlockOutput::objective)
+      c.rows.push_back({o, block.outputs[o].row, o, block.outputs[o].factor});
 }
 
 }  // namespace saltus

@@ -66,9 +66,10 @@ class Reach {
 
 class IntervalFunction final : public FunctionBody {
  public:
-  explicit IntervalFunction(std::shared_ptr<Integrator> integrator)
+  IntervalFunction(std::shared_ptr<Integrator> integrator, IntegratorChoice scheme)
       : FunctionBody(integrator->arguments().size(), integrator->outputs()),
         integrator_(std::move(integrator)),
+        scheme_(std::move(scheme)),
         derivative_(outputs(), inputs()),
         second_(inputs(), inputs()) {
     const IntervalProblem& problem = integrator_->problem();
@@ -167,19 +168,58 @@ class IntervalFunction final : public FunctionBody {
     hessian_pattern_.for_each([&](int r, int c, int e) { entries[e] = second_(r, c); });
   }
 
+  void derivatives(const double* w, const double* weights, double* end, double* jacobian_entries,
+                   double* hessian_entries, Curvature curvature) const override {
+    if (integrator_->derivatives(w, weights, end, derivative_, second_, curvature) !=
+        IntegrationStatus::success) {
+      spoil(end, outputs());
+      spoil(jacobian_entries, jacobian_pattern_.entries());
+      spoil(hessian_entries, hessian_pattern_.entries());
+      return;
+    }
+    jacobian_pattern_.for_each(
+        [&](int r, int c, int e) { jacobian_entries[e] = derivative_(r, c); });
+    hessian_pattern_.for_each([&](int r, int c, int e) { hessian_entries[e] = second_(r, c); });
+  }
+
+  std::shared_ptr<const FunctionBody> separate() const override {
+    if (!scheme_) return nullptr;
+    IntervalProblem problem = integrator_->problem();
+    bool is_complete = true;
+    const auto replace = [&](Function& f) {
+      if (!f) return;
+      f = f.separate();
+      is_complete = is_complete && f;
+    };
+    replace(problem.dynamics);
+    replace(problem.running_cost);
+    replace(problem.algebraic.dynamics);
+    for (SwitchingSystem::Mode& mode : problem.switching.modes) {
+      replace(mode.dynamics);
+      replace(mode.running_cost);
+    }
+    for (SwitchingSystem::Transition& event : problem.switching.transitions) {
+      replace(event.guard);
+      replace(event.reset);
+    }
+    if (!is_complete) return nullptr;
+    return std::make_shared<IntervalFunction>(scheme_->make(problem), scheme_);
+  }
+
  private:
   static void spoil(double* values, int count) {
     std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN());
   }
 
   std::shared_ptr<Integrator> integrator_;
+  IntegratorChoice scheme_;
   mutable MatrixXd derivative_, second_;
 };
 
 }  // namespace
 
-Function interval_function(std::shared_ptr<Integrator> integrator) {
-  return Function(std::make_shared<IntervalFunction>(std::move(integrator)));
+Function interval_function(std::shared_ptr<Integrator> integrator, IntegratorChoice scheme) {
+  return Function(std::make_shared<IntervalFunction>(std::move(integrator), std::move(scheme)));
 }
 
 }  // namespace saltus

@@ -42,8 +42,8 @@ std::vector<Mesh> meshes_of(const OptimalControlProblem& problem, const Shooting
 
 MultipleShooting::MultipleShooting(OptimalControlProblem problem, ShootingOptions options) {
   options.meshes = meshes_of(problem, options);
-  program_ =
-      std::make_unique<ShootingProgram>(std::move(problem), options.meshes, options.integrator);
+  program_ = std::make_unique<ShootingProgram>(std::move(problem), options.meshes,
+                                               options.integrator, options.threads);
   next_ = program_->data();
   options_ = std::move(options);
 }

@@ -34,6 +34,9 @@ struct ShootingOptions {
   std::vector<Mesh> meshes = {};    ///< per phase, in place of both
   IntegratorChoice integrator;      ///< required; see integrators/
   GridAccuracy accuracy = {};       ///< for solve()
+  /// That evaluate intervals and terms, for offline problems of a thousand intervals and more. What
+  /// comes out is the same to the bit, whatever their number.
+  int threads = 1;
   /// For solve(): where states, inputs, durations or parameters without a nominal magnitude are
   /// below 1e-2 or above 1e2 at the start or at the solution, all of them, the cost and all rows
   /// are divided by their sizes, so that units do not decide what is found; else only cost and rows

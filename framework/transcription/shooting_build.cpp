@@ -31,12 +31,13 @@ std::vector<int> running_costs(const PhaseDefinition& phase) {
 }  // namespace
 
 ShootingProgram::ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
-                                 const IntegratorChoice& integrator)
+                                 const IntegratorChoice& integrator, int threads)
     : problem_(std::move(problem)),
       data_(problem_),
       grid_(problem_, meshes),
       layout_(problem_, grid_, *this),
       proposal_{grid_, {}, {}} {
+  set_threads(threads);
   build_start();
   for (int j = 0; j < grid_.phases(); ++j) {
     if (j > 0) jump_rows_.push_back(build_jump(problem_.jumps()[j], j - 1, j));
@@ -94,7 +95,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
     set_support(false, supports(Curvature::gauss_newton) && !costs_ride_along);
   }
 
-  build_intervals(j, interval_function(integrators_.back()), interval.nq());
+  build_intervals(j, interval_function(integrators_.back(), choice), interval.nq());
   for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t) {
     const Term& term = phase.terms[t];
     if (term.domain == TermDomain::running) {

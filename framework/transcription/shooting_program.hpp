@@ -23,7 +23,7 @@ namespace saltus {
 class ShootingProgram final : public BlockProgram {
  public:
   ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
-                  const IntegratorChoice& integrator);
+                  const IntegratorChoice& integrator, int threads = 1);
   StageStructure stages() const override;
   /// With the intervals whose integrator has no second derivatives.
   SparsityPattern curvature_pattern() const override;

@@ -22,6 +22,7 @@ bool StageProgram::linearise(const VectorXd& w, const VectorXd& lambda, Curvatur
   at_ = w;
   is_new_model_ = true;
   rows_times_w_.setZero();
+  program_->prepare_derivatives(w.data(), 1.0, lambda.data(), curvature);
   if (!w.isZero(0.0)) {
     if (!program_->evaluate_derivatives(w.data())) return false;
     program_->multiply_jacobian(w, rows_times_w_);

@@ -18,6 +18,7 @@ class ConeRows final : public FunctionBody {
     hessian_pattern_ = SparsityPattern(inputs, inputs);
   }
 
+  bool is_reentrant() const override { return true; }
   void value(const double* z, double* y) const override {
     const double* w = z + first_;
     for (int r = 0; r < outputs(); ++r) {
