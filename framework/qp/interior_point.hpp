@@ -129,14 +129,16 @@ class InteriorPoint {
 
   bool starts_at_optimum(System& system) {
     convergence_.weigh_multipliers(system, point_);
-    if (!take_literally(system, convergence_.tolerance(), point_, work_)) return false;
+    system.multiply(point_.v.data(), work_.data());
+    if (!take_literally(system, convergence_.tolerance(), work_, point_)) return false;
     residuals_.follow(system, point_, 1.0, convergence_.acceptable());
     return convergence_.reached(system, point_, residuals_);
   }
 
   bool begin(System& system, const QpOptions& options, bool warm) {
     if (warm) {
-      start_warm(system, options.warm_barrier, point_, work_, row_size_);
+      // In work_ are the values of the sides: see starts_at_optimum().
+      start_warm(system, options.warm_barrier, work_, point_, row_size_);
       residuals_.reset(system);
       return true;
     }

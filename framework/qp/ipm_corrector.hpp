@@ -89,36 +89,43 @@ void centrality_target(System& system, const Iterate& p, const Iterate& step, do
   }
 }
 
+template <class System>
+Lanes soft_offset(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
+                  int i) {
+  const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
+  const Lanes D = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]) + w;
+  const Lanes e = load(&r.soft[i]) + load(&target.side[i]) + load(&target.soft[i]);
+  return load(&target.side[i]) - w * e / D;
+}
+
 /// The part of dlambda = -offset - weight (G dv + residual) that does not depend on dv.
 template <class System>
 void side_offset(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
                  AlignedArray& offset) {
   for (int i = 0; i < system.first_soft(); i += lanes) store(&offset[i], load(&target.side[i]));
-  for (int i = system.first_soft(); i < system.sides(); i += lanes) {
-    const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);
-    const Lanes D = load(system.l2() + i) + load(&p.tau[i]) / load(&p.t[i]) + w;
-    const Lanes e = load(&r.soft[i]) + load(&target.side[i]) + load(&target.soft[i]);
-    store(&offset[i], load(&target.side[i]) - w * e / D);
-  }
+  for (int i = system.first_soft(); i < system.sides(); i += lanes)
+    store(&offset[i], soft_offset(system, p, r, target, i));
 }
 
 /// gradient = what the sides add to the right-hand side before G': offset + W residual.
 template <class System>
 void side_gradient(System& system, const Iterate& p, const Residuals& r,
                    const AlignedArray& weights, const SideTarget& target, AlignedArray& gradient) {
-  side_offset(system, p, r, target, gradient);
-  for (int i = 0; i < system.sides(); i += lanes)
-    store(&gradient[i], load(&gradient[i]) + load(&weights[i]) * load(&r.side[i]));
+  for (int i = 0; i < system.first_soft(); i += lanes)
+    store(&gradient[i], load(&target.side[i]) + load(&weights[i]) * load(&r.side[i]));
+  for (int i = system.first_soft(); i < system.sides(); i += lanes)
+    store(&gradient[i],
+          soft_offset(system, p, r, target, i) + load(&weights[i]) * load(&r.side[i]));
 }
 
 /// step.s holds G dv; completes ds, dlambda and, on soft sides, dt and dtau.
 template <class System>
-void recover_sides(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
-                   Iterate& step) {
+void recover_sides(System& system, const Iterate& p, const Residuals& r,
+                   const AlignedArray& weights, const SideTarget& target, Iterate& step) {
   for (int i = 0; i < system.first_soft(); i += lanes) {
     const Lanes ds = load(&step.s[i]) + load(&r.side[i]);
     store(&step.s[i], ds);
-    store(&step.lambda[i], -load(&target.side[i]) - load(&p.lambda[i]) * ds / load(&p.s[i]));
+    store(&step.lambda[i], -load(&target.side[i]) - load(&weights[i]) * ds);
   }
   for (int i = system.first_soft(); i < system.sides(); i += lanes) {
     const Lanes w = load(&p.lambda[i]) / load(&p.s[i]);

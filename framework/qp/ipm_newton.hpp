@@ -50,11 +50,11 @@ class NewtonStep {
       return;
     }
     side_gradient(system, p, r, weights_, target, side_work_);
-    system.multiply_transposed(side_work_.data(), residual_v_.data());
-    accumulate(residual_v_, r.stationarity, system.variables());
+    std::copy_n(r.stationarity.data(), system.variables(), residual_v_.data());
+    system.add_transposed(side_work_.data(), residual_v_.data());
     system.solve(residual_v_.data(), r.equality.data(), step.v.data(), step.y.data());
     system.multiply(step.v.data(), step.s.data());
-    recover_sides(system, p, r, target, step);
+    recover_sides(system, p, r, weights_, target, step);
   }
 
  private:
@@ -140,8 +140,7 @@ class NewtonStep {
         if (!(error < worthwhile * last) || error < very_accurate || round == refinements) return;
         last = error;
       }
-      system.multiply_transposed(side_work_.data(), correction_v_.data());
-      accumulate(residual_v_, correction_v_, variables);
+      system.add_transposed(side_work_.data(), residual_v_.data());
       system.solve(residual_v_.data(), residual_y_.data(), correction_v_.data(),
                    correction_y_.data());
       system.multiply(correction_v_.data(), side_residual_.data());

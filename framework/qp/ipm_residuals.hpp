@@ -27,9 +27,10 @@ class ResidualTracker {
   void reset(System& system) {
     trusted_steps_ = 0;
     known_ = lost_digits_ = false;
-    products_ = 0.0;
-    for (int i = 0; i < system.sides(); ++i)
-      products_ += system.active()[i] * (i < system.first_soft() ? 1.0 : 2.0);
+    Lanes active{};
+    for (int i = 0; i < system.sides(); i += lanes)
+      active += load(system.active() + i) * (i < system.first_soft() ? 1.0 : 2.0);
+    products_ = sum(active);
   }
   /// The next step leaves other residuals than follow() takes for granted.
   void distrust() { known_ = false; }
@@ -51,7 +52,9 @@ class ResidualTracker {
       shrink(residuals_.equality, left, 0, system.equalities());
       shrink(residuals_.side, left, 0, system.sides());
       shrink(residuals_.soft, left, system.first_soft(), system.sides());
-      measure(system);
+      residuals_.feasibility *= left;
+      stationary_ *= left;
+      find_largest();
     } else {
       const double expected = (1.0 - length) * residuals_.feasibility;
       const bool known = known_;
@@ -104,15 +107,23 @@ class ResidualTracker {
     Residuals& r = residuals_;
     r.feasibility = std::fmax(largest_magnitude(r.side, system.sides()),
                               largest_magnitude(r.equality, system.equalities()));
-    Lanes soft{}, total{};
+    Lanes most{}, total{};
     for (int i = system.first_soft(); i < system.sides(); i += lanes)
-      soft = larger(soft, magnitude(load(&r.soft[i])));
-    for (int i = 0; i < system.variables(); i += lanes) total += load(&r.stationarity[i]);
-    const double stationary =
-        std::fmax(largest_magnitude(r.stationarity, system.variables()), largest(soft));
-    r.largest = std::fmax(std::fmax(r.feasibility, r.largest_product), stationary);
-    // fmax ignores NaN: a sum does not.
-    r.largest += 0.0 * (r.mu + sum(total));
+      most = larger(most, magnitude(load(&r.soft[i])));
+    for (int i = 0; i < system.variables(); i += lanes) {
+      const Lanes slope = load(&r.stationarity[i]);
+      most = larger(most, magnitude(slope));
+      total += slope;
+    }
+    // A maximum ignores NaN: a sum does not.
+    stationary_ = largest(most) + 0.0 * sum(total);
+    find_largest();
+  }
+
+  void find_largest() {
+    Residuals& r = residuals_;
+    r.largest = std::fmax(std::fmax(r.feasibility, r.largest_product), stationary_);
+    r.largest += 0.0 * (r.mu + stationary_);
   }
 
   static void shrink(AlignedArray& a, double factor, int first, int last) {
@@ -121,6 +132,7 @@ class ResidualTracker {
 
   Residuals residuals_;
   double products_ = 0.0;
+  double stationary_ = 0.0;  ///< largest entry of stationarity and soft
   int trusted_steps_ = 0;
   bool known_ = false, lost_digits_ = false;
 };

@@ -43,7 +43,7 @@ void start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
   for (int i = 0; i < sides; ++i) point.lambda[i] = 0.0;
   system.evaluate(point.v.data(), point.y.data(), point.lambda.data(), gradient.data(),
                   equality.data(), work.data());
-  system.multiply_transposed(system.beta(), point.v.data());
+  system.add_transposed(system.beta(), point.v.data());
   for (int i = 0; i < variables; ++i) gradient[i] -= point.v[i];
   system.solve(gradient.data(), equality.data(), point.v.data(), point.y.data());
   system.multiply(point.v.data(), work.data());
@@ -84,67 +84,70 @@ void start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
 }
 
 /// Slacks as v leaves them. False where a side is missed, or a product left, by more than the
-/// tolerance: v, y and lambda are no optimum then, and the rest is not completed.
+/// tolerance: v, y and lambda are no optimum then. `values`: G v.
 template <class System>
-bool take_literally(System& system, double tolerance, Iterate& point, AlignedArray& work) {
-  system.multiply(point.v.data(), work.data());
-  for (int i = 0; i < system.sides(); ++i) {
-    const bool active = system.active()[i] != 0.0;
-    const bool soft = i >= system.first_soft() && active;
-    const double gap = work[i] - system.beta()[i];
-    point.s[i] = point.t[i] = point.tau[i] = 1.0;
-    if (!active) continue;
-    point.s[i] = std::max(gap, 0.0);
-    if (point.s[i] * point.lambda[i] > tolerance || (!soft && gap < -tolerance)) return false;
-    if (!soft) continue;
-    point.t[i] = std::max(-gap, 0.0);
-    point.tau[i] = std::max(system.l1()[i] + system.l2()[i] * point.t[i] - point.lambda[i], 0.0);
-    if (point.t[i] * point.tau[i] > tolerance) return false;
+bool take_literally(System& system, double tolerance, const AlignedArray& values, Iterate& point) {
+  const Lanes one = broadcast(1.0);
+  Lanes worst{};
+  for (int i = 0; i < system.sides(); i += lanes) {
+    const Lanes active = load(system.active() + i), lambda = load(&point.lambda[i]);
+    const Lanes gap = load(&values[i]) - load(system.beta() + i), slack = larger(gap, Lanes{});
+    const bool soft = i >= system.first_soft();
+    store(&point.s[i], active > 0.0 ? slack : one);
+    worst = larger(worst, (soft ? slack * lambda : larger(slack * lambda, -gap)) * active);
+    Lanes t = one, tau = one;
+    if (soft) {
+      t = larger(-gap, Lanes{});
+      tau = larger(load(system.l1() + i) + load(system.l2() + i) * t - lambda, Lanes{});
+      worst = larger(worst, t * tau * active);
+    }
+    store(&point.t[i], active > 0.0 ? t : one);
+    store(&point.tau[i], active > 0.0 ? tau : one);
   }
-  return true;
+  return largest(worst) <= tolerance;
 }
 
 /// Keeps v, y and lambda of a neighbouring problem. Slacks become just large enough for products of
 /// a barrier, but not larger than a tenth of the row's coefficients, then multipliers likewise; on
 /// soft sides violations and their multipliers first. The barrier grows with the multipliers, from
-/// `least_barrier` on. `size`: work, becomes the sizes of the rows.
+/// `least_barrier` on. `values`: G v; `size`: work, becomes the sizes of the rows.
 ///
 /// What held and what did not stays apart by orders of magnitude: where the same rows bind, two or
 /// three steps are enough, and where others do, little has to be undone.
 template <class System>
-void start_warm(System& system, double least_barrier, Iterate& point, AlignedArray& work,
+void start_warm(System& system, double least_barrier, const AlignedArray& values, Iterate& point,
                 AlignedArray& size) {
-  constexpr double barrier_per_multiplier = 3e-4;  // per unit of the row
-  constexpr double largest_slack = 0.1;            // likewise
-  constexpr double product_of_slack = 3.0;         // in units of the barrier
-  constexpr double least_multiplier = 1e-100;      // so that nothing is divided by zero
-  system.multiply(point.v.data(), work.data());
+  constexpr double barrier_per_multiplier = 3e-4;    // per unit of the row
+  constexpr double largest_slack = 0.1;              // likewise
+  constexpr double product_of_slack = 3.0;           // in units of the barrier
+  const Lanes least_multiplier = broadcast(1e-100);  // so that nothing is divided by zero
+  const Lanes one = broadcast(1.0);
   system.row_sizes(size.data());
-  double largest = 0.0;
-  for (int i = 0; i < system.sides(); ++i)
-    largest = std::max(largest, point.lambda[i] * size[i] * system.active()[i]);
-  const double barrier = std::max(least_barrier, barrier_per_multiplier * largest);
-  const auto lifted = [&](double slack, double multiplier, double row) {
-    const double wanted = product_of_slack * barrier / std::max(multiplier, least_multiplier);
-    return std::max(slack, std::min(wanted, largest_slack * (row > 0.0 ? row : 1.0)));
+  Lanes most{};
+  for (int i = 0; i < system.sides(); i += lanes)
+    most = larger(most, load(&point.lambda[i]) * load(&size[i]) * load(system.active() + i));
+  const Lanes barrier = broadcast(std::max(least_barrier, barrier_per_multiplier * largest(most)));
+  const auto lifted = [&](const Lanes& slack, const Lanes& multiplier, const Lanes& row) {
+    const Lanes wanted = product_of_slack * barrier / larger(multiplier, least_multiplier);
+    return larger(slack, smaller(wanted, largest_slack * (row > 0.0 ? row : one)));
   };
-  for (int i = 0; i < system.sides(); ++i) {
-    point.s[i] = point.t[i] = point.tau[i] = 1.0;
-    if (system.active()[i] == 0.0) {
-      point.lambda[i] = 0.0;
-      continue;
-    }
-    double gap = work[i] - system.beta()[i];
+  for (int i = 0; i < system.sides(); i += lanes) {
+    const Lanes active = load(system.active() + i), row = load(&size[i]);
+    const Lanes multiplier = load(&point.lambda[i]);
+    Lanes gap = load(&values[i]) - load(system.beta() + i), t = one, tau = one;
     if (i >= system.first_soft()) {
-      const double violation = std::max(-gap, 0.0);
-      const double tau =
-          std::max(system.l1()[i] + system.l2()[i] * violation - point.lambda[i], 0.0);
-      point.t[i] = lifted(violation, tau, size[i]);
-      point.tau[i] = std::max(tau, barrier / point.t[i]);
-      gap += point.t[i];
+      const Lanes violation = larger(-gap, Lanes{});
+      const Lanes slope = load(system.l1() + i) + load(system.l2() + i) * violation - multiplier;
+      tau = larger(slope, Lanes{});
+      t = lifted(violation, tau, row);
+      tau = larger(tau, barrier / t);
+      gap += t;
     }
-    point.s[i] = lifted(gap, point.lambda[i], size[i]);
-    point.lambda[i] = std::max(point.lambda[i], barrier / point.s[i]);
+    const Lanes s = lifted(gap, multiplier, row), lambda = larger(multiplier, barrier / s);
+    store(&point.s[i], active > 0.0 ? s : one);
+    store(&point.lambda[i], active > 0.0 ? lambda : Lanes{});
+    store(&point.t[i], active > 0.0 ? t : one);
+    store(&point.tau[i], active > 0.0 ? tau : one);
   }
 }
 

@@ -39,9 +39,9 @@ concept KktSystem = requires(T system, const double* in, double* out) {
   { system.factor(in) } -> std::convertible_to<bool>;
   // Solves (H + shift I + G'WG) dv + E'dy = -rv, E dv = -ry. Arguments: rv, ry, dv, dy.
   system.solve(in, in, out, out);
-  // out = G in, and out = G' in.
+  // out = G in, and out += G' in.
   system.multiply(in, out);
-  system.multiply_transposed(in, out);
+  system.add_transposed(in, out);
   // Euclidean norm of every side's row of G.
   system.row_sizes(out);
 };

@@ -25,7 +25,16 @@ typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
 // Addresses are multiples of the vector's size.
 inline Lanes load(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
 inline void store(double* p, const Lanes& a) { *reinterpret_cast<Lanes*>(p) = a; }
-inline Lanes broadcast(double a) { return Lanes{} + a; }
+inline Lanes broadcast(double a) {
+  // Lanes{} + a would be an addition that the compiler has to keep: 0 + -0 is not -0.
+#if defined(__AVX512F__)
+  return Lanes{a, a, a, a, a, a, a, a};
+#elif defined(__AVX__)
+  return Lanes{a, a, a, a};
+#else
+  return Lanes{a, a};
+#endif
+}
 inline Lanes larger(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
 inline Lanes smaller(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
 inline Lanes magnitude(const Lanes& a) { return larger(a, -a); }
@@ -39,6 +48,21 @@ inline double sum(const V& a) {
     return (a[0] + a[2]) + (a[1] + a[3]);
   else
     return a[0] + a[1];
+}
+/// Of each vector: sums(a)[i] = sum(a[i]).
+inline Lanes sums(const Lanes (&a)[lanes]) {
+#if defined(__AVX__) && !defined(__AVX512F__)
+  const Lanes low = __builtin_shufflevector(a[0], a[1], 0, 4, 2, 6) +
+                    __builtin_shufflevector(a[0], a[1], 1, 5, 3, 7);
+  const Lanes high = __builtin_shufflevector(a[2], a[3], 0, 4, 2, 6) +
+                     __builtin_shufflevector(a[2], a[3], 1, 5, 3, 7);
+  return __builtin_shufflevector(low, high, 0, 1, 4, 5) +
+         __builtin_shufflevector(low, high, 2, 3, 6, 7);
+#else
+  Lanes result;
+  for (int i = 0; i < lanes; ++i) result[i] = sum(a[i]);
+  return result;
+#endif
 }
 inline double largest(const Lanes& a) {
   double result = a[0];

@@ -6,10 +6,23 @@
 
 namespace saltus::qp {
 
+// Whether no entry is bounded.
+bool Packing::without_bounds(int k) const {
+  const Stage& s = qp.stages[k];
+  const auto open = [](const VectorXd& lower, const VectorXd& upper, int size) {
+    bool all = true;
+    for (int i = 0; i < size; ++i) all = all && lower[i] == -infinity && upper[i] == infinity;
+    return all;
+  };
+  return open(s.x_lower, s.x_upper, s.nx) && open(s.u_lower, s.u_upper, s.nu);
+}
+
 void Packing::bounds(int k) {
   const Stage& s = qp.stages[k];
   PackedStage& p = to.stages[k];
   const int entries = s.nx + s.nu;
+  p.bounds = BoundBlock{};
+  if (without_bounds(k)) return;
   int first = entries, last = -1, equal = 0;
   Sides sides;
   int further[max_parts] = {};  // bounded inputs per further part
@@ -31,7 +44,6 @@ void Packing::bounds(int k) {
       sides.see(l, u);
     }
   }
-  p.bounds = BoundBlock{};
   if (last >= first) {
     p.bounds.first = first / lanes * lanes;
     p.bounds.length = padded(last + 1) - p.bounds.first;
@@ -40,25 +52,31 @@ void Packing::bounds(int k) {
     if (sides.upper) p.bounds.upper_at = hard;
     if (sides.upper) hard += p.bounds.length;
   }
-  if (equal > 0) add_bound_rows(k, 0, true);
+  if (equal > 0 && p.parts == 1) add_bound_rows(k, 0, true, 0, entries);
+  if (equal > 0 && p.parts > 1) {
+    // The inputs have a Hessian of their own then.
+    add_bound_rows(k, 0, true, 0, s.nx);
+    if (ok) add_bound_rows(k, 0, true, s.nx, entries);
+  }
   for (int part = 1; part < p.parts && ok; ++part) {
     if (further[part] == 0) continue;
-    add_bound_rows(k, part, false);
-    if (ok) add_bound_rows(k, part, true);
+    add_bound_rows(k, part, false, s.nx, entries);
+    if (ok) add_bound_rows(k, part, true, s.nx, entries);
   }
 }
 
-// Bounds as rows: equal ones, and those of inputs that stand in v as what they add to a resultant.
-void Packing::add_bound_rows(int k, int part, bool equalities) {
+// Bounds of these entries as rows: equal ones, and those of inputs that stand in v as what they add
+// to a resultant.
+void Packing::add_bound_rows(int k, int part, bool equalities, int begin, int end) {
   const Stage& s = qp.stages[k];
   const PackedStage& p = to.stages[k];
-  const int entries = s.nx + s.nu, m = p.sweep.nu, ldm = padded(m);
-  int* source = integers(entries);
-  int* column = integers(entries);
+  const int m = p.sweep.nu, ldm = padded(m);
+  int* source = integers(end - begin);
+  int* column = integers(std::max(end - begin, m));
   if (!ok) return;
   int rows = 0;
   Sides sides;
-  for (int j = p.constant_states; j < entries; ++j) {
+  for (int j = std::max(p.constant_states, begin); j < end; ++j) {
     const double l = lower_bound(s, j), u = upper_bound(s, j);
     const Column at = column_of(k, j);
     if (at.part != part || without_sides(l, u) || (l == u) != equalities) continue;

@@ -68,6 +68,45 @@ bool Packing::add_group(int k, int g, bool equalities) {
   return others;
 }
 
+// The block of inequalities that is all there is of this group, or null.
+const RowBlock* Packing::only_block_of(int k, int g) const {
+  const RowBlock* found = nullptr;
+  for (const RowBlock& b : to.stages[k].rows) {
+    if (b.group != g) continue;
+    if (found != nullptr || b.equality_at >= 0) return nullptr;
+    found = &b;
+  }
+  return found;
+}
+
+// Where a group is that of the stage before, number by number, its block is that one's too, but for
+// the places in v and among the sides.
+bool Packing::repeat_group(int k, int g) {
+  // What a fixed start makes of the first stage's rows, no other stage has.
+  if (k < 2 || g >= static_cast<int>(qp.stages[k - 1].groups.size())) return false;
+  const Stage &s = qp.stages[k], &t = qp.stages[k - 1];
+  const RowGroup &group = s.groups[g], &other = t.groups[g];
+  const PackedStage &p = to.stages[k], &before = to.stages[k - 1];
+  const int rows = group.rows, columns = static_cast<int>(group.columns.size());
+  if (s.nx != t.nx || s.nu != t.nu || p.parts != before.parts || p.T != before.T) return false;
+  if (other.rows != rows || other.columns != group.columns || other.soft != group.soft ||
+      group.M.rows() < rows || group.M.cols() < columns || other.M.rows() < rows ||
+      other.M.cols() < columns)
+    return false;
+  const RowBlock* twin = only_block_of(k - 1, g);
+  if (twin == nullptr || !same(group.lower, other.lower, rows) ||
+      !same(group.upper, other.upper, rows) || !same(group.M, other.M, rows, columns))
+    return false;
+  if (group.soft && !(same(group.l1, other.l1, rows) && same(group.l2, other.l2, rows)))
+    return false;
+  RowBlock& b = to.storage.blocks[blocks++];
+  b = *twin;
+  b.v_at += p.v_at - before.v_at;
+  b.twin = twin;
+  give_offsets(b, false, twin->lower_at >= 0, twin->upper_at >= 0);
+  return true;
+}
+
 // The block of the stage before, if its coefficients are the same.
 const RowBlock* Packing::twin_of(int k, const RowBlock& b) const {
   if (k == 0 || b.group >= static_cast<int>(qp.stages[k - 1].groups.size())) return nullptr;

@@ -16,7 +16,7 @@ bool Packing::rows(int k) {
   const Stage& s = qp.stages[k];
   const int first = blocks;
   for (int g = 0; g < static_cast<int>(s.groups.size()) && ok; ++g) {
-    if (s.groups[g].rows == 0) continue;
+    if (s.groups[g].rows == 0 || repeat_group(k, g)) continue;
     if (add_group(k, g, false)) add_group(k, g, true);
   }
   if (ok) bounds(k);
@@ -41,19 +41,22 @@ void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
   b.kernel = kernel_for(row_kernels, &RowKernel::columns, b.columns);
   b.contiguous = true;
   for (int c = 1; c < b.columns; ++c) b.contiguous = b.contiguous && b.column[c] == b.column[0] + c;
-  const auto leading_dimension = [&](int stage) {
-    const SweepStage& w = to.stages[stage].sweep;
-    return b.part == 0 ? w.ld : padded(w.nu);
-  };
-  const int ld = leading_dimension(k);
+  const SweepStage& w = to.stages[k].sweep;
+  const bool on_inputs = b.part > 0 || b.column[0] >= w.nx;
+  b.joined = to.stages[k].parts > 1 && on_inputs ? b.part : -1;
+  const int ld = b.joined < 0 ? w.ld : padded(w.nu);
   if (twin != nullptr) {
     b.C = twin->C;
     b.Ct = twin->Ct;
     b.pairs = twin->pairs;
     // The columns of twins differ by an offset at most.
-    if (b.column[0] == twin->column[0] && ld == leading_dimension(k - 1)) b.target = twin->target;
+    const SweepStage& before = to.stages[k - 1].sweep;
+    if (b.column[0] == twin->column[0] && b.joined == twin->joined && w.nx == before.nx &&
+        w.nu == before.nu)
+      b.target = twin->target;
   }
-  if (b.target == nullptr) b.target = targets(b, ld);
+  const int first = b.joined == 0 ? w.nx : 0;
+  if (b.target == nullptr) b.target = targets(b, first, ld);
   if (twin != nullptr || !ok) return;
   const int ld_rows = padded(b.rows), ld_columns = padded(b.columns);
   double* Ct = zeros(ld_columns * b.rows);
@@ -64,25 +67,29 @@ void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
   if (b.columns <= max_pair_columns) b.pairs = products_of_pairs(b);
 }
 
-// Offsets in a Hessian with leading dimension ld of all pairs of the block's columns.
-int* Packing::targets(const RowBlock& b, int ld) {
+// Offsets in a Hessian, of the variables from `first` on and with leading dimension ld, of all
+// pairs of the block's columns.
+int* Packing::targets(const RowBlock& b, int first, int ld) {
   int* target = integers(pairs_of(b.columns));
   if (!ok) return nullptr;
   for (int j = 0, at = 0; j < b.columns; ++j)
-    for (int i = 0; i <= j; ++i) target[at++] = b.column[i] + b.column[j] * ld;
+    for (int i = 0; i <= j; ++i) {
+      target[at++] = b.column[i] - first + (b.column[j] - first) * ld;
+    }
   return target;
 }
 
 double* Packing::products_of_pairs(const RowBlock& b) {
-  const int ld_columns = padded(b.columns), ld_pairs = padded(pairs_of(b.columns));
+  const int ld_columns = padded(b.columns), ld_pairs = padded_pairs_of(b.columns);
   double* pairs = numbers(ld_pairs * b.rows);
   if (!ok) return nullptr;
   for (int r = 0; r < b.rows; ++r) {
     const double* row = b.Ct + r * ld_columns;
     int at = r * ld_pairs;
-    for (int j = 0; j < b.columns; ++j)
-      for (int i = 0; i <= j; ++i) pairs[at++] = row[i] * row[j];
-    while (at < (r + 1) * ld_pairs) pairs[at++] = 0.0;
+    for (int j = 0; j < b.columns; at += padded(++j)) {
+      for (int i = 0; i <= j; i += lanes) store(pairs + at + i, load(row + i) * row[j]);
+      for (int i = j + 1; i < padded(j + 1); ++i) pairs[at + i] = 0.0;
+    }
   }
   return pairs;
 }

@@ -14,7 +14,11 @@ void Packing::fill_sides() {
   std::fill_n(to.l1.data() + to.first_soft, soft, 1.0);
   std::fill_n(to.l2.data() + to.first_soft, soft, 0.0);
   for (int k = 0; k < static_cast<int>(qp.stages.size()); ++k) {
-    for (RowBlock& b : to.stages[k].rows) fill_rows(k, b);
+    for (RowBlock& b : to.stages[k].rows)
+      if (b.twin != nullptr)
+        fill_like_twin(b);
+      else
+        fill_rows(k, b);
     fill_bounds(k);
   }
 }
@@ -31,6 +35,23 @@ double Packing::constant_part(const RowGroup& group, int row) const {
   for (int c = 0; c < static_cast<int>(group.columns.size()); ++c)
     if (group.columns[c] < qp.stages[0].nx) value += group.M(row, c) * qp.start[group.columns[c]];
   return value;
+}
+
+void Packing::fill_like_twin(RowBlock& b) {
+  b.partial = b.twin->partial;
+  const auto copy = [&](AlignedArray& numbers, int from, int first) {
+    for (int i = 0; i < padded(b.rows); i += lanes)
+      store(&numbers[first + i], load(&numbers[from + i]));
+  };
+  const int from[] = {b.twin->lower_at, b.twin->upper_at}, first[] = {b.lower_at, b.upper_at};
+  for (int side = 0; side < 2; ++side) {
+    if (first[side] < 0) continue;
+    copy(to.active, from[side], first[side]);
+    copy(to.beta, from[side], first[side]);
+    if (!b.soft) continue;
+    copy(to.l1, from[side], first[side]);
+    copy(to.l2, from[side], first[side]);
+  }
 }
 
 void Packing::fill_rows(int k, RowBlock& b) {

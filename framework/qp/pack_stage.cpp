@@ -78,6 +78,17 @@ bool Packing::stage(int k) {
   return ok;
 }
 
+// Whether the Hessian is that of the stage before.
+bool Packing::repeats_cost(int k) {
+  if (cost_compared != k) {
+    const Stage &s = qp.stages[k], &t = qp.stages[k - 1];
+    cost_compared = k;
+    cost_repeats = s.nx == t.nx && s.nu == t.nu && same(s.Q, t.Q, s.nx, s.nx) &&
+                   same(s.R, t.R, s.nu, s.nu) && same(s.S, t.S, s.nu, s.nx);
+  }
+  return cost_repeats;
+}
+
 void Packing::choose_parts(int k) {
   const Stage& s = qp.stages[k];
   PackedStage& p = to.stages[k];
@@ -87,8 +98,10 @@ void Packing::choose_parts(int k) {
   const int parts = s.nu / size;
   if (parts < 2 || parts > max_parts || p.sweep.next < size) return;
   // They share neither cost nor rows.
-  if (!is_zero(s.S, 0, 0, s.nu, s.nx) || !rows_keep_to_parts(s, size)) return;
-  for (int part = 0; part + 1 < parts; ++part)
+  if (!rows_keep_to_parts(s, size)) return;
+  const bool seen = k > 0 && to.stages[k - 1].parts == parts && repeats_cost(k);
+  if (!seen && !is_zero(s.S, 0, 0, s.nu, s.nx)) return;
+  for (int part = 0; part + 1 < parts && !seen; ++part)
     if (!is_zero(s.R, (part + 1) * size, part * size, s.nu - (part + 1) * size, size)) return;
   if (!find_maps(k, parts)) return;
   p.parts = parts;
@@ -142,17 +155,32 @@ void Packing::dynamics(int k) {
         same(s.A, t.A, next, s.nx) && same(s.B, t.B, next, w.nu)) {
       w.flow = before.sweep.flow;
       w.flow_transposed = before.sweep.flow_transposed;
+      w.flow_rows = before.sweep.flow_rows;
       return;
     }
   }
   double* F = zeros(w.ld_next * n);
   double* Ft = zeros(w.ld * next);
+  int* in_force = integers(2 * ((n + 3) / 4));
   if (!ok) return;
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < next; ++i)
       Ft[j + i * w.ld] = F[i + j * w.ld_next] = j < states ? s.A(i, j) : s.B(i, j - states);
+  for (int j = 0; j < n; j += 4) {
+    const auto is_zero_row = [&](int i) {
+      for (int c = j; c < std::min(j + 4, n); ++c)
+        if (F[i + c * w.ld_next] != 0.0) return false;
+      return true;
+    };
+    int begin = 0, end = next;
+    while (begin < next && is_zero_row(begin)) ++begin;
+    while (end > begin && is_zero_row(end - 1)) --end;
+    in_force[j / 2] = begin;
+    in_force[j / 2 + 1] = end;
+  }
   w.flow = F;
   w.flow_transposed = Ft;
+  w.flow_rows = in_force;
 }
 
 void Packing::gradient(int k) {
@@ -183,25 +211,28 @@ void Packing::hessian(int k) {
   if (!ok) return;
   if (k > 1) {
     const PackedStage& before = to.stages[k - 1];
-    const Stage& t = qp.stages[k - 1];
     if (before.sweep.nx == w.nx && before.sweep.nu == w.nu && before.parts == p.parts &&
-        (further == 0 || before.T == p.T) && same(s.Q, t.Q, s.nx, s.nx) &&
-        same(s.R, t.R, s.nu, s.nu) && same(s.S, t.S, s.nu, s.nx)) {
+        (further == 0 || before.T == p.T) && repeats_cost(k)) {
       p.H = before.H;
+      p.outer = before.outer;
       p.R = before.R;
       return;
     }
   }
   double* H = zeros(w.ld * n);
-  double* R = further > 0 ? zeros(further * ld * m) : nullptr;
+  double* outer = further > 0 ? zeros(w.ld * n) : H;
+  double* R = further > 0 ? zeros(p.parts * ld * m) : nullptr;
   if (!ok) return;
   for (int j = 0; j < states; ++j) {
-    for (int i = 0; i < states; ++i) H[i + j * w.ld] = s.Q(i, j);
+    for (int i = 0; i < states; ++i) H[i + j * w.ld] = outer[i + j * w.ld] = s.Q(i, j);
     if (further == 0)
       for (int i = 0; i < m; ++i) H[states + i + j * w.ld] = H[j + (states + i) * w.ld] = s.S(i, j);
   }
   for (int j = 0; j < m; ++j)
-    for (int i = 0; i < m; ++i) H[states + i + (states + j) * w.ld] = s.R(i, j);
+    for (int i = 0; i < m; ++i) {
+      H[states + i + (states + j) * w.ld] = s.R(i, j);
+      if (further > 0) R[i + j * ld] = s.R(i, j);
+    }
   std::array<double, max_resultant_size> half;  // a column of R_p T_p^-1
   for (int part = 0; part < further; ++part)
     for (int c = 0; c < m; ++c) {
@@ -211,9 +242,10 @@ void Packing::hessian(int k) {
         half[i] = 0.0;
         for (int l = 0; l < m; ++l) half[i] += s.R(first + i, first + l) * right[l];
       }
-      to_common_inputs(p.T_inverse, part, m, half.data(), R + (part * m + c) * ld);
+      to_common_inputs(p.T_inverse, part, m, half.data(), R + (first + c) * ld);
     }
   p.H = H;
+  p.outer = outer;
   p.R = R;
 }
 
@@ -221,14 +253,15 @@ void Packing::hessian(int k) {
 void Packing::make_splits(int k) {
   PackedStage& p = to.stages[k];
   const int m = p.sweep.nu, ld = padded(m), further = p.parts - 1;
-  p.R_work = further > 0 ? numbers(further * ld * m) : nullptr;
+  p.R_work = further > 0 ? numbers(p.parts * ld * m) : nullptr;
   p.splits = to.storage.splits.data() + (max_parts - 1) * k;
   for (int part = 0; part < further; ++part) {
     Split& split = p.splits[part];
-    split.before = numbers(Split::size(m));
+    double* own = numbers(Split::size(m));
     if (!ok) return;
-    split.second = p.R_work + part * ld * m;
-    split.L = split.before + ld * m;
+    split.before = part == 0 ? p.R_work : own;
+    split.second = p.R_work + (part + 1) * ld * m;
+    split.L = own + ld * m;
     split.Lt = split.L + ld * m;
     split.pivot = split.Lt + ld * m;
     split.difference = split.pivot + ld;

@@ -55,7 +55,15 @@ void pack_point(const StageQp& qp, const StagePoint& point, const PackedQp& pack
     }
     if (!multipliers) continue;
     for (int i = 0; i < p.sweep.next; ++i) y[p.costate_at + i] = from.costate[i];
-    for (const RowBlock& b : p.rows)
+    for (const RowBlock& b : p.rows) {
+      if (b.group >= 0 && b.equality_at < 0) {
+        const double* values = from.group[b.group].data();
+        for (int i = 0; i < b.rows && b.upper_at >= 0; ++i)
+          lambda[b.upper_at + i] = std::max(values[b.source[i]], 0.0);
+        for (int i = 0; i < b.rows && b.lower_at >= 0; ++i)
+          lambda[b.lower_at + i] = std::max(-values[b.source[i]], 0.0);
+        continue;
+      }
       for (int i = 0; i < b.rows; ++i) {
         const int j = b.source[i];
         const double value = b.group >= 0 ? from.group[b.group][j]
@@ -65,6 +73,7 @@ void pack_point(const StageQp& qp, const StagePoint& point, const PackedQp& pack
         if (b.upper_at >= 0) lambda[b.upper_at + i] = std::max(value, 0.0);
         if (b.lower_at >= 0) lambda[b.lower_at + i] = std::max(-value, 0.0);
       }
+    }
     const int n = p.sweep.nx + p.sweep.nu;
     for (int i = 0; i < p.bounds.length && p.bounds.first + i < n; ++i) {
       const int j = p.bounds.first + i + p.constant_states;
@@ -88,10 +97,11 @@ void unpack_point(const StageQp& qp, const PackedQp& packed, const double* v, co
     for (int j = 0; j < own; ++j) to.u[j] = main[shift + j];
     for (int part = 1; part < p.parts; ++part) {
       const double* from = main + p.sweep.ld + (part - 1) * ldm;
-      for (int i = 0; i < m; ++i) {
-        double sum = 0.0;
-        for (int c = 0; c < m; ++c) sum += p.T_inverse[i + ((part - 1) * m + c) * ldm] * from[c];
-        to.u[part * m + i] = sum;
+      double* own_inputs = to.u.data() + part * m;
+      std::fill_n(own_inputs, m, 0.0);
+      for (int c = 0; c < m; ++c) {
+        const double* column = p.T_inverse + ((part - 1) * m + c) * ldm;
+        for (int i = 0; i < m; ++i) own_inputs[i] += column[i] * from[c];
       }
     }
     for (int i = 0; i < p.sweep.next; ++i) to.costate[i] = y[p.costate_at + i];
@@ -106,12 +116,21 @@ void unpack_point(const StageQp& qp, const PackedQp& packed, const double* v, co
       else
         to.u_bound[j - s.nx] += value;
     };
-    for (const RowBlock& b : p.rows)
+    for (const RowBlock& b : p.rows) {
+      if (b.group >= 0 && b.equality_at < 0) {
+        double* values = to.group[b.group].data();
+        for (int i = 0; i < b.rows && b.upper_at >= 0; ++i)
+          values[b.source[i]] += lambda[b.upper_at + i];
+        for (int i = 0; i < b.rows && b.lower_at >= 0; ++i)
+          values[b.source[i]] -= lambda[b.lower_at + i];
+        continue;
+      }
       for (int i = 0; i < b.rows; ++i) {
         if (b.equality_at >= 0) add(b.group, b.source[i], y[b.equality_at + i] * b.scale[i]);
         if (b.upper_at >= 0) add(b.group, b.source[i], lambda[b.upper_at + i]);
         if (b.lower_at >= 0) add(b.group, b.source[i], -lambda[b.lower_at + i]);
       }
+    }
     const int n = p.sweep.nx + p.sweep.nu;
     for (int i = 0; i < p.bounds.length && p.bounds.first + i < n; ++i) {
       const int j = p.bounds.first + i + p.constant_states;

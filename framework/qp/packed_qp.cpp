@@ -16,6 +16,10 @@ bool same(const MatrixXd& a, const MatrixXd& b, int rows, int columns) {
   return true;
 }
 
+bool same(const VectorXd& a, const VectorXd& b, int rows) {
+  return std::memcmp(a.data(), b.data(), sizeof(double) * rows) == 0;
+}
+
 PackedQp::PackedQp(const StageQp& largest, std::span<const RiccatiKernel> kernels)
     : stages(largest.stages.size()) {
   std::size_t doubles = 0, ints = 0;
@@ -36,9 +40,9 @@ PackedQp::PackedQp(const StageQp& largest, std::span<const RiccatiKernel> kernel
     const auto rows = [&](int count, int columns) {
       const int c = std::max(columns, nu);
       doubles += 2 * (matrix(count, c) + matrix(c, count) + matrix(count, 1) +
-                      (c <= max_pair_columns ? matrix(pairs_of(c), count) : matrix(1, 1)));
+                      (c <= max_pair_columns ? matrix(padded_pairs_of(c), count) : matrix(1, 1)));
       // Few columns keep the products of pairs even where others would need more of them.
-      doubles += 2 * matrix(pairs_of(max_pair_columns), count);
+      doubles += 2 * matrix(padded_pairs_of(max_pair_columns), count);
       ints += static_cast<std::size_t>(2 * (count + 2 * c + pairs_of(c) + 64));
       y += padded(count) + lanes;
       all_sides += 2 * (padded(count) + lanes);

@@ -32,9 +32,10 @@ struct BoundBlock {
 struct PackedStage {
   SweepStage sweep;  ///< sizes and dynamics; M, L, pivot and p are work of the recursion
   const RiccatiKernel* kernel = nullptr;
-  int v_at = 0;               ///< first of the main variables in v
-  int costate_at = 0;         ///< multipliers of the dynamics that end this stage, in y
-  const double* H = nullptr;  ///< n x n, both triangles
+  int v_at = 0;                   ///< first of the main variables in v
+  int costate_at = 0;             ///< multipliers of the dynamics that end this stage, in y
+  const double* H = nullptr;      ///< n x n, both triangles
+  const double* outer = nullptr;  ///< H, without the block of the inputs where there are parts
   const double* g = nullptr;
   const double* b = nullptr;
   int constant_states = 0;  ///< of the user's x that are not variables (fixed start)
@@ -43,10 +44,10 @@ struct PackedStage {
   int parts = 1;              ///< 1: no common resultant
   const double* T = nullptr;  ///< per further part, B_p = B_1 T_p
   const double* T_inverse = nullptr;
-  const double* R = nullptr;  ///< per further part, its Hessian in resultant coordinates
-  const double* r = nullptr;
-  double* R_work = nullptr;  ///< with the barrier
-  Split* splits = nullptr;   ///< per further part
+  const double* R = nullptr;  ///< per part, its Hessian in resultant coordinates
+  const double* r = nullptr;  ///< per further part, its gradient
+  double* R_work = nullptr;   ///< with the barrier
+  Split* splits = nullptr;    ///< per further part
   const SplitKernel* split_kernel = nullptr;
 
   std::span<RowBlock> rows;

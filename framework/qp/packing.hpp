@@ -12,7 +12,9 @@ struct Packing {
   PackedQp& to;
   const StageQp& qp;
   int v = 0, y = 0, hard = 0, soft = 0, blocks = 0;  ///< entries given away so far
-  bool ok = true;  ///< false: a step met what is no program, or is beyond the capacity
+  bool ok = true;         ///< false: a step met what is no program, or is beyond the capacity
+  int cost_compared = 0;  ///< the stage that cost_repeats is about
+  bool cost_repeats = false;
 
   /// pack_stage.cpp: sizes, dynamics and cost of a stage. Stages in their order, before any rows.
   bool stage(int k);
@@ -46,6 +48,7 @@ struct Packing {
     return piece;
   }
 
+  bool repeats_cost(int k);
   void choose_parts(int k);
   bool find_maps(int k, int parts);
   void dynamics(int k);
@@ -55,29 +58,34 @@ struct Packing {
 
   RowBlock& new_block(int k, int group, int rows, int columns, int part);
   void finish_block(int k, RowBlock& block, const RowBlock* twin);
-  int* targets(const RowBlock& block, int ld);
+  int* targets(const RowBlock& block, int first, int ld);
   double* products_of_pairs(const RowBlock& block);
   void give_offsets(RowBlock& block, bool equalities, bool has_lower, bool has_upper);
 
   // pack_groups.cpp.
   bool add_group(int k, int g, bool equalities);
+  bool repeat_group(int k, int g);
   bool is_settled(int k, int g, int row);
+  const RowBlock* only_block_of(int k, int g) const;
   double* coefficients(int k, const RowBlock& block, const int* user_column, int user_columns);
   void scale_rows(RowBlock& block, double* C);
   const RowBlock* twin_of(int k, const RowBlock& block) const;
 
   // pack_bounds.cpp.
+  bool without_bounds(int k) const;
   void bounds(int k);
-  void add_bound_rows(int k, int part, bool equalities);
+  void add_bound_rows(int k, int part, bool equalities, int begin, int end);
 
   void fill_rows(int k, RowBlock& block);
   double constant_part(const RowGroup& group, int row) const;
   void fill_bounds(int k);
+  void fill_like_twin(RowBlock& block);
   void set_side(int side, double value, double sign);
 };
 
 /// Whether the leading rows x columns of both have the same bits.
 bool same(const MatrixXd& a, const MatrixXd& b, int rows, int columns);
+bool same(const VectorXd& a, const VectorXd& b, int rows);
 
 /// Bounds of entry j of v = (x, u).
 inline double lower_bound(const Stage& s, int j) {

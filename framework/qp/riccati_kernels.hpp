@@ -3,6 +3,9 @@
 // sizes known at run time only (-1).
 #pragma once
 
+#include <type_traits>
+#include <utility>
+
 #include "saltus/qp/lanes.hpp"
 
 namespace saltus::qp {
@@ -20,6 +23,17 @@ struct Extent<-1> {
   int n;
 };
 
+// step(i) for i = 0 ... N-1, written out where the compiler knows N: every i is a constant then.
+template <int N, class Step>
+SALTUS_INLINE void for_each(const Extent<N>& n, const Step& step) {
+  if constexpr (N >= 0)
+    [&]<int... i>(std::integer_sequence<int, i...>) __attribute__((always_inline)) {
+      (step(std::integral_constant<int, i>()), ...);
+    }
+  (std::make_integer_sequence<int, N>());
+  else for (int i = 0; i < n; ++i) step(i);
+}
+
 /// Matrices by columns, every column padded to whole vectors; stage vector v = (x, u), n = nx + nu.
 struct SweepStage {
   int nx = 0, nu = 0, next = 0;             ///< next: states of the stage that follows
@@ -27,6 +41,8 @@ struct SweepStage {
   int ld_next = 0;                          ///< padded(next)
   const double* flow = nullptr;             ///< [A B], next x n, leading dimension ld_next
   const double* flow_transposed = nullptr;  ///< n x next, leading dimension ld
+  const int* flow_rows =
+      nullptr;  ///< per four columns of flow, the rows that are not zero: from, to
   /// n x n, upper triangle: before factor() cost and barrier, after it P in the leading nx x nx
   /// (both triangles).
   double* M = nullptr;
@@ -43,14 +59,15 @@ inline constexpr double clearly_negative = 1e-12;
 
 enum class Update { set, add, subtract };
 
-// V vectors x C columns of out (+/-)= A B, B(i, j) = B[i * step_i + j * step_j].
+// V vectors x C columns of out = [from +/-] A B, B(i, j) = B[i * step_i + j * step_j].
 template <Update update, int V, int C>
 SALTUS_INLINE void tile(int depth, const double* A, int lda, const double* B, int step_i,
-                        int step_j, double* out, int ldo) {
+                        int step_j, const double* from, double* out, int ldo) {
   Lanes acc[C][V];
   for (int c = 0; c < C; ++c)
     for (int v = 0; v < V; ++v)
-      acc[c][v] = update == Update::set ? Lanes{} : load(out + c * ldo + v * lanes);
+      acc[c][v] = update == Update::set ? Lanes{} : load(from + c * ldo + v * lanes);
+#pragma GCC unroll 3
   for (int i = 0; i < depth; ++i) {
     Lanes a[V];
     for (int v = 0; v < V; ++v) a[v] = load(A + i * lda + v * lanes);
@@ -70,54 +87,69 @@ SALTUS_INLINE void tile(int depth, const double* A, int lda, const double* B, in
 // C columns of any height. Tiles are as high as the registers allow.
 template <Update update, int C>
 SALTUS_INLINE void strip(int vectors, int depth, const double* A, int lda, const double* B,
-                         int step_i, int step_j, double* out, int ldo) {
-  constexpr int high = lanes == 8 ? 4 : 3;
+                         int step_i, int step_j, const double* from, double* out, int ldo) {
+  constexpr int high = lanes == 8 || C < 3 ? 4 : 3;
   int v = 0;
-  while (vectors - v > high + 1 || vectors - v == high) {
-    tile<update, high, C>(depth, A + v * lanes, lda, B, step_i, step_j, out + v * lanes, ldo);
-    v += high;
-  }
-  const auto rest = [&]<int V>() {
-    tile<update, V, C>(depth, A + v * lanes, lda, B, step_i, step_j, out + v * lanes, ldo);
+  const auto next = [&]<int V>() __attribute__((always_inline)) {
+    tile<update, V, C>(depth, A + v * lanes, lda, B, step_i, step_j, from + v * lanes,
+                       out + v * lanes, ldo);
     v += V;
   };
-  if (vectors - v >= 4) rest.template operator()<2>();
-  if (vectors - v == 3) rest.template operator()<3>();
-  if (vectors - v == 2) rest.template operator()<2>();
-  if (vectors - v == 1) rest.template operator()<1>();
+  while (vectors - v > high + 1 || vectors - v == high) next.template operator()<high>();
+  if (vectors - v >= 4) next.template operator()<2>();
+  if (vectors - v == 3) next.template operator()<3>();
+  if (vectors - v == 2) next.template operator()<2>();
+  if (vectors - v == 1) next.template operator()<1>();
 }
 
 // What whole strips of four have left over.
 template <Update update>
 SALTUS_INLINE void last_strip(int columns, int vectors, int depth, const double* A, int lda,
-                              const double* B, int step_i, int step_j, double* out, int ldo) {
-  if (columns == 3) strip<update, 3>(vectors, depth, A, lda, B, step_i, step_j, out, ldo);
-  if (columns == 2) strip<update, 2>(vectors, depth, A, lda, B, step_i, step_j, out, ldo);
-  if (columns == 1) strip<update, 1>(vectors, depth, A, lda, B, step_i, step_j, out, ldo);
+                              const double* B, int step_i, int step_j, const double* from,
+                              double* out, int ldo) {
+  if (columns == 3) strip<update, 3>(vectors, depth, A, lda, B, step_i, step_j, from, out, ldo);
+  if (columns == 2) strip<update, 2>(vectors, depth, A, lda, B, step_i, step_j, from, out, ldo);
+  if (columns == 1) strip<update, 1>(vectors, depth, A, lda, B, step_i, step_j, from, out, ldo);
 }
 
-/// out (+/-)= A B for out with `columns` columns of `rows` entries.
-template <Update update>
+/// out = A B for out with `columns` columns of `rows` entries.
 SALTUS_INLINE void multiply(int rows, int columns, int depth, const double* A, int lda,
                             const double* B, int step_i, int step_j, double* out, int ldo) {
   const int vectors = padded(rows) / lanes;
   int j = 0;
   for (; j + 4 <= columns; j += 4)
-    strip<update, 4>(vectors, depth, A, lda, B + j * step_j, step_i, step_j, out + j * ldo, ldo);
-  last_strip<update>(columns - j, vectors, depth, A, lda, B + j * step_j, step_i, step_j,
-                     out + j * ldo, ldo);
+    strip<Update::set, 4>(vectors, depth, A, lda, B + j * step_j, step_i, step_j, out + j * ldo,
+                          out + j * ldo, ldo);
+  last_strip<Update::set>(columns - j, vectors, depth, A, lda, B + j * step_j, step_i, step_j,
+                          out + j * ldo, out + j * ldo, ldo);
 }
 
-/// The same for the upper triangle of a symmetric result.
+/// The same where of every four columns of B only rows from in_force[0] to in_force[1] are not
+/// zero.
+SALTUS_INLINE void multiply_within(int rows, int columns, const int* in_force, const double* A,
+                                   int lda, const double* B, int ldb, double* out, int ldo) {
+  const int vectors = padded(rows) / lanes;
+  int j = 0;
+  for (; j + 4 <= columns; j += 4, in_force += 2)
+    strip<Update::set, 4>(vectors, in_force[1] - in_force[0], A + in_force[0] * lda, lda,
+                          B + in_force[0] + j * ldb, 1, ldb, out + j * ldo, out + j * ldo, ldo);
+  if (j < columns)
+    last_strip<Update::set>(columns - j, vectors, in_force[1] - in_force[0], A + in_force[0] * lda,
+                            lda, B + in_force[0] + j * ldb, 1, ldb, out + j * ldo, out + j * ldo,
+                            ldo);
+}
+
+/// The upper triangle of a symmetric result, out = [from +/-] A B.
 template <Update update>
 SALTUS_INLINE void multiply_upper(int columns, int depth, const double* A, int lda, const double* B,
-                                  int step_i, int step_j, double* out, int ldo) {
+                                  int step_i, int step_j, const double* from, double* out,
+                                  int ldo) {
   int j = 0;
   for (; j + 4 <= columns; j += 4)
     strip<update, 4>(padded(j + 4) / lanes, depth, A, lda, B + j * step_j, step_i, step_j,
-                     out + j * ldo, ldo);
+                     from + j * ldo, out + j * ldo, ldo);
   last_strip<update>(columns - j, padded(columns) / lanes, depth, A, lda, B + j * step_j, step_i,
-                     step_j, out + j * ldo, ldo);
+                     step_j, from + j * ldo, out + j * ldo, ldo);
 }
 
 // V vectors of y (+/-)= A x; two sums where one would wait for its own additions.
@@ -161,55 +193,67 @@ SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int l
 /// What the recursion does at one stage.
 template <int NX, int NU, int NN>
 struct RiccatiStage {
-  /// M += flow' P flow, then eliminates the inputs. P: next x next, leading dimension ld_P.
-  /// `work`: ld_next x n. Pivots at or below `least_pivot` are replaced.
-  static void factor(SweepStage& s, const double* P, int ld_P, double* work, double least_pivot) {
+  /// M = from + flow' P flow, upper triangles, and `on_states` and `on_inputs` on its diagonal.
+  /// P: next x next, leading dimension ld_P. `work`: ld_next x n.
+  static void assemble(SweepStage& s, const double* from, double on_states, double on_inputs,
+                       const double* P, int ld_P, double* work) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
     const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
     if (nn > 0) {
-      multiply<Update::set>(nn, n, nn, P, ld_P, s.flow, 1, ld_next, work, ld_next);
-      multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, s.M, ld);
+      multiply_within(nn, n, s.flow_rows, P, ld_P, s.flow, ld_next, work, ld_next);
+      multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, from, s.M, ld);
+    } else {
+      for (int i = 0; i < ld * n; i += lanes) store(s.M + i, load(from + i));
     }
-    for (int j = 0; j < nu; ++j) s.pivot[j] = s.M[(nx + j) * (ld + 1)];
-    for (int j = nu - 1; j >= 0; --j) {
-      double* column = s.M + (nx + j) * ld;
-      double* factor = s.L + j * ld;
-      double pivot = column[nx + j];
-      // What rounding has left of a stiff direction: it stays where it is in this step.
-      if (!(pivot > least_pivot + lost_digits * s.pivot[j])) {
-        if (pivot < -clearly_negative * (1.0 + (s.pivot[j] < 0.0 ? -s.pivot[j] : s.pivot[j])))
-          s.curves_down = true;
-        pivot = s.pivot[j] > least_pivot ? s.pivot[j] : least_pivot;
-      }
-      const double inverse = 1.0 / pivot;
-      s.pivot[j] = inverse;
-      // Entries from the diagonal down must not count in the sweeps.
-      for (int i = nx + j; i < padded(nx + j + 1); ++i) column[i] = 0.0;
-      const int height = padded(nx + j);
-      for (int v = 0; v < height; v += lanes) store(factor + v, load(column + v) * inverse);
-      for (int c = 0; c < j; ++c) {
-        const double m = column[nx + c];
-        double* target = s.M + (nx + c) * ld;
-        for (int v = 0; v < padded(nx + c + 1); v += lanes)
-          store(target + v, load(target + v) - load(factor + v) * m);
-      }
-    }
+    for (int i = 0; i < nx; ++i) s.M[i * (ld + 1)] += on_states;
+    for (int i = nx; i < n; ++i) s.M[i * (ld + 1)] += on_inputs;
+  }
+
+  /// Eliminates the inputs from M. Pivots at or below `least_pivot` are replaced.
+  static void eliminate(SweepStage& s, double least_pivot) {
+    const Extent<NX> nx(s.nx);
+    const Extent<NU> nu(s.nu);
+    const int n = nx + nu, ld = padded(n);
+    for_each(
+        nu, [&](int eliminated) __attribute__((always_inline)) {
+          const int j = nu - 1 - eliminated;
+          double* column = s.M + (nx + j) * ld;
+          double* factor = s.L + j * ld;
+          const double diagonal = column[nx + j];
+          strip<Update::subtract, 1>(padded(nx + j + 1) / lanes, nu - 1 - j, factor + ld, ld,
+                                     column + ld + nx + j, ld, 0, column, column, ld);
+          double pivot = column[nx + j];
+          // What rounding has left of a stiff direction: it stays where it is in this step.
+          if (!(pivot > least_pivot + lost_digits * diagonal)) {
+            if (pivot < -clearly_negative * (1.0 + (diagonal < 0.0 ? -diagonal : diagonal)))
+              s.curves_down = true;
+            pivot = diagonal > least_pivot ? diagonal : least_pivot;
+          }
+          const double inverse = 1.0 / pivot;
+          s.pivot[j] = inverse;
+          // Entries from the diagonal down must not count in the sweeps.
+          for (int i = nx + j; i < padded(nx + j + 1); ++i) column[i] = 0.0;
+          for (int v = 0; v < padded(nx + j); v += lanes)
+            store(factor + v, load(column + v) * inverse);
+        });
     if (nx > 0 && nu > 0)
-      multiply_upper<Update::subtract>(nx, nu, s.L, ld, s.M + nx * ld, ld, 1, s.M, ld);
+      multiply_upper<Update::subtract>(nx, nu, s.L, ld, s.M + nx * ld, ld, 1, s.M, s.M, ld);
     for (int j = 1; j < nx; ++j)
       for (int i = 0; i < j; ++i) s.M[j + i * ld] = s.M[i + j * ld];
   }
 
-  /// s.p: gradient in, cost-to-go out. `gap`: defect A x + B u + b - x_next; `P`, `p` of the next
-  /// stage; `work`: ld_next.
-  static void backward(SweepStage& s, const double* P, int ld_P, const double* p, const double* gap,
-                       double* work) {
+  /// s.p: from the gradient, which it may be, to that of the cost to go. `gap`: defect A x + B u +
+  /// b - x_next; `P`, `p` of the next stage; `work`: ld_next.
+  static void backward(SweepStage& s, const double* gradient, const double* P, int ld_P,
+                       const double* p, const double* gap, double* work) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
     const int n = nx + nu, ld = padded(n);
+    if (gradient != s.p)
+      for (int v = 0; v < ld; v += lanes) store(s.p + v, load(gradient + v));
     if (nn > 0) {
       for (int v = 0; v < padded(nn); v += lanes) store(work + v, load(p + v));
       multiply_vector<Update::add>(nn, nn, P, ld_P, gap, work);
@@ -230,7 +274,21 @@ struct RiccatiStage {
     const Extent<NN> nn(s.next);
     const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
     // The part of x first: the products of the inputs are independent of one another.
-    for (int j = 0; j < nu; ++j) {
+    int j = 0;
+    if constexpr (NX > 0 && NU > 0) {
+      // Inputs are zero meanwhile, so that the products may run to the end of a vector.
+      for (int i = nx; i < padded(nx); ++i) v[i] = 0.0;
+      Lanes inputs[padded(NU) / lanes];
+      for (int group = 0; group < padded(nu); group += lanes) {
+        Lanes dots[lanes] = {};
+        for (int l = 0; l < lanes && group + l < nu; ++l)
+          for (int i = 0; i < nx; i += lanes)
+            dots[l] += load(s.L + (group + l) * ld + i) * load(v + i);
+        inputs[group / lanes] = -sums(dots);
+      }
+      for (; j < nu; ++j) v[nx + j] = inputs[j / lanes][j % lanes] - s.p[nx + j] * s.pivot[j];
+    }
+    for (; j < nu; ++j) {
       const double* factor = s.L + j * ld;
       Lanes dot{};
       int i = 0;
@@ -239,11 +297,13 @@ struct RiccatiStage {
       for (; i < nx; ++i) total += factor[i] * v[i];
       v[nx + j] = -s.p[nx + j] * s.pivot[j] - total;
     }
-    for (int j = 1; j < nu; ++j) {
-      double total = v[nx + j];
-      for (int i = 0; i < j; ++i) total -= s.L[j * ld + nx + i] * v[nx + i];
-      v[nx + j] = total;
-    }
+    for_each(
+        nu, [&](int later) __attribute__((always_inline)) {
+          double total = v[nx + later];
+          for (int i = 0; i < later; ++i) total -= s.L[later * ld + nx + i] * v[nx + i];
+          v[nx + later] = total;
+        });
+    for (int i = n; i < ld; ++i) v[i] = 0.0;
     if (nn == 0) return;
     for (int i = 0; i < ld_next; i += lanes) store(v_next + i, load(gap + i));
     multiply_vector<Update::add>(nn, n, s.flow, ld_next, v, v_next);
@@ -253,18 +313,24 @@ struct RiccatiStage {
     for (int i = nn; i < ld_next; ++i) costate[i] = 0.0;
   }
 
-  /// gradient += H v, force = flow' costate, gap += flow u - next, where u is v or what the
-  /// dynamics see in its place.
-  static void products(const SweepStage& s, const double* H, const double* v, const double* u,
+  /// gradient = [g] + H v - [arriving] + force, force = flow' costate, gap = [b] + flow u - v_next,
+  /// where u is v or what the dynamics see in its place; `arriving`: the costate of the stage
+  /// before. What is null in brackets is left out.
+  static void products(const SweepStage& s, const double* H, const double* g, const double* b,
+                       const double* v, const double* u, const double* arriving,
                        const double* costate, const double* v_next, double* gradient, double* force,
                        double* gap) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
     const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
+    for (int i = 0; i < ld; i += lanes) store(gradient + i, g != nullptr ? load(g + i) : Lanes{});
     multiply_vector<Update::add>(n, n, H, ld, v, gradient);
+    for (int i = 0; i < nx && arriving != nullptr; ++i) gradient[i] -= arriving[i];
     if (nn == 0) return;
     multiply_vector<Update::set>(n, nn, s.flow_transposed, ld, costate, force);
+    for (int i = 0; i < ld; i += lanes) store(gradient + i, load(gradient + i) + load(force + i));
+    for (int i = 0; i < ld_next; i += lanes) store(gap + i, b != nullptr ? load(b + i) : Lanes{});
     multiply_vector<Update::add>(nn, n, s.flow, ld_next, u, gap);
     int i = 0;
     for (; i + lanes <= nn; i += lanes) store(gap + i, load(gap + i) - load(v_next + i));
@@ -276,18 +342,21 @@ struct RiccatiStage {
 /// The functions of one combination of sizes, behind pointers.
 struct RiccatiKernel {
   int nx, nu, next;  ///< -1: any
-  void (*factor)(SweepStage&, const double*, int, double*, double);
-  void (*backward)(SweepStage&, const double*, int, const double*, const double*, double*);
+  void (*assemble)(SweepStage&, const double*, double, double, const double*, int, double*);
+  void (*eliminate)(SweepStage&, double);
+  void (*backward)(SweepStage&, const double*, const double*, int, const double*, const double*,
+                   double*);
   void (*forward)(const SweepStage&, const double*, int, const double*, const double*, double*,
                   double*, double*);
   void (*products)(const SweepStage&, const double*, const double*, const double*, const double*,
-                   const double*, double*, double*, double*);
+                   const double*, const double*, const double*, const double*, double*, double*,
+                   double*);
 };
 
 template <int NX, int NU, int NN>
 constexpr RiccatiKernel riccati_kernel() {
   using S = RiccatiStage<NX, NU, NN>;
-  return {NX, NU, NN, &S::factor, &S::backward, &S::forward, &S::products};
+  return {NX, NU, NN, &S::assemble, &S::eliminate, &S::backward, &S::forward, &S::products};
 }
 
 }  // namespace saltus::qp

@@ -39,19 +39,15 @@ void RiccatiSystem::products(const double* v, const double* y, double* stationar
     double* out = stationarity + p.v_at;
     const double* pi = y + p.costate_at;
     double* gap = equality + p.costate_at;
-    for (int i = 0; i < w.ld; i += lanes) store(out + i, affine ? load(p.g + i) : Lanes{});
-    for (int i = 0; i < w.ld_next; i += lanes) store(gap + i, affine ? load(p.b + i) : Lanes{});
-    p.kernel->products(w, p.H, main, with_resultant(p, v), pi,
+    p.kernel->products(w, p.H, affine ? p.g : nullptr, affine ? p.b : nullptr, main,
+                       with_resultant(p, v), costate, pi,
                        w.next > 0 ? v + packed_.stages[k + 1].v_at : nullptr, out, force, gap);
-    for (int i = 0; i < w.nx && costate != nullptr; ++i) out[i] -= costate[i];
-    if (w.next > 0)
-      for (int i = 0; i < w.ld; i += lanes) store(out + i, load(out + i) + load(force + i));
     for (int part = 1; part < p.parts; ++part) {
       const double* further = main + w.ld + (part - 1) * ldm;
       double* to = out + w.ld + (part - 1) * ldm;
       for (int i = 0; i < ldm; i += lanes)
         store(to + i, affine ? load(p.r + (part - 1) * ldm + i) : Lanes{});
-      multiply_vector<Update::add>(w.nu, w.nu, p.R + (part - 1) * ldm * w.nu, ldm, further, to);
+      multiply_vector<Update::add>(w.nu, w.nu, p.R + part * ldm * w.nu, ldm, further, to);
       for (int i = 0; i < w.nu; ++i) to[i] += force[w.nx + i];
     }
     costate = pi;
@@ -123,15 +119,19 @@ void RiccatiSystem::add_sides(const double* side, double* v) {
   }
 }
 
-void RiccatiSystem::multiply_transposed(const double* side, double* v) {
-  for (int i = 0; i < packed_.variables; i += lanes) store(v + i, Lanes{});
-  add_sides<1>(side, v);
-}
+void RiccatiSystem::add_transposed(const double* side, double* v) { add_sides<1>(side, v); }
 
 void RiccatiSystem::row_sizes(double* side) {
   for (const PackedStage& p : packed_.stages) {
     for (const RowBlock& b : p.rows) {
       if (b.equality_at >= 0) continue;
+      if (b.twin != nullptr) {
+        for (int i = 0; i < padded(b.rows); i += lanes) {
+          if (b.lower_at >= 0) store(side + b.lower_at + i, load(side + b.twin->lower_at + i));
+          if (b.upper_at >= 0) store(side + b.upper_at + i, load(side + b.twin->upper_at + i));
+        }
+        continue;
+      }
       for (int i = 0; i < padded(b.rows); i += lanes) {
         Lanes square{};
         for (int c = 0; c < b.columns; ++c) {
@@ -165,20 +165,21 @@ void RiccatiSystem::apply(const double* v, const double* y, const double* lambda
 
 double RiccatiSystem::cost(const double* v) {
   double* slope = work_.data();
-  double total = 0.0;
-  // v'(1/2 H v + g) of one block.
+  Lanes total{};
+  // v'(1/2 H v + g) of one block; padding is zero.
   const auto add = [&](int size, const double* H, const double* g, const double* at) {
     multiply_vector<Update::set>(size, size, H, padded(size), at, slope);
-    for (int i = 0; i < size; ++i) total += (0.5 * slope[i] + g[i]) * at[i];
+    for (int i = 0; i < size; i += lanes)
+      total += (load(slope + i) * 0.5 + load(g + i)) * load(at + i);
   };
   for (const PackedStage& p : packed_.stages) {
     const int m = p.sweep.nu, ldm = padded(m);
     const double* main = v + p.v_at;
     add(p.sweep.nx + m, p.H, p.g, main);
     for (int part = 0; part + 1 < p.parts; ++part)
-      add(m, p.R + part * ldm * m, p.r + part * ldm, main + p.sweep.ld + part * ldm);
+      add(m, p.R + (part + 1) * ldm * m, p.r + part * ldm, main + p.sweep.ld + part * ldm);
   }
-  return total;
+  return sum(total);
 }
 
 void RiccatiSystem::roll_out(double* v) {

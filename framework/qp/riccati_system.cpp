@@ -40,18 +40,21 @@ RiccatiSystem::RiccatiSystem(const StageQp& largest, std::span<const RiccatiKern
 // --- factorisation ------------------------------------------------------------------------------
 
 void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
-  double* row_weights = work_.data();
   for (const RowBlock& b : p.rows) {
     const int ld = padded(b.rows);
-    for (int i = 0; i < ld; i += lanes) {
-      Lanes sum{};
-      if (b.lower_at >= 0) sum += load(weights + b.lower_at + i);
-      if (b.upper_at >= 0) sum += load(weights + b.upper_at + i);
-      if (b.equality_at >= 0) sum = broadcast(equality_weight_);
-      store(row_weights + i, sum);
+    const double* row_weights = work_.data();
+    if (b.equality_at >= 0) {
+      for (int i = 0; i < ld; i += lanes) store(&work_[i], broadcast(equality_weight_));
+    } else if (b.lower_at < 0) {
+      row_weights = weights + b.upper_at;
+    } else if (b.upper_at < 0) {
+      row_weights = weights + b.lower_at;
+    } else {
+      for (int i = 0; i < ld; i += lanes)
+        store(&work_[i], load(weights + b.lower_at + i) + load(weights + b.upper_at + i));
     }
-    double* H = b.part == 0 ? p.sweep.M : p.R_work + (b.part - 1) * padded(p.sweep.nu) * p.sweep.nu;
-    double* result = row_weights + ld;
+    double* H = b.joined < 0 ? p.sweep.M : p.R_work + b.joined * padded(p.sweep.nu) * p.sweep.nu;
+    double* result = work_.data() + ld;
     if (b.pairs != nullptr) {
       b.kernel->add_square(b, row_weights, H, result);
       continue;
@@ -63,26 +66,32 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
     for (int c = 0; c < b.columns; ++c)
       for (int i = 0; i < ld; i += lanes)
         store(weighted + c * ld + i, load(b.C + c * ld + i) * load(row_weights + i));
-    multiply_upper<Update::set>(b.columns, b.rows, b.Ct, ldc, weighted, 1, ld, square, ldc);
+    multiply_upper<Update::set>(b.columns, b.rows, b.Ct, ldc, weighted, 1, ld, square, square, ldc);
     for (int j = 0, at = 0; j < b.columns; ++j)
       for (int i = 0; i <= j; ++i) H[b.target[at++]] += square[i + j * ldc];
   }
   const BoundBlock& b = p.bounds;
-  const int n = p.sweep.nx + p.sweep.nu;
+  const int nx = p.sweep.nx, n = nx + p.sweep.nu;
   for (int i = 0; i < b.length && b.first + i < n; ++i) {
     double w = 0.0;
     if (b.lower_at >= 0) w += weights[b.lower_at + i] * packed_.active[b.lower_at + i];
     if (b.upper_at >= 0) w += weights[b.upper_at + i] * packed_.active[b.upper_at + i];
-    p.sweep.M[(b.first + i) * (p.sweep.ld + 1)] += w;
+    const int j = b.first + i;
+    if (p.parts > 1 && j >= nx)
+      p.R_work[(j - nx) * (padded(p.sweep.nu) + 1)] += w;
+    else
+      p.sweep.M[j * (p.sweep.ld + 1)] += w;
   }
 }
 
-// The joint Hessian of the parts replaces the first part's.
-void RiccatiSystem::factor_parts(PackedStage& p) {
+// The joint Hessian of the parts is that of the inputs.
+void RiccatiSystem::join_parts(PackedStage& p) {
   const SweepStage& w = p.sweep;
-  for (int part = 1; part < p.parts; ++part)
-    p.split_kernel->join(w.nu, w.M + w.nx * (w.ld + 1), w.ld, p.splits[part - 1], work_.data(),
-                         least_pivot);
+  for (int part = 0; part + 2 < p.parts; ++part)
+    p.split_kernel->join(w.nu, p.splits[part], work_.data(), least_pivot, p.splits[part + 1].before,
+                         padded(w.nu), false);
+  p.split_kernel->join(w.nu, p.splits[p.parts - 2], work_.data(), least_pivot,
+                       w.M + w.nx * (w.ld + 1), w.ld, true);
 }
 
 bool RiccatiSystem::factor(const double* weights) {
@@ -101,18 +110,13 @@ bool RiccatiSystem::factor(const double* weights) {
   for (int k = static_cast<int>(packed_.stages.size()) - 1; k >= 0; --k) {
     PackedStage& p = packed_.stages[k];
     SweepStage& w = p.sweep;
-    const int n = w.nx + w.nu;
-    for (int i = 0; i < w.ld * n; i += lanes) store(w.M + i, load(p.H + i));
-    for (int i = 0; i < n; ++i) w.M[i * (w.ld + 1)] += proximal_weight + shift_;
-    const int further = (p.parts - 1) * padded(w.nu) * w.nu;
-    for (int i = 0; i < further; i += lanes) store(p.R_work + i, load(p.R + i));
-    for (int part = 1; part < p.parts && shift_ > 0.0; ++part)
-      for (int i = 0; i < w.nu; ++i)
-        p.R_work[(part - 1) * padded(w.nu) * w.nu + i * (padded(w.nu) + 1)] += shift_;
+    const double diagonal = proximal_weight + shift_;
+    p.kernel->assemble(w, p.outer, diagonal, p.parts > 1 ? 0.0 : diagonal, P, ld_P, work_.data());
+    if (p.parts > 1) p.split_kernel->begin(w.nu, p.parts, p.R, diagonal, shift_, p.R_work);
     add_rows(p, weights);
-    if (p.parts > 1) factor_parts(p);
+    if (p.parts > 1) join_parts(p);
     w.curves_down = false;
-    p.kernel->factor(w, P, ld_P, work_.data(), least_pivot);
+    p.kernel->eliminate(w, least_pivot);
     if (w.curves_down && !expects_convex_) return false;
     P = w.M;
     ld_P = w.ld;
@@ -129,12 +133,15 @@ void RiccatiSystem::sweep(const double* gradient, const double* equality, double
     PackedStage& p = packed_.stages[k];
     SweepStage& w = p.sweep;
     const double* g = gradient + p.v_at;
-    for (int i = 0; i < w.ld; i += lanes) store(w.p + i, load(g + i));
-    for (int part = 1; part < p.parts; ++part)
-      p.split_kernel->gather(w.nu, p.splits[part - 1], g + w.ld + (part - 1) * padded(w.nu),
-                             w.p + w.nx, work_.data());
-    p.kernel->backward(w, next ? next->M : nullptr, next ? next->ld : 0, next ? next->p : nullptr,
-                       equality + p.costate_at, work_.data());
+    if (p.parts > 1) {
+      const double* further = g + w.ld;
+      for (int i = 0; i < w.ld; i += lanes) store(w.p + i, load(g + i));
+      for (int part = 1; part < p.parts; ++part, further += padded(w.nu))
+        p.split_kernel->gather(w.nu, p.splits[part - 1], further, w.p + w.nx, work_.data());
+      g = w.p;
+    }
+    p.kernel->backward(w, g, next ? next->M : nullptr, next ? next->ld : 0,
+                       next ? next->p : nullptr, equality + p.costate_at, work_.data());
     next = &w;
   }
   for (std::size_t k = 0; k < packed_.stages.size(); ++k) {
@@ -146,8 +153,6 @@ void RiccatiSystem::sweep(const double* gradient, const double* equality, double
     p.kernel->forward(w, last ? nullptr : after->M, last ? 0 : after->ld, last ? nullptr : after->p,
                       equality + p.costate_at, v, last ? nullptr : dv + packed_.stages[k + 1].v_at,
                       dy + p.costate_at);
-    const int n = w.nx + w.nu;
-    for (int i = n; i < w.ld; ++i) v[i] = 0.0;
     for (int part = p.parts - 1; part > 0; --part)
       p.split_kernel->divide(w.nu, p.splits[part - 1], v + w.nx,
                              v + w.ld + (part - 1) * padded(w.nu), work_.data());

@@ -42,7 +42,7 @@ class RiccatiSystem {
   bool factor(const double* weights);
   void solve(const double* gradient, const double* equality, double* dv, double* dy);
   void multiply(const double* v, double* side);
-  void multiply_transposed(const double* side, double* v);
+  void add_transposed(const double* side, double* v);
   void row_sizes(double* side);
 
  private:
@@ -52,7 +52,7 @@ class RiccatiSystem {
   template <int sign>
   void add_sides(const double* side, double* v);
   void add_rows(PackedStage& stage, const double* weights);
-  void factor_parts(PackedStage& stage);
+  void join_parts(PackedStage& stage);
   void sweep(const double* gradient, const double* equality, double* dv, double* dy);
   void solve_with_rows(const double* gradient, const double* equality, double* dv, double* dy);
 

@@ -1,11 +1,19 @@
 // Rows of a stage with few columns: products with them, and what they add to the Hessian.
 #pragma once
 
+#include <algorithm>
+
 #include "saltus/qp/riccati_kernels.hpp"
 
 namespace saltus::qp {
 
 constexpr int pairs_of(int columns) { return columns * (columns + 1) / 2; }
+/// Entries of an upper triangle whose columns are padded to whole vectors.
+constexpr int padded_pairs_of(int columns) {
+  int size = 0;
+  for (int j = 0; j < columns; ++j) size += padded(j + 1);
+  return size;
+}
 /// Up to this many columns the products of all pairs of columns are kept.
 inline constexpr int max_pair_columns = 8;
 
@@ -17,15 +25,18 @@ struct RowBlock {
   int lower_at = -1, upper_at = -1;  ///< first side, -1: no lower (upper) sides
   int equality_at = -1;              ///< first entry of y; then there are no sides
   bool soft = false;
-  bool partial = false;           ///< some of its rows lack one of the sides that others have
-  int part = 0;                   ///< of the inputs, or 0: the stage's main variables
-  int v_at = 0;                   ///< where the part's variables begin in v
-  const int* column = nullptr;    ///< per column, its offset behind v_at
-  bool contiguous = false;        ///< the columns follow one another
-  const int* target = nullptr;    ///< per pair of columns, its offset in the Hessian of the part
-  const double* C = nullptr;      ///< by columns, over rows
-  const double* Ct = nullptr;     ///< by rows, over columns
-  const double* pairs = nullptr;  ///< products of two columns, by rows over pairs; few columns only
+  bool partial = false;            ///< some of its rows lack one of the sides that others have
+  const RowBlock* twin = nullptr;  ///< of the stage before, with the same coefficients and sides
+  int part = 0;                    ///< of the inputs, or 0: the stage's main variables
+  int joined = -1;                 ///< part whose Hessian it adds to, or -1: that of the stage
+  int v_at = 0;                    ///< where the part's variables begin in v
+  const int* column = nullptr;     ///< per column, its offset behind v_at
+  bool contiguous = false;         ///< the columns follow one another
+  const int* target = nullptr;     ///< per pair of columns, its offset in that Hessian
+  const double* C = nullptr;       ///< by columns, over rows
+  const double* Ct = nullptr;      ///< by rows, over columns
+  /// Products of two columns, by rows over an upper triangle of padded columns; few columns only.
+  const double* pairs = nullptr;
   const RowKernel* kernel = nullptr;
   // Where the rows come from: group of the stage, or -1 for bounds; and which of its rows.
   int group = -1;
@@ -82,25 +93,44 @@ struct RowFunctions {
     if (i < ld) chunk.template operator()<1>(i);
   }
 
-  /// H += C' diag(weights) C by the products of columns. `work`: padded number of pairs.
+  /// H += C' diag(weights) C by the products of columns. `work`: padded_pairs_of(columns).
   static void add_square(const RowBlock& b, const double* weights, double* H, double* work) {
     const Extent<COLUMNS> columns(b.columns);
-    const int count = pairs_of(columns), ld = padded(count);
-    constexpr int together = lanes == 8 ? 3 : 6;
-    const auto chunk = [&]<int V>(int i) {
-      Lanes sum[V] = {};
-      for (int r = 0; r < b.rows; ++r) {
+    const int ld = padded_pairs_of(columns);
+    const auto chunk = [&]<int V>(int i, Lanes(&sum)[V]) __attribute__((always_inline)) {
+      const double* pairs = b.pairs + i;
+      for (Lanes& entry : sum) entry = Lanes{};
+#pragma GCC unroll 3
+      for (int r = 0; r < b.rows; ++r, pairs += ld) {
         const Lanes w = broadcast(weights[r]);
-        for (int v = 0; v < V; ++v) sum[v] += load(b.pairs + r * ld + i + v * lanes) * w;
+        for (int v = 0; v < V; ++v) sum[v] += load(pairs + v * lanes) * w;
       }
-      for (int v = 0; v < V; ++v) store(work + i + v * lanes, sum[v]);
     };
-    int i = 0;
-    for (; i + together * lanes <= ld; i += together * lanes)
-      chunk.template operator()<together>(i);
-    for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
-    if (i < ld) chunk.template operator()<1>(i);
-    for (int p = 0; p < count; ++p) H[b.target[p]] += work[p];
+    constexpr int registers = 12, vectors = padded_pairs_of(std::max(COLUMNS, 1)) / lanes;
+    if constexpr (COLUMNS > 0 && vectors <= registers) {
+      Lanes sum[vectors];
+      chunk(0, sum);
+      if (b.contiguous) {
+        // Lanes below the diagonal add zero to what nobody reads.
+        for_each(
+            columns, [&](auto j) __attribute__((always_inline)) {
+              for (int v = 0; v <= j; v += lanes) {
+                double* to = H + b.target[pairs_of(j)] + v;
+                store_loose(to, load_loose(to) + sum[(padded_pairs_of(j) + v) / lanes]);
+              }
+            });
+        return;
+      }
+      for (int v = 0; v < vectors; ++v) store(work + v * lanes, sum[v]);
+    } else {
+      Lanes sum[1];
+      for (int i = 0; i < ld; i += lanes) {
+        chunk(i, sum);
+        store(work + i, sum[0]);
+      }
+    }
+    for (int j = 0, at = 0, pair = 0; j < columns; at += padded(++j))
+      for (int i = 0; i <= j; ++i) H[b.target[pair++]] += work[at + i];
   }
 
  private:
@@ -119,8 +149,10 @@ struct RowFunctions {
       }
       for (int v = 0; v < V; ++v) store(out + i + v * lanes, sum[v] * sign);
     };
+    // Most blocks are of these heights.
+    if (ld == 4 * lanes) return chunk.template operator()<4>(0);
+    if (ld == 2 * lanes) return chunk.template operator()<2>(0);
     int i = 0;
-    for (; i + 4 * lanes <= ld; i += 4 * lanes) chunk.template operator()<4>(i);
     for (; i + 2 * lanes <= ld; i += 2 * lanes) chunk.template operator()<2>(i);
     if (i < ld) chunk.template operator()<1>(i);
   }
@@ -154,62 +186,102 @@ struct Split {
 
 template <int M>
 struct SplitFunctions {
-  /// `first` (leading dimension ld_first, upper triangle) becomes the joint Hessian. s.second holds
-  /// an upper triangle.
-  static void join(int size, double* first, int ld_first, Split& s, double* work,
-                   double least_pivot) {
+  /// The groups' Hessians before any rows: `R` one after the other, and something on the diagonals.
+  static void begin(int size, int parts, const double* R, double on_first, double on_further,
+                    double* out) {
     const Extent<M> m(size);
-    const int ld = padded(m), stride = 2 * ld;
+    const int ld = padded(m);
+    for (int part = 0; part < parts; ++part, R += ld * m, out += ld * m) {
+      const double diagonal = part == 0 ? on_first : on_further;
+      for (int i = 0; i < ld * m; i += lanes) store(out + i, load(R + i));
+      for (int i = 0; i < m; ++i) out[i * (ld + 1)] += diagonal;
+    }
+  }
+
+  /// The upper triangle of `out` becomes the joint Hessian, or it is added to it. s.before and
+  /// s.second hold upper triangles, and whole matrices afterwards.
+  static void join(int size, Split& s, double* work, double least_pivot, double* out, int ldo,
+                   bool add) {
+    const Extent<M> m(size);
+    const int ld = padded(m), stride = padded(2 * m);
     double* S = work;           // R_1 + R_2
     double* rows = S + ld * m;  // row by row [R_1 | R_2], forward-substituted
-    double* scaled = rows + stride * m;
-    double* joint = scaled + stride * m;
+    double* scaled = rows + stride * m + lanes;
+    double* joint = scaled + stride * m + lanes;
     for (int j = 0; j < m; ++j) {
-      for (int i = 0; i <= j; ++i)
-        s.before[i + j * ld] = s.before[j + i * ld] = first[i + j * ld_first];
-      for (int i = 0; i < j; ++i) s.second[j + i * ld] = s.second[i + j * ld];
-    }
-    for (int j = 0; j < m; ++j)
+      for (int i = 0; i < j; ++i) {
+        s.before[j + i * ld] = s.before[i + j * ld];
+        s.second[j + i * ld] = s.second[i + j * ld];
+      }
       for (int i = m; i < ld; ++i) s.before[i + j * ld] = s.second[i + j * ld] = 0.0;
-    for (int i = 0; i < m; ++i)
+    }
+    for (int i = 0; i < m; ++i) {
+      // What a vector has too much is overwritten by the next.
+      double* row = rows + i * stride;
+      for (int v = 0; v < ld; v += lanes) store(row + v, load(s.before + i * ld + v));
       for (int v = 0; v < ld; v += lanes) {
-        const Lanes a = load(s.before + i * ld + v), b = load(s.second + i * ld + v);
-        store(rows + i * stride + v, a);
-        store(rows + i * stride + ld + v, b);
-        store(S + i * ld + v, a + b);
+        const Lanes second = load(s.second + i * ld + v);
+        store_loose(row + m + v, second);
+        store(S + i * ld + v, load(s.before + i * ld + v) + second);
         store(s.L + i * ld + v, Lanes{});
         store(s.Lt + i * ld + v, Lanes{});
       }
-    for (int j = 0; j < m; ++j) {
-      const double* pivot_column = S + j * ld;
-      const double* row = rows + j * stride;
-      const double diagonal = s.before[j + j * ld] + s.second[j + j * ld];
-      double pivot = pivot_column[j];
-      if (!(pivot > least_pivot + lost_digits * diagonal))
-        pivot = diagonal > least_pivot ? diagonal : least_pivot;
-      s.pivot[j] = 1.0 / pivot;
-      double* out = scaled + j * stride;
-      for (int v = 0; v < stride; v += lanes) store(out + v, load(row + v) * s.pivot[j]);
-      for (int i = j + 1; i < m; ++i) {
-        const double factor = pivot_column[i] * s.pivot[j];
-        s.L[i + j * ld] = s.Lt[j + i * ld] = factor;
-        double* to = rows + i * stride;
-        for (int v = 0; v < stride; v += lanes)
-          store(to + v, load(to + v) - load(row + v) * factor);
-        double* column = S + i * ld;
-        for (int v = i / lanes * lanes; v < ld; v += lanes)
-          store(column + v, load(column + v) - load(pivot_column + v) * factor);
-      }
     }
-    multiply<Update::set>(m, m, m, rows, stride, scaled + ld, stride, 1, joint, ld);
+    for_each(
+        m, [&](int j) __attribute__((always_inline)) {
+          const double* pivot_column = S + j * ld;
+          const double* row = rows + j * stride;
+          const double diagonal = s.before[j + j * ld] + s.second[j + j * ld];
+          double pivot = pivot_column[j];
+          if (!(pivot > least_pivot + lost_digits * diagonal))
+            pivot = diagonal > least_pivot ? diagonal : least_pivot;
+          s.pivot[j] = 1.0 / pivot;
+          for (int v = 0; v < stride; v += lanes)
+            store(scaled + j * stride + v, load(row + v) * s.pivot[j]);
+          for (int i = j + 1; i < m; ++i) {
+            const double factor = pivot_column[i] * s.pivot[j];
+            s.L[i + j * ld] = s.Lt[j + i * ld] = factor;
+            double* to = rows + i * stride;
+            for (int v = 0; v < stride; v += lanes)
+              store(to + v, load(to + v) - load(row + v) * factor);
+            double* column = S + i * ld;
+            for (int v = i / lanes * lanes; v < ld; v += lanes)
+              store(column + v, load(column + v) - load(pivot_column + v) * factor);
+          }
+        });
+    multiply(m, m, m, rows, stride, scaled + m, stride, 1, joint, ld);
     for (int j = 0; j < m; ++j)
-      for (int i = 0; i <= j; ++i)
-        first[i + j * ld_first] = 0.5 * (joint[i + j * ld] + joint[j + i * ld]);
+      for (int i = 0; i <= j; ++i) {
+        const double mean = 0.5 * (joint[i + j * ld] + joint[j + i * ld]);
+        out[i + j * ldo] = add ? out[i + j * ldo] + mean : mean;
+      }
   }
 
   // x = S^-1 x; padding beyond m must be zero.
   static SALTUS_INLINE void solve(const Extent<M>& m, const Split& s, double* x) {
     const int ld = padded(m);
+    if constexpr (M >= 0) {
+      // In registers.
+      Lanes part[padded(M) / lanes];
+      for (int v = 0; v < ld; v += lanes) part[v / lanes] = load(x + v);
+      const auto subtract = [&](const double* column, int j, int first, int last)
+          __attribute__((always_inline)) {
+        const Lanes entry = broadcast(part[j / lanes][j % lanes]);
+        for (int v = first; v < last; v += lanes) part[v / lanes] -= load(column + v) * entry;
+      };
+      for_each(
+          m, [&](int j) __attribute__((always_inline)) {
+            subtract(s.L + j * ld, j, j / lanes * lanes, ld);
+          });
+      for (int v = 0; v < ld; v += lanes) part[v / lanes] *= load(s.pivot + v);
+      for_each(
+          m, [&](int done) __attribute__((always_inline)) {
+            const int j = m - 1 - done;
+            subtract(s.Lt + j * ld, j, 0, padded(j));
+          });
+      for (int v = 0; v < ld; v += lanes) store(x + v, part[v / lanes]);
+      return;
+    }
     for (int j = 0; j + 1 < m; ++j)
       for (int v = 0; v < ld; v += lanes) store(x + v, load(x + v) - load(s.L + j * ld + v) * x[j]);
     for (int j = 0; j < m; ++j) x[j] *= s.pivot[j];
@@ -245,7 +317,8 @@ struct SplitFunctions {
 
 struct SplitKernel {
   int size;  ///< -1: any
-  void (*join)(int, double*, int, Split&, double*, double);
+  void (*begin)(int, int, const double*, double, double, double*);
+  void (*join)(int, Split&, double*, double, double*, int, bool);
   void (*gather)(int, Split&, const double*, double*, double*);
   void (*divide)(int, const Split&, double*, double*, double*);
 };
@@ -253,7 +326,7 @@ struct SplitKernel {
 template <int M>
 constexpr SplitKernel split_kernel() {
   using F = SplitFunctions<M>;
-  return {M, &F::join, &F::gather, &F::divide};
+  return {M, &F::begin, &F::join, &F::gather, &F::divide};
 }
 
 }  // namespace saltus::qp

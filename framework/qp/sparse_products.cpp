@@ -33,7 +33,8 @@ void SparseSystem::apply(const double* v, const double* y, const double* lambda,
     equality[i] = row_work_[equality_rows_[i]];
   for (int i = static_cast<int>(equality_rows_.size()); i < equalities(); ++i) equality[i] = 0.0;
 
-  multiply_transposed(lambda, stationarity);
+  std::fill_n(stationarity, variables(), 0.0);
+  add_transposed(lambda, stationarity);
   for (int i = 0; i < n_; ++i) stationarity[i] = -stationarity[i];
   for (std::size_t i = 0; i < equality_rows_.size(); ++i) {
     const int row = equality_rows_[i];
@@ -75,12 +76,11 @@ void SparseSystem::multiply(const double* v, double* side) {
   spread(v, side);
 }
 
-void SparseSystem::multiply_transposed(const double* side, double* v) {
+void SparseSystem::add_transposed(const double* side, double* v) {
   row_work_.setZero();
   for (std::size_t i = 0; i < sides_.size(); ++i)
     row_work_[sides_[i].row] += sides_[i].sign * side[i];
-  for (int i = 0; i < n_; ++i) v[i] = row_work_[m_ + i];
-  for (int i = n_; i < variables(); ++i) v[i] = 0.0;
+  for (int i = 0; i < n_; ++i) v[i] += row_work_[m_ + i];
   row_pattern_.for_each([&](int i, int j, int e) { v[j] += rows_[e] * row_work_[i]; });
 }
 

@@ -64,7 +64,7 @@ class SparseSystem {
   void solve(const double* rv, const double* ry, double* dv, double* dy);
   /// Of the last solution dv, rows with large weights are known to more digits than dv tells.
   void multiply(const double* v, double* side);
-  void multiply_transposed(const double* side, double* v);
+  void add_transposed(const double* side, double* v);
   void row_sizes(double* side);
 
   /// Since load(): how often a factor was made with another regularisation, because the first one

@@ -124,7 +124,8 @@ TEST(SparseSystem, AgreesWithDenseMatrices) {
               rounding);
     EXPECT_LT(difference(head(a.dy, p), dense.E * v - dense.e), rounding);
     EXPECT_LT(difference(head(a.side, m), dense.G * v), rounding);
-    system.multiply_transposed(a.lambda.data(), a.dv.data());
+    std::fill_n(a.dv.data(), system.variables(), 0.0);
+    system.add_transposed(a.lambda.data(), a.dv.data());
     EXPECT_LT(difference(head(a.dv, n), dense.G.transpose() * lambda), rounding);
 
     // Weights from far inside to hard on the side.

@@ -46,8 +46,7 @@ double worst_product_error() {
       for (int j = 0; j < depth; ++j)
         for (int i = 0; i < rows; ++i) A[i + j * ld] = random.uniform(-1.0, 1.0);
       for (int i = 0; i < depth * columns; ++i) B[i] = random.uniform(-1.0, 1.0);
-      qp::multiply<qp::Update::set>(rows, columns, depth, A.data(), ld, B.data(), 1, depth,
-                                    out.data(), ld);
+      qp::multiply(rows, columns, depth, A.data(), ld, B.data(), 1, depth, out.data(), ld);
       qp::multiply_vector<qp::Update::set>(rows, depth, A.data(), ld, B.data(), y.data());
       for (int j = 0; j < columns; ++j)
         for (int i = 0; i < rows; ++i) {
