@@ -31,7 +31,9 @@ LatencyReport measure_latency(const Selection& selection,
 struct LatencyRequest {
   Selection selection;
   std::optional<std::filesystem::path> json = {};
-  std::string help = {};  ///< not empty: asked for, in place of a run
+  bool against_hpipm = false;
+  std::optional<std::filesystem::path> library = {};  ///< of HPIPM
+  std::string help = {};                              ///< not empty: asked for, in place of a run
 };
 /// What follows `bench latency`. Throws InputError.
 LatencyRequest parse_latency_request(std::span<const std::string> arguments);

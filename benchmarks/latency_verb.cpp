@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "benchmarks/against.hpp"
 #include "benchmarks/latency.hpp"
 #include "benchmarks/latency_output.hpp"
 #include "saltus/app/option_parser.hpp"
@@ -15,7 +16,23 @@ namespace {
 
 constexpr int quick_solves = 100;
 constexpr const char* summary = "times of the structured solver";
-constexpr const char* usage = "bench latency [--quick] [--json FILE] [--only PATTERN]";
+constexpr const char* usage =
+    "bench latency [--quick] [--json FILE] [--only PATTERN] [--against hpipm]";
+
+ExitStatus run_against_hpipm(const LatencyRequest& request) {
+  const std::filesystem::path library = hpipm_library(request.library);
+  fmt::print("HPIPM is {}\n\n{}", library.string(), duel_head());
+  bool failed = false;
+  measure_against_hpipm(library, request.selection, [&](const Duel& duel) {
+    fmt::print("{}", duel_line(duel));
+    std::fflush(stdout);
+    failed = failed || !duel.ours.failures.empty();
+  });
+  fmt::print(
+      "\nratio: our time over HPIPM's, median over the instances; each time is the least of five "
+      "solves in turns.\nOurs includes taking the program in, HPIPM's does not.\n");
+  return failed ? ExitStatus::solver_failed : ExitStatus::ok;
+}
 
 ExitStatus run_latency(std::span<const std::string> arguments) {
   const LatencyRequest request = parse_latency_request(arguments);
@@ -23,6 +40,7 @@ ExitStatus run_latency(std::span<const std::string> arguments) {
     fmt::print("{}", request.help);
     return ExitStatus::ok;
   }
+  if (request.against_hpipm) return run_against_hpipm(request);
   std::optional<OutputFolder> folder;
   if (request.json) folder = folder_of_file("--json", *request.json);
   bool begun = false;  // no head above a sentence that nothing was measured
@@ -45,8 +63,20 @@ LatencyRequest parse_latency_request(std::span<const std::string> arguments) {
   parser.flag("--quick", "fewer solves: seconds in place of minutes", quick)
       .option("--json", "FILE", "all figures",
               [&](const std::string& file) { request.json = file; })
-      .option("--only", "PATTERN", "part of the name of a case", request.selection.only);
+      .option("--only", "PATTERN", "part of the name of a case", request.selection.only)
+      .option("--against", "SOLVER", "in turns with another solver: hpipm",
+              [&](const std::string& solver) {
+                if (solver != "hpipm")
+                  throw InputError(fmt::format("--against knows hpipm, not '{}'", solver));
+                request.against_hpipm = true;
+              })
+      .option("--library", "FILE", "with --against: its shared library",
+              [&](const std::string& file) { request.library = file; });
   parser.parse(arguments);
+  if (request.library && !request.against_hpipm)
+    throw InputError("--library is for --against hpipm");
+  if (request.json && request.against_hpipm)
+    throw InputError("--json is not for --against: its table is all there is");
   if (quick) request.selection.solves = quick_solves;
   if (parser.help_wanted()) request.help = parser.help();
   return request;

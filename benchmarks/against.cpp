@@ -1,0 +1,218 @@
+#include "benchmarks/against.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "benchmarks/data_file.hpp"
+#include "benchmarks/hpipm.hpp"
+#include "benchmarks/point_shift.hpp"
+#include "benchmarks/recorded_sequence.hpp"
+#include "benchmarks/step_recovery_batches.hpp"
+#include "benchmarks/step_recovery_kernels.hpp"
+#include "saltus/app/data_file.hpp"
+#include "saltus/core/clock.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
+
+namespace saltus::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int turns = 5;
+const std::string run_time_sizes = ",run-time-sizes", warm_name = "sequence/warm";
+
+// The least time of what is done in turns.
+struct Least {
+  double microseconds = std::numeric_limits<double>::infinity();
+  template <class Work>
+  void time(const Work& work) {
+    const double begin = thread_microseconds();
+    work();
+    microseconds = std::min(microseconds, thread_microseconds() - begin);
+  }
+};
+
+QpResult as_result(const Hpipm& solver, const StageQpResidual& residual) {
+  QpResult result;
+  result.iterations = solver.iterations();
+  result.residual = residual.largest();
+  // The judge alone decides, whatever its status says.
+  result.status = QpStatus::optimal;
+  return result;
+}
+
+class Counter {
+ public:
+  explicit Counter(const std::string& name) : ours_(name), theirs_("hpipm " + name) {}
+  void count(const StageQp& qp, const Least& our_time, const QpResult& our_result,
+             const StagePoint& our_point, const Least& their_time, const Hpipm& solver,
+             const StagePoint& their_point, int instance) {
+    const StageQpResidual their_residual = kkt_residual(qp, their_point);
+    ours_.count(our_time.microseconds, our_result, kkt_residual(qp, our_point).largest(), instance);
+    theirs_.count(their_time.microseconds, as_result(solver, their_residual),
+                  their_residual.largest(), instance);
+    ratios_.push_back(our_time.microseconds / their_time.microseconds);
+  }
+  Duel duel() const { return {ours_.result(), theirs_.result(), spread(ratios_).median}; }
+
+ private:
+  Measurement ours_, theirs_;
+  std::vector<double> ratios_;
+};
+
+// The loosest tolerance with which the judge accepts some instances, untimed.
+double tolerance_for(const HpipmLibrary& library, const Batch& batch, HpipmMode mode) {
+  constexpr int instances = 10;
+  for (const double tolerance : {accepted_residual, 0.1 * accepted_residual}) {
+    Hpipm solver(library, step_recovery_qp(batch.options, nominal_start()), mode, tolerance);
+    bool accepted = true;
+    for (int seed = 1; seed <= instances && accepted; ++seed) {
+      const StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
+      StagePoint point(qp);
+      solver.load(qp);
+      solver.solve();
+      solver.read(qp, point);
+      accepted = kkt_residual(qp, point).largest() <= accepted_residual;
+    }
+    if (accepted) return tolerance;
+  }
+  return 0.1 * accepted_residual;
+}
+
+Duel cold(const HpipmLibrary& library, const Batch& batch, bool fixed_sizes, int solves) {
+  const StageQp capacity = step_recovery_qp(batch.options, nominal_start());
+  const auto ours =
+      make_riccati_solver(capacity, from_standing(),
+                          fixed_sizes ? std::span<const qp::RiccatiKernel>(step_recovery_kernels)
+                                      : std::span<const qp::RiccatiKernel>());
+  // Where rows bind its quick mode misses most instances.
+  const HpipmMode mode = batch.name == "recipe/binding" ? HpipmMode::balance : HpipmMode::speed;
+  Hpipm theirs(library, capacity, mode, tolerance_for(library, batch, mode));
+  Counter counter(batch.name + (fixed_sizes ? "" : run_time_sizes));
+  for (int seed = 1; seed <= solves; ++seed) {
+    const StageQp qp = step_recovery_qp(batch.options, random_start(seed, batch.push));
+    const StagePoint guess = standing_guess(qp);
+    StagePoint our_point = guess, their_point(qp);
+    theirs.load(qp);
+    QpResult result;
+    Least our_time, their_time;
+    for (int turn = 0; turn < turns; ++turn) {
+      our_point = guess;
+      our_time.time([&] { result = ours->solve(qp, our_point, /*warm=*/false); });
+      their_time.time([&] { theirs.solve(); });
+    }
+    theirs.read(qp, their_point);
+    counter.count(qp, our_time, result, our_point, their_time, theirs, their_point, seed);
+  }
+  return counter.duel();
+}
+
+// Both start from our solution of the tick before. HPIPM is given the best of its three starts.
+Duel warm(const HpipmLibrary& library) {
+  const RecordedSequence sequence = read_sequence(data_file("step_recovery_sequence.json"));
+  const int ticks = static_cast<int>(sequence.problems.size());
+  const StageQp capacity = step_recovery_qp({sequence.intervals, 0}, nominal_start());
+  std::optional<Duel> best;
+  for (const Hpipm::Start start :
+       {Hpipm::Start::own, Hpipm::Start::primal, Hpipm::Start::primal_and_dual}) {
+    const auto ours = make_riccati_solver(capacity, from_standing(), step_recovery_kernels);
+    StagePoint point(capacity), shifted(capacity), solved(capacity);
+    Counter counter(warm_name);
+    StageQp before = sequence.program(0);
+    const StagePoint first = standing_guess(before);
+    for (std::size_t k = 0; k < first.stages.size(); ++k)
+      point.stages[k].u.head(first.stages[k].u.size()) = first.stages[k].u;
+    ours->solve(before, point, /*warm=*/false);
+    for (int tick = 1; tick < ticks; ++tick) {
+      StageQp qp = sequence.program(tick);
+      shift_by_one_stage(before, point, qp, standing_guess(qp), shifted);
+      Hpipm theirs(library, qp, HpipmMode::speed, 0.1 * accepted_residual);
+      if (start == Hpipm::Start::primal_and_dual && !theirs.takes_multipliers()) return *best;
+      theirs.load(qp);
+      QpResult result;
+      Least our_time, their_time;
+      for (int turn = 0; turn < turns; ++turn) {
+        solved = shifted;
+        our_time.time([&] { result = ours->solve(qp, solved, /*warm=*/true); });
+        theirs.start_at(qp, shifted);
+        their_time.time([&] { theirs.solve(start); });
+      }
+      StagePoint their_point(capacity);
+      theirs.read(qp, their_point);
+      counter.count(qp, our_time, result, solved, their_time, theirs, their_point, tick);
+      point = solved;
+      before = std::move(qp);
+    }
+    const Duel duel = counter.duel();
+    const bool reached = duel.theirs.failures.empty();
+    if (!best || (reached && duel.ratio > best->ratio)) best = duel;
+  }
+  return *best;
+}
+
+}  // namespace
+
+fs::path hpipm_library(const std::optional<fs::path>& given) {
+  if (given) return *given;
+  std::vector<fs::path> folders{program_folder() / "peers"};
+  try {
+    folders.push_back(cache_folder() / "peers");
+  } catch (const InputError&) {  // no home: then there is none
+  }
+  for (const fs::path& folder : folders) {
+    if (!fs::is_directory(folder / "lib")) continue;
+    for (const fs::directory_entry& python : fs::directory_iterator(folder / "lib")) {
+      const fs::path file = python.path() / "site-packages/acados/install/lib/libhpipm.so";
+      if (fs::exists(file)) return file;
+    }
+  }
+  throw InputError(
+      "there is no HPIPM: name its shared library by --library FILE, or install the package "
+      "comma-deps-acados among the peers");
+}
+
+std::vector<Duel> measure_against_hpipm(const fs::path& library, const Selection& selection,
+                                        const std::function<void(const Duel&)>& observe) {
+  const HpipmLibrary hpipm(library);
+  std::vector<Duel> duels;
+  std::vector<std::string> names;
+  const auto run = [&](const std::string& name, const auto& measure) {
+    names.push_back(name);
+    if (!selection.wants(name)) return;
+    duels.push_back(measure());
+    if (observe) observe(duels.back());
+  };
+  for (const Batch& batch : step_recovery_batches()) {
+    const int stages = std::max(1, batch.options.intervals / 15);
+    const int solves = std::max(3, selection.solves / (10 * stages));
+    run(batch.name, [&] { return cold(hpipm, batch, true, solves); });
+    if (batch.with_run_time_sizes || batch.options.intervals == 150)
+      run(batch.name + run_time_sizes, [&] { return cold(hpipm, batch, false, solves); });
+  }
+  run(warm_name, [&] { return warm(hpipm); });
+  if (duels.empty())
+    throw InputError(fmt::format("no case has '{}' in its name; there are {}", selection.only,
+                                 join_names(names)));
+  return duels;
+}
+
+std::string duel_head() {
+  return fmt::format("{:<28} {:>4} {:>7}   {:>9} {:>6} {:>8} {:>6}   {:>9} {:>6} {:>8} {:>6}\n",
+                     "case", "n", "ratio", "ours us", "it", "KKT", "failed", "HPIPM us", "it",
+                     "KKT", "failed");
+}
+
+std::string duel_line(const Duel& d) {
+  const auto side = [](const CaseResult& r) {
+    return fmt::format("{:>9.1f} {:>6.2f} {:>8.1e} {:>6}", r.microseconds.median, r.iterations_mean,
+                       r.kkt_max, r.failures.size());
+  };
+  return fmt::format("{:<28} {:>4} {:>7.3f}   {}   {}\n", d.ours.name, d.ours.n, d.ratio,
+                     side(d.ours), side(d.theirs));
+}
+
+}  // namespace saltus::bench
