@@ -63,8 +63,7 @@ ReferenceCase dido() {
           .options = {.intervals = {40, 60}, .integrator = runge_kutta4()},
           .optimum = -0.5 * (length - std::sqrt(0.75)),
           .digits = 15,
-          // Linear pieces of the slope of length h = 1/100 leave an error of order h^4. The scheme
-          // has no negative weight: one of order eight would find slopes of negative length.
+          // Linear pieces of the slope of length h = 1/100 leave an error of order h^4.
           .tolerance = 1e-8};
 }
 
