@@ -284,9 +284,9 @@ OF_PUSH_RECOVERY = {
         [in_dart(6, simulator__friction=0.4), in_dart(6, simulator__friction=0.2)],
         lambda s: [x["body"]["friction_max"] for x in s]),
     "inscribed_friction": Sentence(
-        "with 0.4, at 6 N s, {:.2f} fz and {:.1f} mm of slip, with the box {:.2f} fz and {:.1f} mm",
+        "with 0.4, at 6 N s, {:.3f} N s and {:.1f} mm of slip, with the box {:.3f} N s and {:.1f} mm",
         [{**as_it_is(6, 0.6, 1), **FRICTION}, {**as_it_is(6, 0.6, 1), **FRICTION, "dart.friction": "box"}],
-        lambda s: [v for x in s for v in (x["body"]["friction_max"], 1e3 * x["body"]["slip_max_m"])], quick=False),
+        lambda s: [v for x in s for v in (x["body"]["friction_beyond_ns"], 1e3 * x["body"]["slip_max_m"])], quick=False),
     "round_friction": Sentence(
         "MuJoCo's cones are round: {:.3f} with 0.4", [push(6, plant="mujoco", simulator__friction=0.4)],
         lambda s: [s[0]["body"]["friction_max"]], quick=False),
