@@ -86,6 +86,16 @@ class Pictures(unittest.TestCase):
         self.assertNotIn("Measured vertical force", page)
         self.assertFalse(os.path.exists(path("baseline", "replay.html")))
 
+    def test_plans_of_steps(self):
+        simulate("planned", "--step.planner", "ocp")
+        self.is_drawn(script("plot_run.py", path("planned")))
+        self.is_picture("planned", "step_plans.png")
+        self.is_drawn(script("report.py", path("planned")))
+        with open(path("planned", "report.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertEqual(page.count("<img"), 5)
+        self.assertIn("places considered and chosen", page)
+
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_a_run_on_the_whole_body(self):
         self.is_drawn(script("plot_run.py", path("body")))

@@ -292,7 +292,8 @@ def main(folder):
 
     if "step_plans" in summary:
         plans = read_table(os.path.join(folder, "plans.csv"))
-        draw_step_plans(plans, summary, folder, begin, end, what)
+        if any(step_alternatives(plans)):  # a formula has none
+            draw_step_plans(plans, summary, folder, begin, end, what)
 
     if "body" not in summary:  # a body.csv that lies here is of an older run
         return

@@ -320,6 +320,39 @@ const com_trail = trail(0x1565c0, i => vector("com_", i).setZ(0.005));
 const icp_trail =
   trail(0xef6c00, i => new THREE.Vector3(value("icp_x", i), value("icp_y", i), 0.006));
 
+// Places that the planner of steps has in mind: those considered, small, and the chosen one.
+function place_mark(radius, color) {
+  const disc = new THREE.Mesh(new THREE.CircleGeometry(radius, 24),
+                              new THREE.MeshBasicMaterial({ color, depthTest: false, transparent: true,
+                                                            opacity: 0.8 }));
+  disc.renderOrder = 2;
+  disc.visible = false;
+  world.add(disc);
+  return disc;
+}
+const plans = scene_data.plans || [];
+const most_places = plans.reduce((most, plan) => Math.max(most, plan[2].length), 0);
+const considered_marks = Array.from({ length: most_places }, () => place_mark(0.008, 0x7b1fa2));
+const chosen_mark = place_mark(0.018, 0x7b1fa2);
+const plan_lasts = 0.015;  // s: a tick and a half
+
+// Returns what there is to say of it.
+function show_plan(time) {
+  let last = plans.length - 1;
+  while (last >= 0 && plans[last][0] > time + 1e-6) --last;
+  const [from, chosen, places] = last >= 0 && time - plans[last][0] < plan_lasts ? plans[last]
+                                                                                 : [0, null, []];
+  considered_marks.forEach((mark, i) => {
+    mark.visible = i < places.length;
+    if (mark.visible) mark.position.set(places[i][0], places[i][1], 0.007);
+  });
+  chosen_mark.visible = chosen !== null;
+  if (chosen === null) return places.length > 0 ? "\nno step is taken" : "";
+  chosen_mark.position.set(chosen[1], chosen[2], 0.008);
+  const left = Math.max(0, chosen[3] - time);
+  return `\n${chosen[0] > 0.5 ? "right" : "left"} foot lands in ${left.toFixed(2)} s`;
+}
+
 function draw_force(arrow, side, position) {
   const foot = side === 0 ? "left" : "right", name = e => value(`${foot}_filtered_${e}`, position);
   const force = new THREE.Vector3(name("fx"), name("fy"), name("fz"));
@@ -360,7 +393,8 @@ function show(position) {
     `left foot  ${newtons(forces[0])}, planned ${planned("left")}\n` +
     `right foot ${newtons(forces[1])}, planned ${planned("right")}\n` +
     (push.length() > 0.5 ? `push ${push.length().toFixed(0)} N` :
-     two_feet ? "both feet stand" : `${scene_data.stance} foot stands`);
+     two_feet ? "both feet stand" : `${scene_data.stance} foot stands`) +
+    show_plan(time_of(position));
 }
 
 // ---- Time -------------------------------------------------------------------------------------

@@ -95,6 +95,27 @@ def json_text(value):
     return json.dumps(value, separators=(",", ":")).replace("</", "<\\/")
 
 
+def step_plans(folder):
+    """Of each tick in which steps were planned: its time, the chosen step (foot is right, x, y, landing) or null, and
+    the places (x, y) that were considered."""
+    path = os.path.join(folder, "plans.csv")
+    if not os.path.exists(path):
+        return []
+    header, rows = read_rows(path)
+    column = {name: i for i, name in enumerate(header)}
+    count = sum(name.endswith("_cost") for name in header)
+    plans = []
+    for row in rows:
+        def entry(name, row=row):
+            return round(row[column[name]], 4)
+        chosen = [entry(name) for name in ("right_foot", "place_x", "place_y", "landing")] if entry("steps") > 0 else None
+        places = [[entry(f"alternative_{i}_place_x"), entry(f"alternative_{i}_place_y")]
+                  for i in range(1, count + 1) if entry(f"alternative_{i}_steps") > 0 and
+                  row[column[f"alternative_{i}_cost"]] < float("inf")]
+        plans.append([entry("t"), chosen, places])
+    return plans
+
+
 def page(folder, summary):
     """The text of replay.html. Raises FileNotFoundError when three.js is not installed."""
     library = script(os.path.join(THREE, "three.min.js"))
@@ -117,6 +138,7 @@ def page(folder, summary):
     scene = {key: summary.get(key) for key in ("stance", "left_sole", "right_sole", "hull", "target",
                                                "touchdown_s", "push_start_s", "push_duration_s",
                                                "push_body", "push_point")}
+    scene["plans"] = step_plans(folder) if "step_plans" in summary else []
     motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}
     with open(os.path.join(HERE, "replay_template.html"), encoding="utf-8") as file:
         text = file.read()
