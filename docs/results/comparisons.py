@@ -89,7 +89,7 @@ def planned_forces(row, summaries):
 
 BASELINE = Table(
     "When the baseline's trajectory ends, in DART, step of 0.6 s, push at 0.5 s",
-    [baseline(time) for time in (0.5, 0.6, 0.8, 1.0)],
+    [baseline(time) for time in (0.5, 0.6, 0.8)],
     [("ends after the landing", name), ("6 N s: capture point, s", figure("icp_settling_s", "{:.2f}")),
      ("planned forces, s", planned_forces), ("8 N s: H, Nms", momentum_or_reason(1))],
     quick=False)
