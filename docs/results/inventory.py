@@ -4,9 +4,8 @@
 Usage: inventory.py [README...]
 
 A number is made if it stands in a table between marks or in a sentence of sentences.py; it is given if it stands in
-code (a command, a setting, a formula) or in a phrase of given.py, which says what kind of number it is. What was measured
-by hand, and is not made yet, stands between marks that say so. This prints a line for every number, and ends with status 3
-if one is neither. What is written as a word (eight seeds) is not looked at.
+code (a command, a setting, a formula) or in a phrase of given.py, which says what kind of number it is. This prints a
+line for every number, and ends with status 3 if one is neither. What is written as a word (eight seeds) is not looked at.
 """
 
 import collections
@@ -20,7 +19,6 @@ from given import GIVEN
 NUMBER = re.compile(r"(?<![\w.#+])\d+(?:[.,]\d+)*(?:e[-+]?\d+)?")
 CODE = re.compile(r"^```.*?^```$|`[^`\n]*(?:\n[^`\n]*)?`", re.DOTALL | re.MULTILINE)
 LINK_TARGET = re.compile(r"\]\([^)]*\)")
-BY_HAND = re.compile(r"<!-- by hand: ([\w ]+) -->\n.*?<!-- end of by hand -->", re.DOTALL)
 TABLE = re.compile(r"<!-- table: (\w+) -->\n.*?<!-- end of table -->", re.DOTALL)
 
 Number = collections.namedtuple("Number", "readme line text maker")  # maker: None if there is none
@@ -41,7 +39,6 @@ def makers(readme, text):
             spans.append((match.span(), f"table {name}"))
         else:
             absent.append(f"{readme}: nothing makes the table {name}")
-    spans += [(match.span(), f"by hand: {match.group(1)}") for match in BY_HAND.finditer(text)]
     spans += [(match.span(), "code") for pattern in (CODE, LINK_TARGET) for match in pattern.finditer(text)]
     for name, sentence in reproduce.SENTENCES.items():
         if sentence.readme == readme:
