@@ -85,9 +85,9 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
     if (now_.cost < unbounded_cost || largest(now_.x) > far) return SolveStatus::unbounded;
     if (timed_out()) return SolveStatus::time_limit;
     if (iterations_ >= options_.max_iterations) return SolveStatus::iteration_limit;
+    if (least <= acceptable_at_failure * options_.tolerance && !(best_.error <= least)) keep(least);
     const auto give_up = [&](SolveStatus status) {
-      return error(0.0) <= acceptable_at_failure * options_.tolerance ? SolveStatus::acceptable
-                                                                      : status;
+      return return_to_best() ? SolveStatus::acceptable : status;
     };
     lower_barrier();
     const bool has_step = compute_step(now_.rows);
@@ -107,6 +107,24 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
       return SolveStatus::optimal;
     if (tiny_ >= 2 && mu_ <= least_barrier()) return give_up(SolveStatus::numerical_failure);
   }
+}
+
+void BarrierRun::keep(double error) {
+  best_ = {error, now_, lambda_, z_lower_, z_upper_, stationarity_};
+}
+
+// Close to an optimum where rows depend on one another steps may lose their accuracy and lead away.
+// False if no iterate was good enough.
+bool BarrierRun::return_to_best() {
+  const double last = error(0.0);
+  if (last <= acceptable_at_failure * options_.tolerance && !(best_.error <= last)) return true;
+  if (best_.error == infinity) return false;
+  now_ = best_.now;
+  lambda_ = best_.lambda;
+  z_lower_ = best_.z_lower;
+  z_upper_ = best_.z_upper;
+  stationarity_ = best_.stationarity;
+  return true;
 }
 
 double BarrierRun::least_barrier() const { return options_.tolerance / (barrier_error + 1.0); }

@@ -58,7 +58,7 @@ class BarrierRun {
              BarrierOptions options);
 
   SolveStatus solve(const NlpPoint& start);
-  /// The last iterate.
+  /// The last iterate, or the best one where progress stopped.
   NlpPoint point() const;
   VectorXd slacks() const { return now_.x.tail(m_); }
   int iterations() const { return iterations_; }
@@ -83,6 +83,13 @@ class BarrierRun {
     VectorXd lambda, z_lower, z_upper, dx, dlambda, dz_lower, dz_upper;
     Reference from;
     double longest = 1.0;
+  };
+
+  // The iterate with the least error that meets the looser tolerance.
+  struct Best {
+    double error = infinity;
+    Trial now;
+    VectorXd lambda, z_lower, z_upper, stationarity;
   };
 
   bool timed_out() const { return WallClock::now() >= options_.deadline; }
@@ -114,6 +121,8 @@ class BarrierRun {
   void add_to_filter(const Reference& from);
   void accept(Trial& trial, double alpha, double dual_alpha);
   SolveStatus restore();
+  void keep(double error);
+  bool return_to_best();
 
   static constexpr int watch_after_ = 4, watch_steps = 3;
 
@@ -133,6 +142,7 @@ class BarrierRun {
   Trial now_, trial_;
   Filter filter_;
   Watch watch_;
+  Best best_;
   double mu_ = 0.1, tau_ = 0.99;
   double least_violation_ = 0.0, largest_violation_ = 0.0;
   double alpha_ = 0.0, dual_alpha_ = 0.0;
