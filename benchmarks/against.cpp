@@ -166,7 +166,7 @@ fs::path hpipm_library(const std::optional<fs::path>& given) {
   for (const fs::path& folder : folders) {
     if (!fs::is_directory(folder / "lib")) continue;
     for (const fs::directory_entry& python : fs::directory_iterator(folder / "lib")) {
-      const fs::path file = python.path() / "site-packages/acados/install/lib/libhpipm.so";
+      fs::path file = python.path() / "site-packages/acados/install/lib/libhpipm.so";
       if (fs::exists(file)) return file;
     }
   }

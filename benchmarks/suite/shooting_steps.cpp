@@ -42,7 +42,7 @@ int sum(FormulaSteps& f, int sum, int term) {
 // What a cost term adds: the formula, or half the weighted square of what it differs from its
 // reference.
 FormulaSteps cost_steps(const Term& term) {
-  const FormulaSteps formula = steps_of(term.function);
+  FormulaSteps formula = steps_of(term.function);
   if (term.kind != TermKind::least_squares) return formula;
   if (term.reference.varies())
     throw DefinitionError(fmt::format("term '{}': its reference varies in time", term.name));
@@ -138,6 +138,7 @@ FormulaSteps interval_steps(const Integrator& integrator, const std::vector<Form
   for (std::size_t q = 0; q < costs.size(); ++q) y.push_back(f.add_constant(0.0));
   for (int n = 0; n < scheme.steps; ++n) {
     std::vector<Steps> rates;
+    rates.reserve(static_cast<std::size_t>(tableau.stages()));
     for (int i = 0; i < tableau.stages(); ++i)
       rates.push_back(rate((n + tableau.c[i]) / scheme.steps,
                            advanced(y, VectorXd(tableau.a.row(i).transpose()), rates)));
@@ -221,10 +222,10 @@ class Writer {
     for (std::size_t b = 0; b < meaning.size(); ++b)
       if (!meaning[b] && program_.blocks()[b].function.inputs() == 3)
         meaning[b] = {Kind::penalty, is_quadratic(program_.blocks()[b]) ? 1 : 0, 0};
-    for (std::size_t b = 0; b < meaning.size(); ++b)
-      if (!meaning[b]) meaning[b] = {Kind::link, static_cast<int>(b), 0};
     std::vector<Meaning> all;
-    for (const std::optional<Meaning>& m : meaning) all.push_back(*m);
+    all.reserve(meaning.size());
+    for (std::size_t b = 0; b < meaning.size(); ++b)
+      all.push_back(meaning[b].value_or(Meaning{Kind::link, static_cast<int>(b), 0}));
     return all;
   }
 

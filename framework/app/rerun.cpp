@@ -83,13 +83,14 @@ std::string first_difference(const Json& before, const Json& after, const std::s
   if (before.is_object() && after.is_object()) {
     for (const auto& [key, value] : before.items()) {
       if (is_of_computing(key)) continue;
-      const std::string here = way.empty() ? key : way + "." + key;
+      const std::string here = way.empty() ? key : fmt::format("{}.{}", way, key);
       if (!after.contains(key)) return here + " is missing";
-      const std::string found = first_difference(value, after.at(key), here);
+      std::string found = first_difference(value, after.at(key), here);
       if (!found.empty()) return found;
     }
     for (const auto& [key, value] : after.items())
-      if (!before.contains(key) && !is_of_computing(key)) return way + "." + key + " is new";
+      if (!before.contains(key) && !is_of_computing(key))
+        return fmt::format("{}.{} is new", way, key);
     return {};
   }
   if (before.dump() == after.dump()) return {};
@@ -119,7 +120,7 @@ Json read_run_file(const fs::path& folder) {
       throw InputError(
           fmt::format("rerun: there is no {} in '{}'; the folder of a finished run has it", name,
                       folder.string()));
-  const Json run = Json::parse(content_of(folder / run_file), nullptr, false);
+  Json run = Json::parse(content_of(folder / run_file), nullptr, false);
   if (run.is_discarded() || !run.contains("problem") || !run["problem"].is_string() ||
       !run.contains("folder") || !run["folder"].is_string())
     throw InputError(

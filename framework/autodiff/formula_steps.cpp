@@ -104,6 +104,7 @@ std::vector<int> FormulaSteps::add(const FormulaSteps& other, std::span<const in
     here[i] = static_cast<int>(steps.size()) - 1;
   }
   std::vector<int> results;
+  results.reserve(other.outputs.size());
   for (const int output : other.outputs) results.push_back(here[output]);
   return results;
 }
@@ -139,6 +140,7 @@ std::vector<double> FormulaSteps::evaluate(std::span<const double> z) const {
                     : apply(s.operation, at(s.a), at(s.b), at(s.c));
   }
   std::vector<double> results;
+  results.reserve(outputs.size());
   for (const int output : outputs) results.push_back(values[output]);
   return results;
 }
