@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -181,7 +182,7 @@ class Checker {
       const std::vector<VectorXd> points = points_of(static_cast<int>(j), distance);
       for (const NamedFunction& f : functions_of(phase)) {
         ++functions;
-        std::map<std::pair<int, int>, int> wrong;  // at how many points
+        std::map<std::tuple<bool, int, int>, int> wrong;  // second, row, col: at how many points
         int evaluated = 0;
         for (const VectorXd& z : points) {
           if (f.function.inputs() != z.size() || !f.function(z).allFinite()) continue;
@@ -190,7 +191,7 @@ class Checker {
               check_derivatives(f.function, z, {.tolerance = derivative_tolerance});
           const auto take = [&](const DerivativeEntry& e, bool second) {
             // Once may be a kink nearby.
-            if (++wrong[{e.row + (second ? 100000 : 0), e.col}] < std::min(2, evaluated) ||
+            if (++wrong[{second, e.row, e.col}] < std::min(2, evaluated) ||
                 !std::isfinite(e.difference))
               return;
             const std::string column = name_of_argument(e.col, phase.sizes);
@@ -225,8 +226,7 @@ class Checker {
           (start.lower > bounded.bounds.upper || start.upper < bounded.bounds.lower))
         complaint = fmt::format(
             "the start has {:.6g} for state {}, which phase '{}' keeps within [{:.6g}, {:.6g}]",
-            start.is_equality() ? start.lower : start.lower, bounded.component, first.name,
-            bounded.bounds.lower, bounded.bounds.upper);
+            start.lower, bounded.component, first.name, bounded.bounds.lower, bounded.bounds.upper);
     }
     const NonlinearProgram& nlp = shooting_->nlp();
     for (int i = 0; i < nlp.variables() && complaint.empty(); ++i)
