@@ -33,14 +33,33 @@ std::vector<fs::path> folders_above(const fs::path& file) {
   }
 }
 
-std::vector<fs::path> folders_of_packages(const fs::path& urdf) {
-  std::vector<fs::path> folders = folders_above(urdf);
+// Folders that the user names for packages.
+std::vector<fs::path> named_folders() {
+  std::vector<fs::path> folders;
   for (const char* variable : {"ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"}) {
     const char* paths = std::getenv(variable);
     std::istringstream list(paths == nullptr ? "" : paths);
     for (std::string folder; std::getline(list, folder, ':');)
-      if (!folder.empty()) folders.emplace_back(folder);
+      if (!folder.empty()) folders.emplace_back(fs::absolute(folder));
   }
+  return folders;
+}
+
+// By their names: what links in the file system lead to is for who made them.
+bool lies_in(const fs::path& folder, const fs::path& file) {
+  const fs::path inner = file.lexically_normal().lexically_relative(folder.lexically_normal());
+  return !inner.empty() && *inner.begin() != "..";
+}
+
+// That of the URDF and the two above it, where packages keep robots/NAME/ beside meshes/, but no
+// folder at the top of the file system, which holds more than a robot.
+std::vector<fs::path> folders_of_robot(const fs::path& urdf) {
+  std::vector<fs::path> folders = folders_above(urdf);
+  if (folders.size() > 3) folders.resize(3);
+  const auto is_at_top = [](const fs::path& folder) {
+    return folder.parent_path() == folder.root_path();
+  };
+  folders.erase(std::remove_if(folders.begin() + 1, folders.end(), is_at_top), folders.end());
   return folders;
 }
 
@@ -106,19 +125,26 @@ std::optional<fs::path> find_mesh(const std::string& reference, const fs::path& 
     rest.erase(0, rest.find_first_not_of('/'));
     const std::string name = rest.substr(0, rest.find('/'));
     rest.erase(0, std::min(rest.size(), name.size() + 1));
-    if (name.empty() || rest.empty()) return std::nullopt;
-    for (const fs::path& folder : folders_of_packages(urdf)) {
-      std::vector<fs::path> tries{folder / name / rest, folder / "share" / name / rest};
-      if (folder.filename() == name) tries.push_back(folder / rest);
-      const auto found = std::find_if(tries.begin(), tries.end(), is_file);
-      if (found != tries.end()) return *found;
+    if (name.empty() || name == "." || name == ".." || rest.empty()) return std::nullopt;
+    std::vector<fs::path> folders = folders_above(urdf), named = named_folders();
+    folders.insert(folders.end(), named.begin(), named.end());
+    for (const fs::path& folder : folders) {
+      std::vector<fs::path> packages{folder / name, folder / "share" / name};
+      if (folder.filename() == name) packages.push_back(folder);
+      for (const fs::path& package : packages)
+        if (lies_in(package, package / rest) && is_file(package / rest)) return package / rest;
     }
     return std::nullopt;
   }
-  if (fs::path(rest).is_absolute())
-    return is_file(rest) ? std::optional<fs::path>(rest) : std::nullopt;
-  for (const fs::path& folder : folders_above(urdf))
-    if (is_file(folder / rest)) return folder / rest;
+  std::vector<fs::path> allowed = folders_of_robot(urdf);
+  const std::vector<fs::path> around = allowed, named = named_folders();
+  allowed.insert(allowed.end(), named.begin(), named.end());
+  for (const fs::path& folder : around) {
+    const fs::path file = folder / rest;  // `rest` alone if it is absolute
+    const bool is_inside = std::any_of(allowed.begin(), allowed.end(),
+                                       [&](const fs::path& a) { return lies_in(a, file); });
+    if (is_inside && is_file(file)) return file;
+  }
   return std::nullopt;
 }
 
@@ -149,10 +175,11 @@ std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const fs::path& 
     case UrdfShape::Shape::mesh: {
       const auto file = find_mesh(shape.mesh, urdf);
       if (!file)
-        throw InputError(fmt::format(
-            "{}: the mesh {} is not there; put its package beside the URDF or name the folder of "
-            "packages in ROS_PACKAGE_PATH",
-            urdf.string(), shape.mesh));
+        throw InputError(
+            fmt::format("{}: the mesh {} is not in the robot's folders; put its package beside the "
+                        "URDF or name "
+                        "the folder that holds it in ROS_PACKAGE_PATH",
+                        urdf.string(), shape.mesh));
       points = mesh_corners(*file);
       for (Vec<double, 3>& p : points) p = p.cwiseProduct(shape.size);
       break;

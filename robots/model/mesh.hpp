@@ -13,7 +13,9 @@ namespace saltus {
 
 /// The file that package://NAME/REST, model://NAME/REST, file://PATH or a path in a URDF stands
 /// for. Packages are looked for around the URDF, then where ROS_PACKAGE_PATH, GAZEBO_MODEL_PATH and
-/// AMENT_PREFIX_PATH say. None if there is no such file.
+/// AMENT_PREFIX_PATH say; paths must lie in the URDF's folder, in one of the two above it or in one
+/// that these variables name, and no name leads out of its package: a URDF from elsewhere opens no
+/// other files of its reader. None if there is no such file.
 std::optional<std::filesystem::path> find_mesh(const std::string& reference,
                                                const std::filesystem::path& urdf);
 

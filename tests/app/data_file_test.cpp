@@ -2,38 +2,23 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <string>
 
 #include "saltus/core/error.hpp"
+#include "tests/app/support.hpp"
 
 namespace saltus {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Sets a variable, or removes it, until the end of the scope.
-class Variable {
- public:
-  Variable(const char* name, const std::string* value) : name_(name) {
-    if (const char* before = std::getenv(name)) before_ = before, was_set_ = true;
-    value != nullptr ? setenv(name, value->c_str(), 1) : unsetenv(name);
-  }
-  ~Variable() { was_set_ ? setenv(name_, before_.c_str(), 1) : unsetenv(name_); }
-
- private:
-  const char* name_;
-  std::string before_;
-  bool was_set_ = false;
-};
-
 TEST(DataFile, IsTheOneOfTheNamedFolder) {
   const fs::path folder = fs::path(testing::TempDir()) / "saltus_data_file";
   fs::create_directories(folder / "some/scripts");
   std::ofstream(folder / "some/scripts/draw.py") << "\n";
   const std::string name = folder.string();
-  const Variable named("SALTUS_DATA_DIR", &name);
+  const Variable named("SALTUS_DATA_DIR", name.c_str());
   EXPECT_EQ(data_file("some/scripts/draw.py"), folder / "some/scripts/draw.py");
   try {
     data_file("some/scripts/absent.py");
@@ -57,13 +42,13 @@ TEST(DataFile, IsFoundBesideTheProgramOfABuild) {
 
 TEST(CacheFolder, FollowsTheXdgSpecification) {
   const std::string cache = "/cache", home = "/home/user", empty;
-  const Variable with_home("HOME", &home);
+  const Variable with_home("HOME", home.c_str());
   {
-    const Variable named("XDG_CACHE_HOME", &cache);
+    const Variable named("XDG_CACHE_HOME", cache.c_str());
     EXPECT_EQ(cache_folder(), "/cache/saltus");
   }
   {
-    const Variable set_to_nothing("XDG_CACHE_HOME", &empty);
+    const Variable set_to_nothing("XDG_CACHE_HOME", empty.c_str());
     EXPECT_EQ(cache_folder(), "/home/user/.cache/saltus");
   }
   const Variable unnamed("XDG_CACHE_HOME", nullptr), homeless("HOME", nullptr);

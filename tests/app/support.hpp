@@ -1,13 +1,16 @@
-// What the tests of this folder share: a folder that lives as long as a test, and texts.
+// What the tests of this folder share: a folder and variables that live as long as a test, and
+// texts.
 #pragma once
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <optional>
 #include <string>
 
 #include "saltus/core/error.hpp"
@@ -41,6 +44,26 @@ class TemporaryFolder {
 
  private:
   std::filesystem::path path_;
+};
+
+/// A variable of the environment has this value, or is not set (null), as long as the object lives.
+class Variable {
+ public:
+  Variable(const char* name, const char* value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    set(value);
+  }
+  ~Variable() { set(before_ ? before_->c_str() : nullptr); }
+  Variable(const Variable&) = delete;
+  Variable& operator=(const Variable&) = delete;
+
+ private:
+  void set(const char* value) const {
+    value != nullptr ? setenv(name_, value, 1) : unsetenv(name_);
+  }
+
+  const char* name_;
+  std::optional<std::string> before_;
 };
 
 /// Shows the whole text when `part` is missing.

@@ -91,6 +91,15 @@ class Find(InFolder):
             found = replay_meshes.find("package://Far/a.stl", self.urdf, {variable: folder})
             self.assertEqual(found, mesh, variable)
 
+    def test_outside_only_when_asked(self):
+        foreign = self.file("elsewhere/a.stl")
+        for reference in (foreign, "file://" + foreign, "../../../../elsewhere/a.stl",
+                          "package://Robo/../../elsewhere/a.stl", "package://../elsewhere/a.stl"):
+            with self.assertRaisesRegex(replay_meshes.MeshError, "robot's folders", msg=reference):
+                replay_meshes.find(reference, self.urdf, {})
+        asked = {"ROS_PACKAGE_PATH": os.path.dirname(foreign)}
+        self.assertEqual(replay_meshes.find(foreign, self.urdf, asked), foreign)
+
     def test_missing(self):
         with self.assertRaisesRegex(replay_meshes.MeshError, "ROS_PACKAGE_PATH"):
             replay_meshes.find("package://Far/a.stl", self.urdf, {})
@@ -164,7 +173,7 @@ class TakeIn(InFolder):
                            "package://Robo/b.stl")
         table, _, warning = replay_meshes.take_in(robot, {})
         self.assertEqual(len(table), 1)
-        self.assertRegex(warning, "2 of 3 meshes .* package://Robo/b.stl, is not there; name")
+        self.assertRegex(warning, "2 of 3 meshes .* package://Robo/b.stl, is not in the robot's folders; name")
         self.assertNotIn("\n", warning)
         looks = robot["bodies"][0]["looks"]
         self.assertEqual([len(look["visuals"]) for look in looks], [0, 1, 0, 0])

@@ -64,6 +64,23 @@ TEST(Mesh, IsFoundBelowItsPackageAndBesideTheUrdf) {
   EXPECT_FALSE(find_mesh("package://biped", urdf));
 }
 
+TEST(Mesh, OutsideOfTheRobotsFoldersIsOpenedOnlyWhenAsked) {
+  const TemporaryFolder folder;
+  for (const char* inner : {"share/biped/meshes", "share/biped/urdf", "elsewhere"})
+    std::filesystem::create_directories(folder / inner);
+  const auto own = folder.file("share/biped/meshes/t.stl", tetrahedron);
+  const auto foreign = folder.file("elsewhere/t.stl", tetrahedron);
+  const auto urdf = folder / "share/biped/urdf/robot.urdf";
+  EXPECT_EQ(find_mesh("../meshes/t.stl", urdf)->lexically_normal(), own);
+  const std::vector<std::string> references{
+      foreign.string(), "file://" + foreign.string(), "../../../elsewhere/t.stl",
+      "package://biped/../../elsewhere/t.stl", "package://../elsewhere/t.stl"};
+  for (const std::string& reference : references)
+    EXPECT_FALSE(find_mesh(reference, urdf)) << reference;
+  const Variable asked("ROS_PACKAGE_PATH", (folder / "elsewhere").c_str());
+  EXPECT_EQ(find_mesh(foreign.string(), urdf), foreign);
+}
+
 TEST(Mesh, WhatCannotBeReadIsNamed) {
   const TemporaryFolder folder;
   const auto broken = folder.file("broken.stl", "solid nothing\nendsolid\n");

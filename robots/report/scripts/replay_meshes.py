@@ -30,33 +30,51 @@ def parents(folder):
         folder = os.path.dirname(folder)
 
 
-def folders_of_packages(urdf, environment):
-    """Where packages are looked for: around the URDF, then where ROS and Gazebo look."""
-    yield from parents(os.path.dirname(urdf))
+def named_folders(environment):
+    """Where ROS and Gazebo look for packages."""
     for variable in ("ROS_PACKAGE_PATH", "GAZEBO_MODEL_PATH", "AMENT_PREFIX_PATH"):
-        yield from filter(None, environment.get(variable, "").split(os.pathsep))
+        for folder in filter(None, environment.get(variable, "").split(os.pathsep)):
+            yield os.path.abspath(folder)
+
+
+def lies_in(folder, path):
+    """By their names: what links in the file system lead to is for who made them."""
+    folder, path = os.path.normpath(folder), os.path.normpath(path)
+    return os.path.commonpath([folder, path]) == folder
+
+
+def folders_of_robot(urdf):
+    """That of the URDF and the two above it, as long as they hold no more than a robot."""
+    own, *above = list(parents(os.path.dirname(urdf)))[:3]
+    return [own] + [folder for folder in above
+                    if os.path.dirname(os.path.dirname(folder)) != os.path.dirname(folder)]
 
 
 def find(reference, urdf, environment=os.environ):
-    """The file that package://NAME/REST, model://NAME/REST, file://PATH or a path stands for."""
+    """The file that package://NAME/REST, model://NAME/REST, file://PATH or a path stands for.
+
+    No name leads out of its package, and paths must lie in folders of the robot or in named ones:
+    a URDF from elsewhere opens no other files of its reader (as in robots/model/mesh.cpp).
+    """
     if reference.startswith("file://"):
         reference = reference[len("file://"):]
-    parts = re.match(r"(?:package|model)://([^/]+)/(.+)", reference)
-    tries = []
+    parts = re.match(r"(?:package|model)://(?!\.\.?/)([^/]+)/(.+)", reference)
+    tries = []  # files, with the folders of which one must hold them
     if parts:
         name, rest = parts.groups()
-        for folder in folders_of_packages(urdf, environment):
-            tries += [os.path.join(folder, name, rest), os.path.join(folder, "share", name, rest)]
+        for folder in [*parents(os.path.dirname(urdf)), *named_folders(environment)]:
+            packages = [os.path.join(folder, name), os.path.join(folder, "share", name)]
             if os.path.basename(os.path.normpath(folder)) == name:
-                tries.append(os.path.join(folder, rest))
-    elif os.path.isabs(reference):
-        tries = [reference]
+                packages.append(folder)
+            tries += [(os.path.join(package, rest), [package]) for package in packages]
     else:
-        tries = [os.path.join(folder, reference) for folder in parents(os.path.dirname(urdf))]
-    for path in tries:
-        if os.path.isfile(path):
+        around = folders_of_robot(urdf)
+        allowed = [*around, *named_folders(environment)]
+        tries = [(os.path.join(folder, reference), allowed) for folder in around]
+    for path, allowed in tries:
+        if os.path.isfile(path) and any(lies_in(folder, path) for folder in allowed):
             return path
-    raise MeshError("is not there; " + (REMEDY if parts else "put it beside the URDF"))
+    raise MeshError("is not in the robot's folders; " + REMEDY)
 
 
 def read_stl(path):
