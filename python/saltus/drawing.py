@@ -2,9 +2,23 @@
 
 import os
 import sys
-import tempfile
 
-os.environ.setdefault("MPLCONFIGDIR", os.path.join(tempfile.gettempdir(), "saltus-matplotlib"))
+
+def keep_fonts_in_cache():
+    """What matplotlib finds out about fonts takes it a second: kept in the user's own cache.
+
+    Without a folder that can be written it makes one of its own for each run."""
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    folder = os.path.join(cache, "saltus", "matplotlib")
+    try:
+        os.makedirs(folder, mode=0o700, exist_ok=True)
+        if os.stat(folder).st_uid == os.getuid():
+            os.environ.setdefault("MPLCONFIGDIR", folder)
+    except OSError:
+        pass
+
+
+keep_fonts_in_cache()
 try:
     import matplotlib
 except ModuleNotFoundError:

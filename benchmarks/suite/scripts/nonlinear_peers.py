@@ -11,6 +11,7 @@ import tempfile
 
 import numpy as np
 
+from cache import cache_folder
 from nonlinear_program import CasadiProgram
 from peers import Answer, NotApplicable
 
@@ -22,14 +23,6 @@ FOR_IPOPT = ("nlp", "nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "triangle")
 FOR_SQPMETHOD = ("nlp", "nlp_fg", "nlp_jac_fg", "whole")
 
 
-def libraries_folder():
-    """Compiled functions are kept between runs, by their source."""
-    cache = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    folder = os.path.join(cache, "saltus", "casadi")
-    os.makedirs(folder, exist_ok=True)
-    return folder
-
-
 def compiled(program, names):
     """The path of the shared library of a CasadiProgram's functions."""
     if shutil.which("gcc") is None:
@@ -39,7 +32,7 @@ def compiled(program, names):
         flags = ["-O1" if os.path.getsize(source) > LARGE_SOURCE else "-O3", "-march=native"]
         with open(source, "rb") as file:
             key = hashlib.sha256(file.read() + " ".join(flags).encode()).hexdigest()[:24]
-        library = os.path.join(libraries_folder(), key + ".so")
+        library = os.path.join(cache_folder("casadi"), key + ".so")
         if not os.path.exists(library):
             program.compile(source, os.path.join(folder, "nlp.so"), flags)
             shutil.copy(os.path.join(folder, "nlp.so"), library + f".{os.getpid()}")

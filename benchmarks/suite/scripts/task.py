@@ -10,6 +10,7 @@ import fcntl
 import json
 import math
 import os
+import socket
 import sys
 import tempfile
 import time
@@ -18,6 +19,7 @@ import campaign
 import data_problems
 import nonlinear_peers
 import peers
+from cache import cache_folder
 from nonlinear_program import NoFile, read_nonlinear
 from program import Program, ProgramError
 from quadratic_program import kkt_residual, read_program
@@ -36,8 +38,8 @@ def peer_named(name):
 @contextlib.contextmanager
 def one_at_a_time():
     """Tasks that are timed run one at a time on a machine, whoever started them."""
-    path = os.path.join(tempfile.gettempdir(), f"saltus-bench-{os.getuid()}.lock")
-    with open(path, "w", encoding="utf-8") as file:
+    name = f"timing-{socket.gethostname()}.lock"  # homes may be shared by machines
+    with open(os.path.join(cache_folder(), name), "a", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
