@@ -6,14 +6,16 @@
 
 namespace saltus {
 
+/// Explicit, for fields that are not stiff, or implicit.
 enum class ArkodeMethod {
   Explicit,           ///< embedded Runge-Kutta pairs, orders 2, 3, 4, 5, 6 and 8
   DiagonallyImplicit  ///< L-stable stages by Newton's method, orders 2, 3, 4 and 5
 };
 
+/// What integrates with ARKODE's Runge-Kutta schemes.
 struct ArkodeOptions {
-  ArkodeMethod method = ArkodeMethod::Explicit;
-  int order = 5;
+  ArkodeMethod method = ArkodeMethod::Explicit;  ///< explicit or implicit
+  int order = 5;                                 ///< of the scheme
   double tolerance = 1e-9;  ///< relative, on each local step; with fixed steps: of Newton's method
   /// Absolute, scaled as in CvodesOptions.
   double absolute_tolerance = 1e-12;

@@ -7,9 +7,10 @@
 
 namespace saltus {
 
+/// A chain of explicit steps over one interval.
 struct ExplicitSteps {
-  ButcherTableau tableau;
-  int steps = 1;  ///< per interval, of equal length
+  ButcherTableau tableau;  ///< of each step
+  int steps = 1;           ///< per interval, of equal length
 };
 
 /// Empty for every other scheme.

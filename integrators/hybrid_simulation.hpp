@@ -9,16 +9,17 @@
 
 namespace saltus {
 
+/// What one simulation through events gave.
 struct HybridSimulation {
-  IntegrationStatus status = IntegrationStatus::success;
+  IntegrationStatus status = IntegrationStatus::success;  ///< whether it came to its end
   std::string message;  ///< a sentence; on failure with time, mode and event
   int intervals = 0;    ///< integrated successfully
   VectorXd times;       ///< as given, n + 1
   MatrixXd states;      ///< nx x (n + 1), behind an event at that time; NaN after a failure
   MatrixXd costs;       ///< nq x (n + 1), accumulated from the first time on
-  std::vector<HybridEvent> events;
-  std::string end_mode;
-  MatrixXd derivative;  ///< d (x | q)(end) / d (x0 | p), (nx + nq) x (nx + np)
+  std::vector<HybridEvent> events;  ///< in the order of time
+  std::string end_mode;             ///< in force at the end
+  MatrixXd derivative;              ///< d (x | q)(end) / d (x0 | p), (nx + nq) x (nx + np)
 };
 
 /// Integrates `problem`, which must have events, from times[0] to times[n], which must not

@@ -6,6 +6,7 @@
 
 namespace saltus {
 
+/// What integrates with IDAS.
 struct IdasOptions {
   double tolerance = 1e-9;  ///< relative, on each local step
   /// Absolute, times the nominal magnitude of each state, and of each algebraic state the magnitude

@@ -6,6 +6,7 @@
 
 namespace saltus {
 
+/// What integrates by the implicit midpoint rule.
 struct ImplicitMidpointOptions {
   int steps = 1;  ///< equal steps per interval
 };

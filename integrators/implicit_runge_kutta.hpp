@@ -6,6 +6,7 @@
 
 namespace saltus {
 
+/// What integrates by an implicit Runge-Kutta scheme.
 struct ImplicitRungeKuttaOptions {
   int stages = 2;  ///< 1 to 4
   int steps = 1;   ///< equal steps per interval
@@ -29,6 +30,7 @@ IntegratorChoice radau_iia(ImplicitRungeKuttaOptions options = {});
 /// Their coefficients: the collocation methods at the zeros of the Legendre polynomial P_s of
 /// [0, 1], and at those of P_s - P_(s-1), of which the last is 1.
 ButcherTableau gauss_legendre_tableau(int stages);
+/// Radau IIA of order 2 stages - 1, stiffly accurate; the last node is the end of the step.
 ButcherTableau radau_iia_tableau(int stages);
 
 }  // namespace saltus

@@ -11,12 +11,13 @@ namespace saltus {
 
 /// A Butcher tableau: X_i = x + step sum_j a_ij K_j, x+ = x + step sum_i b_i K_i.
 struct ButcherTableau {
-  std::string name;
-  int order = 0;
-  MatrixXd a;  ///< stages x stages; of explicit schemes strictly lower triangular
-  VectorXd b;
-  VectorXd c;  ///< row sums of a
+  std::string name;  ///< for messages and results
+  int order = 0;     ///< the error of one step is O(h^(order + 1))
+  MatrixXd a;        ///< stages x stages; of explicit schemes strictly lower triangular
+  VectorXd b;        ///< weights of the stages
+  VectorXd c;        ///< row sums of a
 
+  /// How many.
   int stages() const { return static_cast<int>(b.size()); }
 };
 
@@ -25,6 +26,7 @@ ButcherTableau classical_runge_kutta();
 /// Cooper and Verner 1972, closed form in sqrt(21): 11 stages, order 8.
 ButcherTableau cooper_verner();
 
+/// What integrates by a chain of explicit steps.
 struct RungeKuttaOptions {
   int steps = 1;  ///< equal steps per interval
 };

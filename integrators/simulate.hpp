@@ -7,11 +7,11 @@ namespace saltus {
 
 /// What came out, up to the first interval that failed.
 struct Simulation {
-  IntegrationStatus status = IntegrationStatus::success;
-  int intervals = 0;  ///< integrated successfully
-  VectorXd times;     ///< as given, n + 1
-  MatrixXd states;    ///< nx x (n + 1); columns after a failure are NaN
-  MatrixXd costs;     ///< nq x (n + 1), accumulated from the first time on
+  IntegrationStatus status = IntegrationStatus::success;  ///< whether it came to its end
+  int intervals = 0;                                      ///< integrated successfully
+  VectorXd times;                                         ///< as given, n + 1
+  MatrixXd states;  ///< nx x (n + 1); columns after a failure are NaN
+  MatrixXd costs;   ///< nq x (n + 1), accumulated from the first time on
 };
 
 /// Integrates from times[0] to times[n], which must not decrease, starting at x0 (nx). Column k of

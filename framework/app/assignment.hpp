@@ -10,13 +10,14 @@ namespace saltus {
 
 /// A value as it was written, not yet understood: `Settings` knows what it must be.
 struct Assignment {
+  /// Where the words came from: a file, --set, a flag of its own.
   enum class Origin { file, set, flag };
   enum class Form { scalar, list, none };  ///< `none`: a key without a value
 
   std::string key;                 ///< dotted, as written: "push.impulse"
   Form form = Form::none;          ///< how the value was written
   std::vector<std::string> items;  ///< one entry for a scalar, any number for a list
-  Origin origin = Origin::set;
+  Origin origin = Origin::set;     ///< where it came from
   std::string location;  ///< for messages: "push.yaml:3", "--set push.impulse=7", "--urdf"
 };
 

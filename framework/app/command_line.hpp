@@ -17,14 +17,14 @@ namespace saltus {
 /// switches a yes-or-no setting on. Whether the problem has such a setting is for its `Settings` to
 /// say.
 struct RunRequest {
-  std::string problem;
-  std::optional<std::filesystem::path> config_file;
-  std::vector<Assignment> assignments;  ///< of --set and other flags, in their order
-  std::filesystem::path out;            ///< results/PROBLEM unless --out says otherwise
-  bool help = false;                    ///< describe the settings instead of running
-  std::string usage = {};               ///< with help: the flags that every problem has
-  bool print_config = false;            ///< print the settings as they would be, instead of running
-  bool print_schema = false;            ///< print what a file of settings may hold, likewise
+  std::string problem;                               ///< name or alias of what is to run
+  std::optional<std::filesystem::path> config_file;  ///< of --config
+  std::vector<Assignment> assignments;               ///< of --set and other flags, in their order
+  std::filesystem::path out;  ///< results/PROBLEM unless --out says otherwise
+  bool help = false;          ///< describe the settings instead of running
+  std::string usage = {};     ///< with help: the flags that every problem has
+  bool print_config = false;  ///< print the settings as they would be, instead of running
+  bool print_schema = false;  ///< print what a file of settings may hold, likewise
 };
 
 /// Parses what follows the word `run`. Throws InputError if the problem is missing (unless help is

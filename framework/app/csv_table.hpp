@@ -18,8 +18,11 @@ class CsvTable {
   /// Throws DefinitionError unless there is one number per column.
   void add_row(std::span<const double> row);
 
+  /// How many columns were named.
   std::size_t columns() const { return columns_; }
+  /// How many rows are complete.
   std::size_t rows() const { return rows_; }
+  /// The whole table as CSV, with its line of names.
   const std::string& text() const { return text_; }
 
  private:

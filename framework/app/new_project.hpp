@@ -12,9 +12,10 @@ namespace saltus {
 
 /// What a new project begins with: the folder framework/app/templates/NAME.
 struct ProjectKind {
-  std::string name;
+  std::string name;     ///< as --kind takes it
   std::string summary;  ///< a sentence, for its README and for help
 };
+/// All kinds, in the order of the help.
 std::span<const ProjectKind> project_kinds();
 
 /// Makes the folder with all files, or nothing. Its last part is the project's name, in which a

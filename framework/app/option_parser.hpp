@@ -20,21 +20,26 @@ namespace saltus {
 ///     parser.parse(words);
 class OptionParser {
  public:
+  /// Takes the word after a flag; throws InputError if it is none of what the flag takes.
   using Take = std::function<void(const std::string& value)>;
   /// Of what is not declared: a flag without its dashes, and its value if one follows.
   using TakeOther =
       std::function<void(const std::string& flag, const std::optional<std::string>& value)>;
 
+  /// `command` as the user types it, for messages; `summary` is the first line of the help.
   OptionParser(std::string command, std::string summary);
   ~OptionParser();
 
   /// `what` names the value in help and messages ("FILE"); an empty value is refused.
   OptionParser& option(const std::string& flag, const std::string& what, const std::string& doc,
                        Take take);
+  /// A flag with a word after it, `--flag WHAT`.
   OptionParser& option(const std::string& flag, const std::string& what, const std::string& doc,
                        std::string& field);
+  /// The same, given as often as one likes.
   OptionParser& repeated(const std::string& flag, const std::string& what, const std::string& doc,
                          Take take);
+  /// A flag without a word: sets the field.
   OptionParser& flag(const std::string& flag, const std::string& doc, bool& field);
   /// A word that belongs to no option. Without one every such word is refused.
   OptionParser& word(const std::string& name, const std::string& doc, std::string& field);

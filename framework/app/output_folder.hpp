@@ -18,11 +18,14 @@ class OutputFolder {
   /// Throws InputError naming the folder if files cannot be created in it.
   explicit OutputFolder(std::filesystem::path path);
 
+  /// The folder.
   const std::filesystem::path& path() const { return path_; }
 
+  /// A text as it is.
   void write(std::string_view name, std::string_view content) const;
   /// Indented JSON; numbers that are not finite become null, as JSON has no word for them.
   void write(std::string_view name, const nlohmann::ordered_json& value) const;
+  /// A table as CSV.
   void write(std::string_view name, const CsvTable& table) const;
 
  private:

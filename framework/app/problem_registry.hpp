@@ -19,8 +19,9 @@ namespace saltus {
 /// A problem by name. `run` does everything from reading the settings to writing the results;
 /// `problem_entry` makes it from the two functions that differ between problems.
 struct ProblemEntry {
-  std::string name;
+  std::string name;     ///< under which `saltus run` finds it
   std::string summary;  ///< one line for `saltus list`
+  /// Reads the settings, runs, writes the results.
   std::function<ExitStatus(const RunRequest&)> run;
   std::vector<std::string> aliases = {};  ///< other names under which it is found
   std::string kind = {};                  ///< for `saltus list`: "optimal control", "simulation"
@@ -30,7 +31,7 @@ struct ProblemEntry {
 
 /// What a problem is given besides its configuration.
 struct RunContext {
-  const RunRequest& request;
+  const RunRequest& request;            ///< the command line, as it was read
   OutputFolder& output;                 ///< known to be writable
   const std::string& effective_config;  ///< all settings as YAML, to be kept beside the results
 };

@@ -16,10 +16,11 @@ namespace saltus {
 
 /// How a piece of work ended.
 struct FinishedWork {
+  /// Ended with what it had to say, was refused (an InputError), or its process died.
   enum class End { done, refused, died };
 
-  long id = 0;
-  End end = End::died;
+  long id = 0;          ///< as given to start()
+  End end = End::died;  ///< how it ended
   /// `done`: what the work returned. `refused`: the sentence of the InputError or DefinitionError
   /// that it threw. `died`: what happened (exception, signal, time limit), one sentence.
   std::string text;
@@ -35,8 +36,11 @@ class ProcessPool {
   ProcessPool(const ProcessPool&) = delete;
   ProcessPool& operator=(const ProcessPool&) = delete;
 
+  /// Whether as many run as may run at once.
   bool is_full() const { return static_cast<int>(running_.size()) >= jobs_; }
+  /// Whether none runs.
   bool is_idle() const { return running_.empty(); }
+  /// How many may run at once.
   int jobs() const { return jobs_; }
 
   /// Begins in a child; `id` comes back with the result. What the work prints on either stream is

@@ -13,8 +13,9 @@ namespace saltus {
 
 /// A verb besides `list`, `run` and `help`; it is given the arguments after its name.
 struct Verb {
-  std::string name;
+  std::string name;     ///< the word on the command line
   std::string summary;  ///< one line for `saltus help`
+  /// Carries it out.
   std::function<ExitStatus(std::span<const std::string> arguments)> run;
 };
 

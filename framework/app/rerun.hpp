@@ -12,9 +12,9 @@ namespace saltus {
 
 /// Two files of one name in two runs.
 struct FileComparison {
-  std::string name;
-  bool is_same = false;
-  std::string text;  ///< a sentence: the same, or where they differ first
+  std::string name;      ///< in both folders
+  bool is_same = false;  ///< but for computing times
+  std::string text;      ///< a sentence: the same, or where they differ first
 };
 
 /// Every table (.csv) of the first folder beside that of the second, but for columns of computing

@@ -37,6 +37,7 @@ class Settings {
   /// A finite number, or "none".
   void number(std::string key, std::optional<double>& field, std::string unit, std::string doc,
               Range range = {});
+  /// A whole number.
   void integer(std::string key, int& field, std::string unit, std::string doc, Range range = {});
   /// true or false.
   void flag(std::string key, bool& field, std::string doc);
@@ -54,8 +55,8 @@ class Settings {
 
   /// A name for values of other settings, each "KEY=VALUE" as --set takes it.
   struct Preset {
-    std::string name;
-    std::vector<std::string> values;
+    std::string name;                 ///< as the user gives it
+    std::vector<std::string> values;  ///< each "KEY=VALUE"
   };
   /// One of some presets. Its values act when apply() is given `key`; whatever else apply() is
   /// given wins over them, in a file too. Every key must have been declared before, and the field's

@@ -28,14 +28,17 @@ namespace saltus {
 /// The factors of e_1 .. e_n when they are duals themselves; Chunk (pack.hpp) when they are double.
 template <class T, int n>
 struct TangentOf {
-  T factors[n];
+  T factors[n];  ///< derivatives along the lanes
 
+  /// No direction moves it.
   static TangentOf zero() {
     TangentOf c;
     for (T& factor : c.factors) factor = T(0.0);
     return c;
   }
+  /// Of lane i.
   const T& operator[](int i) const { return factors[i]; }
+  /// Sets that of lane i.
   void set(int i, const T& value) { factors[i] = value; }
 
   TangentOf& operator+=(const TangentOf& b) { return *this = *this + b; }
@@ -91,11 +94,13 @@ template <class T, int N>
 struct Dual {
   using Tangent = typename detail::TangentType<T, N>::Type;
 
-  T value;
-  [[no_unique_address]] Tangent tangent;
+  T value;                                ///< its value
+  [[no_unique_address]] Tangent tangent;  ///< its derivatives along all lanes
 
   Dual() = default;
+  /// A constant: no direction moves it.
   Dual(double constant) : value(constant), tangent(Tangent::zero()) {}  // NOLINT: implicit
+  /// A value with its derivatives.
   Dual(const T& v, const Tangent& d) : value(v), tangent(d) {}
 
   Dual& operator+=(const Dual& b) {
@@ -187,10 +192,11 @@ struct Dual {
 }  // namespace SALTUS_LANES_ABI
 
 template <class T, int N>
-inline constexpr bool is_active_scalar<Dual<T, N>> = true;
+inline constexpr bool is_active_scalar<Dual<T, N>> = true;  ///< a dual number carries derivatives
 
 /// The number behind all layers of derivatives.
 inline double primal(double x) { return x; }
+/// The number alone, derivatives left away.
 template <class T, int N>
 double primal(const Dual<T, N>& x) {
   return primal(x.value);

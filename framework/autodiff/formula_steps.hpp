@@ -9,6 +9,7 @@ namespace saltus {
 
 class Tracer;
 
+/// What one elementary step does.
 enum class Operation {
   input,
   constant,
@@ -40,20 +41,24 @@ enum class Operation {
 /// As it is written in C++: "multiply", "sin".
 const char* name_of(Operation operation);
 
+/// One elementary step of a formula.
 struct FormulaStep {
-  Operation operation = Operation::constant;
-  int a = -1, b = -1, c = -1;  ///< arguments: earlier steps, -1: none
-  double value = 0.0;          ///< of a constant; of an input its number
+  Operation operation = Operation::constant;  ///< what it does
+  int a = -1, b = -1, c = -1;                 ///< arguments: earlier steps, -1: none
+  double value = 0.0;                         ///< of a constant; of an input its number
 };
 
 /// y = f(z). Steps refer to earlier ones only; outputs are steps.
 struct FormulaSteps {
-  int inputs = 0;
-  std::vector<FormulaStep> steps;
-  std::vector<int> outputs;
+  int inputs = 0;                  ///< how many numbers the formula takes
+  std::vector<FormulaStep> steps;  ///< in the order in which they are carried out
+  std::vector<int> outputs;        ///< of the steps: which are results
 
+  /// Appends a step on earlier ones; returns its number.
   int add(Operation operation, int a, int b = -1, int c = -1);
+  /// Appends a number; returns its step.
   int add_constant(double value);
+  /// Appends an argument of the formula; returns its step.
   int add_input(int number);
   /// Another formula's steps on arguments that are steps of this one; returns its outputs.
   std::vector<int> add(const FormulaSteps& other, std::span<const int> arguments);
@@ -76,8 +81,8 @@ class StepRecorder {
   /// A formula with these inputs was traced to its end.
   void end(const std::vector<Tracer>& z, const std::vector<Tracer>& y);
 
-  FormulaSteps steps;
-  int formulas = 0;  ///< how many were traced to their end
+  FormulaSteps steps;  ///< what was recorded
+  int formulas = 0;    ///< how many were traced to their end
 };
 
 }  // namespace saltus

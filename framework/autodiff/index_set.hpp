@@ -10,17 +10,21 @@ namespace saltus {
 /// A set of small non-negative integers that allocates only when it is not empty.
 class IndexSet {
  public:
+  /// Adds one.
   void insert(int i) {
     grow(i / 64 + 1);
     words_[i / 64] |= std::uint64_t{1} << (i % 64);
   }
+  /// Adds all of the other's.
   void insert(const IndexSet& other) {
     grow(static_cast<int>(other.words_.size()));
     for (std::size_t w = 0; w < other.words_.size(); ++w) words_[w] |= other.words_[w];
   }
+  /// Whether i is in it.
   bool contains(int i) const {
     return i / 64 < static_cast<int>(words_.size()) && ((words_[i / 64] >> (i % 64)) & 1u) != 0;
   }
+  /// Whether nothing is in it.
   bool empty() const { return words_.empty(); }
   /// Calls visit(i) in ascending order.
   template <class Visit>

@@ -36,8 +36,11 @@ using std::sqrt;
 using std::tan;
 using std::tanh;
 
+/// Never the integer one of <cstdlib>.
 inline double abs(double x) { return std::abs(x); }  // never the integer one of <cstdlib>
+/// The smaller one; a if they are equal.
 inline double min(double a, double b) { return b < a ? b : a; }
+/// The larger one; a if they are equal.
 inline double max(double a, double b) { return a < b ? b : a; }
 
 namespace detail {
@@ -190,10 +193,12 @@ S pow(const S& x, Integer exponent) {
   return pow(x, static_cast<double>(exponent));
 }
 
+/// x^2.
 template <Scalar S>
 S square(const S& x) {
   return x * x;
 }
+/// x^3.
 template <Scalar S>
 S cube(const S& x) {
   return x * x * x;

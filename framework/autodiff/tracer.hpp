@@ -22,7 +22,8 @@ namespace saltus {
 /// once, in tracer.cpp, and not with every formula.
 class Tracer {
  public:
-  Tracer() = default;                            // the constant zero
+  Tracer() = default;  // the constant zero
+  /// A constant: depends on nothing.
   Tracer(double constant) : value_(constant) {}  // NOLINT: implicit
   Tracer(const Tracer& other);
   Tracer(Tracer&& other) noexcept;
@@ -36,10 +37,15 @@ class Tracer {
   /// What is not a polynomial of degree 0, 1 or 2 in the variables.
   static constexpr int no_degree = 3;
 
+  /// Whether it was ever given a value.
   bool is_written() const { return written_; }
+  /// Whether it depends on nothing.
   bool is_constant() const { return written_ && inputs_.empty(); }
+  /// Whether it is the constant 0.
   bool is_zero() const { return is_constant() && value_ == 0.0; }
+  /// Its value, if it is a constant.
   double constant() const { return value_; }
+  /// As a polynomial in the variables; no_degree where it is none.
   int degree() const { return degree_; }
   /// The inputs this result depends on.
   const IndexSet& inputs() const { return inputs_; }
@@ -57,6 +63,7 @@ class Tracer {
   static Tracer nonlinear(const Tracer& a);
   /// f(a, b) for an f without any structure.
   static Tracer nonlinear(const Tracer& a, const Tracer& b);
+  /// One of both, so it depends on all that either depends on.
   static Tracer select(const Tracer& condition, const Tracer& a, const Tracer& b);
 
   Tracer& operator+=(const Tracer& b);
@@ -71,17 +78,19 @@ class Tracer {
   friend Tracer operator*(const Tracer& a, const Tracer& b);
   friend Tracer operator/(const Tracer& a, const Tracer& b);
 
-  // Declared so that the compiler says what to write (scalar.hpp).
+  /// Declared so that the compiler says what to write (scalar.hpp), as the next two.
   template <class Index>
   const Tracer& operator[](const Index&) const {
     detail::index_of_a_scalar<(sizeof(Index) > 0)>();
     return *this;
   }
+  /// A scalar has no entries.
   template <class Index>
   const Tracer& operator()(const Index&) const {
     detail::index_of_a_scalar<(sizeof(Index) > 0)>();
     return *this;
   }
+  /// A value that depends on a state is no number.
   template <std::same_as<double> Number>
   explicit operator Number() const {
     return detail::number_without_derivatives<(sizeof(Number) > 0)>();
@@ -99,7 +108,7 @@ class Tracer {
 };
 
 template <>
-inline constexpr bool is_active_scalar<Tracer> = true;
+inline constexpr bool is_active_scalar<Tracer> = true;  ///< a tracer follows dependence
 
 Tracer sin(const Tracer& x);
 Tracer cos(const Tracer& x);

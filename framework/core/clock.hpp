@@ -10,6 +10,7 @@ namespace saltus {
 /// Never set back.
 using WallClock = std::chrono::steady_clock;
 
+/// Seconds that have passed since.
 inline double seconds_since(WallClock::time_point begin) noexcept {
   return std::chrono::duration<double>(WallClock::now() - begin).count();
 }

@@ -9,8 +9,10 @@ namespace saltus {
 /// P A = L U by elimination with pivots that are largest relative to their row.
 class DenseLu {
  public:
+  /// For matrices of this size; nothing is allocated afterwards.
   explicit DenseLu(int size);
 
+  /// Rows and columns.
   int size() const { return size_; }
   /// Row of A, to be filled before factor(), which replaces it.
   double* row(int i) { return factors_.data() + i * size_; }

@@ -5,8 +5,8 @@ namespace saltus {
 
 /// *to = scale * entry.
 struct EntryTarget {
-  double* to = nullptr;
-  double scale = 1.0;
+  double* to = nullptr;  ///< where the number goes
+  double scale = 1.0;    ///< by what it is multiplied on the way
 };
 
 }  // namespace saltus

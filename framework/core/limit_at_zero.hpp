@@ -30,6 +30,7 @@ class LimitAtZero {
     if (before_.empty()) best_ = value;
     before_ = std::move(row);
   }
+  /// The limit, as far as it was found.
   const VectorXd& value() const { return best_; }
   /// Infinite before the second value.
   double error() const { return error_; }

@@ -17,15 +17,20 @@ class ShortName {
   static constexpr std::size_t max_size = 63;  // with the length one cache line
 
   ShortName() = default;
+  /// Cut to what has room.
   template <class Text>
     requires std::convertible_to<const Text&, std::string_view>
   ShortName(const Text& text) {  // NOLINT(google-explicit-constructor)
     assign(text);
   }
 
+  /// The text; valid as long as this lives.
   std::string_view view() const { return {text_.data(), size_}; }
+  /// A copy as a string.
   std::string str() const { return std::string(view()); }
+  /// As view().
   operator std::string_view() const { return view(); }  // NOLINT(google-explicit-constructor)
+  /// The same text.
   friend bool operator==(const ShortName& a, const ShortName& b) { return a.view() == b.view(); }
 
  private:

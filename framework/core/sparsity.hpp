@@ -11,22 +11,31 @@ namespace saltus {
 class SparsityPattern {
  public:
   SparsityPattern() = default;
+  /// No entries yet.
   SparsityPattern(int rows, int cols) : cols_(cols), row_start_(rows + 1, 0) {}
 
   /// From (row, column) pairs in any order; duplicates are merged.
   static SparsityPattern from_pairs(int rows, int cols, std::vector<std::pair<int, int>> pairs);
+  /// All entries, row by row.
   static SparsityPattern dense(int rows, int cols);
 
+  /// How many rows.
   int rows() const { return static_cast<int>(row_start_.size()) - 1; }
+  /// How many columns.
   int cols() const { return cols_; }
+  /// How many entries.
   int entries() const { return static_cast<int>(col_.size()); }
 
+  /// Number of the first entry of a row.
   int row_begin(int row) const { return row_start_[row]; }
+  /// One behind the last entry of a row.
   int row_end(int row) const { return row_start_[row + 1]; }
+  /// Column of an entry.
   int col(int entry) const { return col_[entry]; }
 
   /// Position of (row, col) in the value array, or -1.
   int find(int row, int col) const;
+  /// Whether there is an entry.
   bool contains(int row, int col) const { return find(row, col) >= 0; }
 
   /// Calls visit(row, col, entry) for every stored entry.

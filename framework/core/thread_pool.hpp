@@ -17,6 +17,7 @@ class ThreadPool {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
+  /// How many work, the caller included.
   int threads() const { return threads_; }
 
   /// Calls work(0) .. work(threads() - 1), each on a thread of its own, work(0) on that of the

@@ -24,9 +24,13 @@ using Vec = Eigen::Matrix<S, n, 1>;
 template <class S, int rows, int cols>
 using Mat = Eigen::Matrix<S, rows, cols>;
 
+/// A column of numbers whose length is known at run time.
 using VectorXd = Eigen::VectorXd;
+/// A matrix of numbers whose size is known at run time.
 using MatrixXd = Eigen::MatrixXd;
+/// A vector that is read, without a copy.
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
+/// A vector that is written in place.
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 }  // namespace saltus

@@ -17,6 +17,7 @@
 
 namespace saltus {
 
+/// How an iteration for algebraic states ended.
 enum class AlgebraicStatus {
   solved,
   not_finite,   ///< an equation is infinite or NaN
@@ -26,6 +27,8 @@ enum class AlgebraicStatus {
 
 /// z at one argument, and what derivatives of it need. Made by AlgebraicEquations::work_space().
 struct AlgebraicSolution {
+  /// Sized for so many equations, arguments and entries of their Jacobian; nothing is allocated
+  /// afterwards.
   AlgebraicSolution(int equations, int arguments, int entries);
 
   std::vector<double> argument;  ///< (t | x z | u | p)
@@ -35,8 +38,8 @@ struct AlgebraicSolution {
   int equation = -1;             ///< that failed
 
   // For Newton's method, and for what is composed with it.
-  std::vector<double> residual, step, next_step, before;
-  std::vector<double> values, multipliers, gradient, product;
+  std::vector<double> residual, step, next_step, before;       ///< one number per equation
+  std::vector<double> values, multipliers, gradient, product;  ///< of what is composed with it
 };
 
 /// 0 = g(t, x, z, u, p), an equation for each entry of z. z is the solution that Newton's method,
@@ -48,10 +51,15 @@ class AlgebraicEquations {
   /// or g_z is singular whatever its numbers: the index is above 1.
   AlgebraicEquations(const Arguments& sizes, Function equations, VectorXd start);
 
+  /// How many equations, as many as algebraic states.
   int count() const { return static_cast<int>(start_.size()); }
+  /// Of the formulas that read them: t, x, u, p.
   const Arguments& sizes() const { return sizes_; }
+  /// The same with the algebraic states behind x.
   Arguments extended() const { return {sizes_.nx + count(), sizes_.nu, sizes_.np}; }
+  /// g(t, (x, z), u, p), 0 where z is right.
   const Function& equations() const { return equations_; }
+  /// Where the first iteration begins.
   const VectorXd& start() const { return start_; }
   /// Whether entry j of z can change with an entry of (t | x | u | p), differentiated.
   bool depends(int j, int argument) const { return depends_[j][argument] != 0; }
@@ -79,9 +87,10 @@ class AlgebraicEquations {
 
 /// What integrators may take in place of the dynamics from which z is eliminated.
 struct AlgebraicPart {
-  Function dynamics;  ///< f of (t | x z | u | p), nx outputs
-  std::shared_ptr<const AlgebraicEquations> equations;
+  Function dynamics;                                    ///< f of (t | x z | u | p), nx outputs
+  std::shared_ptr<const AlgebraicEquations> equations;  ///< empty if there are none
 
+  /// Whether there are any.
   explicit operator bool() const { return equations != nullptr; }
 };
 
@@ -91,16 +100,18 @@ Function eliminate(Function extended, std::shared_ptr<const AlgebraicEquations> 
 
 /// z itself, or one entry of it, as a function of (t | x | u | p).
 Function algebraic_states(std::shared_ptr<const AlgebraicEquations> equations);
+/// z[entry] as a function of (t, x, u, p), derivatives by the implicit function theorem.
 Function algebraic_state(std::shared_ptr<const AlgebraicEquations> equations, int entry);
 
 /// What was found at one argument (t | x | u | p).
 struct ConsistentStart {
-  AlgebraicStatus status = AlgebraicStatus::solved;
-  VectorXd z;           ///< the best that was found
-  VectorXd residual;    ///< g there
-  int equation = -1;    ///< the one that fails; -1: none
+  AlgebraicStatus status = AlgebraicStatus::solved;  ///< how the search ended
+  VectorXd z;                                        ///< the best that was found
+  VectorXd residual;                                 ///< g there
+  int equation = -1;                                 ///< the one that fails; -1: none
   std::string message;  ///< a sentence, also on how far z is from the start that was given
 
+  /// Whether states were found that fit.
   bool found() const { return status == AlgebraicStatus::solved; }
 };
 /// Allocates.

@@ -36,6 +36,7 @@ class Automaton {
         extended("the algebraic equations of", "an automaton", std::move(equations)), guess);
   }
 
+  /// A mode and what moves in it.
   template <class Dynamics>
   Automaton& mode(std::string name, Dynamics dynamics) {
     if constexpr (nz > 0)
@@ -77,6 +78,7 @@ class Automaton {
     return *this;
   }
 
+  /// What was built so far.
   const SwitchingSystem& system() const { return system_; }
   /// The equations of z, with the dynamics of the first mode; empty: none.
   const AlgebraicPart& algebraic() const { return algebraic_; }

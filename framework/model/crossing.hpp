@@ -9,6 +9,7 @@ enum class Crossing {
   falling  ///< from positive to negative
 };
 
+/// In words, for messages.
 constexpr const char* describe(Crossing crossing) {
   return crossing == Crossing::rising ? "rising" : "falling";
 }

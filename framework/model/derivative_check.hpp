@@ -13,6 +13,7 @@
 
 namespace saltus {
 
+/// Where derivatives are looked at, and how closely.
 struct DerivativeCheckOptions {
   /// Difference step relative to max(1, |z_j|): near eps^(1/5), where the truncation (h^4) and the
   /// rounding (eps / h) of extrapolated central differences balance.
@@ -27,24 +28,25 @@ struct DerivativeCheckOptions {
 
 /// One entry of a derivative. Of a Hessian, row >= col are both inputs.
 struct DerivativeEntry {
-  int row = -1;
-  int col = -1;
+  int row = -1;             ///< output, or row of the Hessian
+  int col = -1;             ///< input
   double exact = 0.0;       ///< what the function says; 0 outside its pattern
   double difference = 0.0;  ///< what differences say
   double error = 0.0;       ///< scaled as the tolerance is; infinite if either is not finite
-  bool in_pattern = true;
-  int point = 0;  ///< at which of the points
+  bool in_pattern = true;   ///< whether the declared pattern has this entry
+  int point = 0;            ///< at which of the points
 };
 
+/// What a check of derivatives found.
 struct DerivativeReport {
-  bool ok = true;
-  int points = 1;
-  std::optional<std::uint32_t> seed;  ///< if the points were random
-  double tolerance = 0.0;
-  DerivativeEntry worst_jacobian, worst_hessian;
+  bool ok = true;                                 ///< nothing was found
+  int points = 1;                                 ///< how many were looked at
+  std::optional<std::uint32_t> seed;              ///< if the points were random
+  double tolerance = 0.0;                         ///< of the relative error
+  DerivativeEntry worst_jacobian, worst_hessian;  ///< where the error is largest
   /// All entries beyond the tolerance, worst first.
   std::vector<DerivativeEntry> jacobian_failures, hessian_failures;
-  std::vector<std::string> input_names, output_names;
+  std::vector<std::string> input_names, output_names;  ///< as given
 };
 
 /// Checks at z. Entries outside the patterns must have zero differences. At a kink (abs at 0) no

@@ -9,10 +9,11 @@
 
 namespace saltus {
 
+/// Derivative along one direction, from one side.
 struct DirectionalDerivative {
-  VectorXd value;      ///< d end / d epsilon at epsilon = 0+; NaN where it does not exist
-  double error = 0.0;  ///< estimated, relative to 1 + the largest entry
-  bool exists = false;
+  VectorXd value;       ///< d end / d epsilon at epsilon = 0+; NaN where it does not exist
+  double error = 0.0;   ///< estimated, relative to 1 + the largest entry
+  bool exists = false;  ///< whether there is one
   std::string message;  ///< why not, empty if it exists
 };
 

@@ -9,25 +9,28 @@
 
 namespace saltus {
 
+/// What happens to the state at an event inside an interval.
 enum class EventKind {
   crosses,  ///< another field, the state goes on
   jumps,    ///< the state is reset
   slides,   ///< sliding begins
   leaves,   ///< sliding ends
 };
+/// In words, for messages.
 const char* describe(EventKind kind);
 
 /// An event as it happened.
 struct HybridEvent {
-  double time = 0.0;  ///< s
-  EventKind kind = EventKind::crosses;
-  std::string name, mode_before, mode_after;
-  VectorXd before, after;  ///< x-, x+
+  double time = 0.0;                          ///< s
+  EventKind kind = EventKind::crosses;        ///< what happened
+  std::string name, mode_before, mode_after;  ///< the event's, and the modes' on either side
+  VectorXd before, after;                     ///< x-, x+
   /// d time / d w of the interval (x0 | c | p | t0 | h); those of a simulation: / d (x0 | p) of all
   /// of it.
   VectorXd time_derivative;
 };
 
+/// An integrator that stops at events inside an interval and goes on behind them.
 class EventIntegrator : public Integrator {
  public:
   using Integrator::Integrator;
@@ -39,6 +42,7 @@ class EventIntegrator : public Integrator {
   virtual void start_in(int mode) = 0;
   /// Where the last successful call ended; sliding modes have indices of their own.
   virtual int end_mode() const = 0;
+  /// For messages and tables.
   virtual const std::string& mode_name(int mode) const = 0;
 };
 

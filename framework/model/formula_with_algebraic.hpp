@@ -9,8 +9,9 @@ namespace saltus {
 /// z) or f(t, x).
 template <int nx, int nz, class F>
 struct FormulaWithAlgebraic {
-  F formula;
+  F formula;  ///< of (t, (x, z), u, p)
 
+  /// The formula with the algebraic states found for it.
   template <class S, class U, class P>
   auto operator()(const S& t, const Vec<S, nx + nz>& xz, const U& u, const P& p) const {
     Vec<S, nx> x;

@@ -21,12 +21,15 @@ enum class Curvature { exact, gauss_newton };
 /// each thread has a separate() one.
 class FunctionBody {
  public:
+  /// How many numbers it takes and gives.
   FunctionBody(int inputs, int outputs) : inputs_(inputs), outputs_(outputs) {}
   virtual ~FunctionBody() = default;
   FunctionBody(const FunctionBody&) = delete;
   FunctionBody& operator=(const FunctionBody&) = delete;
 
+  /// How many numbers it takes.
   int inputs() const { return inputs_; }
+  /// How many numbers it gives.
   int outputs() const { return outputs_; }
   /// outputs x inputs: which entries of the Jacobian can be non-zero.
   const SparsityPattern& jacobian_pattern() const { return jacobian_pattern_; }
@@ -40,6 +43,7 @@ class FunctionBody {
   /// Whether the value can change with the input, differentiated or not.
   virtual bool reads(int input) const;
 
+  /// Y (outputs) at z (inputs).
   virtual void value(const double* z, double* y) const = 0;
   /// Fills y and the entries of the Jacobian in the order of jacobian_pattern().
   virtual void jacobian(const double* z, double* y, double* entries) const = 0;
@@ -57,8 +61,9 @@ class FunctionBody {
   virtual std::shared_ptr<const FunctionBody> separate() const { return nullptr; }
 
  protected:
-  SparsityPattern jacobian_pattern_;
-  SparsityPattern hessian_pattern_;
+  SparsityPattern jacobian_pattern_;  ///< outputs x inputs
+  SparsityPattern
+      hessian_pattern_;  ///< inputs x inputs, lower triangle, of any weighted sum of outputs
 
  private:
   int inputs_;
@@ -75,44 +80,60 @@ class Function {
   Function& operator=(const Function& other);
   Function& operator=(Function&& other) noexcept;
   ~Function();
+  /// Shares the body.
   explicit Function(std::shared_ptr<const FunctionBody> body) : body_(std::move(body)) {}
   /// Compiled once, unlike std::make_shared for the type of each formula.
   explicit Function(std::unique_ptr<const FunctionBody> body);
 
+  /// Whether it is a function at all.
   explicit operator bool() const { return body_ != nullptr; }
+  /// How many numbers it takes.
   int inputs() const { return body_->inputs(); }
+  /// How many numbers it gives.
   int outputs() const { return body_->outputs(); }
+  /// Outputs x inputs.
   const SparsityPattern& jacobian_pattern() const { return body_->jacobian_pattern(); }
+  /// Inputs x inputs, lower triangle, of any weighted sum of outputs.
   const SparsityPattern& hessian_pattern() const { return body_->hessian_pattern(); }
+  /// Of an output as a polynomial in the marked variables; above 2 where it is none.
   int degree(int output, const std::vector<char>& variable) const {
     return body_->degree(output, variable);
   }
 
+  /// Whether any output depends on this input.
   bool reads(int input) const { return body_->reads(input); }
   /// The same for handles on one body, and for no others.
   const void* identity() const { return body_.get(); }
   /// Whether both are handles on one body.
   bool is(const Function& other) const { return body_ == other.body_; }
 
+  /// Y (outputs) at z (inputs).
   void value(const double* z, double* y) const { body_->value(z, y); }
+  /// Values and the entries of the Jacobian in the order of its pattern, at z.
   void jacobian(const double* z, double* y, double* entries) const {
     body_->jacobian(z, y, entries);
   }
+  /// The entries of the Hessian of the sum of outputs with these weights, in the order of its
+  /// pattern, at z.
   void hessian(const double* z, const double* weights, double* entries,
                Curvature curvature = Curvature::exact) const {
     body_->hessian(z, weights, entries, curvature);
   }
+  /// Values, Jacobian and Hessian at once, as above.
   void derivatives(const double* z, const double* weights, double* y, double* jacobian_entries,
                    double* hessian_entries, Curvature curvature) const {
     body_->derivatives(z, weights, y, jacobian_entries, hessian_entries, curvature);
   }
+  /// Whether several threads may evaluate it at once.
   bool is_reentrant() const { return body_->is_reentrant(); }
   /// The same function for another thread, with scratch memory of its own if it has any. Empty
   /// where its body knows no way to make one.
   Function separate() const;
 
   // Convenience for tests and set-up code; these allocate.
+  /// Its values as a vector; allocates.
   VectorXd operator()(const VectorRef& z) const;
+  /// Its Jacobian with all zeros, outputs x inputs; allocates.
   MatrixXd dense_jacobian(const VectorRef& z) const;
   /// Symmetric, both triangles.
   MatrixXd dense_hessian(const VectorRef& z, const VectorRef& weights,

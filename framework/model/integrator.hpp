@@ -28,10 +28,10 @@ struct IntervalProblem {
   IntervalProblem& operator=(IntervalProblem&& other) noexcept;
   ~IntervalProblem();
 
-  Arguments arguments;    ///< sizes; both functions take z = (t | x | u | p)
-  Function dynamics;      ///< nx outputs
-  Function running_cost;  ///< nq outputs; empty when nothing is accumulated
-  InputShape shape = InputShape::constant;
+  Arguments arguments;                      ///< sizes; both functions take z = (t | x | u | p)
+  Function dynamics;                        ///< nx outputs
+  Function running_cost;                    ///< nq outputs; empty when nothing is accumulated
+  InputShape shape = InputShape::constant;  ///< how the input runs over the interval
   /// Which parameters are differentiated (size np; empty means none).
   std::vector<bool> differentiate_parameter;
   /// Whether derivatives with respect to start time and length are wanted.
@@ -45,7 +45,9 @@ struct IntervalProblem {
   /// integrators may take that know z themselves. Empty: an ordinary one.
   AlgebraicPart algebraic = {};
 
+  /// How many running costs.
   int nq() const { return running_cost ? running_cost.outputs() : 0; }
+  /// How many numbers stand for the input of an interval.
   int coefficients() const {
     return shape == InputShape::constant ? arguments.nu : 2 * arguments.nu;
   }
@@ -53,15 +55,21 @@ struct IntervalProblem {
 
 /// Order of the interval's own argument: w = (x0 | c | p | t0 | h).
 struct IntervalArguments {
-  int nx = 0;
+  int nx = 0;  ///< states
   int nc = 0;  ///< number of input coefficients
-  int np = 0;
+  int np = 0;  ///< parameters
 
+  /// Place of state i at the start.
   constexpr int x(int i = 0) const { return i; }
+  /// Place of coefficient i of the input.
   constexpr int c(int i = 0) const { return nx + i; }
+  /// Place of parameter i.
   constexpr int p(int i = 0) const { return nx + nc + i; }
+  /// Place of the time of the start.
   constexpr int t0() const { return nx + nc + np; }
+  /// Place of the length.
   constexpr int h() const { return nx + nc + np + 1; }
+  /// How many numbers in all.
   constexpr int size() const { return nx + nc + np + 2; }
 };
 
@@ -81,6 +89,7 @@ enum class IntegrationStatus {
   sliding_input,    ///< sliding on a guard that reads an input which is not constant
   backward,         ///< negative length: a reset cannot be undone
 };
+/// In words, for messages.
 const char* describe(IntegrationStatus status);
 
 /// Integrates one interval. Objects own their work space: no allocation after construction for the
@@ -88,13 +97,17 @@ const char* describe(IntegrationStatus status);
 /// derivative with respect to h is f and L at the start).
 class Integrator {
  public:
+  /// Keeps the problem; a scheme makes integrators.
   explicit Integrator(IntervalProblem problem);
   virtual ~Integrator() = default;
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;
 
+  /// What it integrates.
   const IntervalProblem& problem() const { return problem_; }
+  /// Sizes of what it takes.
   IntervalArguments arguments() const { return interval_arguments_; }
+  /// States at the end, then running costs.
   int outputs() const { return problem_.arguments.nx + problem_.nq(); }
 
   /// end = (x(t0 + h) | q(t0 + h)), nx + nq entries.
@@ -140,6 +153,7 @@ class IntegratorScheme {
   /// For results and messages, e.g. "CVODES BDF, tolerance 1e-09".
   virtual std::string name() const = 0;
 };
+/// What a user chooses; may be shared by all phases.
 using IntegratorChoice = std::shared_ptr<const IntegratorScheme>;
 
 }  // namespace saltus

@@ -27,10 +27,10 @@ namespace saltus {
 /// The argument z = (t | x | u | p) in the types that the formula takes.
 template <class S, int nx, int nu, int np>
 struct FormulaArguments {
-  S t;
-  Vec<S, nx> x;
-  Vec<S, nu> u;
-  Vec<S, np> p;
+  S t;           ///< time, s
+  Vec<S, nx> x;  ///< states
+  Vec<S, nu> u;  ///< inputs
+  Vec<S, np> p;  ///< parameters
 
   /// entry(i) is number i of z, of type S or what turns into it.
   template <class Entry>

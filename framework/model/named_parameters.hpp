@@ -26,9 +26,10 @@ namespace saltus {
 
 /// Where a named entry stands in its block. Matrices stand row by row, as they are written.
 struct ParameterEntry {
-  std::string_view name;
-  int first = 0, rows = 1, cols = 1;
+  std::string_view name;              ///< as in the struct
+  int first = 0, rows = 1, cols = 1;  ///< place of the first number; rows and columns of the entry
 
+  /// How many numbers.
   constexpr int size() const { return rows * cols; }
   friend bool operator==(const ParameterEntry&, const ParameterEntry&) = default;
 };

@@ -16,28 +16,30 @@ namespace saltus {
 
 /// d z[input] / d lane = 1.
 struct Seed {
-  int input;
-  int lane;
+  int input;  ///< of z
+  int lane;   ///< the direction
 };
 /// entries[entry] is the factor of `lane` in output `row` (Hessian: in the weighted sum, row 0).
 struct Reading {
-  int row;
-  int lane;
-  int entry;
+  int row;    ///< output
+  int lane;   ///< direction
+  int entry;  ///< in the order of the pattern
 };
 
+/// One sweep for entries of a Jacobian.
 struct JacobianPass {
-  std::vector<Seed> seeds;
-  std::vector<Reading> readings;
-  std::vector<double> tangents;  ///< the seeds as numbers, `lanes` per input
+  std::vector<Seed> seeds;        ///< what moves along which lane
+  std::vector<Reading> readings;  ///< what stands where afterwards
+  std::vector<double> tangents;   ///< the seeds as numbers, `lanes` per input
 };
 /// Passes of at most `lanes` directions for a Jacobian; inputs that do not occur are not seeded.
 std::vector<JacobianPass> jacobian_passes(const SparsityPattern& jacobian, int lanes);
 
+/// One sweep for entries of a Hessian.
 struct HessianPass {
-  std::vector<int> outer;  ///< inputs that form the one outer direction
-  std::vector<Seed> seeds;
-  std::vector<Reading> readings;
+  std::vector<int> outer;              ///< inputs that form the one outer direction
+  std::vector<Seed> seeds;             ///< what moves along which lane
+  std::vector<Reading> readings;       ///< what stands where afterwards
   std::vector<double> tangents;        ///< the seeds as numbers, `lanes` per input
   std::vector<double> outer_tangents;  ///< the outer direction, one number per input
 };

@@ -16,10 +16,12 @@ struct FormulaStructure {
   SparsityPattern hessian;                 ///< inputs x inputs, lower triangle, of any output
   std::vector<SparsityPattern> curvature;  ///< per output: its part of `hessian`
 };
+/// Which entries its derivatives have, of which degree its outputs are.
 FormulaStructure structure_of(int inputs, const std::vector<Tracer>& outputs);
 
 /// Whether any output, or the given one, can change with the input.
 bool depends_on(const Function& function, int input);
+/// Whether any value of the input changes the output.
 bool depends_on(const Function& function, int output, int input);
 /// Whether any output can change with one of the inputs z[first .. first + count).
 bool depends_on_any(const Function& function, int first, int count);

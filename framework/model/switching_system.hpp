@@ -22,17 +22,17 @@ namespace saltus {
 struct SwitchingSystem {
   /// One field: x' = dynamics(z), z = (t | x | u | p).
   struct Mode {
-    std::string name;
+    std::string name;            ///< for messages and tables
     Function dynamics;           ///< nx outputs
     Function running_cost = {};  ///< nq outputs; empty: the running cost of the interval
   };
   /// mode `from` -> mode `to` where guard(z) crosses zero.
   struct Transition {
-    std::string name;
-    int from = 0;  ///< index into modes
-    int to = 0;
-    Function guard;  ///< 1 output
-    Crossing direction = Crossing::rising;
+    std::string name;                       ///< of the event
+    int from = 0;                           ///< index into modes
+    int to = 0;                             ///< mode behind it
+    Function guard;                         ///< 1 output
+    Crossing direction = Crossing::rising;  ///< of the guard's zero that counts
     Function reset = {};  ///< x+ of z = (t | x- | u | p), nx outputs; empty: x+ = x-
   };
 
@@ -43,12 +43,14 @@ struct SwitchingSystem {
   SwitchingSystem& operator=(SwitchingSystem&& other) noexcept;
   ~SwitchingSystem();
 
-  std::vector<Mode> modes;
-  std::vector<Transition> transitions;
+  std::vector<Mode> modes;  ///< the first is in force at the start
+  std::vector<Transition>
+      transitions;  ///< in the order of their declaration, which decides when two come at once
   /// The state that holds the number of the mode, so that it is remembered from interval to
   /// interval where the other states do not tell it; -1: the mode follows from the state.
   int memory = -1;
 
+  /// Whether there are no events.
   bool empty() const { return transitions.empty(); }
   /// Index of the mode of this name, or -1.
   int mode_index(const std::string& name) const;

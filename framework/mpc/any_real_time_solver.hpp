@@ -25,10 +25,10 @@ const std::vector<std::pair<std::string, TickMethod>>& tick_methods();
 
 /// What every solver of a control loop can be asked for.
 struct RealTimeChoice {
-  SolverChoice solver = SolverChoice::riccati;
-  TickMethod method = TickMethod::step;  ///< Ipopt knows no steps: it always solves
-  double tolerance = 1e-8;               ///< of the quadratic model, or scaled KKT error
-  int max_iterations = 0;                ///< per tick; 0: the solver's own limit
+  SolverChoice solver = SolverChoice::riccati;  ///< what solves the program of a tick
+  TickMethod method = TickMethod::step;         ///< Ipopt knows no steps: it always solves
+  double tolerance = 1e-8;                      ///< of the quadratic model, or scaled KKT error
+  int max_iterations = 0;                       ///< per tick; 0: the solver's own limit
 };
 /// For the program of this transcription and no other. Throws DefinitionError when the program does
 /// not fit the solver.
@@ -37,6 +37,7 @@ std::unique_ptr<RealTimeSolver> make_real_time_solver(MultipleShooting& shooting
 /// The controllers with such a solver: of a horizon that moves on, and of one that shrinks.
 RecedingHorizonController make_controller(MultipleShooting shooting, const RealTimeChoice& choice,
                                           ControllerOptions options);
+/// A controller for the problem with this choice of solver.
 ShrinkingHorizonController make_controller(const OptimalControlProblem& problem,
                                            const ShootingOptions& grid,
                                            const RealTimeChoice& choice,

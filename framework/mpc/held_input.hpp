@@ -11,11 +11,12 @@ class MultipleShooting;
 
 /// A constant input during [start, start + length), absolute time in s.
 struct InputPiece {
-  double start = 0.0;
-  double length = 0.0;
-  int size = 0;
-  VectorXd values;  ///< of the largest phase; `size` of them count
+  double start = 0.0;   ///< of the time from the plan's start, s
+  double length = 0.0;  ///< s
+  int size = 0;         ///< how many numbers the input has
+  VectorXd values;      ///< of the largest phase; `size` of them count
 
+  /// The input, `size` numbers.
   Eigen::VectorBlock<const VectorXd> input() const { return values.head(size); }
 };
 
@@ -24,21 +25,31 @@ struct InputPiece {
 class HeldInput {
  public:
   HeldInput() = default;
+  /// Room for so many pieces and inputs so large; nothing is allocated afterwards.
   HeldInput(int pieces, int largest_input);
 
+  /// How many pieces.
   std::size_t size() const { return count_; }
+  /// Whether there is none.
   bool empty() const { return count_ == 0; }
+  /// Piece i.
   const InputPiece& operator[](std::size_t i) const { return pieces_[i]; }
+  /// The last piece.
   const InputPiece& back() const { return pieces_[count_ - 1]; }
+  /// First piece.
   std::vector<InputPiece>::const_iterator begin() const { return pieces_.begin(); }
+  /// One behind the last piece.
   std::vector<InputPiece>::const_iterator end() const {
     return pieces_.begin() + static_cast<std::ptrdiff_t>(count_);
   }
 
+  /// Forgets all pieces.
   void clear() { count_ = 0; }
   /// A piece to be filled in.
   InputPiece& add() { return pieces_[count_++]; }
+  /// The last piece, to be changed.
   InputPiece& last() { return pieces_[count_ - 1]; }
+  /// Whether every number is finite.
   bool all_finite() const;
 
  private:

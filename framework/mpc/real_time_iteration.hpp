@@ -11,9 +11,10 @@
 
 namespace saltus {
 
+/// How a tick solves its program.
 struct RealTimeIterationOptions {
-  double tolerance = 1e-8;  ///< of the quadratic program
-  int max_iterations = 100;
+  double tolerance = 1e-8;   ///< of the quadratic program
+  int max_iterations = 100;  ///< of a quadratic program
   /// Of nonlinear programs; an exact Hessian is convexified block by block.
   Curvature curvature = Curvature::gauss_newton;
   double convexity_floor = 1e-6;  ///< see SqpOptions

@@ -13,15 +13,16 @@ namespace saltus {
 
 /// What a solve came to; the point is the caller's.
 struct TickResult {
-  SolveStatus status = SolveStatus::invalid_problem;
-  int iterations = 0;
-  double objective = 0.0;
-  double kkt = infinity;        ///< scaled residual, see KktResidual
-  double violation = infinity;  ///< largest one of a row or bound
+  SolveStatus status = SolveStatus::invalid_problem;  ///< of the tick's program
+  int iterations = 0;                                 ///< of the quadratic program or of the solver
+  double objective = 0.0;                             ///< cost of the plan
+  double kkt = infinity;                              ///< scaled residual, see KktResidual
+  double violation = infinity;                        ///< largest one of a row or bound
   /// The last three are those of a quadratic model, which say little of the program.
   bool of_model = false;
 };
 
+/// Solves a program again and again within a deadline.
 class RealTimeSolver {
  public:
   virtual ~RealTimeSolver() = default;
@@ -31,6 +32,7 @@ class RealTimeSolver {
   /// what there was of it when the deadline passed.
   virtual TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
                               WallClock::time_point deadline) noexcept = 0;
+  /// For messages and results.
   virtual std::string name() const = 0;
 };
 

@@ -27,23 +27,25 @@ enum class Provenance {
   fallback,  ///< there is no plan: what the user supplied for that case
   step       ///< of the plan made in this tick, a step towards the optimum that is neither yet
 };
-inline constexpr int provenances = 5;
+inline constexpr int provenances = 5;  ///< how many kinds there are
+/// In words, for tables and messages.
 const char* describe(Provenance provenance);
 /// Whether the plan behind the input was made in the tick itself.
 inline bool is_of_this_tick(Provenance p) {
   return p == Provenance::optimal || p == Provenance::feasible || p == Provenance::step;
 }
 
+/// What one tick gave.
 struct ControlTick {
-  double time = 0.0;  ///< s
-  Provenance provenance = Provenance::fallback;
-  HeldInput input;  ///< covers the tick; never empty, never NaN
+  double time = 0.0;                             ///< s
+  Provenance provenance = Provenance::fallback;  ///< where the input comes from
+  HeldInput input;                               ///< covers the tick; never empty, never NaN
   /// Why this tick's solve ended; where it took one step, what the check found of its plan.
   SolveStatus status = SolveStatus::invalid_problem;
-  int iterations = 0;
+  int iterations = 0;  ///< of the solver
   // Of the program at the plan of this tick; where only a model of it was solved (see `check`)
   // they are infinite until the check, and if formulas fail there.
-  double objective = 0.0;
+  double objective = 0.0;       ///< cost of the plan
   double kkt = infinity;        ///< scaled residual, see KktResidual
   double violation = infinity;  ///< largest one of a row or bound, in scaled variables
   // Wall clock, s.
@@ -55,6 +57,7 @@ struct ControlTick {
   double check = 0.0;
 };
 
+/// What a controller does besides solving.
 struct ControllerOptions {
   double period = 0.01;        ///< between ticks, s
   double deadline = infinity;  ///< wall clock per tick, s
@@ -82,7 +85,9 @@ struct LoopStatistics {
   std::array<LatencyHistogram, provenances> latency;  ///< all in all, indexed by provenance
   LatencyHistogram preparation, feedback, check;      ///< apart, see ControlTick
   long prepared_ahead = 0;                            ///< ticks that found their preparation done
+  /// How many ticks got their input from there.
   long count(Provenance p) const { return latency[static_cast<std::size_t>(p)].count(); }
+  /// Of all ticks, wherever their input came from.
   LatencyHistogram all() const;
 };
 
@@ -92,13 +97,17 @@ struct LoopStatistics {
 /// or a function of the options throws, whatever it is, leads to the plan before or the fallback.
 class RecedingHorizonController : public DataByName<RecedingHorizonController> {
  public:
+  /// The controller owns both; the solver belongs to this program.
   RecedingHorizonController(MultipleShooting shooting, std::unique_ptr<RealTimeSolver> solver,
                             ControllerOptions options);
   /// With the real-time iteration, stage by stage. Others by name: any_real_time_solver.hpp.
   RecedingHorizonController(MultipleShooting shooting, ControllerOptions options);
 
+  /// Its program, for data and schedule between ticks.
   MultipleShooting& shooting() { return *shooting_; }
+  /// What it plans.
   const OptimalControlProblem& problem() const { return shooting_->problem(); }
+  /// Of the ticks, s.
   double period() const { return options_.period; }
 
   // Like those of shooting(), which throw DefinitionError for names, sizes and orders of events
@@ -111,6 +120,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// An event that came early or late: Schedule::confirm and hold on a copy of the schedule, which
   /// is then set here.
   void set_schedule(const Schedule& schedule);
+  /// What acted on the plant before the first tick, where the problem reads it.
   void set_previous_input(const VectorRef& input);
   /// For a horizon that shrinks, before every tick: MultipleShooting::set_remaining.
   void set_remaining(Bounds first_phase, Bounds total_time);
@@ -128,7 +138,9 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// Both.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
 
+  /// Of all ticks so far.
   const LoopStatistics& statistics() const { return statistics_; }
+  /// Of what solves the ticks.
   std::string solver_name() const { return solver_->name(); }
   /// When the plan behind the last tick's input ends this phase, s.
   double end_of_phase(int phase) const;

@@ -33,11 +33,14 @@ class ShrinkingHorizonController {
   ShrinkingHorizonController(const OptimalControlProblem& problem,
                              std::vector<RecedingHorizonController> rests);
 
+  /// Of the ticks, s.
   double period() const { return rests_.front().period(); }
+  /// Of what solves the ticks.
   std::string solver_name() const { return rests_.front().solver_name(); }
   /// The phase that ticks take to have begun: the first one until said otherwise.
   int phase() const { return phase_; }
   double entered_at() const { return entered_; }  ///< s
+  /// The phase that is in force.
   const PhaseDefinition& definition() const;
   /// Begins with a plan of the whole problem, made ahead. Allocates.
   void adopt_plan(const Trajectory& plan) { rests_.front().adopt_plan(start_, plan); }

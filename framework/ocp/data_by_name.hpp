@@ -14,8 +14,8 @@ namespace saltus {
 
 /// What a name stands for in p of one phase.
 struct ParameterRange {
-  int first = 0, size = 0;
-  const ParameterBlock* block = nullptr;
+  int first = 0, size = 0;                ///< place of the first number in p, and how many
+  const ParameterBlock* block = nullptr;  ///< what was declared; owned by the phase
 };
 /// Nothing where the phase has no such block or entry. Does not allocate.
 std::optional<ParameterRange> find_parameter(const PhaseDefinition& phase, std::string_view name);
@@ -34,8 +34,10 @@ class DataByName {
   void set_data(std::string_view name, const VectorRef& values) {
     self().set_entries(name, values, {});
   }
+  /// A single number.
   void set_data(std::string_view name, double value) { set_data(name, Vec<double, 1>(value)); }
   template <class Matrix>
+  /// A vector or a matrix (column by column).
     requires(Matrix::RowsAtCompileTime > 0 && Matrix::ColsAtCompileTime > 1)
   void set_data(std::string_view name, const Eigen::MatrixBase<Matrix>& value) {
     constexpr int rows = Matrix::RowsAtCompileTime, cols = Matrix::ColsAtCompileTime;

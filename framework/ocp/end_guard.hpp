@@ -17,21 +17,23 @@ namespace saltus {
 
 struct PhaseDefinition;
 
+/// What ends a phase by its state.
 struct EndGuard {
-  std::string event;
-  Function guard;  ///< z = (t | x | u | p) -> one number; must not read u
-  Crossing crossing = Crossing::falling;
+  std::string event;                      ///< its name, for messages and tables
+  Function guard;                         ///< z = (t | x | u | p) -> one number; must not read u
+  Crossing crossing = Crossing::falling;  ///< direction in which the guard passes zero
 };
 
 /// Rate of a guard along the dynamics, in the guard's units per second.
 struct GuardRate {
-  double value = 0.0;
+  double value = 0.0;  ///< of the guard's change in time, units of the guard per s
   /// Size of what it is made of, |g_t| + |g_x N| |N^-1 f| with the nominal states N.
   double scale = 0.0;
 
   /// Below this fraction of the scale the crossing counts as grazing: the event time would carry
   /// errors of the state a million times enlarged.
   static constexpr double grazing_fraction = 1e-6;
+  /// Whether the guard touches zero without passing through.
   bool grazes() const;
 };
 /// At z = (t | x- | u | p) of the phase. Allocates.

@@ -16,15 +16,20 @@ class Guess {
   Guess& operator=(const Guess& other);
   Guess& operator=(Guess&& other) noexcept;
   ~Guess();
+  /// The same all the time.
   static Guess constant(VectorXd value);
   /// Straight line from `first` at the start of the phase to `last` at its end.
   static Guess interpolate(VectorXd first, VectorXd last);
+  /// Of the fraction of the phase that has passed, 0 to 1.
   static Guess trajectory(std::function<VectorXd(double fraction)> f);
   /// States only: integrate the dynamics from where the phase starts with the inputs guessed.
   static Guess simulate();
 
+  /// Whether anything was said.
   bool is_given() const { return static_cast<bool>(trajectory_); }
+  /// Whether it is to be simulated.
   bool is_simulated() const { return simulated_; }
+  /// At a fraction of the phase, 0 to 1.
   VectorXd at(double fraction) const { return trajectory_(fraction); }
 
  private:

@@ -12,8 +12,8 @@ namespace saltus {
 /// z = (t | x- | p) of the phase that ends -> x+ of the phase that begins. Without a function the
 /// jump is the identity and the sizes must agree.
 struct Jump {
-  std::string name = "identity";
-  Function map;
+  std::string name = "identity";  ///< for messages
+  Function map;                   ///< of (t, x, p) before the event; empty: the state goes on
   int nx = 0, np = 0;  ///< states and parameters that the map takes; np = 0: it reads none
 
   /// The argument z of the map; p may be longer than what the map takes.

@@ -16,22 +16,24 @@ namespace saltus {
 /// A phase at one of its ends, as the formula of a link sees it.
 template <class S, int nx, int np>
 struct EndValues {
-  S t;         ///< absolute time, s
-  S duration;  ///< of the phase, s
-  Vec<S, nx> x;
-  Vec<S, np> p;
+  S t;           ///< absolute time, s
+  S duration;    ///< of the phase, s
+  Vec<S, nx> x;  ///< state at that end
+  Vec<S, np> p;  ///< parameters of that phase
 };
 
 /// Where a phase begins (after the jump) or ends (before it).
 template <int nx, int np>
 struct PhaseEnd {
-  std::string phase;  ///< by name, which is to be the only one of its kind in the problem
-  bool is_end = true;
+  std::string phase;   ///< by name, which is to be the only one of its kind in the problem
+  bool is_end = true;  ///< the end of the phase, or its start
 };
+/// Where a phase starts.
 template <int nx, int nu, int np, int nz>
 PhaseEnd<nx, np> start_of(const Phase<nx, nu, np, nz>& phase) {
   return {phase.definition().name, false};
 }
+/// Where a phase ends.
 template <int nx, int nu, int np, int nz>
 PhaseEnd<nx, np> end_of(const Phase<nx, nu, np, nz>& phase) {
   return {phase.definition().name, true};
@@ -39,17 +41,19 @@ PhaseEnd<nx, np> end_of(const Phase<nx, nu, np, nz>& phase) {
 
 /// Once sizes and formula are erased.
 struct Link {
+  /// One end of a phase, as data.
   struct End {
-    std::string phase;
-    bool is_end = true;
-    int nx = 0, np = 0;
+    std::string phase;   ///< its name
+    bool is_end = true;  ///< the end of it, or its start
+    int nx = 0, np = 0;  ///< states and parameters
 
+    /// How many numbers the link reads there: time, duration, x, p.
     int size() const { return 2 + nx + np; }
   };
-  std::string name;
-  std::vector<End> ends;
-  Function function;  ///< z = (nothing | t duration x p of the first end | of the second | ...)
-  Limits limits;
+  std::string name;       ///< for messages
+  std::vector<End> ends;  ///< whose values the function reads, in this order
+  Function function;      ///< z = (nothing | t duration x p of the first end | of the second | ...)
+  Limits limits;          ///< of the function's rows
 };
 
 namespace detail {

@@ -71,10 +71,12 @@ class Phase {
   }
 
   // --- constraints -------------------------------------------------------------------------
+  /// Bounds of input i within a window.
   Phase& bound_input(int i, Bounds bounds, Window window = {}) {
     add_bounds(d_.input_bounds, i, bounds, std::move(window));
     return *this;
   }
+  /// Bounds of state i at the nodes within a window.
   Phase& bound_state(int i, Bounds bounds, Window window = {}) {
     add_bounds(d_.state_bounds, i, bounds, std::move(window));
     return *this;
@@ -85,6 +87,7 @@ class Phase {
                     std::move(penalty));
     return *this;
   }
+  /// The same as a penalty.
   Phase& bound_state(int i, Bounds bounds, Window window, Penalty penalty) {
     add_soft_bounds(d_, "state", d_.sizes.x(), nx, i, bounds, std::move(window),
                     std::move(penalty));
@@ -112,6 +115,7 @@ class Phase {
                    std::move(window), std::nullopt);
     return *this;
   }
+  /// The same with bounds per row.
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window = {}) {
     add_constraint(d_, std::move(name), TermDomain::running,
@@ -127,6 +131,7 @@ class Phase {
                    std::move(penalty));
     return *this;
   }
+  /// The same as a penalty.
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window,
               Penalty penalty) {
@@ -143,6 +148,7 @@ class Phase {
                    erased("term", name, std::move(formula)), {bounds}, {}, std::move(penalty));
     return *this;
   }
+  /// The same with bounds per row.
   template <class F>
   Phase& reach(std::string name, F formula, std::vector<Bounds> bounds,
                std::optional<Penalty> penalty = std::nullopt) {
@@ -219,6 +225,7 @@ class Phase {
   }
 
   // --- inputs, parameters, scaling, guesses --------------------------------------------------
+  /// Constant over an interval (if nothing is said) or linear.
   Phase& inputs(InputParametrisation parametrisation) {
     d_.input_parametrisation = parametrisation;
     return *this;
@@ -249,6 +256,7 @@ class Phase {
     make_unknown(d_, bounds, magnitude);
     return *this;
   }
+  /// The same with bounds that hold for every number of it.
   template <NamedParameters Block>
   Phase& unknown(std::string name, const Block& guess, Bounds bounds, double magnitude = 1.0) {
     data(std::move(name), guess);
@@ -266,19 +274,23 @@ class Phase {
     d_.nominal_duration = seconds;
     return *this;
   }
+  /// Where the search for states begins.
   Phase& guess_state(Guess guess) {
     d_.state_guess = std::move(guess);
     return *this;
   }
+  /// Where the search for inputs begins.
   Phase& guess_input(Guess guess) {
     d_.input_guess = std::move(guess);
     return *this;
   }
+  /// Where the search for a free duration begins, s.
   Phase& guess_duration(double seconds) {
     d_.duration_guess = seconds;
     return *this;
   }
 
+  /// What was declared so far.
   const PhaseDefinition& definition() const { return d_; }
 
  private:

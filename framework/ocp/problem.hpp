@@ -29,10 +29,12 @@ class OptimalControlProblem {
   OptimalControlProblem& operator=(const OptimalControlProblem& other);
   OptimalControlProblem& operator=(OptimalControlProblem&& other) noexcept;
   ~OptimalControlProblem();
+  /// `name` is for messages.
   explicit OptimalControlProblem(std::string name = "problem");
 
   /// The state at the start is given (it can be replaced between solves).
   OptimalControlProblem& start_at(VectorXd state);
+  /// The same by its numbers: start_at({0, 0}).
   OptimalControlProblem& start_at(std::initializer_list<double> state);
   /// The state at the start is free within bounds; `guess` starts the search.
   OptimalControlProblem& start_within(std::vector<Bounds> bounds, VectorXd guess);
@@ -41,6 +43,7 @@ class OptimalControlProblem {
   /// The time of the start is the solver's to decide within bounds; `guess` starts the search, s.
   OptimalControlProblem& start_time(Bounds bounds, double guess);
 
+  /// Appends a phase behind what there is; its first state is that before.
   template <int nx, int nu, int np, int nz>
   OptimalControlProblem& then(const Phase<nx, nu, np, nz>& phase) {
     return append(Jump{}, phase.definition());
@@ -68,6 +71,7 @@ class OptimalControlProblem {
 
   /// Events to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
+  /// Where running costs are taken: integrated, or at the nodes.
   OptimalControlProblem& costs(CostRule rule);
   /// Bounds on the sum of all durations, s.
   OptimalControlProblem& total_time(Bounds bounds);
@@ -82,22 +86,31 @@ class OptimalControlProblem {
   /// For event times that move between solves.
   Schedule& editable_schedule() { return schedule_; }
 
+  /// For messages.
   const std::string& name() const { return name_; }
+  /// In their order.
   const std::vector<PhaseDefinition>& phases() const { return phases_; }
   /// jumps()[j] leads into phase j; the first is never used.
   const std::vector<Jump>& jumps() const { return jumps_; }
   /// From the end of the last phase to the start of the first; empty: the problem is open.
   const std::optional<Jump>& closing() const { return closing_; }
+  /// One per state of the first phase.
   const std::vector<Bounds>& start_bounds() const { return start_bounds_; }
+  /// Where the search for the first state begins.
   const VectorXd& start_guess() const { return start_guess_; }
   double start_time() const { return start_time_; }  ///< s; if free, its guess
+  /// Of a free start time, s; empty: the start is given.
   const std::optional<Bounds>& start_time_bounds() const { return start_time_bounds_; }
+  /// Between ends of any phases.
   const std::vector<Link>& links() const { return links_; }
   /// Position of the phase of this name. Throws DefinitionError, naming the nearest one, if there
   /// is none or more than one.
   int phase_index(const std::string& phase) const;
+  /// Of events and modes; may be edited between solves.
   const Schedule& schedule() const { return schedule_; }
+  /// Where running costs are taken.
   CostRule cost_rule() const { return cost_rule_; }
+  /// Of all durations together, s.
   Bounds total_time() const { return total_time_; }
   /// Bounds on entry i of an unknown: those of all phases that declare it.
   Bounds bounds_of_unknown(const std::string& name, int i) const;

@@ -23,9 +23,13 @@ class Reference {
   /// DefinitionError when sizes differ or times do not increase.
   Reference(std::vector<double> times, MatrixXd values);
 
+  /// Whether it is zero all the time.
   bool is_zero() const { return values_.size() == 0; }
+  /// Whether it depends on the time.
   bool varies() const { return times_.size() > 1; }
+  /// Whether every number is finite.
   bool is_finite() const { return values_.allFinite(); }
+  /// How many numbers it has at an instant.
   int size() const { return static_cast<int>(values_.rows()); }
   /// Entry i at time t.
   double at(double t, int i) const;

@@ -15,7 +15,7 @@ namespace saltus {
 
 /// A named instant at which the mode changes. Infinite time: the event lies beyond every horizon.
 struct Event {
-  ShortName name;
+  ShortName name;     ///< by which it is moved, inserted and erased
   double time = 0.0;  ///< s, absolute
 };
 
@@ -42,17 +42,22 @@ class Schedule {
 
   // --- what it is
 
+  /// In the order of time.
   std::span<const Event> events() const { return {events_.data(), count_}; }
+  /// How many events there is room for.
   int capacity() const { return static_cast<int>(events_.size()); }
   /// Mode i lies between events i - 1 and i.
   const std::string& mode(int i) const { return (*names_)[sequence_[i]]; }
   /// All modes that there may be, each once: its position is its number.
   const std::vector<std::string>& known_modes() const { return *names_; }
+  /// Of the mode behind event i - 1.
   int number_of_mode(int i) const { return sequence_[i]; }
 
   /// Time of the named event (s). Throws DefinitionError naming the nearest known event.
   double time_of(std::string_view event) const;
+  /// Of the event; -1: there is none of the name.
   int index_of(std::string_view event) const;
+  /// Whether there is an event of the name.
   bool contains(std::string_view event) const;
   /// The mode in force at time t; at the event itself the new mode.
   const std::string& mode_at(double t) const;

@@ -12,16 +12,21 @@ namespace saltus {
 /// A point in time: seconds, or a named event of the problem's Schedule.
 class Instant {
  public:
+  /// So many seconds on the window's clock.
   Instant(double seconds) : seconds_(seconds) {}  // NOLINT(google-explicit-constructor)
   Instant(const Instant& other);
   Instant(Instant&& other) noexcept;
   Instant& operator=(const Instant& other);
   Instant& operator=(Instant&& other) noexcept;
   ~Instant();
+  /// When the event of this name is, wherever the schedule puts it.
   static Instant of_event(std::string name) { return Instant(std::move(name)); }
 
+  /// Whether it is an event's.
   bool is_event() const { return !event_.empty(); }
+  /// Its name; empty: a number.
   const std::string& event() const { return event_; }
+  /// The number, s.
   double seconds() const { return seconds_; }
   friend bool operator==(const Instant&, const Instant&) = default;
 
@@ -43,11 +48,12 @@ enum class Clock { phase, absolute };
 /// window opens with the phase. With `modes` the window is cut down to where one of them is in
 /// force: one half-open interval from event to event for each time that a mode occurs.
 struct Window {
-  std::optional<Instant> from = std::nullopt;
-  std::optional<Instant> to = std::nullopt;
-  Clock clock = Clock::phase;
+  std::optional<Instant> from = std::nullopt;  ///< not before; nothing: from the start
+  std::optional<Instant> to = std::nullopt;    ///< not after; nothing: to the end
+  Clock clock = Clock::phase;                  ///< in phase time or in absolute time
   std::vector<std::string> modes = {};  ///< names that the problem's Schedule knows; empty: any
 
+  /// Whether it is all of the phase.
   bool is_whole() const { return !from && !to && modes.empty(); }
 };
 

@@ -24,10 +24,11 @@ enum class QpStart {
   guess,          ///< at the given point, which should be near the optimum in what binds
 };
 
+/// How a quadratic program is solved.
 struct QpOptions {
-  QpStart start = QpStart::least_squares;
-  double tolerance = 1e-8;  ///< largest KKT residual: stationarity, feasibility, complementarity
-  int max_iterations = 100;
+  QpStart start = QpStart::least_squares;  ///< where the iteration begins
+  double tolerance = 1e-8;   ///< largest KKT residual: stationarity, feasibility, complementarity
+  int max_iterations = 100;  ///< after which it gives up
   /// Barrier parameter of a start at a guess, in units of the cost.
   double start_barrier = 0.03;
   /// Slacks and multipliers of a warm start have products of at least this, in units of the cost;
@@ -37,10 +38,11 @@ struct QpOptions {
   bool convex = true;
 };
 
+/// What a solve of a quadratic program gave.
 struct QpResult {
-  QpStatus status = QpStatus::invalid_problem;
-  int iterations = 0;  ///< predictor-corrector steps; a least-squares start adds one solve
-  double objective = 0.0;
+  QpStatus status = QpStatus::invalid_problem;  ///< as is_success() and describe() read it
+  int iterations = 0;      ///< predictor-corrector steps; a least-squares start adds one solve
+  double objective = 0.0;  ///< cost at the point
   double residual = 0.0;   ///< KKT residual at the point, unscaled
   double violation = 0.0;  ///< largest violation of a hard row, bound or equality at the point
 };

@@ -12,6 +12,7 @@ namespace qp {
 struct RiccatiKernel;
 }
 
+/// How a quadratic program in stages is solved.
 struct RiccatiOptions : QpOptions {
   /// Cold starts replace the states of the given point by those that its inputs lead to.
   bool roll_out = false;

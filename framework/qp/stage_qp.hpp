@@ -27,26 +27,26 @@ namespace saltus {
 /// Sizes may change between solves within the capacity: `rows` of them are in force, on the first
 /// `columns.size()` columns.
 struct RowGroup {
-  int rows = 0;
+  int rows = 0;              ///< of them in force
   std::vector<int> columns;  ///< ascending entries of v: state i is i, input i is nx + i
   MatrixXd M;                ///< at least rows x columns
   VectorXd lower, upper;     ///< may be infinite
-  bool soft = false;
-  VectorXd l1, l2;  ///< penalty weights per row, read if soft; >= 0 and not both zero
+  bool soft = false;         ///< may be violated at a cost
+  VectorXd l1, l2;           ///< penalty weights per row, read if soft; >= 0 and not both zero
 };
 
 /// One stage: state x, input u, cost 1/2 x'Qx + u'Sx + 1/2 u'Ru + q'x + r'u + constant, and the
 /// map to the next stage's state, A x + B u + b. Matrices are at least of the present size; only
 /// their leading parts are read, so that sizes may change within a capacity without allocation.
 struct Stage {
-  int nx = 0, nu = 0;
-  MatrixXd A, B;     ///< next nx x nx, next nx x nu; unused in the last stage
-  VectorXd b;        ///< next nx
-  MatrixXd Q, S, R;  ///< symmetric nx x nx; nu x nx; symmetric nu x nu
-  VectorXd q, r;
-  double constant = 0.0;
+  int nx = 0, nu = 0;     ///< states and inputs in force
+  MatrixXd A, B;          ///< next nx x nx, next nx x nu; unused in the last stage
+  VectorXd b;             ///< next nx
+  MatrixXd Q, S, R;       ///< symmetric nx x nx; nu x nx; symmetric nu x nu
+  VectorXd q, r;          ///< linear part of the cost: nx, nu
+  double constant = 0.0;  ///< part of the cost that no variable changes
   VectorXd x_lower, x_upper, u_lower, u_upper;  ///< may be infinite; of a fixed start not read
-  std::vector<RowGroup> groups;
+  std::vector<RowGroup> groups;  ///< rows on (x, u), in groups that are hard or soft together
   /// Declares that the inputs fall into nu / resultant_size groups of this size that act on the
   /// next state through a common resultant, B_i = B_1 T_i with T_i invertible, and share neither
   /// cost nor rows. Solvers check it and may ignore it. 0: nothing declared.
@@ -55,39 +55,42 @@ struct Stage {
 
 /// Capacity of a group of rows and of a stage.
 struct RowGroupCapacity {
-  int rows = 0, columns = 0;
-  bool soft = false;
+  int rows = 0, columns = 0;  ///< the largest numbers that will be in force
+  bool soft = false;          ///< may be violated at a cost
 };
+/// The largest sizes of a stage.
 struct StageCapacity {
-  int nx = 0, nu = 0;
-  std::vector<RowGroupCapacity> groups;
+  int nx = 0, nu = 0;                    ///< states and inputs
+  std::vector<RowGroupCapacity> groups;  ///< in the order of Stage::groups
 };
 
 /// min sum_k cost_k(x_k, u_k) subject to x_(k+1) = A_k x_k + B_k u_k + b_k, k < N, bounds and rows
 /// of every stage. The last stage, N, may have inputs and rows but has no successor.
 struct StageQp {
-  std::vector<Stage> stages;
-  bool fixed_start = true;  ///< x_0 = start; otherwise x_0 is free within its bounds and rows
-  VectorXd start;
+  std::vector<Stage> stages;  ///< N + 1 of them
+  bool fixed_start = true;    ///< x_0 = start; otherwise x_0 is free within its bounds and rows
+  VectorXd start;             ///< x_0 if it is fixed
 
   StageQp() = default;
   /// Zero cost and dynamics, no bounds, no rows in force, all sizes at their capacity.
   explicit StageQp(const std::vector<StageCapacity>& capacity);
 
+  /// N, the number of intervals.
   int intervals() const { return static_cast<int>(stages.size()) - 1; }
 };
 
 /// A primal-dual point. Multipliers are positive where the upper side of their row or bound holds
 /// the cost up, negative at the lower side. Vectors are at least of the present size.
 struct StagePoint {
+  /// What belongs to one stage.
   struct AtStage {
-    VectorXd x, u;
+    VectorXd x, u;  ///< primal values
     /// Of x_(k+1) = A x + B u + b: derivative of the optimal cost with respect to b.
     VectorXd costate;
     VectorXd x_bound, u_bound;    ///< multipliers of the bounds
     std::vector<VectorXd> group;  ///< multipliers of the rows
   };
-  std::vector<AtStage> stages;
+  std::vector<AtStage> stages;  ///< one per stage of the program
 
   StagePoint() = default;
   /// Zeros, sized for the capacity of the program.
@@ -99,9 +102,10 @@ double objective(const StageQp& qp, const StagePoint& point);
 
 /// First-order optimality, each the largest absolute entry; zero at the optimum.
 struct StageQpResidual {
-  double stationarity = 0.0;
+  double stationarity = 0.0;     ///< of the Lagrangian
   double feasibility = 0.0;      ///< dynamics, start, hard rows and bounds
   double complementarity = 0.0;  ///< |multiplier| x distance to its side, and wrong signs
+  /// The largest of the three.
   double largest() const;
 };
 /// From the data of the program and nothing else. Does not allocate.

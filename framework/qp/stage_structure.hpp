@@ -12,8 +12,9 @@ namespace saltus {
 /// additional state while that entry is in force. Rows and entries may thus join any stages;
 /// nothing but the width of the stages grows. Variables with equal bounds do not exist in theirs.
 struct StageStructure {
+  /// What belongs to one stage.
   struct Stage {
-    std::vector<int> states = {}, inputs = {};
+    std::vector<int> states = {}, inputs = {};  ///< numbers of variables of the program
     /// Equality rows that define the states of the next stage, in their order: each has that state,
     /// no other one of a later stage, and nothing of later stages otherwise.
     std::vector<int> dynamics = {};
@@ -22,9 +23,9 @@ struct StageStructure {
     /// Positions in `inputs`, each the first of `resultant_size` that act on the next
     /// states through a common resultant (see saltus::Stage). Used where no other input exists.
     std::vector<int> resultants = {};
-    int resultant_size = 0;
+    int resultant_size = 0;  ///< as Stage::resultant_size of the program in stages
   };
-  std::vector<Stage> stages;
+  std::vector<Stage> stages;  ///< in their order
 
   /// One row per state of the first stage, on that state alone: its value or its bounds.
   std::vector<int> start_rows;
@@ -37,10 +38,10 @@ struct StageStructure {
   /// Variables that only penalise the violation of a row: at least their lower bound, in no other
   /// row, alone in the Hessian. They are eliminated.
   struct SoftRow {
-    int row = 0;
+    int row = 0;                 ///< of the program
     int below = -1, above = -1;  ///< slacks of the lower and upper side, -1: no such side
   };
-  std::vector<SoftRow> soft_rows;
+  std::vector<SoftRow> soft_rows;  ///< rows whose slacks are variables of the program
 };
 
 }  // namespace saltus

@@ -31,36 +31,45 @@ namespace saltus {
 template <>
 class Phase<-1, -1, -1> {
  public:
+  /// From what was declared.
   explicit Phase(PhaseDefinition definition) : d_(std::move(definition)) {}
+  /// What was declared.
   const PhaseDefinition& definition() const { return d_; }
 
  private:
   PhaseDefinition d_;
 };
+/// A phase of any sizes.
 using ErasedPhase = Phase<-1, -1, -1>;
 
 /// A set of modes as bits.
 using ModeSet = std::uint64_t;
+/// The set of this one.
 inline ModeSet only(int mode) { return ModeSet{1} << mode; }
+/// Whether there is one mode in it.
 inline bool is_single(ModeSet set) { return (set & (set - 1)) == 0; }
 
 /// What came before a path and lasts on: its last mode, and for how many phases; -1: nothing did.
 struct ModeHistory {
-  int mode = -1;
-  int phases = 0;
+  int mode = -1;   ///< in force; -1: none yet
+  int phases = 0;  ///< for how many phases it has been
 };
 
+/// Modes and what may follow what: the graph that is searched.
 class ModeGraph {
  public:
+  /// `name` is for messages.
   explicit ModeGraph(std::string name = "modes");
 
   // --- modes and what may follow what; names that are unknown or contradict one another are said
   // --- by check(), so that the order of these calls does not matter
+  /// Appends a mode.
   template <int nx, int nu, int np, int nz>
   ModeGraph& mode(const Phase<nx, nu, np, nz>& phase) {
     modes_.push_back(phase.definition());
     return *this;
   }
+  /// `to` may follow `from`, the state as it is or through a jump.
   ModeGraph& transition(std::string from, std::string to, Jump jump = Jump{});
   /// The same where the guard, a scalar of (t, x), passes zero in the given direction: it decides
   /// how long `from` lasts, whose duration is free. Where a mode is left otherwise it says nothing.
@@ -78,6 +87,7 @@ class ModeGraph {
   ModeGraph& no_transition(std::string from, std::string to);
   /// The modes that may be the first (last) one; not said: any.
   ModeGraph& begin_in(std::vector<std::string> modes);
+  /// The modes that may be the last one; not said: any.
   ModeGraph& end_in(std::vector<std::string> modes);
   /// Whenever the mode is entered it follows itself until it has lasted so many phases, or to the
   /// end. In sampled time the dwell time in samples; modes of free duration have bounds for it.
@@ -86,16 +96,22 @@ class ModeGraph {
   ModeGraph& enter_at_most(std::string mode, int times);
 
   // --- the rest of the problem, as in OptimalControlProblem
+  /// As in OptimalControlProblem.
   ModeGraph& start_at(VectorXd state);
+  /// As in OptimalControlProblem.
   ModeGraph& start_at(std::initializer_list<double> state);
+  /// In s.
   ModeGraph& start_time(double t);
+  /// Of all durations together, s.
   ModeGraph& total_time(Bounds bounds);
+  /// Where running costs are taken.
   ModeGraph& costs(CostRule rule);
   /// Of (t, x), where the last mode ends, whichever it is.
   template <int nx, class F>
   ModeGraph& minimise_at_end(std::string name, F formula) {
     return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), TermKind::cost, {});
   }
+  /// A constraint of (t, x) where the last mode ends, whichever it is.
   template <int nx, class F>
   ModeGraph& reach_at_end(std::string name, F formula, Bounds bounds) {
     return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)),
@@ -103,25 +119,37 @@ class ModeGraph {
   }
 
   // --- what it is
+  /// For messages.
   const std::string& name() const { return name_; }
+  /// How many modes.
   int size() const { return static_cast<int>(modes_.size()); }
+  /// Mode i.
   const PhaseDefinition& mode(int i) const { return modes_[i]; }
+  /// The first state.
   const VectorXd& start() const { return start_; }
   double start_time() const { return start_time_; }  ///< s
+  /// In s; empty: not limited.
   const std::optional<Bounds>& total_time() const { return total_time_; }
   /// Number of the mode of this name. Throws DefinitionError.
   int number_of(std::string_view mode) const;
+  /// Whether there is such a transition.
   bool may_follow(int from, int to) const;
+  /// Whether it may be the first one.
   bool may_begin(int mode) const;
+  /// Whether it may be the last one.
   bool may_end(int mode) const;
   /// Whether the state jumps, or a guard decides when.
   bool has_event(int from, int to) const;
+  /// In phases.
   int dwell_of(int mode) const;
   int entries_of(int mode) const;  ///< at most
+  /// Whether any mode may be entered so many times only.
   bool limits_entries() const { return !entries_.empty(); }
+  /// Whether not every mode may be the last one.
   bool limits_end() const { return !end_.empty(); }
   /// Whether `mode` may be appended to the path: transitions, dwell and number of entries.
   bool may_append(std::span<const int> path, int mode, ModeHistory before) const;
+  /// For messages.
   std::vector<std::string> names_of(std::span<const int> path) const;
 
   /// The problem with this sequence. Phases are named after the mode and its place, counted from 1.

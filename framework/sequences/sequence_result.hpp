@@ -22,6 +22,7 @@ enum class Guarantee {
 /// One sentence.
 const char* describe(Guarantee guarantee);
 
+/// How sequences of modes are searched.
 struct SearchOptions {
   int phases = 0;   ///< exactly so many, a horizon in samples; 0: see at_most
   int at_most = 0;  ///< up to so many phases, one more than switches; 0: no limit but time
@@ -36,18 +37,19 @@ struct SearchOptions {
   bool confirm = true;      ///< the winner is solved again as an OptimalControlProblem
 
   // All others.
-  int intervals_per_phase = 30;
+  int intervals_per_phase = 30;      ///< of every phase
   IntegratorChoice integrator = {};  ///< empty: zero_order_hold() (convex), runge_kutta4()
   /// Running and end costs are never negative, so that a prefix costs no more than what it begins:
   /// prefixes that cost more than the best sequence are ruled out.
   bool costs_are_nonnegative = false;
 };
 
+/// What a search over sequences gave.
 struct SequenceResult {
-  Guarantee guarantee = Guarantee::infeasible;
-  std::vector<std::string> sequence;  ///< names of the modes; empty: none was found
-  std::vector<int> modes;             ///< the same by number
-  double cost = infinity;
+  Guarantee guarantee = Guarantee::infeasible;  ///< how much is known of it
+  std::vector<std::string> sequence;            ///< names of the modes; empty: none was found
+  std::vector<int> modes;                       ///< the same by number
+  double cost = infinity;                       ///< of the best sequence
   double lower_bound = -infinity;  ///< on the cost of every allowed sequence; convex problems only
   std::string message;             ///< a sentence
 
@@ -63,8 +65,9 @@ struct SequenceResult {
   long iterations = 0;   ///< of the solver, in all
   double seconds = 0.0;  ///< wall clock
   // Convex problems, s of CPU time: all of it, and what of it the quadratic programs took.
-  double cpu_seconds = 0.0, solver_seconds = 0.0;
+  double cpu_seconds = 0.0, solver_seconds = 0.0;  ///< processor time: of all, of solvers, s
 
+  /// Whether there is a sequence at all.
   bool found() const { return !sequence.empty(); }
   /// Relative to the cost; infinite without a bound.
   double gap() const;

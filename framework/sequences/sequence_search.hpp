@@ -20,6 +20,7 @@ namespace saltus {
 class ModeStages;
 struct SetStage;
 
+/// Best first search over sequences of modes.
 class SequenceSearch {
  public:
   /// Throws DefinitionError: ModeGraph::check(), options that are none, or a problem that is not
@@ -35,8 +36,10 @@ class SequenceSearch {
   /// the tree of the last solve; without one, or where ends or entries are limited (what was ruled
   /// out by them may be allowed now), as solve().
   SequenceResult solve_next(const VectorRef& state);
+  /// After so many seconds the best so far is handed out, with its gap.
   void set_deadline(double seconds) { options_.deadline = seconds; }
 
+  /// What is searched.
   const ModeGraph& graph() const { return graph_; }
   /// What was applied before the horizon of the last solve.
   ModeHistory before() const { return before_; }

@@ -20,12 +20,13 @@
 
 namespace saltus {
 
+/// How a closed loop is run and recorded.
 struct LoopOptions {
   double duration = 1.0;     ///< s; the last tick may end a little later
   double period = 0.01;      ///< of a feedback law, s; a receding horizon controller has its own
   int samples_per_tick = 1;  ///< of the log; events and steps of the input are recorded anyway
   int plan_every = 0;        ///< every so many ticks the plan is kept; 0: never
-  Disturbances disturbances = {};
+  Disturbances disturbances = {};  ///< what the plant does not share with the model
   /// Names and units for the tables: "height [m]".
   std::vector<std::string> state_names = {}, input_names = {};
   /// Before every tick, with what the controller will see: the moment to set data, references and
@@ -52,6 +53,7 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
 /// hundredth of a period before that is not made.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options);
+/// The same for a law u(t, x), asked every `period`.
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options);
 
 }  // namespace saltus

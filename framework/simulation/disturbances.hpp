@@ -20,19 +20,21 @@ struct Disturbances {
   /// Standard deviations (nx) of white Gaussian noise; empty: none.
   VectorXd state_noise = {};        ///< added to the state itself at the start of every tick
   VectorXd measurement_noise = {};  ///< added to what the controller sees only
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;           ///< the same numbers for the same seed
   /// The controller sees the state of so long ago, s; a multiple of its period.
   double measurement_delay = 0.0;
   /// The plant obeys so late, s; until then `first_input` (nu; empty: zero) is in force.
   double input_delay = 0.0;
-  VectorXd first_input = {};
+  VectorXd first_input = {};  ///< what acts before the first one arrives; empty: zeros
 };
 
 /// White Gaussian noise that does not depend on the standard library: Box and Muller's formula
 /// over the Mersenne twister.
 class GaussianNoise {
  public:
+  /// The same numbers for the same seed.
   explicit GaussianNoise(std::uint64_t seed) : random_(seed) {}
+  /// One number of standard deviation 1.
   double operator()();
 
  private:

@@ -17,9 +17,11 @@ struct LoopTick {
   VectorXd measured;  ///< the state with noise and delay
   /// Where the input came from; a feedback law has no provenance, and nothing of what follows.
   std::optional<Provenance> provenance;
-  SolveStatus status = SolveStatus::invalid_problem;
-  int iterations = 0;
-  double objective = 0.0, kkt = 0.0, violation = 0.0;
+  SolveStatus status = SolveStatus::invalid_problem;  ///< of the tick's program
+  int iterations = 0;                                 ///< of the solver
+  double objective = 0.0;                             ///< cost of the plan
+  double kkt = 0.0;                                   ///< residual of the optimality conditions
+  double violation = 0.0;                             ///< largest of the constraints
   double seconds = 0.0;      ///< wall clock of the controller, from the measurement to the input
   double preparation = 0.0;  ///< wall clock ahead of the measurement
   double check = 0.0;        ///< wall clock behind the input, see ControlTick
@@ -27,21 +29,24 @@ struct LoopTick {
 
 /// What the controller had in mind at a tick: states and inputs at the nodes of its plan.
 struct LoopPlan {
-  double made_at = 0.0;  ///< s
-  std::vector<Sample> samples;
+  double made_at = 0.0;         ///< s
+  std::vector<Sample> samples;  ///< of the plan, thin
 };
 
+/// Everything that a closed loop leaves.
 struct LoopLog {
-  bool completed = false;  ///< the plant reached the end, or `until` said that it is over
-  std::string message;     ///< a sentence
-  std::string controller, plant;
-  double period = 0.0;  ///< s
-  Recording recording;  ///< of the plant, with the inputs that reached it
-  std::vector<LoopTick> ticks;
-  std::vector<LoopPlan> plans;
-  LoopStatistics statistics;  ///< of a receding horizon controller, in this run
+  bool completed = false;         ///< the plant reached the end, or `until` said that it is over
+  std::string message;            ///< a sentence
+  std::string controller, plant;  ///< their names
+  double period = 0.0;            ///< s
+  Recording recording;            ///< of the plant, with the inputs that reached it
+  std::vector<LoopTick> ticks;    ///< one per tick
+  std::vector<LoopPlan> plans;    ///< those that were kept
+  LoopStatistics statistics;      ///< of a receding horizon controller, in this run
 
+  /// Where it ended.
   const VectorXd& final_state() const { return recording.samples.back().state; }
+  /// How many ticks got their input from there.
   int count(Provenance provenance) const;
 
   /// One line per tick: "t [s]", provenance, status, iterations, objective, KKT residual,

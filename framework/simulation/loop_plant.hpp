@@ -22,6 +22,7 @@ class LoopPlant {
   /// time() and state() are as before, and failure() is a sentence that says why.
   virtual bool advance(const VectorRef& input, double length) = 0;
 
+  /// Why advance() could not go on.
   virtual std::string failure() const { return "the plant could not go on"; }
   /// The mode in force; empty: the plant has one only.
   virtual std::string mode() const { return {}; }
@@ -29,6 +30,7 @@ class LoopPlant {
   virtual std::vector<HybridEvent> take_events() { return {}; }
   /// Adds `change` (nx) to the state. Throws DefinitionError when the plant cannot do that.
   virtual void disturb(const VectorRef& change);
+  /// For messages and results.
   virtual std::string name() const { return "plant"; }
 };
 

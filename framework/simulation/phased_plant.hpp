@@ -16,6 +16,7 @@
 
 namespace saltus {
 
+/// A plant that goes through the phases of a problem.
 class PhasedPlant final : public LoopPlant {
  public:
   /// Begins at the problem's start (its guess, where it is free). Unknown parameters keep their
@@ -36,7 +37,9 @@ class PhasedPlant final : public LoopPlant {
   void disturb(const VectorRef& change) override;
   std::string name() const override { return name_; }
 
+  /// How many.
   int phases() const { return static_cast<int>(problem_.phases().size()); }
+  /// That is in force.
   int phase() const { return phase_; }
   double entered_at() const { return entered_; }  ///< the present phase, s
   /// When a phase that is not over will end, s; not heard where a guard decides. Until told, never.
@@ -44,6 +47,7 @@ class PhasedPlant final : public LoopPlant {
   /// When the last phase, in which the plant is, will end as told, s; infinity before, where a
   /// guard decides, and until told.
   double end() const;
+  /// Whether the last phase has ended.
   bool is_over() const { return over_since_.has_value(); }
   double over_since() const { return *over_since_; }  ///< s; once it is over
 
@@ -52,13 +56,14 @@ class PhasedPlant final : public LoopPlant {
   double cost() const { return cost_; }
   /// Something that is asked for and missed, in its own units.
   struct Miss {
-    std::string phase, term;
-    double time = 0.0;  ///< s
-    double amount = 0.0;
+    std::string phase, term;  ///< where and what
+    double time = 0.0;        ///< s
+    double amount = 0.0;      ///< beyond its bound, in the term's unit
   };
   /// The largest of each hard term and bounded state at ends of phases (and their starts), or along
   /// the motion, where pieces end.
   const std::vector<Miss>& misses_at_ends() const { return at_ends_; }
+  /// Of path constraints.
   const std::vector<Miss>& misses_on_the_way() const { return on_the_way_; }
 
  private:

@@ -11,12 +11,14 @@
 
 namespace saltus {
 
+/// Values at one instant.
 struct Sample {
-  double time = 0.0;  ///< s
-  VectorXd state, input;
-  std::string mode;  ///< empty where there is one only
+  double time = 0.0;      ///< s
+  VectorXd state, input;  ///< values
+  std::string mode;       ///< empty where there is one only
 };
 
+/// A run in tables.
 struct Recording {
   /// With their units: "height [m]". What is not named is x0, x1, ... and u0, u1, ...
   std::vector<std::string> state_names, input_names;
@@ -26,6 +28,7 @@ struct Recording {
 
   /// The names of all columns of states and of inputs.
   std::vector<std::string> state_columns() const;
+  /// As the table heads them.
   std::vector<std::string> input_columns() const;
   /// "t [s]", mode, states, inputs; columns that a mode does not have are empty.
   std::string trajectory_csv() const;

@@ -13,6 +13,7 @@
 
 namespace saltus {
 
+/// Of one line of a check.
 enum class CheckVerdict {
   good,
   doubtful,  ///< what the line says should be looked at
@@ -22,17 +23,19 @@ enum class CheckVerdict {
 /// One aspect of a problem: "start", "derivatives", "sparsity", "bounds", "scaling", "ranks",
 /// "integration", "reach", "definition".
 struct CheckLine {
-  std::string aspect;
-  CheckVerdict verdict = CheckVerdict::good;
-  std::string text;  ///< a sentence, with phase, term and time
+  std::string aspect;                         ///< what was looked at
+  CheckVerdict verdict = CheckVerdict::good;  ///< of it
+  std::string text;                           ///< a sentence, with phase, term and time
 };
 
+/// A page of verdicts on a problem before it is solved.
 struct ProblemCheck {
-  std::string problem;
-  std::vector<CheckLine> lines;
+  std::string problem;           ///< its name
+  std::vector<CheckLine> lines;  ///< one per aspect
 
   /// Whether nothing is doubtful.
   bool ok() const;
+  /// By its aspect.
   const CheckLine& line(const std::string& aspect) const;
   /// All lines, each with its verdict.
   std::string text() const;

@@ -13,23 +13,27 @@
 
 namespace saltus {
 
+/// How a parameter is led from an easy value to the one that is wanted.
 struct HomotopyOptions {
   double first_step =
       0.25;  ///< of the way, 0 to 1; doubled after a success, halved after a failure
   double least_step = 1e-3;  ///< below it the way ends
 };
 
+/// What a homotopy gave.
 struct Homotopy {
   Solution solution;     ///< at `reached`; where not even the first solve worked, that one
   double reached = 0.0;  ///< part of the way; 1: all of it
+  /// One solve on the way.
   struct Step {
-    double at = 0.0;  ///< part of the way
-    double cost = 0.0;
-    bool solved = false;
-    int iterations = 0;
+    double at = 0.0;      ///< part of the way
+    double cost = 0.0;    ///< of it
+    bool solved = false;  ///< with success
+    int iterations = 0;   ///< of it
   };
   std::vector<Step> steps;  ///< in the order in which they were tried
 
+  /// Whether the wanted problem was solved.
   bool ok() const { return reached == 1.0 && solution.ok(); }
 };
 

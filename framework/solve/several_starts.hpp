@@ -25,8 +25,9 @@ struct StartingPoint {
   std::optional<Trajectory> trajectory = {};    ///< another solution; the others then count on top
 };
 
+/// How a problem is solved from several starts.
 struct SeveralStartsOptions {
-  int intervals_per_phase = 30;
+  int intervals_per_phase = 30;      ///< of every phase
   std::vector<int> intervals = {};   ///< per phase, in place of the number above
   IntegratorChoice integrator = {};  ///< empty: runge_kutta4({.steps = 2})
   /// Called once for every start; empty: make_sqp().
@@ -35,15 +36,17 @@ struct SeveralStartsOptions {
   /// Two optima are one where no variable differs by more, in nominal magnitudes, and the costs by
   /// no more than `same_cost`, relative to 1 + |cost|.
   double same_point = 1e-3;
-  double same_cost = 1e-6;
+  double same_cost = 1e-6;  ///< relative: what is closer is one optimum
 };
 
+/// What several starts gave.
 struct SeveralSolutions {
   /// Distinct ones, the cheapest first; of equal ones that of the first start.
   std::vector<Solution> optima;
   std::vector<int> optimum_of;   ///< per start: its place in `optima`; -1: the solver found none
   std::vector<Solution> failed;  ///< of these starts, in their order
 
+  /// Whether any start led to an optimum.
   bool ok() const { return !optima.empty(); }
 };
 

@@ -19,8 +19,9 @@
 
 namespace saltus {
 
+/// How a problem is transcribed and solved.
 struct SolveOptions {
-  int intervals_per_phase = 30;
+  int intervals_per_phase = 30;     ///< of every phase
   std::vector<int> intervals = {};  ///< per phase, in place of the number above
   /// Empty: runge_kutta4({.steps = 2}). For stiff dynamics take one of SUNDIALS.
   IntegratorChoice integrator = {};

@@ -10,10 +10,11 @@ namespace saltus {
 
 /// What every solver can be asked for.
 struct SolverLimits {
-  double tolerance = 1e-8;  ///< scaled KKT error
-  int max_iterations = 500;
-  double time_limit = 0.0;  ///< s of wall clock, 0: none
+  double tolerance = 1e-8;   ///< scaled KKT error
+  int max_iterations = 500;  ///< after which the solver gives up
+  double time_limit = 0.0;   ///< s of wall clock, 0: none
 };
+/// The solver that is chosen, with these limits.
 std::unique_ptr<Solver> make_solver(SolverChoice choice, const SolverLimits& limits = {});
 
 }  // namespace saltus

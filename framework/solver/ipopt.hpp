@@ -10,10 +10,11 @@
 
 namespace saltus {
 
+/// How Ipopt solves.
 struct IpoptOptions {
-  double tolerance = 1e-8;  ///< scaled KKT error
-  int max_iterations = 500;
-  double time_limit = 0.0;  ///< s of wall clock, 0: none; works with Ipopt 3.11 too
+  double tolerance = 1e-8;   ///< scaled KKT error
+  int max_iterations = 500;  ///< after which it gives up
+  double time_limit = 0.0;   ///< s of wall clock, 0: none; works with Ipopt 3.11 too
   /// Hessian of the Lagrangian; exact where the problem offers it.
   Curvature curvature = Curvature::exact;
   /// Relaxation of bounds before the solve; 0 solves the problem as stated.

@@ -18,6 +18,7 @@ struct KktResidual {
   int worst_row = -1;       ///< row of the largest violation, or -1 if a bound is worse
   int worst_variable = -1;  ///< variable whose bound is violated most
 
+  /// As solvers compare it with their tolerance: relative to the size of multipliers.
   double scaled() const;
 };
 

@@ -18,11 +18,17 @@ class NonlinearProgram {
  public:
   virtual ~NonlinearProgram() = default;
 
+  /// How many variables.
   virtual int variables() const = 0;
+  /// How many rows.
   virtual int rows() const = 0;
+  /// Of the variables.
   virtual const VectorXd& lower() const = 0;
+  /// Of the variables.
   virtual const VectorXd& upper() const = 0;
+  /// Of the rows.
   virtual const VectorXd& row_lower() const = 0;
+  /// Of the rows.
   virtual const VectorXd& row_upper() const = 0;
   /// rows x variables.
   virtual const SparsityPattern& jacobian_pattern() const = 0;
@@ -40,10 +46,15 @@ class NonlinearProgram {
   /// changes are not counted, and evaluations must be repeated.
   virtual long revision() const { return -1; }
 
+  /// Its cost at w.
   virtual bool objective(const double* w, double& f) = 0;
+  /// Of the cost, one number per variable, at w.
   virtual bool gradient(const double* w, double* gradient) = 0;
+  /// Rows at w.
   virtual bool constraints(const double* w, double* g) = 0;
+  /// Entries of the rows' Jacobian in the order of its pattern, at w.
   virtual bool jacobian(const double* w, double* entries) = 0;
+  /// Entries of the Hessian of the Lagrangian in the order of its pattern, at w.
   virtual bool hessian(const double* w, double sigma, const double* lambda, double* entries,
                        Curvature curvature) = 0;
 
@@ -54,6 +65,7 @@ class NonlinearProgram {
 
   /// For messages: "phase 'flight', node 3, state 1".
   virtual std::string describe_variable(int i) const = 0;
+  /// The same for a row.
   virtual std::string describe_row(int i) const = 0;
 
   /// Where the Lagrangian may be curved (lower triangle): more than hessian_pattern() where

@@ -34,7 +34,7 @@ struct OptimumRates {
 
 /// How the optimum follows.
 struct OptimumMovement {
-  VectorXd w, lambda;
+  VectorXd w, lambda;  ///< of variables and of multipliers of rows
   /// Not empty: a sentence. A side that is met without a multiplier would begin to hold, or cease
   /// to, and the movement is that of one direction only.
   std::string one_sided;
@@ -54,6 +54,7 @@ class OptimumSystem {
   /// LICQ and second order hold; otherwise message() says in a sentence which does not, and where.
   /// Strict complementarity matters, and is judged, for each movement.
   bool reliable() const { return message_.empty(); }
+  /// Why there are none; empty if there are.
   const std::string& message() const { return message_; }
   /// Whether there is a system at all, reliable or not.
   bool is_factored() const { return factors_ != nullptr; }
@@ -66,6 +67,7 @@ class OptimumSystem {
   double residual() const { return residual_; }
   /// Which side holds: 1 upper (or an equality), -1 lower, 0 none.
   int row_side(int row) const { return row_sides_[row]; }
+  /// Which bound holds a variable: -1 lower, 1 upper, 0 none.
   int bound_side(int variable) const { return bound_sides_[variable]; }
 
   OptimumRates no_rates() const;  ///< zeros

@@ -9,10 +9,11 @@ namespace saltus {
 
 /// What the cost, each row and each variable are multiplied by.
 struct ProgramScale {
-  double cost = 1.0;
-  VectorXd rows;
+  double cost = 1.0;        ///< of the cost
+  VectorXd rows;            ///< of each row
   VectorXd variables = {};  ///< empty: all 1
 
+  /// Whether nothing is changed.
   bool is_one() const {
     return cost == 1.0 && (rows.array() == 1.0).all() && (variables.array() == 1.0).all();
   }

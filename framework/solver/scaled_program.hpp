@@ -11,10 +11,12 @@ namespace saltus {
 /// its data must not change meanwhile.
 class ScaledProgram final : public NonlinearProgram {
  public:
+  /// `program` outlives this.
   ScaledProgram(NonlinearProgram& program, ProgramScale scale);
 
   /// From the one to the other.
   NlpPoint to_scaled(NlpPoint point) const;
+  /// A point of the scaled program in units of the given one.
   NlpPoint from_scaled(NlpPoint point) const;
 
   int variables() const override { return program_.variables(); }

@@ -7,15 +7,16 @@ namespace saltus {
 
 /// What the second derivatives say of a point.
 struct SecondOrderCheck {
+  /// What second-order conditions say.
   enum class Verdict {
     no_descent,  ///< along no direction that all constraints in force allow does the cost fall
     descent,     ///< along `direction`, and along its negative, the Lagrangian falls
     unknown      ///< there are no second derivatives, or the matrix could not be judged
   };
-  Verdict verdict = Verdict::unknown;
-  VectorXd direction;      ///< of descent, in variables of the program; largest entry 1
-  double curvature = 0.0;  ///< d' H d along it
-  int variable = -1;       ///< the one that moves most
+  Verdict verdict = Verdict::unknown;  ///< what they say
+  VectorXd direction;                  ///< of descent, in variables of the program; largest entry 1
+  double curvature = 0.0;              ///< d' H d along it
+  int variable = -1;                   ///< the one that moves most
 };
 
 /// Constraints in force are equalities and all sides that the point meets, with or without a

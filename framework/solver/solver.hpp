@@ -41,14 +41,15 @@ inline bool is_success(SolveStatus s) {
   return s == SolveStatus::optimal || s == SolveStatus::acceptable || s == SolveStatus::feasible;
 }
 
+/// What a solve gave.
 struct NlpResult {
-  SolveStatus status = SolveStatus::invalid_problem;
-  NlpPoint point;  ///< the last iterate, also when the solve failed
-  double objective = 0.0;
-  int iterations = 0;
-  double seconds = 0.0;  ///< wall clock
-  KktResidual kkt;       ///< recomputed from the program
-  std::string hessian;   ///< "exact", "Gauss-Newton" or "limited-memory BFGS"
+  SolveStatus status = SolveStatus::invalid_problem;  ///< how it ended
+  NlpPoint point;          ///< the last iterate, also when the solve failed
+  double objective = 0.0;  ///< cost at the point
+  int iterations = 0;      ///< of the solver
+  double seconds = 0.0;    ///< wall clock
+  KktResidual kkt;         ///< recomputed from the program
+  std::string hessian;     ///< "exact", "Gauss-Newton" or "limited-memory BFGS"
 };
 
 /// A solver of sparse nonlinear programs. It may keep work space between solves of programs with
@@ -61,6 +62,7 @@ class Solver {
   /// Later solves stop at this instant as well as at their own time limit; max(): never. Solvers
   /// that cannot be stopped ignore it.
   virtual void set_deadline(WallClock::time_point deadline) { (void)deadline; }
+  /// For messages and results.
   virtual std::string name() const = 0;
 };
 

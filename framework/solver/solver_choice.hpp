@@ -9,6 +9,7 @@
 
 namespace saltus {
 
+/// Which solver.
 enum class SolverChoice {
   ipopt,
   sparse,   ///< our own, quadratic programs by sparse linear algebra
@@ -16,6 +17,7 @@ enum class SolverChoice {
 };
 /// As users write them, for Settings::choice().
 const std::vector<std::pair<std::string, SolverChoice>>& solver_choices();
+/// As settings and results have it.
 const char* name_of(SolverChoice choice);
 /// How our own solvers of that name solve their quadratic programs; DefinitionError of others.
 QpMethod qp_method(SolverChoice choice);

@@ -18,6 +18,7 @@
 
 namespace saltus {
 
+/// How the own SQP and barrier method solve.
 struct SqpOptions {
   double tolerance = 1e-8;   ///< scaled KKT error
   int max_iterations = 500;  ///< quadratic models; of a linear-quadratic program: of its QP solver
@@ -30,11 +31,12 @@ struct SqpOptions {
   /// in nominal magnitudes. Longer steps take durations to their bounds, from where other local
   /// optima are nearer.
   double initial_trust_radius = 1.0;
-  QpMethod qp = sparse_qp();
+  QpMethod qp = sparse_qp();  ///< what solves quadratic models and Newton systems
   /// Of elastic mode, whose programs have two variables more per row and no stages.
   QpMethod elastic_qp = sparse_qp();
 };
 
+/// The own solver.
 std::unique_ptr<Solver> make_sqp(SqpOptions options = {});
 
 }  // namespace saltus

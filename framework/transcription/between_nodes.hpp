@@ -23,6 +23,7 @@ std::vector<PathViolation> violations_between_nodes(const MultipleShooting& shoo
                                                     const Trajectory& trajectory,
                                                     int samples = samples_between_nodes);
 
+/// How intervals are cut where a plan breaks constraints between nodes.
 struct RefinementOptions {
   double tolerance = 1e-6;    ///< on the largest violation between nodes, in the term's units
   double integration = 1e-3;  ///< on IntegrationError::states
@@ -33,6 +34,7 @@ struct RefinementOptions {
   int most_intervals = 2000;  ///< per phase
 };
 
+/// What a solve with refinement gave.
 struct RefinedSolution {
   MultipleShooting shooting;  ///< the last one that was solved
   Solution solution;          ///< of it

@@ -16,20 +16,20 @@ namespace saltus {
 
 /// Part of an argument that comes from a variable: argument += factor * w[variable].
 struct VariableCoefficient {
-  int variable = 0;
-  double factor = 1.0;
+  int variable = 0;     ///< which one
+  double factor = 1.0;  ///< its coefficient
 };
 
 /// Where an output of a block goes.
 struct BlockOutput {
-  static constexpr int objective = -1;
-  int row = objective;
+  static constexpr int objective = -1;  ///< stands for the cost in place of a row
+  int row = objective;                  ///< of the program, or `objective`
   double factor = 1.0;  ///< rows: fixed; objective: a weight that may change between solves
 };
 
 /// One small function of a few variables and constants.
 struct Block {
-  Function function;
+  Function function;                                           ///< what is evaluated
   std::vector<std::vector<VariableCoefficient>> coefficients;  ///< per argument
   VectorXd constants;                ///< per argument; may change between solves
   std::vector<BlockOutput> outputs;  ///< per output
@@ -56,18 +56,22 @@ class BlockProgram : public NonlinearProgram {
   int add_variables(int count);  ///< returns the first; free until bounded
   int add_rows(int count);       ///< returns the first; free until bounded
   int add_block(Block block);    ///< returns its index
+  /// Adds coefficient times variable to a row.
   void add_linear(int row, int variable, double coefficient);
   /// Before finish(): how many threads evaluate blocks, 1 at first. Results are the same to the
   /// bit. Blocks whose functions cannot be separated are all evaluated by the calling thread.
   void set_threads(int threads);
+  /// Fixes the patterns; nothing is added afterwards.
   void finish();
 
+  /// Bounds of variable i.
   void bound_variable(int i, double lower, double upper) {
     if (lower_[i] == lower && upper_[i] == upper) return;
     lower_[i] = lower;
     upper_[i] = upper;
     ++bounds_revision_;
   }
+  /// Bounds of row i.
   void bound_row(int i, double lower, double upper) {
     if (row_lower_[i] == lower && row_upper_[i] == upper) return;
     const bool was_off = is_off(i);
@@ -78,11 +82,15 @@ class BlockProgram : public NonlinearProgram {
   }
   /// An equality stays one, at another value: what a measurement does. Not counted as a change.
   void move_equality(int i, double value) { row_lower_[i] = row_upper_[i] = value; }
+  /// Sets an argument of a block that is data.
   void set_constant(int block, int argument, double value);
+  /// Sets the factor of a block's output.
   void set_weight(int block, int output, double value);
+  /// Of a block's output.
   double weight(int block, int output) const { return blocks_[block].outputs[output].factor; }
   /// Cost a w + b/2 w^2 of a single variable; b needs to have been declared before finish().
   void set_variable_cost(int variable, double linear, double quadratic);
+  /// The cost is quadratic in this variable.
   void declare_quadratic(int variable) { quadratic_variables_.push_back(variable); }
   /// Solvers drop to limited memory for kinds of curvature that some block cannot deliver.
   void set_support(bool exact, bool gauss_newton) {
@@ -90,6 +98,7 @@ class BlockProgram : public NonlinearProgram {
     gauss_newton_ = gauss_newton;
   }
 
+  /// What a variable of its own costs at w.
   double variable_cost(int variable, double w) const {
     return (linear_cost_[variable] + 0.5 * quadratic_cost_[variable] * w) * w;
   }
@@ -100,8 +109,10 @@ class BlockProgram : public NonlinearProgram {
   void for_each_linear(Visit&& visit) const {
     for (const Linear& l : linear_) visit(l.row, l.variable, l.coefficient);
   }
+  /// How many the function of a block gives.
   int block_outputs(int block) const { return blocks_[block].function.outputs(); }
   // The Jacobian without a sparse matrix, for programs that are written where they are solved.
+  /// Values and derivatives at w; false where they do not exist.
   bool evaluate_derivatives(const double* w) { return evaluate(w, Level::derivatives); }
   /// Writes every entry at w to its target; of rows that are off nothing. False where the program
   /// cannot be evaluated; linear entries are written then, too.

@@ -14,10 +14,12 @@ namespace saltus {
 /// duration T (s): offset = offset0 + offset1 T, length = length0 + length1 T. In phases of fixed
 /// duration the slopes are zero.
 struct GridInterval {
-  double offset0 = 0.0, offset1 = 0.0;
-  double length0 = 0.0, length1 = 0.0;
+  double offset0 = 0.0, offset1 = 0.0;  ///< s, and s per s of duration
+  double length0 = 0.0, length1 = 0.0;  ///< s, and s per s of duration
 
+  /// From the start of the phase for duration T, s.
   double offset(double T) const { return offset0 + offset1 * T; }
+  /// For duration T, s.
   double length(double T) const { return length0 + length1 * T; }
   /// A slot kept for an event that coincides with a node or lies outside the phase: no time passes.
   bool is_empty() const { return length0 == 0.0 && length1 == 0.0; }
@@ -25,8 +27,8 @@ struct GridInterval {
 
 /// A window in phase time after rounding to nodes; empty when to <= from.
 struct PhaseWindow {
-  double from = 0.0;
-  double to = infinity;
+  double from = 0.0;        ///< s, rounded to a node
+  double to = infinity;     ///< s, rounded to a node
   std::uint64_t modes = 0;  ///< bits of Schedule::mask_of; 0: whatever the mode
 };
 
@@ -39,9 +41,13 @@ class Grid {
   /// unknown start or duration refers to absolute time or may lie beyond the phase.
   Grid(const OptimalControlProblem& problem, const std::vector<Mesh>& meshes);
 
+  /// How many.
   int phases() const { return static_cast<int>(phases_.size()); }
+  /// Of a phase, slots of events included.
   int intervals(int phase) const { return static_cast<int>(phases_[phase].intervals.size()); }
+  /// Of a phase, before events cut them.
   int base_intervals(int phase) const { return phases_[phase].mesh.intervals; }
+  /// Interval k of a phase.
   const GridInterval& interval(int phase, int k) const { return phases_[phase].intervals[k]; }
   /// Mean length of an interval before events cut it: duration over base intervals (s).
   double nominal_length(int phase) const;
@@ -50,6 +56,7 @@ class Grid {
   /// Whether a control break is due at node k because an event or window limit stands there.
   bool is_event(int phase, int node) const { return phases_[phase].event_node[node]; }
 
+  /// Whether inputs of a phase go on over several intervals.
   bool has_held_inputs(int phase) const { return !phases_[phase].mesh.holds.empty(); }
   /// Whether the input of the interval that ends at the node goes on in the next (Mesh::holds).
   bool holds_input(int phase, int node) const {
@@ -66,6 +73,7 @@ class Grid {
   /// not in the schedule.
   static void check_events(const OptimalControlProblem& problem, const Schedule& schedule);
 
+  /// A window in phase time, rounded to nodes.
   PhaseWindow resolve(int phase, const Window& window) const;
   /// Running costs and inputs: the interval lies in [from, to). Empty intervals are in no window.
   bool interval_in(int phase, int k, const PhaseWindow& window) const;

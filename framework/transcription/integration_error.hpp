@@ -20,7 +20,7 @@ struct IntegrationError {
   double states = 0.0;
   /// The worst single interval.
   std::string phase;
-  int state = 0;
+  int state = 0;                  ///< where it is largest
   double time = 0.0;              ///< s, its start
   std::vector<double> intervals;  ///< of each piece of the trajectory, its worst state
 };

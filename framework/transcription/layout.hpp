@@ -16,6 +16,7 @@ class BlockProgram;
 /// parameters, free durations, a free start time, slacks.
 class Layout {
  public:
+  /// Declares all variables in `program`.
   Layout(const OptimalControlProblem& problem, const Grid& grid, BlockProgram& program);
 
   /// First state of a node; node = intervals is the end of the phase (before the jump).

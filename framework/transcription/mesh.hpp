@@ -7,8 +7,9 @@
 
 namespace saltus {
 
+/// How a phase is cut into intervals.
 struct Mesh {
-  int intervals = 30;
+  int intervals = 30;  ///< how many
   /// Fractions of the phase's duration at which the nodes stand, rising from 0 to 1, one more than
   /// intervals; empty: intervals of equal length.
   std::vector<double> nodes = {};
@@ -17,6 +18,7 @@ struct Mesh {
   /// freedom. Ramps go on between intervals of equal length. Empty: no node does.
   std::vector<char> holds = {};
 
+  /// Whether the input goes on over this node.
   bool holds_input(int node) const { return !holds.empty() && holds[node] != 0; }
   /// The fraction at which a node stands.
   double fraction(int node) const;
@@ -25,13 +27,15 @@ struct Mesh {
   struct InputInterval {
     int first = 0, count = 1;  ///< intervals
   };
+  /// The intervals of inputs, in their order.
   std::vector<InputInterval> input_intervals() const;
   /// What becomes of an input interval: `pieces` equal intervals in all, with one input if it
   /// holds.
   struct Cut {
-    int pieces = 1;
-    bool holds = false;
+    int pieces = 1;      ///< intervals that come of this one
+    bool holds = false;  ///< whether the input goes on over the new nodes
   };
+  /// With every interval cut as said, one cut per interval.
   Mesh divided(const std::vector<Cut>& cuts) const;
   /// Throws DefinitionError, naming the phase, if this is no mesh.
   void check(const std::string& phase) const;

@@ -28,8 +28,9 @@ struct GridAccuracy {
   double integration = 1e-3;  ///< IntegrationError::states
 };
 
+/// How a problem is transcribed.
 struct ShootingOptions {
-  int intervals_per_phase = 30;
+  int intervals_per_phase = 30;     ///< of every phase
   std::vector<int> intervals = {};  ///< per phase, in place of the number above
   std::vector<Mesh> meshes = {};    ///< per phase, in place of both
   IntegratorChoice integrator;      ///< required; see integrators/
@@ -55,6 +56,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   MultipleShooting(MultipleShooting&&) noexcept;
   MultipleShooting& operator=(MultipleShooting&&) noexcept;
 
+  /// The program, for a solver.
   NonlinearProgram& nlp();
   /// As defined, with the present schedule and penalty weights.
   const OptimalControlProblem& problem() const;
@@ -62,7 +64,9 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   const ProblemData& data() const;
   /// As given, with the meshes that follow from them.
   const ShootingOptions& options() const { return options_; }
+  /// Its intervals.
   const Grid& grid() const;
+  /// Its variables.
   const Layout& layout() const;
   /// What nlp() is, with the grid points of its terms: for PlanShift.
   const ShootingProgram& program() const { return *program_; }
@@ -74,6 +78,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   // --- data of the next solve; names and sizes are checked before anything changes, and as long as
   // --- nothing is wrong nothing allocates
   // ---------------------------------------------------------
+  /// The start of the next solve, s and state.
   void start_at(double t, const VectorRef& state);
   /// Only the time: the grid moves, the state stays to be given.
   void start_time(double t);
@@ -83,6 +88,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// set_data() in its forms (saltus/ocp/data_by_name.hpp) comes here.
   void set_entries(std::string_view name, const VectorRef& values,
                    std::span<const ParameterEntry> entries);
+  /// Moves an event of the schedule, s.
   void retime(std::string_view event, double time);
   /// Other events, modes and times, within the modes and the capacity that the problem's schedule
   /// declares. Events that windows name must be there.
@@ -90,6 +96,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// The input applied before the horizon, for penalise_change(); until given, the first interval
   /// is not charged. NaN marks an entry that did not exist then: it is not charged either.
   void set_previous_input(const VectorRef& input);
+  /// Changes the weight of a soft term by its name.
   void set_penalty_weight(std::string_view weight_name, double weight);
 
   /// The guesses of the problem as a point of the program.
@@ -99,6 +106,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// input go on.
   NlpPoint guess_from(const Trajectory& trajectory) const;
 
+  /// Of a point of the program.
   Trajectory trajectory(const VectorXd& w) const;
   /// Interprets a result of a solver of nlp().
   Solution interpret(NlpResult result);
@@ -117,6 +125,7 @@ class MultipleShooting : public DataByName<MultipleShooting> {
 /// what the program does not know: path constraints between the nodes, and the error of the
 /// integration. Status and message say where they exceed ShootingOptions::accuracy.
 Solution solve(MultipleShooting& shooting, Solver& solver);
+/// Solves from this point; what data and schedule say now is in force.
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start);
 
 }  // namespace saltus

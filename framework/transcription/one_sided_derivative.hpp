@@ -18,12 +18,13 @@
 
 namespace saltus {
 
+/// Of the optimum, as a parameter grows or falls.
 struct OneSidedDerivative {
-  double cost = 0.0;     ///< d J* / dd at d = 0+; NaN where it is not known
-  VectorXd first_input;  ///< of the input applied at the start, in its own units
-  double error = 0.0;    ///< estimated, relative to 1 + the largest entry
-  bool reliable = false;
-  std::string message;  ///< why not; empty if reliable
+  double cost = 0.0;      ///< d J* / dd at d = 0+; NaN where it is not known
+  VectorXd first_input;   ///< of the input applied at the start, in its own units
+  double error = 0.0;     ///< estimated, relative to 1 + the largest entry
+  bool reliable = false;  ///< whether the optimum was regular enough
+  std::string message;    ///< why not; empty if reliable
 };
 
 /// Along a direction in which events move. `solver` solves the problem beside the present instant,

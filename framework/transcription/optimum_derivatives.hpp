@@ -32,14 +32,14 @@ struct OptimumDerivative {
   VectorXd w;
   /// Estimated error of the differences, relative to 1 + the largest entry; 0: no differences.
   double difference_error = 0.0;
-  bool reliable = false;
-  std::string message;  ///< why not; empty if reliable
+  bool reliable = false;  ///< whether the optimum was regular enough
+  std::string message;    ///< why not; empty if reliable
 };
 
 /// How an event of the schedule moves along a direction: rate seconds per unit of it. Later: +1.
 struct EventRate {
-  std::string event;
-  double rate = 1.0;
+  std::string event;  ///< of the schedule
+  double rate = 1.0;  ///< s per unit of the direction
 };
 /// The schedule with all events `d` units further along the direction. Throws DefinitionError if
 /// they would pass one another, or one that stays.
@@ -70,6 +70,7 @@ class OptimumDerivatives {
   /// Whether active constraints are independent and the Hessian is positive definite on them;
   /// otherwise message() says in a sentence what fails, and where.
   bool reliable() const { return system_.reliable(); }
+  /// Why there are none; empty if there are.
   const std::string& message() const { return system_.message(); }
   /// "exact", or "differences of gradients" where an integrator has no second derivatives.
   const std::string& hessian() const { return system_.hessian(); }

@@ -10,15 +10,16 @@ namespace saltus {
 
 /// Derivatives with respect to theta, at fixed w and multipliers.
 struct ParametricRates : OptimumRates {
-  double objective = 0.0;
-  double error = 0.0;  ///< estimated, relative to 1 + the largest entry of its kind
+  double objective = 0.0;  ///< of the optimal cost, per unit of the parameter
+  double error = 0.0;      ///< estimated, relative to 1 + the largest entry of its kind
 };
 
 /// From where to where the first step of an extrapolation may shrink.
 struct StepRange {
-  double first = 0.0, smallest = 0.0;
+  double first = 0.0, smallest = 0.0;  ///< of the steps of the differences
 };
 
+/// How a check by differences ended.
 enum class DifferenceStatus {
   success,
   other_terms,  ///< not the same terms are in force on both sides, however small the step

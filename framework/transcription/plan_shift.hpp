@@ -19,6 +19,7 @@ class ShootingProgram;
 /// Sized once for a program; after construction nothing allocates.
 class PlanShift {
  public:
+  /// The program outlives this.
   explicit PlanShift(const ShootingProgram& program);
 
   /// Keeps the times of the program's grid, with free durations as in w: those of the plan.

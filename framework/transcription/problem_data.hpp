@@ -19,12 +19,13 @@ struct ProblemData {
   Bounds total_time;                    ///< s; read where the problem bounds it
   std::vector<VectorXd> parameters;     ///< p of each phase: data, and guesses of unknowns
   VectorXd previous_input;              ///< applied before the horizon; NaN: not known, not charged
-  Schedule schedule;
+  Schedule schedule;                    ///< of events and modes, in force for the next solve
 
   ProblemData() = default;
   /// What the problem's definition says.
   explicit ProblemData(const OptimalControlProblem& problem);
 
+  /// Whether the first state is data.
   bool has_given_start() const;
   /// Whether both put the nodes at the same times, and leave them as much room.
   bool has_times_of(const ProblemData& other) const;

@@ -22,12 +22,14 @@ namespace saltus {
 /// and weights for new data; it changes neither sizes nor patterns.
 class ShootingProgram final : public BlockProgram {
  public:
+  /// Transcribes the problem on these meshes, one per phase.
   ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
                   const IntegratorChoice& integrator, int threads = 1);
   StageStructure stages() const override;
   /// With the intervals whose integrator has no second derivatives.
   SparsityPattern curvature_pattern() const override;
 
+  /// In force for the next solve.
   const ProblemData& data() const { return data_; }
   /// Takes on the data of the next solve. Throws DefinitionError, changing nothing, when numbers
   /// are none or bounds would exclude one another; touches only what differs from data() and
@@ -36,23 +38,34 @@ class ShootingProgram final : public BlockProgram {
   /// Sets every penalty weight of this name; false if there is none.
   bool set_penalty_weight(std::string_view weight_name, double weight);
 
+  /// What was transcribed.
   const OptimalControlProblem& problem() const { return problem_; }
+  /// Its intervals.
   const Grid& grid() const { return grid_; }
+  /// Its variables.
   const Layout& layout() const { return layout_; }
 
+  /// One per phase.
   const std::vector<std::shared_ptr<Integrator>>& integrators() const { return integrators_; }
+  /// What integrates each interval.
   const std::vector<shooting::IntervalInstance>& interval_instances() const { return intervals_; }
+  /// Rows of path and point constraints.
   const std::vector<shooting::RowInstance>& row_instances() const { return rows_; }
+  /// Costs at nodes and ends.
   const std::vector<shooting::CostInstance>& cost_instances() const { return costs_; }
+  /// Costs of changes of the input.
   const std::vector<shooting::ChangeInstance>& change_instances() const { return changes_; }
+  /// Bounds as rows.
   const std::vector<shooting::LimitInstance>& limit_instances() const { return limits_; }
   /// What a limit holds to, and "phase 'burn', integral 'fuel'".
   const Limits& limits_of(const shooting::LimitInstance& instance) const;
+  /// For messages.
   std::string describe_limit(const shooting::LimitInstance& instance) const;
   /// First row that begins the integrals of a phase, from zero or from where they were.
   int integral_start_row(int phase) const { return integral_start_rows_[phase]; }
   /// Sets the integrals of w to what its states and inputs make of them.
   void fill_integrals(VectorXd& w);
+  /// First row of the given start, -1: there is none.
   int start_row() const { return start_row_; }
   /// First row of the jump into a phase; of the first phase there is none.
   int jump_row(int phase) const { return jump_rows_[phase - 1]; }
@@ -62,14 +75,19 @@ class ShootingProgram final : public BlockProgram {
 
   /// Absolute time of a grid point for durations as in w (null: the reference durations), s.
   double time_of(const shooting::GridPoint& point, const VectorXd* w) const;
+  /// Of a phase at w (or as guessed, without one), s.
   double start_of(int phase, const VectorXd* w) const;
+  /// Of a phase at w (or as guessed, without one), s.
   double duration_of(int phase, const VectorXd* w) const;
+  /// Of a phase at w (or as guessed, without one).
   VectorXd parameters_of(int phase, const VectorXd* w) const;
+  /// Whether the state at this node is data.
   bool is_given_start(int phase, int node) const;
   /// Block that charges a slack together with a free duration; -1: it has a cost of its own.
   int penalty_block(int slack) const { return penalty_blocks_[slack - first_slack_]; }
   /// What a slack costs at w.
   double slack_cost(int slack, const VectorXd& w);
+  /// In force for a component over an interval.
   Bounds input_bounds(int phase, int interval, int component) const;
 
   std::string describe_row(int row) const override { return describe_row(row, nullptr); }

@@ -14,25 +14,26 @@ namespace saltus {
 
 /// How much of a soft constraint was given up; of a link or an integral in the phase where it ends.
 struct SoftViolation {
-  std::string phase, term;
-  double largest = 0.0;  ///< violation in the term's own units
-  double time = 0.0;     ///< s, where it is largest
+  std::string phase, term;  ///< where and what
+  double largest = 0.0;     ///< violation in the term's own units
+  double time = 0.0;        ///< s, where it is largest
 };
 
 /// A path constraint that does not hold.
 struct PathViolation {
-  std::string phase, term;
-  double amount = 0.0;  ///< in the term's own units
-  double time = 0.0;    ///< s, where it is largest
+  std::string phase, term;  ///< where and what
+  double amount = 0.0;      ///< in the term's own units
+  double time = 0.0;        ///< s, where it is largest
   /// What changes the term much, in its units: its range over the plan or, where that is more, what
   /// nominal changes of state and input do to it there.
   double scale = 1.0;
+  /// In the scale of the term.
   double relative() const { return amount / scale; }
 };
 
 /// How the guard that ends a phase passed zero there.
 struct GuardCrossing {
-  std::string phase, event;
+  std::string phase, event;   ///< where and what
   Crossing declared = {};     ///< the direction asked for
   double time = 0.0;          ///< s, end of the phase
   double rate = 0.0;          ///< g_t + g_x f at x-, in the guard's units per second
@@ -40,6 +41,7 @@ struct GuardCrossing {
   double early_amount = 0.0;  ///< above zero: it had passed zero that way before, by so much
   double early_time = 0.0;    ///< s, where that was
 
+  /// Whether the guard passes zero in the declared direction.
   bool is_as_declared() const {
     return !grazes && crossing_sign(declared) * rate > 0.0 && early_amount == 0.0;
   }
@@ -47,16 +49,17 @@ struct GuardCrossing {
 
 /// What an integral of a phase (Phase::bound_integral) has come to at its end.
 struct IntegralValue {
-  std::string phase, integral;
-  double value = 0.0;
+  std::string phase, integral;  ///< where and what
+  double value = 0.0;           ///< what it adds up to
 };
 
 /// What a named cost adds to the total.
 struct CostContribution {
-  std::string phase, term;
-  double value = 0.0;
+  std::string phase, term;  ///< where and what
+  double value = 0.0;       ///< its part of the cost
 };
 
+/// What a solve of a problem gave.
 struct Solution {
   Solution();
   Solution(const Solution& other);
@@ -65,19 +68,19 @@ struct Solution {
   Solution& operator=(Solution&& other) noexcept;
   ~Solution();
 
-  SolveStatus status = SolveStatus::invalid_problem;
+  SolveStatus status = SolveStatus::invalid_problem;  ///< how it ended
   /// A sentence; when a constraint cannot be met it names phase, term and time, and by how much.
   std::string message;
   /// What looks like a mistake in the definition, a sentence each
   /// (OptimalControlProblem::warnings); said in the message too. Asked by solve(), not in control
   /// loops.
   std::vector<std::string> warnings;
-  double cost = 0.0;
-  Trajectory trajectory;
-  std::vector<double> durations;  ///< of the phases, s
-  std::vector<CostContribution> costs;
-  std::vector<SoftViolation> soft_violations;
-  std::vector<IntegralValue> integrals;
+  double cost = 0.0;                           ///< the optimal one, if it ended well
+  Trajectory trajectory;                       ///< states and inputs over time
+  std::vector<double> durations;               ///< of the phases, s
+  std::vector<CostContribution> costs;         ///< what each term adds
+  std::vector<SoftViolation> soft_violations;  ///< of soft terms, the largest first
+  std::vector<IntegralValue> integrals;        ///< of integral constraints
   /// Of every phase that ends by a guard. What is not as declared is said in the message too.
   std::vector<GuardCrossing> crossings;
   /// The largest violation of a hard path constraint between the nodes, where the program does not
@@ -94,7 +97,7 @@ struct Solution {
   /// or in that of the values at the solution where they are unusual
   /// (ShootingOptions::automatic_scale).
   KktResidual kkt_in_scale;
-  int iterations = 0;
+  int iterations = 0;    ///< of the solver
   double seconds = 0.0;  ///< wall clock of the solver
   std::string method;    ///< integrator, cost rule, Hessian
   NlpPoint point;        ///< for warm starts
@@ -102,6 +105,7 @@ struct Solution {
   /// conventions: positive where a larger start value costs more).
   VectorXd start_multipliers;
 
+  /// Whether it is an optimum as good as asked for.
   bool ok() const { return is_success(status); }
 };
 

@@ -12,13 +12,14 @@ namespace saltus {
 
 /// One shooting interval of a solution.
 struct TrajectoryPiece {
-  int phase = 0;
+  int phase = 0;          ///< which one
   double start = 0.0;     ///< absolute time, s
   double length = 0.0;    ///< s, positive
   VectorXd state;         ///< at the start of the interval
   VectorXd coefficients;  ///< of the input, see InputShape
   VectorXd end_state;     ///< of the node at its end, before any jump
 
+  /// In s.
   double end() const { return start + length; }
 };
 
@@ -26,10 +27,11 @@ struct TrajectoryPiece {
 /// Shares the integrators of the transcription; evaluation is not re-entrant.
 class Trajectory {
  public:
+  /// What is known of a phase.
   struct PhaseInfo {
-    std::string name;
-    VectorXd parameters;  ///< data and unknowns, p of the phase
-    std::shared_ptr<Integrator> integrator;
+    std::string name;                        ///< of the mode
+    VectorXd parameters;                     ///< data and unknowns, p of the phase
+    std::shared_ptr<Integrator> integrator;  ///< with which it was solved
   };
 
   Trajectory();
@@ -38,13 +40,19 @@ class Trajectory {
   Trajectory& operator=(const Trajectory& other);
   Trajectory& operator=(Trajectory&& other) noexcept;
   ~Trajectory();
+  /// Pieces in the order of time.
   Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces)
       : phases_(std::move(phases)), pieces_(std::move(pieces)) {}
 
+  /// Whether there is none.
   bool empty() const { return pieces_.empty(); }
+  /// In their order.
   const std::vector<PhaseInfo>& phases() const { return phases_; }
+  /// One per interval, in the order of time.
   const std::vector<TrajectoryPiece>& pieces() const { return pieces_; }
+  /// In s.
   double start_time() const { return pieces_.front().start; }
+  /// In s.
   double end_time() const { return pieces_.back().end(); }
   /// State at the end of the last phase.
   const VectorXd& final_state() const { return pieces_.back().end_state; }
@@ -55,6 +63,7 @@ class Trajectory {
   VectorXd state(double t) const;
   /// The left limit: at an event x- of the old phase, elsewhere state(t).
   VectorXd state_before(double t) const;
+  /// At a time, s; behind a control break.
   VectorXd input(double t) const;
   /// Algebraic states, of which a phase may have none; NaN where they cannot be found.
   VectorXd algebraic(double t) const;

@@ -12,9 +12,9 @@ namespace saltus {
 struct YamlEntry {
   enum class Form { none, scalar, list, section };  ///< `none`: a key without a value
 
-  std::string key;
-  int line = 0;  ///< of the key, from 1
-  Form form = Form::none;
+  std::string key;                 ///< as in the file
+  int line = 0;                    ///< of the key, from 1
+  Form form = Form::none;          ///< what stands there
   std::vector<std::string> items;  ///< one for a scalar, any number for a list
   std::vector<YamlEntry> entries;  ///< of a section, in the order of the file
 };

@@ -19,15 +19,20 @@ class YamlSection {
       : YamlSection(entry, std::move(source), "") {}
 
   std::vector<std::string> keys() const;  ///< in the order of the file
+  /// Whether the key is there.
   bool has(const std::string& key) const { return find(key) != nullptr; }
   /// Refuses any other key and suggests the nearest of these.
   void allow_only(const std::vector<std::string>& known) const;
 
   // The value of a key, which must be there and of that type.
+  /// That of the key; InputError if it is none.
   YamlSection section(const std::string& key) const;
+  /// InputError if it is none.
   std::string text(const std::string& key) const;
+  /// InputError if they are none.
   std::vector<std::string> texts(const std::string& key) const;
   double number(const std::string& key) const;  ///< finite
+  /// InputError unless there are n.
   template <int n>
   Vec<double, n> numbers(const std::string& key) const {
     return numbers(key, n);

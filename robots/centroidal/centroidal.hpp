@@ -30,12 +30,15 @@ struct CentroidalState {
   Vec<S, 3> velocity;          // m/s
   Vec<S, 3> angular_momentum;  // about the CoM, kg m^2/s
 
+  /// From its parts.
   CentroidalState(const Vec<S, 3>& x, const Vec<S, 3>& v, const Vec<S, 3>& h)
       : com(x), velocity(v), angular_momentum(h) {}
+  /// From gamma = (com, velocity, angular momentum).
   explicit CentroidalState(const Vec<S, 9>& gamma)
       : com(gamma.template segment<3>(0)),
         velocity(gamma.template segment<3>(3)),
         angular_momentum(gamma.template segment<3>(6)) {}
+  /// gamma = (com, velocity, angular momentum).
   Vec<S, 9> vector() const {
     Vec<S, 9> gamma;
     gamma << com, velocity, angular_momentum;

@@ -13,19 +13,23 @@ namespace saltus {
 /// the ground exerts nothing, whatever is commanded.
 class CentroidalPlant {
  public:
+  /// A foot of the plant.
   struct Foot {
-    SoleFrame sole;
-    bool in_contact = false;
+    SoleFrame sole;           ///< where it stands
+    bool in_contact = false;  ///< whether forces act there
   };
 
   /// `integrator` should be much tighter than the controller's.
   CentroidalPlant(double mass, const Vec<double, 9>& start, const IntegratorChoice& integrator);
 
-  Foot left, right;
+  Foot left, right;  ///< both feet
+  /// By its side.
   Foot& foot(Side side) { return side == Side::left ? left : right; }
+  /// By its side.
   const Foot& foot(Side side) const { return side == Side::left ? left : right; }
   Vec<double, 3> push = Vec<double, 3>::Zero();  ///< on the CoM, world axes, N
 
+  /// gamma: CoM m, its velocity m/s, angular momentum Nms.
   const Vec<double, 9>& state() const { return state_; }
 
   /// Integrates over `length` s with constant wrenches (left, right), each (fx, fy, fz, tx, ty, tz)

@@ -7,7 +7,9 @@
 
 namespace saltus {
 
+/// DART's detectors of collisions.
 enum class DartCollision { dart, fcl, bullet, ode };
+/// DART's solvers of contact forces.
 enum class DartLcp { dantzig, pgs };
 /// DART bounds the two tangential forces of a contact one by one: its friction cone is a square
 /// one. `box`: each at most friction times the normal force, together up to sqrt(2) times that.
@@ -15,10 +17,11 @@ enum class DartLcp { dantzig, pgs };
 /// allows, and those along the axes less.
 enum class DartFriction { box, inscribed };
 
+/// The plant's options and those of DART alone.
 struct DartOptions : PlantOptions {
-  DartCollision collision = DartCollision::bullet;
-  DartLcp lcp = DartLcp::dantzig;
-  DartFriction cone = DartFriction::box;
+  DartCollision collision = DartCollision::bullet;  ///< which detector
+  DartLcp lcp = DartLcp::dantzig;                   ///< which solver
+  DartFriction cone = DartFriction::box;            ///< shape of the friction cone
 };
 
 /// With `self_collision` bodies need their capsules (add_capsules), and detectors other than Bullet

@@ -28,6 +28,7 @@ template <class S>
 S capture_point(const S& position, const S& velocity, const S& omega) {
   return position + velocity / omega;
 }
+/// xi = position + velocity / omega, m; omega in 1/s.
 template <class S, int n>
 Vec<S, n> capture_point(const Vec<S, n>& position, const Vec<S, n>& velocity, const S& omega) {
   return position + velocity / omega;
@@ -49,6 +50,7 @@ S propagate_capture_point(const S& xi, const S& centre_of_pressure, const S& ome
   using std::exp;
   return centre_of_pressure + (xi - centre_of_pressure) * exp(omega * t);
 }
+/// Where the capture point is after t seconds with the centre of pressure held, m.
 template <class S, int n>
 Vec<S, n> propagate_capture_point(const Vec<S, n>& xi, const Vec<S, n>& centre_of_pressure,
                                   const S& omega, const S& t) {

@@ -33,17 +33,18 @@
 
 namespace saltus {
 
+/// Inside of the cone, or around it.
 enum class FrictionPyramid { inscribed, circumscribed };
 
 /// Defaults: the figures that the controller of the paper's first author uses for iCub.
 struct ContactConeOptions {
-  double friction = 1.0 / 3.0;  // mu
-  int edges = 6;                // n, at least 3
-  FrictionPyramid pyramid = FrictionPyramid::inscribed;
-  FootRectangle foot{};                         // m, in the sole frame
-  double torsional_friction = 0.0133;           // mu_z, m: |tz| <= mu_z fz
-  bool corners = false;                         // no more torsion than corners can exert
-  Bounds normal_force = between(10.0, 1000.0);  // of fz, N
+  double friction = 1.0 / 3.0;                           // mu
+  int edges = 6;                                         // n, at least 3
+  FrictionPyramid pyramid = FrictionPyramid::inscribed;  ///< inside of the cone, or around it
+  FootRectangle foot{};                                  // m, in the sole frame
+  double torsional_friction = 0.0133;                    // mu_z, m: |tz| <= mu_z fz
+  bool corners = false;                                  // no more torsion than corners can exert
+  Bounds normal_force = between(10.0, 1000.0);           // of fz, N
   /// Whether fz_min and fz_max appear as the last two rows, or only as `ContactCone::normal_force`
   /// for a problem that bounds the input fz itself. An infinite side never has a row.
   bool normal_force_rows = true;
@@ -56,6 +57,7 @@ struct ContactCone {
   std::vector<std::string> names;  // of the rows: "friction edge 3", "centre of pressure x max"
   Bounds normal_force;             // of fz, N
 
+  /// How many.
   int rows() const { return static_cast<int>(b.size()); }
 
   /// A with its size known to the compiler. Throws DefinitionError when m is not rows().

@@ -11,14 +11,17 @@
 
 namespace saltus {
 
+/// Of the robot, seen by itself.
 enum class Side { left, right };
+/// The other one.
 inline Side other(Side side) { return side == Side::left ? Side::right : Side::left; }
+/// "left" or "right".
 inline const char* name_of(Side side) { return side == Side::left ? "left" : "right"; }
 
 /// The part of the sole that touches the ground, in the sole frame, m.
 struct FootRectangle {
-  Bounds x = between(-0.05, 0.05);
-  Bounds y = between(-0.03, 0.03);
+  Bounds x = between(-0.05, 0.05);  ///< from heel to toe, m
+  Bounds y = between(-0.03, 0.03);  ///< from right to left, m
 
   /// The other foot of a robot that is symmetric about its x-z plane.
   FootRectangle mirrored() const { return {x, between(-y.upper, -y.lower)}; }
@@ -43,12 +46,13 @@ struct SoleFrameOf {
     return in_world;
   }
 };
+/// In numbers.
 using SoleFrame = SoleFrameOf<double>;
 
 /// A foot that stands somewhere.
 struct PlacedFoot {
-  SoleFrame sole;
-  FootRectangle rectangle;
+  SoleFrame sole;           ///< where it stands
+  FootRectangle rectangle;  ///< its sole, in that frame
 };
 
 /// A foot flat on level ground: position of its contact frame (m) and yaw about the vertical (rad,

@@ -18,14 +18,15 @@
 
 namespace saltus {
 
+/// On which feet.
 enum class Stance { left, right, both };
 
 /// A posture with one sole flat on the ground: that of the stance foot, the left one if both stand.
 /// Positions in m, in its contact frame: origin in the contact plane, x forward, y to the left, z
 /// up.
 struct StandingPosture {
-  std::string name;
-  Stance stance = Stance::both;
+  std::string name;                                    ///< as in the file
+  Stance stance = Stance::both;                        ///< on which feet
   Vec<double, 3> com = Vec<double, 3>::Zero();         // its z is the height above the ground
   Vec<double, 3> other_foot = Vec<double, 3>::Zero();  // origin of the other contact frame
   Posture joints;                                      // rad; joints that are not named are at zero
@@ -49,14 +50,15 @@ struct Mirror {
 
 /// A joint with a motor.
 struct ActuatedJoint {
-  std::string name;
+  std::string name;                ///< as in the URDF
   std::optional<Bounds> position;  ///< rad; not given: that of the URDF
   std::optional<double> effort;    ///< largest torque, Nm; not given: that of the URDF
   std::optional<double> velocity;  ///< largest speed, rad/s; not given: that of the URDF
 };
 
+/// What of a robot is told by its files.
 struct RobotDescription {
-  std::string name;
+  std::string name;                       // of the robot
   std::string source;                     // where the figures come from, a clause for reports
   std::string file;                       // that names links, joints and postures, for messages
   double mass = 0.0;                      // kg
@@ -70,11 +72,14 @@ struct RobotDescription {
   std::vector<LinkCapsule> capsules;  // likewise: shapes in place of those fitted to the meshes
   std::vector<std::string> warnings;  // what was assumed, sentences for the user
 
+  /// By its side.
   const FootRectangle& foot(Side side) const { return side == Side::left ? left_foot : right_foot; }
+  /// By its side.
   const std::string& sole(Side side) const { return side == Side::left ? left_sole : right_sole; }
 
   /// Throws InputError that suggests the nearest name.
   const StandingPosture& posture(const std::string& posture_name) const;
+  /// The first one.
   const StandingPosture& default_posture() const { return postures.front(); }
   /// The first that stands on this foot alone. Throws InputError if there is none.
   const StandingPosture& posture_on(Side side) const;

@@ -12,13 +12,15 @@
 
 namespace saltus {
 
+/// A point of the ground, m.
 using Point2 = Vec<double, 2>;
 
 /// Rows of a polygon: {x : A x <= b}, A of unit outward normals (n x 2), b in m.
 struct HalfPlanes {
-  Eigen::Matrix<double, Eigen::Dynamic, 2> A;
-  VectorXd b;
+  Eigen::Matrix<double, Eigen::Dynamic, 2> A;  ///< rows of unit length
+  VectorXd b;                                  ///< in m: A p <= b
 
+  /// How many.
   int rows() const { return static_cast<int>(b.size()); }
 };
 
@@ -37,6 +39,7 @@ class SupportPolygon {
 
   /// Corners, counter-clockwise, starting at the one with the least x (then least y).
   const std::vector<Point2>& vertices() const { return vertices_; }
+  /// How many corners.
   int size() const { return static_cast<int>(vertices_.size()); }
 
   /// One row per edge; row i belongs to the edge from vertex i to vertex i + 1.

@@ -20,11 +20,12 @@ namespace saltus {
 /// Joint name -> position (rad, or m for a prismatic joint). Joints that are not named are at zero.
 using Posture = std::map<std::string, double>;
 
+/// A joint of a URDF.
 struct UrdfJoint {
   enum class Motion { fixed, revolute, prismatic };  // revolute: continuous joints too
 
-  std::string name;  // empty for the root link, which has no joint
-  Motion motion = Motion::fixed;
+  std::string name;               // empty for the root link, which has no joint
+  Motion motion = Motion::fixed;  ///< what moves
   Eigen::Isometry3d origin = Eigen::Isometry3d::Identity();  // joint frame in the parent link
   Vec<double, 3> axis = Vec<double, 3>::UnitX();             // unit, in the joint frame
   Bounds position;                                           // rad or m
@@ -32,6 +33,7 @@ struct UrdfJoint {
   double velocity = infinity;                                // rad/s or m/s; 0 in a file: none
 };
 
+/// A box of a URDF.
 struct UrdfBox {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // of its centre, in the link
   Vec<double, 3> size = Vec<double, 3>::Zero();            // edge lengths, m
@@ -39,9 +41,10 @@ struct UrdfBox {
 
 /// A shape of a link: what it looks like, or what of it collides.
 struct UrdfShape {
+  /// Which kind of shape.
   enum class Shape { mesh, box, cylinder, sphere };
 
-  Shape shape = Shape::box;
+  Shape shape = Shape::box;                                ///< which kind
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  // in the link
   std::string mesh;                                        // file as the URDF writes it, or empty
   /// Mesh: scale; box: edge lengths; cylinder, along z: diameter, diameter, length; sphere:
@@ -50,16 +53,17 @@ struct UrdfShape {
   Vec<double, 3> colour = Vec<double, 3>::Constant(0.9);  // red, green, blue, 0 to 1
 };
 
+/// A link of a URDF.
 struct UrdfLink {
-  std::string name;
-  int parent = -1;  // index of the parent link, -1 for the root
-  UrdfJoint joint;  // from the parent
-  double mass = 0.0;
-  Vec<double, 3> com = Vec<double, 3>::Zero();            // in the link frame
+  std::string name;                             ///< as in the file
+  int parent = -1;                              // index of the parent link, -1 for the root
+  UrdfJoint joint;                              // from the parent
+  double mass = 0.0;                            ///< kg
+  Vec<double, 3> com = Vec<double, 3>::Zero();  // in the link frame
   Mat<double, 3, 3> inertia = Mat<double, 3, 3>::Zero();  // about the CoM, in link axes, kg m^2
   std::vector<UrdfBox> collision_boxes;                   // of the shapes below, the boxes
   std::vector<UrdfShape> collisions;                      // colours have no meaning here
-  std::vector<UrdfShape> visuals;
+  std::vector<UrdfShape> visuals;                         ///< what is drawn
 };
 
 /// Of each link the first of those that are fixed to each other and to it, by index.
@@ -68,10 +72,11 @@ std::vector<int> rigid_leaders(const std::vector<UrdfLink>& links);
 /// The flat underside of a foot: the contact frame is the sole link's frame moved along its z axis
 /// by `contact_plane_offset` (m, negative when the plane lies below the origin).
 struct FootGeometry {
-  FootRectangle rectangle;  // in the contact frame
-  double contact_plane_offset = 0.0;
+  FootRectangle rectangle;            // in the contact frame
+  double contact_plane_offset = 0.0;  ///< of the sole below its link's origin, m
 };
 
+/// A robot's URDF: links, joints, shapes.
 class UrdfModel {
  public:
   /// Throws InputError, one sentence naming file and element, when the file is missing, empty, not
@@ -83,11 +88,17 @@ class UrdfModel {
   /// The same from text; `source` stands for the file in messages.
   static UrdfModel parse(const std::string& text, const std::string& source);
 
+  /// Of the robot.
   const std::string& name() const { return name_; }
+  /// File that it was read from.
   const std::string& source() const { return source_; }
+  /// In the order of the file.
   const std::vector<UrdfLink>& links() const { return links_; }
+  /// In the order of the file.
   std::vector<std::string> link_names() const;
+  /// Those that are not fixed, in the order of the file.
   std::vector<std::string> moving_joint_names() const;
+  /// Of all links, kg.
   double total_mass() const { return total_mass_; }
 
   /// Index into links(). Throws InputError that suggests the nearest name.

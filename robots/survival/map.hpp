@@ -14,14 +14,15 @@
 
 namespace saltus::walking {
 
+/// What a survival map is to hold, and how it is made.
 struct MapRequest {
-  std::shared_ptr<BipedProblem> problem;
-  std::string settings;  ///< what decides about an outcome besides the cell, as YAML
-  MapGrid grid;
-  std::filesystem::path out;
-  int jobs = 1;
-  bool pictures = true;
-  std::string help = {};  ///< not empty: asked for, in place of a map
+  std::shared_ptr<BipedProblem> problem;  ///< pushed again and again
+  std::string settings;       ///< what decides about an outcome besides the cell, as YAML
+  MapGrid grid;               ///< of pushes and step times
+  std::filesystem::path out;  ///< folder for table and picture
+  int jobs = 1;               ///< runs at once
+  bool pictures = true;       ///< draw the picture at the end
+  std::string help = {};      ///< not empty: asked for, in place of a map
 };
 
 /// What follows `map`, for a problem with these defaults. Throws InputError.

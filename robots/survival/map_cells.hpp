@@ -13,6 +13,7 @@
 namespace saltus::walking {
 
 enum class MapController { mpc, capture_point, none };  ///< none: the MPC, and no step
+/// How a cell of the map ended.
 enum class MapOutcome {
   recovered,
   not_recovered,
@@ -20,15 +21,17 @@ enum class MapOutcome {
   not_run,  ///< given up: smaller pushes of this ray failed, see `MapPlan`
 };
 
+/// As tables and command lines have it.
 std::string name_of(MapController controller);
+/// As tables have it.
 std::string name_of(MapOutcome outcome);
 /// Throws InputError that suggests the nearest name.
 MapController map_controller(const std::string& name);
 
 /// One push. Cells compare by value: they are made by the same arithmetic every time.
 struct MapCell {
-  MapController controller = MapController::mpc;
-  double step_time = 0.0;  ///< s; 0 without a step
+  MapController controller = MapController::mpc;  ///< who holds the robot
+  double step_time = 0.0;                         ///< s; 0 without a step
   double direction = 0.0;  ///< deg, counter-clockwise seen from above; 0 is forward, 90 left
   double impulse = 0.0;    ///< N s
 
@@ -40,19 +43,19 @@ BipedSettings with_cell(BipedSettings settings, const MapCell& cell);
 
 /// A cell and what came of it. Quantities without a value are NaN, and empty in the CSV.
 struct MapRow {
-  MapCell cell;
-  MapOutcome outcome = MapOutcome::not_run;
-  double bound;                           ///< of the plain pendulum, N s
-  std::string reason;                     ///< when not recovered
-  double angular_momentum_max;            ///< Nms
-  double com_height_min, com_height_max;  ///< m
-  double icp_settling;                    ///< s
-  double icp_furthest;                    ///< m: of the capture point along the push
-  double touchdown;                       ///< s after the push began
-  double final_com_error;                 ///< m
-  bool stepped = false;                   ///< a step was triggered
-  int failed_solves = 0;                  ///< ticks whose solver failed
-  double seconds = 0.0;                   ///< wall clock
+  MapCell cell;                              ///< what was run
+  MapOutcome outcome = MapOutcome::not_run;  ///< how it ended
+  double bound;                              ///< of the plain pendulum, N s
+  std::string reason;                        ///< when not recovered
+  double angular_momentum_max;               ///< Nms
+  double com_height_min, com_height_max;     ///< m
+  double icp_settling;                       ///< s
+  double icp_furthest;                       ///< m: of the capture point along the push
+  double touchdown;                          ///< s after the push began
+  double final_com_error;                    ///< m
+  bool stepped = false;                      ///< a step was triggered
+  int failed_solves = 0;                     ///< ticks whose solver failed
+  double seconds = 0.0;                      ///< wall clock
   std::string known_from;  ///< "step 0.6": no step was triggered there, so its time is of no matter
 
   MapRow();

@@ -9,8 +9,8 @@
 
 namespace saltus::walking {
 
-inline constexpr const char* map_csv = "map.csv";
-inline constexpr const char* map_settings = "config.yaml";
+inline constexpr const char* map_csv = "map.csv";           ///< the table, in the map's folder
+inline constexpr const char* map_settings = "config.yaml";  ///< the settings of all its runs
 
 /// `map.csv` in a folder, and beside it the settings with which it was made. If a cell occurs twice
 /// the last line counts.

@@ -17,14 +17,16 @@
 
 namespace saltus::walking {
 
+/// After so many pushes in a row that failed beyond the pendulum's bound larger ones are not run.
 inline constexpr int failures_that_give_up = 3;
 
+/// Pushes, directions, step times and controllers of a map.
 struct MapGrid {
-  std::vector<double> directions;  ///< deg
-  std::vector<double> impulses;    ///< N s, ascending
-  std::vector<double> step_times;  ///< s
-  std::vector<MapController> controllers;
-  bool all = false;  ///< give up nothing
+  std::vector<double> directions;          ///< deg
+  std::vector<double> impulses;            ///< N s, ascending
+  std::vector<double> step_times;          ///< s
+  std::vector<MapController> controllers;  ///< in the order of the table
+  bool all = false;                        ///< give up nothing
 };
 
 /// n directions, equally far apart, from forward on (deg), in the order in which they are run:
@@ -49,8 +51,11 @@ class MapPlan {
   /// A cell that was under way has ended; returns the rows to keep: this one and those that follow.
   std::vector<MapRow> finish(const MapRow& row);
 
+  /// How many there are.
   int cells() const { return cells_; }
+  /// How many have an outcome.
   int known() const { return static_cast<int>(known_.size()); }
+  /// Whether nothing is left to run.
   bool is_complete() const { return known() == cells_; }
 
   /// Wall clock that is left, s, from the mean of the cells of the same impulse and controller so
@@ -59,6 +64,7 @@ class MapPlan {
 
   /// Rows of the grid that are known, by cell.
   const std::map<MapCell, MapRow>& rows() const { return known_; }
+  /// What the map holds.
   const MapGrid& grid() const { return grid_; }
 
  private:

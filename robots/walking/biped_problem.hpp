@@ -22,12 +22,16 @@ RobotScale scale_of(const RobotDescription& robot);
 /// moments by both.
 void scale(BipedSettings& settings, const RobotScale& scale);
 
+/// What a biped is to do: settings, scene, judgement.
 class BipedProblem {
  public:
   virtual ~BipedProblem() = default;
+  /// A copy that can be run beside this one.
   virtual std::unique_ptr<BipedProblem> clone() const = 0;
 
+  /// Its settings.
   virtual const BipedSettings& settings() const = 0;
+  /// Its settings, to be changed before a run.
   virtual BipedSettings& settings() = 0;
   /// Binds every key to its field of this object.
   virtual void declare(Settings& settings) = 0;
@@ -53,6 +57,7 @@ class BipedProblem {
   virtual double end_time(double push_end, double landing, double touchdown) const = 0;
   /// Why there is no use in going on, as a sentence, or nothing; a fall unless said otherwise.
   virtual std::string lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const;
+  /// Whether the run was a success, and figures of it.
   virtual Verdict judge(const RunLog& log) const = 0;
 };
 

@@ -15,20 +15,21 @@ namespace saltus::walking {
 /// The problem's own planner ("mpc"), or the capture-point controller without prediction.
 enum class ControllerChoice { mpc, capture_point };
 
+/// All settings of a biped's closed loop.
 struct BipedSettings {
-  std::string preset;  ///< of the settings, by name; of a problem that declares presets
-  PlantSettings plant;
-  RobotChoice robot;
-  ControllerChoice controller = ControllerChoice::mpc;
-  PlannerSettings planner;
-  CapturePointGains baseline;
-  SceneSettings scene;
-  Step step;
-  Push push;
-  MorePushes more_pushes;
-  ContactSettings contact;  ///< both feet
-  WholeBodyControl control;
-  bool pictures = true;
+  std::string preset;   ///< of the settings, by name; of a problem that declares presets
+  PlantSettings plant;  ///< who answers the controller
+  RobotChoice robot;    ///< which robot, in which posture
+  ControllerChoice controller = ControllerChoice::mpc;  ///< who holds the robot
+  PlannerSettings planner;                              ///< of the model predictive controller
+  CapturePointGains baseline;                           ///< of the capture point controller
+  SceneSettings scene;                                  ///< where the robot shall come to rest
+  Step step;                                            ///< when and where a foot is put
+  Push push;                                            ///< the first one
+  MorePushes more_pushes;                               ///< those after it
+  ContactSettings contact;                              ///< both feet
+  WholeBodyControl control;                             ///< of the whole body
+  bool pictures = true;                                 ///< draw them at the end
 };
 
 /// Which feet stand when, as far as it is known when the run begins: those of the scene. With room

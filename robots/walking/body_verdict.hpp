@@ -12,6 +12,7 @@ namespace saltus::walking {
 
 struct RunLog;
 
+/// What is judged on the whole body alone.
 struct BodyVerdict {
   /// Caught without a step: no fall, neither sole ever `standing_move` from where it was at the
   /// start, and the base never `standing_tilt` from its start.
@@ -40,9 +41,11 @@ struct BodyVerdict {
   std::string clearance_pair;          ///< of these
   double clearance_time = 0.0;         ///< and when, s
 
+  /// Whether any joint came to its limit.
   bool touches_joint_limit() const;
 };
 
+/// How far a foot that stands may move, m, and tilt, rad.
 inline constexpr double standing_move = 0.01, standing_tilt = 0.05;  // m, rad
 inline constexpr double planted_slip = 0.01;                         // m, for `recovered`
 inline constexpr double limit_touched = 1e-3;  // rad; nearer than this a joint is at its limit

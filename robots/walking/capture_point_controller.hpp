@@ -12,6 +12,7 @@ class Settings;
 
 namespace saltus::walking {
 
+/// Of the controller without prediction.
 struct CapturePointGains {
   double after_landing = 0.8;     ///< where the trajectory of the CoM ends, s
   double com_stiffness = 50.0;    ///< 1/s^2

@@ -13,7 +13,8 @@ namespace saltus::walking {
 // The modes, and the events between them.
 inline constexpr const char* left_support = "left support";    ///< the left foot alone stands
 inline constexpr const char* right_support = "right support";  ///< the right one
-inline constexpr const char* double_support = "double support";
+inline constexpr const char* double_support =
+    "double support";                                ///< name of the mode in which both feet stand
 inline constexpr const char* impact = "impact";      ///< the first landing to come
 inline constexpr const char* lift_off = "lift-off";  ///< the first lift-off
 
@@ -29,6 +30,7 @@ inline constexpr int events_ahead = 3;
 /// On the stance foot, until the other one lands at `landing`, s; infinite: no landing is due.
 /// Knows all modes and has room for so many events.
 Schedule one_foot_then_two(double landing = infinity, Side stance = Side::left, int events = 1);
+/// A schedule without a step, with room for so many events.
 Schedule two_feet_throughout(int events = 0);
 
 /// The contacts from now on: what stands, and as many of the steps to come as there is room for. A

@@ -5,8 +5,10 @@
 
 namespace saltus::walking {
 
+/// Adds the processor time of its scope to a number.
 class CpuTime {
  public:
+  /// The number counts s; it outlives this.
   explicit CpuTime(double& seconds) : seconds_(seconds) {}
   ~CpuTime() { seconds_ += 1e-6 * (thread_microseconds() - begin_); }
   CpuTime(const CpuTime&) = delete;

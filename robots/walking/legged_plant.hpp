@@ -16,14 +16,14 @@ namespace saltus::walking {
 
 /// Where the swing foot came down: as it is measured, and as it is (m).
 struct Landing {
-  Vec<double, 3> measured, actual;
+  Vec<double, 3> measured, actual;  ///< where the foot came down: as measured and as it is, m
 };
 
 /// What the swing foot is told. Times in s, the place of its contact frame in m.
 struct SwingTarget {
-  double landing = infinity;   ///< when it is due
-  double earliest = infinity;  ///< a touch before is none
-  Vec<double, 3> place = Vec<double, 3>::Zero();
+  double landing = infinity;                      ///< when it is due
+  double earliest = infinity;                     ///< a touch before is none
+  Vec<double, 3> place = Vec<double, 3>::Zero();  ///< of the sole, m
 };
 
 /// At each instant the loop calls: sense, lift_off, swing and find_landing, command (these four in
@@ -44,13 +44,16 @@ class LeggedPlant {
 
   /// Takes measurements at t; false if they are not due yet and nothing changes.
   virtual bool sense(double t) = 0;
+  /// gamma as the controller is told it: CoM m, velocity m/s, angular momentum Nms.
   virtual Vec<double, 9> measured() const = 0;
   virtual double nominal_mass() const = 0;  ///< of the controllers' model, kg
   /// The contact frame of a foot, and how fast it moves: m, m/s.
   virtual SoleFrame sole(Side foot) const = 0;
+  /// Of the sole's origin as measured, m/s.
   virtual Vec<double, 3> sole_velocity(Side foot) const = 0;
   /// Wrenches commanded or expected last, and the sum of their forces in world axes, N.
   virtual const Vec<double, 12>& applied() const = 0;
+  /// Sum over both feet as measured, world axes, N.
   virtual Vec<double, 3> contact_force() const = 0;
   /// Does a contact that is due begin exactly then? Otherwise it begins when it is felt.
   virtual bool lands_on_time() const = 0;
@@ -72,6 +75,7 @@ class LeggedPlant {
   // --- what is really so
 
   virtual double truth_time() const = 0;  ///< of the state, s
+  /// gamma as it is.
   virtual Vec<double, 9> truth() const = 0;
   virtual Vec<double, 3> true_sole(Side foot) const = 0;  ///< origin of its contact frame, m
   /// After a step, if a sample was due before it; never of a plant without a body.
@@ -82,12 +86,12 @@ class LeggedPlant {
 
 /// How the robot stands when the run begins, and what disturbs it. `period` is the planner's, s.
 struct PlantStart {
-  const RobotDescription& robot;
-  const StandingPosture& posture;
-  Scene scene;
-  std::vector<Push> pushes;
-  double mass_error = 0.0;  ///< relative, of the controllers' model
-  double period = 0.01;
+  const RobotDescription& robot;   ///< what is simulated
+  const StandingPosture& posture;  ///< how it stands
+  Scene scene;                     ///< feet and ground
+  std::vector<Push> pushes;        ///< all of them
+  double mass_error = 0.0;         ///< relative, of the controllers' model
+  double period = 0.01;            ///< of the controller, s
 };
 
 /// The exact centroidal dynamics. The swing foot stands from the start if the scene says so.
@@ -95,9 +99,9 @@ std::unique_ptr<LeggedPlant> make_centroidal_legged_plant(const PlantStart& star
 
 /// Whose URDF, how it is controlled, and what its controllers assume of the contacts.
 struct WholeBodyOptions {
-  std::filesystem::path urdf;
-  WholeBodyControl control;
-  ContactSettings contact;
+  std::filesystem::path urdf;  ///< file of the robot
+  WholeBodyControl control;    ///< of the whole body
+  ContactSettings contact;     ///< of the ground
 };
 
 /// Of `push.link`, the setting. Throws InputError that names it.

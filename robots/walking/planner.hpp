@@ -21,14 +21,15 @@ inline double frequency_of_height(double height) {
 
 /// What a controller knows about a tick.
 struct Measurement {
-  double time = 0.0;  ///< s
-  Vec<double, 9> gamma = Vec<double, 9>::Zero();
+  double time = 0.0;                              ///< s
+  Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< CoM m, velocity m/s, angular momentum Nms
   Vec<double, 12> applied =
       Vec<double, 12>::Zero();               ///< wrenches applied last, sole axes, left and right
   bool left_bore = true, right_bore = true;  ///< did that foot stand before now, to have one?
   Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< their sum, world axes, N
 };
 
+/// What a tick needs from the model predictive controller of a biped.
 class Planner {
  public:
   virtual ~Planner() = default;
@@ -36,19 +37,21 @@ class Planner {
   /// foot, lasts until the next tick.
   virtual const ControlTick& tick(const Measurement& measured, const Scene& scene,
                                   const Schedule& contacts) = 0;
+  /// For what it counts.
   virtual RecedingHorizonController& controller() = 0;
 };
 
+/// Of the model predictive controller.
 struct PlannerSettings {
-  SolverChoice solver = SolverChoice::riccati;
-  double tolerance = 1e-8;  ///< of the solver, scaled KKT error
-  double step = 0.01;       ///< grid and period of the controller, s
-  int intervals = 15;
-  CostRule costs = CostRule::nodes;
-  double deadline = 0.0;  ///< wall clock per tick, s; 0: none
+  SolverChoice solver = SolverChoice::riccati;  ///< what solves a tick
+  double tolerance = 1e-8;                      ///< of the solver, scaled KKT error
+  double step = 0.01;                           ///< grid and period of the controller, s
+  int intervals = 15;                           ///< of the horizon
+  CostRule costs = CostRule::nodes;             ///< integrated or at the nodes
+  double deadline = 0.0;                        ///< wall clock per tick, s; 0: none
   /// To try the loop: this fraction of the ticks has no time to solve, in runs of one to five.
   double missed_fraction = 0.0;
-  int missed_seed = 1;
+  int missed_seed = 1;  ///< of the random ticks that are left out
 };
 
 /// `solver`.

@@ -9,8 +9,10 @@
 
 namespace saltus::walking {
 
+/// What the robot is doing, for a line of progress.
 enum class Footing { standing, pushed, stepping, landed };
 
+/// In words.
 const char* describe(Footing footing);
 
 /// The loop at one tick of the planner.
@@ -20,7 +22,7 @@ struct LoopState {
   /// Of the capture point from the edge of what the robot stands on, m: positive inside. Until the
   /// landing that is the stance sole, after it the hull of both.
   double margin = 0.0;
-  Footing footing = Footing::standing;
+  Footing footing = Footing::standing;  ///< what the robot is doing
 };
 
 /// Called at every tick of the planner; false ends the run, whose results up to then are kept.
@@ -33,8 +35,10 @@ std::string progress_line(const LoopState& state, double wall_clock);
 /// second. What is shown before `finish` may lie up to 50 ms back.
 class Progress {
  public:
+  /// On a terminal one line is rewritten.
   Progress(std::FILE* out, bool terminal) : out_(out), terminal_(terminal) {}
 
+  /// Writes when there is something new to say.
   void show(const LoopState& state);
   /// The last state that was given, and the end of the line.
   void finish();

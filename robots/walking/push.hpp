@@ -13,8 +13,10 @@ class Settings;
 
 namespace saltus::walking {
 
+/// Of the force over its duration.
 enum class PushShape { rectangle, half_sine, triangle };
 
+/// A force that acts for a while.
 struct Push {
   double impulse = 7.0;                      ///< N s
   Vec<double, 3> direction{0.0, -1.0, 0.0};  ///< world axes, any length
@@ -24,7 +26,7 @@ struct Push {
   /// Whole body: the link of the URDF that is pushed, and where, in its frame, m. The centroidal
   /// model is pushed on its CoM.
   std::string link = "chest";
-  Vec<double, 3> point{0.0, 0.0, 0.0};
+  Vec<double, 3> point{0.0, 0.0, 0.0};  ///< in the frame of the link that is pushed, m
 
   double end() const { return start + duration; }  ///< s
 };
@@ -39,7 +41,7 @@ struct MorePushes {
   double until = 60.0;               ///< the last of them is over by then, s
   Vec<double, 2> impulse{3.0, 8.0};  ///< from, to, N s
   double apart = 4.0;                ///< at least, from begin to begin, s
-  int seed = 1;
+  int seed = 1;                      ///< of what is drawn at random
 };
 
 /// The first push, those of the list and the random ones, in the order of time. With random ones
@@ -47,6 +49,7 @@ struct MorePushes {
 /// read, pushes that overlap, and random ones that have no room.
 std::vector<Push> all_pushes(const Push& first, const MorePushes& more);
 
+/// As settings have it.
 const char* describe(PushShape shape);
 
 /// The fraction of the impulse that was given up to `t` (s), 0 to 1.

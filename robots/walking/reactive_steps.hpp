@@ -18,6 +18,7 @@ namespace saltus::walking {
 /// Told nothing about pushes. Nothing allocates.
 class ReactiveSteps final : public StepPlanner {
  public:
+  /// For the first scene; nothing is allocated afterwards.
   ReactiveSteps(const Step& options, const Scene& scene);
 
   const StepPlan& plan(const StepSituation& now) override;

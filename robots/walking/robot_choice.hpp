@@ -13,6 +13,7 @@ class Settings;
 
 namespace saltus::walking {
 
+/// Which robot, from which files.
 struct RobotChoice {
   std::string urdf;  ///< empty: the figures of robots/icub, or those of `file`
   std::string file;  ///< names, postures and limits; empty: iCub's

@@ -12,28 +12,33 @@ class Settings;
 
 namespace saltus::walking {
 
+/// What the centre of mass shall come to rest above.
 enum class Target { sole_midpoint, centroid };
 
+/// Where the robot shall come to rest.
 struct SceneSettings {
-  Stance stance = Stance::left;  ///< on what it stands at the start
-  Target target = Target::sole_midpoint;
+  Stance stance = Stance::left;           ///< on what it stands at the start
+  Target target = Target::sole_midpoint;  ///< above what
 };
 
-/// Declare the keys `stance` and `target`.
+/// Declares the key `stance`.
 void declare_stance(Settings& settings, SceneSettings& scene);
+/// Declares the key `target`.
 void declare_target(Settings& settings, SceneSettings& scene);
 
 /// Positions in the world, m.
 struct Scene {
-  Side side = Side::left;   ///< of the stance foot; of two that stand, one of them
-  SoleFrame stance, swing;  ///< swing: where it stands, or will land
-  FootRectangle stance_foot, swing_foot;
-  bool two_feet = false;     ///< the swing foot stands, or its landing is due
-  double com_height = 0.53;  ///< commanded, m
-  Target target = Target::sole_midpoint;
+  Side side = Side::left;                 ///< of the stance foot; of two that stand, one of them
+  SoleFrame stance, swing;                ///< swing: where it stands, or will land
+  FootRectangle stance_foot, swing_foot;  ///< their rectangles
+  bool two_feet = false;                  ///< the swing foot stands, or its landing is due
+  double com_height = 0.53;               ///< commanded, m
+  Target target = Target::sole_midpoint;  ///< above what the CoM shall come to rest
   PlannedMotion motion;  ///< how the CoM gets there, if the planner of steps says so
 
+  /// By its side.
   const SoleFrame& sole(Side foot) const { return foot == side ? stance : swing; }
+  /// By its side.
   const FootRectangle& rectangle(Side foot) const {
     return foot == side ? stance_foot : swing_foot;
   }
@@ -42,7 +47,9 @@ struct Scene {
 
   /// Of both feet, and of the stance foot alone.
   SupportPolygon hull() const;
+  /// Of the stance sole, in world axes.
   SupportPolygon stance_polygon() const;
+  /// Where the CoM shall come to rest, world x and y, m.
   Vec<double, 2> target_point() const;
 };
 

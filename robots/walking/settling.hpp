@@ -29,6 +29,7 @@ struct ForceSettling {
 double settling_time(std::span<const double> times, std::span<const double> values, double begin,
                      double band);
 
+/// Of planned and measured forces.
 ForceSettling force_settling(const RunLog& log);
 
 /// "planned_left_s", ..., "measured_right_s"; null: never.

@@ -16,30 +16,34 @@ namespace saltus::walking {
 /// One step of the foot in the air by a formula (StepLogic), or any number of either foot: by a
 /// rule (ReactiveSteps), or by optimal control, which is the problem's own.
 enum class StepPlannerChoice { formula, reactive, ocp };
+/// What makes the robot step: the push itself, or the capture point.
 enum class StepTrigger { push, icp };
+/// Step always, or only where standing does not hold.
 enum class StepDecision { always, if_it_helps };
+/// Where the foot is put: by the capture point, or a fixed place.
 enum class Placement { predicted, fixed };
 
 /// What a step must leave of the distance between ground and capture point at most. A step that
 /// halves it is not yet a recovery, but one that does less costs the standing robot its balance.
 inline constexpr double helpful = 0.5;
 
+/// When and where a foot is put.
 struct Step {
-  bool allowed = true;
-  StepPlannerChoice planner = StepPlannerChoice::formula;
-  double duration = 0.6;  ///< from the trigger to the landing, s
-  double shortest = 0.3;  ///< swing of the rule, s
-  StepTrigger trigger = StepTrigger::push;
-  StepDecision decide = StepDecision::always;
+  bool allowed = true;                                     ///< may it step at all?
+  StepPlannerChoice planner = StepPlannerChoice::formula;  ///< by the formula or by optimal control
+  double duration = 0.6;                                   ///< from the trigger to the landing, s
+  double shortest = 0.3;                                   ///< swing of the rule, s
+  StepTrigger trigger = StepTrigger::push;                 ///< what makes it step
+  StepDecision decide = StepDecision::always;              ///< always or only where it helps
   /// The placement is decided this long after the trigger, when the push is known, s.
   double decision_delay = 0.1;
   /// In place of that: this long before the landing, s.
   std::optional<double> decision_lead;
-  Placement placement = Placement::predicted;
+  Placement placement = Placement::predicted;  ///< by the capture point or fixed
   /// Of the swing sole relative to the stance sole: forward, and to the side away from it, m.
   Vec<double, 2> fixed_place{0.0, 0.14};
   double lateral_min = 0.12;  ///< reach to the side away from the stance sole, m
-  double lateral_max = 0.30;
+  double lateral_max = 0.30;  ///< to the side, m
   double forward_max = 0.25;  ///< reach to the front and back, m
 };
 
@@ -65,11 +69,15 @@ class StepLogic final : public StepPlanner {
 
   /// The same from the capture point (world, m) that the robot comes to at rest; omega 1/s.
   void update(double t, const Vec<double, 2>& capture_point, double omega);
+  /// Whether a foot is in the air or about to be.
   bool is_stepping() const { return landing_ < infinity; }
+  /// Whether place and time of the landing are settled.
   bool is_decided() const { return decided_; }
+  /// In s; infinity: no step.
   double landing_time() const { return landing_; }
   /// Half-way through the swing.
   double earliest_landing() const { return landing_ - 0.5 * options_.duration; }
+  /// Of the sole, m.
   const Vec<double, 3>& place() const { return place_; }
 
  private:

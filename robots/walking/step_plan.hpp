@@ -12,10 +12,11 @@ namespace saltus::walking {
 struct FootState {
   SoleFrame sole;                                    ///< contact frame, its heading alone, m
   Vec<double, 3> velocity = Vec<double, 3>::Zero();  ///< of its origin, m/s
-  bool stands = true;
+  bool stands = true;                                ///< on the ground
   double lifted_off = infinity;  ///< since when it swings, s; infinite: it does not. A foot that
                                  ///< neither stands nor swings hangs in the air, as at the start
                                  ///< on one foot: it may land, and need not.
+  /// Whether it is in the air.
   bool swings() const { return lifted_off < infinity; }
 };
 
@@ -29,22 +30,24 @@ struct StepSituation {
                                                   ///< momentum about it (Nms), measured
   FootState left, right;
 
+  /// By its side.
   const FootState& foot(Side side) const { return side == Side::left ? left : right; }
+  /// By its side.
   FootState& foot(Side side) { return side == Side::left ? left : right; }
 };
 
 /// One foot lifts off and lands again. Absolute times, s.
 struct PlannedStep {
-  Side foot = Side::right;
-  double lift_off = infinity;  ///< of a foot that is in the air already: any time up to now
-  double landing = infinity;
+  Side foot = Side::right;             ///< that is put
+  double lift_off = infinity;          ///< of a foot that is in the air already: any time up to now
+  double landing = infinity;           ///< s
   double earliest_landing = infinity;  ///< a touch of the ground before this is not the landing
   Vec<double, 3> place = Vec<double, 3>::Zero();  ///< of its contact frame, m
 };
 
 /// A choice of feet and number of steps that was looked at.
 struct StepAlternative {
-  int steps = 0;
+  int steps = 0;             ///< how many it takes
   Side first = Side::right;  ///< the foot of the first step; means nothing without steps
   double cost = infinity;    ///< infinite: not feasible
   Vec<double, 3> place = Vec<double, 3>::Zero();  ///< of the first step, m
@@ -53,10 +56,10 @@ struct StepAlternative {
 
 /// How the centre of mass moves in a plan, above the ground; no samples: the planner does not say.
 struct PlannedMotion {
-  static constexpr int most_samples = 16;
-  static constexpr double step = 0.02;  ///< s
-  double begin = 0.0;                   ///< of the first sample, s
-  int samples = 0;
+  static constexpr int most_samples = 16;                  ///< room for them
+  static constexpr double step = 0.02;                     ///< s
+  double begin = 0.0;                                      ///< of the first sample, s
+  int samples = 0;                                         ///< how many there are
   std::array<Vec<double, 2>, most_samples> com;            ///< m
   std::array<Vec<double, 2>, most_samples> capture_point;  ///< once the momentum is given back, m
 };
@@ -66,20 +69,21 @@ struct PlannedMotion {
 /// has landed (a plan without it leaves its time and place as they were). All others may be
 /// withdrawn.
 struct StepPlan {
-  static constexpr int most_steps = 3, most_alternatives = 8;
+  static constexpr int most_steps = 3, most_alternatives = 8;  ///< room for them
 
-  int count = 0;
-  std::array<PlannedStep, most_steps> steps;
+  int count = 0;                              ///< steps of the plan
+  std::array<PlannedStep, most_steps> steps;  ///< the first `count` of them
 
-  PlannedMotion motion;
+  PlannedMotion motion;  ///< of the centre of mass
 
   /// For the log: what was compared, and which of it was chosen (-1: there was no choice).
   int alternatives = 0;
-  std::array<StepAlternative, most_alternatives> alternative;
-  int chosen = -1;
+  std::array<StepAlternative, most_alternatives> alternative;  ///< what was considered
+  int chosen = -1;                                             ///< which of them; -1: none
   /// False: nothing that was compared meets all limits, and this is the least bad of it.
   bool is_feasible = true;
 
+  /// Whether there is a step in it.
   bool is_stepping() const { return count > 0; }
 };
 

@@ -14,7 +14,7 @@ class StepPlanner {
   virtual const StepPlan& plan(const StepSituation& /*now*/) { return plan_; }
 
  protected:
-  StepPlan plan_;
+  StepPlan plan_;  ///< what was planned last; sized once
 };
 
 }  // namespace saltus::walking

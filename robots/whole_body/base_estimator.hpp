@@ -10,6 +10,7 @@
 
 namespace saltus {
 
+/// Of the filter that knows where the base is.
 struct BaseEstimatorOptions {
   /// Several times those of data sheets: soles slip and rock, and what that looks like must not be
   /// taken for a tilt or a bias, which stay.
@@ -40,17 +41,20 @@ struct BaseEstimatorOptions {
 /// What the legs say of a sole: its pose in the frame of the base, and the covariance of
 /// (position m | rotation rad), axes of the base.
 struct SoleReading {
-  bool stands = false;
-  bool rests = false;  ///< flat: its centre of pressure lies inside
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  Mat<double, 6, 6> covariance = Mat<double, 6, 6>::Zero();
+  bool stands = false;  ///< on the ground
+  bool rests = false;   ///< flat: its centre of pressure lies inside
+  Eigen::Isometry3d pose =
+      Eigen::Isometry3d::Identity();  ///< of the contact frame in the base, by the joints
+  Mat<double, 6, 6> covariance = Mat<double, 6, 6>::Zero();  ///< of position m and rotation rad
 };
 
 /// Nothing allocates.
 class BaseEstimator {
  public:
+  /// Position, rotation, velocity, biases, soles.
   using State = ContactInertialState;
 
+  /// Nothing is known before start().
   explicit BaseEstimator(const BaseEstimatorOptions& options = {}) : options_(options) {}
 
   /// At rest, biases unknown; the pin stands where the state has it, the other foot in the air.
@@ -64,9 +68,11 @@ class BaseEstimator {
   /// estimate.
   void correct(Side side, const SoleReading& reading);
 
+  /// What is known.
   const State& state() const { return state_; }
   /// Of the right-invariant error; zero for feet in the air.
   const State::Matrix& covariance() const { return P_; }
+  /// Whether the filter holds the foot for standing.
   bool stands(Side side) const { return stands_[side == Side::left ? 0 : 1]; }
 
  private:

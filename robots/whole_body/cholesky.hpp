@@ -13,11 +13,13 @@ template <int n>
 class Cholesky {
  public:
   Cholesky() = default;
+  /// For matrices of up to so many rows.
   explicit Cholesky(int rows) : factor_(rows) {}
   /// Reads the lower triangle.
   void compute(const Mat<double, n, n>& A);
   /// B becomes A^-1 B.
   void solve_in_place(Eigen::Ref<MatrixXd> B) const;
+  /// b becomes the solution.
   void solve_in_place(Vec<double, n>& b) const;
 
  private:

@@ -27,8 +27,9 @@ struct Approach {
 /// Of the pairs of `FloatingRobot::apart` that are nearest.
 class Clearance {
  public:
+  /// A capsule that is watched.
   struct Member {
-    int body = 0;
+    int body = 0;       ///< of FloatingRobot::bodies
     LinkCapsule shape;  ///< in the body's frame
   };
 
@@ -41,11 +42,14 @@ class Clearance {
   /// Keeps the pairs that would be nearest `ahead` seconds later at their present speed, nearest
   /// first; only those that are nearer than `range` (m). Does not allocate.
   void update(const WholeBodyState& state, double range = infinity, double ahead = 0.0) noexcept;
+  /// How many pairs are near.
   int count() const { return count_; }
+  /// Pair i, nearest first.
   const Approach& approach(int i) const { return nearest_[static_cast<std::size_t>(i)]; }
   /// J of approach i: one entry per joint.
   void jacobian(int i, Eigen::Ref<VectorXd> row) const noexcept;
 
+  /// All capsules that are watched.
   const std::vector<Member>& members() const { return members_; }
   /// Of a member, in the world, after update().
   const Capsule& capsule(int member) const { return capsules_[static_cast<std::size_t>(member)]; }

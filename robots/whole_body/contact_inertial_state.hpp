@@ -15,8 +15,10 @@ namespace saltus {
 
 /// Everything in the axes of the world, but for the biases: axes of the base.
 struct ContactInertialState {
-  static constexpr int size = 27;
+  static constexpr int size = 27;  ///< of an error: 27 numbers
+  /// Of the state, in its tangent space.
   using Error = Vec<double, size>;
+  /// Its covariance and Jacobians.
   using Matrix = Mat<double, size, size>;
   /// Where the entries of an error begin; a foot's by foot(first, side).
   enum : int {
@@ -28,18 +30,24 @@ struct ContactInertialState {
     gyroscope_bias = 21,     // rad/s
     accelerometer_bias = 24  // m/s^2
   };
+  /// Place of a foot's three numbers, whose left ones begin at `first`.
   static constexpr int foot(int first, Side side) { return side == Side::left ? first : first + 3; }
 
-  Mat<double, 3, 3> R = Mat<double, 3, 3>::Identity();
-  Vec<double, 3> v = Vec<double, 3>::Zero(), p = Vec<double, 3>::Zero();
-  Eigen::Isometry3d left_sole = Eigen::Isometry3d::Identity(),
-                    right_sole = Eigen::Isometry3d::Identity();
-  Vec<double, 3> b_gyroscope = Vec<double, 3>::Zero(), b_accelerometer = Vec<double, 3>::Zero();
+  Mat<double, 3, 3> R = Mat<double, 3, 3>::Identity();  ///< of the base: its axes -> world axes
+  Vec<double, 3> v = Vec<double, 3>::Zero();            ///< of the base, m/s
+  Vec<double, 3> p = Vec<double, 3>::Zero();            ///< of the base, m
+  Eigen::Isometry3d left_sole = Eigen::Isometry3d::Identity();   ///< contact frame in the world
+  Eigen::Isometry3d right_sole = Eigen::Isometry3d::Identity();  ///< contact frame in the world
+  Vec<double, 3> b_gyroscope = Vec<double, 3>::Zero();           ///< bias, rad/s
+  Vec<double, 3> b_accelerometer = Vec<double, 3>::Zero();       ///< bias, m/s^2
 
+  /// By its side.
   Eigen::Isometry3d& sole(Side side) { return side == Side::left ? left_sole : right_sole; }
+  /// By its side.
   const Eigen::Isometry3d& sole(Side side) const {
     return side == Side::left ? left_sole : right_sole;
   }
+  /// Its frame in the world.
   Eigen::Isometry3d base() const;
 
   /// exp(error) times this; biases plus error.

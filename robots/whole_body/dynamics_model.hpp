@@ -9,10 +9,10 @@ namespace saltus {
 /// A sole, and how it moves: with nu of DynamicsModel, twist = J nu and d twist / dt =
 /// J dnu/dt + drift. Its twists are (angular | linear of the contact frame's origin), world axes.
 struct SoleMotion {
-  Eigen::Isometry3d pose;
-  Vec<double, 6> twist;
-  MatrixXd jacobian;     ///< 6 x (6 + n)
-  Vec<double, 6> drift;  ///< (dJ/dt) nu
+  Eigen::Isometry3d pose;  ///< of the contact frame in the world
+  Vec<double, 6> twist;    ///< (linear m/s | angular rad/s) of its origin, world axes
+  MatrixXd jacobian;       ///< 6 x (6 + n)
+  Vec<double, 6> drift;    ///< (dJ/dt) nu
 };
 
 /// M dnu/dt + h = (0 | tau) + sum_i J_i' w_i with nu = (base twist | dq), the base twist as in
@@ -21,22 +21,26 @@ struct SoleMotion {
 class DynamicsModel {
  public:
   virtual ~DynamicsModel() = default;
+  /// All quantities at this state.
   virtual void update(const WholeBodyState& state) = 0;
 
+  /// How many.
   virtual int joints() const = 0;
+  /// Of the whole robot, kg.
   virtual double mass() const = 0;
   const MatrixXd& mass_matrix() const { return mass_matrix_; }  ///< (6 + n) x (6 + n)
   const VectorXd& bias() const { return bias_; }  ///< h: gravity, Coriolis, centrifugal; 6 + n
+  /// By its side.
   const SoleMotion& sole(Side side) const { return side == Side::left ? left_ : right_; }
   const Vec<double, 3>& com() const { return com_; }                    ///< m
   const Vec<double, 3>& com_velocity() const { return com_velocity_; }  ///< m/s
   const Vec<double, 3>& angular_momentum() const { return momentum_; }  ///< about the CoM, Nms
 
  protected:
-  MatrixXd mass_matrix_;
-  VectorXd bias_;
-  SoleMotion left_, right_;
-  Vec<double, 3> com_, com_velocity_, momentum_;
+  MatrixXd mass_matrix_;                          ///< (6 + joints) square
+  VectorXd bias_;                                 ///< gravity and velocity terms, 6 + joints
+  SoleMotion left_, right_;                       ///< of both soles
+  Vec<double, 3> com_, com_velocity_, momentum_;  ///< m, m/s, Nms about the CoM
 };
 
 }  // namespace saltus

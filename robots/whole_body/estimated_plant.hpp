@@ -28,6 +28,7 @@ class EstimatedPlant final : public PlantAround {
     return contacts_[side == Side::left ? 0 : 1];
   }
 
+  /// What it knows of the base.
   const BaseEstimator& base() const { return base_; }
   /// The world is where this foot, which stands, does from now on.
   void pin(Side foot);

@@ -13,13 +13,15 @@
 
 namespace saltus {
 
+/// A robot with a floating base, as controllers need it.
 struct FloatingRobot {
   /// What a link looks like, in the frame of its body.
   struct Look {
-    std::string link;
-    std::vector<UrdfShape> visuals;
-    std::vector<UrdfBox> boxes;  ///< in their place: collision boxes, or one with its inertia
+    std::string link;                ///< that is drawn
+    std::vector<UrdfShape> visuals;  ///< its shapes
+    std::vector<UrdfBox> boxes;      ///< in their place: collision boxes, or one with its inertia
   };
+  /// One rigid body and the joint that carries it.
   struct Body {
     std::string name;           ///< of the link that leads the group
     int parent = -1;            ///< -1: the base
@@ -39,23 +41,25 @@ struct FloatingRobot {
   };
   /// A frame fixed to a body.
   struct Frame {
-    int body = 0;
+    int body = 0;                                            ///< of FloatingRobot::bodies
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< in the body's frame
   };
 
-  std::string name;
+  std::string name;             ///< of the robot
   std::string source;           ///< file of the URDF
   std::vector<Body> bodies;     ///< the base first, every parent before its children
   Frame left_sole, right_sole;  ///< contact frames: origin in the contact plane
-  double total_mass = 0.0;
+  double total_mass = 0.0;      ///< kg
   /// Bodies whose capsules must not touch: all pairs but neighbours. The first is the smaller.
   std::vector<std::pair<int, int>> apart;
 
+  /// How many move.
   int joints() const { return static_cast<int>(bodies.size()) - 1; }
   /// Index of the joint that leads to bodies[i + 1]. Throws InputError that suggests the nearest.
   int joint_index(const std::string& joint) const;
   /// Index of the body that carries this link's name. Throws InputError that suggests the nearest.
   int body_index(const std::string& body) const;
+  /// One number per joint, in the order of bodies; zero where the posture names none.
   VectorXd joint_positions(const Posture& posture) const;
 };
 

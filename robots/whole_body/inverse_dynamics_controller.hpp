@@ -14,6 +14,7 @@
 
 namespace saltus {
 
+/// Of the terms of inverse dynamics.
 struct WholeBodyWeights {
   double linear_momentum = 1.0;    ///< per N^2
   double angular_momentum = 10.0;  ///< per (Nm)^2
@@ -25,6 +26,7 @@ struct WholeBodyWeights {
   double clearance_weight = 1e5;   ///< L1, per m/s^2
 };
 
+/// Of the tasks of inverse dynamics.
 struct WholeBodyGains {
   double posture = 100.0, posture_damping = 20.0;  ///< 1/s^2, 1/s
   double stance_damping = 50.0;  ///< 1/s, on what is left of a stance foot's twist
@@ -33,7 +35,7 @@ struct WholeBodyGains {
   /// Keeps joints below their largest speeds, less a fraction, and lets them brake in time for
   /// their limits: at this deceleration, rad/s^2.
   bool speed_limits = false;
-  double speed_margin = 0.1, braking = 50.0;
+  double speed_margin = 0.1, braking = 50.0;  ///< that fraction; that deceleration, rad/s^2
   /// In place of the margin for the leg that swings: the ground will throw its joints, the more the
   /// straighter the knee.
   double swing_speed_margin = 0.25;
@@ -42,9 +44,10 @@ struct WholeBodyGains {
   /// Keeps the capsules of `FloatingRobot::apart` off each other: by this, m, or half of what they
   /// are apart where the robot stands; as for a joint's limit with this time constant, s.
   bool clearance = false;
-  double clearance_margin = 0.005, clearance_horizon = 0.1;
+  double clearance_margin = 0.005, clearance_horizon = 0.1;  ///< that distance, m; that time, s
 };
 
+/// Torques by inverse dynamics: one quadratic program per step of control.
 std::unique_ptr<WholeBodyController> make_inverse_dynamics_controller(
     const FloatingRobot& robot, const ContactConeOptions& left, const ContactConeOptions& right,
     const WholeBodyWeights& weights = {}, const WholeBodyGains& gains = {});

@@ -18,8 +18,9 @@ struct MeasurementNoise {
   double velocity = 0.0;          ///< m/s, of the base's origin, each axis
   double angular_velocity = 0.0;  ///< rad/s, of the base (each axis) and of every joint
   double force = 0.0;             ///< relative, of every entry of the wrench of a foot
-  int seed = 1;
+  int seed = 1;                   ///< the same numbers for the same seed
 
+  /// Whether nothing is added.
   bool is_zero() const {
     return position == 0.0 && angle == 0.0 && velocity == 0.0 && angular_velocity == 0.0 &&
            force == 0.0;

@@ -22,6 +22,7 @@
 
 namespace saltus {
 
+/// Of control by momentum.
 struct MomentumOptions {
   double linear_momentum = 1.0;    ///< per N^2
   double angular_momentum = 10.0;  ///< per (Nm)^2

@@ -12,6 +12,7 @@ struct MotorOptions {
   double bandwidth = 0.0;    ///< Hz, at which the lag takes off 3 dB; 0: no lag
   double torque_rate = 0.0;  ///< largest, Nm/s; 0: no limit
 
+  /// Whether torques act at once and as asked.
   bool is_ideal() const { return bandwidth == 0.0 && torque_rate == 0.0; }
 };
 

@@ -12,11 +12,12 @@ namespace saltus {
 
 /// What the ground does to a foot.
 struct FootContact {
-  bool touches = false;
+  bool touches = false;                            ///< whether forces act
   Vec<double, 6> wrench = Vec<double, 6>::Zero();  ///< (force N | torque Nm about the origin of the
                                                    ///< contact frame), world axes
 };
 
+/// Of the ground and of the engine.
 struct PlantOptions {
   double step = 1e-3;           ///< s
   double friction = 1.0;        ///< Coulomb, of the ground
@@ -40,22 +41,28 @@ std::vector<GroundBox> ground_boxes(const PlantOptions& options);
 class Plant {
  public:
   virtual ~Plant() = default;
+  /// At rest or moving, forces forgotten.
   virtual void reset(const WholeBodyState& state) = 0;
   /// Joint torques for the next step(s), Nm; cut to the limits of the robot.
   virtual void set_torques(const VectorXd& torques) = 0;
   /// A force (world axes, N) at a point of a body (its own frame, m) during the next step only.
   virtual void push(int body, const Vec<double, 3>& force, const Vec<double, 3>& point) = 0;
+  /// One step of the engine.
   virtual void step() = 0;
 
   virtual double time() const = 0;  ///< s
+  /// Of the whole body.
   virtual const WholeBodyState& state() const = 0;
+  /// Forces of a foot.
   virtual const FootContact& contact(Side side) const = 0;
+  /// For messages and results.
   virtual std::string name() const = 0;
 };
 
 /// A plant with something around it. What is not overridden goes through.
 class PlantAround : public Plant {
  public:
+  /// Owns what it surrounds.
   explicit PlantAround(std::unique_ptr<Plant> plant) : plant_(std::move(plant)) {}
 
   void reset(const WholeBodyState& state) override { plant_->reset(state); }
@@ -71,7 +78,7 @@ class PlantAround : public Plant {
   std::string name() const override { return plant_->name(); }
 
  protected:
-  std::unique_ptr<Plant> plant_;
+  std::unique_ptr<Plant> plant_;  ///< what is surrounded
 };
 
 }  // namespace saltus

@@ -5,6 +5,7 @@
 
 namespace saltus {
 
+/// Of encoders.
 struct EncoderOptions {
   double rate = 1000.0;  ///< Hz: the period of the motor boards (EMS) of iCub
   /// rad: optical encoder of 14400 counts on the motor behind a reducer of 100 (mechanicals and
@@ -26,6 +27,7 @@ struct InertialOptions {
   double delay;  ///< s
 };
 
+/// Of force-torque sensors.
 struct ForceTorqueOptions {
   double rate = 100.0;  ///< Hz: acquisition every 10 ms (strain boards of iCubGenova02)
   /// N, Nm: resolution of the IIT FT45 after dropping three counts of noise.
@@ -34,17 +36,19 @@ struct ForceTorqueOptions {
   double delay = 0.001;                        ///< s: one period of the motor boards
 };
 
+/// Of all senses.
 struct SensorOptions {
-  EncoderOptions encoder;
+  EncoderOptions encoder;  ///< of joints
   /// Xsens MTi-300: 0.01 deg/s per sqrt(Hz), bias repeatable to 0.2 deg/s; raw data up to 2 kHz,
   /// less than 2 ms late.
   InertialOptions gyroscope{1000.0, 1.75e-4, 3.5e-3, 0.001};
   /// The same: 60 ug per sqrt(Hz), 0.03 m/s^2.
   InertialOptions accelerometer{1000.0, 5.9e-4, 0.03, 0.001};
-  ForceTorqueOptions force_torque;
-  int seed = 1;
+  ForceTorqueOptions force_torque;  ///< of feet
+  int seed = 1;                     ///< the same numbers for the same seed
 };
 
+/// Of the base from measured senses.
 struct EstimationOptions {
   double velocity_lag = 0.0015;  ///< s, of the joints' velocities, without the delay of encoders
   double standing_force = 40.0;  ///< N, vertical: a foot that bears more stands, down to half of it

@@ -25,6 +25,7 @@ struct SensorReadings {
 /// One device: takes a value in every step of the engine, hands over what it has measured.
 class SensorDevice {
  public:
+  /// Of one device.
   struct Options {
     double rate, delay, resolution = 0.0;  // Hz, s, of the values (0: none)
     VectorXd noise, bias;                  // standard deviations
@@ -35,8 +36,11 @@ class SensorDevice {
 
   /// Draws the bias; up to the first sample `value` is what is measured.
   void reset(const VectorXd& value);
+  /// What there is to measure now.
   void observe(const VectorXd& value);
+  /// The latest.
   const VectorXd& reading() const { return reading_; }
+  /// Whether it arrived in this step.
   bool is_new() const { return is_new_; }
   double period() const { return static_cast<double>(period_) * step_; }  ///< s
 
@@ -69,6 +73,7 @@ class Sensors {
   void reset(const WholeBodyState& state);
   /// After a step of the engine; wrenches in world axes, as in FootContact.
   void observe(const WholeBodyState& state, const FootContact& left, const FootContact& right);
+  /// The latest of all devices.
   const SensorReadings& readings() const { return readings_; }
   double encoder_period() const { return encoder_.period(); }  ///< s
 

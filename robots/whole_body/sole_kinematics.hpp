@@ -10,8 +10,10 @@ namespace saltus {
 /// The chain of joints from the base to one sole. After construction nothing allocates.
 class SoleKinematics {
  public:
+  /// Of the chain from the base to a sole.
   SoleKinematics(const FloatingRobot& robot, Side side);
 
+  /// For these joint positions, rad.
   void update(const VectorXd& q);
 
   const Eigen::Isometry3d& pose() const { return pose_; }  ///< of the contact frame

@@ -6,6 +6,7 @@
 
 namespace saltus {
 
+/// Of the swing foot's motion.
 struct SwingOptions {
   double clearance = 0.03;                   ///< m, of the sole above the ground at mid-swing
   double stiffness = 400.0, damping = 40.0;  ///< 1/s^2, 1/s
@@ -16,19 +17,23 @@ struct SwingOptions {
 /// sole stays level and lands with zero velocity. World axes, m, s.
 class SwingFoot {
  public:
+  /// Not under way.
   explicit SwingFoot(const SwingOptions& options = {}) : options_(options) {}
 
   /// Holds this pose until start().
   void hold(const Eigen::Isometry3d& pose);
+  /// From the ground at t to the landing at landing_time, s.
   void start(double t, double landing_time);
   /// The place of the contact frame, its height that of the ground.
   void aim(double landing_time, const Vec<double, 3>& place);
+  /// Whether it is in the air.
   bool is_under_way() const { return under_way_; }
 
   /// Moves the reference on to t.
   void advance(double t);
   /// d twist / dt (angular | linear) that follows the reference from the motion measured.
   Vec<double, 6> acceleration(const SoleMotion& sole) const;
+  /// Of the sole's origin, m.
   const Vec<double, 3>& reference() const { return position_; }
 
  private:

@@ -8,7 +8,7 @@ namespace saltus {
 
 /// What is asked for; wrenches (fx, fy, fz, tx, ty, tz) in the axes of their sole.
 struct WholeBodyTasks {
-  bool left_stands = true, right_stands = true;
+  bool left_stands = true, right_stands = true;    ///< that may bear forces
   Vec<double, 3> force = Vec<double, 3>::Zero();   ///< rate of linear momentum, N
   Vec<double, 3> torque = Vec<double, 3>::Zero();  ///< rate of angular momentum about the CoM, Nm
   Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< planned, left and right
@@ -17,18 +17,20 @@ struct WholeBodyTasks {
   VectorXd posture;  ///< rad
 };
 
+/// Torques, and how they were found.
 struct WholeBodyCommand {
   VectorXd torques;                                    ///< Nm, within their limits
   VectorXd joint_acceleration;                         ///< rad/s^2
   Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< expected, axes of the soles
-  QpStatus status = QpStatus::invalid_problem;
-  int iterations = 0;
+  QpStatus status = QpStatus::invalid_problem;         ///< of the quadratic program
+  int iterations = 0;                                  ///< of the quadratic program
   double stance_slip =
       0.0;  ///< largest entry of a stance foot's acceleration that had to be given up
   double limit_excess = 0.0;  ///< rad/s^2 by which a joint limit is not respected
   int torques_cut = 0;        ///< joints whose torque was found too large and cut to its limit
 };
 
+/// Torques that carry out tasks.
 class WholeBodyController {
  public:
   virtual ~WholeBodyController() = default;

@@ -15,6 +15,7 @@ struct WholeBodyState {
   VectorXd q;                                              ///< rad
   VectorXd dq;                                             ///< rad/s
 
+  /// Whether every number is finite.
   bool is_finite() const {
     return base.matrix().allFinite() && base_twist.allFinite() && q.allFinite() && dq.allFinite();
   }
