@@ -85,6 +85,10 @@ class OptimalControlProblem {
   bool set_penalty_weight(std::string_view weight_name, double weight);
   /// For event times that move between solves.
   Schedule& editable_schedule() { return schedule_; }
+  /// For a problem that differs from another in a bound or a number: check() looks at it again.
+  PhaseDefinition& editable_phase(int j) { return phases_[j]; }
+  /// The same of a link.
+  Link& editable_link(int i) { return links_[i]; }
 
   /// For messages.
   const std::string& name() const { return name_; }

@@ -13,8 +13,13 @@ Solution solve(const OptimalControlProblem& problem, const SolveOptions& options
                 .integrator = options.integrator ? options.integrator : runge_kutta4({.steps = 2}),
                 .threads = options.threads});
   const std::shared_ptr<Solver> solver = options.solver ? options.solver : make_sqp();
-  if (options.guess) return solve(shooting, *solver, shooting.guess_from(*options.guess));
-  return solve(shooting, *solver);
+  const SolveObserver before = solver->observer();
+  if (options.observer.report || options.observer.should_stop)
+    solver->set_observer(options.observer);
+  Solution solution = options.guess ? solve(shooting, *solver, shooting.guess_from(*options.guess))
+                                    : solve(shooting, *solver);
+  solver->set_observer(before);
+  return solution;
 }
 
 }  // namespace saltus

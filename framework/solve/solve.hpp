@@ -31,6 +31,8 @@ struct SolveOptions {
   /// Where the search starts, in place of the problem's own guess: another solution of it, on any
   /// grid.
   std::optional<Trajectory> guess = {};
+  /// Hears of every iteration, and may end the solve: solver/observer.hpp.
+  SolveObserver observer = {};
 };
 
 /// A solve that does not converge is a result: see Solution::status and message. Throws

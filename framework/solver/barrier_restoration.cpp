@@ -40,6 +40,7 @@ SolveStatus BarrierRun::restore() {
   options.is_central = true;
   options.push = 1e-8;
   options.max_iterations = options_.max_iterations - iterations_;
+  options.first_number = options_.first_number + iterations_;
   options.suffices = [&](const VectorXd& w, const VectorXd& slacks) {
     trial_.x.head(n_) = w;
     for (int i = 0; i < m_; ++i)

@@ -71,6 +71,19 @@ std::string BarrierRun::describe() const {
   return line;
 }
 
+SolverIteration BarrierRun::iteration() const {
+  return {.number = options_.first_number + iterations_,
+          .is_restoring = !options_.can_restore,
+          .cost = now_.cost,
+          .violation = largest(now_.rows),
+          .stationarity = largest(stationarity_),
+          .barrier = mu_,
+          .step = largest(dx_),
+          .regularisation = step_.shift(),
+          .step_length = alpha_,
+          .dual_step_length = dual_alpha_};
+}
+
 SolveStatus BarrierRun::solve(const NlpPoint& start) {
   if (!begin(start)) {
     if (stationarity_.size() == 0) stationarity_ = VectorXd::Zero(n_ + m_);
@@ -79,11 +92,15 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
   for (;; ++iterations_) {
     const double least = error(0.0);
     if (options_.report) options_.report(*this);
+    if (options_.observer != nullptr && options_.observer->report)
+      options_.observer->report(iteration());
     if (least <= options_.tolerance) return SolveStatus::optimal;
     acceptable_ = least <= acceptable_factor * options_.tolerance ? acceptable_ + 1 : 0;
     if (acceptable_ >= acceptable_points) return SolveStatus::acceptable;
     if (now_.cost < unbounded_cost || largest(now_.x) > far) return SolveStatus::unbounded;
     if (timed_out()) return SolveStatus::time_limit;
+    if (options_.observer != nullptr && options_.observer->wants_stop())
+      return SolveStatus::interrupted;
     if (iterations_ >= options_.max_iterations) return SolveStatus::iteration_limit;
     if (least <= acceptable_at_failure * options_.tolerance && !(best_.error <= least)) keep(least);
     const auto give_up = [&](SolveStatus status) {

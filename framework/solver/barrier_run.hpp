@@ -50,6 +50,8 @@ struct BarrierOptions {
   /// Asked after each step, with w and the rows' slacks; true: that will do.
   std::function<bool(const VectorXd& w, const VectorXd& slacks)> suffices = {};
   std::function<void(const BarrierRun&)> report = {};
+  const SolveObserver* observer = nullptr;  ///< must outlive the run; null: none
+  int first_number = 0;                     ///< of the iterations that it hears of
 };
 
 class BarrierRun {
@@ -92,6 +94,7 @@ class BarrierRun {
     VectorXd lambda, z_lower, z_upper, stationarity;
   };
 
+  SolverIteration iteration() const;
   bool timed_out() const { return WallClock::now() >= options_.deadline; }
   bool begin(const NlpPoint& start);
   void relax_rows();

@@ -35,7 +35,8 @@ class Adapter final : public coin::TNLP {
       : program_(program), curvature_(curvature), time_limit_(time_limit) {}
 
   NlpResult result;
-  bool timed_out = false;
+  bool timed_out = false, was_interrupted = false;
+  const SolveObserver* observer = nullptr;
   std::exception_ptr thrown;  // by a formula; Ipopt would swallow it
   WallClock::time_point deadline = WallClock::time_point::max();
 
@@ -43,7 +44,7 @@ class Adapter final : public coin::TNLP {
   void begin(const NlpPoint& start) {
     start_ = &start;
     result = {};
-    timed_out = false;
+    timed_out = was_interrupted = false;
     thrown = nullptr;
     begin_ = WallClock::now();
   }
@@ -108,13 +109,29 @@ class Adapter final : public coin::TNLP {
     return true;
   }
 
-  bool intermediate_callback(coin::AlgorithmMode, Index iteration, Number, Number, Number, Number,
-                             Number, Number, Number, Number, Index, const coin::IpoptData*,
-                             coin::IpoptCalculatedQuantities*) override {
+  bool intermediate_callback(coin::AlgorithmMode mode, Index iteration, Number cost,
+                             Number violation, Number stationarity, Number barrier, Number step,
+                             Number shift, Number dual_step_length, Number step_length, Index,
+                             const coin::IpoptData*, coin::IpoptCalculatedQuantities*) override {
     result.iterations = iteration;
+    keep([&] {
+      if (observer->report)
+        observer->report({.number = iteration,
+                          .is_restoring = mode == coin::RestorationPhaseMode,
+                          .cost = cost,
+                          .violation = violation,
+                          .stationarity = stationarity,
+                          .barrier = barrier,
+                          .step = step,
+                          .regularisation = shift,
+                          .step_length = step_length,
+                          .dual_step_length = dual_step_length});
+      was_interrupted = observer->wants_stop();
+      return true;
+    });
     timed_out =
         (time_limit_ > 0.0 && seconds_since(begin_) > time_limit_) || WallClock::now() >= deadline;
-    return !timed_out && !thrown;
+    return !timed_out && !was_interrupted && !thrown;
   }
 
   void finalize_solution(coin::SolverReturn, Index n, const Number* w, const Number* z_lower,
@@ -244,8 +261,10 @@ class IpoptSolver final : public Solver {
       if (IsValid(engine_.application)) {
         engine_.adapter->begin(start);
         engine_.adapter->deadline = deadline_;
+        engine_.adapter->observer = &observer();
         const coin::ApplicationReturnStatus code = engine_.run(Structure(program));
         status = translate(code, engine_.adapter->timed_out);  // timed_out is known only now
+        if (engine_.adapter->was_interrupted) status = SolveStatus::interrupted;
         result = std::move(engine_.adapter->result);
         if (engine_.adapter->thrown) {
           const std::exception_ptr thrown = std::exchange(engine_, {}).adapter->thrown;

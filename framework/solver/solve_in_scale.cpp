@@ -26,7 +26,10 @@ NlpResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramSca
     return result;
   }
   ScaledProgram in_scale(program, scale);
+  const SolveObserver observer = solver.observer();
+  solver.set_observer(with_cost_times(observer, 1.0 / scale.cost));
   NlpResult result = solver.solve(in_scale, in_scale.to_scaled(start), warm);
+  solver.set_observer(observer);
   residual = result.kkt;
   result.point = in_scale.from_scaled(std::move(result.point));
   if (!program.objective(result.point.w.data(), result.objective) && is_success(result.status))

@@ -25,6 +25,8 @@ const char* describe(SolveStatus status) {
       return "the iteration limit was reached first";
     case SolveStatus::time_limit:
       return "the wall-clock limit was reached first";
+    case SolveStatus::interrupted:
+      return "the solve was interrupted before its end";
     case SolveStatus::evaluation_failed:
       return "the problem's functions could not be evaluated";
     case SolveStatus::numerical_failure:

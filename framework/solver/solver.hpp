@@ -3,11 +3,13 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "saltus/core/clock.hpp"
 #include "saltus/qp/qp_result.hpp"
 #include "saltus/solver/kkt.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
+#include "saltus/solver/observer.hpp"
 
 namespace saltus {
 
@@ -27,6 +29,7 @@ enum class SolveStatus {
   unbounded,   ///< the cost falls without limit
   iteration_limit,
   time_limit,         ///< wall clock
+  interrupted,        ///< SolveObserver::should_stop
   evaluation_failed,  ///< the functions could not be evaluated at the start or along the way
   numerical_failure,  ///< linear algebra or line search gave up
   invalid_problem,    ///< too few degrees of freedom, inconsistent bounds, bad options
@@ -62,8 +65,15 @@ class Solver {
   /// Later solves stop at this instant as well as at their own time limit; max(): never. Solvers
   /// that cannot be stopped ignore it.
   virtual void set_deadline(WallClock::time_point deadline) { (void)deadline; }
+  /// Of later solves. Solvers that cannot be watched ignore it.
+  void set_observer(SolveObserver observer) { observer_ = std::move(observer); }
+  /// The one that was set, or one that does nothing.
+  const SolveObserver& observer() const { return observer_; }
   /// For messages and results.
   virtual std::string name() const = 0;
+
+ private:
+  SolveObserver observer_;
 };
 
 }  // namespace saltus

@@ -75,13 +75,13 @@ class SqpSolver final : public Solver {
       deadline = std::min(deadline, seconds_after(begin, options_.time_limit));
     if (program.is_linear_quadratic() || !options_.qp.make_newton) {
       NlpResult result =
-          SqpRun(program, options_, curvature, *engine_, deadline).solve(start, warm);
+          SqpRun(program, options_, curvature, *engine_, deadline, observer()).solve(start, warm);
       // One model is all there is to it, unless that is not convex.
       const bool gave_up = result.status == SolveStatus::numerical_failure ||
                            result.status == SolveStatus::unbounded;
       if (!gave_up || !options_.qp.make_newton) return result;
-      return after(result,
-                   solve_by_barrier(program, start, curvature, options_.max_iterations, deadline));
+      return after(result, solve_by_barrier(program, start, curvature, options_.max_iterations,
+                                            deadline, result.iterations));
     }
     if (!warm || start.lambda.size() != program.rows())
       return refined(
@@ -90,12 +90,15 @@ class SqpSolver final : public Solver {
 
     SqpOptions few = options_;
     few.max_iterations = std::min(options_.max_iterations, warm_models);
-    NlpResult result = SqpRun(program, few, curvature, *engine_, deadline).solve(start, true);
+    NlpResult result =
+        SqpRun(program, few, curvature, *engine_, deadline, observer()).solve(start, true);
     const bool is_final = is_success(result.status) || result.status == SolveStatus::time_limit ||
+                          result.status == SolveStatus::interrupted ||
                           result.iterations >= options_.max_iterations;
     if (is_final) return result;
     return after(result, solve_by_barrier(program, start, curvature,
-                                          options_.max_iterations - result.iterations, deadline));
+                                          options_.max_iterations - result.iterations, deadline,
+                                          result.iterations));
   }
 
   // With the effort of what was tried before.
@@ -118,13 +121,15 @@ class SqpSolver final : public Solver {
     SqpOptions few = options_;
     few.max_iterations = refining_models;
     NlpResult better =
-        SqpRun(program, few, curvature, *engine_, deadline).solve(result.point, true);
+        SqpRun(program, few, curvature, *engine_, deadline, observer(), result.iterations)
+            .solve(result.point, true);
     if (better.status != SolveStatus::optimal) return result;
     return after(result, std::move(better));
   }
 
   NlpResult solve_by_barrier(NonlinearProgram& program, const NlpPoint& start, Curvature curvature,
-                             int max_iterations, WallClock::time_point deadline) {
+                             int max_iterations, WallClock::time_point deadline,
+                             int first_number = 0) {
     const WallClock::time_point begin = WallClock::now();
     if (engine_->barrier == nullptr)
       engine_->barrier = std::make_unique<BarrierEngine>(
@@ -135,7 +140,11 @@ class SqpSolver final : public Solver {
     options.max_iterations = max_iterations;
     options.deadline = deadline;
     const VectorXd inside = start.w.cwiseMax(program.lower()).cwiseMin(program.upper());
-    ScaledProgram scaled(program, limit_slopes(program, inside));
+    const ProgramScale scale = limit_slopes(program, inside);
+    ScaledProgram scaled(program, scale);
+    const SolveObserver unscaling = with_cost_times(observer(), 1.0 / scale.cost);
+    options.observer = &unscaling;
+    options.first_number = first_number;
     BarrierRun run(scaled, curvature, *engine_->barrier, options);
     NlpResult result;
     result.status = run.solve(start);

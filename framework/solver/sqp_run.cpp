@@ -49,13 +49,16 @@ bool SqpEngine::fits(const NonlinearProgram& p) const {
 }
 
 SqpRun::SqpRun(NonlinearProgram& program, const SqpOptions& options, Curvature curvature,
-               SqpEngine& engine, WallClock::time_point deadline)
+               SqpEngine& engine, WallClock::time_point deadline, const SolveObserver& observer,
+               int first_number)
     : program_(program),
       options_(options),
       curvature_(curvature),
       engine_(engine),
       model_(engine.model),
       deadline_(deadline),
+      observer_(observer),
+      first_number_(first_number),
       merit_(program),
       rows_(VectorXd::Zero(program.rows())) {
   if (options.time_limit > 0.0)
@@ -76,9 +79,27 @@ NlpResult SqpRun::solve(const NlpPoint& start, bool warm) {
   result.kkt = kkt_residual(program_, point_);
   if (!program_.objective(point_.w.data(), result.objective) && is_success(result.status))
     result.status = SolveStatus::evaluation_failed;
+  if (program_.is_linear_quadratic() && observer_.report)  // one model, seen once
+    observer_.report({.number = first_number_ + iterations_,
+                      .cost = result.objective,
+                      .violation = result.kkt.feasibility,
+                      .stationarity = result.kkt.stationarity,
+                      .step = largest(point_.w - start.w),
+                      .step_length = 1.0});
   result.point = std::move(point_);
   result.seconds = seconds_since(begin_);
   return result;
+}
+
+void SqpRun::report() const {
+  SolverIteration now{.number = first_number_ + iterations_,
+                      .violation = kkt_.feasibility,
+                      .stationarity = kkt_.stationarity,
+                      .step = step_,
+                      .regularisation = shift_,
+                      .step_length = step_length_};
+  program_.objective(point_.w.data(), now.cost);
+  observer_.report(now);
 }
 
 SolveStatus SqpRun::solve_once(bool warm) {
@@ -125,9 +146,11 @@ SolveStatus SqpRun::iterate(bool warm) {
     if (!model_.linearise(program_, point_.w, point_.lambda, curvature_))
       return SolveStatus::evaluation_failed;
     kkt_ = kkt_residual(program_, point_);
+    if (observer_.report) report();
     if (kkt_.scaled() <= options_.tolerance && (warm || iterations_ > 0))
       return SolveStatus::optimal;
     if (timed_out()) return SolveStatus::time_limit;
+    if (observer_.wants_stop()) return SolveStatus::interrupted;
     if (iterations_ >= options_.max_iterations) return SolveStatus::iteration_limit;
     const std::optional<SolveStatus> failure = step(warm || iterations_ > 0);
     if (!failure) continue;
@@ -146,6 +169,7 @@ std::optional<SolveStatus> SqpRun::step(bool warm) {
   const double unit = std::max(1.0, largest(exact_));
   SolveStatus status = SolveStatus::numerical_failure;
   bool is_elastic = false;
+  shift_ = 0.0;
   for (int model = 0; model < exact_models + convex_models; ++model) {
     const int care = model - exact_models;
     if (care < 0) {
@@ -226,6 +250,7 @@ void SqpRun::convexify(double shift) {
   engine_.convexification->apply(hessian, options_.convexity_floor);
   engine_.convexification->add_to_diagonal(hessian, shift);
   model_.hessian_changed();
+  shift_ = shift;
 }
 
 QpResult SqpRun::solve_elastic(NlpPoint& point, bool last_resort) {
@@ -280,6 +305,8 @@ bool SqpRun::correct_second_order(double predicted) {
 // The trust region follows what was accepted.
 double SqpRun::accept(const VectorXd& w, double alpha) {
   const double size = length();
+  step_ = largest(next_.w - point_.w);
+  step_length_ = alpha;
   if (alpha < 1.0)
     radius_ = std::min(radius_, trust_growth * alpha * size);
   else if (size >= trust_edge * radius_)

@@ -47,11 +47,13 @@ struct SqpEngine {
 class SqpRun {
  public:
   SqpRun(NonlinearProgram& program, const SqpOptions& options, Curvature curvature,
-         SqpEngine& engine, WallClock::time_point deadline);
+         SqpEngine& engine, WallClock::time_point deadline, const SolveObserver& observer,
+         int first_number = 0);
 
   NlpResult solve(const NlpPoint& start, bool warm);
 
  private:
+  void report() const;
   bool timed_out() const { return WallClock::now() >= deadline_; }
   SolveStatus solve_once(bool warm);
   SolveStatus iterate(bool warm);
@@ -74,6 +76,8 @@ class SqpRun {
   SqpEngine& engine_;
   QuadraticModel& model_;
   WallClock::time_point begin_ = WallClock::now(), deadline_;
+  const SolveObserver& observer_;
+  int first_number_;  // of the iterations that it hears of
   NlpPoint point_, next_;
   L1Merit merit_;
   VectorXd rows_, trial_;
@@ -82,6 +86,7 @@ class SqpRun {
   KktResidual kkt_;
   double elastic_weight_ = 0.0, largest_multiplier_ = 0.0;
   int iterations_ = 0;
+  double step_ = 0.0, step_length_ = 0.0, shift_ = 0.0;  // of the last step, for the observer
 };
 
 }  // namespace saltus

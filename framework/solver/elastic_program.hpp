@@ -1,0 +1,85 @@
+// By how much must the sides of a program give so that it can be met? What is asked for is relaxed,
+// group by group; what is not negotiable stays as it is.
+//
+//     min sum_g (s_g + t_g) + rho/2 |D (w - w0)|^2
+//     subject to   lower <= w + n_g (s_g - t_g) <= upper        for bounds in a group g,
+//                  row_lower <= g(w) + n_g (s_g - t_g) <= row_upper   for rows in a group g,
+//                  all other rows and bounds as they stand,   s, t >= 0
+//
+// One s and one t per group: all nodes of a term give by the same amount, so that n_g s_g is what
+// has to be taken from its lower sides and n_g t_g what has to be added to the upper ones. n_g is
+// the group's nominal value. D = 1 / max(1, |w0|); rho is small, so that of many points with the
+// least relaxation one is the solution, and s and t are those of an l1 penalty to about rho.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "saltus/solver/nonlinear_program.hpp"
+
+namespace saltus {
+
+/// Rows and bounds that give together.
+struct ElasticGroup {
+  std::string name;
+  std::vector<int> rows, variables;
+  double nominal = 1.0;  ///< in their units, positive
+};
+
+class ElasticProgram final : public NonlinearProgram {
+ public:
+  /// `program` must outlive it, and its data must not change meanwhile. Its variables come first,
+  /// then s and t of every group; its rows, then those of bounds in groups.
+  ElasticProgram(NonlinearProgram& program, std::vector<ElasticGroup> groups, const VectorXd& w0);
+
+  static constexpr double rho = 1e-6;
+
+  const std::vector<ElasticGroup>& groups() const { return groups_; }
+  /// s_g (lower sides give) and t_g (upper ones): variables.
+  int below(int group) const { return n_ + 2 * group; }
+  int above(int group) const { return n_ + 2 * group + 1; }
+  /// Rows of the group here: its rows, then its bounds.
+  std::vector<int> rows_of(int group) const;
+  /// sum_g (s_g + t_g)
+  double relaxation(const VectorXd& w) const;
+  /// A start: w, and what each group lacks there.
+  NlpPoint start(const VectorXd& w) const;
+
+  int variables() const override { return n_ + 2 * static_cast<int>(groups_.size()); }
+  int rows() const override { return static_cast<int>(row_lower_.size()); }
+  const VectorXd& lower() const override { return lower_; }
+  const VectorXd& upper() const override { return upper_; }
+  const VectorXd& row_lower() const override { return row_lower_; }
+  const VectorXd& row_upper() const override { return row_upper_; }
+  const SparsityPattern& jacobian_pattern() const override { return jacobian_pattern_; }
+  const SparsityPattern& hessian_pattern() const override { return hessian_pattern_; }
+  bool supports(Curvature curvature) const override { return program_.supports(curvature); }
+
+  bool objective(const double* w, double& f) override;
+  bool gradient(const double* w, double* gradient) override;
+  bool constraints(const double* w, double* g) override;
+  bool jacobian(const double* w, double* entries) override;
+  bool hessian(const double* w, double sigma, const double* lambda, double* entries,
+               Curvature curvature) override;
+
+  std::string describe_variable(int i) const override;
+  std::string describe_row(int i) const override;
+
+ private:
+  NonlinearProgram& program_;
+  std::vector<ElasticGroup> groups_;
+  int n_, m_;
+  std::vector<int> group_of_row_;  // of all rows here, -1: none
+  std::vector<int> bounded_;       // variable of each row beyond m_
+  SparsityPattern jacobian_pattern_, hessian_pattern_;
+  std::vector<int> jacobian_position_, hessian_position_, diagonal_position_;
+  struct Constant {
+    int position = 0;
+    double value = 0.0;
+  };
+  std::vector<Constant> constants_;  // of the Jacobian
+  std::vector<double> jacobian_entries_, hessian_entries_;
+  VectorXd lower_, upper_, row_lower_, row_upper_, w0_, d_;
+};
+
+}  // namespace saltus
