@@ -1,0 +1,271 @@
+#!/usr/bin/env python3
+"""The documentation as pages to be read in a browser, without a network: guides, concepts, reference.
+
+Usage: make.py OUT
+
+OUT/html/index.html is the first page. Made by Doxygen from the public headers and the pages (.md) of the
+project; the exit status is 1 on any warning, a public name without a comment among them, and on a link
+that leads nowhere. Needs Debian's packages doxygen and doxygen-awesome-css.
+"""
+
+import html.parser
+import os
+import re
+import shutil
+import subprocess
+import sys
+import urllib.parse
+
+import public_headers
+
+ROOT = os.path.abspath(public_headers.ROOT)
+THEME = "/usr/share/doxygen-awesome-css"
+STYLES = ["doxygen-awesome.css", "doxygen-awesome-sidebar-only.css",
+          "doxygen-awesome-sidebar-only-darkmode-toggle.css"]
+SCRIPTS = ["doxygen-awesome-darkmode-toggle.js", "doxygen-awesome-fragment-copy-button.js"]
+# In the order of the sidebar, with what each is called there.
+PAGES = [
+    "README.md", "docs/install.md", "docs/tutorial.md", "docs/concepts.md", "docs/howto.md", "docs/comparison.md",
+    "docs/python.md", "docs/glossary.md", "docs/promise.md", "docs/migration.md", "docs/third_parties.md",
+    "problems/push_recovery/README.md", "problems/push_recovery/step_planning.md", "robots/README.md",
+    "benchmarks/README.md", "benchmarks/measured.md", "examples/README.md",
+    "framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",
+    "framework/design/dae.md", "framework/design/integrators.md", "framework/design/riccati.md",
+    "framework/design/sequences.md", "framework/design/switch_times.md", "framework/design/decisions.md",
+    "CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md",
+]
+
+
+def label(page):
+    return "page_" + re.sub(r"\W", "_", page.removesuffix(".md")).lower()
+
+
+def slug(heading):
+    """As GitHub names the anchor of a heading."""
+    text = re.sub(r"[`*\[\]]|\(\S*?\)(?=\])", "", heading.strip().lower())
+    return re.sub(r"[^\w\- ]", "", text).replace(" ", "-")
+
+
+# ---- pages ---------------------------------------------------------------------------------------
+
+
+class Page:
+    """A page as Doxygen takes it: headings with names, links to pages and headers, pictures beside it."""
+
+    def __init__(self, name, names, headers, pictures):
+        self.name, self.names, self.headers, self.pictures = name, names, headers, pictures
+        self.folder = os.path.dirname(name)
+
+    def path_of(self, link):
+        return os.path.normpath(os.path.join(self.folder, link))
+
+    def link(self, match):
+        text, target = match[1], match[2]
+        if re.match(r"\w+:", target):
+            return match[0]
+        path, _, anchor = target.partition("#")
+        path = self.path_of(path) if path else self.name
+        if os.path.isdir(os.path.join(ROOT, path)) and f"{path}/README.md" in self.names:
+            path += "/README.md"
+        words = text.replace('"', "'").replace("`", "")
+        if path in self.names:
+            to = label(path) + (f"__{anchor.replace('-', '_')}" if anchor else "")
+            return f'\\ref {to} "{words}"'
+        if path in self.headers:
+            return f'\\ref {self.headers[path]} "{words}"'
+        if not os.path.exists(os.path.join(ROOT, path)):
+            raise SystemExit(f"{self.name}: the link to {target} leads nowhere")
+        shown = text.replace("`", "")
+        return f"`{shown}`" if shown in path or shown.split("/")[-1] == os.path.basename(path) else f"{text} (`{path}`)"
+
+    def picture(self, match):
+        path = self.path_of(match[2])
+        if not os.path.exists(os.path.join(ROOT, path)):
+            raise SystemExit(f"{self.name}: there is no picture {match[2]}")
+        flat = path.replace("/", "_")
+        self.pictures[flat] = os.path.join(ROOT, path)
+        said = match[1].replace('"', "&quot;")
+        return f'<img src="{flat}" alt="{said}" class="picture"/>'
+
+    def words(self, line):
+        parts = re.split(r"(`[^`]*`)", line)  # nothing is changed in code
+        line = "".join(part if part.startswith("`") else part.replace("@", "&#64;") for part in parts)
+        line = re.sub(r"!\[([^\]]*)\]\(([^)\s]+)\)", self.picture, line)
+        return re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", self.link, line)
+
+    def text(self):
+        with open(os.path.join(ROOT, self.name), encoding="utf-8") as file:
+            lines = file.read().splitlines()
+        out, is_code, seen = [], False, {}
+        for line in lines:
+            if line.lstrip().startswith("```"):
+                is_code = not is_code
+                # Doxygen knows few languages by name; shells it shows as they are.
+                out.append(re.sub(r"```(sh|yaml|cmake|json|text)$", "```", line))
+                continue
+            if is_code or re.match(r"<!--.*-->$", line):
+                out.append(line if is_code else "")
+                continue
+            heading = re.match(r"(#+) (.*)", line)
+            if not heading:
+                out.append(self.words(line))
+                continue
+            if heading[1] == "#":
+                title = "Saltus" if self.name == "README.md" else heading[2]
+                out.append(f"# {title} {{#{'mainpage' if self.name == 'README.md' else label(self.name)}}}")
+                if self.name != "README.md":
+                    out += ["", "[TOC]", ""]
+            else:
+                name = slug(heading[2])
+                seen[name] = seen.get(name, -1) + 1
+                if seen[name]:
+                    name += f"-{seen[name]}"
+                out.append(f"{heading[1]} {heading[2]} {{#{label(self.name)}__{name.replace('-', '_')}}}")
+        return "\n".join(out) + "\n"
+
+
+def write_pages(folder):
+    """Of PAGES those that exist; returns their files in order, and the pictures."""
+    names = [name for name in PAGES if os.path.exists(os.path.join(ROOT, name))]
+    tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=False)
+    for name in tracked.stdout.split():
+        if name not in names and "/templates/" not in name and not name.startswith(("docs/results/", ".")):
+            raise SystemExit(f"docs/reference/make.py: {name} is not in its list of pages")
+    headers = {os.path.relpath(path, ROOT): f"saltus/{name}"
+               for name, path in public_headers.public_headers()}
+    files, pictures = [], {}
+    os.makedirs(folder)
+    for i, name in enumerate(names):
+        path = os.path.join(folder, f"{i:02}_{name.replace('/', '_')}")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(Page(name, names, headers, pictures).text())
+        files.append(path)
+    return files, pictures
+
+
+# ---- Doxygen -------------------------------------------------------------------------------------
+
+
+def version():
+    with open(os.path.join(ROOT, "CMakeLists.txt"), encoding="utf-8") as file:
+        return re.search(r"project\(saltus\s+VERSION\s+([\d.]+)", file.read(), re.I)[1]
+
+
+def write_header(out):
+    """Doxygen's own head with the theme's scripts in it."""
+    head = os.path.join(out, "header.html")
+    subprocess.run(["doxygen", "-w", "html", head, os.path.join(out, "footer.html"), os.path.join(out, "style.css")],
+                   check=True, capture_output=True)
+    scripts = "".join(f'<script type="text/javascript" src="$relpath^{name}"></script>\n' for name in SCRIPTS)
+    scripts += ('<script type="text/javascript">DoxygenAwesomeDarkModeToggle.init();\n'
+                "DoxygenAwesomeFragmentCopyButton.init();</script>\n")
+    with open(head, encoding="utf-8") as file:
+        text = file.read()
+    with open(head, "w", encoding="utf-8") as file:
+        file.write(text.replace("</head>", scripts + "</head>"))
+
+
+def run_doxygen(out, files, pictures):
+    write_header(out)
+    headers = os.path.join(out, "headers")
+    settings = {
+        "OUTPUT_DIRECTORY": out,
+        "PROJECT_NUMBER": version(),
+        "INPUT": " ".join(f'"{path}"' for path in [*files, headers]),
+        "STRIP_FROM_PATH": headers, "STRIP_FROM_INC_PATH": headers,
+        "USE_MDFILE_AS_MAINPAGE": files[0],
+        "HTML_HEADER": os.path.join(out, "header.html"),
+        "HTML_EXTRA_STYLESHEET": " ".join([*(os.path.join(THEME, name) for name in STYLES),
+                                           os.path.join(ROOT, "docs", "reference", "saltus.css")]),
+        "HTML_EXTRA_FILES": " ".join(os.path.join(THEME, name) for name in SCRIPTS),
+    }
+    with open(os.path.join(ROOT, "docs", "reference", "Doxyfile"), encoding="utf-8") as file:
+        text = file.read() + "".join(f"{key} = {value}\n" for key, value in settings.items())
+    done = subprocess.run(["doxygen", "-"], input=text, capture_output=True, text=True, check=False)
+    for name, path in pictures.items():
+        shutil.copy(path, os.path.join(out, "html", name))
+    warnings = list(dict.fromkeys(line for line in done.stderr.splitlines() if line.strip()))
+    return [line.replace(headers + "/", "") for line in warnings], done.returncode
+
+
+def drop_dead_summaries(folder):
+    """Doxygen links from the head of a page to lists that it leaves out where all in them is private."""
+    for name in os.listdir(folder):
+        if name.endswith(".html"):
+            path = os.path.join(folder, name)
+            with open(path, encoding="utf-8") as file:
+                text = file.read()
+            if '<a name="nested-classes"></a>' not in text and '<a href="#nested-classes">' in text:
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(text.replace('<a href="#nested-classes">Classes</a> &#124;\n', "")
+                               .replace('<a href="#nested-classes">Classes</a>', ""))
+
+
+# ---- links ---------------------------------------------------------------------------------------
+
+
+class Links(html.parser.HTMLParser):
+    """What a page refers to, and what can be referred to in it."""
+
+    def __init__(self):
+        super().__init__()
+        self.links, self.loaded, self.anchors = set(), set(), set()
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        for key in ("id", "name"):
+            if values.get(key):
+                self.anchors.add(values[key])
+        if tag == "a" and values.get("href"):
+            self.links.add(values["href"])
+        elif values.get("src") or (tag == "link" and values.get("href")):
+            self.loaded.add(values.get("src") or values["href"])
+
+
+def check_links(folder):
+    """Sentences on links between pages that lead nowhere and on what would be loaded from a network."""
+    pages, wrong = {}, []
+    for name in sorted(os.listdir(folder)):
+        if name.endswith(".html"):
+            pages[name] = Links()
+            with open(os.path.join(folder, name), encoding="utf-8") as file:
+                pages[name].feed(file.read())
+    count = 0
+    for name, page in pages.items():
+        for link in sorted(page.links | page.loaded):
+            url = urllib.parse.urlsplit(link)
+            if url.scheme or url.netloc:
+                if link in page.loaded and url.scheme not in ("data", "javascript"):
+                    wrong.append(f"{name} loads {link}")
+                continue
+            count += 1
+            path = urllib.parse.unquote(url.path) or name
+            if not os.path.exists(os.path.join(folder, path)):
+                wrong.append(f"{name}: {link} leads nowhere")
+            elif url.fragment and path in pages and urllib.parse.unquote(url.fragment) not in pages[path].anchors:
+                wrong.append(f"{name}: there is no {link}")
+    return wrong, len(pages), count
+
+
+def main(out):
+    if not shutil.which("doxygen") or not os.path.isdir(THEME):
+        sys.exit("the documentation needs doxygen and its theme: apt-get install doxygen doxygen-awesome-css")
+    shutil.rmtree(out, ignore_errors=True)
+    os.makedirs(out)
+    public_headers.main(os.path.join(out, "headers"))
+    files, pictures = write_pages(os.path.join(out, "pages"))
+    warnings, status = run_doxygen(out, files, pictures)
+    drop_dead_summaries(os.path.join(out, "html"))
+    wrong, pages, links = check_links(os.path.join(out, "html"))
+    for sentence in [*warnings, *wrong]:
+        print(sentence, file=sys.stderr)
+    if warnings or wrong or status:
+        sys.exit(f"documentation: {len(warnings)} warnings, {len(wrong)} links that lead nowhere")
+    print(f"documentation: {pages} pages, no warning, {links} links looked up; "
+          f"{os.path.join(out, 'html', 'index.html')}")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(os.path.abspath(sys.argv[1]))

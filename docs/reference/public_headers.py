@@ -1,0 +1,145 @@
+#!/usr/bin/env python3
+"""The public headers as Doxygen is to read them, in the folder OUT: OUT/saltus/core/types.hpp and so on.
+
+Usage: public_headers.py OUT
+
+Comments in Saltus's headers are for who reads them there. For Doxygen are rewritten, line by line so
+that numbers of lines stay:
+
+- the first comment of a header, `// One idea.`, which is that of its file;
+- a comment behind a declaration, `double thrust;  // N`, which is that of the declaration;
+- several names in one declaration, `double x, y;  ///< m`: the comment is that of each;
+- constructors and assignments that copy, move, are defaulted or deleted, and arithmetic of automatic
+  differentiation: which say so.
+"""
+
+import glob
+import os
+import re
+import sys
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+LIST = os.path.join(ROOT, "framework", "cmake", "public_headers.txt")
+BEHIND = re.compile(r"^(\s*[^\s/}#].*[;,{])\s+//\s(?!NOLINT)(.*)$")  # `double thrust;  // N`
+SEVERAL = re.compile(r"^(\s*)((?:static constexpr |const )?[\w:]+(?:<[^;=]*?>)?(?:::\w+)?) (\w+(?: = [^;]*|\{[^;]*)?, [^;]*);(.*)$")
+ON_ONE_LINE = re.compile(r"^(\s*)((?:enum|struct|class) .*\};)\s+//(?:/<)? (.*)$")
+AS_MADE = re.compile(r"^(\s*)(\S.*=\s*(default|delete);.*)$")
+COPIES = re.compile(r"^(\s*)(?:(\w+)\(const \2&[^,)]*\)|(\w+)& operator=\(const \3&[^,)]*\))(?: noexcept)?;")
+MOVES = re.compile(r"^(\s*)(?:(\w+)\(\2&&[^,)]*\)|(\w+)& operator=\(\3&&[^,)]*\))(?: noexcept)?;")
+# Of numbers that carry more than a value; what they do needs no words.
+ARITHMETIC = re.compile(
+    r"^\s*(?:\[\[gnu::\w+\]\] )?(?:friend |static )?[\w:]+(?:<[^>]*>)?&? (?:operator[-+*/<>=!]+|sin|cos|tan|asin|acos"
+    r"|atan|sinh|cosh|tanh|exp|log|sqrt|abs|min|max|atan2|hypot|pow|combine)\(")
+AUTODIFF = ("saltus/autodiff/dual.hpp", "saltus/autodiff/math.hpp", "saltus/autodiff/tracer.hpp",
+            "saltus/autodiff/scalar.hpp")
+
+
+def public_headers():
+    """[(as it is included below saltus/, file)], in order."""
+    found = {}
+    with open(LIST, encoding="utf-8") as file:
+        patterns = [line.split()[1] for line in file if line.strip() and not line.startswith("#")]
+    for pattern in patterns:
+        for folder in ("framework", "."):  # as framework/cmake/SaltusInstall.cmake looks for them
+            for path in glob.glob(os.path.join(ROOT, folder, pattern)):
+                found[os.path.relpath(path, os.path.join(ROOT, folder))] = path
+    return sorted(found.items())
+
+
+def declarators(text):
+    """["a = f(1, 2)", "b"] of "a = f(1, 2), b"."""
+    parts, depth = [""], 0
+    for letter in text:
+        depth += (letter in "({[<") - (letter in ")}]>")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return [part.strip() for part in parts]
+
+
+def one_by_one(line, above):
+    """`double a, b;  ///< m` as two declarations that both are m."""
+    match = SEVERAL.match(line)
+    if not match or match[2] in ("return", "using", "friend", "case", "template", "operator"):
+        return line
+    margin, kind, names, rest = match.groups()
+    said = re.match(r"\s*///< (.*)", rest)
+    words = said[1] if said else above
+    if not words or not all(re.match(r"\w+( = .*|\{.*)?$", name) for name in declarators(names)):
+        return line
+    return margin + " ".join(f"{kind} {name}; /**< {words} */" for name in declarators(names))
+
+
+def begins_at(out):
+    """Where the statement begins that the next line goes on with: behind `template <...>` and `requires`."""
+    at = len(out)
+    while at > 0 and re.match(r"\s*(template\s*<.*>|requires .*)\s*$", out[at - 1]):
+        at -= 1
+    return at
+
+
+def as_words(line):
+    """What Doxygen would take for a command or for HTML in a comment, as it stands there."""
+    code, mark, words = line.partition("//")
+    if not mark:
+        return line
+    return code + mark + re.sub(r"<(\w[\w ]*)>", r"\\<\1\\>", re.sub(r"\\(?=[ntx])", r"\\\\", words))
+
+
+def rewritten(name, lines):
+    out, is_head, above = [], True, ""
+    for i, line in enumerate(lines):
+        is_head = is_head and line.startswith("//")
+        behind, as_made = BEHIND.match(line), AS_MADE.match(line)
+        is_said = i > 0 and "///" in lines[i - 1] and lines[i - 1].strip().startswith("///")
+        if line.strip().startswith("///"):
+            above = (above + " " if is_said else "") + line.strip()[3:].strip()
+        elif not is_said:
+            above = ""
+        # Doxygen 1.9.4 links to pages of concepts that it does not write.
+        is_concept = line.startswith("concept ")
+        line = re.sub(r"^concept (\w+) =", r"inline constexpr bool \1 =", line)
+        at = begins_at(out)
+        if is_concept and at < len(out) and not out[at - 1].startswith("///"):
+            out[at] = "/** What a template asks of its arguments. */ " + out[at]
+        copies = COPIES.match(line) or MOVES.match(line)
+        if is_head:
+            begin = f"/** \\file {name} */ " if i == 0 else ""
+            out.append(f"{begin}///{line[2:]}")
+        elif as_made and not is_said:
+            words = "As the compiler makes it." if as_made[3] == "default" else "There is none."
+            out.append(f"{as_made[1]}/** {words} */ {as_made[2]}")
+        elif copies and not is_said:
+            words = "Moves." if MOVES.match(line) else "Copies."
+            out.append(f"{copies[1]}/** {words} */ {line.strip()}")
+        elif name in AUTODIFF and ARITHMETIC.match(line) and not is_said and "///" not in line:
+            at = begins_at(out)
+            if at < len(out):
+                out[at] = "/** As for numbers, derivatives or dependence included. */ " + out[at].strip()
+                out.append(line)
+            else:
+                out.append("/** As for numbers, derivatives or dependence included. */ " + line.strip())
+        elif one_line := ON_ONE_LINE.match(line):
+            out.append(f"{one_line[1]}/** {one_line[3]} */ {one_line[2]}")
+        elif behind:
+            out.append(one_by_one(f"{behind[1]}  ///< {behind[2]}", above))
+        else:
+            out.append(one_by_one(line, above))
+    return "\n".join(as_words(line) for line in out) + "\n"
+
+
+def main(out):
+    for name, path in public_headers():
+        with open(path, encoding="utf-8") as file:
+            text = rewritten(f"saltus/{name}", file.read().splitlines())
+        made = os.path.join(out, "saltus", name)
+        os.makedirs(os.path.dirname(made), exist_ok=True)
+        with open(made, "w", encoding="utf-8") as file:
+            file.write(text)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    main(sys.argv[1])
