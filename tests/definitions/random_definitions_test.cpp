@@ -1,0 +1,109 @@
+// Of whole problems drawn at random, some of them wrong: a DefinitionError with names, or a solve
+// that ends with a status; never another exception, NaN handed out, or two solvers that are both
+// sure of different things. SALTUS_RANDOM_DEFINITIONS=10000 for more seeds than a test has time
+// for.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <optional>
+
+#include "saltus/core/error.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/any_solver.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/definitions/random_definition.hpp"
+
+namespace saltus::test {
+namespace {
+
+constexpr int seeds_of_a_test = 60;
+
+int seeds() {
+  const char* given = std::getenv("SALTUS_RANDOM_DEFINITIONS");
+  return given != nullptr ? std::atoi(given) : seeds_of_a_test;
+}
+
+struct Outcome {
+  std::optional<Solution> solution;  // none: refused
+  bool is_of_formula = false;
+  std::string refusal, failure;
+};
+
+// `failure` is what must not be.
+Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
+  Outcome outcome;
+  try {
+    RandomDefinition drawn = draw_definition(seed);
+    MultipleShooting shooting(std::move(drawn.problem),
+                              {.intervals_per_phase = 6, .integrator = runge_kutta4({.steps = 2})});
+    const auto solver = make_solver(choice, {.tolerance = 1e-9, .time_limit = 20.0});
+    outcome.solution = solve(shooting, *solver);
+  } catch (const DefinitionError& error) {
+    outcome.refusal = error.what();
+  } catch (const FormulaIsOutOfOrder&) {
+    outcome.is_of_formula = true;  // what formulas throw at set-up comes through as it is
+  } catch (const std::exception& error) {
+    outcome.failure = fmt::format("throws {}", error.what());
+  }
+  if (!outcome.solution) return outcome;
+  const Solution& s = *outcome.solution;
+  if (s.message.empty()) outcome.failure = "has no message";
+  bool is_finite = std::isfinite(s.cost) && !s.trajectory.empty();
+  for (const TrajectoryPiece& piece : s.trajectory.pieces())
+    is_finite = is_finite && piece.end_state.allFinite() && piece.state.allFinite();
+  if (s.ok() && !is_finite) outcome.failure = "hands out NaN as a solution";
+  if (s.ok() && !(s.kkt_in_scale.scaled() < 1e-5))
+    outcome.failure = "calls an optimum what is none";
+  return outcome;
+}
+
+bool is_sure_of_none(const Outcome& o) {
+  return o.solution && o.solution->status == SolveStatus::infeasible;
+}
+bool is_sure_of_one(const Outcome& o) {
+  return o.solution && o.solution->status == SolveStatus::optimal;
+}
+
+TEST(RandomDefinitions, EndAsASentenceOrAStatusAndSolversAgree) {
+  std::map<std::string, int> counts;
+  for (int seed = 1; seed <= seeds(); ++seed) {
+    SCOPED_TRACE(fmt::format("seed {}", seed));
+    std::map<std::string, Outcome> outcomes;
+    for (const auto& [name, choice] : solver_choices()) {
+      const Outcome& o = outcomes[name] = solve_drawn(static_cast<std::uint32_t>(seed), choice);
+      EXPECT_EQ(o.failure, "") << name;
+      ++counts[name + ": " + (o.solution ? describe(o.solution->status) : "refused")];
+      if (!o.solution && !o.is_of_formula && o.failure.empty()) {
+        EXPECT_NE(o.refusal.find('\''), std::string::npos) << "names nothing: " << o.refusal;
+      }
+    }
+    RandomDefinition drawn;
+    try {
+      drawn = draw_definition(static_cast<std::uint32_t>(seed));
+    } catch (const std::exception&) {
+      continue;
+    }
+    if (!drawn.is_convex) continue;
+    for (const auto& [name, o] : outcomes)
+      if (o.solution && o.solution->status != SolveStatus::evaluation_failed) {
+        EXPECT_TRUE(is_sure_of_one(o) || is_sure_of_none(o)) << name << ": " << o.solution->message;
+      }
+    for (const auto& [one, a] : outcomes)
+      for (const auto& [other, b] : outcomes) {
+        if (is_sure_of_one(a) && is_sure_of_none(b))
+          ADD_FAILURE() << one << " is sure of an optimum, " << other << " that there is none";
+        // Two scaled residuals of 1e-9 and costs of the size of 1.
+        if (one < other && is_sure_of_one(a) && is_sure_of_one(b)) {
+          EXPECT_NEAR(a.solution->cost, b.solution->cost, 1e-6 * (1.0 + std::abs(a.solution->cost)))
+              << one << ", " << other;
+        }
+      }
+  }
+  if (seeds() > seeds_of_a_test)
+    for (const auto& [what, count] : counts) fmt::print("{:6} {}\n", count, what);
+}
+
+}  // namespace
+}  // namespace saltus::test
