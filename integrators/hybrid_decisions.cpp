@@ -135,6 +135,7 @@ IntegrationStatus HybridIntegrator::catch_up() {
     }
     if (returns) return IntegrationStatus::success;
     std::fill(moving_.begin(), moving_.end(), 0.0);
+    note_event(crossed, false, 0.0);
     const IntegrationStatus passed = pass(crossed);
     if (passed != IntegrationStatus::success) return passed;
   }
@@ -178,6 +179,7 @@ IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool le
     if (now < 0) return IntegrationStatus::success;
     if (now == partner && mode.guards[now].slide >= 0) return enter_sliding(now);
     if (now == fired) return fail(IntegrationStatus::beyond_guard, now);
+    note_flow();  // of no length
     hold_instant();
     return fire(now);
   }

@@ -22,7 +22,8 @@ constexpr int most_projections = 20;
 }  // namespace
 
 HybridIntegrator::HybridIntegrator(const IntervalProblem& definition,
-                                   const MakeStepper& make_stepper)
+                                   const MakeStepper& make_stepper,
+                                   const std::optional<OneStepScheme>& scheme)
     : EventIntegrator(definition),
       modes_(problem()),
       guards_(problem(), modes_),
@@ -45,6 +46,10 @@ HybridIntegrator::HybridIntegrator(const IntervalProblem& definition,
   guard_row_.resize(1, directions);
   reset_rows_.resize(states(), directions);
   for (int m = 0; m < modes_.count(); ++m) repetitions_.emplace_back(modes_[m].guards.size());
+  if (!scheme || modes_.count() > modes_.declared()) return;  // sliding modes have no second order
+  curvature_.emplace(problem(), modes_, *scheme);
+  second_.resize(directions, directions);
+  weights_.resize(outputs());
 }
 
 IntegrationStatus HybridIntegrator::value(const double* w, double* end) {
@@ -63,6 +68,41 @@ IntegrationStatus HybridIntegrator::jacobian(const double* w, double* end, Matri
              : fail(IntegrationStatus::not_finite);
 }
 
+IntegrationStatus HybridIntegrator::hessian(const double* w, const double* weights,
+                                            MatrixXd& hessian, Curvature curvature) {
+  const IntegrationStatus status = run_on_tape(w);
+  return status == IntegrationStatus::success ? second_order(weights, hessian, curvature) : status;
+}
+
+IntegrationStatus HybridIntegrator::derivatives(const double* w, const double* weights, double* end,
+                                                MatrixXd& derivative, MatrixXd& hessian,
+                                                Curvature curvature) {
+  if (!has_hessian()) return jacobian(w, end, derivative);
+  const IntegrationStatus status = run_on_tape(w);
+  std::copy(y_.begin(), y_.end(), end);
+  if (status != IntegrationStatus::success) return status;
+  modes_[mode_].field->scatter(total_, derivative);
+  return second_order(weights, hessian, curvature);
+}
+
+IntegrationStatus HybridIntegrator::run_on_tape(const double* w) {
+  tape_.clear();
+  taping_ = true;
+  const IntegrationStatus status = run(w, true);
+  taping_ = false;
+  return status;
+}
+
+IntegrationStatus HybridIntegrator::second_order(const double* weights, MatrixXd& hessian,
+                                                 Curvature curvature) {
+  std::copy_n(weights, outputs(), weights_.data());
+  if (remembered_) weights_[problem().switching.memory] = 0.0;
+  const IntegrationStatus status = curvature_->hessian(tape_, weights_, curvature, second_);
+  if (status != IntegrationStatus::success) return fail(status);
+  modes_[mode_].field->scatter_symmetric(second_, hessian);
+  return status;
+}
+
 IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   const IntervalArguments index = arguments();
   sensitivities_ = sensitivities;
@@ -70,6 +110,7 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   h_ = w[index.h()];
   s_ = 0.0;
   events_ = 0;
+  remembered_ = false;
   modes_.load(w);
   stepper_->load(w);
   for (auto& of_mode : repetitions_) std::fill(of_mode.begin(), of_mode.end(), Repetition{});
@@ -84,6 +125,11 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   if (h_ == 0.0) {  // the identity; only the derivative with respect to h needs the field
     const IntegrationStatus status = choose_mode();
     if (status != IntegrationStatus::success) mode_ = 0;
+    if (taping_) {
+      tape_.clear();
+      note_flow();
+      tape_.back().end = 1.0;
+    }
     const IntervalField& field = *modes_[mode_].field;
     if (sensitivities && field.differentiates_time()) {
       field.argument(0.0, y_.data(), z_.data());
@@ -102,9 +148,37 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
 // The state that holds the mode's number, once events have changed it: a number that nothing moves.
 void HybridIntegrator::remember() {
   const int memory = problem().switching.memory;
-  if (memory < 0 || (events_ == 0 && mode_ == std::lround(y_[memory]))) return;
+  remembered_ = memory >= 0 && (events_ > 0 || mode_ != std::lround(y_[memory]));
+  if (!remembered_) return;
   y_[memory] = mode_;
   if (sensitivities_) total_.row(memory).setZero();
+}
+
+void HybridIntegrator::note_flow() {
+  if (!taping_) return;
+  HybridPiece& piece = tape_.add();
+  piece.mode = mode_;
+  piece.guard = -1;
+  piece.begin = piece.end = s_;
+  piece.state = Eigen::Map<const VectorXd>(y_.data(), outputs());
+  piece.total = total_;
+  piece.begin_moves = Eigen::Map<const VectorXd>(moving_.data(), total_.cols());
+  piece.end_moves = VectorXd::Zero(total_.cols());
+}
+
+// The event of a guard of mode_ at s_, and with it the end of the flow before.
+void HybridIntegrator::note_event(int k, bool located, double rate) {
+  if (!taping_) return;
+  if (located) {
+    tape_.back().end = s_;
+    tape_.back().end_moves = Eigen::Map<const VectorXd>(moving_.data(), total_.cols());
+  }
+  note_flow();  // what it has in common with a flow
+  HybridPiece& piece = tape_.back();
+  piece.guard = k;
+  piece.located = located;
+  piece.rate = rate;
+  piece.slope = Eigen::Map<const VectorXd>(slope_.data(), outputs());
 }
 
 // --- between events -------------------------------------------------------------------------
@@ -116,6 +190,7 @@ IntegrationStatus HybridIntegrator::flow(bool& finished) {
       stepper_->begin(*mode.field, s_, y_.data(), sensitivities_ ? &total_ : nullptr,
                       sensitivities_ ? moving_.data() : nullptr);
   if (status != IntegrationStatus::success) return fail(status);
+  note_flow();
   for (;;) {
     if (s_ < 1.0) {
       status = stepper_->step();
@@ -141,6 +216,7 @@ IntegrationStatus HybridIntegrator::flow(bool& finished) {
       if (status != IntegrationStatus::success) return fail(status);
     }
     if (event) return fire(found.guard);
+    if (taping_) tape_.back().end = s_;
     if (sensitivities_) {
       total_ = held_;
       std::fill(moving_.begin(), moving_.end(), 0.0);
@@ -219,6 +295,7 @@ IntegrationStatus HybridIntegrator::fire(int k) {
     for (int r = 0; r < outputs(); ++r)
       for (std::size_t d = 0; d < moving_.size(); ++d)
         total_(r, d) = held_(r, d) + slope_[r] * moving_[d];
+    note_event(k, true, rate);
   }
   const int came_from = mode_;
   const IntegrationStatus passed = pass(k);
@@ -324,8 +401,8 @@ std::string HybridIntegrator::failure() const {
 void refuse_events(const IntervalProblem& problem, const char* scheme) {
   if (problem.switching.empty()) return;
   throw DefinitionError(
-      fmt::format("{} does not handle event '{}' inside an interval; use cvodes, runge_kutta4 or "
-                  "runge_kutta8, or make the event the end of a phase.",
+      fmt::format("{} does not handle event '{}' inside an interval; use cvodes, idas or a "
+                  "Runge-Kutta scheme, or make the event the end of a phase.",
                   scheme, problem.switching.transitions.front().name));
 }
 

@@ -9,9 +9,11 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "saltus/integrators/hybrid_curvature.hpp"
 #include "saltus/integrators/hybrid_locator.hpp"
 #include "saltus/integrators/hybrid_modes.hpp"
 #include "saltus/integrators/hybrid_stepper.hpp"
@@ -28,10 +30,19 @@ inline constexpr int most_events = 1000;
 
 class HybridIntegrator final : public EventIntegrator {
  public:
-  HybridIntegrator(const IntervalProblem& problem, const MakeStepper& make_stepper);
+  /// With a `scheme`, which the steppers take, there are second derivatives too, except where
+  /// surfaces are slid on.
+  HybridIntegrator(const IntervalProblem& problem, const MakeStepper& make_stepper,
+                   const std::optional<OneStepScheme>& scheme = {});
 
   IntegrationStatus value(const double* w, double* end) override;
   IntegrationStatus jacobian(const double* w, double* end, MatrixXd& derivative) override;
+  bool has_hessian() const override { return curvature_.has_value(); }
+  IntegrationStatus hessian(const double* w, const double* weights, MatrixXd& hessian,
+                            Curvature curvature) override;
+  IntegrationStatus derivatives(const double* w, const double* weights, double* end,
+                                MatrixXd& derivative, MatrixXd& hessian,
+                                Curvature curvature) override;
   std::string failure() const override;
 
   void record(std::vector<HybridEvent>* events) override { recorded_ = events; }
@@ -54,6 +65,10 @@ class HybridIntegrator final : public EventIntegrator {
   IntegrationStatus enter_sliding(int guard);
   void hold_instant();
   void remember();
+  IntegrationStatus run_on_tape(const double* w);
+  IntegrationStatus second_order(const double* weights, MatrixXd& hessian, Curvature curvature);
+  void note_flow();
+  void note_event(int guard, bool located, double rate);
   bool moves_away(int mode, int guard);
   IntegrationStatus project();
   IntegrationStatus watch_accumulation(const OutgoingGuard& guard);
@@ -79,6 +94,9 @@ class HybridIntegrator final : public EventIntegrator {
   std::vector<GuardSide> sides_;
   std::vector<GuardSample> samples_;
   std::vector<HybridEvent>* recorded_ = nullptr;
+  HybridTape tape_;
+  bool taping_ = false, remembered_ = false;
+  std::optional<HybridCurvature> curvature_;
   int given_mode_ = -1;
 
   double t0_ = 0.0, h_ = 0.0, s_ = 0.0;
@@ -88,7 +106,8 @@ class HybridIntegrator final : public EventIntegrator {
   std::vector<std::vector<Repetition>> repetitions_;  // per mode and guard
   std::vector<double> y_, ahead_, slope_, z_, phi_, entries_, reset_slope_, guard_slope_;
   std::vector<double> moving_;
-  RowMajorMatrix total_, held_, guard_row_, reset_rows_;
+  RowMajorMatrix total_, held_, guard_row_, reset_rows_, second_;
+  VectorXd weights_;
 };
 
 }  // namespace saltus

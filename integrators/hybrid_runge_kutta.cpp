@@ -7,7 +7,6 @@
 // and the slope B = dPhi/dL has dX_i = sum_j a_ij (F_j + L dF_j), dF_i = F_x dX_i + c_i F_s.
 // These are the derivatives of the discrete map, event times included.
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "saltus/integrators/hybrid_schemes.hpp"
@@ -66,10 +65,7 @@ class RungeKuttaStepper final : public FlowStepper {
       y_ = end_;
       start_ = reached_;
     }
-    // The next point of the grid that is not this one.
-    constexpr double same = 1e-12;  // rounding of sums of steps
-    const double n = std::floor(start_ * steps_ + same) + 1.0;
-    reached_ = n >= steps_ ? 1.0 : n / steps_;
+    reached_ = next_grid_point(start_, steps_);
     state_at(reached_, end_.data());
     return all_finite(end_.data(), ny_) ? IntegrationStatus::success
                                         : IntegrationStatus::not_finite;
@@ -192,10 +188,12 @@ class RungeKuttaStepper final : public FlowStepper {
 std::unique_ptr<Integrator> hybrid_runge_kutta(const IntervalProblem& problem,
                                                const ButcherTableau& tableau, int steps) {
   return std::make_unique<HybridIntegrator>(
-      problem, [&](const IntervalProblem& checked, const HybridModes& modes) {
+      problem,
+      [&](const IntervalProblem& checked, const HybridModes& modes) {
         return std::make_unique<RungeKuttaStepper>(
             checked, tableau, steps, modes[0].field->directions(), modes.largest_entry_count());
-      });
+      },
+      OneStepScheme{tableau, steps});
 }
 
 }  // namespace saltus

@@ -10,6 +10,8 @@ namespace saltus {
 
 std::unique_ptr<Integrator> hybrid_runge_kutta(const IntervalProblem& problem,
                                                const ButcherTableau& tableau, int steps);
+std::unique_ptr<Integrator> hybrid_implicit(const IntervalProblem& problem,
+                                            const ButcherTableau& tableau, int steps);
 struct CvodesOptions;  // cvodes.hpp, of the component sundials
 std::unique_ptr<Integrator> hybrid_cvodes(const IntervalProblem& problem,
                                           const CvodesOptions& options);

@@ -2,10 +2,19 @@
 // anywhere inside that step, and sensitivities there.
 #pragma once
 
+#include <cmath>
+
 #include "saltus/integrators/interval_field.hpp"
 #include "saltus/model/integrator.hpp"
 
 namespace saltus {
+
+/// The next point of a grid of equal steps over [0, 1] that is not s.
+inline double next_grid_point(double s, int steps) {
+  constexpr double same = 1e-12;  // rounding of sums of steps
+  const double n = std::floor(s * steps + same) + 1.0;
+  return n >= steps ? 1.0 : n / steps;
+}
 
 /// A flow in scaled time s in [0, 1] that can be begun anywhere. Owns its work space.
 class FlowStepper {

@@ -14,7 +14,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -22,45 +21,30 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/core/dense_lu.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/implicit_midpoint.hpp"
+#include "saltus/integrators/implicit_stages.hpp"
 #include "saltus/integrators/interval_field.hpp"
 
 namespace saltus {
 namespace {
-
-// Newton's method, sizes relative to nominal + |X|. With the slopes of the present iterate it
-// converges quadratically: a correction this small is followed by rounding. With older ones it
-// contracts by a constant factor, and ends where what is left is rounding.
-constexpr double last_correction = 1e-9;
-constexpr double rounding = 1e-15;
-constexpr double slow_contraction = 0.02;  // slopes are evaluated anew
-constexpr int most_corrections = 30;
-
-// Shorter steps on the way to one that is not found at once.
-constexpr double shortest_fraction = 1e-9;
-constexpr double longest_stride = 8.0, shortest_stride = 1.02;
 
 class ImplicitRungeKutta final : public Integrator {
  public:
   ImplicitRungeKutta(const IntervalProblem& problem, ButcherTableau tableau, int steps)
       : Integrator(problem),
         field_(this->problem()),
-        tableau_(std::move(tableau)),
-        stages_(tableau_.stages()),
         nx_(field_.states()),
         ny_(field_.outputs()),
         nd_(field_.directions()),
-        end_weights_(tableau_.a.transpose().partialPivLu().solve(tableau_.b)),
-        nominal_(this->problem().nominal_state),
+        solver_(std::move(tableau), this->problem().nominal_state, nx_, ny_),
+        tableau_(solver_.tableau()),
+        stages_(solver_.count()),
+        end_weights_(solver_.end_weights()),
         y_(ny_),
         before_(nx_),
-        states_(stages_ * nx_),
-        shorter_states_(stages_ * nx_),
-        residual_(stages_ * nx_),
-        slope_(ny_ * ny_),
+        multipliers_(stages_ * nx_),
         costate_(ny_),
         weighted_(ny_),
         along_(nd_),
@@ -70,9 +54,7 @@ class ImplicitRungeKutta final : public Integrator {
         rate_sensitivity_(stages_, RowMajorMatrix(ny_, nd_)),
         zero_(RowMajorMatrix::Zero(nx_, nd_)),
         curvature_(nd_, nd_),
-        steps_(steps, Step(field_, stages_)) {
-    if (nominal_.size() == 0) nominal_ = VectorXd::Ones(nx_);
-  }
+        steps_(steps, ImplicitStep(stages_, field_, field_.entries())) {}
 
   IntegrationStatus value(const double* w, double* end) override {
     start(w);
@@ -109,7 +91,7 @@ class ImplicitRungeKutta final : public Integrator {
     for (int n = 0; n < steps(); ++n) {
       find_stage_sensitivity(n);
       for (int i = 0; i < stages_; ++i) {
-        const Stage& stage = steps_[n].stages[i];
+        const ImplicitStep::Stage& stage = steps_[n].stages[i];
         field_.add_curvature(time_of(n, i), stage.z.data(), stage.adjoint.data(),
                              stage_sensitivity_[i], curvature, curvature_);
         if (curvature != Curvature::exact || !field_.differentiates_time()) continue;
@@ -136,25 +118,6 @@ class ImplicitRungeKutta final : public Integrator {
  private:
   enum class Wanted { value, derivatives };
 
-  // What is known at one stage of a step.
-  struct Stage {
-    explicit Stage(const IntervalField& field)
-        : z(field.arguments()),
-          phi(field.outputs()),
-          entries(field.entries()),
-          adjoint(field.outputs()),
-          gradient(field.arguments()) {}
-    VectorXd z, phi, entries;  // argument, rates and entries of the Jacobian
-    VectorXd adjoint;          // Fbar
-    VectorXd gradient;         // phi_z' Fbar
-  };
-  struct Step {
-    Step(const IntervalField& field, int count)
-        : stages(count, Stage(field)), matrix(count * field.states()) {}
-    std::vector<Stage> stages;
-    DenseLu matrix;  // M
-  };
-
   int steps() const { return static_cast<int>(steps_.size()); }
   double step_length() const { return 1.0 / steps(); }
   double time_of(int n, int stage) const { return (n + tableau_.c[stage]) * step_length(); }
@@ -169,115 +132,23 @@ class ImplicitRungeKutta final : public Integrator {
 
   // --- the stages of a step ------------------------------------------------------------------
   bool advance(int n, Wanted wanted) {
-    Step& step = steps_[n];
+    ImplicitStep& step = steps_[n];
     before_ = y_.head(nx_);
-    IntegrationStatus status = find_all_stages(n);
+    const double s = n * step_length();
+    IntegrationStatus status = solver_.find(field_, s, step_length(), before_.data(), step);
     if (status != IntegrationStatus::success) return fail(n, status);
     if (wanted == Wanted::derivatives) {
-      status = evaluate_slopes(n);
+      status = solver_.evaluate_slopes(field_, s, step_length(), step);
       if (status != IntegrationStatus::success) return fail(n, status);
     } else if (ny_ > nx_) {
-      evaluate_rates(n);
+      solver_.evaluate_rates(field_, s, step_length(), step);
     }
     for (int i = 0; i < stages_; ++i)
-      for (int r = 0; r < nx_; ++r) y_[r] += end_weights_[i] * (states_[i * nx_ + r] - before_[r]);
+      for (int r = 0; r < nx_; ++r) y_[r] += end_weights_[i] * (solver_.state(i)[r] - before_[r]);
     for (int i = 0; i < stages_; ++i)
       for (int r = nx_; r < ny_; ++r)
         y_[r] += step_length() * tableau_.b[i] * field_.length() * step.stages[i].phi[r];
     return true;
-  }
-
-  // From the start of the step; where it is too long for that, by shorter ones.
-  IntegrationStatus find_all_stages(int n) {
-    IntegrationStatus first = IntegrationStatus::success, status = first;
-    for (fraction_ = 1.0; fraction_ > shortest_fraction; fraction_ /= longest_stride) {
-      for (int i = 0; i < stages_; ++i) states_.segment(i * nx_, nx_) = before_;
-      status = find_stages(n);
-      if (status == IntegrationStatus::success) break;
-      if (first == IntegrationStatus::success) first = status;
-    }
-    if (status != IntegrationStatus::success) return first;
-    double stride = longest_stride;
-    while (fraction_ < 1.0) {
-      const double reached = fraction_;
-      shorter_states_ = states_;
-      fraction_ = std::min(1.0, stride * reached);
-      if (find_stages(n) == IntegrationStatus::success) continue;
-      states_ = shorter_states_;
-      fraction_ = reached;
-      stride = std::sqrt(stride);
-      if (stride < shortest_stride) return first;
-    }
-    return IntegrationStatus::success;
-  }
-
-  IntegrationStatus find_stages(int n) {
-    Step& step = steps_[n];
-    bool fresh = true;
-    double last = 0.0;
-    for (int k = 0; k < most_corrections; ++k) {
-      if (fresh) {
-        const IntegrationStatus status = evaluate_slopes(n);
-        if (status != IntegrationStatus::success) return status;
-      } else {
-        evaluate_rates(n);
-      }
-      const double length = fraction_ * step_length() * field_.length();
-      for (int i = 0; i < stages_; ++i)
-        for (int r = 0; r < nx_; ++r) residual_[i * nx_ + r] = states_[i * nx_ + r] - before_[r];
-      for (int j = 0; j < stages_; ++j) {
-        const double* rates = step.stages[j].phi.data();
-        for (int i = 0; i < stages_; ++i) {
-          const double a = length * tableau_.a(i, j);
-          for (int r = 0; r < nx_; ++r) residual_[i * nx_ + r] -= a * rates[r];
-        }
-      }
-      step.matrix.solve(residual_.data());
-      double size = 0.0;
-      for (int i = 0; i < stages_; ++i)
-        for (int r = 0; r < nx_; ++r) {
-          double& state = states_[i * nx_ + r];
-          state -= residual_[i * nx_ + r];
-          size = std::max(size, std::abs(residual_[i * nx_ + r]) / (nominal_[r] + std::abs(state)));
-        }
-      if (!residual_.allFinite()) return IntegrationStatus::not_finite;
-      const double contraction = k == 0 ? 1.0 : size / last;
-      if (fresh ? size <= last_correction : contraction < 1.0 && contraction * size <= rounding)
-        return IntegrationStatus::success;
-      fresh = k > 0 && contraction > slow_contraction;
-      last = size;
-    }
-    return IntegrationStatus::step_too_small;
-  }
-
-  void evaluate_rates(int n) {
-    for (int i = 0; i < stages_; ++i) {
-      Stage& stage = steps_[n].stages[i];
-      field_.argument(time_of(n, i), states_.data() + i * nx_, stage.z.data());
-      field_.value(stage.z.data(), stage.phi.data());
-    }
-  }
-
-  // Rates, their Jacobians, and the factors of M.
-  IntegrationStatus evaluate_slopes(int n) {
-    Step& step = steps_[n];
-    for (int j = 0; j < stages_; ++j) {
-      Stage& stage = step.stages[j];
-      field_.argument(time_of(n, j), states_.data() + j * nx_, stage.z.data());
-      field_.jacobian(stage.z.data(), stage.phi.data(), stage.entries.data());
-      field_.scaled_state_jacobian(stage.entries.data(), slope_.data());
-      for (int i = 0; i < stages_; ++i) {
-        const double a = fraction_ * step_length() * tableau_.a(i, j);
-        for (int r = 0; r < nx_; ++r) {
-          double* row = step.matrix.row(i * nx_ + r) + j * nx_;
-          for (int c = 0; c < nx_; ++c) row[c] = -a * slope_[c * ny_ + r];
-          if (i == j) row[r] += 1.0;
-        }
-      }
-    }
-    if (step.matrix.factor()) return IntegrationStatus::success;
-    return step.matrix.singular_row() < 0 ? IntegrationStatus::not_finite
-                                          : IntegrationStatus::step_too_small;
   }
 
   bool fail(int n, IntegrationStatus status) {
@@ -301,7 +172,7 @@ class ImplicitRungeKutta final : public Integrator {
   }
 
   void find_stage_sensitivity(int n) {
-    const Step& step = steps_[n];
+    const ImplicitStep& step = steps_[n];
     for (int j = 0; j < stages_; ++j)
       field_.rate_sensitivity(time_of(n, j), step.stages[j].phi.data(),
                               step.stages[j].entries.data(), zero_, rate_sensitivity_[j].data());
@@ -344,41 +215,41 @@ class ImplicitRungeKutta final : public Integrator {
     const double D = step_length(), h = field_.length();
     costate_ = Eigen::Map<const VectorXd>(weights, ny_);
     for (int n = steps() - 1; n >= 0; --n) {
-      Step& step = steps_[n];
+      ImplicitStep& step = steps_[n];
       for (int j = 0; j < stages_; ++j) {
-        Stage& stage = step.stages[j];
+        ImplicitStep::Stage& stage = step.stages[j];
         weighted_ = D * tableau_.b[j] * costate_;
         field_.adjoint(stage.entries.data(), weighted_.data(), stage.gradient.data());
-        for (int r = 0; r < nx_; ++r) residual_[j * nx_ + r] = h * stage.gradient[1 + r];
+        for (int r = 0; r < nx_; ++r) multipliers_[j * nx_ + r] = h * stage.gradient[1 + r];
       }
-      step.matrix.solve_transposed(residual_.data());
+      step.matrix.solve_transposed(multipliers_.data());
       for (int j = 0; j < stages_; ++j) {
-        Stage& stage = step.stages[j];
+        ImplicitStep::Stage& stage = step.stages[j];
         stage.adjoint = D * tableau_.b[j] * costate_;
         for (int i = 0; i < stages_; ++i)
           for (int r = 0; r < nx_; ++r)
-            stage.adjoint[r] += D * tableau_.a(i, j) * residual_[i * nx_ + r];
+            stage.adjoint[r] += D * tableau_.a(i, j) * multipliers_[i * nx_ + r];
         field_.adjoint(stage.entries.data(), stage.adjoint.data(), stage.gradient.data());
       }
       for (int j = 0; j < stages_; ++j)
-        for (int r = 0; r < nx_; ++r) costate_[r] += residual_[j * nx_ + r];
+        for (int r = 0; r < nx_; ++r) costate_[r] += multipliers_[j * nx_ + r];
     }
   }
 
   IntervalField field_;
-  ButcherTableau tableau_;
-  int stages_, nx_, ny_, nd_;
-  VectorXd end_weights_;  // d
-  VectorXd nominal_;
-  VectorXd y_, before_;  // (x | q), and x at the start of the step
-  VectorXd states_, shorter_states_, residual_, slope_, costate_, weighted_, along_;
+  int nx_, ny_, nd_;
+  StageSolver solver_;
+  const ButcherTableau& tableau_;
+  int stages_;
+  const VectorXd& end_weights_;  // d
+  VectorXd y_, before_;          // (x | q), and x at the start of the step
+  VectorXd multipliers_, costate_, weighted_, along_;
   RowMajorMatrix sensitivity_, stacked_;  // stacked_: stage sensitivities one below the other
   std::vector<RowMajorMatrix> stage_sensitivity_, rate_sensitivity_;
   RowMajorMatrix zero_, curvature_;
-  std::vector<Step> steps_;
+  std::vector<ImplicitStep> steps_;
   IntegrationStatus status_ = IntegrationStatus::success;
   int failed_step_ = -1;
-  double fraction_ = 1.0;  // of the step, on the way to all of it
   double start_time_ = 0.0, failed_time_ = 0.0;
 };
 
@@ -391,7 +262,7 @@ class ImplicitRungeKuttaScheme final : public IntegratorScheme {
                                         tableau_.name, steps_));
   }
   std::unique_ptr<Integrator> make(const IntervalProblem& problem) const override {
-    refuse_events(problem, tableau_.name.c_str());
+    if (!problem.switching.empty()) return hybrid_implicit(problem, tableau_, steps_);
     return std::make_unique<ImplicitRungeKutta>(problem, tableau_, steps_);
   }
   IntegratorChoice refined() const override {

@@ -19,8 +19,9 @@ struct ImplicitRungeKuttaOptions {
 /// Each step solves its stages by Newton's method to rounding. Derivatives are those of the map so
 /// defined, by the implicit function theorem, with respect to start time and length too. Stages
 /// that are not found are IntegrationStatus::step_too_small, with the step in failure(). Nothing
-/// allocates after construction. Throws DefinitionError for other numbers of stages, if steps < 1,
-/// and for intervals with events inside.
+/// allocates after construction. Events inside an interval are handled
+/// (framework/design/events.md). Throws DefinitionError for other numbers of stages, and if steps
+/// < 1.
 IntegratorChoice gauss_legendre(ImplicitRungeKuttaOptions options = {});
 
 /// Order 2 stages - 1, in all else as above; L-stable: what is faster than the step is settled

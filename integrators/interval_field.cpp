@@ -273,6 +273,64 @@ void IntervalField::pull_back(double s, const double* gradient, const RowMajorMa
       along[coefficient.direction] += gradient[col] * coefficient.at(s);
 }
 
+void IntervalField::differentiate_argument(double s, const RowMajorMatrix& sensitivity,
+                                           const double* moves, RowMajorMatrix& dz) const {
+  const int n = directions();
+  for (int col = 0; col < sizes_.size(); ++col) {
+    double* row = dz.data() + col * n;
+    if (is_state(col)) {
+      std::copy_n(sensitivity.data() + (col - 1) * sensitivity.cols(), n, row);
+      continue;
+    }
+    std::fill_n(row, n, 0.0);
+    const int input = col - sizes_.u();
+    double slope = col == sizes_.t() ? h_ : 0.0;
+    if (shape_ == InputShape::linear && input >= 0 && input < nu_)
+      slope = c_[nu_ + input] - c_[input];
+    if (slope != 0.0) add_multiple(n, slope, moves, row);
+    for (const Coefficient& coefficient : coefficients_[col])
+      row[coefficient.direction] += coefficient.at(s);
+  }
+}
+
+void IntervalField::rate_differential(const double* phi, const double* entries,
+                                      const RowMajorMatrix& dz, RowMajorMatrix& rates) const {
+  const int n = directions();
+  rates.setZero();
+  const auto add = [&](int r, int c, double entry) {
+    add_multiple(n, h_ * entry, dz.data() + c * n, rates.data() + r * n);
+  };
+  dynamics_.jacobian_pattern().for_each([&](int r, int c, int e) { add(r, c, entries[e]); });
+  if (running_cost_)
+    running_cost_.jacobian_pattern().for_each(
+        [&](int r, int c, int e) { add(nx_ + r, c, entries[dynamics_entries_ + e]); });
+  if (!differentiates_time()) return;
+  for (int r = 0; r < outputs(); ++r) rates(r, h_direction_) += phi[r];
+}
+
+void IntervalField::add_moving_curvature(const double* z, const double* weights,
+                                         const RowMajorMatrix& dz, Curvature curvature,
+                                         RowMajorMatrix& sum) const {
+  const auto add = [&](const Function& function, const double* weight, Curvature kind) {
+    function.hessian(z, weight, hessian_scratch_.data(), kind);
+    function.hessian_pattern().for_each([&](int a, int b, int e) {
+      const double second = h_ * hessian_scratch_[e];
+      if (second == 0.0) return;
+      sum.noalias() += second * dz.row(a).transpose() * dz.row(b);
+      if (a != b) sum.noalias() += second * dz.row(b).transpose() * dz.row(a);
+    });
+  };
+  if (curvature == Curvature::exact) add(dynamics_, weights, curvature);
+  if (running_cost_) add(running_cost_, weights + nx_, curvature);
+}
+
+void IntervalField::slope_differential(const double* gradient, double* along) const {
+  std::fill_n(along, directions(), 0.0);
+  for (int col = 0; col < sizes_.size(); ++col)
+    for (const Coefficient& coefficient : coefficients_[col])
+      along[coefficient.direction] += gradient[col] * coefficient.slope;
+}
+
 void IntervalField::explicit_rate(const double* entries, double* rate) const {
   explicit_slope(dynamics_.jacobian_pattern(), entries, rate);
   if (running_cost_)

@@ -73,6 +73,24 @@ class IntervalField {
   void pull_back(double s, const double* gradient, const RowMajorMatrix& sensitivity,
                  double* along) const;
 
+  /// The same where the instant moves by `moves` (directions) with the directions, so that all of z
+  /// does: dz (arguments x directions), of which the states are those of `sensitivity`.
+  void differentiate_argument(double s, const RowMajorMatrix& sensitivity, const double* moves,
+                              RowMajorMatrix& dz) const;
+  /// dF (outputs x directions) along dz.
+  void rate_differential(const double* phi, const double* entries, const RowMajorMatrix& dz,
+                         RowMajorMatrix& rates) const;
+  /// Adds h dz' (weights' phi)_zz dz to `sum`, as add_curvature() does.
+  void add_moving_curvature(const double* z, const double* weights, const RowMajorMatrix& dz,
+                            Curvature curvature, RowMajorMatrix& sum) const;
+  /// gradient' dz/ds, differentiated: through h and the two ends of an input.
+  void slope_differential(const double* gradient, double* along) const;
+  /// visit(row of phi, state, entry of jacobian()) for all state columns.
+  template <class Visit>
+  void for_each_state_entry(Visit visit) const {
+    for (const Entry& e : state_entries_) visit(e.row, e.col - 1, e.entry);
+  }
+
   /// dF/ds at fixed state: h (phi_t h + phi_u du/ds), outputs() entries.
   void explicit_rate(const double* entries, double* rate) const;
   /// The differential m_z dz (outputs of m x directions) of another function of z, given the

@@ -104,9 +104,13 @@ class IntervalFunction final : public FunctionBody {
       length[w.h()] = 1;
       for (int i = 0; i < f.outputs(); ++i) add_pairs(length, reach.of_output(f, i));
     };
-    if (integrator_->has_hessian()) {
+    if (integrator_->has_hessian() && problem.switching.empty()) {
       add_function(problem.dynamics);
       add_function(problem.running_cost);
+    } else if (integrator_->has_hessian()) {  // the instants of events couple what moves them
+      Flags any(inputs(), 0);
+      for (const auto& [row, column] : first) any[column] = 1;
+      add_pairs(any, any);
     }
     jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), inputs(), std::move(first));
     hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), std::move(second));

@@ -3,6 +3,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_integrator.hpp"
 #include "saltus/integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 
@@ -15,7 +16,9 @@ class HybridEdges : public HybridSchemeTest {};
 INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
                          testing::Values(HybridScheme{"adams", cvodes(tight_options)},
                                          HybridScheme{"rk4", runge_kutta4({.steps = 1})},
-                                         HybridScheme{"rk8", runge_kutta8({.steps = 7})}),
+                                         HybridScheme{"rk8", runge_kutta8({.steps = 7})},
+                                         HybridScheme{"radau5",
+                                                      radau_iia({.stages = 3, .steps = 2})}),
                          [](const auto& param) { return param.param.name; });
 
 // x = (height, speed, number of visits above the guard): a throw whose top passes `level`.
@@ -288,6 +291,82 @@ TEST(HybridModes, RunThroughAChainWithHysteresis) {
   EXPECT_THROW(simulate_hybrid(runge_kutta8(), hybrid_problem(system), vec({0.5}), times,
                                MatrixXd(0, 4), VectorXd(), "warm"),
                DefinitionError);
+}
+
+// --- second derivatives ---------------------------------------------------------------------
+
+class HybridSecondOrder : public testing::TestWithParam<HybridScheme> {};
+INSTANTIATE_TEST_SUITE_P(Schemes, HybridSecondOrder,
+                         testing::Values(HybridScheme{"rk4", runge_kutta4({.steps = 3})},
+                                         HybridScheme{"gauss2",
+                                                      gauss_legendre({.stages = 1, .steps = 4})},
+                                         HybridScheme{"radau5", radau_iia({.stages = 3})}),
+                         [](const auto& param) { return param.param.name; });
+
+// Differences of derivatives that are exact to 1e-13, with steps that move events by far less than
+// the distance between them.
+constexpr double second_difference = 2e-8;
+
+TEST_P(HybridSecondOrder, ThroughSeveralJumpsWithARunningCost) {
+  IntervalProblem problem = bouncing_ball();
+  problem.running_cost =
+      make_function<2, 0, 2>([](const auto& t, const auto& x, const auto&, const auto& p) {
+        return x[0] * x[0] + t * x[1] * p[1];
+      });
+  const auto integrator = GetParam().choice->make(problem);
+  const VectorXd w = vec({1.0, 0.2, 9.81, 0.8, 0.1, 1.93});  // three impacts
+  std::vector<HybridEvent> events;
+  dynamic_cast<HybridIntegrator&>(*integrator).record(&events);
+  end_of(*integrator, w);
+  dynamic_cast<HybridIntegrator&>(*integrator).record(nullptr);
+  ASSERT_EQ(events.size(), 3u);
+  expect_hessian_matches(*integrator, w, vec({0.7, -1.3, 0.4}), 100 * second_difference);
+  // Gauss-Newton: what the running cost is in first-order sensitivities, without the rest.
+  const MatrixXd exact = hessian_of(*integrator, w, vec({0.7, -1.3, 0.4}));
+  const MatrixXd approximate =
+      hessian_of(*integrator, w, vec({0.7, -1.3, 0.4}), Curvature::gauss_newton);
+  EXPECT_GT((exact - approximate).norm(), 1.0);
+  EXPECT_GT(approximate.norm(), 0.1);
+}
+
+TEST_P(HybridSecondOrder, WithAModeThatIsRemembered) {
+  // The thermostat, its heat and a drift of both thresholds in the parameter; state 1 remembers.
+  Automaton<2, 0, 1> system;
+  const auto threshold = [](double level) {
+    return [level](const auto& t, const auto& x, const auto&, const auto& p) {
+      return x[0] - level - 0.05 * t * t * p[0];
+    };
+  };
+  system
+      .mode("off",
+            [](const auto&, const auto& x, const auto&, const auto& p) {
+              return std::decay_t<decltype(x)>{-1.0 * x[0] * p[0], 0.0 * x[1]};
+            })
+      .mode("on",
+            [](const auto& t, const auto& x, const auto&, const auto& p) {
+              return std::decay_t<decltype(x)>{2.0 * p[0] - x[0] + 0.1 * t, 0.0 * x[1]};
+            })
+      .event("cold", "off", "on", threshold(0.5), Crossing::falling)
+      .event("warm", "on", "off", threshold(1.5), Crossing::rising)
+      .remember_in(1);
+  const auto integrator = GetParam().choice->make(hybrid_problem(system));
+  // In the middle; and behind the threshold of "cold", whose event then happens at once.
+  for (const double start : {0.9, 0.3}) {
+    const VectorXd w = vec({start, 0.0, 1.1, 0.2, 2.6});  // x0, p, t0, h
+    EXPECT_EQ(end_of(*integrator, w)[1], 1.0);  // on, off and on again, or at once on
+    expect_hessian_matches(*integrator, w, vec({0.7, -1.3}), second_difference);
+  }
+}
+
+TEST_P(HybridSecondOrder, AtLengthZeroAndWhereSurfacesAreSlidOn) {
+  const auto integrator = GetParam().choice->make(bouncing_ball());
+  VectorXd w = vec({1.0, 0.2, 9.81, 0.8, 0.1, 0.0});
+  const VectorXd weights = vec({0.7, -1.3});
+  const MatrixXd at_zero = hessian_of(*integrator, w, weights);
+  w[5] = 1e-6;
+  EXPECT_LE((hessian_of(*integrator, w, weights) - at_zero).norm(), 1e-5);
+  EXPECT_GT(at_zero.norm(), 0.1);
+  EXPECT_FALSE(GetParam().choice->make(moving_surface())->has_hessian());
 }
 
 TEST(HybridModes, LengthZeroAndNegative) {

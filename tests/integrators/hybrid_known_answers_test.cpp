@@ -1,6 +1,7 @@
 // Events against closed forms: times, states and derivatives, by every scheme that handles events.
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_simulation.hpp"
+#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 
@@ -10,12 +11,14 @@ namespace {
 using namespace test;
 
 class HybridSchemes : public HybridSchemeTest {};
-INSTANTIATE_TEST_SUITE_P(Schemes, HybridSchemes,
-                         testing::Values(HybridScheme{"adams", cvodes(tight_options)},
-                                         HybridScheme{"bdf", cvodes({.tolerance = 2e-14,
-                                                                     .absolute_tolerance = 1e-16})},
-                                         HybridScheme{"rk8", runge_kutta8({.steps = 150})}),
-                         [](const auto& param) { return param.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Schemes, HybridSchemes,
+    testing::Values(HybridScheme{"adams", cvodes(tight_options)},
+                    HybridScheme{"bdf", cvodes({.tolerance = 2e-14, .absolute_tolerance = 1e-16})},
+                    HybridScheme{"rk8", runge_kutta8({.steps = 150})},
+                    HybridScheme{"gauss8", gauss_legendre({.stages = 4, .steps = 60})},
+                    HybridScheme{"radau7", radau_iia({.stages = 4, .steps = 90})}),
+    [](const auto& param) { return param.param.name; });
 
 const VectorXd ball_parameters = vec({9.81, 0.8});
 

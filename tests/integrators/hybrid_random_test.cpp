@@ -8,6 +8,7 @@
 #include <random>
 
 #include "saltus/integrators/hybrid_integrator.hpp"
+#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 
@@ -182,7 +183,15 @@ TEST(HybridRandom, DerivativesOfAThousandSystems) {
       seed, accepted, rejected, worst_rk, worst_cvodes, worst_state);
 }
 
-TEST(HybridRandom, DiscreteDerivativesAreExact) {
+class HybridDiscrete : public testing::TestWithParam<HybridScheme> {};
+INSTANTIATE_TEST_SUITE_P(Schemes, HybridDiscrete,
+                         testing::Values(HybridScheme{"rk4", runge_kutta4({.steps = 2})},
+                                         HybridScheme{"gauss4", gauss_legendre({.steps = 2})},
+                                         HybridScheme{"radau5",
+                                                      radau_iia({.stages = 3, .steps = 2})}),
+                         [](const auto& param) { return param.param.name; });
+
+TEST_P(HybridDiscrete, DerivativesOfFirstAndSecondOrderAreExact) {
   // With two coarse steps the scheme is far from the flow, its derivatives are its own.
   constexpr unsigned seed = 7;
   Draw d;
@@ -190,11 +199,12 @@ TEST(HybridRandom, DiscreteDerivativesAreExact) {
   VectorXd w, end(nx);
   source.draw(d, w, InputShape::linear);
   const IntervalProblem problem = random_problem(&d, InputShape::linear);
-  const auto rk = runge_kutta4({.steps = 2})->make(problem);
+  const auto rk = GetParam().choice->make(problem);
+  ASSERT_TRUE(rk->has_hessian());
   auto& hybrid = dynamic_cast<HybridIntegrator&>(*rk);
   std::vector<HybridEvent> events;
   int accepted = 0;
-  double worst = 0.0;
+  double worst = 0.0, worst_second = 0.0;
   for (int i = 0; i < 2000 && accepted < 50; ++i) {
     source.draw(d, w, InputShape::linear);
     events.clear();
@@ -213,9 +223,22 @@ TEST(HybridRandom, DiscreteDerivativesAreExact) {
         differences([&](const VectorXd& at) { return end_of(*rk, at); }, w, 5e-4);
     worst = std::max(worst, (given - expected).cwiseAbs().maxCoeff());
     EXPECT_LE((given - expected).cwiseAbs().maxCoeff(), 1e-8) << "seed " << seed << ", draw " << i;
+
+    const VectorXd weights = vec({0.7, -1.3, 0.4});
+    const MatrixXd second = hessian_of(*rk, w, weights);
+    const MatrixXd expected_second = differences(
+        [&](const VectorXd& at) -> VectorXd { return jacobian_of(*rk, at).transpose() * weights; },
+        w, 2e-4);
+    const double size = std::max(1.0, second.cwiseAbs().maxCoeff());
+    worst_second = std::max(worst_second, (second - expected_second).cwiseAbs().maxCoeff() / size);
+    EXPECT_LE((second - expected_second).cwiseAbs().maxCoeff(), 1e-6 * size)
+        << "seed " << seed << ", draw " << i << "\ngiven\n"
+        << second << "\ndifferences\n"
+        << expected_second;
   }
   EXPECT_EQ(accepted, 50);
-  std::printf("seed %u: worst error %.1e\n", seed, worst);
+  std::printf("seed %u: worst error %.1e, of second derivatives %.1e relative\n", seed, worst,
+              worst_second);
 }
 
 }  // namespace

@@ -6,10 +6,12 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/support/program_derivatives.hpp"
 
 namespace saltus {
 namespace {
@@ -38,8 +40,8 @@ OptimalControlProblem switch_of_speed(double guess) {
 }
 
 TEST(InnerEvents, OptimumThroughASwitch) {  // A17
-  for (const auto& scheme :
-       {runge_kutta4({.steps = 4}), cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14})})
+  for (const auto& scheme : {runge_kutta4({.steps = 4}), gauss_legendre({.stages = 2, .steps = 2}),
+                             cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-14})})
     for (const double guess : {-5.0, -3.0, -1.1})
       for (const int intervals : {1, 7}) {
         MultipleShooting shooting(switch_of_speed(guess),
@@ -115,6 +117,18 @@ TEST(InnerEvents, DerivativesOfTheProgram) {
     MultipleShooting shooting(thrusted_ball(parametrisation),
                               {.intervals_per_phase = 4, .integrator = runge_kutta4({.steps = 3})});
     expect_first_derivatives_match(shooting.nlp(), shooting.initial_guess().w);
+  }
+}
+
+TEST(InnerEvents, SecondDerivativesOfTheProgram) {
+  for (const auto& scheme : {runge_kutta4({.steps = 3}), gauss_legendre({.stages = 2})}) {
+    MultipleShooting shooting(thrusted_ball(InputParametrisation::piecewise_linear),
+                              {.intervals_per_phase = 4, .integrator = scheme});
+    ASSERT_TRUE(shooting.nlp().supports(Curvature::exact));
+    const auto errors = testing_support::derivative_errors(
+        shooting.nlp(), testing_support::perturbed(shooting.nlp(), shooting.initial_guess().w, 3));
+    EXPECT_LE(errors.jacobian, 1e-7);
+    EXPECT_LE(errors.hessian, 1e-6);
   }
 }
 

@@ -1,0 +1,204 @@
+// The flow of one mode by an implicit Runge-Kutta scheme on the fixed grid of the interval.
+//
+// As for explicit schemes (hybrid_runge_kutta.cpp) dense output is the scheme itself, restarted
+// with a part of the step: y(s) = Phi(y_n, s_n, L), L = s - s_n, as accurate as the step, stable
+// however long, and exact to differentiate. With e_i = s_n + c_i L, at fixed s, dL = -ds_n,
+// de_i = (1 - c_i) ds_n and M_ij = I delta_ij - L a_ij F_Xj:
+//   sum_j M_ij dX_j = dx_n + sum_j a_ij (L (F_theta,j dtheta + F_s,j de_j) + F_j dL),
+// and the slope dPhi/dL has sum_j M_ij X'_j = sum_j a_ij (F_j + L c_j F_s,j).
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "saltus/integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/implicit_stages.hpp"
+
+namespace saltus {
+namespace {
+
+class ImplicitStepper final : public FlowStepper {
+ public:
+  ImplicitStepper(const IntervalProblem& problem, ButcherTableau tableau, int steps,
+                  const IntervalField& any_field, int entries)
+      : steps_(steps),
+        nx_(any_field.states()),
+        ny_(any_field.outputs()),
+        nd_(any_field.directions()),
+        solver_(std::move(tableau), problem.nominal_state, nx_, ny_),
+        step_(solver_.count(), any_field, entries),
+        y_(ny_),
+        end_(ny_),
+        explicit_(ny_),
+        start_slope_(nd_),
+        sensitivity_(ny_, nd_),
+        next_sensitivity_(ny_, nd_),
+        right_(solver_.count() * nx_, nd_ + 1),
+        zero_(RowMajorMatrix::Zero(nx_, nd_)),
+        rates_(solver_.count(), RowMajorMatrix(ny_, nd_ + 1)),
+        rate_sensitivity_(ny_, nd_) {}
+
+  void load(const double*) override {}
+
+  IntegrationStatus begin(const IntervalField& field, double s, const double* y,
+                          const RowMajorMatrix* sensitivity, const double* start_slope) override {
+    field_ = &field;
+    start_ = reached_ = s;
+    std::copy_n(y, ny_, y_.begin());
+    end_ = y_;
+    with_sensitivity_ = sensitivity != nullptr;
+    if (!with_sensitivity_) return IntegrationStatus::success;
+    sensitivity_ = *sensitivity;
+    std::copy_n(start_slope, nd_, start_slope_.begin());
+    return IntegrationStatus::success;
+  }
+
+  IntegrationStatus step() override {
+    if (reached_ > start_) {
+      if (with_sensitivity_) {
+        const IntegrationStatus status = propagate(reached_, next_sensitivity_, nullptr);
+        if (status != IntegrationStatus::success) return status;
+        std::swap(sensitivity_, next_sensitivity_);
+        std::fill(start_slope_.begin(), start_slope_.end(), 0.0);
+      }
+      y_ = end_;
+      start_ = reached_;
+    }
+    reached_ = next_grid_point(start_, steps_);
+    return advance(reached_, end_.data());
+  }
+
+  double step_start() const override { return start_; }
+  double step_end() const override { return reached_; }
+
+  void state_at(double s, double* y) override {
+    if (advance(s, y) != IntegrationStatus::success)
+      std::fill_n(y, ny_, std::numeric_limits<double>::quiet_NaN());
+  }
+
+  IntegrationStatus sensitivity_at(double s, RowMajorMatrix& sensitivity, double* slope) override {
+    return propagate(s, sensitivity, slope);
+  }
+
+  int parts_per_step() const override { return 4; }
+  bool restarts_freely() const override { return true; }
+
+ private:
+  IntegrationStatus advance(double s, double* y) {
+    const double length = s - start_;
+    std::copy(y_.begin(), y_.end(), y);
+    if (length == 0.0) return IntegrationStatus::success;
+    const IntegrationStatus status = solver_.find(*field_, start_, length, y_.data(), step_);
+    if (status != IntegrationStatus::success) return status;
+    for (int i = 0; i < solver_.count(); ++i)
+      for (int r = 0; r < nx_; ++r)
+        y[r] += solver_.end_weights()[i] * (solver_.state(i)[r] - y_[r]);
+    if (ny_ > nx_) {
+      solver_.evaluate_rates(*field_, start_, length, step_);
+      for (int i = 0; i < solver_.count(); ++i) {
+        const double b = length * field_->length() * solver_.tableau().b[i];
+        for (int r = nx_; r < ny_; ++r) y[r] += b * step_.stages[i].phi[r];
+      }
+    }
+    return all_finite(y, ny_) ? IntegrationStatus::success : IntegrationStatus::not_finite;
+  }
+
+  // What moves the rate of a stage besides its state: in all directions, and with L in the last
+  // column.
+  void find_direct_rates(int j, double length) {
+    const ImplicitStep::Stage& stage = step_.stages[j];
+    const double c = solver_.tableau().c[j];
+    field_->rate_sensitivity(start_ + c * length, stage.phi.data(), stage.entries.data(), zero_,
+                             rate_sensitivity_.data());
+    field_->explicit_rate(stage.entries.data(), explicit_.data());
+    for (int r = 0; r < ny_; ++r) {
+      const double rate = field_->length() * stage.phi[r];
+      for (int d = 0; d < nd_; ++d)
+        rates_[j](r, d) =
+            length * (rate_sensitivity_(r, d) + explicit_[r] * (1.0 - c) * start_slope_[d]) -
+            rate * start_slope_[d];
+      rates_[j](r, nd_) = rate + length * c * explicit_[r];
+    }
+  }
+
+  // The derivative of y(s) at fixed s, and with `slope` also dy/ds.
+  IntegrationStatus propagate(double s, RowMajorMatrix& result, double* slope) {
+    const double length = s - start_;
+    const ButcherTableau& tableau = solver_.tableau();
+    IntegrationStatus status = solver_.find(*field_, start_, length, y_.data(), step_);
+    if (status == IntegrationStatus::success)
+      status = solver_.evaluate_slopes(*field_, start_, length, step_);
+    if (status != IntegrationStatus::success) return status;
+    for (int j = 0; j < solver_.count(); ++j) find_direct_rates(j, length);
+    for (int i = 0; i < solver_.count(); ++i)
+      for (int r = 0; r < nx_; ++r) {
+        auto row = right_.row(i * nx_ + r);
+        row.head(nd_) = sensitivity_.row(r);
+        row[nd_] = 0.0;
+        for (int j = 0; j < solver_.count(); ++j) row += tableau.a(i, j) * rates_[j].row(r);
+      }
+    step_.matrix.solve(right_.data(), nd_ + 1);
+
+    result = sensitivity_;
+    if (slope != nullptr) std::fill_n(slope, ny_, 0.0);
+    for (int i = 0; i < solver_.count(); ++i) {
+      const double d = solver_.end_weights()[i];
+      for (int r = 0; r < nx_; ++r) {
+        const auto row = right_.row(i * nx_ + r);
+        result.row(r) += d * (row.head(nd_) - sensitivity_.row(r));
+        if (slope != nullptr) slope[r] += d * row[nd_];
+      }
+    }
+    if (ny_ > nx_) add_costs(length, result, slope);
+    return all_finite(result.data(), static_cast<int>(result.size()))
+               ? IntegrationStatus::success
+               : IntegrationStatus::not_finite;
+  }
+
+  // dq = sum_i b_i (L L_x dX_i + what moves with it besides).
+  void add_costs(double length, RowMajorMatrix& result, double* slope) {
+    for (int i = 0; i < solver_.count(); ++i) {
+      const ImplicitStep::Stage& stage = step_.stages[i];
+      const double b = solver_.tableau().b[i];
+      for (int r = nx_; r < ny_; ++r) {
+        result.row(r) += b * rates_[i].row(r).head(nd_);
+        if (slope != nullptr) slope[r] += b * rates_[i](r, nd_);
+      }
+      field_->for_each_state_entry([&](int r, int x, int e) {
+        if (r < nx_) return;
+        const double weight = b * length * field_->length() * stage.entries[e];
+        const auto row = right_.row(i * nx_ + x);
+        result.row(r) += weight * row.head(nd_);
+        if (slope != nullptr) slope[r] += weight * row[nd_];
+      });
+    }
+  }
+
+  int steps_, nx_, ny_, nd_;
+  StageSolver solver_;
+  ImplicitStep step_;
+  const IntervalField* field_ = nullptr;
+  double start_ = 0.0, reached_ = 0.0;  // of the last step
+  bool with_sensitivity_ = false;
+  std::vector<double> y_, end_, explicit_, start_slope_;
+  RowMajorMatrix sensitivity_, next_sensitivity_;
+  RowMajorMatrix right_;  // stages one below the other; the last column along L
+  RowMajorMatrix zero_;
+  std::vector<RowMajorMatrix> rates_;
+  RowMajorMatrix rate_sensitivity_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> hybrid_implicit(const IntervalProblem& problem,
+                                            const ButcherTableau& tableau, int steps) {
+  return std::make_unique<HybridIntegrator>(
+      problem,
+      [&](const IntervalProblem& checked, const HybridModes& modes) {
+        return std::make_unique<ImplicitStepper>(checked, tableau, steps, *modes[0].field,
+                                                 modes.largest_entry_count());
+      },
+      OneStepScheme{tableau, steps});
+}
+
+}  // namespace saltus
