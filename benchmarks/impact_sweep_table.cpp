@@ -3,8 +3,8 @@
 //   impact_sweep [STEP_MS] > sweep.csv
 //
 // One line per variant, placement of the event and impact time, in steps of STEP_MS (0.1 if
-// absent). The largest changes between neighbours go to the error stream. robots/report/scripts/
-// plot_sweep.py draws the file.
+// absent). The largest changes between neighbours go to the error stream. python3 -m
+// saltus.walking.plot_sweep draws the file.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -20,8 +20,7 @@ import subprocess
 import sys
 import tempfile
 
-PLOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python", "saltus",
-                    "plot_trajectory.py")
+PACKAGE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "python")
 CODE = re.compile(r'(<!-- code: (\S+) "([^"\n]*)" "([^"\n]*)" -->\n).*?(<!-- end -->)', re.S)
 OUTPUT = re.compile(r"(<!-- output: (\w+) -->\n).*?(<!-- end -->)", re.S)
 
@@ -55,7 +54,8 @@ def run(programs, name, folder):
 def draw(page, folder):
     python = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
     for step in sorted(os.listdir(folder)):
-        subprocess.run([python, "-B", PLOT, os.path.join(folder, step)], check=True)
+        subprocess.run([python, "-B", "-m", "saltus.plot_trajectory", os.path.join(folder, step)], check=True,
+                       env={**os.environ, "PYTHONPATH": PACKAGE})
         shutil.copy(os.path.join(folder, step, "trajectory.png"),
                     os.path.join(os.path.splitext(page)[0], f"{step}.png"))
 

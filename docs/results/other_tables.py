@@ -178,7 +178,7 @@ class StepMap:
         return ["free to choose", *(title for title, *_ in self.columns)], len(self.variants)
 
     def make(self, programs):
-        table, picture = programs.drawn("step_map", "plot_step_map.py")
+        table, picture = programs.drawn("step_map", "plot_step_map")
         programs.pictures[self.picture] = picture
         rows = {row["direction"]: row for row in rows_of(*os.path.split(table))}
         return markdown(self.shape()[0], [

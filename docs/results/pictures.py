@@ -3,7 +3,8 @@
 import os
 import sys
 
-from programs import ROOT, SCRIPTS, NotHere, call
+from programs import ROOT, NotHere, call
+from programs import draw as draw_module
 from tables import PAPER
 
 SIX = {**PAPER, "plant": "dart", "push.impulse": 6}
@@ -19,12 +20,12 @@ def both_controllers(programs):
     mpc = programs.run_folder(SIX)
     baseline = programs.run_folder({**SIX, "controller": "capture_point"})
     out = os.path.join(programs.folder, "mpc_and_baseline.png")
-    call([sys.executable, "-B", os.path.join(SCRIPTS, "compare_runs.py"), mpc, baseline, out])
+    draw_module("compare_runs", mpc, baseline, out)
     return out
 
 
 def impact_sweep(programs):
-    return programs.drawn("impact_sweep", "plot_sweep.py")[1]
+    return programs.drawn("impact_sweep", "plot_sweep")[1]
 
 
 def of_an_example(name, table, *arguments):

@@ -9,18 +9,24 @@ import sys
 
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-SCRIPTS = os.path.join(ROOT, "robots/report/scripts")
+PACKAGE = os.path.join(ROOT, "python")
 
 
 class NotHere(Exception):
     """What is needed is not on this machine; the sentence says what, and where it comes from."""
 
 
-def call(command, good=(0, 3), folder=None):
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+def call(command, good=(0, 3), folder=None, environment=None):
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
     if done.returncode not in good:
         raise RuntimeError(f"{' '.join(command)}: status {done.returncode}\n{done.stderr}")
     return done
+
+
+def draw(module, *arguments):
+    """Runs a module of saltus.walking."""
+    call([sys.executable, "-B", "-m", f"saltus.walking.{module}", *arguments],
+         environment={**os.environ, "PYTHONPATH": PACKAGE})
 
 
 def is_whole(folder):
@@ -117,10 +123,10 @@ class Programs:
         self._add_version(table + ".made_by")
         return table
 
-    def drawn(self, name, script):
+    def drawn(self, name, module):
         """The same with its picture."""
         table, picture = self.beside(name), os.path.join(self.folder, name + ".png")
-        call([sys.executable, "-B", os.path.join(SCRIPTS, script), table, picture])
+        draw(module, table, picture)
         return table, picture
 
     def new_robot(self, urdf):

@@ -60,7 +60,7 @@ inline Phase<2, 0> flight(const std::string& name) {
 inline const std::vector<std::string> state_names{"height [m]", "speed [m/s]"};
 inline const std::vector<std::string> input_names{"force [N]"};
 
-// A table that plot_trajectory.py draws: FOLDER/trajectory.csv and events.csv.
+// A table that `saltus plot` draws: FOLDER/trajectory.csv and events.csv.
 inline void write(const OptimalControlProblem& problem, const Trajectory& plan,
                   const std::string& folder) {
   Recording recording = record(problem, plan);

@@ -6,7 +6,7 @@
 
 namespace saltus {
 
-/// The file or folder that the source tree calls `name` ("robots/report/scripts/plot_run.py"): in
+/// The file or folder that the source tree calls `name` ("robots/icub/fetch_icub_model"): in
 /// the folder that SALTUS_DATA_DIR names if it is set, else in share/saltus beside the running
 /// program (a build folder) or beside the folder that it lies in (an installation). CMake's
 /// saltus_data() puts it there. Throws InputError naming where it was looked for.

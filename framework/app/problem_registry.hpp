@@ -11,6 +11,7 @@
 
 #include "saltus/app/command_line.hpp"
 #include "saltus/app/exit_status.hpp"
+#include "saltus/app/log_formats.hpp"
 #include "saltus/app/output_folder.hpp"
 #include "saltus/app/settings.hpp"
 
@@ -42,7 +43,9 @@ void note_run(const OutputFolder& output, const std::string& problem);
 
 /// The usual entry. `declare` binds the keys to the fields of a Config, whose values are the
 /// defaults; `run` is called with what file and command line made of it, after everything has been
-/// checked. With --help, --print-config or --print-schema the settings are printed instead.
+/// checked. With --help, --print-config or --print-schema the settings are printed instead. Every
+/// problem has the setting `log.formats`: what is asked for beside CSV and cannot be written makes
+/// a good run `not_applicable`.
 ///
 ///     problem_entry<PushConfig>("push_recovery", "iCub caught by a step", declare_settings, run)
 template <class Config>
@@ -53,6 +56,8 @@ ProblemEntry problem_entry(std::string name, std::string summary,
     Config config{};
     Settings settings;
     declare(settings, config);
+    LogFormats logs;
+    declare_log_formats(settings, logs);
     if (request.help) {
       fmt::print("{}: {}\n\n{}\nSettings (--set KEY=VALUE, --KEY VALUE, or a YAML file):\n{}", name,
                  summary, request.usage, settings.describe());
@@ -73,12 +78,15 @@ ProblemEntry problem_entry(std::string name, std::string summary,
     const std::string effective_config = settings.to_yaml();
     const ExitStatus status = run(config, RunContext{request, output, effective_config});
     note_run(output, name);
-    return status;
+    const bool logged = write_logs(logs, output.path());
+    return logged || status != ExitStatus::ok ? status : ExitStatus::not_applicable;
   };
   const auto with_settings = [declare](const std::function<void(const Settings&)>& use) {
     Config config{};
     Settings settings;
     declare(settings, config);
+    LogFormats logs;
+    declare_log_formats(settings, logs);
     use(settings);
   };
   return {std::move(name), std::move(summary), std::move(entry), {}, {}, with_settings};

@@ -5,6 +5,9 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
+#include <utility>
+#include <vector>
 
 #include "saltus/app/data_file.hpp"
 #include "saltus/core/error.hpp"
@@ -15,34 +18,73 @@ namespace {
 constexpr int script_has_said_why = 3;  // python/saltus/drawing.py
 constexpr int files_not_written = 4;    // python/saltus/on_folder.py: said too
 
-}  // namespace
-
-bool run_python_script(std::string_view script, const std::filesystem::path& results,
-                       std::string_view what) {
-  std::string path;
-  try {
-    path = data_file(std::string(script)).string();
-  } catch (const InputError& error) {
-    fmt::print(stderr, "no {}: {}\n", what, error.what());
-    return false;
-  }
-  const std::string folder = results.string();
+// python3 -B WORD...; our package comes before any other of its name, and the folder in which the
+// user happens to be is not searched. The exit status, -1 if there is none.
+int status_of_python(std::vector<std::string> words, const std::string& package) {
+  const char* before = std::getenv("PYTHONPATH");
+  const std::string path =
+      before == nullptr || *before == '\0' ? package : fmt::format("{}:{}", package, before);
+  words.insert(words.begin(), {"python3", "-B"});
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
+    setenv("PYTHONPATH", path.c_str(), 1);
+    setenv("PYTHONSAFEPATH", "1", 1);
     // The system's own python3 first: that is the one whose packages the set-up installs.
-    for (const char* python : {"/usr/bin/python3", "python3"})
-      execlp(python, python, "-B", path.c_str(), folder.c_str(), static_cast<char*>(nullptr));
+    const char* named = std::getenv("SALTUS_PYTHON");
+    if (named != nullptr && *named != '\0')
+      execvp(named, arguments.data());
+    else
+      for (const char* python : {"/usr/bin/python3", "python3"}) execvp(python, arguments.data());
     _exit(127);
   }
   int status = 0;
   const bool ended = child > 0 && waitpid(child, &status, 0) >= 0 && WIFEXITED(status);
-  if (ended && WEXITSTATUS(status) == 0) return true;
-  if (ended && WEXITSTATUS(status) == files_not_written)
-    throw InputError(fmt::format("no {}: the files cannot be written into '{}'", what, folder));
-  if (!ended || WEXITSTATUS(status) != script_has_said_why)
-    fmt::print(stderr, "no {}: python3 could not run {}\n", what, path);
-  return false;
+  return ended ? WEXITSTATUS(status) : -1;
+}
+
+// `make_words` is given the folder of the package; what it returns names last what is run.
+template <class MakeWords>
+bool run_python(MakeWords make_words, const std::filesystem::path& results, std::string_view what,
+                std::span<const std::string> more) {
+  std::vector<std::string> words;
+  std::string package;
+  try {
+    package = data_file("python").string();
+    words = make_words();
+  } catch (const InputError& error) {
+    fmt::print(stderr, "no {}: {}\n", what, error.what());
+    return false;
+  }
+  const std::string shown = words.back();
+  words.push_back(results.string());
+  words.insert(words.end(), more.begin(), more.end());
+  const int status = status_of_python(std::move(words), package);
+  if (status == files_not_written)
+    throw InputError(
+        fmt::format("no {}: the files cannot be written into '{}'", what, results.string()));
+  if (status != 0 && status != script_has_said_why)
+    fmt::print(stderr, "no {}: python3 could not run {}\n", what, shown);
+  return status == 0;
+}
+
+}  // namespace
+
+bool run_python_module(std::string_view module, const std::filesystem::path& results,
+                       std::string_view what, std::span<const std::string> more) {
+  const auto words = [module] { return std::vector<std::string>{"-m", std::string(module)}; };
+  return run_python(words, results, what, more);
+}
+
+bool run_python_script(std::string_view script, const std::filesystem::path& results,
+                       std::string_view what) {
+  const auto words = [script] {
+    return std::vector<std::string>{data_file(std::string(script)).string()};
+  };
+  return run_python(words, results, what, {});
 }
 
 }  // namespace saltus

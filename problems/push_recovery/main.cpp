@@ -3,13 +3,14 @@
 
 #include "problems/push_recovery/push_recovery.hpp"
 #include "saltus/app/new_project.hpp"
+#include "saltus/app/plot_verb.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/robots/report/scripts.hpp"
 
 int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
-  const std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(),
-                                        saltus::push_recovery::robot_verb(),
-                                        saltus::walking::movie_verb(), saltus::new_verb()};
+  const std::vector<saltus::Verb> verbs{
+      saltus::push_recovery::map_verb(), saltus::push_recovery::robot_verb(),
+      saltus::walking::movie_verb(), saltus::plot_verb(), saltus::new_verb()};
   return saltus::saltus_main(argc, argv, problems, verbs);
 }

@@ -32,7 +32,7 @@ void finish(const RunContext& context, Json summary, bool pictures, const std::s
   output.write("config.yaml", std::string_view(context.effective_config));
   output.write("summary.json", summary);
   const bool drawn =
-      pictures && run_python_script("python/saltus/plot_trajectory.py", output.path(), "picture");
+      pictures && run_python_module("saltus.plot_trajectory", output.path(), "picture");
   fmt::print("{}results in {}: trajectory and events (.csv), summary.json{}\n", text,
              output.path().string(), drawn ? ", pictures (.png)" : "");
 }

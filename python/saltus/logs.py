@@ -1,6 +1,8 @@
 """Runs for other people's tools: MAT v7.3 as robometry writes it, MCAP with JSON messages.
 
-Usage: python3 -m saltus.logs FOLDER FILE.mat|FILE.mcap
+Usage: python3 -m saltus.logs FOLDER mat|mcap|FILE.mat|FILE.mcap...
+
+`mat` is FOLDER/run.mat, `mcap` FOLDER/run.mcap.
 """
 
 import json
@@ -9,9 +11,15 @@ import os
 import re
 import sys
 
-import numpy as np
+from .on_folder import NOT_WRITTEN, SAID
 
-from .results import load
+try:
+    import numpy as np
+except ModuleNotFoundError:
+    print("no logs: this python3 has no numpy; install python3-numpy, or name another python3 by SALTUS_PYTHON", file=sys.stderr)
+    sys.exit(SAID)
+
+from .results import load  # noqa: E402
 
 ROOT = "robot_logger_device"  # where robot-log-visualizer looks
 
@@ -79,17 +87,36 @@ class _MatFile:
         self.numbers(group, "timestamps", np.asarray(time, dtype=float).reshape(-1, 1))
 
 
+def _joints(run):
+    """Names of a robot's joints, and the table that has their positions q_NAME."""
+    body = run.tables.get("body", {})
+    return [name[len("q_"):] for name in body if name.startswith("q_")], body
+
+
 def write_mat(run, path):
-    """Every column of numbers of every table: robot_logger_device.TABLE.COLUMN, and what a column is of."""
+    """Every column of numbers of every table: robot_logger_device.TABLE.COLUMN, and what a column is of.
+
+    A robot's joints are together in joints_state, too, where robot-log-visualizer finds them. It cannot
+    read tables of one row, so these are left out.
+    """
     import h5py
 
     def write(partial):
         with h5py.File(partial, "w", userblock_size=512) as file:
             mat = _MatFile(file)
             root = mat.group(file, ROOT)
-            mat.texts(root, "description_list", [os.path.basename(run.folder)])
+            joints, body = _joints(run)
+            mat.texts(root, "description_list", joints or [os.path.basename(run.folder)])
             mat.text(root, "yarp_robot_name", str(run.summary.get("robot", "saltus")))
+            if len(joints) > 0 and len(body.time) > 1:
+                group = mat.group(root, "joints_state")
+                for what, prefix, unit in (("positions", "q_", "rad"), ("velocities", "dq_", "rad/s"), ("torques", "tau_", "Nm")):
+                    if all(prefix + joint in body for joint in joints):
+                        columns = np.stack([body[prefix + joint] for joint in joints], axis=1)
+                        mat.signal(group, what, body.time, columns, joints, [unit] * len(joints))
             for table_name, table in run.timed_tables().items():
+                if len(table.time) < 2:
+                    continue
                 group = mat.group(root, _name(table_name))
                 for name in table.numbers():
                     mat.signal(group, name, table.time, table[name].reshape(-1, 1), [name],
@@ -142,20 +169,36 @@ def write_mcap(run, path):
     _written_whole(path, write)
 
 
-def main(folder, path):
-    writers = {".mat": write_mat, ".mcap": write_mcap}
-    ending = os.path.splitext(path)[1]
-    if ending not in writers:
-        sys.exit(f"{path}: a name that ends with .mat or .mcap is needed")
-    try:
-        writers[ending](load(folder), path)
-    except ModuleNotFoundError as error:
-        sys.exit(f"{ending} files need the Python package {error.name}: pip install {error.name}")
-    except OSError as error:
-        sys.exit(str(error))
+# ---- the command line ----------------------------------------------------------------------------
+
+WRITERS = {".mat": write_mat, ".mcap": write_mcap}
+REMEDIES = {"h5py": "apt-get install python3-h5py, or pip install h5py",
+            "mcap": "pip install mcap (and numpy) in an environment whose python3 SALTUS_PYTHON names"}
+
+
+def main(folder, names):
+    files = [os.path.join(folder, f"run.{name}") if f".{name}" in WRITERS else name for name in names]
+    for file in files:
+        if os.path.splitext(file)[1] not in WRITERS:
+            print(f"{file}: a name that ends with .mat or .mcap is needed", file=sys.stderr)
+            return SAID
+    status, run = 0, load(folder)
+    for file in files:
+        try:
+            WRITERS[os.path.splitext(file)[1]](run, file)
+        except ModuleNotFoundError as error:
+            print(f"no {file}: this python3 has no package {error.name}; {REMEDIES.get(error.name, '')}", file=sys.stderr)
+            status = SAID
+        except OSError as error:
+            print(f"{file}: {error.strerror or error}", file=sys.stderr)
+            return NOT_WRITTEN
+    return status
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3:
+    if len(sys.argv) < 3:
         sys.exit(__doc__)
-    main(sys.argv[1], sys.argv[2])
+    try:
+        sys.exit(main(sys.argv[1], sys.argv[2:]))
+    except FileNotFoundError as error:
+        sys.exit(str(error))

@@ -2,7 +2,9 @@
 
 import sys
 
-NOT_WRITTEN = 4  # framework/app/python_script.cpp
+# As framework/app/python_script.cpp understands them.
+SAID = 3  # cannot be done, and a sentence said why
+NOT_WRITTEN = 4
 
 
 def on_folder(main, usage, what):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws a run of any problem: states and inputs over time, modes shaded, events marked.
 
-Usage: plot_trajectory.py RESULTS, a folder with trajectory.csv ("t [s]", perhaps "mode", states,
+Usage: python3 -m saltus.plot_trajectory RESULTS, a folder with trajectory.csv ("t [s]", perhaps "mode", states,
 inputs) and perhaps events.csv and summary.json; writes trajectory.png beside it. Of a case with
 several motions every trajectory_NAME.csv gets its picture. A closed loop is a run like any other;
 its ticks.csv adds where the inputs came from and how long the controller took, its plans.csv, thin, what it had in mind.
@@ -11,12 +11,10 @@ import glob
 import json
 import math
 import os
-import sys
 
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from saltus.drawing import plt, save_picture  # noqa: E402
-from saltus.on_folder import on_folder  # noqa: E402
-from saltus.tables import read_table  # noqa: E402
+from .drawing import plt, save_picture
+from .on_folder import on_folder
+from .tables import read_table
 
 SHADES = ["#dbe9f6", "#fde6cf", "#dff0d8", "#f3dcef", "#fff3bf", "#e2e2e2", "#d5f0f0", "#f6d8d8"]
 PROVENANCES = {"optimal": "tab:green", "step": "tab:blue", "feasible": "tab:olive",

@@ -7,10 +7,10 @@ import os
 import re
 import shutil
 import subprocess
-import sys
 
 import numpy as np
 
+from . import walking
 from .tables import read_table
 
 _WITH_UNIT = re.compile(r"(.*\S) \[(.*)\]$")
@@ -30,12 +30,12 @@ class Table(collections.abc.Mapping):
     `table["height"]` and `table["height [m]"]` are the same column, and `table.units["height"]` is "m".
     """
 
-    def __init__(self, columns):
+    def __init__(self, columns, unit_of=lambda column: ""):
         self.units, self._columns = {}, {}
         for full, values in columns.items():
             match = _WITH_UNIT.match(full)
             name = match.group(1) if match else full
-            self.units[name] = match.group(2) if match else ""
+            self.units[name] = match.group(2) if match else unit_of(name) if name != "t" else "s"
             self._columns[name] = np.asarray(values)
         self._full = dict(zip(columns, self._columns))
 
@@ -70,12 +70,13 @@ class Run:
         files = sorted(glob.glob(os.path.join(glob.escape(self.folder), "*.csv")))
         if not files:
             raise FileNotFoundError(f"{folder}: there is no folder of a run with tables (.csv) in it")
-        self.tables = {os.path.basename(file)[:-len(".csv")]: Table(read_table(file)) for file in files}
         self.summary = {}
         summary = os.path.join(self.folder, "summary.json")
         if os.path.exists(summary):
             with open(summary, encoding="utf-8") as file:
                 self.summary = json.load(file)
+        unit_of = walking.units.unit_of if "push_start_s" in self.summary else lambda column: ""
+        self.tables = {os.path.basename(file)[:-len(".csv")]: Table(read_table(file), unit_of) for file in files}
 
     @property
     def trajectory(self):
@@ -92,10 +93,9 @@ class Run:
         return {name: table for name, table in self.tables.items() if "t" in table and len(table.time)}
 
     def plot(self):
-        """Draws trajectory.png into the folder again, and returns its path."""
-        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "plot_trajectory.py")
-        subprocess.run([sys.executable, "-B", script, self.folder], check=True)
-        return os.path.join(self.folder, "trajectory.png")
+        """Draws all pictures of the folder again, and returns their paths."""
+        from .plot import redraw
+        return redraw(self.folder)
 
     def to_mat(self, path):
         """A MAT file (v7.3) in the layout of robometry; needs h5py."""

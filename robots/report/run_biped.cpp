@@ -89,8 +89,8 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   context.output.write("summary.json", json);
   std::string not_drawn;
   if (settings.pictures && signal == 0) try {
-      draw(context.output.path(), "pictures (they need matplotlib)", "plot_run.py");
-      draw(context.output.path(), "report", "report.py");
+      draw(context.output.path(), "pictures (they need matplotlib)", "plot_run");
+      draw(context.output.path(), "report", "report");
     } catch (const InputError& error) {  // said last, when all else is told
       not_drawn = error.what();
     }

@@ -11,8 +11,8 @@
 
 namespace saltus::walking {
 
-void draw(const std::filesystem::path& results, const char* what, const std::string& script) {
-  run_python_script("robots/report/scripts/" + script, results, what);
+void draw(const std::filesystem::path& results, const char* what, const std::string& module) {
+  run_python_module("saltus.walking." + module, results, what);
 }
 
 std::string results_text(const std::filesystem::path& results,
@@ -64,8 +64,7 @@ Verb movie_verb() {
               throw InputError(fmt::format(
                   "movie: {}/replay.html is not there; a run with --plant dart or mujoco draws it",
                   folder));
-            const bool is_drawn =
-                run_python_script("robots/report/scripts/movie.py", folder, "movie");
+            const bool is_drawn = run_python_module("saltus.walking.movie", folder, "movie");
             return is_drawn ? ExitStatus::ok : ExitStatus::not_applicable;
           }};
 }

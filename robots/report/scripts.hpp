@@ -1,4 +1,4 @@
-// The python scripts that draw a run, and what lies in its folder then.
+// What of the Python package draws a run, and what lies in its folder then.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace saltus::walking {
 
-/// Runs a python script of robots/report/scripts on a folder of results, without a shell. Pictures
+/// Runs a module of saltus.walking (python/) on a folder of results, without a shell. Pictures
 /// are a service: the absence of `what` is said on the error stream, not fatal.
-void draw(const std::filesystem::path& results, const char* what, const std::string& script);
+void draw(const std::filesystem::path& results, const char* what, const std::string& module);
 
 /// The files that a run left in its folder and how to open them, one line each. Files that were
 /// there before `begin` are of another run and not listed.

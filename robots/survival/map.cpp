@@ -112,7 +112,7 @@ class MapRun {
       std::fflush(nullptr);
       std::raise(signal);
     }
-    if (request_.pictures) draw(request_.out, "picture (it needs matplotlib)", "plot_map.py");
+    if (request_.pictures) draw(request_.out, "picture (it needs matplotlib)", "plot_map");
     fmt::print("\n{}", map_summary(plan_));
     return failures_ > 0 ? ExitStatus::solver_failed : ExitStatus::ok;
   }

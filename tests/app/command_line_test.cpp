@@ -172,7 +172,7 @@ TEST_F(ProgramTest, runs_and_writes) {
   const std::string out = folder / "deep/out";
   EXPECT_EQ(run({"run", "hopper", "--height", "0.5", "--out", out.c_str()}), 0) << complaint;
   EXPECT_EQ(file_content(folder / "deep/out/config.yaml"),
-            "height: 0.5  # m\nfail: false\nbroken: false\n");
+            "height: 0.5  # m\nfail: false\nbroken: false\nlog:\n  formats: csv\n");
   EXPECT_EQ(run({"run", "hopper", "--fail", "--out", out.c_str()}), 3);
   EXPECT_EQ(complaint, "");
 }
@@ -197,6 +197,8 @@ TEST_F(ProgramTest, mistakes_are_one_sentence_and_status_two) {
                  "--set height=0: 'height' must be above 0 m, not '0'");
   expect_refused({"run", "hopper", "--broken", "--out", out.c_str()},
                  "phase 'flight': expected 2 states, given 3");
+  EXPECT_EQ(run({"run", "hopper", "--log.formats", "csv,xls", "--out", out.c_str()}), 2);
+  EXPECT_TRUE(contains(complaint, "log.formats must name csv, mat or mcap")) << complaint;
   EXPECT_EQ(run({"run", "hopper", "--out", "/proc/hop"}), 2);
   EXPECT_TRUE(contains(complaint, "output folder '/proc/hop'"));
   EXPECT_EQ(run({"run", "crash"}), 1);

@@ -30,8 +30,9 @@ def path(*parts):
 
 
 def script(name, *arguments):
-    return subprocess.run([PYTHON, os.path.join(source, "robots/report/scripts", name),
-                           *arguments], capture_output=True, text=True)
+    environment = {**os.environ, "PYTHONPATH": os.path.join(source, "python")}
+    return subprocess.run([PYTHON, "-B", "-m", f"saltus.walking.{name}", *arguments], capture_output=True,
+                          text=True, env=environment)
 
 
 def simulate(name, *settings):
@@ -50,7 +51,7 @@ class Pictures(unittest.TestCase):
         shutil.copytree(path("baseline"), results)
         # The name of the partial file leads to a device without room.
         os.symlink("/dev/full", os.path.join(results, ".com.png"))
-        done = script("plot_run.py", results)
+        done = script("plot_run", results)
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertIn("com.png: No space left on device", done.stderr)
         self.assertEqual(done.stderr.count("\n"), 1)
@@ -73,10 +74,10 @@ class Pictures(unittest.TestCase):
             simulate("body", "--plant", "dart")
 
     def test_a_run_on_the_centroidal_model(self):
-        self.is_drawn(script("plot_run.py", path("baseline")))
+        self.is_drawn(script("plot_run", path("baseline")))
         for name in ("com", "capture_point", "from_above", "forces"):
             self.is_picture("baseline", name + ".png")
-        self.is_drawn(script("report.py", path("baseline")))
+        self.is_drawn(script("report", path("baseline")))
         with open(path("baseline", "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertEqual(page.count("<img"), 4)
@@ -88,9 +89,9 @@ class Pictures(unittest.TestCase):
 
     def test_plans_of_steps(self):
         simulate("planned", "--step.planner", "ocp")
-        self.is_drawn(script("plot_run.py", path("planned")))
+        self.is_drawn(script("plot_run", path("planned")))
         self.is_picture("planned", "step_plans.png")
-        self.is_drawn(script("report.py", path("planned")))
+        self.is_drawn(script("report", path("planned")))
         with open(path("planned", "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertEqual(page.count("<img"), 5)
@@ -98,11 +99,11 @@ class Pictures(unittest.TestCase):
 
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_a_run_on_the_whole_body(self):
-        self.is_drawn(script("plot_run.py", path("body")))
+        self.is_drawn(script("plot_run", path("body")))
         for name in ("com", "capture_point", "from_above", "forces", "measured_forces", "feet", "torques",
                      "estimate"):
             self.is_picture("body", name + ".png")
-        self.is_drawn(script("report.py", path("body")))
+        self.is_drawn(script("report", path("body")))
         with open(path("body", "report.html"), encoding="utf-8") as file:
             page = file.read()
         self.assertEqual(page.count("<img"), 8)
@@ -136,9 +137,9 @@ class Pictures(unittest.TestCase):
 
     def test_two_runs_beside_each_other(self):
         other = "body" if os.path.exists(URDF) else "baseline"
-        self.is_drawn(script("compare_runs.py", path(other), path("baseline"), path("two.png")))
+        self.is_drawn(script("compare_runs", path(other), path("baseline"), path("two.png")))
         self.is_picture("two.png")
-        self.assertNotEqual(script("compare_runs.py", path(other)).returncode, 0)
+        self.assertNotEqual(script("compare_runs", path(other)).returncode, 0)
 
     def test_a_map(self):
         done = subprocess.run([program, "map", "--directions", "4", "--impulses", "5:1:5",
@@ -147,7 +148,7 @@ class Pictures(unittest.TestCase):
                               capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         os.remove(path("map", "map.png"))
-        self.is_drawn(script("plot_map.py", path("map")))
+        self.is_drawn(script("plot_map", path("map")))
         self.is_picture("map", "map.png")
 
     def test_problems_of_the_library(self):

@@ -1,5 +1,5 @@
-"""Where meshes are found, how STL is read, and what clustering keeps. Usage: this file FOLDER, the
-folder of replay_meshes.py."""
+"""Where meshes are found, how STL is read, and what clustering keeps. Usage: this file FOLDER, that
+of the package saltus."""
 
 import base64
 import os
@@ -9,7 +9,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, sys.argv.pop(1))
-import replay_meshes  # noqa: E402
+from saltus.walking import replay_meshes  # noqa: E402
 
 try:
     import numpy

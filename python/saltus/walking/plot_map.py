@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Polar picture of a survival map.
 
-Usage: plot_map.py RESULTS, a folder with map.csv; writes map.png beside it. One panel per step
+Usage: python3 -m saltus.walking.plot_map RESULTS, a folder with map.csv; writes map.png beside it. One panel per step
 time; the angle is the direction towards which the robot is pushed, forward is up and left is left;
 the radius is the impulse. Filled cells: the MPC recovered. Lines: up to where each controller
 recovered every push; dots: what it recovered beyond. Dashed: the plain pendulum's bound.
@@ -12,9 +12,8 @@ import math
 import os
 import sys
 
-import shared  # noqa: F401
-from saltus.drawing import plt, save_picture
-from saltus.on_folder import on_folder
+from ..drawing import plt, save_picture
+from ..on_folder import on_folder
 
 STYLES = {
     "mpc": {"color": "tab:blue", "label": "MPC"},

@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
 """Pushes that a pendulum survives, over their direction, by what its planner of steps may choose.
 
-Usage: plot_step_map.py MAP.CSV PICTURE.PNG, with what the program step_map of benchmarks/ prints.
+Usage: python3 -m saltus.walking.plot_step_map MAP.CSV PICTURE.PNG, with what the program step_map of benchmarks/ prints.
 """
 
 import csv
 import math
 import sys
 
-import shared  # noqa: F401
-from saltus.drawing import plt, save_picture
+from ..drawing import plt, save_picture
 
 VARIANTS = {
     "fixed": ("time and place fixed", "tab:gray"),

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Two runs of the push recovery, one above the other: the MPC against the baseline, for example.
 
-Usage: compare_runs.py A B [PICTURE], two folders with results; writes PICTURE, or compare.png in A.
+Usage: python3 -m saltus.walking.compare_runs A B [PICTURE], two folders with results; writes PICTURE, or compare.png in A.
 Vertical forces as planned, of each run in a panel of its own: the band is 5 % of the weight about
 the mean of the last second, the triangle marks from where on the force stays in it (force_settling
 of summary.json). Below, the CoM and the capture point of both runs, y, with the hull of the soles.
@@ -11,9 +11,8 @@ import json
 import os
 import sys
 
-import shared  # noqa: F401
-from saltus.drawing import plt, save_picture
-from saltus.tables import read_table
+from ..drawing import plt, save_picture
+from ..tables import read_table
 
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}

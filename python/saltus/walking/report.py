@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """One page about a push recovery run, and a replay of it when it was run on the whole body.
 
-Usage: report.py RESULTS, a folder with summary.json and what plot_run.py drew; writes report.html
+Usage: python3 -m saltus.walking.report RESULTS, a folder with summary.json and what plot_run.py drew; writes report.html
 and, of a run on the whole body (body.csv, robot.json), replay.html. Both open without a network.
 """
 
@@ -11,9 +11,8 @@ import json
 import os
 import sys
 
-import replay
-import shared  # noqa: F401
-from saltus.on_folder import on_folder
+from . import replay
+from ..on_folder import on_folder
 
 PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),

@@ -13,7 +13,7 @@ import os
 import re
 import sys
 
-import replay_meshes
+from . import replay_meshes
 
 FRAME_RATE = 100.0  # 1/s
 LEVELS = 65535  # of a channel

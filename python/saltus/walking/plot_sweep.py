@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
 """Cost and first input over the time of the impact: node at the event against rounding to the grid.
 
-Usage: plot_sweep.py SWEEP.CSV PICTURE.PNG, with the file that the program impact_sweep of
+Usage: python3 -m saltus.walking.plot_sweep SWEEP.CSV PICTURE.PNG, with the file that the program impact_sweep of
 benchmarks/ writes.
 """
 
 import csv
 import sys
 
-import shared  # noqa: F401
-from saltus.drawing import plt, save_picture
+from ..drawing import plt, save_picture
 
 GRIDS = (("10", "15"), ("50", "15"))  # dt in ms, N
 QUANTITIES = (("cost", "optimal cost"), ("left_fz", "left foot, first vertical force [N]"))

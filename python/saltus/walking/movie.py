@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A film of a run on the whole body, from its replay.
 
-Usage: movie.py RESULTS, a folder with replay.html; writes movie.mp4 beside it, or movie.gif where
+Usage: python3 -m saltus.walking.movie RESULTS, a folder with replay.html; writes movie.mp4 beside it, or movie.gif where
 there is no ffmpeg. Needs Chromium, which draws the replay without a window.
 """
 
@@ -15,8 +15,7 @@ import subprocess
 import sys
 import tempfile
 
-import shared  # noqa: F401
-from saltus.on_folder import on_folder
+from ..on_folder import on_folder
 
 RATE = 20  # pictures per second
 SIZE = (640, 532)  # of the window, pixels; 52 of them are the replay's bar

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Pictures of a push recovery run, after the figures of the paper.
 
-Usage: plot_run.py RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
+Usage: python3 -m saltus.walking.plot_run RESULTS, a folder with trajectory.csv and summary.json; writes com.png,
 capture_point.png, from_above.png and forces.png beside them, step_plans.png where steps were planned
 (plans.csv). A run on the whole body (body.csv, robot.json) also gets measured_forces.png, feet.png and
 torques.png, one by measured senses estimate.png.
@@ -10,10 +10,9 @@ torques.png, one by measured senses estimate.png.
 import json
 import os
 
-import shared  # noqa: F401
-from saltus.drawing import plt, save_picture
-from saltus.on_folder import on_folder
-from saltus.tables import read_table
+from ..drawing import plt, save_picture
+from ..on_folder import on_folder
+from ..tables import read_table
 
 
 SWING = {"left": ("right", "tab:orange"), "right": ("left", "tab:blue")}  # by the stance foot

@@ -1,0 +1,52 @@
+#include "saltus/app/log_formats.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+#include <string_view>
+#include <vector>
+
+#include "saltus/app/python_script.hpp"
+#include "saltus/app/settings.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr std::array<std::string_view, 3> known{"csv", "mat", "mcap"};
+
+std::vector<std::string> names_of(const LogFormats& formats) {
+  std::vector<std::string> names;
+  std::istringstream stream(formats.names);
+  for (std::string name; std::getline(stream, name, ',');) names.push_back(name);
+  return names;
+}
+
+std::string complaint(const LogFormats& formats) {
+  for (const std::string& name : names_of(formats))
+    if (std::ranges::find(known, name) == known.end())
+      return fmt::format(
+          "log.formats must name csv, mat or mcap, separated by commas without spaces, not '{}'",
+          name);
+  return {};
+}
+
+}  // namespace
+
+void declare_log_formats(Settings& settings, LogFormats& formats) {
+  settings.text(
+      "log.formats", formats.names,
+      "of the tables: csv (always written), mat (run.mat, v7.3 as robometry lays it out), "
+      "mcap (run.mcap, JSON for Foxglove and PlotJuggler); mat and mcap need python3 with "
+      "h5py, with mcap");
+  settings.rule({"log.formats"}, [&formats] { return complaint(formats); });
+}
+
+bool write_logs(const LogFormats& formats, const std::filesystem::path& results) {
+  std::vector<std::string> wanted = names_of(formats);
+  std::erase(wanted, "csv");
+  return wanted.empty() || run_python_module("saltus.logs", results, "logs", wanted);
+}
+
+}  // namespace saltus

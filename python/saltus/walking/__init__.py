@@ -1,0 +1,3 @@
+"""What is drawn of legged robots: pictures, report, replay, film, survival maps."""
+
+from . import units  # noqa: F401
