@@ -45,7 +45,7 @@ struct SoleReading {
   bool rests = false;   ///< flat: its centre of pressure lies inside
   Eigen::Isometry3d pose =
       Eigen::Isometry3d::Identity();  ///< of the contact frame in the base, by the joints
-  Mat<double, 6, 6> covariance = Mat<double, 6, 6>::Zero();  ///< of position m and rotation rad
+  Mat<double, 6, 6> covariance = Mat<double, 6, 6>::Zero();  ///< see above; m and rad
 };
 
 /// Nothing allocates.

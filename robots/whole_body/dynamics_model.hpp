@@ -10,7 +10,7 @@ namespace saltus {
 /// J dnu/dt + drift. Its twists are (angular | linear of the contact frame's origin), world axes.
 struct SoleMotion {
   Eigen::Isometry3d pose;  ///< of the contact frame in the world
-  Vec<double, 6> twist;    ///< (linear m/s | angular rad/s) of its origin, world axes
+  Vec<double, 6> twist;    ///< (angular rad/s | linear m/s of its origin), world axes
   MatrixXd jacobian;       ///< 6 x (6 + n)
   Vec<double, 6> drift;    ///< (dJ/dt) nu
 };

@@ -1,0 +1,34 @@
+#!/usr/bin/env python3
+"""Do the drawings of docs/concepts.md say what their script says? Skipped (77) without matplotlib."""
+
+import os
+import sys
+import tempfile
+import xml.etree.ElementTree as ElementTree
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+try:
+    import draw
+except ModuleNotFoundError as error:
+    print(f"skipped: no {error.name}")
+    sys.exit(77)
+
+
+def words(path):
+    """All texts in their order; where they stand depends on matplotlib's version."""
+    return [text.text for text in ElementTree.parse(path).iter("{http://www.w3.org/2000/svg}text")]
+
+
+with open(os.path.join(HERE, "..", "concepts.md"), encoding="utf-8") as file:
+    page = file.read()
+wrong = []
+with tempfile.TemporaryDirectory() as folder:
+    draw.main(folder)
+    for name in draw.DRAWINGS:
+        if f"(concepts/{name}.svg)" not in page:
+            wrong.append(f"concepts.md does not show {name}.svg")
+        if words(os.path.join(folder, f"{name}.svg")) != words(os.path.join(HERE, f"{name}.svg")):
+            wrong.append(f"{name}.svg is not what draw.py draws; draw.py {HERE} makes it again")
+if wrong:
+    sys.exit("\n".join(wrong))
+print(f"{len(draw.DRAWINGS)} drawings as drawn")
