@@ -197,6 +197,38 @@ class Scripts(unittest.TestCase):
         self.assertEqual(verdicts.count(("riccati", "solved")), 4)
         self.assertEqual(verdicts.count(("clarabel", "crashed")), 4)
 
+    def test_a_solver_that_does_not_end_is_stopped_and_the_rest_goes_on(self):
+        self.run_small("a.jsonl", solvers="riccati,endless", SALTUS_BENCH_PATIENCE="0.3")
+        verdicts = [(l["solver"], l["verdict"]) for l in self.lines("a.jsonl") if "solver" in l]
+        self.assertEqual(verdicts.count(("riccati", "solved")), 4)
+        self.assertEqual(verdicts.count(("endless", "too slow")), 4)
+
+    def test_a_library_that_is_not_there_is_named(self):
+        for library, sentence in (("", "SALTUS_HPIPM names no library"), ("/no.so", "there is no library '/no.so'")):
+            done = self.run_small(f"a{len(library)}.jsonl", solvers="riccati,hpipm", SALTUS_HPIPM=library)
+            self.assertIn(sentence, done.stdout)
+
+    def test_a_nonlinear_program_falls_into_stages_where_nothing_couples_them(self):
+        sys.path.insert(0, SCRIPTS)
+        from fatrop import Stages
+        from nonlinear_program import read_nonlinear
+        from peers import NotApplicable
+        from program import Program
+        os.environ["SALTUS_PROGRAM"] = PROGRAM
+        with Program() as program:
+            found = {}
+            for name in ("tank_on_ramp", "hanging_chain", "bryson_denham", "brachistochrone"):
+                program.ask(do="export", problem="library/" + name, file=self.path("p.json"))
+                try:
+                    found[name] = Stages(read_nonlinear(self.path("p.json")))
+                except NotApplicable as why:
+                    self.assertIn("coupled", str(why))
+        self.assertEqual(set(found), {"tank_on_ramp", "hanging_chain"})  # the others' times are free
+        self.assertEqual(found["tank_on_ramp"].sizes, [[0, 3, 2], *[[2, 1, 0]] * 399, [2, 0, 0]])
+        # The end of a linear input is the beginning of the next: a row that closes with the other sign.
+        self.assertEqual(set(found["hanging_chain"].sign), {1.0, -1.0})
+        self.assertEqual(sorted(found["hanging_chain"].order), list(range(123)))
+
     def test_no_scheduler_is_a_sentence(self):
         done = self.run_small("a.jsonl", "--scheduler", "tcp://127.0.0.1:9", status=2)
         self.assertRegex(done.stderr, "no Dask scheduler answers|--scheduler needs Dask")

@@ -44,7 +44,7 @@ def list_all(arguments):
         print(f"  {name:<22} ours")
     for peer in matrix.all_peers():
         missing = peers.why_missing(peer)
-        told = missing or f"{peer.package} {peers.version_of(peer.package)}: {peer.about}"
+        told = missing or f"{peers.named_version(peer)}{peer.about}"
         print(f"  {peer.name:<22} {told}")
     return OK
 
@@ -55,7 +55,7 @@ def head_of(description, arguments, tasks):
     import records
     saltus = {"version": description["version"], "commit": description["commit"],
               **description["build"], "lanes": description["machine"]["lanes"]}
-    packages = {p.package: peers.version_of(p.package) for p in matrix.all_peers()}
+    packages = {p.package: peers.version_of(p.package) for p in matrix.all_peers() if p.package}
     solvers = {s for t in tasks for s in t["solvers"]}
     return {"format": records.FORMAT, "saltus": saltus,
             "machine": {"processor": description["machine"]["cpu"], **describe_machine()},
@@ -225,13 +225,16 @@ def merge(arguments):
 
 
 def install_peers(arguments):
-    """An environment of their own, never needed by the product."""
+    """An environment of their own, never needed by the product, and within it a folder for what would spoil the others."""
     folder = arguments.folder or os.environ["SALTUS_PEERS"]
-    wanted = os.path.join(os.path.dirname(os.path.abspath(__file__)), "peers.txt")
+    here = os.path.dirname(os.path.abspath(__file__))
     base = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
+    install = [os.path.join(folder, "bin/python3"), "-m", "pip", "install", "--quiet", "--only-binary", ":all:",
+               "--require-hashes"]
     for command in ([base, "-m", "venv", folder],
-                    [os.path.join(folder, "bin/python3"), "-m", "pip", "install", "--quiet",
-                     "--requirement", wanted]):
+                    [*install, "--requirement", os.path.join(here, "peers.txt")],
+                    [*install, "--no-deps", "--upgrade", "--target", os.path.join(folder, "acados"), "--requirement",
+                     os.path.join(here, "peers_acados.txt")]):
         if subprocess.run(command, check=False).returncode != 0:
             print(f"saltus bench peers: '{' '.join(command)}' failed", file=sys.stderr)
             return FAILED

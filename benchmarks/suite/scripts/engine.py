@@ -4,6 +4,7 @@ In both cases a task is a run of the installed program and its result are lines 
 """
 
 import json
+import signal
 import sys
 import time
 
@@ -56,22 +57,29 @@ def sorted_lines(lines, task):
     return sorted(lines, key=lambda line: (line["instance"], order[line["solver"]]))
 
 
+def end_of(status):
+    """(verdict, sentence) of a peer with which the process ended."""
+    if status == -signal.SIGPROF:
+        return "too slow", "a solve took more of the processor than it is given"
+    return "crashed", "it took its process with it"
+
+
 def settle(task, outcome, again):
-    """The task's lines; a peer that took the process with it is left out and the rest is run again."""
+    """The task's lines; a peer that took the process with it, or was stopped, is left out and the rest is run again."""
     while True:
         lines, ended, trying = lines_of(outcome)
         if ended:
             return sorted_lines(lines, task)
         if outcome["status"] == 2:
             raise EngineError(outcome["error"].strip())
-        crashed = task.get("crashed", [])
-        if trying is None or trying in crashed:
+        before = task.get("ended", {})
+        if trying is None or trying in before:
             return sorted_lines([{"problem": task["problem"], "start": task["start"],
                                   "solver": name, "instance": 0, "verdict": "crashed",
                                   "claimed": "the task ended with status "
                                              f"{outcome['status']}: {outcome['error'][-300:]}"}
                                  for name in task["solvers"]], task)
-        task = {**task, "crashed": [*crashed, trying]}
+        task = {**task, "ended": {**before, trying: end_of(outcome["status"])}}
         outcome = again(task)
 
 

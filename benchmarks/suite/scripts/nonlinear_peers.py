@@ -23,12 +23,12 @@ FOR_IPOPT = ("nlp", "nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "triangle")
 FOR_SQPMETHOD = ("nlp", "nlp_fg", "nlp_jac_fg", "whole")
 
 
-def compiled(program, names):
-    """The path of the shared library of a CasadiProgram's functions."""
+def compiled(program, names, functions=None):
+    """The path of the shared library of a CasadiProgram's functions, or of others in their place."""
     if shutil.which("gcc") is None:
         raise NotApplicable("no gcc is there to compile CasADi's functions")
     with tempfile.TemporaryDirectory(prefix="saltus-casadi-") as folder:
-        source = program.write_source(folder, names)
+        source = program.write_source(folder, names, functions)
         flags = ["-O1" if os.path.getsize(source) > LARGE_SOURCE else "-O3", "-march=native"]
         with open(source, "rb") as file:
             key = hashlib.sha256(file.read() + " ".join(flags).encode()).hexdigest()[:24]
@@ -40,7 +40,7 @@ def compiled(program, names):
     return library
 
 
-class _Casadi:
+class CasadiNlp:
     """nlpsol on our program, from its guess."""
     package = "casadi"
     ladder = (1.0, 0.1, 0.01)
@@ -52,6 +52,13 @@ class _Casadi:
 
     def derivatives(self, functions):
         return {}
+
+    def prepare(self, program):
+        """The functions by the names that are compiled."""
+        return program.functions
+
+    def row_multipliers(self, found):
+        return found
 
     def __init__(self, file, tolerance):
         import casadi
@@ -68,11 +75,11 @@ class _Casadi:
             if not difference <= 1e-9:  # rounding, relative to the largest entry
                 raise NotApplicable(f"its {what} differs from ours by {difference:.1e}: it would be another problem")
         functions = file.casadi.functions
-        options = {"print_time": False, "error_on_fail": False, "record_time": True,
-                   "no_nlp_grad": True,
+        options = {"print_time": False, "error_on_fail": False, "record_time": True, "no_nlp_grad": True,
                    **self.options(tolerance)}
         if self.is_compiled:
-            self.solver = casadi.nlpsol("solver", self.plugin, compiled(file.casadi, self.compiles), options)
+            self.solver = casadi.nlpsol("solver", self.plugin, compiled(
+                file.casadi, self.compiles, self.prepare(file.casadi)), options)
         else:
             self.solver = casadi.nlpsol("solver", self.plugin, functions["nlp"],
                                         {**options, **self.derivatives(functions)})
@@ -82,12 +89,12 @@ class _Casadi:
     def solve(self, start):
         answer = self.solver(**self.given)
         stats = self.solver.stats()
-        return Answer(np.array(answer["x"]).ravel(), np.array(answer["lam_g"]).ravel(),
+        return Answer(np.array(answer["x"]).ravel(), self.row_multipliers(np.array(answer["lam_g"]).ravel()),
                       np.array(answer["lam_x"]).ravel(), claimed=str(stats.get("return_status", "")),
                       solved=bool(stats.get("success")), iterations=int(stats.get("iter_count", -1)))
 
 
-class CasadiIpopt(_Casadi):
+class CasadiIpopt(CasadiNlp):
     name, plugin = "casadi-ipopt", "ipopt"
     about = "Ipopt with MUMPS of casadi's package, functions in CasADi's virtual machine"
 
@@ -107,7 +114,7 @@ class CasadiIpoptCompiled(CasadiIpopt):
     about = "the same, functions as C compiled by gcc for the processor; the compiler's time is not counted"
 
 
-class CasadiSqpmethod(_Casadi):
+class CasadiSqpmethod(CasadiNlp):
     name, plugin, is_compiled, compiles = "casadi-sqpmethod", "sqpmethod", True, FOR_SQPMETHOD
     about = "CasADi's sequential quadratic programming, exact Hessian made convex, QRQP for the programs, compiled functions"
     largest = 300
@@ -119,6 +126,17 @@ class CasadiSqpmethod(_Casadi):
                                   "error_on_fail": False}}
 
 
+class CasadiBlocksqp(CasadiNlp):
+    name, plugin = "casadi-blocksqp", "blocksqp"
+    about = ("blockSQP of casadi's package with dense programs for qpOASES (its sparse ones need MA27, which is not there), functions in "
+             "CasADi's virtual machine")
+    largest = 200
+
+    def options(self, tolerance):
+        return {"schur": False, "linsol": "ldl", "opttol": tolerance, "nlinfeastol": tolerance, "max_iter": 200,
+                "print_header": False, "print_iteration": False}
+
+
 def nonlinear_peers():
-    """blockSQP is in the package, too, but the linear solver that it needs (MA27) is not."""
-    return [CasadiIpoptCompiled, CasadiIpopt, CasadiSqpmethod]
+    from fatrop import CasadiFatropNonlinear
+    return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, CasadiSqpmethod, CasadiBlocksqp]

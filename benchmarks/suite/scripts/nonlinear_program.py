@@ -282,12 +282,12 @@ class CasadiProgram:
                     worst, what = (difference if np.isfinite(difference) else math.inf), name
         return worst, what
 
-    def write_source(self, folder, names):
-        """The functions of these names as C. The path of the file."""
+    def write_source(self, folder, names, functions=None):
+        """The functions of these names as C, of this program or as given. The path of the file."""
         import casadi as ca
         generator = ca.CodeGenerator("nlp.c")
         for name in names:
-            generator.add(self.functions[name])
+            generator.add((functions or self.functions)[name])
         return generator.generate(folder + os.sep)
 
     @staticmethod

@@ -4,13 +4,16 @@ An adapter is a class with
     name, package (of PyPI, whose version is told), about (what the table has to say of it),
     ladder (what it is asked for, as factors of the tolerance that is judged),
     has_threads (if it works in threads of its own: the process is timed),
+    missing() (why it cannot be used, where that is not a question of importing its package),
     __init__(program, tolerance): the set-up, which is shown apart,
     solve(start) -> Answer: one whole solve from `start` ((w, lambda, z) or None: the solver's own start),
 and, where that is known before, NotApplicable raised by __init__. README.md in the folder above says how each is called.
 """
 
-import importlib
+import importlib.metadata
 import math
+import os
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -238,6 +241,8 @@ class Proxqp:
         settings.check_duality_gap = True
         settings.eps_duality_gap_abs, settings.eps_duality_gap_rel = tolerance, 0.0
         settings.compute_timings = True
+        # Its automatic choice takes MINRES for large programs, which then need minutes.
+        settings.sparse_backend = proxqp.SparseBackend.SparseCholesky
         A = p.A.tocsr()
         big = 1e20
         self.solver.init(p.reduced.hessian, p.reduced.gradient, sparse.csc_matrix(A[equal]),
@@ -367,20 +372,30 @@ class CasadiQpoases(_Casadi):
 
 
 def all_peers():
-    return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, CasadiHpipm, CasadiQpoases]
+    import fatrop
+    import hpipm
+    return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, CasadiHpipm, fatrop.CasadiFatrop, hpipm.AcadosHpipm, hpipm.AcadosHpipmBalance,
+            hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases]
 
 
 def version_of(package):
     """None if it is not installed."""
     import importlib.metadata
-    try:
-        return importlib.metadata.version(package)
-    except importlib.metadata.PackageNotFoundError:
-        return None
+    for path in (sys.path, [os.path.join(sys.prefix, "acados")]):  # the second: what would spoil the others
+        for found in importlib.metadata.distributions(name=package, path=path):
+            return found.version
+    return None
+
+
+def named_version(peer):
+    """`casadi 3.8.2: `, empty for what is no package."""
+    return f"{peer.package} {version_of(peer.package)}: " if peer.package else ""
 
 
 def why_missing(peer):
     """A sentence if the peer cannot be used, empty if it can. A package that breaks at import is missing, too."""
+    if hasattr(peer, "missing"):
+        return peer.missing()
     if version_of(peer.package) is None:
         return f"the package {peer.package} is not installed: ./saltus setup --with-peers"
     try:

@@ -221,7 +221,7 @@ def setup_rows(cells, names, records):
 
 
 def failure_rows(cells, names):
-    causes = ("wrong", "worse optimum", "gave up", "error", "crashed", "judges disagree")
+    causes = ("wrong", "worse optimum", "gave up", "too slow", "error", "crashed", "judges disagree")
     yield ["solver", "instances", "solved", *causes]
     for name in names:
         verdicts = [line["verdict"] for (_, solver), lines in cells.items() if solver == name
@@ -251,7 +251,8 @@ def not_first(records, cells):
 def notes(names, packages):
     for peer in matrix.all_peers():
         if peer.name in names:
-            yield f"<b>{peer.name}</b> ({peer.package} {packages.get(peer.package)}): {html.escape(peer.about)}."
+            of = f" ({peer.package} {packages.get(peer.package)})" if peer.package else ""
+            yield f"<b>{peer.name}</b>{of}: {html.escape(peer.about)}."
 
 
 def write_report(records, path):

@@ -10,6 +10,7 @@ import fcntl
 import json
 import math
 import os
+import signal
 import socket
 import sys
 import tempfile
@@ -23,16 +24,18 @@ from cache import cache_folder
 from nonlinear_program import NoFile, read_nonlinear
 from program import Program, ProgramError
 from quadratic_program import kkt_residual, read_program
-from toy import Toy
+from toy import Endless, Toy
 
 OURS = ("riccati", "sparse", "ipopt")  # the last on nonlinear programs only
 # Both judges add the same terms in another order.
 JUDGES_AGREE = 1e-10
-PATIENCE = 10.0  # s; a solver that needs more for one solve is not asked again
+PATIENCE = float(os.environ.get("SALTUS_BENCH_PATIENCE", "10"))  # s of the processor; who needs more for one solve has missed, and who needs more for a repetition has one
+SLOW_US = 1e5  # buffers that are warm make no difference to solves above this
+PROBES = 3  # instances on which the accuracy to ask for is found
 
 
 def peer_named(name):
-    return {p.name: p for p in [*peers.all_peers(), *nonlinear_peers.nonlinear_peers(), Toy]}[name]
+    return {p.name: p for p in [*peers.all_peers(), *nonlinear_peers.nonlinear_peers(), Toy, Endless]}[name]
 
 
 @contextlib.contextmanager
@@ -42,6 +45,17 @@ def one_at_a_time():
     with open(os.path.join(cache_folder(), name), "a", encoding="utf-8") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
+
+
+@contextlib.contextmanager
+def patience():
+    """Code of others cannot be interrupted: a solve that takes too long ends the process by SIGPROF, by which the engine knows
+    it. Counted is time of the processor, which hardly depends on what else the machine does."""
+    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
 
 def thread_us():
@@ -63,7 +77,7 @@ class Ours:
                  else {"problem": task["problem"], "instance": qp.instance})
         self.request = {"do": "solve", **which, "solver": name, "start": task["start"]}
 
-    def run(self, qp, tolerance):
+    def run(self, qp, tolerance, is_timed=True):
         answer = self.program.ask(**self.request, tolerance=tolerance)
         if "not_applicable" in answer:
             raise peers.NotApplicable(answer["not_applicable"])
@@ -84,8 +98,10 @@ class Peer:
         self.adapter, self.qp, self.ladder = adapter, qp, adapter.ladder
         self.warm = task["start"] == "warm"
         self.tolerance, self.solver, self.setup_us, self.start = None, None, None, None
+        self.last_us = 0.0
 
-    def run(self, qp, tolerance):
+    def run(self, qp, tolerance, is_timed=True):
+        """The judged answer and its times; not `is_timed`: of the first solve, without warm buffers."""
         if tolerance != self.tolerance:
             begin = thread_us()
             self.solver = self.adapter(qp, tolerance)
@@ -95,13 +111,15 @@ class Peer:
                 reduced = getattr(self.solver, "reduced", None) or getattr(
                     getattr(self.solver, "rows", None), "reduced", None)
                 self.start = reduced.warm() if reduced else whole
-        self.solver.solve(self.start)  # warm buffers, as ours
+        if is_timed and self.last_us < SLOW_US:
+            self.solver.solve(self.start)  # warm buffers, as ours
         clock = process_us if getattr(self.adapter, "has_threads", False) else thread_us
-        begin = clock()
-        answer = self.solver.solve(self.start)
-        cpu_us = clock() - begin
+        with patience():
+            begin = clock()
+            answer = self.solver.solve(self.start)
+            self.last_us = clock() - begin
         return {**self.judge(qp, answer), "claimed": answer.claimed, "says_solved": answer.solved,
-                "iterations": answer.iterations}, {"cpu_us": cpu_us, "own_us": answer.own_us,
+                "iterations": answer.iterations}, {"cpu_us": self.last_us, "own_us": answer.own_us,
                                                    "setup_us": self.setup_us}
 
     def judge(self, qp, answer):
@@ -111,7 +129,7 @@ class Peer:
 class OursNonlinear(Ours):
     """The judge is in the program here, for everybody: the problem is there, in formulas."""
 
-    def run(self, qp, tolerance):
+    def run(self, qp, tolerance, is_timed=True):
         answer = self.program.ask(**self.request, tolerance=tolerance)
         if "not_applicable" in answer:
             raise peers.NotApplicable(answer["not_applicable"])
@@ -163,23 +181,27 @@ def verdict(answer, accepted):
     return "wrong" if answer["says_solved"] else "gave up"
 
 
+def probes(numbers):
+    """The first, the last and what lies in the middle."""
+    numbers = list(numbers)
+    return sorted({numbers[i * (len(numbers) - 1) // (PROBES - 1)] for i in range(PROBES)})
+
+
 def choose_tolerance(runs, programs, accepted):
-    """The loosest of what a solver can be asked for with which the judge accepts all instances, else the one with
-    which it accepts most: criteria differ, and nobody is to lose for being asked in the wrong unit."""
+    """(the loosest of what a solver can be asked for with which the judge accepts the instances probed, else the one with
+    which it accepts most; how many it accepts): criteria differ, and nobody is to lose for being asked in the wrong unit."""
     best, best_count = None, -1
+    numbers = probes(runs)
     for factor in next(iter(runs.values())).ladder:
         count = 0
-        for number, run in runs.items():
-            begin = time.monotonic()
-            answer, _ = run.run(programs[number], factor * accepted)
+        for number in numbers:
+            answer, _ = runs[number].run(programs[number], factor * accepted, is_timed=False)
             count += verdict(answer, accepted) == "solved"
-            if time.monotonic() - begin > 2.0 * PATIENCE:
-                return factor * accepted
         if count > best_count:
             best, best_count = factor * accepted, count
-        if count == len(runs):
+        if count == len(numbers):
             break
-    return best
+    return best, best_count
 
 
 def say(line):
@@ -236,9 +258,9 @@ def run_task(task):
         results, runs = {}, {}
         with one_at_a_time():
             for solver in task["solvers"]:
-                if solver in task.get("crashed", ()):
+                if solver in task.get("ended", {}):
                     for number in programs:
-                        say(failure(task, solver, number, "crashed", "it took its process with it"))
+                        say(failure(task, solver, number, *task["ended"][solver]))
                     continue
                 say({"trying": solver})
                 missing = "" if solver in OURS else peers.why_missing(peer_named(solver))
@@ -248,7 +270,7 @@ def run_task(task):
                 try:
                     mine = {number: solver_on(program, solver, task, qp)
                             for number, qp in programs.items()}
-                    asked = choose_tolerance(mine, programs, task["tolerance"])
+                    asked, accepted = choose_tolerance(mine, programs, task["tolerance"])
                 except peers.NotApplicable as why:
                     say(failure(task, solver, 0, "not applicable", str(why)))
                     continue
@@ -257,27 +279,31 @@ def run_task(task):
                         say(failure(task, solver, number, "error",
                                     f"{type(error).__name__}: {str(error)[:200]}"))
                     continue
+                if accepted == 0:  # no probe whatever it was asked for: the others are spared
+                    mine = {number: mine[number] for number in probes(mine)}
                 runs[solver] = mine
                 results[solver] = {number: {**failure(task, solver, number, "", ""),
-                                            "asked": asked} for number in programs}
-            say({"trying": None})
+                                            "asked": asked} for number in mine}
             slow = set()
             for _ in range(task["repetitions"]):
                 for solver, mine in runs.items():
                     if solver in slow:
                         continue
-                    begin = time.monotonic()
+                    say({"trying": solver})
+                    begin = time.process_time()
                     try:
                         measure(task, solver, mine, programs, results[solver])
                     except Exception as error:  # noqa: BLE001
-                        for number in programs:
+                        for number in mine:
                             results[solver][number].update(
                                 verdict="error", claimed=f"{type(error).__name__}: {error}"[:200])
-                    if time.monotonic() - begin > PATIENCE:
+                    missed_all = all(line["verdict"] != "solved" for line in results[solver].values())
+                    if missed_all or time.process_time() - begin > PATIENCE:
                         slow.add(solver)
+            say({"trying": None})
         for solver in runs:
-            for number in programs:
-                say(results[solver][number])
+            for line in results[solver].values():
+                say(line)
     say({"done": task["id"]})
 
 

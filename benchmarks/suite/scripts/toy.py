@@ -1,4 +1,5 @@
-"""A solver that is wrong, and says that it is right: what the judge is tested with. Chosen by its name only."""
+"""A solver that is wrong, and says that it is right, and one that does not end: what judge and engine are tested with. Chosen by
+their names only."""
 
 import numpy as np
 
@@ -18,3 +19,11 @@ class Toy:
         w = np.clip(np.zeros(self.qp.n), self.qp.lower, self.qp.upper)
         return Answer(w, np.zeros(self.qp.m), np.zeros(self.qp.n), claimed="optimal", solved=True,
                       iterations=1, own_us=0.1)
+
+
+class Endless(Toy):
+    name, about = "endless", "never ends"
+
+    def solve(self, start):
+        while True:
+            pass
