@@ -172,7 +172,7 @@ TEST_F(ProgramTest, runs_and_writes) {
   const std::string out = folder / "deep/out";
   EXPECT_EQ(run({"run", "hopper", "--height", "0.5", "--out", out.c_str()}), 0) << complaint;
   EXPECT_EQ(file_content(folder / "deep/out/config.yaml"),
-            "height: 0.5  # m\nfail: false\nbroken: false\nlog:\n  formats: csv\n");
+            "height: 0.5  # m\nfail: false\nbroken: false\nlog:\n  formats: \"csv\"\n");
   EXPECT_EQ(run({"run", "hopper", "--fail", "--out", out.c_str()}), 3);
   EXPECT_EQ(complaint, "");
 }

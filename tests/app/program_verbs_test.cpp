@@ -67,7 +67,14 @@ TEST_F(VerbsTest, printed_settings_are_given_back) {
             "  # from where it falls [m; above 0; default 1]\n"
             "  height: 2\n"
             "# where it falls [hard or soft; default hard]\n"
-            "ground: hard\n");
+            "ground: hard\n"
+            "log:\n"
+            "  # of the tables: csv (always written), mat (run.mat, v7.3 as robometry lays it "
+            "out), mcap\n"
+            "  # (run.mcap, JSON for Foxglove and PlotJuggler); mat and mcap need python3 with "
+            "h5py, with mcap\n"
+            "  # [default \"csv\"]\n"
+            "  formats: \"csv\"\n");
   const std::string file = folder.file("mine.yaml", printed);
   const std::string before = printed;
   ASSERT_EQ(run({"run", "drop", "--config", file, "--print-config"}), 0);
