@@ -158,7 +158,9 @@ void RecedingHorizonController::prepare(double t) noexcept {
     has_bad_grid_ = true;
   }
   shift_.apply(shooting_->program(), has_plan_ ? plan_ : initial_, guess_);
-  solver_->prepare(shooting_->nlp(), guess_);
+  // From a plan that a wrong measurement has spoilt there may be no way back.
+  begins_anew_ = has_plan_ && failures_ >= 2 && failures_ % 2 == 0;
+  solver_->prepare(shooting_->nlp(), begins_anew_ ? initial_ : guess_);
   is_prepared_ = true;
   preparation_ = seconds_since(begin);
 }
@@ -187,8 +189,9 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   tick_.kkt = tick_.violation = infinity;
   tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
   is_of_model_ = false;
+  const bool can_be_solved = is_measured(state) && !has_bad_data_ && !has_bad_grid_;
   try {
-    if (is_measured(state) && !has_bad_data_ && !has_bad_grid_) solve(state, begin);
+    if (can_be_solved) solve(state, begin);
   } catch (...) {  // of a program that cannot even be posed
     tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
   }
@@ -197,6 +200,9 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
     std::swap(plan_, point_);
     shift_.remember(shooting_->program(), plan_.w);
     has_plan_ = has_multipliers_ = true;
+    failures_ = 0;
+  } else if (can_be_solved && tick_.status != SolveStatus::time_limit) {
+    ++failures_;
   }
   if (tick_.provenance != Provenance::fallback)
     hold(*shooting_, accepted ? plan_.w : guess_.w, now_, options_.period, tick_.input);
@@ -247,8 +253,9 @@ void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_po
   shooting_->start_at(now_, state);
   WallClock::time_point deadline = seconds_after(begin, options_.deadline);
   if (options_.miss_deadline && options_.miss_deadline(ticks_)) deadline = begin;
-  point_ = guess_;
-  const TickResult r = solver_->feedback(nlp, point_, has_plan_ && has_multipliers_, deadline);
+  point_ = begins_anew_ ? initial_ : guess_;
+  const bool warm = has_plan_ && has_multipliers_ && !begins_anew_;
+  const TickResult r = solver_->feedback(nlp, point_, warm, deadline);
   const bool is_whole = point_.w.size() == nlp.variables() && point_.w.allFinite() &&
                         point_.lambda.allFinite() && point_.z.allFinite();
   tick_.iterations = r.iterations;

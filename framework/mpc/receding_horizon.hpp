@@ -92,9 +92,11 @@ struct LoopStatistics {
 };
 
 /// Every tick: the last plan is moved on to the new grid (plan_shift.hpp), solved again from the
-/// measurement, and held. Data, event times and the previous input are set before the tick. After
-/// construction a tick does not allocate, if the solver does not, and never throws: what a formula
-/// or a function of the options throws, whatever it is, leads to the plan before or the fallback.
+/// measurement, and held. Where solves fail again and again, every other one starts where the very
+/// first did: what a wrong measurement did to the plan does not last. Data, event times and the
+/// previous input are set before the tick. After construction a tick does not allocate, if the
+/// solver does not, and never throws: what a formula or a function of the options throws, whatever
+/// it is, leads to the plan before or the fallback.
 class RecedingHorizonController : public DataByName<RecedingHorizonController> {
  public:
   /// The controller owns both; the solver belongs to this program.
@@ -168,6 +170,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   bool has_plan_ = false, has_multipliers_ = false, is_prepared_ = false, has_bad_data_ = false;
   bool has_bad_grid_ = false;  // of the last prepare()
   bool is_of_model_ = false;   // what the present tick knows of its plan
+  int failures_ = 0;           // solves in a row that came to nothing, for want of time apart
+  bool begins_anew_ = false;   // where the problem's guess is, not where the last plan is
   double preparation_ = 0.0;   // s, of the last prepare()
   double now_ = 0.0;
   long ticks_ = 0;

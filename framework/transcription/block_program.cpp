@@ -55,7 +55,8 @@ void BlockProgram::update(const Block& block, Compiled& c, const double* w, Leve
     block.function.value(c.argument.data(), c.value.data());
   } else {
     block.function.jacobian(c.argument.data(), c.value.data(), c.entries.data());
-    c.has_entries = true;
+    c.has_entries = std::all_of(c.entries.begin(), c.entries.end(),
+                                [](double entry) { return std::isfinite(entry); });
   }
   c.level = level;
   c.point = point_;
@@ -107,13 +108,16 @@ bool BlockProgram::evaluate(const double* w, Level level) {
       if (!in_force) continue;
       update(block, c, w, level);
       for (int o = 0; o < c.value.size(); ++o)
-        if (!std::isfinite(c.value[o]) && counts(block.outputs[o])) finite = false;
+        if (!std::isfinite(c.value[o]) && counts(block.outputs[o])) {
+          finite = false;
+          c.level = Level::none;  // what failed here may be over when it is asked again
+        }
     }
     finite_in_share_[k] = finite;
   });
   finite_ = all_shares_finite();
   level_ = level;
-  evaluated_point_ = point_;
+  evaluated_point_ = finite_ ? point_ : 0;
   evaluated_revision_ = revision_;
   return finite_;
 }

@@ -1,0 +1,94 @@
+// A controller in closed loop with a plant, and everything that can be made to go wrong with them.
+//
+// A mass on a spring that stiffens, pushed by a force of at most 1 N in mode "slow" and 3 N in mode
+// "fast", told where to go by data. The plan looks one second ahead in ten intervals.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <random>
+
+#include "saltus/mpc/receding_horizon.hpp"
+
+namespace saltus::test {
+
+/// What goes wrong while it lasts.
+enum class Fault {
+  none,
+  measurement_nan,
+  measurement_infinite,
+  measurement_frozen,
+  measurement_late,
+  measurements_out_of_order,
+  measurement_outliers,
+  clock_ahead,
+  clock_back,
+  clock_stands,
+  clock_nan,
+  deadline_missed,
+  dynamics_nan,
+  dynamics_throw,
+  cost_throws,
+  solver_gives_up,
+  solver_gives_nan,
+  data_nan,
+  previous_input_infinite,
+  event_at_nan,
+  schedule_impossible,
+  sender_throws,
+  fallback_throws,
+  count
+};
+/// In words.
+const char* describe(Fault fault);
+
+class FaultyLoop {
+ public:
+  FaultyLoop();
+  ~FaultyLoop();
+  FaultyLoop(const FaultyLoop&) = delete;
+  FaultyLoop& operator=(const FaultyLoop&) = delete;
+
+  /// One tick and the plant's motion until the next.
+  const ControlTick& tick(Fault fault);
+  /// The mode changes at a time drawn within the horizon; a mode that is over is forgotten.
+  void edit_schedule();
+  /// Where the mass is to go, m.
+  void aim(double position);
+  /// The plant, and not the model, is struck: its speed changes, m/s.
+  void strike(double speed);
+
+  /// Whether the last input was numbers within the bounds of its modes, and covered the tick.
+  bool input_is_sound() const { return input_is_sound_; }
+  /// Edits that the schedule refused, as it has to where they are impossible.
+  long refused() const { return refused_; }
+  /// Of what is real.
+  double time() const { return time_; }
+  const RecedingHorizonController& controller() const { return controller_; }
+
+  static constexpr double period = 0.1;  // s
+
+ private:
+  struct Switches;  // what formulas, solver and functions of the user do
+
+  Vec<double, 2> measured(Fault fault);
+  double clock(Fault fault);
+  void check_input(const ControlTick& tick);
+  void move_plant(const ControlTick& tick);
+
+  std::shared_ptr<Switches> switches_;
+  Schedule schedule_;
+  RecedingHorizonController controller_;
+  std::mt19937 random_{1};
+  Vec<double, 2> state_{0.5, 0.0};
+  std::array<Vec<double, 2>, 8> past_{};  // measurements, the newest first
+  Vec<double, 2> frozen_{0.5, 0.0};
+  Vec<double, 1> last_input_{0.0};
+  double time_ = 0.0;
+  long ticks_ = 0, refused_ = 0;
+  std::uint32_t events_ = 0;
+  bool input_is_sound_ = true;
+};
+
+}  // namespace saltus::test

@@ -1,0 +1,77 @@
+// Many ticks with faults, edits and new data at random: an input in every one, counters that add
+// up, no memory. SALTUS_SOAK_TICKS=10000000 for the run before a release, which prints what it
+// found.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+
+#include "tests/faults/loop.hpp"
+#include "tests/support/count_allocations.hpp"
+
+namespace saltus::test {
+namespace {
+
+constexpr long ticks_of_a_test = 20000;
+
+long resident_kilobytes() {
+  long all = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+TEST(Soak, AnInputInEveryTickAndNoMemory) {
+  const char* given = std::getenv("SALTUS_SOAK_TICKS");
+  const long ticks = given != nullptr ? std::atol(given) : ticks_of_a_test;
+  constexpr unsigned seed = 5;
+  std::mt19937 random(seed);
+  const auto chance = [&](double share) { return random() < share * 4294967296.0; };
+  FaultyLoop loop;
+  Fault fault = Fault::none;
+  long left = 0, unsound = 0, faulty = 0, slowest_return = 0, since = 0, allocations = 0;
+  long resident_early = 0;
+  for (long k = 0; k < ticks; ++k) {
+    if (k == ticks / 100) resident_early = resident_kilobytes();
+    if (left == 0 && fault != Fault::none) fault = Fault::none, since = 0;
+    if (left == 0 && chance(0.01)) {
+      fault = static_cast<Fault>(1 + random() % (static_cast<unsigned>(Fault::count) - 1));
+      left = 1 + static_cast<long>(random() % 20);
+    }
+    left = std::max(0L, left - 1);
+    if (chance(0.05)) loop.aim(static_cast<double>(random() % 1000) * 1e-3);
+    if (chance(0.1)) loop.edit_schedule();
+    if (chance(0.01)) loop.strike(0.2);
+    faulty += fault != Fault::none ? 1 : 0;
+    const testing::AllocationCount count;
+    const ControlTick& tick = loop.tick(fault);
+    if (fault == Fault::none && k > 0) allocations += count.made();
+    unsound += loop.input_is_sound() ? 0 : 1;
+    if (fault == Fault::none) since = is_of_this_tick(tick.provenance) ? 0 : since + 1;
+    slowest_return = std::max(slowest_return, since);
+  }
+  const LoopStatistics& statistics = loop.controller().statistics();
+  const LatencyHistogram all = statistics.all();
+  EXPECT_EQ(unsound, 0) << "seed " << seed;
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(all.count(), ticks);
+  EXPECT_EQ(statistics.preparation.count(), ticks);
+  EXPECT_LE(resident_kilobytes() - resident_early, 1024);
+  EXPECT_LE(slowest_return, 2);  // a plan of the tick itself, once nothing is wrong any more
+  if (ticks == ticks_of_a_test) return;
+  fmt::print("{} ticks, {} of them with a fault; seed {}\n", ticks, faulty, seed);
+  for (int p = 0; p < provenances; ++p)
+    fmt::print("{:>9} {}\n", describe(static_cast<Provenance>(p)),
+               statistics.count(static_cast<Provenance>(p)));
+  fmt::print("us: median {:.1f}, p99 {:.1f}, p99.9 {:.1f}, p99.99 {:.1f}, longest {:.1f}\n",
+             1e6 * all.median(), 1e6 * all.p99(), 1e6 * all.p999(), 1e6 * all.quantile(0.9999),
+             1e6 * all.max());
+  fmt::print("resident: {} kB after {} ticks, {} kB at the end; {} edits refused\n", resident_early,
+             ticks / 100, resident_kilobytes(), loop.refused());
+}
+
+}  // namespace
+}  // namespace saltus::test
