@@ -1,5 +1,5 @@
-"""All pictures of a folder again, from its tables: of any run, of a legged robot's with report and replay, of a
-survival map.
+"""All pictures of a folder again, from its tables: of any run, of a legged robot's with report and replay, of the
+quadruped's runs and campaigns, of a survival map.
 
 Usage: python3 -m saltus.plot FOLDER
 """
@@ -28,6 +28,9 @@ def _drawers(folder):
     if "map.csv" in names:
         from .walking import plot_map
         return [plot_map.main]
+    if _summary(folder).get("name") == "quadruped":
+        from . import plot_quadruped
+        return [plot_quadruped.main]
     if "push_start_s" in _summary(folder):
         from .walking import plot_run, report
         return [plot_run.main, report.main]

@@ -1,0 +1,41 @@
+// Uneven ground: a sum of waves, drawn at random.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include "saltus/autodiff/math.hpp"
+#include "saltus/core/random.hpp"
+
+namespace saltus::quadruped {
+
+struct Ground {
+  struct Wave {
+    double kx = 0.0, ky = 0.0, phase = 0.0, height = 0.0;  // rad/m, rad/m, rad, m
+  };
+  std::array<Wave, 8> waves;
+
+  Ground() = default;
+  /// Within `height` (m) of zero nearly everywhere: waves of 0.4 to 1.2 m with a root mean square
+  /// of half of it in all.
+  Ground(double height, std::uint64_t seed) {
+    Random random(seed);
+    for (Wave& wave : waves) {
+      const double k = 2.0 * std::numbers::pi / random.uniform(0.4, 1.2);
+      const double towards = random.uniform(0.0, 2.0 * std::numbers::pi);
+      wave = {k * std::cos(towards), k * std::sin(towards),
+              random.uniform(0.0, 2.0 * std::numbers::pi), 0.25 * height};
+    }
+  }
+
+  template <class S>
+  S operator()(const S& x, const S& y) const {
+    S z(0.0);
+    for (const Wave& wave : waves) z += wave.height * sin(wave.kx * x + wave.ky * y + wave.phase);
+    return z;
+  }
+};
+
+}  // namespace saltus::quadruped
