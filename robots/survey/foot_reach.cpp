@@ -1,6 +1,7 @@
 #include "saltus/robots/survey/foot_reach.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -141,11 +142,19 @@ bool read(const std::filesystem::path& path, FootReach& reach) {
   return true;
 }
 
-// Whole or not at all.
+// To the digits of the file, so that the run that finds it is that of those that read it, to the
+// bit.
+void round_to_file(FootReach& reach) {
+  constexpr double per_metre = 1e6;
+  for (std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
+    for (Point2& corner : *corners) corner = (corner * per_metre).array().round() / per_metre;
+}
+
+// Whole or not at all, whoever writes at the same time.
 void write(const std::filesystem::path& path, const FootReach& reach) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
-  const std::filesystem::path part = path.string() + ".part";
+  const std::filesystem::path part = fmt::format("{}.{}.part", path.string(), ::getpid());
   bool is_written = false;
   {
     std::ofstream file(part);
@@ -171,7 +180,10 @@ std::optional<FootReach> cached_foot_reach(const UrdfModel& model, const RobotDe
   FootReach cached;
   if (read(path, cached)) return cached;
   std::optional<FootReach> found = find_foot_reach(model, robot);
-  if (found) write(path, *found);
+  if (found) {
+    round_to_file(*found);
+    write(path, *found);
+  }
   return found;
 }
 

@@ -39,6 +39,14 @@ TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
   EXPECT_FALSE(from_foot.contains(Point2(0.0, -0.05)));
   EXPECT_FALSE(from_foot.contains(Point2(0.6, 0.14)));
 
+  // Who finds it and who reads it have the same, to the bit.
+  const auto read = cached_foot_reach(*urdf, description, folder);
+  ASSERT_TRUE(read);
+  for (std::size_t i = 0; i < found->from_foot.size(); ++i) {
+    EXPECT_EQ(read->from_foot[i], found->from_foot[i]);
+    EXPECT_EQ(read->from_com[i], found->from_com[i]);
+  }
+
   // From the file: marked, to see that it is read.
   for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
     std::ofstream marked(file.path());
