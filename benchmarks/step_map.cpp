@@ -13,13 +13,11 @@
 #include <vector>
 
 #include "benchmarks/pendulum_walker.hpp"
+#include "saltus/robots/model/capturability.hpp"
 #include "saltus/robots/model/capture_point.hpp"
-#include "saltus/robots/model/planar_sets.hpp"
 
 namespace saltus::push_recovery {
 namespace {
-
-using Points = PlanarPoints;
 
 constexpr double usual_time = 0.6, shortest_time = 0.3;  // s
 const Vec<double, 2> usual_place(0.0, 0.15);             // of centres, m
@@ -36,25 +34,19 @@ constexpr Variant variants[] = {{"fixed", false, false, 1},
                                 {"both", true, true, 1},
                                 {"steps", true, true, 3}};
 
-Points rectangle(double x0, double x1, double y0, double y1) {
-  Points points(4, 2);
-  points << x0, y0, x1, y0, x1, y1, x0, y1;
-  return points;
-}
-
 StepModel model_of(const Variant& v, const WalkerOptions& walker) {
   StepModel m;
   m.sole = m.standing_sole = walker.half_sole.array() - 0.002;
   m.lent = walker.lent;
   m.lent_rate = walker.lent_rate;
   constexpr double fixed = 1e-3;  // m, s: half the width that is left
-  Points corners(4, 2);
   const double x = v.free_place ? reach_forward : fixed,
                y0 = v.free_place ? reach_near : usual_place[1] - fixed,
                y1 = v.free_place ? reach_far : usual_place[1] + fixed;
-  corners << -x, y0, x, y0, x, y1, -x, y1;
-  m.reach = SupportPolygon::hull(corners).half_planes(reach_rows);
-  m.leg = SupportPolygon::hull(rectangle(-0.5, 0.5, -0.5, 0.5)).half_planes(reach_rows);
+  m.reach =
+      SupportPolygon::hull(corners_of(between(-x, x), between(y0, y1))).half_planes(reach_rows);
+  const Bounds far = between(-0.5, 0.5);
+  m.leg = SupportPolygon::hull(corners_of(far, far)).half_planes(reach_rows);
   m.swing_speed = 2.0;
   if (v.free_time)
     m.swing = between(shortest_time, 0.9);
@@ -66,55 +58,29 @@ StepModel model_of(const Variant& v, const WalkerOptions& walker) {
 
 // --- the bound: sets of capture points from which it can be stopped ------------------------------
 
-Points corners_of(const SupportPolygon& polygon) {
-  Points points(polygon.size(), 2);
-  for (int i = 0; i < polygon.size(); ++i) points.row(i) = polygon.vertices()[i].transpose();
-  return points;
-}
-Points sum(double a, const Points& A, double b, const Points& B) {
-  return corners_of(SupportPolygon::hull(weighted_sums(a, A, b, B)));
-}
-Points together(const Points& A, const Points& B) {
-  Points points(A.rows() + B.rows(), 2);
-  points << A, B;
-  return corners_of(SupportPolygon::hull(points));
-}
-
-// On one foot at the origin, the other one to come at y > 0: (1 - e) sole + e (what follows), with
-// e = exp(-omega t_s), as robots/survival/pendulum_bound.hpp has it for one step. What follows is
-// the hull of both soles, or the same with a step less on the new foot.
-Points capturable(int steps, const WalkerOptions& walker, double omega) {
-  const Vec<double, 2>& h = walker.half_sole;
-  const Points sole = rectangle(-h[0], h[0], -h[1], h[1]);
-  if (steps == 0) return sole;
-  const Points reach = rectangle(-reach_forward, reach_forward, reach_near, reach_far);
-  Points on_new_foot = capturable(steps - 1, walker, omega);
-  on_new_foot.col(1) *= -1.0;  // the next step goes to the other side
-  const double e = std::exp(-omega * shortest_time);
-  return sum(1.0 - e, sole, e, together(sole, sum(1.0, reach, 1.0, on_new_foot)));
-}
-
-// N s. Of a start on two feet either may stand on; at rest in their middle.
+// N s, from rest in the middle of what stands; places are those of the soles' centres.
 double bound(int steps, double angle, const WalkerOptions& walker) {
   const double omega = pendulum_frequency(walker.height), duration = PendulumPush{}.duration;
   const double decay = (1.0 - std::exp(-omega * duration)) / (omega * duration);
+  const FootRectangle sole{between(-walker.half_sole[0], walker.half_sole[0]),
+                           between(-walker.half_sole[1], walker.half_sole[1])};
+  const SteppingLimits limits{sole,
+                              sole,
+                              {{-reach_forward, reach_near},
+                               {reach_forward, reach_near},
+                               {reach_forward, reach_far},
+                               {-reach_forward, reach_far}},
+                              shortest_time};
+  const Point2 right(0.0, -usual_place[1]);
   const bool both = walker.left_stands && walker.right_stands;
-  Points set = capturable(steps, walker, omega);
-  set.col(1) *= -1.0;  // the left foot stands: the other side is y < 0
-  const Vec<double, 2> along(std::cos(angle), std::sin(angle));
+  const std::vector<SupportPolygon> sets =
+      both ? capturable_on_two_feet(limits, right, steps, omega)
+           : std::vector<SupportPolygon>{capturable(limits, Side::left, steps, omega)};
+  const Point2 middle = both ? Point2(0.5 * right) : Point2(0.0, 0.0);
+  const Point2 along(std::cos(angle), std::sin(angle));
   double distance = 0.0;
-  if (both) {
-    const double apart = usual_place[1];
-    Points standing = rectangle(-walker.half_sole[0], walker.half_sole[0],
-                                -apart - walker.half_sole[1], walker.half_sole[1]);
-    Points mirrored = set;
-    mirrored.col(1) = -set.col(1).array() - apart;
-    const Vec<double, 2> middle(0.0, -0.5 * apart);
-    for (const Points& from : {standing, set, mirrored})
-      distance = std::max(distance, distance_to_border(SupportPolygon::hull(from), middle, along));
-  } else {
-    distance = distance_to_border(SupportPolygon::hull(set), {0.0, 0.0}, along);
-  }
+  for (const SupportPolygon& set : sets)
+    distance = std::max(distance, distance_to_border(set, middle, along));
   return distance * walker.mass * omega / decay;
 }
 

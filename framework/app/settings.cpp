@@ -106,9 +106,12 @@ void Settings::implies(const std::string& key, const std::vector<std::string>& v
   const Setting* cause = find(key, Assignment::Origin::set);
   const Assignment implied = parse_set_argument(assignment);
   const Setting* effect = find(implied.key, Assignment::Origin::set);
-  if (cause == nullptr || cause->names.empty() || effect == nullptr)
+  const bool has_names =
+      cause != nullptr && (!cause->names.empty() || std::holds_alternative<bool*>(cause->field));
+  if (!has_names || effect == nullptr)
     throw DefinitionError(fmt::format(
-        "settings: {} implies {}, but one of the two is not declared, or the first is no choice",
+        "settings: {} implies {}, but one of the two is not declared, or the first is neither a "
+        "choice nor a flag",
         key, assignment));
   parse(*effect, implied);  // throws if it is no value of that setting
   implications_.push_back({key, values, assignment});
@@ -196,7 +199,10 @@ void Settings::add_implied(std::vector<Change>& changes) const {
   for (const Implication& implication : implications_) {
     const auto cause = last(implication.key);
     if (cause == changes.rend()) continue;
-    const std::string& value = cause->setting->names[std::get<std::size_t>(cause->value)];
+    const bool* flag = std::get_if<bool>(&cause->value);
+    const std::string value = flag == nullptr
+                                  ? cause->setting->names[std::get<std::size_t>(cause->value)]
+                                  : (*flag ? "true" : "false");
     if (std::find(implication.values.begin(), implication.values.end(), value) ==
         implication.values.end())
       continue;

@@ -64,10 +64,10 @@ class Settings {
   void preset(std::string key, std::string& field, const std::vector<Preset>& presets,
               std::string doc);
 
-  /// When apply() is given one of `values` for the choice `key`, it takes `assignment` ("KEY=VALUE"
-  /// as
-  /// --set takes it) for given too, unless something else is given for that key. Both keys must
-  /// have been declared before.
+  /// When apply() is given one of `values` for the choice or flag `key`, it takes `assignment`
+  /// ("KEY=VALUE" as --set takes it) for given too, unless something else is given for that key.
+  /// What is implied may imply more, by what is declared after it. Both keys must have been
+  /// declared before.
   void implies(const std::string& key, const std::vector<std::string>& values,
                const std::string& assignment);
 

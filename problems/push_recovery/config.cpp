@@ -28,15 +28,15 @@ void declare_weights(Settings& s, Weights& w) {
 void declare_presets(Settings& s, Config& config) {
   s.preset("preset", config.preset,
            {{"paper",
-             {"step.duration=0.6", "step.trigger=push", "step.decide=always",
+             {"step.duration=0.6", "step.known=true", "step.trigger=push", "step.decide=always",
               "step.decision_lead=none", "sensors=ideal", "self_collision=false",
               "joint_speed_limits=false", "whole_body.stance_damping=50",
               "contact.friction=0.3333333333333333", "contact.corners=false", "dart.friction=box"}},
             {"robot",
              {"step.duration=0.5",  // about 0.56 s from the push
-              "step.trigger=icp", "step.decide=if_it_helps", "step.decision_lead=0.1",
-              "sensors=measured", "self_collision=true", "joint_speed_limits=true",
-              "whole_body.stance_damping=30",
+              "step.known=false", "step.trigger=icp", "step.decide=if_it_helps",
+              "step.decision_lead=0.1", "sensors=measured", "self_collision=true",
+              "joint_speed_limits=true", "whole_body.stance_damping=30",
               // A foot that has just landed, lightly loaded on a corner, turns under more.
               "contact.friction=0.25", "contact.corners=true", "dart.friction=inscribed"}}},
            "the conditions of the paper or those of the real robot, which are the default of the "
@@ -46,6 +46,14 @@ void declare_presets(Settings& s, Config& config) {
   s.implies("stance", {"both"}, "step.planner=reactive");
   s.implies("stance", {"both"}, "target=centroid");
   s.implies("plant", {"dart", "mujoco"}, "preset=robot");
+  // Only the formula can be told of the push, and counts from it then. A planner that is asked for
+  // decides first: to others the trigger is of no matter.
+  s.implies("step.planner", {"reactive", "ocp"}, "step.known=false");
+  s.implies("step.trigger", {"push"}, "step.known=true");
+  s.implies("step.trigger", {"icp"}, "step.known=false");
+  s.implies("step.known", {"true"}, "step.trigger=push");
+  s.implies("step.known", {"true"}, "step.planner=formula");
+  s.implies("step.known", {"false"}, "step.trigger=icp");
   // The rule looks at its shortest time last, the optimum only where it must.
   s.implies("step.planner", {"ocp"}, "step.shortest=0.25");
 }

@@ -1,6 +1,7 @@
 #include "problems/push_recovery/push_recovery.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include "problems/push_recovery/criteria.hpp"
 #include "problems/push_recovery/mpc.hpp"
@@ -33,7 +34,26 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescript
     case StepPlannerChoice::formula:
       break;
   }
-  return std::make_unique<StepLogic>(step, config_.push.start, scene);
+  std::optional<double> push_start;
+  if (step.known) push_start = config_.push.start;
+  return std::make_unique<StepLogic>(step, push_start, scene);
+}
+
+// The rule steps as often as needed: what more than three steps win is little.
+std::optional<StepBounds> PushRecovery::step_bounds(const RobotDescription& nominal) const {
+  const StepPlanning& planning = config_.planning;
+  std::optional<survey::FootReach> reach;
+  switch (config_.step.planner) {
+    case StepPlannerChoice::formula:
+      return std::nullopt;
+    case StepPlannerChoice::reactive:
+      return StepBounds{3, planning.shortest, reach_of(config_.step).from_foot};
+    case StepPlannerChoice::ocp:
+      reach = reach_of_robot(planning, config_.robot, nominal);
+      return StepBounds{planning.most_steps, planning.shortest,
+                        reach ? reach->from_foot : reach_of(config_.step).from_foot};
+  }
+  return std::nullopt;
 }
 
 void PushRecovery::scale(const RobotScale& scale) {

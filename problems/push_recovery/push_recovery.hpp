@@ -20,6 +20,7 @@ class PushRecovery final : public BipedProblem {
                                         const Scene& scene) const override;
   std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
                                                  const Scene& scene) const override;
+  std::optional<StepBounds> step_bounds(const RobotDescription& nominal) const override;
   double end_time(double push_end, double landing, double touchdown) const override;
   Verdict judge(const RunLog& log) const override;
 

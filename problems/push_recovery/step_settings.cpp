@@ -40,13 +40,12 @@ HalfPlanes outer(HalfPlanes sides) {
   return sides;
 }
 
-// As the settings have it. The legs are as long as a step to both sides.
+}  // namespace
+
 survey::FootReach reach_of(const walking::Step& step) {
   const double x = step.forward_max, y0 = step.lateral_min, y1 = step.lateral_max;
   return {{{-x, y0}, {x, y0}, {x, y1}, {-x, y1}}, {{-x, -y1}, {x, -y1}, {x, y1}, {-x, y1}}};
 }
-
-}  // namespace
 
 void declare_settings(Settings& s, StepPlanning& p, walking::Step& step) {
   using walking::StepPlannerChoice;

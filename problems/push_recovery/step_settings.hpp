@@ -47,6 +47,9 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
     const StepPlanning& planning, const walking::Step& step, const walking::Scene& scene,
     double mass, const std::optional<survey::FootReach>& reach = std::nullopt);
 
+/// As the settings have it. The legs are as long as a step to both sides.
+survey::FootReach reach_of(const walking::Step& step);
+
 /// Of the robot's URDF, if the settings ask for it and there is one.
 std::optional<survey::FootReach> reach_of_robot(const StepPlanning& planning,
                                                 const walking::RobotChoice& choice,

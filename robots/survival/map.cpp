@@ -77,7 +77,8 @@ class MapRun {
       : request_(request),
         robot_(checked_robot(request.problem->settings())),
         bound_(pendulum_bound(request.problem->settings().push, request.problem->settings().step,
-                              request.problem->settings().scene, robot_)),
+                              request.problem->settings().scene, robot_,
+                              request.problem->step_bounds(robot_))),
         plan_(request.grid, [this](const MapCell& cell) { return bound(cell); }),
         file_(request.out, settings()),
         pool_(request.jobs, run_time_limit) {
@@ -125,9 +126,10 @@ class MapRun {
   }
 
   double bound(const MapCell& cell) const {
-    std::optional<double> landing;
-    if (cell.controller != MapController::none) landing = cell.step_time;
-    return bound_.largest_impulse(cell.direction * std::numbers::pi / 180.0, landing);
+    const double angle = cell.direction * std::numbers::pi / 180.0;
+    if (cell.controller == MapController::none) return bound_.largest_impulse(angle, {});
+    if (bound_.steps) return bound_.largest_impulse_in(angle, bound_.steps->most);
+    return bound_.largest_impulse(angle, cell.step_time);
   }
 
   // In a process of its own.
@@ -202,69 +204,6 @@ class MapRun {
 };
 
 }  // namespace
-
-std::string map_summary(const MapPlan& plan) {
-  const MapGrid& grid = plan.grid();
-  struct Column {
-    MapController controller;
-    double step_time;
-    bool is_bound;
-  };
-  std::vector<Column> columns;
-  std::string head = "| direction |", rule = "| --- |";
-  const auto add = [&](MapController controller, double step_time, bool is_bound,
-                       const std::string& title) {
-    columns.push_back({controller, step_time, is_bound});
-    head += fmt::format(" {} |", title);
-    rule += " --- |";
-  };
-  const auto has = [&](MapController c) {
-    return std::find(grid.controllers.begin(), grid.controllers.end(), c) != grid.controllers.end();
-  };
-  for (const double t : grid.step_times) {
-    for (const MapController c : {MapController::mpc, MapController::capture_point})
-      if (has(c)) add(c, t, false, fmt::format("{} {} s", name_of(c), t));
-    if (has(MapController::mpc)) add(MapController::mpc, t, true, fmt::format("bound {} s", t));
-  }
-  if (has(MapController::none)) {
-    add(MapController::none, 0.0, false, "none");
-    add(MapController::none, 0.0, true, "bound none");
-  }
-  std::string text = "Largest push (N s) up to which all were recovered; * some beyond it too\n\n" +
-                     head + "\n" + rule + "\n";
-  std::vector<double> directions = grid.directions;
-  std::sort(directions.begin(), directions.end());
-  const auto smallest = std::min_element(grid.impulses.begin(), grid.impulses.end());
-  for (const double direction : directions) {
-    text += fmt::format("| {} deg |", direction);
-    for (const Column& column : columns) {
-      double largest = 0.0, bound = 0.0;
-      bool unbroken = true, beyond = false, complete = true;
-      for (const double impulse : grid.impulses) {
-        const auto found =
-            plan.rows().find({column.controller, column.step_time, direction, impulse});
-        if (found == plan.rows().end()) {
-          complete = complete && !unbroken;
-          break;
-        }
-        bound = found->second.bound;
-        const bool recovered = found->second.outcome == MapOutcome::recovered;
-        unbroken = unbroken && recovered;
-        if (unbroken) largest = impulse;
-        beyond = beyond || (recovered && !unbroken);
-      }
-      if (column.is_bound)
-        text += bound > 0.0 ? fmt::format(" {:.1f} |", bound) : " ? |";
-      else
-        text += largest > 0.0
-                    ? fmt::format(" {}{}{} |", complete ? "" : ">= ", largest, beyond ? "*" : "")
-                : complete ? fmt::format(" below {}{} |", *smallest, beyond ? "*" : "")
-                           : " ? |";
-    }
-    text += "\n";
-  }
-  return text;
-}
 
 ExitStatus run_map(const MapRequest& request) { return MapRun(request).run(); }
 

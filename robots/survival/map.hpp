@@ -30,6 +30,7 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
 
 /// The largest impulse (N s) up to which everything was recovered, by controller and step time,
 /// and the pendulum's bound, a line per direction (Markdown). A star marks recoveries beyond.
+/// Then which share of the area within the bound that is, by direction and in all.
 std::string map_summary(const MapPlan& plan);
 
 /// Runs what is missing of the map, each cell in a process of its own. Ends early on SIGINT and

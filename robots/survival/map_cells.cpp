@@ -104,7 +104,7 @@ BipedSettings with_cell(BipedSettings settings, const MapCell& cell) {
                             ? ControllerChoice::capture_point
                             : ControllerChoice::mpc;
   settings.step.allowed = cell.controller != MapController::none;
-  if (settings.step.allowed) settings.step.duration = cell.step_time;
+  if (settings.step.allowed && cell.step_time > 0.0) settings.step.duration = cell.step_time;
   settings.push.impulse = cell.impulse;
   settings.push.direction = unit_vector(cell.direction);
   return settings;

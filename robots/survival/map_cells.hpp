@@ -31,7 +31,7 @@ MapController map_controller(const std::string& name);
 /// One push. Cells compare by value: they are made by the same arithmetic every time.
 struct MapCell {
   MapController controller = MapController::mpc;  ///< who holds the robot
-  double step_time = 0.0;                         ///< s; 0 without a step
+  double step_time = 0.0;  ///< s; 0 without a step, and where the planner of steps decides
   double direction = 0.0;  ///< deg, counter-clockwise seen from above; 0 is forward, 90 left
   double impulse = 0.0;    ///< N s
 

@@ -29,7 +29,7 @@ MapPlan::MapPlan(MapGrid grid, std::function<double(const MapCell&)> bound)
     : grid_(std::move(grid)), bound_(std::move(bound)) {
   for (const double direction : grid_.directions)
     for (const MapController controller : grid_.controllers) {
-      if (controller == MapController::none) {
+      if (controller == MapController::none || grid_.step_times.empty()) {
         rays_.push_back({{controller, 0.0, direction, 0.0}});
         continue;
       }

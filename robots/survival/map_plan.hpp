@@ -24,7 +24,7 @@ inline constexpr int failures_that_give_up = 3;
 struct MapGrid {
   std::vector<double> directions;          ///< deg
   std::vector<double> impulses;            ///< N s, ascending
-  std::vector<double> step_times;          ///< s
+  std::vector<double> step_times;          ///< s; empty: the planner of steps decides
   std::vector<MapController> controllers;  ///< in the order of the table
   bool all = false;                        ///< give up nothing
 };

@@ -129,6 +129,7 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
                   false};
   std::optional<std::filesystem::path> config_file;
   std::vector<Assignment> assignments;
+  bool are_times_given = false;
   OptionParser parser("map", summary);
   const auto option = [&](const char* flag, const char* what, const char* doc, auto take) {
     parser.option(flag, what, doc, [flag, take](const std::string& value) { take(flag, value); });
@@ -145,8 +146,10 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
   });
   option("--impulses", "LIST", "N s: a,b,c or FIRST:STEP:LAST",
          [&](const char* flag, Text value) { request.grid.impulses = numbers(flag, value); });
-  option("--step-times", "LIST", "s: a,b,c or FIRST:STEP:LAST",
-         [&](const char* flag, Text value) { request.grid.step_times = numbers(flag, value); });
+  option("--step-times", "LIST", "s: a,b,c or FIRST:STEP:LAST", [&](const char* flag, Text value) {
+    request.grid.step_times = numbers(flag, value);
+    are_times_given = true;
+  });
   option("--controllers", "LIST", "of mpc, capture_point and none",
          [&](const char*, Text value) { request.grid.controllers = controllers(value); });
   parser.flag("--all", "every cell, also where the outcome is clear", request.grid.all);
@@ -163,6 +166,13 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
   settings.apply(config_file, assignments);
   for (const std::string& warning : settings.warnings())
     fmt::print(stderr, "saltus: {}\n", warning);
+  if (config.step.planner == StepPlannerChoice::ocp) {
+    if (are_times_given)
+      throw InputError(
+          "--step-times: step.planner=ocp decides about the times itself; leave them out, or set "
+          "step.planner=formula");
+    request.grid.step_times = {};
+  }
   request.pictures = config.pictures;
   request.settings = stamp(*request.problem);
   for (const double t : request.grid.step_times)

@@ -37,6 +37,10 @@ Schedule BipedProblem::contacts(const Scene& scene) const {
   return first_contacts(settings(), scene);
 }
 
+std::optional<StepBounds> BipedProblem::step_bounds(const RobotDescription&) const {
+  return std::nullopt;
+}
+
 std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const RobotDescription&,
                                                              const Scene&) const {
   return std::make_unique<StepPlanner>();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "saltus/robots/walking/biped_settings.hpp"
@@ -21,6 +22,14 @@ RobotScale scale_of(const RobotDescription& robot);
 /// Fits reach, forces and weights by dynamic similarity: lengths by `length`, forces by `mass`,
 /// moments by both.
 void scale(BipedSettings& settings, const RobotScale& scale);
+
+/// What bounds the steps of a planner that decides about their times and places itself.
+struct StepBounds {
+  int most = 1;               ///< steps, one after the other
+  double shortest = 0.3;      ///< time of a swing, s
+  std::vector<Point2> reach;  ///< corners of the places of a contact frame relative to that of the
+                              ///< other foot: forward, and away from it, m
+};
 
 /// What a biped is to do: settings, scene, judgement.
 class BipedProblem {
@@ -51,6 +60,8 @@ class BipedProblem {
   /// Unless said otherwise none is made.
   virtual std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
                                                          const Scene& scene) const;
+  /// Nothing, unless said otherwise: the time of a step is a setting then.
+  virtual std::optional<StepBounds> step_bounds(const RobotDescription& nominal) const;
 
   /// When enough has been seen (s). The last push is over at `push_end` (0 without one); `landing`
   /// is infinite while none is due, `touchdown`, the last, until a foot has landed.

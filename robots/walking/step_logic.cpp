@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/support_polygon.hpp"
@@ -19,10 +20,26 @@ void declare_settings(Settings& s, Step& step) {
   s.number("step.duration", step.duration, "s",
            "from the trigger to the landing; with step.planner=reactive the longest time",
            between(0.01, 60.0));
+  s.flag("step.known", step.known,
+         "is the planner of steps told when the push begins? Only the formula can be, and then "
+         "counts from it; size, direction and duration are told to nobody");
   s.choice<StepTrigger>(
       "step.trigger", step.trigger, {{"push", StepTrigger::push}, {"icp", StepTrigger::icp}},
       "a step is taken when the capture point leaves the sole; its time counts from "
       "the push, or from then");
+  s.rule({"step.known", "step.trigger"}, [&step]() -> std::string {
+    const bool is_formula = step.planner == StepPlannerChoice::formula;
+    if (step.known && !is_formula)
+      return "step.known=true tells when the push begins, which step.planner=formula alone can "
+             "use: take that planner, or step.known=false";
+    if (step.known && step.trigger == StepTrigger::icp)
+      return "step.known=true tells when the push begins, and step.trigger=icp does not look at "
+             "it: take step.trigger=push, or step.known=false";
+    if (!step.known && is_formula && step.trigger == StepTrigger::push)
+      return "step.trigger=push counts from the begin of the push, of which step.known=false says "
+             "nothing: take step.trigger=icp, or step.known=true";
+    return "";
+  });
   s.choice<StepDecision>(
       "step.decide", step.decide,
       {{"always", StepDecision::always}, {"if_it_helps", StepDecision::if_it_helps}},
@@ -58,16 +75,19 @@ void declare_settings(Settings& s, Step& step) {
   });
 }
 
-StepLogic::StepLogic(const Step& options, double push_start, const Scene& scene)
+StepLogic::StepLogic(const Step& options, std::optional<double> push_start, const Scene& scene)
     : options_(options),
-      push_start_(push_start),
+      push_start_(push_start.value_or(infinity)),
       swing_side_(other(scene.side)),
       away_(scene.side == Side::left ? -1.0 : 1.0),
       stance_(scene.stance),
       swing_rotation_(scene.swing.rotation),
       stance_foot_(scene.stance_foot),
       swing_foot_(scene.swing_foot),
-      place_(in_world(options.fixed_place)) {}
+      place_(in_world(options.fixed_place)) {
+  if (options.trigger == StepTrigger::push && !push_start)
+    throw DefinitionError("step logic: the trigger push needs the time at which the push begins");
+}
 
 Vec<double, 2> StepLogic::in_stance_sole(const Vec<double, 2>& point) const {
   const Vec<double, 3> offset(point[0] - stance_.position[0], point[1] - stance_.position[1], 0.0);

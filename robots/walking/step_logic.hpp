@@ -33,9 +33,12 @@ struct Step {
   StepPlannerChoice planner = StepPlannerChoice::formula;  ///< by the formula or by optimal control
   double duration = 0.6;                                   ///< from the trigger to the landing, s
   double shortest = 0.3;                                   ///< swing of the rule, s
-  StepTrigger trigger = StepTrigger::push;                 ///< what makes it step
-  StepDecision decide = StepDecision::always;              ///< always or only where it helps
-  /// The placement is decided this long after the trigger, when the push is known, s.
+  /// Whether the formula is told when the push begins; nobody is told of its size, direction and
+  /// duration, and the other planners are told nothing.
+  bool known = true;
+  StepTrigger trigger = StepTrigger::push;     ///< what makes it step
+  StepDecision decide = StepDecision::always;  ///< always or only where it helps
+  /// The placement is decided this long after the trigger, when the paper's push is over, s.
   double decision_delay = 0.1;
   /// In place of that: this long before the landing, s.
   std::optional<double> decision_lead;
@@ -62,8 +65,9 @@ void declare_stepping(Settings& settings, Step& step);
 class StepLogic final : public StepPlanner {
  public:
   /// In the scene at the start. Places are forward and to the side, away from the stance foot: of a
-  /// left one towards -y. `push_start` (s) is known to the trigger `push` only.
-  StepLogic(const Step& options, double push_start, const Scene& scene);
+  /// left one towards -y. `push_start` (s) as far as it is told, which the trigger `push` needs:
+  /// throws DefinitionError without it.
+  StepLogic(const Step& options, std::optional<double> push_start, const Scene& scene);
 
   const StepPlan& plan(const StepSituation& now) override;
 
@@ -90,7 +94,7 @@ class StepLogic final : public StepPlanner {
   bool helps(const Vec<double, 2>& xi, const Vec<double, 2>& at_landing) const;
 
   Step options_;
-  double push_start_;
+  double push_start_;  // infinite: nobody told
   Side swing_side_;
   double away_;  // from the stance foot, along its y
   SoleFrame stance_;

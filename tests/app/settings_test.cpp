@@ -360,7 +360,13 @@ TEST_F(SettingsTest, a_choice_may_imply_another_value_unless_that_is_given) {
   EXPECT_EQ(config.impulse, 9.0);
   set({"plant=dart", "push.impulse=3"});
   EXPECT_EQ(config.impulse, 3.0);
-  EXPECT_THROW(settings.implies("stepping", {"true"}, "preset=hard"), DefinitionError);
+  settings.implies("stepping", {"false"}, "plant=centroidal");
+  settings.implies("plant", {"centroidal"}, "push.impulse=2");  // a chain, from a flag on
+  set({"stepping=true", "preset=soft"});
+  EXPECT_EQ(config.impulse, 7.0);
+  set({"stepping=false"});
+  EXPECT_EQ(config.impulse, 2.0);
+  EXPECT_THROW(settings.implies("push.impulse", {"2"}, "preset=hard"), DefinitionError);
   EXPECT_THROW(settings.implies("plant", {"dart"}, "no.such.key=1"), DefinitionError);
   EXPECT_THROW(settings.implies("plant", {"dart"}, "preset=harder"), InputError);
 }

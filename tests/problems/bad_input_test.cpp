@@ -69,6 +69,15 @@ TEST_F(BadInput, UnknownLinkToPush) {
   expect_refused({"--push.link", "chast"}, "did you mean \"chest\"?");
 }
 
+// A knee that turns without end has no reach that could be looked for.
+TEST_F(BadInput, LegsWithoutLimitsForThePlannerThatLooksForTheirReach) {
+  const std::string knee =
+      changed(R"(<joint name="l_knee" type="revolute")", "revolute", "continuous");
+  expect_refused({"--urdf", knee, "--step.planner", "ocp"},
+                 "joint \"l_knee\" of a leg has no position limits, by which the reach of the feet "
+                 "is found; give it some, or set step.reach=settings");
+}
+
 // The loop counts steps of the engine: a period of none of them was a division by zero.
 TEST_F(BadInput, PeriodsThatAreNoMultiplesOfEachOther) {
   expect_refused({"--control.period", "0.0003"},

@@ -17,6 +17,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/standing_bound.hpp"
 #include "saltus/robots/survival/map_file.hpp"
 #include "saltus/robots/survival/pendulum_bound.hpp"
@@ -144,6 +145,81 @@ TEST(PendulumBound, CountsAPushByItsShape) {
   const double spread = std::pow(omega * bound.push.duration, 2) / 48.0;
   constexpr double higher_orders = 1e-3;  // N s
   EXPECT_NEAR(bound.largest_impulse(right, {}), constant * (1.0 + spread), higher_orders);
+}
+
+// Of the planner that decides itself, by its rectangle.
+Config stepping(Stance stance, int most) {
+  Config config;
+  config.scene.stance = stance;
+  if (stance == Stance::both) config.scene.target = Target::centroid;
+  config.step.planner = StepPlannerChoice::ocp;
+  config.planning.robot_reach = false;
+  config.planning.most_steps = most;
+  return config;
+}
+
+PendulumBound bound_of_steps(Stance stance, int most) {
+  const Config config = stepping(stance, most);
+  const RobotDescription robot = icub();
+  return pendulum_bound(config.push, config.step, config.scene, robot,
+                        PushRecovery(config).step_bounds(robot));
+}
+
+TEST(PendulumBound, OneStepOfAnyTimeIsThatOfTheShortest) {
+  const PendulumBound bound = bound_of_steps(Stance::left, 1);
+  ASSERT_TRUE(bound.steps);
+  EXPECT_EQ(bound.steps->shortest, 0.3);
+  constexpr double rounding = 1e-9;  // N s
+  for (int i = 0; i < 32; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / 32.0;
+    EXPECT_NEAR(bound.largest_impulse_in(angle, 0), bound.largest_impulse(angle, {}), rounding);
+    EXPECT_NEAR(bound.largest_impulse_in(angle, 1), bound.largest_impulse(angle, 0.3), rounding);
+    EXPECT_GE(bound.largest_impulse_in(angle, 2), bound.largest_impulse_in(angle, 1) - rounding);
+  }
+  // Each step wins less than e times what the one before has won.
+  const double e = std::exp(-std::sqrt(9.81 / bound.height) * 0.3);
+  const auto won = [&](int n) {
+    return bound.largest_impulse_in(forward, n) - bound.largest_impulse_in(forward, n - 1);
+  };
+  EXPECT_GT(won(2), 1.0);
+  EXPECT_NEAR(won(3), e * won(2), 1e-6);
+  EXPECT_FALSE(PushRecovery(Config{}).step_bounds(icub()));  // the formula's time is a setting
+}
+
+// Along one axis these are the margins of Koolen and others.
+TEST(Capturability, ForwardItIsThatOfTheLine) {
+  const FootRectangle sole{between(-0.08, 0.08), between(-0.03, 0.03)};
+  const SteppingLimits limits{sole, sole, {{-0.3, 0.1}, {0.3, 0.1}, {0.3, 0.3}, {-0.3, 0.3}}, 0.35};
+  constexpr double omega = 4.2, rounding = 1e-12;  // 1/s, m
+  for (int steps = 0; steps <= 4; ++steps) {
+    double farthest = 0.0;
+    const SupportPolygon set = capturable(limits, Side::right, steps, omega);
+    for (const Point2& corner : set.vertices()) farthest = std::max(farthest, corner[0]);
+    EXPECT_NEAR(farthest, capturability_margin(steps, {0.3, 0.35, 0.08}, omega), rounding);
+  }
+}
+
+// To the side standing on both holds more than the inner edge of one until the other has been
+// carried away; forward every step counts.
+TEST(PendulumBound, OnTwoFeetItIsTheHullOfBothOrAStepOfEither) {
+  const PendulumBound bound = bound_of_steps(Stance::both, 1);
+  ASSERT_TRUE(bound.other_foot);
+  const double apart = -(*bound.other_foot)[1], omega = std::sqrt(9.81 / bound.height);
+  const double per_metre = bound.mass * omega * (omega * bound.push.duration) /
+                           (1.0 - std::exp(-omega * bound.push.duration));
+  const double outer = 0.041, length = 0.16, step = 0.25;  // of a sole, m, and its step
+  constexpr double skew = 0.03;  // N s: in the posture the feet are not quite side by side
+  EXPECT_NEAR(bound.largest_impulse(right, {}), (0.5 * apart + outer) * per_metre, skew);
+  EXPECT_NEAR(bound.largest_impulse(forward, {}), 0.5 * length * per_metre, skew);
+  EXPECT_NEAR(bound.largest_impulse_in(right, 0), bound.largest_impulse(right, {}), skew);
+  const double e = std::exp(-omega * bound.steps->shortest);
+  EXPECT_NEAR(bound.largest_impulse_in(right, 1), bound.largest_impulse(right, {}), skew);
+  EXPECT_NEAR(bound.largest_impulse_in(forward, 1), (0.5 * length + e * step) * per_metre, skew);
+  for (int i = 0; i < 16; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / 16.0;
+    EXPECT_NEAR(bound.largest_impulse_in(angle, 2), bound.largest_impulse_in(-angle, 2), skew);
+    EXPECT_GE(bound.largest_impulse_in(angle, 1), bound.largest_impulse(angle, {}) - skew);
+  }
 }
 
 TEST(PendulumBound, RefusesNonsense) {
@@ -299,6 +375,21 @@ std::vector<double> impulses_run(MapPlan& plan, const std::function<bool(double)
   return run;
 }
 
+// Who decides about the times itself has one ray per direction.
+TEST(MapCommandLine, TheOptimumHasNoStepTimes) {
+  const MapRequest request = parse({"--set", "step.planner=ocp", "--set", "stance=both"});
+  EXPECT_TRUE(request.grid.step_times.empty());
+  EXPECT_TRUE(contains(complaint_of([] {
+                         parse({"--set", "step.planner=ocp", "--step-times", "0.6"});
+                       }),
+                       "--step-times: step.planner=ocp decides about the times itself"));
+  const MapPlan plan(request.grid, [](const MapCell&) { return made_up_bound; });
+  EXPECT_EQ(plan.cells(), 16 * 16 * 3);
+  MapCell cell{MapController::mpc, 0.0, 0.0, 1.0};
+  EXPECT_EQ(with_cell({}, cell).step.duration, BipedSettings{}.step.duration);
+  EXPECT_TRUE(with_cell({}, cell).step.allowed);
+}
+
 TEST(MapPlan, OppositeDirectionsComeFirst) {
   const std::vector<double> order = directions_far_apart(16);
   ASSERT_EQ(order.size(), 16u);
@@ -412,6 +503,28 @@ TEST(MapPlan, ResumesWhereItStopped) {
   for (const MapRow& row : rows) retry.restore(row);
   EXPECT_EQ(retry.known(), 4);
   EXPECT_EQ(retry.next()->impulse, 1.0);
+}
+
+// All of a square of radius 4 within one of radius 5: 16 of 25.
+TEST(MapSummary, SaysWhichShareOfTheBoundIsReached) {
+  MapGrid grid = one_ray();
+  grid.directions = {0.0, 90.0, 180.0, 270.0};
+  grid.impulses = {4, 5};
+  MapPlan plan(grid, [](const MapCell&) { return 5.0; });
+  const auto finish = [&](double direction) {
+    for (const double impulse : grid.impulses) {
+      MapRow row = row_of({MapController::mpc, 0.6, direction, impulse}, impulse < 5.0);
+      row.bound = 5.0;
+      plan.restore(row);
+    }
+  };
+  for (const double direction : {0.0, 90.0, 180.0}) finish(direction);
+  EXPECT_TRUE(contains(map_summary(plan), "| all, (N s)^2 | ? |"));
+  finish(270.0);
+  const std::string text = map_summary(plan);
+  EXPECT_TRUE(contains(text, "| 90 deg | 4 | 5.0 |"));
+  EXPECT_TRUE(contains(text, "| 90 deg | 64 % |"));
+  EXPECT_TRUE(contains(text, "| all, (N s)^2 | 32 of 50: 64 % |"));
 }
 
 TEST(MapPlan, TimeLeftIsThatOfSimilarCells) {

@@ -2,9 +2,11 @@
 """Polar picture of a survival map.
 
 Usage: python3 -m saltus.walking.plot_map RESULTS, a folder with map.csv; writes map.png beside it. One panel per step
-time; the angle is the direction towards which the robot is pushed, forward is up and left is left;
+time, or one where the planner of steps decides about it; the angle is the direction towards which the robot is pushed,
+forward is up and left is left;
 the radius is the impulse. Filled cells: the MPC recovered. Lines: up to where each controller
-recovered every push; dots: what it recovered beyond. Dashed: the plain pendulum's bound.
+recovered every push; dots: what it recovered beyond. Dashed: the plain pendulum's bound, of which
+the title says the share that was reached.
 """
 
 import csv
@@ -46,6 +48,24 @@ def unbroken(pushes):
     return largest
 
 
+def area(radii):
+    """Of the polygon with these radii, evenly spread."""
+    pairs = zip(radii, radii[1:] + radii[:1])
+    return 0.5 * math.sin(2.0 * math.pi / len(radii)) * sum(a * b for a, b in pairs)
+
+
+def share_of_bound(rays, width):
+    """Of the bound's area that was reached; None unless directions are all there."""
+    if len(rays) < 3 or abs(len(rays) * width - 2.0 * math.pi) > 1e-6:
+        return None
+    angles = sorted(rays)
+    return area([unbroken(rays[a]) for a in angles]) / area([bound_of(rays[a]) for a in angles])
+
+
+def bound_of(pushes):
+    return next(iter(pushes.values()))[1]
+
+
 def closed(rays, value, width):
     """Angles and values around the circle, with gaps where directions are missing."""
     angles = sorted(rays)
@@ -85,7 +105,7 @@ def draw_panel(axes, cells, step_time, width, edges, outermost):
     for key, style in ((shown[0], "--"), (shown[2], ":")):
         rays = cells.get(key) or cells.get((shown[1] if style == "--" else key))
         if rays:
-            axes.plot(*closed(rays, lambda pushes: next(iter(pushes.values()))[1], width),
+            axes.plot(*closed(rays, bound_of, width),
                       linestyle=style, color="black", linewidth=1.0,
                       label="pendulum's bound" + ("" if style == "--" else ", no step"))
     axes.set_theta_zero_location("N")  # forward is up; angles count to the left, as seen from above
@@ -99,7 +119,9 @@ def draw_panel(axes, cells, step_time, width, edges, outermost):
 
 def main(folder):
     cells = read_cells(os.path.join(folder, "map.csv"))
-    step_times = sorted({t for controller, t in cells if controller != "none"}) or [0.0]
+    step_times = sorted({t for controller, t in cells if controller != "none"})
+    has_steps = bool(step_times)
+    step_times = step_times or [0.0]
     rays = [pushes for by_angle in cells.values() for pushes in by_angle.values()]
     if not rays:
         sys.exit("map.csv holds no cell yet")
@@ -113,7 +135,12 @@ def main(folder):
                                   subplot_kw={"projection": "polar"}, squeeze=False)
     for axes, step_time in zip(panels[0], step_times):
         draw_panel(axes, cells, step_time, width, edges, 1.08 * impulses[-1])
-        axes.set_title(f"step of {step_time:g} s" if step_time > 0.0 else "no step", pad=16)
+        title = (f"step of {step_time:g} s" if step_time > 0.0
+                 else "steps when and where the planner wants" if has_steps else "no step")
+        share = share_of_bound(cells.get(("mpc", step_time), {}), width)
+        if share is not None:
+            title += f"\nMPC: {100.0 * share:.0f} % of the bound's area"
+        axes.set_title(title, pad=16)
         axes.set_xlabel("impulse towards the direction [N s]", labelpad=10)
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize="small",

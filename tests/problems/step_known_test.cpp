@@ -1,0 +1,231 @@
+// Nobody tells the controllers anything of a push, and what cannot be caught is said.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "saltus/app/assignment.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/walking/closed_loop.hpp"
+#include "tests/app/support.hpp"
+#include "tests/problems/push_recovery_program.hpp"
+
+namespace saltus::push_recovery {
+namespace {
+
+constexpr const char* words_of[] = {"formula", "reactive", "ocp"};
+
+Config config_of(const std::vector<std::string>& arguments) {
+  Config config;
+  Settings settings;
+  declare_settings(settings, config);
+  std::vector<Assignment> given;
+  for (const std::string& argument : arguments) given.push_back(parse_set_argument(argument));
+  settings.apply(given);
+  return config;
+}
+
+// One push acts on the robot, and another one stands in the settings that controllers are made of.
+class Pushed final : public BipedProblem {
+ public:
+  Pushed(const Config& told, const Push& acting) : problem_(told), acting_(acting) {}
+  std::vector<Push> pushes() const override { return {acting_}; }
+
+  std::unique_ptr<BipedProblem> clone() const override { return std::make_unique<Pushed>(*this); }
+  const BipedSettings& settings() const override { return problem_.settings(); }
+  BipedSettings& settings() override { return problem_.settings(); }
+  void declare(Settings& settings) override { problem_.declare(settings); }
+  std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
+                                        const Scene& scene) const override {
+    return problem_.make_planner(nominal, scene);
+  }
+  std::unique_ptr<StepPlanner> make_step_planner(const RobotDescription& nominal,
+                                                 const Scene& scene) const override {
+    return problem_.make_step_planner(nominal, scene);
+  }
+  double end_time(double push_end, double landing, double touchdown) const override {
+    return problem_.end_time(push_end, landing, touchdown);
+  }
+  Verdict judge(const RunLog& log) const override { return problem_.judge(log); }
+
+ private:
+  PushRecovery problem_;
+  Push acting_;
+};
+
+Push push_at(double start, double impulse, const Vec<double, 3>& direction, double duration) {
+  Push push;
+  push.start = start;
+  push.impulse = impulse;
+  push.direction = direction;
+  push.duration = duration;
+  return push;
+}
+
+// Until half a second after the push, by which time it steps.
+std::vector<Sample> samples(Config config, const Push& told, const Push& acting) {
+  config.push = told;
+  return walking::simulate(Pushed(config, acting), icub(),
+                           [&](const LoopState& state) { return state.time < acting.start + 0.5; })
+      .samples;
+}
+
+bool are_equal(const std::vector<Sample>& a, const std::vector<Sample>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const Sample& x, const Sample& y) {
+    return x.time == y.time && x.gamma == y.gamma && x.wrenches == y.wrenches;
+  });
+}
+
+TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
+  const Push acting = push_at(0.1, 7.0, {0.0, -1.0, 0.0}, 0.1);
+  const Push other = push_at(0.05, 3.0, {1.0, 0.0, 0.0}, 0.15);
+  for (const char* planner : words_of) {
+    const Config config = config_of({"step.known=false", std::string("step.planner=") + planner});
+    EXPECT_FALSE(config.step.known);
+    const std::vector<Sample> truth = samples(config, acting, acting);
+    EXPECT_GT(truth.size(), 60u);
+    EXPECT_TRUE(are_equal(truth, samples(config, other, acting))) << planner;
+  }
+  const Config paper = config_of({"preset=paper"});
+  EXPECT_TRUE(paper.step.known);
+  EXPECT_FALSE(are_equal(samples(paper, acting, acting), samples(paper, other, acting)));
+}
+
+TEST(StepKnown, IsTrueForThePaperAloneAndFollowsFromWhatIsAsked) {
+  EXPECT_TRUE(config_of({}).step.known);  // of the centroidal model: the paper's conditions
+  EXPECT_TRUE(config_of({"plant=dart", "preset=paper"}).step.known);
+  EXPECT_FALSE(config_of({"plant=dart"}).step.known);
+  EXPECT_FALSE(config_of({"plant=mujoco"}).step.known);
+  EXPECT_FALSE(config_of({"stance=both"}).step.known);
+  EXPECT_FALSE(config_of({"step.planner=ocp"}).step.known);
+  EXPECT_FALSE(config_of({"step.trigger=icp"}).step.known);
+  EXPECT_TRUE(config_of({"plant=dart", "step.trigger=push"}).step.known);
+  const Config told = config_of({"plant=dart", "step.known=true"});
+  EXPECT_EQ(told.step.trigger, StepTrigger::push);
+  EXPECT_EQ(told.step.planner, StepPlannerChoice::formula);
+  EXPECT_EQ(config_of({"step.known=false"}).step.trigger, StepTrigger::icp);
+}
+
+TEST(StepKnown, ContradictionsAreOneSentence) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+      {{"step.known=true", "step.planner=ocp"}, "take that planner, or step.known=false"},
+      {{"step.known=true", "stance=both"}, "take that planner, or step.known=false"},
+      {{"step.known=true", "step.trigger=icp"}, "take step.trigger=push, or step.known=false"},
+      {{"step.known=false", "step.trigger=push"}, "take step.trigger=icp, or step.known=true"}};
+  for (const auto& [arguments, part] : cases) try {
+      config_of(arguments);
+      ADD_FAILURE() << part;
+    } catch (const InputError& error) {
+      EXPECT_TRUE(contains(error.what(), part)) << error.what();
+    }
+}
+
+TEST(StepKnown, TheTriggerThePushNeedsToBeTold) {
+  Config config;
+  config.step.known = false;
+  const RobotDescription robot = icub();
+  const PushRecovery problem(config);
+  EXPECT_THROW(problem.make_step_planner(robot, initial_scene(problem, robot)), DefinitionError);
+}
+
+// --- what is printed -----------------------------------------------------------------------------
+
+class StepProgramRun : public testing::Test {
+ protected:
+  ProgramRun run(std::vector<std::string> words) {
+    words.insert(words.end(), {"--pictures", "false", "--out", (folder / "out").string()});
+    return run_program(words);
+  }
+  TemporaryFolder folder;
+};
+
+// A push to the stance side, beyond what standing holds: no foot can cross.
+TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
+  const ProgramRun hard =
+      run({"--step.planner", "ocp", "--step.reach", "settings", "--push.impulse", "10",
+           "--push.direction", "[0,1,0]", "--push.start", "0.1"});
+  EXPECT_EQ(hard.status, 0) << hard.complaint;
+  EXPECT_TRUE(contains(hard.printed, "no step and no standing met all limits in "));
+  EXPECT_TRUE(contains(hard.printed, "the least bad was carried out"));
+  const auto plans = nlohmann::json::parse(file_content(folder / "out/summary.json"))["step_plans"];
+  const double first = plans["first_without_s"].get<double>();
+  EXPECT_GE(first, 0.1);
+  EXPECT_GE(plans["ticks_without_feasible_alternative"].get<int>(), 2);
+  // Of every tick from then on there is a plan that was chosen.
+  std::istringstream table(file_content(folder / "out/plans.csv"));
+  std::string line;
+  std::getline(table, line);
+  const auto fields = [](const std::string& text) {
+    std::vector<std::string> list;
+    std::istringstream stream(text);
+    for (std::string field; std::getline(stream, field, ',');) list.push_back(field);
+    return list;
+  };
+  const std::vector<std::string> columns = fields(line);
+  const auto column = [&](const char* name) {
+    return static_cast<std::size_t>(std::find(columns.begin(), columns.end(), name) -
+                                    columns.begin());
+  };
+  int infeasible = 0, later = 0;
+  while (std::getline(table, line)) {
+    const std::vector<std::string> row = fields(line);
+    infeasible += row[column("feasible")] == "0";
+    later += std::stod(row[column("t")]) > first;
+    EXPECT_FALSE(row[column("chosen")].empty()) << line;
+  }
+  EXPECT_EQ(infeasible, plans["ticks_without_feasible_alternative"].get<int>());
+  EXPECT_GT(later, 5);  // the run went on
+
+  const ProgramRun easy = run({"--step.planner", "ocp", "--step.reach", "settings",
+                               "--push.impulse", "2", "--push.start", "0.1"});
+  EXPECT_EQ(easy.status, 0) << easy.complaint;
+  EXPECT_TRUE(contains(easy.printed, "recovered\n"));
+  EXPECT_FALSE(contains(easy.printed, "met all limits"));
+}
+
+TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
+  using Words = std::vector<std::string>;
+  const std::vector<std::pair<Words, std::string>> cases{
+      // an empty reach
+      {{"--step.planner", "ocp", "--step.reach", "settings", "--step.forward_max", "0"},
+       "leave no place for a foot; widen them"},
+      {{"--step.lateral_min", "0.3", "--step.lateral_max", "0.2"},
+       "step.lateral_min (0.3) exceeds step.lateral_max (0.2)"},
+      // durations
+      {{"--step.shortest", "1"}, "step.shortest (1) must be below step.longest (0.9)"},
+      {{"--step.planner", "ocp", "--step.usual", "0.2"}, "must lie between step.shortest"},
+      {{"--stance", "both", "--step.duration", "0.2"}, "change one of them"},
+      {{"--step.planner", "ocp", "--walk.double_support", "0.05"}, "raise it"},
+      // pushes
+      {{"--pushes", "2.45 3 90"}, "move it, or make one of them shorter"},
+      {{"--pushes", "3 3 90 0.5; 3.2 4 0"}, "move it, or make one of them shorter"},
+      {{"--pushes", "601 3 90"}, "must have its time within 0 to 600 s"},
+      {{"--push.random.rate", "1"}, "change push.random.rate, until or apart"},
+      {{"--push.random.rate", "0.1", "--push.start", "70"},
+       "change push.random.rate, until or apart"},
+      // velocities
+      {{"--step.planner", "ocp", "--walk.velocity", "[1,0,0]"}, "walk slower"},
+      {{"--step.planner", "ocp", "--walk.velocity", "[0.7,0,0]", "--step.foot_speed", "9",
+        "--step.reach", "settings"},
+       "beyond the reach of the legs; walk slower"},
+      {{"--walk.velocity", "[0.1,0,0]"}, "walk.velocity needs step.planner=ocp"},
+      // what is known
+      {{"--step.known", "true", "--step.planner", "ocp"}, "step.known=true tells"}};
+  for (const auto& [words, part] : cases) {
+    const ProgramRun refused = run(words);
+    EXPECT_EQ(refused.status, 2) << part;
+    EXPECT_TRUE(contains(refused.complaint, part)) << refused.complaint;
+    EXPECT_EQ(refused.complaint.find('\n'), refused.complaint.size() - 1) << refused.complaint;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << part;
+  }
+}
+
+}  // namespace
+}  // namespace saltus::push_recovery
