@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/model/eliminated.hpp"
 #include "saltus/model/structure.hpp"
 
 namespace saltus {
@@ -230,6 +231,8 @@ class Eliminated final : public FunctionBody {
     find_patterns();
   }
 
+  AlgebraicPart part() const { return {extended_, equations_}; }
+
   int degree(int output, const std::vector<char>& variable) const override {
     std::vector<char> moves(extended_.inputs(), 0);
     bool z_moves = false;
@@ -413,6 +416,12 @@ class AlgebraicEntries final : public FunctionBody {
 Function eliminate(Function extended, std::shared_ptr<const AlgebraicEquations> equations) {
   return Function(std::unique_ptr<const FunctionBody>(
       std::make_unique<Eliminated>(std::move(extended), std::move(equations))));
+}
+
+AlgebraicPart part_before_elimination(const Function& function) {
+  const auto* body = static_cast<const FunctionBody*>(function.identity());
+  const auto* eliminated = dynamic_cast<const Eliminated*>(body);
+  return eliminated == nullptr ? AlgebraicPart{} : eliminated->part();
 }
 
 Function algebraic_states(std::shared_ptr<const AlgebraicEquations> equations) {

@@ -345,7 +345,8 @@ TEST(AlgebraicEvents, ResetsInsideAPhase) {
   const VectorXd start = (VectorXd(4) << 1.0, 0.0, 0.0, 0.0).finished();
   for (const IntegratorChoice& scheme :
        {cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13}),
-        idas({.tolerance = 1e-12, .absolute_tolerance = 1e-13}), runge_kutta8({.steps = 100})}) {
+        idas({.tolerance = 1e-12, .absolute_tolerance = 1e-13}), runge_kutta8({.steps = 100}),
+        radau_iia({.stages = 4, .steps = 60})}) {
     const auto integrator = scheme->make(differentiable_interval_of(phase.definition()));
     const VectorXd end = end_of(*integrator, start, VectorXd(), 0.7);
     const auto by_modes = scheme->make(interval_of(modes.definition()));

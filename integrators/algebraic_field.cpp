@@ -1,0 +1,83 @@
+#include "saltus/integrators/algebraic_field.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace saltus {
+namespace {
+
+// (f | g) of (t | x z | u | p), or a function of (t | x | u | p) as one of those. First derivatives
+// only.
+class Stacked final : public FunctionBody {
+ public:
+  Stacked(const Arguments& sizes, int nz, std::vector<Function> functions)
+      : FunctionBody(sizes.size() + nz, outputs_of(functions)),
+        functions_(std::move(functions)),
+        first_(1 + sizes.nx),
+        nz_(nz),
+        reduced_(sizes.size()) {
+    std::vector<std::pair<int, int>> pairs;
+    int row = 0;
+    for (const Function& f : functions_) {
+      const int skipped = reads_z(f) ? 0 : nz_;
+      f.jacobian_pattern().for_each(
+          [&](int r, int c, int) { pairs.emplace_back(row + r, c < first_ ? c : c + skipped); });
+      row += f.outputs();
+    }
+    jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), inputs(), std::move(pairs));
+    hessian_pattern_ = SparsityPattern(inputs(), inputs());
+  }
+  void value(const double* z, double* y) const override {
+    for (const Function& f : functions_) {
+      f.value(argument(f, z), y);
+      y += f.outputs();
+    }
+  }
+  void jacobian(const double* z, double* y, double* entries) const override {
+    for (const Function& f : functions_) {
+      f.jacobian(argument(f, z), y, entries);
+      y += f.outputs();
+      entries += f.jacobian_pattern().entries();
+    }
+  }
+  void hessian(const double*, const double*, double*, Curvature) const override {}
+
+ private:
+  static int outputs_of(const std::vector<Function>& functions) {
+    int count = 0;
+    for (const Function& f : functions) count += f.outputs();
+    return count;
+  }
+  bool reads_z(const Function& f) const { return f.inputs() == inputs(); }
+  const double* argument(const Function& f, const double* z) const {
+    if (reads_z(f)) return z;
+    std::copy_n(z, first_, reduced_.begin());
+    std::copy(z + first_ + nz_, z + inputs(), reduced_.begin() + first_);
+    return reduced_.data();
+  }
+
+  std::vector<Function> functions_;
+  int first_, nz_;
+  mutable std::vector<double> reduced_;
+};
+
+}  // namespace
+
+IntervalProblem with_algebraic_states(const IntervalProblem& problem) {
+  if (!problem.algebraic) return problem;
+  const AlgebraicEquations& equations = *problem.algebraic.equations;
+  const auto stacked = [&](std::vector<Function> functions) {
+    return Function(std::unique_ptr<const FunctionBody>(
+        std::make_unique<Stacked>(problem.arguments, equations.count(), std::move(functions))));
+  };
+  IntervalProblem extended = problem;
+  extended.arguments = equations.extended();
+  extended.dynamics = stacked({problem.algebraic.dynamics, equations.equations()});
+  if (problem.running_cost) extended.running_cost = stacked({problem.running_cost});
+  extended.nominal_state = {};
+  return extended;
+}
+
+}  // namespace saltus
