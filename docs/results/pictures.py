@@ -1,9 +1,12 @@
 """The READMEs' pictures: which runs they show, and how they are drawn."""
 
+import io
+import json
 import os
+import shutil
 import sys
 
-from programs import ROOT, NotHere, call
+from programs import PACKAGE, ROOT, NotHere, call
 from programs import draw as draw_module
 from tables import PAPER
 
@@ -21,6 +24,34 @@ def both_controllers(programs):
     baseline = programs.run_folder({**SIX, "controller": "capture_point"})
     out = os.path.join(programs.folder, "mpc_and_baseline.png")
     draw_module("compare_runs", mpc, baseline, out)
+    return out
+
+
+def moving(programs):
+    """The replay of the demo from just before the push until the robot stands again, at half its speed. Its shapes are
+    drawn as boxes: the meshes have a licence of their own."""
+    sys.path.insert(0, PACKAGE)
+    from PIL import Image
+    from saltus.walking import movie, report
+    run = os.path.join(programs.folder, "moving")
+    shutil.copytree(programs.run_folder({"plant": "dart"}, pictures=True), run, dirs_exist_ok=True)
+    with open(os.path.join(run, "robot.json"), encoding="utf-8") as file:
+        robot = json.load(file)
+    robot["urdf"] = ""
+    with open(os.path.join(run, "robot.json"), "w", encoding="utf-8") as file:
+        json.dump(robot, file)
+    report.main(run)
+    begin, end = movie.span(run)
+    rate = 15  # pictures per second of the run
+    try:
+        drawn = movie.pictures_of(os.path.join(run, "replay.html"), begin + 0.3, end - 0.6, rate)
+    except SystemExit as why:  # Chromium is not there, or draws nothing
+        raise NotHere(str(why)) from None
+    pictures = [Image.open(io.BytesIO(picture)) for picture in drawn]
+    frames = [picture.crop((140, 0, 540, picture.height)) for picture in pictures]
+    out = os.path.join(programs.folder, "push_recovery.webp")
+    frames[0].save(out, save_all=True, append_images=frames[1:], duration=[2000 // rate] * (len(frames) - 1) + [1500],
+                   loop=0, quality=55, method=6)
     return out
 
 
@@ -45,6 +76,7 @@ def of_an_example(name, table, *arguments):
 
 
 PICTURES = {
+    "docs/push_recovery.webp": moving,
     "docs/com.png": of_the_demo("com.png"),
     "docs/capture_point.png": of_the_demo("capture_point.png"),
     "docs/forces.png": of_the_demo("forces.png"),

@@ -165,7 +165,9 @@ def share_of_points(there, here):
         import matplotlib.image
     except ImportError as error:
         raise NotHere(f"{sys.executable} has no matplotlib (Debian: python3-matplotlib)") from error
-    a, b = matplotlib.image.imread(there), matplotlib.image.imread(here)
+    # Of a picture that moves the first; numbers from 0 to 1 whatever the format.
+    a, b = (image / 255.0 if image.dtype.kind == "u" else image
+            for image in (matplotlib.image.imread(there), matplotlib.image.imread(here)))
     if a.shape != b.shape:
         return 1.0
     return float((abs(a - b).max(axis=-1) > 0.1).mean())

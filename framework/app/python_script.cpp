@@ -33,12 +33,15 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
   if (child == 0) {
     setenv("PYTHONPATH", path.c_str(), 1);
     setenv("PYTHONSAFEPATH", "1", 1);
-    // The system's own python3 first: that is the one whose packages the set-up installs.
+    // The system's own python3 first: that is the one whose packages the set-up installs. By its
+    // name in arguments[0] it finds the environment that it belongs to.
     const char* named = std::getenv("SALTUS_PYTHON");
-    if (named != nullptr && *named != '\0')
-      execvp(named, arguments.data());
-    else
-      for (const char* python : {"/usr/bin/python3", "python3"}) execvp(python, arguments.data());
+    const bool is_named = named != nullptr && *named != '\0';
+    for (const char* python :
+         {is_named ? named : "/usr/bin/python3", is_named ? named : "python3"}) {
+      arguments[0] = const_cast<char*>(python);
+      execvp(python, arguments.data());
+    }
     _exit(127);
   }
   int status = 0;

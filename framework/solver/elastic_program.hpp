@@ -21,22 +21,25 @@ namespace saltus {
 
 /// Rows and bounds that give together.
 struct ElasticGroup {
-  std::string name;
-  std::vector<int> rows, variables;
-  double nominal = 1.0;  ///< in their units, positive
+  std::string name;                  ///< for messages
+  std::vector<int> rows, variables;  ///< of the program
+  double nominal = 1.0;              ///< in their units, positive
 };
 
+/// The program with two slacks per group, which it minimises: see above.
 class ElasticProgram final : public NonlinearProgram {
  public:
   /// `program` must outlive it, and its data must not change meanwhile. Its variables come first,
   /// then s and t of every group; its rows, then those of bounds in groups.
   ElasticProgram(NonlinearProgram& program, std::vector<ElasticGroup> groups, const VectorXd& w0);
 
-  static constexpr double rho = 1e-6;
+  static constexpr double rho = 1e-6;  ///< see above
 
+  /// As given.
   const std::vector<ElasticGroup>& groups() const { return groups_; }
   /// s_g (lower sides give) and t_g (upper ones): variables.
   int below(int group) const { return n_ + 2 * group; }
+  /// t_g.
   int above(int group) const { return n_ + 2 * group + 1; }
   /// Rows of the group here: its rows, then its bounds.
   std::vector<int> rows_of(int group) const;

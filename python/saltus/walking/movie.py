@@ -32,8 +32,8 @@ def span(folder):
     return max(0.0, summary["push_start_s"] - BEFORE), min(summary["end_s"], landed + AFTER)
 
 
-def pictures_of(page, begin, end):
-    """JPEG files."""
+def pictures_of(page, begin, end, rate=RATE):
+    """JPEG files, so many per second."""
     browser = next((path for path in map(shutil.which, BROWSERS) if path), None)
     if browser is None:
         sys.exit("no movie: there is no Chromium; install the package chromium")
@@ -42,8 +42,8 @@ def pictures_of(page, begin, end):
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
                    f"--user-data-dir={profile}", f"--window-size={SIZE[0]},{SIZE[1]}",
                    "--dump-dom",
-                   f"file://{page}#movie={RATE}&from={begin:.3f}&to={end:.3f}"]
-        patience = 60 + PATIENCE * (end - begin) * RATE
+                   f"file://{page}#movie={rate}&from={begin:.3f}&to={end:.3f}"]
+        patience = 60 + PATIENCE * (end - begin) * rate
         try:
             dump = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
                                   timeout=patience, check=False).stdout.decode()

@@ -8,7 +8,10 @@ import csv
 import os
 import sys
 
-import matplotlib
+try:
+    import matplotlib
+except ModuleNotFoundError:
+    sys.exit("this python3 has no matplotlib: apt-get install python3-matplotlib, and /usr/bin/python3 plot.py FOLDER")
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
