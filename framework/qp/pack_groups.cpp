@@ -174,6 +174,7 @@ bool Packing::is_settled(int k, int g, int row) {
   for (int c = 0; c < static_cast<int>(group.columns.size()); ++c) {
     const int j = group.columns[c];
     const double m = group.M(row, c);
+    if (j >= s.nx && m != 0.0 && l != u) return false;
     size = std::max(size, std::fabs(m));
     if (j >= s.nx)
       free = std::max(free, std::fabs(m));

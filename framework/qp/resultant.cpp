@@ -1,10 +1,9 @@
-// B_1 T_p = B_p by LU decomposition with full pivoting, which shows the rank of B_1; B_p is not
-// square, so what solves the rows of the pivots is then checked in all of them. T_p is inverted by
-// LU with partial pivoting.
+// B_1 T_p = B_p by elimination with exchanges of rows. B_p is not square, so what solves the rows
+// of the pivots is then checked in all of them. T_p is inverted in the same way.
 #include "saltus/qp/resultant.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "saltus/qp/lanes.hpp"
@@ -16,11 +15,42 @@ constexpr double rounding = 1e-11;  // of B's entries, well above what their com
 // A pivot of T_p below this is no resultant: some force of the group moves nothing.
 constexpr double least_map_pivot = 1e-8;
 
-// Of fixed capacity, so that nothing allocates.
-template <int max_rows>
-using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, max_rows,
-                            max_resultant_size>;
-using Padded = Eigen::Map<MatrixXd, 0, Eigen::OuterStride<>>;
+// [A | R] row by row, each row padded to whole vectors.
+struct Rows {
+  explicit Rows(int columns) : stride(padded(columns)) {}
+  double* operator[](int i) { return entries.data() + i * stride; }
+
+  int stride;
+  alignas(64) std::array<double, max_resultant_rows * padded(2 * max_resultant_size)> entries;
+};
+
+// A becomes the identity in its leading m rows, and R what solves them. False if a pivot is no
+// larger than `least`. All written out, a few vectors per row: a general decomposition takes ten
+// times as long for sizes known at run time only.
+bool eliminate(Rows& a, int rows, int m, double least) {
+  for (int j = 0; j < m; ++j) {
+    int best = j;
+    for (int i = j + 1; i < rows; ++i)
+      if (std::fabs(a[i][j]) > std::fabs(a[best][j])) best = i;
+    if (!(std::fabs(a[best][j]) > least)) return false;
+    const double inverse = 1.0 / a[best][j];
+    const int first = j / lanes * lanes;
+    double *row = a[j], *pivot_row = a[best];
+    for (int v = first; v < a.stride; v += lanes) {
+      const Lanes scaled = load(pivot_row + v) * inverse;
+      store(pivot_row + v, load(row + v));
+      store(row + v, scaled);
+    }
+    for (int i = 0; i < rows; ++i) {
+      if (i == j) continue;
+      double* to = a[i];
+      const Lanes factor = broadcast(to[j]);
+      for (int v = first; v < a.stride; v += lanes)
+        store(to + v, load(to + v) - load(row + v) * factor);
+    }
+  }
+  return true;
+}
 
 double largest_entry(const MatrixXd& B, const ResultantSizes& s) {
   return B.topLeftCorner(s.rows, s.parts * s.size).cwiseAbs().maxCoeff();
@@ -42,24 +72,29 @@ bool maps_to_resultant(const MatrixXd& B, const ResultantSizes& s, const double*
 
 bool find_resultant_maps(const MatrixXd& B, const ResultantSizes& s, double* T, double* T_inverse) {
   const int m = s.size, ld = padded(m);
-  if (s.rows > max_resultant_rows || m > max_resultant_size) return false;
-  Eigen::FullPivLU<Small<max_resultant_rows>> first(s.rows, m);
-  first.setThreshold(rounding);
-  first.compute(B.topLeftCorner(s.rows, m));
-  if (first.rank() < m) return false;
+  if (s.rows < m || s.rows > max_resultant_rows || m > max_resultant_size) return false;
+  const double least = rounding * largest_entry(B, s);
   std::fill_n(T, ld * (s.parts - 1) * m, 0.0);
   std::fill_n(T_inverse, ld * (s.parts - 1) * m, 0.0);
-  Small<max_resultant_rows> further;
-  Eigen::PartialPivLU<Small<max_resultant_size>> map(m);
+  Rows work(2 * m);
   for (int part = 1; part < s.parts; ++part) {
-    const int offset = (part - 1) * m * ld;
-    Padded forward(T + offset, m, m, Eigen::OuterStride<>(ld));
-    Padded back(T_inverse + offset, m, m, Eigen::OuterStride<>(ld));
-    further = B.block(0, part * m, s.rows, m);
-    forward = first.solve(further);
-    map.compute(forward);
-    if (map.matrixLU().diagonal().cwiseAbs().minCoeff() < least_map_pivot) return false;
-    back = map.inverse();
+    double* map = T + (part - 1) * m * ld;
+    double* inverse = T_inverse + (part - 1) * m * ld;
+    for (int i = 0; i < s.rows; ++i)
+      for (int c = 0; c < work.stride; ++c)
+        work[i][c] = c < m ? B(i, c) : c < 2 * m ? B(i, part * m + c - m) : 0.0;
+    if (!eliminate(work, s.rows, m, least)) return false;
+    for (int c = 0; c < m; ++c)
+      for (int i = 0; i < m; ++i) map[i + c * ld] = work[i][m + c];
+    for (int i = 0; i < m; ++i) {
+      for (int c = 0; c < m; ++c) {
+        work[i][c] = map[i + c * ld];
+        work[i][m + c] = c == i ? 1.0 : 0.0;
+      }
+    }
+    if (!eliminate(work, m, m, least_map_pivot)) return false;
+    for (int c = 0; c < m; ++c)
+      for (int i = 0; i < m; ++i) inverse[i + c * ld] = work[i][m + c];
   }
   return maps_to_resultant(B, s, T);
 }

@@ -33,13 +33,27 @@ double pull_of_rows(const Stage& s, const StagePoint::AtStage& p, int i) {
   return pull;
 }
 
+// y'A x of the leading rows and columns, four rows at a time.
+double form(const VectorXd& y, const MatrixXd& A, const VectorXd& x, int rows, int columns) {
+  Eigen::Array4d fours = Eigen::Array4d::Zero();
+  int i = 0;
+  for (; i + 4 <= rows; i += 4) {
+    Eigen::Array4d product = Eigen::Array4d::Zero();
+    for (int j = 0; j < columns; ++j) product += A.col(j).segment<4>(i).array() * x[j];
+    fours += product * y.segment<4>(i).array();
+  }
+  double value = fours.sum();
+  for (; i < rows; ++i)
+    for (int j = 0; j < columns; ++j) value += y[i] * A(i, j) * x[j];
+  return value;
+}
+
 double cost(const Stage& s, const StagePoint::AtStage& p) {
   const auto x = p.x.head(s.nx);
   const auto u = p.u.head(s.nu);
   double cost = s.constant + s.q.head(s.nx).dot(x) + s.r.head(s.nu).dot(u);
-  for (int i = 0; i < s.nx; ++i)
-    cost += x[i] * (0.5 * s.Q.col(i).head(s.nx).dot(x) + s.S.col(i).head(s.nu).dot(u));
-  for (int i = 0; i < s.nu; ++i) cost += 0.5 * u[i] * s.R.col(i).head(s.nu).dot(u);
+  cost += 0.5 * form(p.x, s.Q, p.x, s.nx, s.nx) + form(p.u, s.S, p.x, s.nu, s.nx) +
+          0.5 * form(p.u, s.R, p.u, s.nu, s.nu);
   for (const RowGroup& g : s.groups) {
     if (!g.soft) continue;
     for (int row = 0; row < g.rows; ++row) {
