@@ -123,6 +123,7 @@ class InteriorPoint {
     last_step_ = 1.0;
     system.expect_convex(options.convex);
     inertia_.reset(options.convex);
+    newton_.reset();
     residuals_.reset(system);
     convergence_.reset(options.tolerance);
   }

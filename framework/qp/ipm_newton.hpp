@@ -34,6 +34,9 @@ class NewtonStep {
         correction_y_(equalities),
         best_(variables, equalities, sides) {}
 
+  /// Forgets with which lift the last program was solved.
+  void reset() { level_ = 0; }
+
   /// For the steps from this iterate, which are refined where weights are large or `careful` says
   /// so; false as system.factor() says, which adds shift I to H.
   bool factor(System& system, const Iterate& p, bool careful, double shift = 0.0) {

@@ -17,6 +17,9 @@ namespace saltus {
 class NewtonSystem {
  public:
   virtual ~NewtonSystem() = default;
+  /// Before a method's first factor: what earlier runs have taught is forgotten, so that the same
+  /// start always leads to the same steps.
+  virtual void restart() {}
   /// Takes H and J, and from the bounds which variables are fixed, which rows equalities and which
   /// sides exist; gradient and values of bounds are not read. False if the structure cannot express
   /// it, or where an entry is not finite.

@@ -56,6 +56,10 @@ class RiccatiNewton final : public NewtonSystem {
               VectorXd::Zero(rows.cols())};
   }
 
+  void restart() override {
+    if (sparse_ != nullptr) sparse_->restart();
+  }
+
   bool load(const SparseQp& qp) override {
     if (!qp.hessian.allFinite() || !qp.rows.allFinite()) return false;
     qp_ = &qp;

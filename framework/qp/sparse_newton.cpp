@@ -67,6 +67,8 @@ class SparseNewton final : public NewtonSystem {
     for (int i = 0; i < n_ + m_; ++i) diagonal_slot_.push_back(pattern.find(i, i));
   }
 
+  void restart() override { level_ = 0; }
+
   bool load(const SparseQp& qp) override {
     qp_ = &qp;
     if (!qp.hessian.allFinite() || !qp.rows.allFinite()) return false;
@@ -158,7 +160,7 @@ class SparseNewton final : public NewtonSystem {
   bool by_pivots_ = false;
   std::vector<char> is_fixed_, has_free_;  // of variables; of rows: whether any is free
   double scale_ = 1.0;                     // largest entry of H, at least 1: the unit of rho
-  std::size_t level_ = 0, tried_ = 0;
+  std::size_t level_ = 0, tried_ = 0;      // of the regularisations
 };
 
 }  // namespace

@@ -23,6 +23,7 @@ constexpr double largest_violation = 1e4, small_violation = 1e-4;  // over that 
 
 bool BarrierRun::begin(const NlpPoint& start) {
   SparseQp& qp = engine_.qp;
+  engine_.newton->restart();
   qp.lower = program_.lower();
   qp.upper = program_.upper();
   qp.row_lower = program_.row_lower();

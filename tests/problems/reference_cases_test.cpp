@@ -7,6 +7,7 @@
 
 #include "problems/library/run_case.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/solver/sqp.hpp"
 #include "tests/support/program_derivatives.hpp"
 
 namespace saltus {
@@ -46,6 +47,22 @@ TEST_P(Reference, DerivativesOfTheProgramAreExact) {
 
 INSTANTIATE_TEST_SUITE_P(Catalogue, Reference, testing::ValuesIn(reference_cases()),
                          [](const auto& instance) { return instance.param.id; });
+
+// Nothing that a solver has learnt from one solve may lead another elsewhere.
+TEST(SolverUsedAgain, ComesBackToTheSameBits) {
+  for (const QpMethod& method : {riccati_qp(), sparse_qp()})
+    for (const ReferenceCase& c : reference_cases()) {
+      if (c.id != "A12b" && c.id != "B01" && c.id != "B02c") continue;
+      MultipleShooting shooting(c.problem(), c.options);
+      const auto solver = make_sqp({.tolerance = 1e-8, .qp = method});
+      const NlpPoint guess = shooting.initial_guess();
+      const NlpResult first = solver->solve(shooting.nlp(), guess, false);
+      const NlpResult second = solver->solve(shooting.nlp(), guess, false);
+      EXPECT_EQ(first.status, second.status) << c.id;
+      EXPECT_EQ(first.iterations, second.iterations) << c.id;
+      EXPECT_EQ(first.point.w, second.point.w) << c.id;
+    }
+}
 
 class Simulated : public testing::TestWithParam<SimulationCase> {};
 
