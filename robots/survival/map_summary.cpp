@@ -21,6 +21,7 @@ struct Ray {
   double largest = 0.0;  // up to which all were recovered, N s
   double bound = 0.0;    // of the pendulum, N s; 0: not known
   bool is_beyond = false, is_complete = true;
+  bool is_open = false;  // nothing larger was asked for
 };
 
 Ray ray_of(const MapPlan& plan, const Column& column, double direction) {
@@ -38,6 +39,7 @@ Ray ray_of(const MapPlan& plan, const Column& column, double direction) {
     if (is_unbroken) ray.largest = impulse;
     ray.is_beyond = ray.is_beyond || (is_recovered && !is_unbroken);
   }
+  ray.is_open = ray.largest == plan.grid().impulses.back();
   return ray;
 }
 
@@ -91,7 +93,8 @@ std::string shares(const std::vector<Column>& columns, const std::vector<double>
     std::vector<std::string> cells{fmt::format("{} deg", directions[i])};
     for (const Ray& ray : rays[i])
       cells.push_back(ray.is_complete && ray.bound > 0.0
-                          ? fmt::format("{:.0f} %", 100.0 * std::pow(ray.largest / ray.bound, 2))
+                          ? fmt::format("{}{:.0f} %", ray.is_open ? ">= " : "",
+                                        100.0 * std::pow(ray.largest / ray.bound, 2))
                           : "?");
     text += line(cells);
   }
@@ -100,16 +103,18 @@ std::string shares(const std::vector<Column>& columns, const std::vector<double>
   std::vector<std::string> cells{"all, (N s)^2"};
   for (std::size_t j = 0; j < columns.size(); ++j) {
     std::vector<double> reached, possible;
-    bool is_known = true;
+    bool is_known = true, is_open = false;
     for (const std::vector<Ray>& of_direction : rays) {
       const Ray& ray = of_direction[j];
       is_known = is_known && ray.is_complete && ray.bound > 0.0;
+      is_open = is_open || ray.is_open;
       reached.push_back(ray.largest);
       possible.push_back(ray.bound);
     }
-    cells.push_back(is_known ? fmt::format("{:.0f} of {:.0f}: {:.0f} %", area(reached),
-                                           area(possible), 100.0 * area(reached) / area(possible))
-                             : "?");
+    cells.push_back(is_known
+                        ? fmt::format("{:.0f} of {:.0f}: {}{:.0f} %", area(reached), area(possible),
+                                      is_open ? ">= " : "", 100.0 * area(reached) / area(possible))
+                        : "?");
   }
   return text + line(cells);
 }

@@ -525,6 +525,12 @@ TEST(MapSummary, SaysWhichShareOfTheBoundIsReached) {
   EXPECT_TRUE(contains(text, "| 90 deg | 4 | 5.0 |"));
   EXPECT_TRUE(contains(text, "| 90 deg | 64 % |"));
   EXPECT_TRUE(contains(text, "| all, (N s)^2 | 32 of 50: 64 % |"));
+  // What is recovered up to the largest push of the grid is a share at least.
+  grid.impulses = {4};
+  MapPlan small(grid, [](const MapCell&) { return 5.0; });
+  for (const auto& [cell, row] : plan.rows()) small.restore(row);
+  EXPECT_TRUE(contains(map_summary(small), "| 90 deg | >= 64 % |"));
+  EXPECT_TRUE(contains(map_summary(small), "32 of 50: >= 64 % |"));
 }
 
 TEST(MapPlan, TimeLeftIsThatOfSimilarCells) {

@@ -3,10 +3,9 @@
 
 Usage: python3 -m saltus.walking.plot_map RESULTS, a folder with map.csv; writes map.png beside it. One panel per step
 time, or one where the planner of steps decides about it; the angle is the direction towards which the robot is pushed,
-forward is up and left is left;
-the radius is the impulse. Filled cells: the MPC recovered. Lines: up to where each controller
-recovered every push; dots: what it recovered beyond. Dashed: the plain pendulum's bound, of which
-the title says the share that was reached.
+forward is up and left is left; the radius is the impulse. Filled cells: the MPC recovered. Lines: up to where each
+controller recovered every push; dots: what it recovered beyond. Dashed: the plain pendulum's bound; where the planner
+decides the title says which share of its area was reached.
 """
 
 import csv
@@ -117,6 +116,15 @@ def draw_panel(axes, cells, step_time, width, edges, outermost):
     axes.grid(alpha=0.3)
 
 
+def free_title(rays, width, largest):
+    title = "steps when and where the planner wants"
+    share = share_of_bound(rays, width)
+    if share is None:
+        return title
+    at_least = "at least " if any(unbroken(pushes) == largest for pushes in rays.values()) else ""
+    return f"{title}\nMPC: {at_least}{100.0 * share:.0f} % of the bound's area"
+
+
 def main(folder):
     cells = read_cells(os.path.join(folder, "map.csv"))
     step_times = sorted({t for controller, t in cells if controller != "none"})
@@ -134,13 +142,11 @@ def main(folder):
     figure, panels = plt.subplots(1, len(step_times), figsize=(4.6 * max(len(step_times), 2), 5.6),
                                   subplot_kw={"projection": "polar"}, squeeze=False)
     for axes, step_time in zip(panels[0], step_times):
-        draw_panel(axes, cells, step_time, width, edges, 1.08 * impulses[-1])
-        title = (f"step of {step_time:g} s" if step_time > 0.0
-                 else "steps when and where the planner wants" if has_steps else "no step")
-        share = share_of_bound(cells.get(("mpc", step_time), {}), width)
-        if share is not None:
-            title += f"\nMPC: {100.0 * share:.0f} % of the bound's area"
-        axes.set_title(title, pad=16)
+        is_free = has_steps and step_time == 0.0  # the planner of steps decides: all of its bound is shown
+        outermost = max(impulses[-1], *map(bound_of, rays)) if is_free else impulses[-1]
+        draw_panel(axes, cells, step_time, width, edges, 1.08 * outermost)
+        axes.set_title(free_title(cells.get(("mpc", 0.0), {}), width, impulses[-1]) if is_free
+                       else f"step of {step_time:g} s" if step_time > 0.0 else "no step", pad=16)
         axes.set_xlabel("impulse towards the direction [N s]", labelpad=10)
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="lower center", ncols=len(labels), fontsize="small",
