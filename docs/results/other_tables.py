@@ -2,12 +2,16 @@
 
 import concurrent.futures
 import dataclasses
+import math
 import os
 from typing import Tuple
 
 from comparisons import COMPASS
 from programs import humanoid, rows_of
 from tables import FORMULA, README, markdown, toward
+
+
+STEP_PLANNING = "problems/push_recovery/step_planning.md"
 
 
 @dataclasses.dataclass
@@ -220,6 +224,155 @@ class Humanoids:
                                           for i, robot in enumerate(self.robots)])
 
 
+@dataclasses.dataclass
+class Freedoms:
+    """What each freedom of the step wins on the whole body, by bisection to 1 N s (survival is taken to be monotone)."""
+    title: str
+    readme: str = STEP_PLANNING
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+    directions = 8
+    most = {"formula": 16, "ocp": 24}  # N s, by planner: not survived by anybody
+    told = {"step.planner": "formula", "step.known": "true", "step.duration": 0.6}
+    in_place = {"step.reach": "settings", "step.forward_max": 0.001, "step.lateral_min": 0.139, "step.lateral_max": 0.141}
+    variants = {"time and place fixed, told of the push (the paper)": {**told, "step.placement": "fixed"},
+                "place free, told of the push": told,
+                "time free, told nothing": {"step.planner": "ocp", "step.most": 1, **in_place},
+                "both free": {"step.planner": "ocp", "step.most": 1},
+                "up to two steps": {"step.planner": "ocp"}}
+    bounds = {"bound: no step": "none", "two steps": "mpc"}
+    columns = ("area of the map, (N s)^2", "of the bound's", "forward, N s", "to the right", "back", "to the left")
+    shown = (0, 270, 180, 90)
+
+    def runs(self):
+        return sum(self.directions * math.ceil(math.log2(self.most[settings["step.planner"]]))
+                   for settings in self.variants.values()) + 1
+
+    def shape(self):
+        return ["free to choose", *self.columns], len(self.variants) + len(self.bounds)
+
+    def angles(self):
+        return [360.0 * i / self.directions for i in range(self.directions)]
+
+    def largest(self, programs, variant, degrees):
+        survived, fallen = 0, self.most[self.variants[variant]["step.planner"]]
+        while fallen - survived > 1:
+            size = (survived + fallen) // 2
+            settings = {**toward(degrees, size, "measured"), **self.variants[variant]}
+            if programs.run(settings)["recovered"]:
+                survived = size
+            else:
+                fallen = size
+        return survived
+
+    def line(self, word, radii, bound):
+        text = "{:.1f}" if word in self.bounds else "{:.0f}"
+        return [word, f"{area(radii):.0f}", "" if word in self.bounds else f"{100 * area(radii) / bound:.0f} %",
+                *(text.format(radii[self.angles().index(degrees)]) for degrees in self.shown)]
+
+    def make(self, programs):
+        # The bound does not ask what the plant is: the smallest map there is.
+        rows = rows_of(programs.survival_map("--directions", str(self.directions), "--impulses", "1",
+                                             "--controllers", "mpc,none", "--set", "step.planner=ocp"))
+        bounds = {word: [unbroken(rows, controller, 0.0, degrees)[1] for degrees in self.angles()]
+                  for word, controller in self.bounds.items()}
+        jobs = [(variant, degrees) for degrees in self.angles() for variant in self.variants]
+        with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
+            largest = dict(zip(jobs, pool.map(lambda job: self.largest(programs, *job), jobs)))
+        all_radii = {**{variant: [largest[variant, degrees] for degrees in self.angles()] for variant in self.variants},
+                     **bounds}
+        most = area(bounds["two steps"])
+        return markdown(self.shape()[0], [self.line(word, radii, most) for word, radii in all_radii.items()])
+
+
+def area(radii):
+    """Of the polygon with these radii, evenly spread."""
+    return 0.5 * math.sin(2 * math.pi / len(radii)) * sum(a * b for a, b in zip(radii, radii[1:] + radii[:1]))
+
+
+@dataclasses.dataclass
+class Agreement:
+    """Cells at the border of what steps by optimal control recover, in both engines."""
+    title: str
+    readme: str = STEP_PLANNING
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+    border = {0: 15, 45: 8, 90: 6, 135: 8, 180: 13, 225: 6, 270: 16, 315: 20}  # N s, the largest recovered in DART
+    engines = {"dart": "DART", "mujoco": "MuJoCo"}
+
+    def runs(self):
+        return 2 * len(self.border) * len(self.engines)
+
+    def shape(self):
+        return ["towards, degrees", "N s", *self.engines.values(), "agree"], len(self.border) + 1
+
+    @staticmethod
+    def word(found):
+        if found["recovered"]:
+            return "recovered"
+        return "falls" if found["fell"] else "slips" if "slipped" in found["reason"] else "turns"
+
+    def make(self, programs):
+        cells = [(degrees, size) for degrees, largest in self.border.items() for size in (largest, largest + 1)]
+        jobs = [(engine, *cell) for cell in cells for engine in self.engines]
+
+        def run(job):
+            engine, degrees, size = job
+            return programs.run({**toward(degrees, size, "measured"), "step.planner": "ocp", "plant": engine})
+
+        with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
+            found = dict(zip(jobs, pool.map(run, jobs)))
+        rows, agree = [], 0
+        for degrees, largest in self.border.items():
+            sizes = (largest, largest + 1)
+            same = sum(found["dart", degrees, size]["recovered"] == found["mujoco", degrees, size]["recovered"]
+                       for size in sizes)
+            agree += same
+            rows.append([f"{degrees:g}", " / ".join(map(str, sizes)),
+                         *(" / ".join(self.word(found[engine, degrees, size]) for size in sizes) for engine in self.engines),
+                         f"{same} of 2"])
+        return markdown(self.shape()[0], [*rows, ["all", "", "", "", f"{agree} of {len(cells)}"]])
+
+
+@dataclasses.dataclass
+class RandomPushes:
+    """A minute with ten random pushes, told nothing, by seeds of pushes and sensors."""
+    title: str
+    readme: str = STEP_PLANNING
+    quick: bool = False
+    timed: Tuple[str, ...] = ()
+    seeds = range(1, 21)
+    starts = {"left": "the left foot", "both": "two feet"}
+    conditions = {"ideal senses": {"sensors": "ideal"},
+                  "measured senses, torques a tick late": {"sensors": "measured", "simulator.delay_ticks": 1}}
+    titles = ("start on", "with", "stand at the end", "recovered", "some foot stepped", "largest H, Nms")
+
+    def runs(self):
+        return len(self.starts) * len(self.conditions) * len(self.seeds)
+
+    def shape(self):
+        return list(self.titles), len(self.starts) * len(self.conditions)
+
+    def settings(self, start, condition, seed):
+        return {"preset": "robot", "step.planner": "ocp", "plant": "dart", "stance": start, "push.start": 1,
+                "push.random.rate": 0.16667, "push.random.seed": seed, "sensor.seed": seed, **self.conditions[condition]}
+
+    def make(self, programs):
+        rows = []
+        with concurrent.futures.ThreadPoolExecutor(programs.jobs) as pool:
+            for start, word in self.starts.items():
+                for condition in self.conditions:
+                    found = list(pool.map(programs.outcome,
+                                          [self.settings(start, condition, seed) for seed in self.seeds]))
+
+                    def share(good, found=found):
+                        return f"{sum(map(good, found))} of {len(found)}"
+                    rows.append([word, condition, share(lambda s: not s["fell"]), share(lambda s: s["recovered"]),
+                                 share(lambda s: bool(s["steps"])),
+                                 f"{max(s['angular_momentum_max'] for s in found):.2f}"])
+        return markdown(list(self.titles), rows)
+
+
 OTHER_TABLES = {
     "suite": Suite("Problems of the library against their known answers, solved by Ipopt",
                    ("A01", "A02", "B01", "B07", "B10", "C03", "D02", "D12")),
@@ -233,5 +386,8 @@ OTHER_TABLES = {
     "lost": Lost("What is lost against the ideal robot: the largest push, N s, up to which all are recovered"),
     "step_map": StepMap("What each freedom of the planner of steps wins on the pendulum",
                         "problems/push_recovery/step_map.png"),
+    "freedoms": Freedoms("What each freedom of the step wins in DART: the largest push recovered, preset robot, the left foot"),
+    "engines": Agreement("Pushes at the border of what is recovered, in DART and in MuJoCo"),
+    "random_minutes": RandomPushes("A minute with ten random pushes of 3 to 8 N s, in DART"),
     "humanoids": Humanoids("Humanoids that nobody described, by `saltus robot new` alone, preset robot"),
 }
