@@ -52,8 +52,9 @@ def slug(heading):
 class Page:
     """A page as Doxygen takes it: headings with names, links to pages and headers, pictures beside it."""
 
-    def __init__(self, name, names, headers, pictures):
+    def __init__(self, name, names, headers, pictures, lacking):
         self.name, self.names, self.headers, self.pictures = name, names, headers, pictures
+        self.lacking = lacking
         self.folder = os.path.dirname(name)
 
     def path_of(self, link):
@@ -74,14 +75,15 @@ class Page:
         if path in self.headers:
             return f'\\ref {self.headers[path]} "{words}"'
         if not os.path.exists(os.path.join(ROOT, path)):
-            raise SystemExit(f"{self.name}: the link to {target} leads nowhere")
+            self.lacking.append(f"{self.name}: the link to {target} leads nowhere")
         shown = text.replace("`", "")
         return f"`{shown}`" if shown in path or shown.split("/")[-1] == os.path.basename(path) else f"{text} (`{path}`)"
 
     def picture(self, match):
         path = self.path_of(match[2])
         if not os.path.exists(os.path.join(ROOT, path)):
-            raise SystemExit(f"{self.name}: there is no picture {match[2]}")
+            self.lacking.append(f"{self.name}: there is no picture {match[2]}")
+            return match[1]
         flat = path.replace("/", "_")
         self.pictures[flat] = os.path.join(ROOT, path)
         said = match[1].replace('"', "&quot;")
@@ -125,7 +127,8 @@ class Page:
 
 
 def write_pages(folder):
-    """PAGES, then what else there is; returns their files in order, and the pictures."""
+    """PAGES, then what else there is; returns their files in order, the pictures, and sentences
+    on links and pictures that lead nowhere."""
     names = [name for name in PAGES if os.path.exists(os.path.join(ROOT, name))]
     tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=False)
     for name in tracked.stdout.split():
@@ -133,14 +136,14 @@ def write_pages(folder):
             names.append(name)
     headers = {os.path.relpath(path, ROOT): f"saltus/{name}"
                for name, path in public_headers.public_headers()}
-    files, pictures = [], {}
+    files, pictures, lacking = [], {}, []
     os.makedirs(folder)
     for i, name in enumerate(names):
         path = os.path.join(folder, f"{i:02}_{name.replace('/', '_')}")
         with open(path, "w", encoding="utf-8") as file:
-            file.write(Page(name, names, headers, pictures).text())
+            file.write(Page(name, names, headers, pictures, lacking).text())
         files.append(path)
-    return files, pictures
+    return files, pictures, lacking
 
 
 # ---- Doxygen -------------------------------------------------------------------------------------
@@ -254,10 +257,11 @@ def main(out):
     shutil.rmtree(out, ignore_errors=True)
     os.makedirs(out)
     public_headers.main(os.path.join(out, "headers"))
-    files, pictures = write_pages(os.path.join(out, "pages"))
+    files, pictures, lacking = write_pages(os.path.join(out, "pages"))
     warnings, status = run_doxygen(out, files, pictures)
     drop_dead_summaries(os.path.join(out, "html"))
     wrong, pages, links = check_links(os.path.join(out, "html"))
+    wrong = [*lacking, *wrong]
     for sentence in [*warnings, *wrong]:
         print(sentence, file=sys.stderr)
     if warnings or wrong or status:
