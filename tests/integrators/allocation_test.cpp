@@ -2,8 +2,10 @@
 // call of each kind.
 #include "saltus/integrators/arkode.hpp"
 #include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
+#include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
 #include "tests/support/count_allocations.hpp"
 
@@ -51,6 +53,16 @@ TEST(Allocations, RungeKuttaTakesNone) {
       EXPECT_EQ(Caller(*integrator, coupled_point(shape)).allocations_of_ten_calls(), 0)
           << scheme->name();
     }
+  }
+}
+
+TEST(Allocations, EventsTakeNoneAfterTheFirstSecondDerivatives) {
+  for (const auto& scheme : {runge_kutta4({.steps = 3}), radau_iia({.steps = 3})}) {
+    const auto integrator = scheme->make(bouncing_ball());
+    const VectorXd w = vec({1.0, 0.2, 9.81, 0.8, 0.1, 1.4});  // two impacts
+    Caller caller(*integrator, w);
+    caller.call();
+    EXPECT_EQ(caller.allocations_of_ten_calls(), 0) << scheme->name();
   }
 }
 
