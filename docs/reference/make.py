@@ -60,10 +60,9 @@ class Page:
     def path_of(self, link):
         return os.path.normpath(os.path.join(self.folder, link))
 
-    def link(self, match):
-        text, target = match[1], match[2]
+    def link(self, text, target, whole):
         if re.match(r"\w+:", target):
-            return match[0]
+            return whole
         path, _, anchor = target.partition("#")
         path = self.path_of(path) if path else self.name
         if os.path.isdir(os.path.join(ROOT, path)) and f"{path}/README.md" in self.names:
@@ -91,9 +90,20 @@ class Page:
 
     def words(self, line):
         parts = re.split(r"(`[^`]*`)", line)  # nothing is changed in code
-        line = "".join(part if part.startswith("`") else part.replace("@", "&#64;") for part in parts)
+        codes = [part for part in parts if part.startswith("`")]
+        line = "".join("\0" if part.startswith("`") else part.replace("@", "&#64;") for part in parts)
+
+        def with_codes(text):
+            return re.sub("\0", lambda _: codes.pop(0), text)
+
         line = re.sub(r"!\[([^\]]*)\]\(([^)\s]+)\)", self.picture, line)
-        return re.sub(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", self.link, line)
+        done, end = "", 0
+        for match in re.finditer(r"(?<!!)\[([^\]]+)\]\(([^)\s]+)\)", line):
+            done += with_codes(line[end:match.start()])
+            text = with_codes(match[1])
+            done += self.link(text, match[2], f"[{text}]({match[2]})")
+            end = match.end()
+        return done + with_codes(line[end:])
 
     def text(self):
         with open(os.path.join(ROOT, self.name), encoding="utf-8") as file:

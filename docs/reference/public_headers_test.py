@@ -1,0 +1,70 @@
+#!/usr/bin/env python3
+"""What Doxygen is given for what stands in a header, and which links count as dead."""
+
+import os
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import make  # noqa: E402
+import public_headers  # noqa: E402
+
+
+def rewritten(*lines):
+    return public_headers.rewritten("saltus/a.hpp", list(lines)).splitlines()
+
+
+class Headers(unittest.TestCase):
+    def test_comments_are_those_of_their_declarations(self):
+        self.assertEqual(rewritten("// One idea.", "#pragma once"),
+                         ["/** \\file saltus/a.hpp */ /// One idea.", "#pragma once"])
+        self.assertEqual(rewritten("", "  double thrust;  // N")[1], "  double thrust;  ///< N")
+        self.assertEqual(rewritten("", "  double x = f(1, 2), y;  ///< m")[1],
+                         "  double x = f(1, 2); /**< m */ double y; /**< m */")
+        self.assertEqual(rewritten("", "  /// m", "  Vec<S, 3> x, y;")[2],
+                         "  Vec<S, 3> x; /**< m */ Vec<S, 3> y; /**< m */")
+
+    def test_what_says_itself(self):
+        self.assertIn("There is none.", rewritten("", "  Part(const Part&) = delete;")[1])
+        self.assertIn("Moves.", rewritten("", "  Part(Part&& other) noexcept;")[1])
+        self.assertIn("Copies.", rewritten("", "  Part& operator=(const Part& other);")[1])
+
+    def test_what_needs_a_comment_gets_none(self):
+        for line in ("int rows() const { return rows_; }", "struct Options {", "double thrust;",
+                     "double x, y;", "Part(int rows, int columns);"):
+            self.assertEqual(rewritten("", line)[1], line)
+
+    def test_lines_stay_where_they_are(self):
+        for name, path in public_headers.public_headers():
+            with open(path, encoding="utf-8") as file:
+                lines = file.read().splitlines()
+            self.assertEqual(len(public_headers.rewritten(name, lines).splitlines()), len(lines), name)
+
+
+class Pages(unittest.TestCase):
+    def test_dead_links_are_found(self):
+        with tempfile.TemporaryDirectory() as folder:
+            with open(os.path.join(folder, "a.html"), "w", encoding="utf-8") as file:
+                file.write('<h1 id="top"></h1><a href="#top"></a><a href="b.html#there"></a><a href="c.html"></a>'
+                           '<a href="https://x.org"></a><a href="#lost"></a><script src="https://x.org/a.js"></script>')
+            with open(os.path.join(folder, "b.html"), "w", encoding="utf-8") as file:
+                file.write('<h2 id="there"></h2>')
+            wrong, pages, _ = make.check_links(folder)
+            self.assertEqual(pages, 2)
+            self.assertEqual(sorted(wrong), ["a.html loads https://x.org/a.js", "a.html: c.html leads nowhere",
+                                             "a.html: there is no #lost"])
+
+    def test_links_between_pages(self):
+        lacking = []
+        page = make.Page("docs/howto.md", ["docs/howto.md", "docs/tutorial.md"],
+                         {"framework/ocp/phase.hpp": "saltus/ocp/phase.hpp"}, {}, lacking)
+        self.assertEqual(page.words("[a](tutorial.md#6-under-control)"), '\\ref page_docs_tutorial__6_under_control "a"')
+        self.assertEqual(page.words("[`Phase`](../framework/ocp/phase.hpp)"), '\\ref saltus/ocp/phase.hpp "Phase"')
+        self.assertEqual(page.words("`[a](b)`"), "`[a](b)`")
+        page.words("[a](nowhere.md)")
+        self.assertEqual(len(lacking), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
