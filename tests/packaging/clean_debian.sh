@@ -5,13 +5,14 @@
 #
 # Usage, as root:
 #   clean_debian.sh RELEASE FOLDER [--components core,ipopt | all] [--packages FOLDER_OF_DEBS | --sources]
-#                                  [--mirror URL] [--launcher ccache] [--icub-urdf FILE]
+#                                  [--mirror URL] [--launcher ccache] [--icub-urdf FILE] [--new-user]
 # RELEASE is bookworm or trixie. FOLDER gets the file system as debootstrap makes it, `clean`, and copies:
 # `build`, where the packages are built unless some are given, and `user`, made anew by every run, which
 # never sees what a build needs. With --sources the user builds and installs below a prefix instead, where
 # nothing but the components' own -dev packages is installed. A launcher of that name is installed where
 # compilers run and keeps its cache in FOLDER. The model of iCub is fetched as the program does it, or is
-# taken from the folder of the given URDF. The mirror is the one of this machine's apt if none is named.
+# taken from the folder of the given URDF. With --new-user and all components what README, tutorial and `saltus
+# new` say is typed in as well (new_user.py), every command with its minutes. The mirror is the one of this machine's apt if none is named.
 # All components take 6 GB. JOBS compilers run at once, one per processor if it is not set. Needs debootstrap.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -23,11 +24,12 @@ release=$1
 mkdir -p "$2"
 folder=$(realpath "$2")
 shift 2
-components=core packages= sources= launcher= icub_urdf= jobs=${JOBS:-$(nproc)}
+components=core packages= sources= launcher= new_user= icub_urdf= jobs=${JOBS:-$(nproc)}
 mirror=$(apt-cache policy | sed -nE 's|^ *[0-9]+ (https?://[^ ]+) [a-z-]+/main .*|\1|p' | grep -v security | head -n 1)
 while (($# > 0)); do
   case $1 in
     --sources) sources=yes; shift; continue ;;
+    --new-user) new_user=yes; shift; continue ;;
     --components | --packages | --mirror | --launcher | --icub-urdf) (($# > 1)) || { echo "$1 needs a value" >&2; exit 2; } ;;
     *) echo "unknown option $1" >&2; exit 2 ;;
   esac
@@ -236,3 +238,11 @@ fi
 inside_sh "cd /src/runs && $environment saltus run push_recovery --plant dart --out dart"
 step "saltus run push_recovery --plant dart: $(ls "$root/src/runs/dart" | xargs); cache: $(ls "$root/root/.cache/saltus" 2>/dev/null | xargs)"
 ls "$root/src/runs/dart/report.html" >/dev/null
+
+# ---- what the pages say, typed in -----------------------------------------------------------------
+
+[[ -n $new_user ]] || exit 0
+mkdir -p "$root/src/pages"
+(cd "$source_tree" && git ls-files -z README.md docs python tests/packaging | xargs -0 tar c) | tar x -C "$root/src/pages" --no-same-owner
+step "as a new user"
+inside env ${environment:-A=} python3 -B /src/pages/tests/packaging/new_user.py /src/pages /src/new_user
