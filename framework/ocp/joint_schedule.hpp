@@ -24,8 +24,11 @@ class JointSchedule {
   /// part, or too many joint modes.
   JointSchedule(std::vector<Schedule> parts, int capacity);
 
+  /// How many schedules stand side by side.
   int parts() const { return static_cast<int>(parts_.size()); }
+  /// The schedule of part i, to be edited; join() takes it up.
   Schedule& part(int i) { return parts_[i]; }
+  /// The schedule of part i.
   const Schedule& part(int i) const { return parts_[i]; }
 
   /// While part i is in this mode, whatever the others are in. Throws DefinitionError naming the

@@ -8,7 +8,9 @@ void declare_settings(Settings& s, Config& c) {
   ControllerSettings& k = c.controller;
   s.choice("gait", c.gait, {"trot", "walk", "pace"},
            "which legs swing together: diagonal ones, none, those of a side");
-  s.number("period", k.gait.period, "s", "from lift-off to lift-off of a leg", between(0.3, 1.5));
+  s.number("period", k.gait.period, "s",
+           "from lift-off to lift-off of a leg; not less than the plan looks ahead",
+           between(0.45, 1.5));
   s.flag("blind", k.gait.blind,
          "the clock alone decides when a foot stands, not when it touches the ground");
   s.number("speed", k.speed, "m/s", "ahead", between(-1.0, 1.0));

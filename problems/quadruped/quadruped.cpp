@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "problems/quadruped/run.hpp"
 #include "saltus/app/csv_table.hpp"
+#include "saltus/app/note_signals.hpp"
 #include "saltus/app/python_script.hpp"
 
 namespace saltus::quadruped {
@@ -59,7 +61,8 @@ Json summary_of(const Config& config, const RunLog& run) {
           {"kind", "closed loop"},
           {"gait", config.gait},
           {"blind", config.controller.gait.blind},
-          {"recovered", !run.fell},
+          {"recovered", !run.fell && NoteSignals::received() == 0},
+          {"interrupted", NoteSignals::received() != 0},
           {"message", run.message()},
           {"controller", run.log.controller},
           {"plant", run.log.plant},
@@ -89,6 +92,7 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
   for (int i = 0; i < config.runs; ++i) {
     const Config one = disturbed(config, i, false);
     const RunLog seeing = run(one), blind = run(disturbed(config, i, true));
+    if (NoteSignals::received() != 0) break;  // these two are not whole
     recovered[0] += seeing.fell ? 0 : 1;
     recovered[1] += blind.fell ? 0 : 1;
     ticks.merge(seeing.log.statistics.all());
@@ -108,18 +112,19 @@ ExitStatus run_campaign(const Config& config, const RunContext& context) {
                                             {"size", config.scale},
                                             {"roughness_m", config.scale * config.roughness},
                                             {"impulse_N_s", config.scale * config.impulse},
-                                            {"runs", config.runs},
+                                            {"runs", table.rows()},
                                             {"recovered", recovered[0]},
                                             {"recovered_blind", recovered[1]},
                                             {"tick_p99_s", ticks.p99()}});
-  if (config.pictures) run_python_module("saltus.plot_quadruped", context.output.path(), "picture");
+  if (config.pictures && NoteSignals::received() == 0)
+    run_python_module("saltus.plot_quadruped", context.output.path(), "picture");
   fmt::print(
       "size {}: ground within {:.1f} cm, push of {:.1f} N s, {} runs of {} s\n"
       "recovered: {} of {}; blind to early and late landings: {} of {}\n"
       "a tick takes {:.2f} ms in the median, {:.2f} ms at p99, of {:.0f} ms\n"
       "results in {}: campaign.csv, summary.json\n",
       config.scale, 100.0 * config.scale * config.roughness, config.scale * config.impulse,
-      config.runs, config.duration, recovered[0], config.runs, recovered[1], config.runs,
+      table.rows(), config.duration, recovered[0], table.rows(), recovered[1], table.rows(),
       1e3 * ticks.median(), 1e3 * ticks.p99(), 1e3 * config.controller.period,
       context.output.path().string());
   return ExitStatus::ok;
@@ -135,22 +140,41 @@ ExitStatus run_quadruped(const Config& config, const RunContext& context) {
   output.write("ticks.csv", std::string_view(result.log.ticks_csv()));
   output.write("feet.csv", feet_table(result));
   output.write("summary.json", summary_of(config, result));
-  const bool drawn =
-      config.pictures && run_python_module("saltus.plot_quadruped", output.path(), "picture");
+  const bool drawn = config.pictures && NoteSignals::received() == 0 &&
+                     run_python_module("saltus.plot_quadruped", output.path(), "picture");
   const LatencyHistogram ticks = result.log.statistics.all();
   const VectorXd& end = result.log.final_state();
+  const char* verdict = NoteSignals::received() != 0 ? "interrupted"
+                        : result.fell                ? "fell"
+                                                     : "recovered";
   fmt::print(
       "{}: {}\n"
       "went to ({:.2f}, {:.2f}) m in {:.2f} s; turned over by {:.1f} degrees at most\n"
       "{} landings came early, {} late; the gait waited {:.2f} s in all\n"
       "{} ticks ({}); a tick takes {:.2f} ms in the median, {:.2f} ms at p99, of {:.0f} ms\n"
       "results in {}: trajectory, events, ticks and feet (.csv), summary.json{}\n",
-      result.fell ? "fell" : "recovered", result.message(), end[0], end[1],
-      result.log.recording.samples.back().time, 57.29578 * result.farthest, result.early,
-      result.late, result.waited, result.log.ticks.size(), provenances_in_words(result.log),
-      1e3 * ticks.median(), 1e3 * ticks.p99(), 1e3 * config.controller.period,
-      output.path().string(), drawn ? ", picture (.png)" : "");
+      verdict, result.message(), end[0], end[1], result.log.recording.samples.back().time,
+      57.29578 * result.farthest, result.early, result.late, result.waited, result.log.ticks.size(),
+      provenances_in_words(result.log), 1e3 * ticks.median(), 1e3 * ticks.p99(),
+      1e3 * config.controller.period, output.path().string(), drawn ? ", picture (.png)" : "");
   return result.log.completed ? ExitStatus::ok : ExitStatus::solver_failed;
+}
+
+// An interrupt ends the run, not its results.
+ExitStatus run_to_the_end_or_interrupt(const Config& config, const RunContext& context) {
+  ExitStatus status = ExitStatus::ok;
+  int signal = 0;
+  {
+    const NoteSignals note;
+    status = run_quadruped(config, context);
+    signal = NoteSignals::received();
+  }
+  if (signal != 0) {
+    fmt::print("interrupted: these are the results so far\n");
+    std::fflush(nullptr);
+    std::raise(signal);
+  }
+  return status;
 }
 
 }  // namespace
@@ -158,7 +182,7 @@ ExitStatus run_quadruped(const Config& config, const RunContext& context) {
 ProblemEntry entry() {
   return problem_entry<Config>(
       "quadruped", "a quadruped trots over ground that it takes for level, and is pushed",
-      declare_settings, run_quadruped);
+      declare_settings, run_to_the_end_or_interrupt);
 }
 
 }  // namespace saltus::quadruped

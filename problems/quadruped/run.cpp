@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "saltus/app/note_signals.hpp"
+
 namespace saltus::quadruped {
 namespace {
 
@@ -59,7 +61,7 @@ RunLog run(const Config& config) {
   };
   options.until = [&](double, const VectorRef&) {
     result.fell = robot.tilt() > fallen_tilt || robot.height() < fallen_height;
-    return result.fell;
+    return result.fell || NoteSignals::received() != 0;
   };
   result.log = simulate_closed_loop(controller.planner(), robot, options);
   if (!result.log.completed) result.fell = true;

@@ -30,6 +30,7 @@ struct RunLog {
 /// The body of the robot turns over by more than this (rad), or is lower (m): it has fallen.
 inline constexpr double fallen_tilt = 1.0, fallen_height = 0.12;
 
+/// Ends early where an interrupt is noted (saltus/app/note_signals.hpp).
 RunLog run(const Config& config);
 
 /// Run number `i` of a campaign: ground, push and its time by chance; the size by the settings.
