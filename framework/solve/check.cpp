@@ -74,6 +74,7 @@ class Checker {
     guess_ = shooting_->initial_guess().w;
     const bool can_start = look_at_start();
     look_at_derivatives();
+    look_at_jumps();
     look_at_bounds();
     look_at_scaling();
     if (can_start) {
@@ -174,6 +175,37 @@ class Checker {
     return points;
   }
 
+  // Notes the first entry that is wrong at two points.
+  static void compare(const NamedFunction& f, const std::vector<VectorXd>& points,
+                      const Arguments& sizes, std::string& derivatives, std::string& sparsity) {
+    std::map<std::tuple<bool, int, int>, int> wrong;  // second, row, col: at how many points
+    int evaluated = 0;
+    for (const VectorXd& z : points) {
+      if (f.function.inputs() != z.size() || !f.function(z).allFinite()) continue;
+      ++evaluated;
+      const DerivativeReport report =
+          check_derivatives(f.function, z, {.tolerance = derivative_tolerance});
+      const auto take = [&](const DerivativeEntry& e, bool second) {
+        // Once may be a kink nearby.
+        if (++wrong[{second, e.row, e.col}] < std::min(2, evaluated) ||
+            !std::isfinite(e.difference))
+          return;
+        const std::string column = name_of_argument(e.col, sizes);
+        const std::string what = second ? fmt::format("the second derivative by {} and {}",
+                                                      name_of_argument(e.row, sizes), column)
+                                        : fmt::format("d (row {}) / d {}", e.row, column);
+        if (!e.in_pattern && sparsity.empty())
+          sparsity =
+              fmt::format("{}: {} is {:.6g}, but not in the pattern", f.name, what, e.difference);
+        if (e.in_pattern && derivatives.empty())
+          derivatives = fmt::format("{}: {} says {:.6g}, differences say {:.6g}", f.name, what,
+                                    e.exact, e.difference);
+      };
+      for (const DerivativeEntry& entry : report.jacobian_failures) take(entry, false);
+      for (const DerivativeEntry& entry : report.hessian_failures) take(entry, true);
+    }
+  }
+
   void look_at_derivatives() {
     std::string derivatives, sparsity;
     int functions = 0;
@@ -182,39 +214,92 @@ class Checker {
       const std::vector<VectorXd> points = points_of(static_cast<int>(j), distance);
       for (const NamedFunction& f : functions_of(phase)) {
         ++functions;
-        std::map<std::tuple<bool, int, int>, int> wrong;  // second, row, col: at how many points
-        int evaluated = 0;
-        for (const VectorXd& z : points) {
-          if (f.function.inputs() != z.size() || !f.function(z).allFinite()) continue;
-          ++evaluated;
-          const DerivativeReport report =
-              check_derivatives(f.function, z, {.tolerance = derivative_tolerance});
-          const auto take = [&](const DerivativeEntry& e, bool second) {
-            // Once may be a kink nearby.
-            if (++wrong[{second, e.row, e.col}] < std::min(2, evaluated) ||
-                !std::isfinite(e.difference))
-              return;
-            const std::string column = name_of_argument(e.col, phase.sizes);
-            const std::string what = second
-                                         ? fmt::format("the second derivative by {} and {}",
-                                                       name_of_argument(e.row, phase.sizes), column)
-                                         : fmt::format("d (row {}) / d {}", e.row, column);
-            if (!e.in_pattern && sparsity.empty())
-              sparsity = fmt::format("{}: {} is {:.6g}, but not in the pattern", f.name, what,
-                                     e.difference);
-            if (e.in_pattern && derivatives.empty())
-              derivatives = fmt::format("{}: {} says {:.6g}, differences say {:.6g}", f.name, what,
-                                        e.exact, e.difference);
-          };
-          for (const DerivativeEntry& entry : report.jacobian_failures) take(entry, false);
-          for (const DerivativeEntry& entry : report.hessian_failures) take(entry, true);
-        }
+        compare(f, points, phase.sizes, derivatives, sparsity);
       }
     }
     say("derivatives", derivatives,
         fmt::format("{} functions agree with differences to {:g}", functions,
                     derivative_tolerance));
     say("sparsity", sparsity, "nothing depends on what is outside its pattern");
+  }
+
+  // Arguments (t | x- | p) of a jump out of a phase, about the end of its guess.
+  std::vector<VectorXd> ends_of(int phase, const Jump& jump, double away) const {
+    const PhaseDefinition& definition = problem_.phases()[phase];
+    const Trajectory guess = shooting_->trajectory(guess_);
+    const TrajectoryPiece* last = nullptr;
+    for (const TrajectoryPiece& piece : guess.pieces())
+      if (piece.phase == phase) last = &piece;
+    std::vector<VectorXd> points;
+    Random random(11);
+    for (int k = 0; k < points_per_phase && last != nullptr; ++k) {
+      VectorXd x = last->end_state;
+      for (int i = 0; i < x.size(); ++i)
+        x[i] += away * random.uniform(-1.0, 1.0) * definition.nominal_state[i];
+      points.push_back(jump.argument(last->start + last->length + away * random.uniform(-1.0, 1.0),
+                                     x, guess.phases()[phase].parameters));
+    }
+    return points;
+  }
+
+  // What leads from phase to phase, and back to the first; resets where their guards are nearest
+  // to zero along the guess.
+  void look_at_jumps() {
+    std::string complaint;
+    int maps = 0;
+    const auto look = [&](const Jump& jump, int from, const char* kind) {
+      if (!jump.map) return;
+      ++maps;
+      const PhaseDefinition& phase = problem_.phases()[from];
+      const NamedFunction f{fmt::format("{} '{}' out of phase '{}'", kind, jump.name, phase.name),
+                            jump.map};
+      const std::vector<VectorXd> at_the_end = ends_of(from, jump, 0.0);
+      if (complaint.empty() && !at_the_end.empty()) complaint = finite_at(f, at_the_end.front());
+      Arguments sizes = phase.sizes;
+      sizes.nu = 0;
+      std::string derivatives, sparsity;
+      compare(f, ends_of(from, jump, distance), sizes, derivatives, sparsity);
+      if (complaint.empty()) complaint = derivatives.empty() ? sparsity : derivatives;
+    };
+    for (std::size_t j = 1; j < problem_.phases().size(); ++j)
+      look(problem_.jumps()[j], static_cast<int>(j) - 1, "jump");
+    if (problem_.closing())
+      look(*problem_.closing(), static_cast<int>(problem_.phases().size()) - 1, "closing");
+    for (std::size_t j = 0; j < problem_.phases().size(); ++j) {
+      const PhaseDefinition& phase = problem_.phases()[j];
+      const std::vector<VectorXd> points = points_of(static_cast<int>(j), 0.0);
+      for (const SwitchingSystem::Transition& event : phase.switching.transitions) {
+        if (!event.reset) continue;
+        ++maps;
+        const VectorXd* nearest = nullptr;
+        double least = infinity;
+        for (const VectorXd& z : points) {
+          if (event.guard.inputs() != z.size() || event.reset.inputs() != z.size()) continue;
+          const double distance_to_event = std::abs(event.guard(z)[0]);
+          if (distance_to_event < least) {
+            least = distance_to_event;
+            nearest = &z;
+          }
+        }
+        if (complaint.empty() && nearest != nullptr)
+          complaint =
+              finite_at({fmt::format("phase '{}', the reset of event '{}'", phase.name, event.name),
+                         event.reset},
+                        *nearest);
+      }
+    }
+    say("jumps", complaint,
+        maps == 0
+            ? "none changes the state"
+            : fmt::format("maps of the state, {}: finite, and they agree with differences", maps));
+  }
+
+  // A complaint, or nothing.
+  static std::string finite_at(const NamedFunction& f, const VectorXd& z) {
+    if (!f.function(z).allFinite()) return f.name + " has no finite value at the guess";
+    if (!f.function.dense_jacobian(z).allFinite())
+      return f.name + " has a derivative that is no number at the guess";
+    return {};
   }
 
   void look_at_bounds() {

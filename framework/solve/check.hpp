@@ -20,8 +20,8 @@ enum class CheckVerdict {
   unknown    ///< could not be looked at, and the line says why
 };
 
-/// One aspect of a problem: "start", "derivatives", "sparsity", "bounds", "scaling", "ranks",
-/// "integration", "reach", "definition".
+/// One aspect of a problem: "start", "derivatives", "sparsity", "jumps", "bounds", "scaling",
+/// "ranks", "integration", "reach", "definition".
 struct CheckLine {
   std::string aspect;                         ///< what was looked at
   CheckVerdict verdict = CheckVerdict::good;  ///< of it
@@ -47,6 +47,8 @@ struct ProblemCheck {
 /// - derivatives and sparsity: first and second derivatives, and entries outside the patterns,
 ///   against differences near the guess (what formulas of C++ have is exact; an external Function's
 ///   may be wrong);
+/// - jumps: are maps between phases, the closing and resets finite where the guess ends, and their
+///   derivatives right?
 /// - bounds: sides that exclude one another, a start that is outside;
 /// - scaling: sizes far from one of what nobody gave a nominal magnitude;
 /// - ranks: equations that follow from others or contradict them;

@@ -83,7 +83,7 @@ TEST(Check, finds_nothing_in_what_is_sound) {
                                      ride.keep("power", power(Power::Mistake::none), at_most(10.0));
                                    }))}) {
     EXPECT_TRUE(page.ok()) << page.text();
-    for (const char* aspect : {"definition", "start", "derivatives", "sparsity", "bounds",
+    for (const char* aspect : {"definition", "start", "derivatives", "sparsity", "jumps", "bounds",
                                "scaling", "ranks", "integration", "reach"})
       EXPECT_EQ(page.line(aspect).verdict, CheckVerdict::good) << page.text();
   }
@@ -108,6 +108,45 @@ struct Wind {  // fast, and with a stiff state
     return {x[1], -rate * rate * x[0] + u[0]};
   }
 };
+
+// A blow that takes half of the speed, from a user's own code.
+class Blow final : public FunctionBody {
+ public:
+  explicit Blow(double derivative) : FunctionBody(3, 2), derivative_(derivative) {
+    jacobian_pattern_ = SparsityPattern::from_pairs(2, 3, {{0, 1}, {1, 2}});
+    hessian_pattern_ = SparsityPattern::from_pairs(3, 3, {});
+  }
+  void value(const double* z, double* y) const override {
+    y[0] = z[1];
+    y[1] = 0.5 * z[2];
+  }
+  void jacobian(const double* z, double* y, double* entries) const override {
+    value(z, y);
+    entries[0] = 1.0;
+    entries[1] = derivative_;
+  }
+  void hessian(const double*, const double*, double*, Curvature) const override {}
+
+ private:
+  double derivative_;
+};
+
+OptimalControlProblem two_rides(Jump jump) {
+  const Ride second = sound();
+  Ride first{"first", Cart{}, exactly(1.0)};
+  first.minimise("effort", effort)
+      .guess_state(Guess::interpolate(VectorXd{{0.0, 0.3}}, VectorXd{{0.5, 0.6}}))
+      .guess_input(Guess::constant(VectorXd::Constant(1, 0.4)));
+  OptimalControlProblem problem("two rides");
+  problem.start_at({0.0, 0.0}).then(first).then(second, std::move(jump));
+  return problem;
+}
+
+ProblemCheck check_blow(double derivative) {
+  return check(two_rides(
+      {"blow", Function(std::unique_ptr<const FunctionBody>(std::make_unique<Blow>(derivative))),
+       2}));
+}
 
 OptimalControlProblem oscillator(double rate, double seconds) {
   Ride swing{"swing", Wind{rate}, exactly(seconds)};
@@ -197,6 +236,30 @@ const Spoilt all_spoilt[] = {
      ride([](Ride& r) { r.track("position", position, VectorXd::Ones(3)); }),
      "definition",
      {"'position'", "3"}},
+    {"wrong_derivative_of_a_jump",
+     [] { return check_blow(0.25); },
+     "jumps",
+     {"jump 'blow' out of phase 'first'", "d (row 1) / d x1 says 0.25, differences say 0.5"}},
+    {"jump_outside_its_domain",
+     [] {
+       return check(two_rides(jump<2>("root", [](const auto&, const auto& x) {
+         return std::decay_t<decltype(x)>{x[0], sqrt(x[1] - 2.0)};
+       })));
+     },
+     "jumps",
+     {"jump 'root' out of phase 'first' has no finite value at the guess"}},
+    {"reset_outside_its_domain",
+     [] {
+       return check(spoilt([](Ride& r) {
+         r.on(
+             "bump", [](auto, auto x) { return x[0] - 0.7; }, Crossing::rising,
+             [](const auto&, const auto& x) {
+               return std::decay_t<decltype(x)>{x[0], log(x[1] - 5.0)};
+             });
+       }));
+     },
+     "jumps",
+     {"the reset of event 'bump' has no finite value"}},
     {"dynamics_that_explode",
      [] {
        return check(oscillator(1e4, 5.0), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
@@ -204,6 +267,13 @@ const Spoilt all_spoilt[] = {
      "integration",
      {"an integrator for such dynamics"}},
 };
+
+TEST(Check, finds_nothing_in_a_sound_jump) {
+  const ProblemCheck page = check_blow(0.5);
+  EXPECT_TRUE(page.ok()) << page.text();
+  EXPECT_EQ(page.line("jumps").text,
+            "maps of the state, 1: finite, and they agree with differences");
+}
 
 class SpoiltProblem : public testing::TestWithParam<Spoilt> {};
 
