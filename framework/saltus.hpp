@@ -16,6 +16,7 @@
 #include "saltus/sequences/search.hpp"
 #include "saltus/simulation/closed_loop.hpp"
 #include "saltus/solve/check.hpp"
+#include "saltus/solve/explain.hpp"
 #include "saltus/solve/homotopy.hpp"
 #include "saltus/solve/several_starts.hpp"
 #include "saltus/solve/solve.hpp"

@@ -6,6 +6,12 @@ int main() {
   const Solution far = solve(ride(5.0));
   std::printf("%s\n\n", far.message.c_str());
 
+  // What is missing at least, and what would help.
+  const Explanation why = explain(ride(5.0));
+  std::printf("%s", why.text().c_str());
+  const Solution longer = solve(changed(ride(5.0), why.remedies.front().changes.front()));
+  std::printf("with the first of these: %s\n\n", describe(longer.status));
+
   // The same, but the place may be missed, at a price: how far does it come?
   Phase<2, 1> phase{"ride", Cart{}, exactly(2.0)};
   phase.bound_input(0, between(-3.0, 3.0))
@@ -17,5 +23,5 @@ int main() {
   const Solution near = solve(problem);
   for (const SoftViolation& missed : near.soft_violations)
     std::printf("'%s' is missed by %.3f\n", missed.term.c_str(), missed.largest);
-  return far.status == SolveStatus::infeasible && near.ok() ? 0 : 1;
+  return far.status == SolveStatus::infeasible && longer.ok() && near.ok() ? 0 : 1;
 }

@@ -51,6 +51,8 @@ class ShrinkingHorizonController {
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
   /// When the plan behind the last tick's input ends a phase that is not over, s.
   double end_of_phase(int phase) const;
+  /// What the next tick solves.
+  MultipleShooting& shooting() { return rests_[phase_].shooting(); }
   /// The plan behind the last tick's input; its first phase is phase().
   Solution report() { return rests_[phase_].report(); }
   /// What report() is a solution of.

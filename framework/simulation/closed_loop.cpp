@@ -9,6 +9,7 @@
 
 #include "saltus/core/describe_exception.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/transcription/present_problem.hpp"
 
 namespace saltus {
 namespace {
@@ -270,6 +271,13 @@ Answer answer_of(const ControlTick& tick) {
            tick.check}};
 }
 
+// Between ticks, and only where one failed.
+void keep_unmet(const ControlTick& tick, const MultipleShooting& shooting,
+                const LoopOptions& options, std::vector<UnmetTick>& unmet) {
+  if (tick.status == SolveStatus::infeasible && static_cast<int>(unmet.size()) < options.keep_unmet)
+    unmet.push_back({tick.time, present_problem(shooting), shooting.options()});
+}
+
 // States and inputs at the nodes.
 LoopPlan plan_of(const ControlTick& tick, const OptimalControlProblem& problem,
                  const Solution& solution) {
@@ -282,8 +290,10 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
                              const LoopOptions& options) {
   expect_fit(controller.problem().phases().front(), plant);
   const ControlTick* last = nullptr;
+  std::vector<UnmetTick> unmet;
   const auto answer = [&](double t, const VectorRef& measured) {
     last = &controller.tick(t, measured);
+    keep_unmet(*last, controller.shooting(), options, unmet);
     return answer_of(*last);
   };
   const auto prepare = [&](double t) { controller.prepare(t); };
@@ -292,18 +302,22 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
                ? LoopPlan{}
                : plan_of(*last, controller.problem(), controller.report());
   };
-  return Loop({controller.solver_name(), controller.period(), answer, plan, prepare}, plant,
-              options)
-      .run();
+  LoopLog log =
+      Loop({controller.solver_name(), controller.period(), answer, plan, prepare}, plant, options)
+          .run();
+  log.unmet = std::move(unmet);
+  return log;
 }
 
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options) {
   expect_fit(controller.definition(), plant);
   const ControlTick* last = nullptr;
+  std::vector<UnmetTick> unmet;
   const auto answer = [&](double t, const VectorRef& measured) {
     if (plant.phase() != controller.phase()) controller.enter(plant.phase(), plant.entered_at());
     last = &controller.tick(t, measured);
+    keep_unmet(*last, controller.shooting(), options, unmet);
     for (int j = plant.phase(); j < plant.phases(); ++j)
       plant.end_phase_at(j, controller.end_of_phase(j));
     return answer_of(*last);
@@ -321,6 +335,7 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
   LoopLog log = Loop({controller.solver_name(), controller.period(), answer, plan, {}, end}, plant,
                      until_over)
                     .run();
+  log.unmet = std::move(unmet);
   if (plant.is_over() && log.completed)
     log.message = fmt::format("the last phase ended at t = {:.6g} s", plant.over_since());
   return log;

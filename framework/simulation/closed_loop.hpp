@@ -26,6 +26,9 @@ struct LoopOptions {
   double period = 0.01;      ///< of a feedback law, s; a receding horizon controller has its own
   int samples_per_tick = 1;  ///< of the log; events and steps of the input are recorded anyway
   int plan_every = 0;        ///< every so many ticks the plan is kept; 0: never
+  /// Of ticks of a receding horizon whose constraints could not be met the problem is kept, of so
+  /// many at most: between ticks, so that they take no longer.
+  int keep_unmet = 0;
   Disturbances disturbances = {};  ///< what the plant does not share with the model
   /// Names and units for the tables: "height [m]".
   std::vector<std::string> state_names = {}, input_names = {};

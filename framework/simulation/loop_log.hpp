@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "saltus/mpc/receding_horizon.hpp"
+#include "saltus/ocp/problem.hpp"
 #include "saltus/simulation/recording.hpp"
 
 namespace saltus {
@@ -33,6 +34,14 @@ struct LoopPlan {
   std::vector<Sample> samples;  ///< of the plan, thin
 };
 
+/// A tick whose constraints could not be met, with the problem as the controller had it: for
+/// explain() (saltus/solve/explain.hpp), when the run is over.
+struct UnmetTick {
+  double time = 0.0;              ///< s
+  OptimalControlProblem problem;  ///< from the measured state, with the data of the tick
+  ShootingOptions shooting;       ///< its grid and its integrator
+};
+
 /// Everything that a closed loop leaves.
 struct LoopLog {
   bool completed = false;         ///< the plant reached the end, or `until` said that it is over
@@ -42,6 +51,7 @@ struct LoopLog {
   Recording recording;            ///< of the plant, with the inputs that reached it
   std::vector<LoopTick> ticks;    ///< one per tick
   std::vector<LoopPlan> plans;    ///< those that were kept
+  std::vector<UnmetTick> unmet;   ///< the first ones, see LoopOptions::keep_unmet
   LoopStatistics statistics;      ///< of a receding horizon controller, in this run
 
   /// Where it ended.

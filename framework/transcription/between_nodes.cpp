@@ -309,7 +309,8 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     }
     MultipleShooting finer(problem, options);
     Solution next = attempt(finer, finer.guess_from(result.solution.trajectory));
-    if (!is_solved_on_its_grid(next)) next = attempt(finer, finer.initial_guess());
+    if (!is_solved_on_its_grid(next) && next.status != SolveStatus::interrupted)
+      next = attempt(finer, finer.initial_guess());
     if (!is_solved_on_its_grid(next)) {
       result.message += fmt::format("; the next grid is not solved: {}", next.message);
       return result;

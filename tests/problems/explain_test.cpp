@@ -1,0 +1,206 @@
+// Twenty problems of the library, spoilt in different ways: is the right term named, at the right
+// time and by the right amount, and does what is proposed help?
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "problems/library/catalogue.hpp"
+#include "problems/library/reference_case.hpp"
+#include "saltus/solve/explain.hpp"
+#include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/sqp.hpp"
+
+namespace saltus {
+namespace {
+
+const ReferenceCase& library_case(const std::string& id) {
+  return *std::ranges::find(reference_cases(), id, &ReferenceCase::id);
+}
+
+Term& term(OptimalControlProblem& problem, int phase, const std::string& name) {
+  return *std::ranges::find(problem.editable_phase(phase).terms, name, &Term::name);
+}
+
+void start_with(OptimalControlProblem& problem, int i, double value) {
+  VectorXd start = problem.start_guess();
+  start[i] = value;
+  problem.start_at(start);
+}
+
+// A push can always be met by large forces; not by a body that stays at its height and does not
+// turn.
+void keep_upright(OptimalControlProblem& problem) {
+  problem.editable_phase(0).state_bounds = {
+      {2, between(0.49, 0.51)}, {6, between(-0.2, 0.2)}, {7, between(-0.2, 0.2)}};
+}
+
+struct Spoilt {
+  const char* name;  ///< of the test: what was done
+  const char* id;    ///< of the problem
+  std::function<void(OptimalControlProblem&)> spoil;
+  const char* term;              ///< that is missed most
+  double time;                   ///< s; NaN: the end
+  std::optional<double> amount;  ///< where it is known by hand
+};
+
+const double at_the_end = std::nan("");
+
+const Spoilt all[] = {
+    {"weak_input", "B22",
+     [](auto& p) {
+       p.editable_phase(0).input_bounds = {{0, between(-0.08, 0.08)}};
+     },
+     "point", 0.75, 0.04},
+    {"weak_inputs", "B21",
+     [](auto& p) {
+       for (const int j : {0, 1})
+         p.editable_phase(j).input_bounds = {{0, between(-0.1, 0.1)}, {1, between(-0.1, 0.1)}};
+     },
+     "end", at_the_end, std::nullopt},
+    {"too_little_time", "B05", [](auto& p) { p.total_time(at_most(20.0)); }, "total time",
+     at_the_end, 10.0},
+    {"too_far", "B05", [](auto& p) { term(p, 1, "distance").bounds = {exactly(30000.0)}; },
+     "distance", at_the_end, std::nullopt},
+    {"too_fast_at_the_start", "B18", [](auto& p) { start_with(p, 1, -2.0); }, "at rest", at_the_end,
+     std::nullopt},
+    {"chain_too_short", "B14a", [](auto& p) { term(p, 0, "length").bounds = {exactly(2.0)}; },
+     "length", at_the_end, std::nullopt},
+    {"phase_too_short", "B03",
+     [](auto& p) {
+       p.editable_phase(0).duration = between(0.1, 1.2);
+       p.editable_phase(0).duration_guess = 1.0;
+     },
+     "end, along", at_the_end, std::nullopt},
+    {"state_too_high_in_one_phase", "B10",
+     [](auto& p) {
+       p.editable_phase(2).state_bounds = {{0, at_least(0.999)}};
+     },
+     "state 0", 0.02, std::nullopt},  // the parts before it last 0.01 at least
+    {"weak_inputs_under_a_link", "E02",
+     [](auto& p) {
+       for (const int j : {1, 2}) p.editable_phase(j).input_bounds = {{0, between(-0.1, 0.1)}};
+     },
+     "one ahead", at_the_end, std::nullopt},
+    {"duration_bound", "B11",
+     [](auto& p) {
+       p.editable_phase(0).duration = between(0.1, 0.2);
+       p.editable_phase(0).duration_guess = 0.15;
+     },
+     "end", at_the_end, std::nullopt},
+    {"too_high", "B15", [](auto& p) { term(p, 0, "height").bounds = {exactly(5.0)}; }, "height",
+     at_the_end, std::nullopt},
+    {"integral_too_small", "E01",
+     [](auto& p) {
+       for (int j : {0, 1}) p.editable_phase(j).integrals.front().limits.bounds = {at_most(0.9)};
+     },
+     "length", at_the_end, std::nullopt},
+    {"links_that_contradict", "E02",
+     [](auto& p) {
+       p.editable_phase(2).duration = between(0.1, 0.2);
+       p.editable_phase(2).duration_guess = 0.15;
+       p.editable_phase(0).duration = between(0.5, 2.0);
+     },
+     "equally long", at_the_end, std::nullopt},
+    {"event_before_it_can_happen", "A14",
+     [](auto& p) {
+       p.editable_phase(0).duration = between(0.1, 0.5);
+       p.editable_phase(0).duration_guess = 0.3;
+     },
+     "turbo on", 0.5, 7.5},
+    {"too_little_fuel", "B07", [](auto& p) { term(p, 2, "empty").bounds = {exactly(0.999)}; },
+     "empty", at_the_end, std::nullopt},
+    {"bound_on_a_state", "B22",
+     [](auto& p) {
+       p.editable_phase(1).state_bounds = {{0, at_most(0.5)}};
+     },
+     "state 0", 0.75, std::nullopt},
+    {"ceiling_below_the_landing", "B02a",
+     [](auto& p) {
+       term(p, 0, "ground").bounds = {exactly(0.4)};
+       p.editable_phase(0).input_bounds = {{0, between(-4.0, 4.0)}};
+     },
+     "ceiling", 0.75, std::nullopt},  // at most -4 takes 0.25 s to the landing speed
+    {"pushed_too_hard", "C09a",
+     [](auto& p) {
+       keep_upright(p);
+       start_with(p, 4, -1.0);
+     },
+     "capture point in hull", 0.06, std::nullopt},  // the landing
+    {"pushed_forwards", "C09a",
+     [](auto& p) {
+       keep_upright(p);
+       start_with(p, 3, 1.2);
+     },
+     "capture point in hull", at_the_end, std::nullopt},
+    {"landing_too_late", "C09a",
+     [](auto& p) {
+       keep_upright(p);
+       start_with(p, 4, -0.5);
+       p.editable_schedule().retime("impact", 0.14);
+     },
+     "capture point in hull", at_the_end, std::nullopt},
+};
+
+class Infeasible : public testing::TestWithParam<Spoilt> {};
+
+TEST_P(Infeasible, TermTimeAmountAndWhatHelps) {
+  const Spoilt& spoilt = GetParam();
+  const ReferenceCase& c = library_case(spoilt.id);
+  OptimalControlProblem problem = c.problem();
+  spoilt.spoil(problem);
+
+  const Explanation e = explain(problem, {.shooting = c.options, .time_limit = 120.0});
+  std::printf("%s (%d solves, %.2f s)\n%s", spoilt.name, e.solves, e.seconds, e.text().c_str());
+  ASSERT_TRUE(e.is_infeasible()) << describe(e.status);
+  const Shortage& first = e.shortages.front();
+  EXPECT_EQ(first.term, spoilt.term);
+  MultipleShooting shooting(problem, c.options);
+  const double end = e.trajectory.end_time();
+  const double time = std::isnan(spoilt.time) ? end : spoilt.time;
+  EXPECT_NEAR(first.time, time, shooting.grid().nominal_length(0) + 1e-6);
+  if (spoilt.amount) {
+    EXPECT_NEAR(first.amount, *spoilt.amount, 1e-3 * *spoilt.amount);
+  }
+
+  // The same program by Ipopt, from the point found and from the problem's guess.
+  const VectorXd guess = shooting.initial_guess().w;
+  ElasticProgram elastic(shooting.nlp(), elastic_groups(shooting, guess), guess);
+  const auto ipopt = make_ipopt({.tolerance = 1e-9, .max_iterations = 1000});
+  const NlpResult other = ipopt->solve(elastic, elastic.start(guess), false);
+  ASSERT_TRUE(is_success(other.status)) << describe(other.status);
+  EXPECT_NEAR(e.relaxation, elastic.relaxation(other.point.w), 1e-3 * e.relaxation);
+
+  // What is proposed, carried out: from the problem's own guess or from the relaxed motion.
+  ASSERT_FALSE(e.remedies.empty());
+  for (const Remedy& remedy : e.remedies) {
+    OptimalControlProblem better = problem;
+    for (const ProblemChange& change : remedy.changes) better = changed(better, change);
+    MultipleShooting with(better, c.options);
+    const auto sqp = make_sqp({.tolerance = 1e-9});
+    Solution plan = solve(with, *sqp);
+    if (!plan.ok()) plan = solve(with, *sqp, with.guess_from(e.trajectory));
+    EXPECT_TRUE(plan.ok() || plan.status == SolveStatus::coarse_grid)
+        << remedy.text << ": " << plan.message;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Library, Infeasible, testing::ValuesIn(all),
+                         [](const auto& instance) { return std::string(instance.param.name); });
+
+TEST(Explain, WhatCanBeMetIsNotExplainedAway) {
+  for (const char* id : {"B02a", "B05", "B22", "E01", "C09a"}) {
+    const ReferenceCase& c = library_case(id);
+    const Explanation e = explain(c.problem(), {.shooting = c.options});
+    EXPECT_TRUE(e.ok()) << id;
+    EXPECT_FALSE(e.is_infeasible()) << id << ": " << e.text();
+    EXPECT_LT(e.relaxation, 1e-6) << id;
+  }
+}
+
+}  // namespace
+}  // namespace saltus
