@@ -16,6 +16,8 @@ RunRequest parse_run_request(std::span<const std::string> arguments) {
       .repeated(
           "--set", "KEY=VALUE", "one setting; --KEY VALUE means the same",
           [&](const std::string& text) { request.assignments.push_back(parse_set_argument(text)); })
+      .flag("--quiet", "print nothing but errors", request.quiet)
+      .flag("--json", "print summary.json in place of words", request.json)
       .flag("--print-config", "print all settings as YAML, explained, instead of running",
             request.print_config)
       .flag("--print-schema", "print a JSON Schema of --config's file, instead of running",

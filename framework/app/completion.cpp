@@ -43,8 +43,8 @@ Words completions_of_run(std::span<const std::string> words, const std::string& 
   }
   if (!found.empty() && !last.starts_with("-")) return found;
   if (last.starts_with("-"))
-    found.insert(found.end(),
-                 {"--config", "--set", "--out", "--print-config", "--print-schema", "--help"});
+    found.insert(found.end(), {"--config", "--set", "--out", "--quiet", "--json", "--print-config",
+                               "--print-schema", "--help"});
   else if (problem == nullptr)
     for (const ProblemEntry& known : problems) found.push_back(known.name);
   return found;

@@ -12,12 +12,15 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <fstream>
+#include <iostream>
 #include <new>
 #include <utility>
 
 #include "saltus/app/completion.hpp"
 #include "saltus/app/data_file.hpp"
 #include "saltus/app/rerun.hpp"
+#include "saltus/app/silent_output.hpp"
 #include "saltus/app/version.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
@@ -123,7 +126,20 @@ ExitStatus run_problem(std::span<const std::string> arguments,
   if (problem == nullptr) {
     reject_unknown("problem", request.problem, names_of(problems), "'saltus list' shows them");
   }
-  return problem->run(request);
+  const bool only_asks = request.help || request.print_config || request.print_schema;
+  if (only_asks || (!request.quiet && !request.json)) return problem->run(request);
+  const auto begin = std::filesystem::file_time_type::clock::now();
+  const ExitStatus status = [&] {
+    const SilentOutput silence;
+    return problem->run(request);
+  }();
+  if (request.json) {
+    const std::filesystem::path file = request.out / "summary.json";
+    std::error_code missing;
+    if (std::filesystem::last_write_time(file, missing) >= begin && !missing)
+      std::cout << std::ifstream(file).rdbuf() << std::flush;
+  }
+  return status;
 }
 
 ExitStatus dispatch(const std::vector<std::string>& arguments,

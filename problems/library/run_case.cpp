@@ -75,9 +75,11 @@ std::unique_ptr<Solver> make_case_solver(SolverChoice choice, int max_iterations
                               .time_limit = time_limit});
 }
 
-Solution solve_case(const ReferenceCase& c, SolverChoice choice) {
+Solution solve_case(const ReferenceCase& c, SolverChoice choice, const SolveObserver& observer) {
   MultipleShooting shooting(c.problem(), c.options);
-  return solve(shooting, *make_case_solver(choice, c.max_iterations));
+  const std::unique_ptr<Solver> solver = make_case_solver(choice, c.max_iterations);
+  solver->set_observer(observer);
+  return solve(shooting, *solver);
 }
 
 CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
@@ -102,8 +104,11 @@ CaseOutcome check_case(const ReferenceCase& c, const Solution& solution) {
   return outcome;
 }
 
-RefinedSolution solve_case_refined(const ReferenceCase& c, SolverChoice choice, int rounds) {
-  return solve_refined(c.problem(), c.options, *make_case_solver(choice, c.max_iterations),
+RefinedSolution solve_case_refined(const ReferenceCase& c, SolverChoice choice, int rounds,
+                                   const SolveObserver& observer) {
+  const std::unique_ptr<Solver> solver = make_case_solver(choice, c.max_iterations);
+  solver->set_observer(observer);
+  return solve_refined(c.problem(), c.options, *solver,
                        {.tolerance = c.between_nodes, .integration = infinity, .rounds = rounds});
 }
 
@@ -115,9 +120,9 @@ CaseOutcome check_case(const ReferenceCase& c, const RefinedSolution& refined) {
   return outcome;
 }
 
-CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice) {
+CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice, const SolveObserver& observer) {
   try {
-    return check_case(c, solve_case_refined(c, choice));
+    return check_case(c, solve_case_refined(c, choice, RefinementOptions{}.rounds, observer));
   } catch (const DefinitionError& error) {
     CaseOutcome outcome = outcome_for(c);
     outcome.status = error.what();

@@ -22,7 +22,8 @@ inline constexpr double library_kkt_limit = 100.0 * library_solver_tolerance;
 std::unique_ptr<Solver> make_case_solver(SolverChoice choice, int max_iterations);
 
 /// Cold, from the case's own guess.
-Solution solve_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt);
+Solution solve_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt,
+                    const SolveObserver& observer = {});
 
 /// Compares cost, switching times, KKT residual, violations between the nodes, the replay with a
 /// tighter integrator, and whatever else the case knows.
@@ -32,12 +33,14 @@ CaseOutcome check_case(const ReferenceCase& c, const Solution& solution);
 /// constraint between the nodes than the case allows; `rounds` solves at most.
 RefinedSolution solve_case_refined(const ReferenceCase& c,
                                    SolverChoice choice = SolverChoice::ipopt,
-                                   int rounds = RefinementOptions{}.rounds);
+                                   int rounds = RefinementOptions{}.rounds,
+                                   const SolveObserver& observer = {});
 CaseOutcome check_case(const ReferenceCase& c, const RefinedSolution& refined);
 
 /// Both of them. A definition that does not fit the solver is not_applicable; never throws
 /// DefinitionError.
-CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt);
+CaseOutcome run_case(const ReferenceCase& c, SolverChoice choice = SolverChoice::ipopt,
+                     const SolveObserver& observer = {});
 CaseOutcome run_case(const SimulationCase& c);
 
 }  // namespace saltus

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <csignal>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -14,9 +16,11 @@
 #include "problems/suite/integrator_names.hpp"
 #include "problems/suite/library_loop.hpp"
 #include "problems/suite/run_files.hpp"
+#include "saltus/app/note_signals.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/simulation/recording.hpp"
+#include "saltus/solve/explain.hpp"
 
 namespace saltus {
 namespace {
@@ -59,6 +63,9 @@ struct OptimalControlConfig {
   SolverChoice solver = SolverChoice::ipopt;
   int intervals = 0;
   bool refine = true;
+  bool explain = false;
+  double explain_limit = 20.0;  // s
+  bool monitor = false;
   Scheme integrator = Scheme::own;
   double integrator_tolerance = 1e-9;
   int samples = 8;
@@ -71,12 +78,44 @@ void declare_optimal_control(Settings& s, OptimalControlConfig& c) {
   s.integer("intervals", c.intervals, "", "per phase; 0: the case's own grid", between(0, 2000));
   s.flag("refine", c.refine,
          "cut the intervals in which the plan breaks a path constraint between the nodes");
+  s.flag(
+      "explain", c.explain,
+      "look for what is missing and what would help, in any case; without, where the constraints "
+      "cannot be met");
+  s.number("explain_limit", c.explain_limit, "s", "for the explanation; 0: none is looked for",
+           between(0.0, 3600.0));
+  s.flag("monitor", c.monitor, "print every iteration of the solver");
   s.choice<Scheme>("integrator", c.integrator, schemes(), scheme_doc);
   s.number("integrator_tolerance", c.integrator_tolerance, "", "of CVODES and ARKODE",
            between(1e-14, 1e-2));
   s.integer("samples", c.samples, "", "of each interval, in the table", between(1, 1000));
   s.flag("pictures", c.pictures, "draw the picture at the end (needs python3 with matplotlib)");
   declare_loop(s, c.loop);
+}
+
+// With the header again every ten rows, as people know it.
+SolveObserver observer_of(const OptimalControlConfig& config) {
+  SolveObserver observer{.should_stop = [] { return NoteSignals::received() != 0; }};
+  if (config.monitor)
+    observer.report = table_of_iterations([](const std::string& line) {
+      fmt::print("{}\n", line);
+      std::fflush(stdout);
+    });
+  return observer;
+}
+
+// Where the solve says, or may mean, that the constraints cannot be met.
+std::optional<Explanation> explain_case(const ReferenceCase& c, const Solution& solution,
+                                        const OptimalControlConfig& config) {
+  const bool may_be_infeasible = solution.status == SolveStatus::infeasible ||
+                                 solution.status == SolveStatus::iteration_limit ||
+                                 solution.status == SolveStatus::numerical_failure;
+  if (config.explain_limit == 0.0 || (!config.explain && !may_be_infeasible)) return std::nullopt;
+  return explain(c.problem(),
+                 {.shooting = c.options,
+                  .time_limit = config.explain_limit,
+                  .guess = solution.trajectory.empty() ? std::optional<Trajectory>()
+                                                       : std::optional(solution.trajectory)});
 }
 
 ExitStatus refuse_loop(const std::string& id, const std::string& name, const std::string& why) {
@@ -99,8 +138,17 @@ ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
   context.output.write("ticks.csv", std::string_view(ticks));
   if (!loop.log.plans.empty()) context.output.write("plans.csv", std::string_view(plans));
   Json summary = loop_json(c, plan, loop, planned);
+  std::string unmet;
+  if (!loop.log.unmet.empty() && config.explain_limit > 0.0) {
+    const UnmetTick& first = loop.log.unmet.front();
+    const Explanation explanation =
+        explain(first.problem, {.shooting = first.shooting, .time_limit = config.explain_limit});
+    summary["unmet"] = {{"t_s", first.time}, {"explanation", explanation_json(explanation)}};
+    unmet = fmt::format("the first tick that could not be met, at t = {:.4g} s: {}", first.time,
+                        explanation.text());
+  }
   summary["solver"] = name_of(config.solver);
-  finish(context, summary, config.pictures, loop_text(c, loop, planned));
+  finish(context, summary, config.pictures, loop_text(c, loop, planned) + unmet);
   return loop.log.completed ? ExitStatus::ok : ExitStatus::solver_failed;
 }
 
@@ -116,12 +164,21 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
     c.options.integrator = scheme;
   if (config.loop.run) {
     const std::string why = why_no_loop(c.problem());
-    return why.empty() ? run_loop(c, solve_case(c, config.solver), config, context)
-                       : refuse_loop(c.id, c.name, why);
+    return why.empty()
+               ? run_loop(c, solve_case(c, config.solver, observer_of(config)), config, context)
+               : refuse_loop(c.id, c.name, why);
   }
-  const RefinedSolution refined = config.refine ? solve_case_refined(c, config.solver)
-                                                : solve_case_refined(c, config.solver, 1);
+  int signal = 0;
+  const RefinedSolution refined = [&] {
+    const NoteSignals note;
+    RefinedSolution result = solve_case_refined(
+        c, config.solver, config.refine ? RefinementOptions{}.rounds : 1, observer_of(config));
+    signal = NoteSignals::received();
+    return result;
+  }();
   const Solution& solution = refined.solution;
+  const std::optional<Explanation> explanation =
+      signal == 0 ? explain_case(c, solution, config) : std::nullopt;
   const CaseOutcome outcome = check_case(c, refined);
   Recording recording = record(c.problem(), solution.trajectory, config.samples);
   recording.state_names = c.states;
@@ -140,11 +197,19 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
   summary["states"] = recording.state_columns();
   summary["inputs"] = recording.input_columns();
   summary["tables"] = {"trajectory.csv"};
+  summary["interrupted"] = signal != 0;
+  if (explanation) summary["explanation"] = explanation_json(*explanation);
   const bool is_broken = outcome.between_nodes && *outcome.between_nodes > c.between_nodes;
   const char* remedy =
       config.refine || !is_broken ? "" : "  --refine cuts the intervals in which it is violated\n";
   finish(context, summary, config.pictures,
-         fmt::format("{} {}: {}{}", c.id, c.name, verdict_text(outcome), remedy));
+         fmt::format("{} {}: {}{}{}", c.id, c.name, verdict_text(outcome), remedy,
+                     explanation ? explanation->text() : ""));
+  if (signal != 0) {
+    fmt::print("interrupted: these are the results up to there\n");
+    std::fflush(nullptr);
+    std::raise(signal);
+  }
   return solution.ok() ? ExitStatus::ok : ExitStatus::solver_failed;
 }
 

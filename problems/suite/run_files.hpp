@@ -9,6 +9,7 @@
 #include "problems/suite/library_loop.hpp"
 #include "saltus/app/output_folder.hpp"
 #include "saltus/simulation/recording.hpp"
+#include "saltus/solve/explain.hpp"
 
 namespace saltus {
 
@@ -21,6 +22,8 @@ nlohmann::ordered_json summary_head(const CaseOutcome& outcome, const std::strin
 /// Every checked value beside its reference.
 nlohmann::ordered_json checked_json(const CaseOutcome& outcome);
 nlohmann::ordered_json solution_json(const Solution& solution, const Recording& recording);
+/// What is missing, by how much, and what would help.
+nlohmann::ordered_json explanation_json(const Explanation& explanation);
 
 /// The value that counts beside its reference, and why if it is not met.
 std::string verdict_text(const CaseOutcome& outcome);

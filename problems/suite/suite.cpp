@@ -81,6 +81,10 @@ SuiteReport run_suite(std::span<const SuiteCase> cases, const SuiteRequest& requ
   SuiteReport report{.solver = request.solver, .outcomes = {}};
   for (const SuiteCase& c : cases) {
     if (!is_wanted(c, request.only)) continue;
+    if (request.should_stop && request.should_stop()) {
+      report.was_interrupted = true;
+      return report;
+    }
     report.outcomes.push_back(run_safely(c, request.solver));
     if (observe) observe(report.outcomes.back());
   }

@@ -25,7 +25,8 @@ struct SuiteRequest {
   std::string only;  ///< part of an id or name, in any case; empty: all
   SolverChoice solver = SolverChoice::ipopt;
   std::optional<std::filesystem::path> json = {};
-  std::string help = {};  ///< not empty: asked for, in place of a run
+  std::function<bool()> should_stop = {};  ///< asked before every case
+  std::string help = {};                   ///< not empty: asked for, in place of a run
 };
 /// What follows `suite`. Throws InputError.
 SuiteRequest parse_suite_request(std::span<const std::string> arguments);
@@ -33,6 +34,7 @@ SuiteRequest parse_suite_request(std::span<const std::string> arguments);
 struct SuiteReport {
   SolverChoice solver = SolverChoice::ipopt;
   std::vector<CaseOutcome> outcomes;
+  bool was_interrupted = false;  ///< what is there is not all
 
   int count(Verdict verdict) const;
   /// solver_failed if a case missed its tolerance or its solver gave up.

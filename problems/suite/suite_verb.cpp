@@ -1,12 +1,14 @@
 // The command line of `saltus suite`.
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "problems/suite/suite.hpp"
 #include "problems/suite/suite_output.hpp"
+#include "saltus/app/note_signals.hpp"
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/output_folder.hpp"
 #include "saltus/app/settings.hpp"
@@ -18,7 +20,7 @@ constexpr const char* summary =
     "every problem of the library against its known answer, in one table";
 
 ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> arguments) {
-  const SuiteRequest request = parse_suite_request(arguments);
+  SuiteRequest request = parse_suite_request(arguments);
   if (!request.help.empty()) {
     fmt::print("{}", request.help);
     return ExitStatus::ok;
@@ -26,12 +28,24 @@ ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> ar
   std::optional<OutputFolder> folder;
   if (request.json) folder = folder_of_file("--json", *request.json);
   bool begun = false;  // no head above a sentence that there is no such case
-  const SuiteReport report = run_suite(cases, request, [&](const CaseOutcome& outcome) {
-    fmt::print("{}{}", std::exchange(begun, true) ? "" : table_head(), table_line(outcome));
-    std::fflush(stdout);
-  });
+  int signal = 0;
+  request.should_stop = [] { return NoteSignals::received() != 0; };
+  const SuiteReport report = [&] {
+    const NoteSignals note;
+    SuiteReport result = run_suite(cases, request, [&](const CaseOutcome& outcome) {
+      fmt::print("{}{}", std::exchange(begun, true) ? "" : table_head(), table_line(outcome));
+      std::fflush(stdout);
+    });
+    signal = NoteSignals::received();
+    return result;
+  }();
   fmt::print("{}", closing_text(report));
   if (folder) folder->write(request.json->filename().string(), to_json(report));
+  if (signal != 0) {
+    fmt::print("interrupted: these are the results of {} cases\n", report.outcomes.size());
+    std::fflush(nullptr);
+    std::raise(signal);
+  }
   return report.exit_status();
 }
 
