@@ -33,7 +33,8 @@ struct Shortage {
   double amount = 0.0;                                    ///< in the term's own units, positive
   double nominal = 1.0;                                   ///< what counts as one of them
   double time = 0.0;                                      ///< s, where it is held up most
-  double value = 0.0, bound = 0.0;                        ///< there
+  double value = 0.0;                                     ///< there
+  double bound = 0.0;                                     ///< that it misses
   bool is_exact = false;                                  ///< both bounds are one
 
   /// "phase 'ride', term 'there'"
@@ -53,6 +54,7 @@ struct Remedy {
   double effort = 0.0;
 };
 
+/// What explain() finds.
 struct Explanation {
   /// Of the elastic program; only an optimum explains anything.
   SolveStatus status = SolveStatus::invalid_problem;
@@ -72,6 +74,7 @@ struct Explanation {
   std::string text() const;
 };
 
+/// How explain() looks.
 struct ExplainOptions {
   ShootingOptions shooting = {};  ///< without an integrator Runge-Kutta 4 in two steps
   int remedies = 3;               ///< at most, besides the shortages themselves; 0: none looked for

@@ -7,7 +7,9 @@
 
 namespace saltus {
 
+/// One number of a definition, and by how much it moves.
 struct ProblemChange {
+  /// What it is a number of.
   enum class Kind {
     term,        ///< bounds of a hard constraint
     state,       ///< bounds of a state
@@ -23,12 +25,12 @@ struct ProblemChange {
   /// Which sides move; where both are equal, both do.
   enum class Side { lower, upper };
 
-  Kind kind = Kind::term;
-  int phase = 0;          ///< of links, events and the total time not read
-  std::string name = {};  ///< of term, integral, link, event or parameter
-  int component = 0;      ///< row of a term or link, entry of a parameter, state or input
-  Side side = Side::upper;
-  double by = 0.0;  ///< added, in the units of what changes
+  Kind kind = Kind::term;   ///< what it is a number of
+  int phase = 0;            ///< of links, events and the total time not read
+  std::string name = {};    ///< of term, integral, link, event or parameter
+  int component = 0;        ///< row of a term or link, entry of a parameter, state or input
+  Side side = Side::upper;  ///< of bounds
+  double by = 0.0;          ///< added, in the units of what changes
 };
 
 /// A word: "term", "duration".

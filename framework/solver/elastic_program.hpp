@@ -21,25 +21,26 @@ namespace saltus {
 
 /// Rows and bounds that give together.
 struct ElasticGroup {
-  std::string name;                  ///< for messages
-  std::vector<int> rows, variables;  ///< of the program
-  double nominal = 1.0;              ///< in their units, positive
+  std::string name;            ///< for messages
+  std::vector<int> rows;       ///< of the program
+  std::vector<int> variables;  ///< whose bounds give
+  double nominal = 1.0;        ///< in their units, positive
 };
 
-/// The program with two slacks per group, which it minimises: see above.
+/// The relaxed program, for any solver.
 class ElasticProgram final : public NonlinearProgram {
  public:
   /// `program` must outlive it, and its data must not change meanwhile. Its variables come first,
   /// then s and t of every group; its rows, then those of bounds in groups.
   ElasticProgram(NonlinearProgram& program, std::vector<ElasticGroup> groups, const VectorXd& w0);
 
-  static constexpr double rho = 1e-6;  ///< see above
+  static constexpr double rho = 1e-6;  ///< weight of the square
 
   /// As given.
   const std::vector<ElasticGroup>& groups() const { return groups_; }
-  /// s_g (lower sides give) and t_g (upper ones): variables.
+  /// The variable s_g: so far lower sides give.
   int below(int group) const { return n_ + 2 * group; }
-  /// t_g.
+  /// The variable t_g: so far upper sides do.
   int above(int group) const { return n_ + 2 * group + 1; }
   /// Rows of the group here: its rows, then its bounds.
   std::vector<int> rows_of(int group) const;

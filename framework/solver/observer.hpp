@@ -31,7 +31,7 @@ struct SolveObserver {
   /// Asked after each iteration; true: the solve ends with what there is, as `interrupted`.
   std::function<bool()> should_stop = {};
 
-  bool wants_stop() const { return should_stop && should_stop(); }
+  bool wants_stop() const { return should_stop && should_stop(); }  ///< asks, if it may
 };
 
 /// The same of a program whose cost was divided by `factor`.

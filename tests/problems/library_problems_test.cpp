@@ -11,6 +11,7 @@
 
 #include "problems/library/catalogue.hpp"
 #include "saltus/app/program.hpp"
+#include "saltus/solver/observer.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {
@@ -120,6 +121,24 @@ TEST_F(LibraryProblems, SettingsChangeGridIntegratorAndSolver) {
 
 // Our own solvers find a cheaper optimum of the nodal program of B01 that rises above the ceiling
 // between the nodes.
+TEST_F(LibraryProblems, SayEveryIterationOrNothingOrOnlyTheSummary) {
+  ASSERT_EQ(run({"B22", "--monitor", "--pictures=false"}), 0) << complaint;
+  EXPECT_EQ(printed.find(header_of_iterations()), 0u) << printed;
+  ASSERT_EQ(run({"B22", "--quiet", "--pictures=false"}), 0) << complaint;
+  EXPECT_EQ(printed, "");
+  ASSERT_EQ(run({"B22", "--json", "--pictures=false"}), 0) << complaint;
+  EXPECT_EQ(nlohmann::json::parse(printed), summary());
+}
+
+TEST_F(LibraryProblems, AnExplanationIsInTheSummary) {
+  ASSERT_EQ(run({"B22", "--explain", "--pictures=false"}), 0) << complaint;
+  EXPECT_NE(printed.find("the constraints can be met"), std::string::npos) << printed;
+  EXPECT_TRUE(summary()["explanation"]["missing"].empty());
+  EXPECT_EQ(summary()["interrupted"], false);
+  ASSERT_EQ(run({"B22", "--pictures=false"}), 0) << complaint;
+  EXPECT_FALSE(summary().contains("explanation"));
+}
+
 TEST_F(LibraryProblems, APlanThatBreaksAConstraintBetweenTheNodesIsRefined) {
   ASSERT_EQ(run({"B01", "--solver=sparse", "--pictures=false"}), 0) << complaint;
   EXPECT_EQ(summary().at("verdict"), "ok");
