@@ -54,8 +54,12 @@ void declare_presets(Settings& s, Config& config) {
   s.implies("step.known", {"true"}, "step.trigger=push");
   s.implies("step.known", {"true"}, "step.planner=formula");
   s.implies("step.known", {"false"}, "step.trigger=icp");
+  // Nobody tells the robot when, where and how fast to step.
+  if (!config.step_times_are_given) s.implies("preset", {"robot"}, "step.planner=ocp");
   // The rule looks at its shortest time last, the optimum only where it must.
   s.implies("step.planner", {"ocp"}, "step.shortest=0.25");
+  // Its plans rest on the corners of the stance sole, which would turn under.
+  s.implies("step.planner", {"ocp"}, "whole_body.tipped_reserve=10");
 }
 
 }  // namespace

@@ -14,6 +14,8 @@ struct Config : BipedSettings {
   Config() { preset = "paper"; }
   Weights weights;
   StepPlanning planning;
+  /// Of a map over step times: preset `robot` leaves the planner that takes them.
+  bool step_times_are_given = false;
 };
 
 /// Binds every key to its field, with units, ranges and rules.

@@ -90,7 +90,11 @@ ProblemEntry entry() {
   return biped_entry<PushRecovery>("push_recovery", "iCub is pushed and caught by a step");
 }
 
-Verb map_verb() { return walking::map_verb(PushRecovery{}); }
+Verb map_verb() {
+  Config config;
+  config.step_times_are_given = true;
+  return walking::map_verb(PushRecovery(config));
+}
 Verb robot_verb() { return survey::robot_verb("push_recovery", PushRecovery{}); }
 
 }  // namespace saltus::push_recovery

@@ -234,11 +234,17 @@ void StepChoice::look_at(Candidate& c, const StepSituation& now) {
     phase = between(std::max(0.2 * now.period, model_.unloading.lower - unloaded),
                     model_.unloading.upper);
   }
+  const auto solve = [&](double elapsed, int most_iterations) {
+    c.solution = &c.program.solve(data, state, phase, elapsed, most_iterations);
+    iterations_ += c.solution->iterations;
+    return c.solution->is_solved;
+  };
+  // From the plan before, if there is one and it is not too far off.
   const bool is_warm = now.time - c.solved_at < 1.5 * now.period;
-  if (!is_warm) c.program.restart();
-  c.solution = &c.program.solve(data, state, phase, is_warm ? now.time - c.solved_at : 0.0,
-                                is_warm ? settings_.iterations : settings_.first_iterations);
-  iterations_ += c.solution->iterations;
+  if (!is_warm || !solve(now.time - c.solved_at, settings_.iterations)) {
+    c.program.restart();
+    solve(0.0, settings_.first_iterations);
+  }
   c.solved_at = c.solution->is_solved ? now.time : -infinity;
   c.cost = c.solution->is_solved ? c.solution->cost + settings_.price * c.steps : infinity;
 }

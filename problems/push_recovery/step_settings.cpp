@@ -237,7 +237,12 @@ std::unique_ptr<walking::StepPlanner> make_step_choice(
   model.usual_swing = std::clamp(planning.usual, planning.shortest, planning.longest);
   model.double_support = between(planning.double_support, planning.double_support + 0.5);
   model.usual_support = planning.usual_support;
-  if (planning.leads_the_way()) model.weights.support = 1.0;
+  // Who steps because of a push lifts off in the same tick: what the feet bear until then holds the
+  // CoM by angular momentum, which passes its bound within 20 ms.
+  if (planning.leads_the_way())
+    model.weights.support = 1.0;
+  else
+    model.unloading.lower = 0.002;
   if (planning.walks()) check_reach(model, step.fixed_place + apart, planning.velocity.head<2>());
 
   StepChoiceSettings choice;

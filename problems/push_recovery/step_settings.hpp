@@ -18,7 +18,7 @@ struct StepPlanning {
   double usual = 0.35;          ///< time of a swing, s
   double shortest = 0.3;        ///< swing, s
   double longest = 0.9;         ///< swing, s
-  double foot_speed = 1.6;      ///< largest of the swing foot, m/s
+  double foot_speed = 2.0;      ///< largest of the swing foot, m/s
   double double_support = 0.1;  ///< shortest between two steps, s
   double sole_margin = 0.006;   ///< of the border of the soles, not used, m
   double momentum = 0.4;        ///< largest |H| about either horizontal axis, Nms

@@ -26,6 +26,9 @@ constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 
 constexpr int nearest_pairs = 6;
 constexpr double near = 0.15;
 
+// A centre of pressure this near to the end of an edge, m, is on its way to a corner.
+constexpr double corner = 0.01;
+
 StageQp capacity(int joints, const ContactCone cones[2], bool clearance) {
   const int all = joints + 12;
   StageCapacity stage{0, all, {}};
@@ -46,6 +49,8 @@ class InverseDynamicsController final : public WholeBodyController {
         weights(weights_in),
         gains(gains_in),
         cones{contact_cone(left_contact), contact_cone(right_contact)},
+        rectangle{left_contact.foot, right_contact.foot},
+        pressure_rows{left_contact.edges + 2, right_contact.edges + 2},
         qp(capacity(n, cones, gains_in.clearance)),
         point(qp),
         effort(n),
@@ -97,6 +102,8 @@ class InverseDynamicsController final : public WholeBodyController {
   WholeBodyWeights weights;
   WholeBodyGains gains;
   ContactCone cones[2];
+  FootRectangle rectangle[2];
+  int pressure_rows[2];  // the first of four in the cone: centre of pressure x min, max, y min, max
   StageQp qp;
   StagePoint point;
   VectorXd effort, lower, upper, fastest;
@@ -118,6 +125,7 @@ class InverseDynamicsController final : public WholeBodyController {
   void add_cost(int rows, const Vec<double, 6>& wanted, double weight);
   void add_foot_acceleration(const SoleMotion& sole);
   void set_limits(const WholeBodyState& state);
+  void keep_off_tipped_corners(RowGroup& cone, int foot, const Mat<double, 3, 3>& sole) const;
   void set_clearance(const WholeBodyState& state);
   double approach_speed(double distance) const;
 };
@@ -233,6 +241,7 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
     cone.rows = 0;
     if (standing[foot] < 0) continue;
     keep_in_cone(cone, cones[foot], standing[foot]);
+    keep_off_tipped_corners(cone, foot, soles[foot]->pose.linear());
 
     add_foot_acceleration(*soles[foot]);
     stance.M.block(stance.rows, 0, 6, size) = task.leftCols(size);
@@ -247,6 +256,35 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
 
   set_limits(state);
   if (clearance) set_clearance(state);
+}
+
+// The ground bears a tipped sole where it touches, wherever the wrench that is asked for acts: what
+// that keeps off an edge turns the sole back. On the middle of an edge it may stay; one that stands
+// on a corner turns under as soon as the load moves.
+void InverseDynamicsController::keep_off_tipped_corners(RowGroup& cone, int foot,
+                                                        const Mat<double, 3, 3>& sole) const {
+  if (gains.tipped_reserve == 0.0) return;
+  const Bounds sides[2] = {rectangle[foot].x, rectangle[foot].y};
+  const auto last = command.wrenches.segment<6>(6 * foot);
+  double rise[2], lifted[2], on_end[2];
+  for (const int axis : {0, 1}) {
+    const double width = sides[axis].upper - sides[axis].lower;
+    rise[axis] = sole(2, axis) * width;
+    lifted[axis] = std::max(0.0, std::abs(rise[axis]) - gains.tipped_threshold);
+    // Of an edge along this axis: whether the sole stands on an end of it.
+    on_end[axis] = std::min(1.0, lifted[axis] / gains.tipped_threshold);
+    if (last[2] <= 0.0) continue;
+    const double pressure = (axis == 0 ? -last[4] : last[3]) / last[2];
+    const double from_end =
+        std::min(pressure - sides[axis].lower, sides[axis].upper - pressure) / corner;
+    on_end[axis] = std::clamp(1.0 - from_end, on_end[axis], 1.0);
+  }
+  for (const int axis : {0, 1}) {
+    const int edge = pressure_rows[foot] + 2 * axis + (rise[axis] > 0.0 ? 0 : 1);
+    const double most =
+        std::min(gains.most_tipped_reserve, 0.25 * (sides[axis].upper - sides[axis].lower));
+    cone.M(edge, 2) += on_end[1 - axis] * std::min(gains.tipped_reserve * lifted[axis], most);
+  }
 }
 
 // How fast a joint may go towards its limit, rad/s: so that it can brake, and near it as below.

@@ -30,8 +30,13 @@ struct WholeBodyWeights {
 struct WholeBodyGains {
   double posture = 100.0, posture_damping = 20.0;  ///< 1/s^2, 1/s
   double stance_damping = 50.0;  ///< 1/s, on what is left of a stance foot's twist
-  double limit_horizon = 0.05;   ///< s, time constant of the approach to a joint's limit
-  double limit_margin = 0.01;    ///< rad, kept from the limits
+  /// A sole that has tipped onto a corner is turned back: the wrench asked of it keeps its centre
+  /// of pressure off the edges that bear by so much of the heights to which the opposite ones were
+  /// lifted, at most by a largest distance (m). Heights below a threshold (m) are errors of the
+  /// estimate. 0: it may stay.
+  double tipped_reserve = 0.0, most_tipped_reserve = 0.01, tipped_threshold = 3e-4;
+  double limit_horizon = 0.05;  ///< s, time constant of the approach to a joint's limit
+  double limit_margin = 0.01;   ///< rad, kept from the limits
   /// Keeps joints below their largest speeds, less a fraction, and lets them brake in time for
   /// their limits: at this deceleration, rad/s^2.
   bool speed_limits = false;

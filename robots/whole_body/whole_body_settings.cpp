@@ -50,6 +50,10 @@ void declare_settings(Settings& s, WholeBodyControl& control) {
   s.number("whole_body.posture_damping", g.posture_damping, "1/s", "gain", at_least(0.0));
   s.number("whole_body.stance_damping", g.stance_damping, "1/s",
            "gain on what is left of a stance foot's twist", at_least(0.0));
+  s.number("whole_body.tipped_reserve", g.tipped_reserve, "",
+           "a sole that has tipped onto a corner keeps its centre of pressure off the edges that "
+           "bear by so much of what the opposite ones are lifted, up to 10 mm; 0: it may stay",
+           at_least(0.0));
   s.number("whole_body.clearance", g.clearance_margin, "m",
            "that limbs keep from each other, with self_collision", at_least(0.0));
   MomentumOptions& m = control.momentum;

@@ -429,9 +429,43 @@ TEST(Settings, EveryKeyIsStillThere) {
       "whole_body.angular_momentum whole_body.clearance whole_body.controller "
       "whole_body.linear_momentum "
       "whole_body.posture whole_body.posture_damping whole_body.posture_stiffness "
-      "whole_body.stance_damping whole_body.swing_foot whole_body.wrench");
+      "whole_body.stance_damping whole_body.swing_foot whole_body.tipped_reserve "
+      "whole_body.wrench");
   const std::vector<std::string> known{std::istream_iterator<std::string>(words), {}};
   EXPECT_EQ(keys, known);
+}
+
+// Presets and footing say who plans the steps, and what goes with it.
+TEST(Settings, WhoPlansTheSteps) {
+  struct Case {
+    std::vector<const char*> given;
+    StepPlannerChoice planner;
+    double shortest, tipped_reserve;
+  };
+  const Case cases[] = {
+      {{}, StepPlannerChoice::formula, 0.3, 0.0},
+      {{"plant=dart"}, StepPlannerChoice::ocp, 0.25, 10.0},
+      {{"plant=mujoco", "step.shortest=0.3"}, StepPlannerChoice::ocp, 0.3, 10.0},
+      {{"plant=dart", "preset=paper"}, StepPlannerChoice::formula, 0.3, 0.0},
+      {{"plant=dart", "step.planner=formula"}, StepPlannerChoice::formula, 0.3, 0.0},
+      {{"plant=dart", "stance=both"}, StepPlannerChoice::reactive, 0.3, 0.0}};
+  for (const Case& c : cases) {
+    Config config;
+    Settings settings;
+    declare_settings(settings, config);
+    std::vector<Assignment> given;
+    for (const char* argument : c.given) given.push_back(parse_set_argument(argument));
+    settings.apply(given);
+    EXPECT_EQ(config.step.planner, c.planner);
+    EXPECT_EQ(config.planning.shortest, c.shortest);
+    EXPECT_EQ(config.control.gains.tipped_reserve, c.tipped_reserve);
+  }
+  Config of_map;  // which varies the time of the formula's step
+  of_map.step_times_are_given = true;
+  Settings settings;
+  declare_settings(settings, of_map);
+  settings.apply(std::vector{parse_set_argument("plant=dart")});
+  EXPECT_EQ(of_map.step.planner, StepPlannerChoice::formula);
 }
 
 // Each with a part of the sentence, which names a key.

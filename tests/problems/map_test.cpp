@@ -235,7 +235,11 @@ TEST(PendulumBound, RefusesNonsense) {
 
 // ---- the command line ----
 
-MapRequest parse(const Words& words) { return parse_map_request(PushRecovery(), words); }
+MapRequest parse(const Words& words) {
+  Config config;
+  config.step_times_are_given = true;  // as the verb has it
+  return parse_map_request(PushRecovery(config), words);
+}
 
 TEST(MapCommandLine, Defaults) {
   const MapRequest request = parse({});

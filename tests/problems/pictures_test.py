@@ -101,12 +101,12 @@ class Pictures(unittest.TestCase):
     def test_a_run_on_the_whole_body(self):
         self.is_drawn(script("plot_run", path("body")))
         for name in ("com", "capture_point", "from_above", "forces", "measured_forces", "feet", "torques",
-                     "estimate"):
+                     "estimate", "step_plans"):
             self.is_picture("body", name + ".png")
         self.is_drawn(script("report", path("body")))
         with open(path("body", "report.html"), encoding="utf-8") as file:
             page = file.read()
-        self.assertEqual(page.count("<img"), 8)
+        self.assertEqual(page.count("<img"), 9)
         for text in ("Estimate against the truth", "Measured vertical force", "Slip of the left sole", "Largest tilt",
                      "Least distance of a joint from its limit", "Simulator"):
             self.assertIn(text, page)

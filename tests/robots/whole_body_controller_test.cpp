@@ -245,6 +245,40 @@ TEST_F(Controllers, MomentumControlBalancesAPush) {
                            {.impulse = 2.0}, [](const WholeBodyCommand&, double) {});
 }
 
+// Asked to stand on a corner of the edge about which it has tipped, the sole is turned back: the
+// centre of pressure of the wrench keeps off that edge. In its middle it may stay.
+TEST_F(Controllers, ASoleThatHasTippedOntoACornerIsTurnedBack) {
+  WholeBodyGains gains;
+  gains.tipped_reserve = 10.0;
+  const Bounds ends = left.foot.x;
+  for (const double tilt : {0.0, 0.004, -0.004, 0.03})  // rad, positive: the toe is lifted
+    for (const bool on_corner : {false, true}) {
+      const auto controller = make_inverse_dynamics_controller(robot, left, right, {}, gains);
+      WholeBodyState state = stand("left_stance");
+      model->update(state);
+      const Eigen::Isometry3d sole = model->sole(Side::left).pose;
+      const double edge = tilt < 0.0 ? ends.upper : ends.lower;
+      const Vec<double, 3> pivot = sole * Vec<double, 3>(edge, 0.0, 0.0);
+      state.base = Eigen::Translation3d(pivot) * Eigen::AngleAxisd(-tilt, sole.linear().col(1)) *
+                   Eigen::Translation3d(-pivot) * state.base;
+      WholeBodyTasks tasks = rest_tasks(state, false);
+      tasks.wrenches[3] = on_corner ? left.foot.y.lower * tasks.wrenches[2] : 0.0;
+      tasks.wrenches[4] = -edge * tasks.wrenches[2];
+      const Vec<double, 3> turning(tasks.wrenches[3], tasks.wrenches[4], 0.0);
+      tasks.torque = model->sole(Side::left).pose.linear() * turning;
+      controller->control(*model, state, tasks);  // that it stands on a corner it knows from this
+      const WholeBodyCommand& command = controller->control(*model, state, tasks);
+      EXPECT_EQ(command.status, QpStatus::optimal);
+      const double pressure = -command.wrenches[4] / command.wrenches[2];
+      const double lifted =
+          std::abs((ends.upper - ends.lower) * std::sin(tilt)) - gains.tipped_threshold;
+      const double reserve =
+          std::clamp(gains.tipped_reserve * lifted, 0.0, gains.most_tipped_reserve);
+      // To a tenth of a millimetre: the program's tolerance is 1e-6 in Nm, of 300 N.
+      EXPECT_NEAR(std::abs(pressure - edge), on_corner ? reserve : 0.0, 1e-4) << "tilt " << tilt;
+    }
+}
+
 // Every entry of the tasks at rest, but joints that run and limbs that close in.
 TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
   add_capsules(robot, *urdf, description);
