@@ -297,7 +297,7 @@ class Agreement:
     readme: str = STEP_PLANNING
     quick: bool = False
     timed: Tuple[str, ...] = ()
-    border = {0: 15, 45: 8, 90: 6, 135: 8, 180: 13, 225: 6, 270: 16, 315: 20}  # N s, the largest recovered in DART
+    border = {0: 17, 45: 8, 90: 6, 135: 8, 180: 13, 225: 14, 270: 16, 315: 20}  # N s, the largest recovered in DART
     engines = {"dart": "DART", "mujoco": "MuJoCo"}
 
     def runs(self):
