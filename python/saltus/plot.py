@@ -1,5 +1,5 @@
 """All pictures of a folder again, from its tables: of any run, of a legged robot's with report and replay, of the
-quadruped's runs and campaigns, of a survival map, of the quadruped.
+quadruped's runs and campaigns, of a survival map.
 
 Usage: python3 -m saltus.plot FOLDER
 """
@@ -34,9 +34,6 @@ def _drawers(folder):
     if "push_start_s" in _summary(folder):
         from .walking import plot_run, report
         return [plot_run.main, report.main]
-    if "campaign.csv" in names or {"trajectory.csv", "feet.csv"} <= set(names):
-        from . import plot_quadruped
-        return [plot_quadruped.main]
     if any(name.startswith("trajectory") and name.endswith(".csv") for name in names):
         from . import plot_trajectory
         return [plot_trajectory.main]
