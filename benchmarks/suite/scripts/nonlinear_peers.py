@@ -111,7 +111,7 @@ class CasadiIpopt(CasadiNlp):
 
 class CasadiIpoptCompiled(CasadiIpopt):
     name, is_compiled = "casadi-ipopt-compiled", True
-    about = "the same, functions as C compiled by gcc for the processor; the compiler's time is not counted"
+    about = "Ipopt with MUMPS of casadi's package, functions as C compiled by gcc for the processor; the compiler's time is not counted"
 
 
 class CasadiSqpmethod(CasadiNlp):

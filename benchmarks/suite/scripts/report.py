@@ -12,12 +12,12 @@ import table
 from task import OURS
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; max-width: 70rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 90rem; margin: 2rem auto; padding: 0 1rem; color: #222; }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 td, th { padding: .2rem .6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
 td:first-child, th:first-child { text-align: left; }
-.wide { overflow-x: auto; } .first { font-weight: 700; } .miss { color: #b00020; } .note { color: #555; }
+.wide { overflow-x: auto; margin-bottom: 1rem; } .first { font-weight: 700; } .miss { color: #b00020; } .note { color: #555; }
 svg { max-width: 100%; height: auto; }
 """
 COLOURS = ("#0b62a4", "#e07b00", "#2a8f3c", "#b3262e", "#7a4fa3", "#7b5a45", "#cf5fa8", "#6b6b6b",
@@ -26,6 +26,14 @@ COLOURS = ("#0b62a4", "#e07b00", "#2a8f3c", "#b3262e", "#7a4fa3", "#7b5a45", "#c
 
 def colour_of(names):
     return {name: COLOURS[i % len(COLOURS)] for i, name in enumerate(names)}
+
+
+def style_of(names, styles):
+    """By which solvers of the same colour are told apart."""
+    return {name: styles[i // len(COLOURS) % len(styles)] for i, name in enumerate(names)}
+
+
+LINES, MARKERS = ("-", "--", ":"), ("o", "^", "s")
 
 
 def picture(draw, width=8.0, height=4.2):
@@ -74,7 +82,7 @@ def performance_profile(cells, colours):
                 x += [factor, factor]
                 y += [i / len(instances), (i + 1) / len(instances)]
             axes.plot([*x, 1e4], [*y, y[-1]], color=colours[solver], label=solver,
-                      linewidth=2.4 if solver in OURS else 1.4)
+                      linestyle=style_of(colours, LINES)[solver], linewidth=2.4 if solver in OURS else 1.4)
         axes.set(xscale="log", xlim=(1.0, 1e3), ylim=(0.0, 1.02),
                  xlabel="time / time of the fastest on the same instance",
                  ylabel="share of the instances")
@@ -108,7 +116,7 @@ def time_against_horizon(records, cells, colours):
 
     def draw(axes):
         for solver, points in series.items():
-            axes.plot(*zip(*points), "o-", color=colours[solver], markersize=4,
+            axes.plot(*zip(*points), marker="o", linestyle=style_of(colours, LINES)[solver], color=colours[solver], markersize=4,
                       label=f"{solver}, N^{slope(points):.2f}",
                       linewidth=2.4 if solver in OURS else 1.4)
         axes.set(xscale="log", yscale="log", xlabel="intervals N", ylabel="us per solve, median")
@@ -132,7 +140,7 @@ def accuracy_against_time(cells, colours, accepted):
                         points.append((us, min(max(max(line["kkt"].values()), 1e-17), 1e3)))
             if points:
                 axes.scatter(*zip(*points), s=16, color=colours[solver], label=solver, alpha=0.6,
-                             linewidths=0)
+                             marker=style_of(colours, MARKERS)[solver], linewidths=0)
         axes.axhline(accepted, color="#222", linewidth=0.8)
         axes.annotate("accepted below", (0.01, accepted), xycoords=("axes fraction", "data"),
                       va="bottom", fontsize=8)
@@ -164,7 +172,7 @@ def latency_histogram(cells, colours):
         bins = [low * (1.001 * high / low) ** (i / 60) for i in range(61)]
         for solver, values in mine.items():
             axes.hist(values, bins, color=colours[solver], label=solver, alpha=0.75,
-                      histtype="stepfilled" if solver in OURS else "step")
+                      linestyle=style_of(colours, LINES)[solver], histtype="stepfilled" if solver in OURS else "step")
         axes.set(xscale="log", xlabel="us per solve", ylabel="solves")
         legend_beside(axes)
     return picture(draw), task
@@ -190,10 +198,11 @@ def mark_first(row, i):
     return ' class="miss"' if "missed" in row[i] else ""
 
 
-def ratio_rows(records, cells, names):
+def ratio_rows(tasks, cells, names):
     """Of every solver: its time over that of riccati, instance by instance."""
+    names = [n for n in names if any((task, n) in cells for task in tasks)]
     yield ["time / riccati's", *[n for n in names if n != "riccati"]]
-    for task in records.tasks:
+    for task in tasks:
         ours = cells.get((task, "riccati"), [])
         row = [task]
         for name in names:
@@ -209,9 +218,10 @@ def ratio_rows(records, cells, names):
             yield row
 
 
-def setup_rows(cells, names, records):
+def setup_rows(cells, names, tasks):
+    names = [n for n in names if any((task, n) in cells for task in tasks)]
     yield ["set-up, us, medians", *names]
-    for task in records.tasks:
+    for task in tasks:
         row = [task]
         for name in names:
             values = [line["times"]["setup_us"] for line in cells.get((task, name), [])
@@ -255,28 +265,36 @@ def notes(names, packages):
             yield f"<b>{peer.name}</b>{of}: {html.escape(peer.about)}."
 
 
+def counted(count, what):
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
 def write_report(records, path):
     cells = figures.by_cell(records)
     present = [s for s in table.solvers_of(records) if any(key[1] == s for key in cells)]
     colours = colour_of(present)
     head, matrix = records.head, records.head["matrix"]
     saltus = head["saltus"]
-    profile, count = performance_profile(cells, colours)
+    profiles = [(performance_profile({key: lines for key, lines in cells.items() if key[0] in tasks}, colours), tasks)
+                for tasks in table.groups(records)]
     parts = [f"""<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Benchmark suite</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>
 <h1>Solvers on optimal control problems</h1>
 <p>Saltus {saltus['version']} ({saltus['commit']}), {html.escape(saltus['compiler'])}, {saltus['type']}, -march={saltus['march']};
 {html.escape(head['machine']['processor'])}, {html.escape(head['machine']['system'])}.
-{matrix['instances']} instances of a problem at most, {matrix['repetitions']} repetitions in turns.
+At most {counted(matrix['instances'], 'instance')} of a problem, {counted(matrix['repetitions'], 'repetition')} in turns.
 An answer counts as solved if its KKT residual, recomputed from the problem, is at most {matrix['tolerance']:g}, whatever
 its solver says. Times are of the thread's processor or by the solver's own timer, whichever is less; set-up is apart.</p>""",
-             "<h2>Times</h2>", html_table(table.rows(records), mark_first),
+             "<h2>Times</h2>", *(html_table(table.rows(records, tasks), mark_first) for tasks in table.groups(records)),
              '<p class="note">Microseconds per solve; bold: the fastest of those that missed nothing.</p>']
     behind = list(not_first(records, cells))
     parts.append("<h2>Where Saltus is not first</h2>" + (
         "<ul>" + "".join(f"<li>{html.escape(line)}</li>" for line in behind) + "</ul>"
         if behind else "<p>Nowhere in this run.</p>"))
-    parts.append(f"<h2>Performance profile</h2><p>{count} instances that somebody solved.</p>{profile}")
+    parts.append("<h2>Performance profiles</h2>")
+    for (profile, count), tasks in profiles:
+        what = "nonlinear problems" if table.is_nonlinear(tasks[0]) else "quadratic programs"
+        parts.append(f"<p>{what.capitalize()}: {counted(count, 'instance')} that somebody solved.</p>{profile}")
     horizon = time_against_horizon(records, cells, colours)
     if horizon:
         parts.append("<h2>Time against horizon</h2><p>Step recovery, landing at stage 7; exponents of a fitted power."
@@ -286,9 +304,10 @@ its solver says. Times are of the thread's processor or by the solver's own time
     histogram, task = latency_histogram(cells, colours)
     if histogram:
         parts.append(f"<h2>Latency, {task}</h2>{histogram}")
-    parts.append("<h2>Pair by pair</h2>" + html_table(ratio_rows(records, cells, present))
+    parts.append("<h2>Pair by pair</h2>" + "".join(html_table(ratio_rows(tasks, cells, present)) for tasks in table.groups(records))
                  + '<p class="note">Median over the instances that both solved, and quartiles.</p>')
-    parts.append("<h2>Set-up</h2>" + html_table(setup_rows(cells, present, records)))
+    parts.append("<h2>Set-up</h2>" + "".join(
+        html_table(setup_rows(cells, present, tasks)) for tasks in table.groups(records)))
     parts.append("<h2>Failures by cause</h2>" + html_table(failure_rows(cells, present))
                  + '<p class="note">wrong: it says solved, the judge does not; gave up: it says so itself.</p>')
     parts.append("<h2>Solvers</h2><ul>" + "".join(

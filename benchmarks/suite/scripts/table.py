@@ -16,16 +16,27 @@ def cell_text(lines):
     return text + (f" ({missed} missed)" if missed else "")
 
 
-def rows(records):
+def is_nonlinear(task):
+    return task.startswith("library/")
+
+
+def groups(records):
+    """Tasks of quadratic programs and of nonlinear problems, which have other solvers; only what is there."""
+    both = [[t for t in records.tasks if is_nonlinear(t) == kind] for kind in (False, True)]
+    return [tasks for tasks in both if tasks]
+
+
+def rows(records, tasks):
     cells = figures.by_cell(records)
-    names = [s for s in solvers_of(records) if any(key[1] == s for key in cells)]
+    names = [s for s in solvers_of(records) if any((task, s) in cells for task in tasks)]
     yield ["us per solve, medians", *names]
-    for task in records.tasks:
+    for task in tasks:
         yield [task, *(cell_text(cells.get((task, name))) for name in names)]
 
 
 def write_text(records, out):
-    write_rows(rows(records), out)
+    for tasks in groups(records):
+        write_rows(rows(records, tasks), out)
 
 
 def write_rows(all_rows, out):
