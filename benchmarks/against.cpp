@@ -164,11 +164,8 @@ fs::path hpipm_library(const std::optional<fs::path>& given) {
   } catch (const InputError&) {  // no home: then there is none
   }
   for (const fs::path& folder : folders) {
-    if (!fs::is_directory(folder / "lib")) continue;
-    for (const fs::directory_entry& python : fs::directory_iterator(folder / "lib")) {
-      fs::path file = python.path() / "site-packages/acados/install/lib/libhpipm.so";
-      if (fs::exists(file)) return file;
-    }
+    fs::path file = folder / "acados/acados/install/lib/libhpipm.so";
+    if (fs::exists(file)) return file;
   }
   throw InputError(
       "there is no HPIPM: name its shared library by --library FILE, or install the package "

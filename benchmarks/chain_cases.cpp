@@ -19,7 +19,7 @@ std::vector<CaseResult> run(const Selection& selection) {
   static constexpr qp::RiccatiKernel kernels[] = {qp::riccati_kernel<nx, nu, nx>(),
                                                   qp::riccati_kernel<0, nu, nx>(),
                                                   qp::riccati_kernel<nx, 0, 0>()};
-  ChainProgram program(read_chain(data_file("hanging_chain.json")));
+  TrackingProgram program = chain_program(read_chain(data_file("hanging_chain.json")));
   // The steps of the SQP end far below the tolerance of the nonlinear program.
   RiccatiOptions options;
   options.tolerance = 0.1 * accepted_residual;

@@ -1,10 +1,9 @@
 #include "benchmarks/chain_sqp.hpp"
 
-#include <stdexcept>
+#include <utility>
 
 #include "benchmarks/measurement.hpp"
 #include "saltus/core/clock.hpp"
-#include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/model/make_function.hpp"
 
 namespace saltus::bench {
@@ -15,57 +14,26 @@ constexpr int most_steps = 30;
 
 }  // namespace
 
-ChainProgram::ChainProgram(const ChainData& data) : data_(data) {
-  std::vector<StageCapacity> capacity(intervals + 1, {nx, nu, {}});
-  capacity.back().nu = 0;
-  qp_ = StageQp(capacity);
-  qp_.start = data.start;
-  Vec<double, nx> weight = Vec<double, nx>::Constant(2.0);
-  weight.segment<3>(HangingChain::end).setConstant(2.0 * (HangingChain::between + 1));
-  for (int k = 0; k <= intervals; ++k) {
-    Stage& s = qp_.stages[k];
-    s.Q = weight.asDiagonal();
-    s.q = -weight.cwiseProduct(data.reference);
-    s.constant = 0.5 * data.reference.dot(weight.cwiseProduct(data.reference));
-    if (k == intervals) continue;
-    s.R = 2e-2 * MatrixXd::Identity(nu, nu);
-    s.u_lower.setConstant(-HangingChain::fastest);
-    s.u_upper.setConstant(HangingChain::fastest);
-  }
-  IntervalProblem interval;
-  interval.arguments = {nx, nu, 0};
-  interval.dynamics = make_function<nx, nu, 0>(HangingChain{});
-  integrator_ = runge_kutta4({.steps = HangingChain::substeps})->make(interval);
-  argument_ = VectorXd::Zero(integrator_->arguments().size());
-  argument_[integrator_->arguments().h()] = HangingChain::sample;
-  end_ = VectorXd::Zero(nx);
-  derivative_ = MatrixXd::Zero(nx, argument_.size());
+TrackingProgram chain_program(const ChainData& data) {
+  Tracking tracking{.nx = nx,
+                    .nu = nu,
+                    .intervals = intervals,
+                    .substeps = HangingChain::substeps,
+                    .sample = HangingChain::sample,
+                    .dynamics = make_function<nx, nu, 0>(HangingChain{})};
+  tracking.state_weight = VectorXd::Constant(nx, 2.0);
+  tracking.state_weight.segment<3>(HangingChain::end)
+      .setConstant(2.0 * (HangingChain::between + 1));
+  tracking.input_weight = VectorXd::Constant(nu, 2e-2);
+  tracking.input_upper = VectorXd::Constant(nu, HangingChain::fastest);
+  tracking.input_lower = -tracking.input_upper;
+  TrackingProgram program(std::move(tracking));
+  program.start_at(data.start);
+  for (int k = 0; k <= intervals; ++k) program.follow(k, data.reference);
+  return program;
 }
 
-StagePoint ChainProgram::reference_point() const {
-  StagePoint point(qp_);
-  for (StagePoint::AtStage& p : point.stages) p.x = data_.reference;
-  return point;
-}
-
-void ChainProgram::linearise(const StagePoint& about) {
-  for (int k = 0; k < intervals; ++k) {
-    const StagePoint::AtStage& p = about.stages[k];
-    Stage& s = qp_.stages[k];
-    argument_.head<nx>() = p.x;
-    argument_.segment<nu>(nx) = p.u;
-    if (integrator_->jacobian(argument_.data(), end_.data(), derivative_) !=
-        IntegrationStatus::success)
-      throw std::runtime_error("the hanging chain could not be integrated");
-    s.A = derivative_.leftCols<nx>();
-    s.B = derivative_.middleCols<nu>(nx);
-    s.b = end_;
-    s.b.noalias() -= s.A * p.x;
-    s.b.noalias() -= s.B * p.u;
-  }
-}
-
-ChainSolve solve_chain(ChainProgram& program, StageQpSolver& solver) {
+ChainSolve solve_chain(TrackingProgram& program, StageQpSolver& solver) {
   ChainSolve solve;
   StagePoint point = program.reference_point();
   while (true) {

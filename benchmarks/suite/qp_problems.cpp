@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <memory>
+#include <span>
+#include <utility>
 
 #include "benchmarks/data_file.hpp"
 #include "benchmarks/point_shift.hpp"
 #include "benchmarks/recorded_sequence.hpp"
 #include "benchmarks/step_recovery_batches.hpp"
+#include "benchmarks/suite/closed_loops.hpp"
 #include "benchmarks/suite/flat_qp.hpp"
 #include "benchmarks/suite/sized_kernels.hpp"
 #include "saltus/core/error.hpp"
@@ -74,6 +77,25 @@ QpProblem recorded_recovery() {
   return problem;
 }
 
+// Of tick k, about the plan of tick k - 1; so the warm start.
+QpProblem closed_loop(ClosedLoop loop, const std::string& about,
+                      std::span<const qp::RiccatiKernel> kernels) {
+  QpProblem problem{.name = loop.name,
+                    .about = about,
+                    .instances = loop.ticks,
+                    .horizon = loop.intervals,
+                    .has_warm_start = true,
+                    .kernels = kernels};
+  problem.instance = [loop](int number) {
+    ClosedLoop::Tick tick = loop.tick(number);
+    StagePoint guess(tick.qp);
+    QpInstance instance = in_stages(std::move(tick.qp), std::move(guess));
+    instance.warm = std::move(tick.warm);
+    return instance;
+  };
+  return problem;
+}
+
 }  // namespace
 
 std::vector<QpProblem> qp_problems() {
@@ -81,6 +103,10 @@ std::vector<QpProblem> qp_problems() {
   for (const Batch& batch : step_recovery_batches())
     if (batch.options.intervals < 1000) problems.push_back(recipe(batch));
   problems.push_back(recorded_recovery());
+  problems.push_back(
+      closed_loop(chain_loop(), "hanging chain in closed loop, linearised", chain_sizes()));
+  problems.push_back(
+      closed_loop(car_loop(), "car that changes lanes in closed loop, linearised", car_sizes()));
   return problems;
 }
 

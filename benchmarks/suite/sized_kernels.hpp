@@ -1,4 +1,4 @@
-// The kernels of fixed sizes for the step recovery, compiled once for the suite.
+// The kernels of fixed sizes for our own families of programs, compiled once for the suite.
 #pragma once
 
 #include <span>
@@ -9,6 +9,8 @@ struct RiccatiKernel;
 
 namespace saltus::bench {
 
-std::span<const qp::RiccatiKernel> sized_kernels();
+std::span<const qp::RiccatiKernel> sized_kernels();  ///< of the step recovery
+std::span<const qp::RiccatiKernel> chain_sizes();
+std::span<const qp::RiccatiKernel> car_sizes();
 
 }  // namespace saltus::bench

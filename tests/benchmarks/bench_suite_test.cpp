@@ -19,6 +19,7 @@
 #include "benchmarks/suite/flat_qp.hpp"
 #include "benchmarks/suite/nonlinear_problems.hpp"
 #include "benchmarks/suite/qp_file.hpp"
+#include "benchmarks/suite/qp_problems.hpp"
 #include "benchmarks/suite/shooting_steps.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
@@ -77,6 +78,33 @@ TEST(FlatQp, RefusesSoftRows) {
   StageQp qp = step_recovery_qp({3, 0}, nominal_start());
   qp.stages[1].groups[0].soft = true;
   EXPECT_THROW(flatten(qp), DefinitionError);
+}
+
+// The controller has work to do: sides bind (of the chain at first only), and the plan of the tick
+// before is a start that saves iterations.
+TEST(ClosedLoops, BindAtFirstAndAreSolvedColdAndWarm) {
+  for (const auto& [name, late] : {std::pair("steps/chain", 30), std::pair("steps/car", 80)}) {
+    const std::vector<QpProblem> problems = qp_problems();
+    const QpProblem& problem = find_problem(problems, name);
+    int cold = 0, warm = 0;
+    for (const int number : {1, late / 2, late}) {
+      const QpInstance instance = problem.instance(number);
+      const StageQp& qp = *instance.stages;
+      const auto solver = make_riccati_solver(qp, {}, problem.kernels);
+      StagePoint point = instance.guess, from_warm = *instance.warm;
+      const QpResult result = solver->solve(qp, point, /*warm=*/false);
+      cold += result.iterations;
+      warm += solver->solve(qp, from_warm, /*warm=*/true).iterations;
+      EXPECT_LE(kkt_residual(qp, point).largest(), 1e-8) << name << number;
+      EXPECT_LE(kkt_residual(qp, from_warm).largest(), 1e-8) << name << number;
+      double pushed = 0.0;
+      for (const StagePoint::AtStage& stage : point.stages)
+        if (stage.u_bound.size() > 0)
+          pushed = std::max(pushed, stage.u_bound.cwiseAbs().maxCoeff());
+      EXPECT_EQ(pushed > 1e-4, number == 1 || name == std::string("steps/car")) << name << number;
+    }
+    EXPECT_LT(warm, cold) << name;
+  }
 }
 
 TEST(QpFile, IsReadAsItWasWritten) {
