@@ -5,12 +5,14 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/mpc/shrinking_horizon.hpp"
+#include "saltus/qp/riccati_solver.hpp"
 #include "saltus/solver/solver_choice.hpp"
 
 namespace saltus {
@@ -29,6 +31,8 @@ struct RealTimeChoice {
   TickMethod method = TickMethod::step;         ///< Ipopt knows no steps: it always solves
   double tolerance = 1e-8;                      ///< of the quadratic model, or scaled KKT error
   int max_iterations = 0;                       ///< per tick; 0: the solver's own limit
+  /// See RealTimeIterationOptions::kernels; of no use elsewhere.
+  std::span<const qp::RiccatiKernel> kernels = {};
 };
 /// For the program of this transcription and no other. Throws DefinitionError when the program does
 /// not fit the solver.

@@ -95,7 +95,7 @@ class Iteration final : public RealTimeSolver {
     riccati.tolerance = asked.tolerance;
     riccati.max_iterations = asked.max_iterations;
     auto stages = std::make_unique<StageProgram>(*shooting, model_, [&](const StageQp& capacity) {
-      return make_riccati_solver(capacity, riccati);
+      return make_riccati_solver(capacity, riccati, options_.kernels);
     });
     stages_ = stages.get();
     qp_ = std::move(stages);

@@ -5,8 +5,10 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "saltus/mpc/real_time_solver.hpp"
+#include "saltus/qp/riccati_solver.hpp"
 #include "saltus/solver/qp_method.hpp"
 
 namespace saltus {
@@ -21,6 +23,9 @@ struct RealTimeIterationOptions {
   /// Empty: Riccati sweeps over the program's stages, which a shooting program fills directly, so
   /// that a measurement changes nothing but the start of the first one.
   QpMethod qp = {};
+  /// Sizes of stages that those sweeps know at compile time, see make_riccati_solver(); they must
+  /// outlive the solver.
+  std::span<const qp::RiccatiKernel> kernels = {};
 };
 
 /// For the program given and no other. After construction nothing allocates. Throws DefinitionError

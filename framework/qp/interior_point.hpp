@@ -170,9 +170,13 @@ class InteriorPoint {
       return true;
     }
     if (convergence_.has_best()) return false;
-    if (is_infeasible(system, point_.v, point_.y, point_.lambda, certificates_)) {
+    const auto prove = [&](const Iterate& multipliers) {
+      return may_prove(system, residuals_.at_point(), point_.s, multipliers) &&
+             is_infeasible(system, point_.v, multipliers.y, multipliers.lambda, certificates_);
+    };
+    if (prove(point_)) {
       status = QpStatus::infeasible;
-    } else if (is_infeasible(system, point_.v, step_.y, step_.lambda, certificates_)) {
+    } else if (prove(step_)) {
       status = QpStatus::infeasible;
       // Whoever asks why finds the certificate in the multipliers.
       std::copy_n(step_.y.data(), system.equalities(), point_.y.data());

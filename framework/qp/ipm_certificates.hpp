@@ -26,6 +26,24 @@ struct CertificateSpace {
 /// No point within this multiple of the iterate's size satisfies the rows: taken as infeasible.
 inline constexpr double certified_radius = 1e5;
 
+/// Whether these multipliers may pass is_infeasible() at all: what the residuals of the iterate,
+/// with slacks s, tell of lambda'beta - y'e seen from there. As a rule it is far below zero.
+template <class System>
+bool may_prove(System& system, const Residuals& r, const AlignedArray& s, const Iterate& of) {
+  constexpr double doubt = 1e-3;  // residuals may be those that steps let expect
+  Lanes value{}, size{};
+  const auto add = [&](const Lanes& term) {
+    value += term;
+    size += magnitude(term);
+  };
+  // The last vector of hard sides is whole: soft ones begin a vector of their own.
+  for (int i = 0; i < system.first_soft(); i += lanes)
+    add(-larger(load(&of.lambda[i]), Lanes{}) * load(system.active() + i) *
+        (load(&r.side[i]) + load(&s[i])));
+  for (int i = 0; i < system.equalities(); i += lanes) add(load(&of.y[i]) * load(&r.equality[i]));
+  return !(sum(value) <= -doubt * sum(size));
+}
+
 /// Farkas: multipliers lambda >= 0 and y with E'y - G'lambda = 0 and lambda'beta - y'e > 0. What
 /// is left of the first is weighed against the second over a ball of certified_radius about the
 /// iterate v. Soft sides can be missed, so they prove nothing. Negative multipliers are left out.

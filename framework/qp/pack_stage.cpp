@@ -35,6 +35,40 @@ bool rows_keep_to_parts(const Stage& s, int size) {
   return true;
 }
 
+// The last rows of the flow that are rows of the identity, one after the other, and between what
+// they hand on and the rest the longest run of columns that are zero, in whole vectors.
+void find_handed_on(SweepStage& w) {
+  const int n = w.nx + w.nu;
+  w.dense = w.next;
+  w.handed_on = n;
+  w.zero_begin = w.zero_end = 0;
+  for (; w.dense > 0; --w.dense) {
+    const double* row = w.flow_transposed + (w.dense - 1) * w.ld;
+    const double* entry = std::find_if(row, row + n, [](double a) { return a != 0.0; });
+    const int at = static_cast<int>(entry - row);
+    const bool follows = w.dense == w.next || at + 1 == w.handed_on;
+    if (at == n || *entry != 1.0 || !follows ||
+        std::any_of(entry + 1, row + n, [](double a) { return a != 0.0; }))
+      break;
+    w.handed_on = at;
+  }
+  if (w.dense == w.next) return;
+  const auto is_zero_column = [&](int j) {
+    const double* column = w.flow + j * w.ld_next;
+    return std::all_of(column, column + w.next, [](double a) { return a == 0.0; });
+  };
+  int begin = 0;
+  for (int j = 0; j <= n; ++j) {
+    if (j < n && is_zero_column(j)) continue;
+    const int from = padded(begin), to = j / lanes * lanes;
+    if (to - from > w.zero_end - w.zero_begin) {
+      w.zero_begin = from;
+      w.zero_end = to;
+    }
+    begin = j + 1;
+  }
+}
+
 // y = T_p^-T x, the inverses one below the other as in PackedStage.
 void to_common_inputs(const double* T_inverse, int part, int size, const double* x, double* y) {
   const int ld = padded(size);
@@ -156,6 +190,10 @@ void Packing::dynamics(int k) {
       w.flow = before.sweep.flow;
       w.flow_transposed = before.sweep.flow_transposed;
       w.flow_rows = before.sweep.flow_rows;
+      w.dense = before.sweep.dense;
+      w.handed_on = before.sweep.handed_on;
+      w.zero_begin = before.sweep.zero_begin;
+      w.zero_end = before.sweep.zero_end;
       return;
     }
   }
@@ -166,21 +204,22 @@ void Packing::dynamics(int k) {
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < next; ++i)
       Ft[j + i * w.ld] = F[i + j * w.ld_next] = j < states ? s.A(i, j) : s.B(i, j - states);
+  w.flow = F;
+  w.flow_transposed = Ft;
+  w.flow_rows = in_force;
+  find_handed_on(w);
   for (int j = 0; j < n; j += 4) {
     const auto is_zero_row = [&](int i) {
       for (int c = j; c < std::min(j + 4, n); ++c)
         if (F[i + c * w.ld_next] != 0.0) return false;
       return true;
     };
-    int begin = 0, end = next;
-    while (begin < next && is_zero_row(begin)) ++begin;
+    int begin = 0, end = w.dense;
+    while (begin < end && is_zero_row(begin)) ++begin;
     while (end > begin && is_zero_row(end - 1)) --end;
     in_force[j / 2] = begin;
     in_force[j / 2 + 1] = end;
   }
-  w.flow = F;
-  w.flow_transposed = Ft;
-  w.flow_rows = in_force;
 }
 
 void Packing::gradient(int k) {

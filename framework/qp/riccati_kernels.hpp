@@ -41,8 +41,13 @@ struct SweepStage {
   int ld_next = 0;                          ///< padded(next)
   const double* flow = nullptr;             ///< [A B], next x n, leading dimension ld_next
   const double* flow_transposed = nullptr;  ///< n x next, leading dimension ld
+  /// Rows of flow from this one on hand an entry of v on as it is, one after the other: previous
+  /// inputs that are states. `next` where there are none.
+  int dense = 0;
+  int handed_on = 0;                 ///< the first of these entries
+  int zero_begin = 0, zero_end = 0;  ///< in whole vectors: columns of flow that are zero
   const int* flow_rows =
-      nullptr;  ///< per four columns of flow, the rows that are not zero: from, to
+      nullptr;  ///< per four columns of flow, its dense rows that are not zero: from, to
   /// n x n, upper triangle: before factor() cost and barrier, after it P in the leading nx x nx
   /// (both triangles).
   double* M = nullptr;
@@ -152,6 +157,41 @@ SALTUS_INLINE void multiply_upper(int columns, int depth, const double* A, int l
                      step_j, from + j * ldo, out + j * ldo, ldo);
 }
 
+/// out = from + A B where rows and columns between `zero_begin` and `zero_end`, in whole strips and
+/// vectors, have zero products.
+SALTUS_INLINE void add_upper_without(int zero_begin, int zero_end, int columns, int depth,
+                                     const double* A, int lda, const double* B, int ldb,
+                                     const double* from, double* out, int ldo) {
+  const int first = zero_begin / lanes, last = zero_end / lanes;
+  const auto copied = [&](int begin, int end, int width) {
+    for (int c = 0; c < width; ++c)
+      for (int v = begin * lanes; v < end * lanes; v += lanes)
+        store(out + c * ldo + v, load(from + c * ldo + v));
+  };
+  for (int j = 0; j < columns; j += 4, B += 4 * ldb, from += 4 * ldo, out += 4 * ldo) {
+    const int width = columns - j < 4 ? columns - j : 4, vectors = padded(j + width) / lanes;
+    if (j >= zero_begin && j + width <= zero_end) {
+      copied(0, vectors, width);
+      continue;
+    }
+    const auto part = [&](int begin, int end) {
+      const int v = begin * lanes;
+      if (width == 4)
+        strip<Update::add, 4>(end - begin, depth, A + v, lda, B, 1, ldb, from + v, out + v, ldo);
+      else
+        last_strip<Update::add>(width, end - begin, depth, A + v, lda, B, 1, ldb, from + v, out + v,
+                                ldo);
+    };
+    if (vectors <= last || first == last) {
+      part(0, vectors);
+      continue;
+    }
+    part(0, first);
+    copied(first, last, width);
+    part(last, vectors);
+  }
+}
+
 // V vectors of y (+/-)= A x; two sums where one would wait for its own additions.
 template <Update update, int V>
 SALTUS_INLINE void vector_tile(int columns, const double* A, int lda, const double* x, double* y) {
@@ -190,6 +230,52 @@ SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int l
   if (vectors - v == 1) vector_tile<update, 1>(columns, A, lda, x, y);
 }
 
+// What RiccatiStage does with the flow where entries are handed on, apart, so that the rest stays
+// small.
+
+// to += from, entry by entry.
+SALTUS_INLINE void add_entries(int count, const double* from, double* to) {
+  int i = 0;
+  for (; i + lanes <= count; i += lanes)
+    store_loose(to + i, load_loose(to + i) + load_loose(from + i));
+  for (; i < count; ++i) to[i] += from[i];
+}
+
+// M = from + flow' P flow; in `work` the product of P with the dense rows of the flow.
+[[gnu::noinline]] inline void assemble_handing_on(SweepStage& s, int n, const double* from,
+                                                  const double* P, int ld_P, double* work) {
+  const int count = s.next - s.dense;
+  for (int i = 0; i < count; ++i) {
+    double* to = work + (s.handed_on + i) * s.ld_next;
+    for (int v = 0; v < s.ld_next; v += lanes)
+      store(to + v, load(to + v) + load(P + (s.dense + i) * ld_P + v));
+  }
+  add_upper_without(s.zero_begin, s.zero_end, n, s.dense, s.flow_transposed, s.ld, work, s.ld_next,
+                    from, s.M, s.ld);
+  for (int j = s.handed_on; j < n; ++j)
+    add_entries(j - s.handed_on < count ? j - s.handed_on + 1 : count,
+                work + s.dense + j * s.ld_next, s.M + s.handed_on + j * s.ld);
+}
+
+// out += flow v.
+[[gnu::noinline]] inline void add_flow_handing_on(const SweepStage& s, int n, const double* v,
+                                                  double* out) {
+  // Rows beyond the dense ones that share their last vector come with them.
+  const int rows = padded(s.dense);
+  multiply_vector<Update::add>(rows, s.zero_begin, s.flow, s.ld_next, v, out);
+  multiply_vector<Update::add>(rows, n - s.zero_end, s.flow + s.zero_end * s.ld_next, s.ld_next,
+                               v + s.zero_end, out);
+  if (s.next > rows) add_entries(s.next - rows, v + s.handed_on + rows - s.dense, out + rows);
+}
+
+// out (+)= flow' x.
+template <Update update>
+[[gnu::noinline]] void flow_transposed_handing_on(const SweepStage& s, int n, const double* x,
+                                                  double* out) {
+  multiply_vector<update>(n, s.dense, s.flow_transposed, s.ld, x, out);
+  add_entries(s.next - s.dense, x + s.dense, out + s.handed_on);
+}
+
 /// What the recursion does at one stage.
 template <int NX, int NU, int NN>
 struct RiccatiStage {
@@ -203,12 +289,40 @@ struct RiccatiStage {
     const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
     if (nn > 0) {
       multiply_within(nn, n, s.flow_rows, P, ld_P, s.flow, ld_next, work, ld_next);
-      multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, from, s.M, ld);
+      if (s.dense == nn)
+        multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, from, s.M, ld);
+      else
+        assemble_handing_on(s, n, from, P, ld_P, work);
     } else {
       for (int i = 0; i < ld * n; i += lanes) store(s.M + i, load(from + i));
     }
     for (int i = 0; i < nx; ++i) s.M[i * (ld + 1)] += on_states;
     for (int i = nx; i < n; ++i) s.M[i * (ld + 1)] += on_inputs;
+  }
+
+  // out += flow v.
+  static SALTUS_INLINE void add_flow(const SweepStage& s, const double* v, double* out) {
+    const Extent<NX> nx(s.nx);
+    const Extent<NU> nu(s.nu);
+    const Extent<NN> nn(s.next);
+    if (s.dense == nn)
+      multiply_vector<Update::add>(nn, nx + nu, s.flow, padded(nn), v, out);
+    else
+      add_flow_handing_on(s, nx + nu, v, out);
+  }
+
+  // out (+)= flow' x.
+  template <Update update>
+  static SALTUS_INLINE void flow_transposed_times(const SweepStage& s, const double* x,
+                                                  double* out) {
+    const Extent<NX> nx(s.nx);
+    const Extent<NU> nu(s.nu);
+    const Extent<NN> nn(s.next);
+    const int n = nx + nu;
+    if (s.dense == nn)
+      multiply_vector<update>(n, nn, s.flow_transposed, padded(n), x, out);
+    else
+      flow_transposed_handing_on<update>(s, n, x, out);
   }
 
   /// Eliminates the inputs from M. Pivots at or below `least_pivot` are replaced.
@@ -257,7 +371,7 @@ struct RiccatiStage {
     if (nn > 0) {
       for (int v = 0; v < padded(nn); v += lanes) store(work + v, load(p + v));
       multiply_vector<Update::add>(nn, nn, P, ld_P, gap, work);
-      multiply_vector<Update::add>(n, nn, s.flow_transposed, ld, work, s.p);
+      flow_transposed_times<Update::add>(s, work, s.p);
     }
     for (int j = nu - 1; j >= 0; --j) {
       const double h = s.p[nx + j];
@@ -306,7 +420,7 @@ struct RiccatiStage {
     for (int i = n; i < ld; ++i) v[i] = 0.0;
     if (nn == 0) return;
     for (int i = 0; i < ld_next; i += lanes) store(v_next + i, load(gap + i));
-    multiply_vector<Update::add>(nn, n, s.flow, ld_next, v, v_next);
+    add_flow(s, v, v_next);
     for (int i = nn; i < ld_next; ++i) v_next[i] = 0.0;
     for (int i = 0; i < ld_next; i += lanes) store(costate + i, load(p + i));
     multiply_vector<Update::add>(nn, nn, P, ld_P, v_next, costate);
@@ -328,10 +442,10 @@ struct RiccatiStage {
     multiply_vector<Update::add>(n, n, H, ld, v, gradient);
     for (int i = 0; i < nx && arriving != nullptr; ++i) gradient[i] -= arriving[i];
     if (nn == 0) return;
-    multiply_vector<Update::set>(n, nn, s.flow_transposed, ld, costate, force);
+    flow_transposed_times<Update::set>(s, costate, force);
     for (int i = 0; i < ld; i += lanes) store(gradient + i, load(gradient + i) + load(force + i));
     for (int i = 0; i < ld_next; i += lanes) store(gap + i, b != nullptr ? load(b + i) : Lanes{});
-    multiply_vector<Update::add>(nn, n, s.flow, ld_next, u, gap);
+    add_flow(s, u, gap);
     int i = 0;
     for (; i + lanes <= nn; i += lanes) store(gap + i, load(gap + i) - load(v_next + i));
     for (; i < nn; ++i) gap[i] -= v_next[i];

@@ -8,9 +8,18 @@
 #include "saltus/app/settings.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/any_real_time_solver.hpp"
+#include "saltus/qp/riccati_kernels.hpp"
 
 namespace saltus::walking {
 namespace {
+
+// Sizes of a tick's stages where changes of the wrenches cost: 9 states, the previous wrench of
+// every foot that bears, and its wrench. Others are swept at run-time sizes.
+constexpr qp::RiccatiKernel tick_kernels[] = {
+    qp::riccati_kernel<0, 6, 15>(),  qp::riccati_kernel<15, 6, 15>(),
+    qp::riccati_kernel<15, 6, 9>(),  qp::riccati_kernel<15, 12, 21>(),
+    qp::riccati_kernel<0, 12, 21>(), qp::riccati_kernel<21, 12, 21>(),
+    qp::riccati_kernel<21, 12, 9>(), qp::riccati_kernel<9, 0, 0>()};
 
 // Ticks that are denied their solve: runs of one to five, as often as the fraction asks.
 std::function<bool(long)> missed_ticks(const PlannerSettings& settings) {
@@ -73,9 +82,10 @@ RecedingHorizonController make_tick_controller(OptimalControlProblem problem, in
                                                Side stance) {
   MultipleShooting shooting(std::move(problem),
                             {.intervals_per_phase = intervals, .integrator = zero_order_hold()});
-  return make_controller(std::move(shooting),
-                         {.solver = settings.solver, .tolerance = settings.tolerance},
-                         controller_options(settings, mass, stance));
+  return make_controller(
+      std::move(shooting),
+      {.solver = settings.solver, .tolerance = settings.tolerance, .kernels = tick_kernels},
+      controller_options(settings, mass, stance));
 }
 
 }  // namespace saltus::walking

@@ -1,19 +1,24 @@
 // Solves the step recovery's programs with the structured solver, for compare_instructions.py to
 // count what that takes:
 //
-//     recipe_instructions kI=7|no-impact|kI=0|binding|run-time-sizes|warm
+//     recipe_instructions kI=7|no-impact|kI=0|binding|run-time-sizes|warm|one-foot|two-feet
 //
-// It prints the compiler, then how many solves and iterations there were.
+// The last two are ticks of push recovery: changes of the wrenches cost, so that the previous ones
+// are states, and capture points may leave the hull for a price. It prints the compiler, then how
+// many solves and iterations there were.
 #include <fmt/format.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "benchmarks/point_shift.hpp"
 #include "benchmarks/step_recovery_kernels.hpp"
 #include "benchmarks/step_recovery_qp.hpp"
+#include "saltus/core/random.hpp"
 
 namespace {
 
@@ -77,12 +82,92 @@ Count warm() {
   return count;
 }
 
+// With the cost weight/2 |u_k - u_(k-1)|^2, u_(k-1) as further states, and rows on states soft; the
+// input before the first one is `applied`.
+StageQp as_tick(const StageQp& plain, double weight, const VectorXd& applied) {
+  const int N = plain.intervals();
+  std::vector<StageCapacity> capacity;
+  for (int k = 0; k <= N; ++k) {
+    const Stage& s = plain.stages[k];
+    const int before = k > 0 ? plain.stages[k - 1].nu : 0;
+    StageCapacity& c = capacity.emplace_back(StageCapacity{s.nx + before, s.nu, {}});
+    for (const RowGroup& g : s.groups)
+      c.groups.push_back({g.rows, static_cast<int>(g.columns.size()), g.columns.back() < s.nx});
+  }
+  StageQp qp(capacity);
+  qp.start = plain.start;
+  for (int k = 0; k <= N; ++k) {
+    const Stage& from = plain.stages[k];
+    Stage& s = qp.stages[k];
+    const int nx = from.nx, nu = from.nu, before = s.nx - nx;
+    s.Q.topLeftCorner(nx, nx) = from.Q;
+    s.R = from.R;
+    s.q.head(nx) = from.q;
+    s.r = from.r;
+    s.constant = from.constant;
+    if (k < N) {
+      s.A.topLeftCorner(nx, nx) = from.A;
+      s.B.topRows(nx) = from.B;
+      s.b.head(nx) = from.b;
+      s.B.bottomRows(qp.stages[k + 1].nx - nx).leftCols(nu).setIdentity();
+      const int changed = k == 0 ? nu : before;
+      s.R.diagonal().head(changed).array() += weight;
+      if (k == 0) s.r -= weight * applied.head(nu);
+      if (k + 1 < N) s.R.diagonal().array() += weight;
+      if (before > 0) s.S.rightCols(before).diagonal().setConstant(-weight);
+    }
+    for (std::size_t j = 0; j < s.groups.size(); ++j) {
+      const RowGroup& group = from.groups[j];
+      RowGroup& g = s.groups[j];
+      const bool soft = g.soft;
+      g = group;
+      g.soft = soft;
+      g.l1 = VectorXd::Constant(g.rows, 100.0);
+      g.l2 = VectorXd::Constant(g.rows, 0.0);
+      for (int& column : g.columns) column += column < nx ? 0 : before;
+    }
+  }
+  return qp;
+}
+
+// A disturbed tick after another, warm, which the first one, cold, is counted with.
+Count ticks(const std::string& batch) {
+  constexpr double weight = 1.0;  // as heavy as push recovery's, in units of 100 N
+  const int landing = batch == "two-feet" ? 0 : intervals + 1;
+  CentroidalState start = nominal_start();
+  start.segment<3>(3) *= 0.5;
+  const auto at = [&](const VectorXd& applied) {
+    return as_tick(step_recovery_qp({intervals, landing}, start), weight, applied);
+  };
+  const StageQp plain = step_recovery_qp({intervals, landing}, start);
+  StagePoint guess = standing_guess(plain), shifted;
+  StageQp qp = at(guess.stages[0].u);
+  const auto solver = make_riccati_solver(qp, from_standing(), step_recovery_kernels);
+  StagePoint point(qp);
+  for (int k = 0; k < intervals; ++k) point.stages[k].u = guess.stages[k].u;
+  const StagePoint standing = point;
+  Random random(1);
+  Count count;
+  for (int tick = 0; tick < instances; ++tick) {
+    count.add(solver->solve(qp, point, /*warm=*/tick > 0), qp, point);
+    const VectorXd applied = point.stages[0].u;
+    start = point.stages[1].x.head<9>();
+    for (int i = 0; i < 9; ++i) start[i] += random.uniform(-1.0, 1.0) * (i < 3 ? 1e-4 : 1e-3);
+    const StageQp before = std::exchange(qp, at(applied));
+    shifted = point;
+    shift_by_one_stage(before, point, qp, standing, shifted);
+    std::swap(point, shifted);
+  }
+  return count;
+}
+
 }  // namespace
 
 int main(int arguments, char** argument) {
   if (arguments != 2) return EXIT_FAILURE;
   const std::string batch = argument[1];
-  const Count count = batch == "warm" ? warm() : cold(batch);
+  const bool is_tick = batch == "one-foot" || batch == "two-feet";
+  const Count count = batch == "warm" ? warm() : is_tick ? ticks(batch) : cold(batch);
   fmt::print("gcc {}\n{} solves, {} iterations\n", __GNUC__, count.solves, count.iterations);
   return count.failed ? EXIT_FAILURE : EXIT_SUCCESS;
 }

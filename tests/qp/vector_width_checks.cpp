@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "saltus/qp/packed_qp.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 #include "tests/support/random_qp.hpp"
@@ -31,6 +33,57 @@ WidthReport solve_random_programs(int programs, bool fixed_sizes) {
         std::max(report.worst_residual,
                  kkt_residual(random.qp, point).largest() / multiplier_scale(random.optimum));
     if (result.status == QpStatus::optimal) continue;
+    if (report.failed++ == 0) report.first_failed = seed;
+  }
+  return report;
+}
+
+namespace {
+
+// The inputs follow what they were with the cost 1/2 |u - w|^2, and are bounded.
+StageQp with_previous_inputs(int seed) {
+  constexpr int intervals = 4;
+  Random random(seed);
+  const int own = 1 + seed % 11, nu = 1 + seed % 7;
+  std::vector<StageCapacity> capacity;
+  for (int k = 0; k <= intervals; ++k)
+    capacity.push_back({own + (k > 0 ? nu : 0), k < intervals ? nu : 0, {}});
+  StageQp qp(capacity);
+  qp.fixed_start = seed % 3 > 0;
+  qp.start = random.vector(own);
+  for (Stage& s : qp.stages) {
+    s.Q.diagonal().setOnes();
+    s.q = random.vector(s.nx);
+    if (s.nu == 0) continue;
+    s.A.topLeftCorner(own, own) = random.matrix(own, own);
+    s.B.topRows(own) = random.matrix(own, nu);
+    s.B.bottomRows(nu).setIdentity();
+    s.R.diagonal().setConstant(2.0);
+    s.r = random.vector(nu);
+    if (s.nx > own) s.S.rightCols(nu).diagonal().setConstant(-1.0);
+    s.u_lower.setConstant(-0.3);
+    s.u_upper.setConstant(0.3);
+  }
+  return qp;
+}
+
+}  // namespace
+
+WidthReport solve_with_previous_inputs(int programs) {
+  WidthReport report{qp::lanes};
+  for (int seed = 1; seed <= programs; ++seed) {
+    const StageQp program = with_previous_inputs(seed);
+    ++report.programs;
+    qp::PackedQp packed(program, {});
+    bool good = packed.pack(program);
+    for (int k = 1; k + 1 < static_cast<int>(program.stages.size()); ++k) {
+      const qp::SweepStage& s = packed.stages[k].sweep;
+      good = good && s.dense < s.next && s.zero_end >= s.zero_begin;
+    }
+    StagePoint point(program);
+    const QpResult result = make_riccati_solver(program)->solve(program, point, /*warm=*/false);
+    report.worst_residual = std::max(report.worst_residual, kkt_residual(program, point).largest());
+    if (good && result.status == QpStatus::optimal) continue;
     if (report.failed++ == 0) report.first_failed = seed;
   }
   return report;

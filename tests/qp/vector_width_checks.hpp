@@ -13,6 +13,9 @@ struct WidthReport {
 /// Random programs with known optima, with sizes known at run time and to the compiler.
 WidthReport solve_random_programs(int programs, bool fixed_sizes);
 
+/// Random programs whose states hold the previous inputs, sizes from 1 on.
+WidthReport solve_with_previous_inputs(int programs);
+
 /// Largest deviation from entry-wise sums of products of the kernels with `lanes` at a time.
 double worst_product_error();
 

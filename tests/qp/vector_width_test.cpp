@@ -41,6 +41,10 @@ TEST_F(VectorWidth, SolvesThemWithSizesKnownToTheCompiler) {
   expect_solved(solve_random_programs(100, /*fixed_sizes=*/true));
 }
 
+TEST_F(VectorWidth, SolvesProgramsWithPreviousInputsAsStates) {
+  expect_solved(solve_with_previous_inputs(200));
+}
+
 TEST_F(VectorWidth, KernelsMultiply) { EXPECT_LT(worst_product_error(), 1e-14); }
 
 }  // namespace
