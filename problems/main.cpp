@@ -14,8 +14,8 @@
 #include "saltus/robots/report/scripts.hpp"
 
 int main(int argc, char** argv) {
-  std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(), saltus::quadruped::entry(),
-                                             saltus::sway::entry()};
+  std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(),
+                                             saltus::quadruped::entry(), saltus::sway::entry()};
   for (saltus::ProblemEntry& entry : problems) entry.kind = "closed loop";
   for (saltus::ProblemEntry& entry : saltus::library_problems())
     problems.push_back(std::move(entry));

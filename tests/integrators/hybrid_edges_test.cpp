@@ -353,7 +353,7 @@ TEST_P(HybridSecondOrder, WithAModeThatIsRemembered) {
   // In the middle; and behind the threshold of "cold", whose event then happens at once.
   for (const double start : {0.9, 0.3}) {
     const VectorXd w = vec({start, 0.0, 1.1, 0.2, 2.6});  // x0, p, t0, h
-    EXPECT_EQ(end_of(*integrator, w)[1], 1.0);  // on, off and on again, or at once on
+    EXPECT_EQ(end_of(*integrator, w)[1], 1.0);            // on, off and on again, or at once on
     expect_hessian_matches(*integrator, w, vec({0.7, -1.3}), second_difference);
   }
 }
