@@ -179,14 +179,16 @@ class StepMap:
         return 1
 
     def shape(self):
-        return ["free to choose", *(title for title, *_ in self.columns)], len(self.variants)
+        return ["free to choose", *(title for title, *_ in self.columns), "area on two feet"], len(self.variants)
 
     def make(self, programs):
         table, picture = programs.drawn("step_map", "plot_step_map")
         programs.pictures[self.picture] = picture
-        rows = {row["direction"]: row for row in rows_of(*os.path.split(table))}
+        rows, on_two_feet = ({row["direction"]: row for row in rows_of(*os.path.split(made))}
+                             for made in (table, programs.beside("step_map", "both")))
         return markdown(self.shape()[0], [
-            [word, *(text.format(float(rows[direction][variant])) for _, direction, text in self.columns)]
+            [word, *(text.format(float(rows[direction][variant])) for _, direction, text in self.columns),
+             f"{float(on_two_feet['area'][variant]):.0f}"]
             for variant, word in self.variants.items()])
 
 

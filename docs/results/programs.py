@@ -118,13 +118,14 @@ class Programs:
         self._add_version(os.path.join(out, "made_by"))
         return out
 
-    def beside(self, name):
+    def beside(self, name, *arguments):
         """What a program of benchmarks/ prints, as a file."""
-        program, table = os.path.join(os.path.dirname(self.program), name), os.path.join(self.folder, name + ".csv")
+        program = os.path.join(os.path.dirname(self.program), name)
+        table = os.path.join(self.folder, "_".join([name, *arguments]) + ".csv")
         if not os.path.exists(table):
             if not os.path.exists(program):
                 raise NotHere(f"the program {name} is not built (a target of the build)")
-            printed = call([program], good=(0,)).stdout
+            printed = call([program, *arguments], good=(0,)).stdout
             with open(table, "w", encoding="utf-8") as file:
                 file.write(printed)
             self._note_version(table + ".made_by", is_kept=False)
