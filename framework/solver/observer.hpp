@@ -31,7 +31,8 @@ struct SolveObserver {
   /// Asked after each iteration; true: the solve ends with what there is, as `interrupted`.
   std::function<bool()> should_stop = {};
 
-  bool wants_stop() const { return should_stop && should_stop(); }  ///< asks, if it may
+  /// Asks, if there is whom to ask.
+  bool wants_stop() const { return should_stop && should_stop(); }
 };
 
 /// The same of a program whose cost was divided by `factor`.
