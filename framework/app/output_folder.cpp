@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <climits>
+#include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
@@ -21,6 +25,19 @@ constexpr const char* longest_file_name = ".latency_by_provenance.json.4194304.p
 // Unique to this process, so that two runs into one folder do not share a temporary file.
 fs::path temporary_beside(const fs::path& file) {
   return file.parent_path() / fmt::format(".{}.{}.part", file.filename().string(), ::getpid());
+}
+
+// What processes that were killed left of files they had begun.
+void remove_orphans(const fs::path& folder) {
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with('.') || !name.ends_with(".part")) continue;
+    const fs::path number = entry.path().stem().extension();  // .NAME.PROCESS.part
+    const int process = std::atoi(number.c_str() + (number.empty() ? 0 : 1));
+    const bool is_over = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
+    if (is_over) fs::remove(entry.path(), error);
+  }
 }
 
 // The folder itself, or the nearest of its parents that exists.
@@ -59,6 +76,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   const bool writable = std::ofstream(probe).put('\n').flush().good();
   fs::remove(probe, error);
   if (!writable) refuse("is not writable");
+  remove_orphans(path_);
 }
 
 void OutputFolder::write(std::string_view name, std::string_view content) const {
@@ -67,12 +85,13 @@ void OutputFolder::write(std::string_view name, std::string_view content) const 
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
   std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
+  errno = 0;
   stream.write(content.data(), static_cast<std::streamsize>(content.size()));
   stream.close();
-  if (stream.good()) {
-    fs::rename(temporary, file, error);
-    if (!error) return;
-  }
+  if (!stream.good())
+    error = {errno, std::generic_category()};
+  else if (fs::rename(temporary, file, error); !error)
+    return;
   std::error_code ignored;
   fs::remove(temporary, ignored);
   throw InputError(fmt::format("cannot write '{}'{}", file.string(),

@@ -3,6 +3,9 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -36,6 +39,9 @@ void write_all(int file, std::string_view text) {
 
 // The whole life of a child.
 [[noreturn]] void serve(int pipe, const std::function<std::string()>& work) {
+#ifdef __linux__
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a parent that is killed takes its children along
+#endif
   // An interrupt from the keyboard goes to the whole group; the parent decides what it means.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_DFL);

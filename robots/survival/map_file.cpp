@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <sstream>
+#include <thread>
 
 #include "saltus/app/output_folder.hpp"
 #include "saltus/core/error.hpp"
@@ -86,7 +88,13 @@ MapFile::MapFile(const fs::path& folder, const std::string& settings) : path_(fo
   file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (file_ < 0)
     throw InputError(fmt::format("cannot write '{}': {}", path_.string(), std::strerror(errno)));
-  if (::flock(file_, LOCK_EX | LOCK_NB) != 0) {
+  // The children of a process that was killed end a moment later.
+  bool is_ours = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
+  for (int tries = 0; !is_ours && tries < 10; ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    is_ours = ::flock(file_, LOCK_EX | LOCK_NB) == 0;
+  }
+  if (!is_ours) {
     ::close(file_);
     throw InputError(fmt::format("another process is at work on '{}'", path_.string()));
   }
