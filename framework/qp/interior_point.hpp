@@ -45,6 +45,7 @@ class InteriorPoint {
   /// What breaks down numerically is tried once more from the other kind of start.
   QpResult solve(System& system, const QpOptions& options, WallClock::time_point deadline,
                  bool warm) {
+    newton_.reset();  // not between the two attempts: lifts that the first has come to are kept
     const QpResult first = attempt(system, options, deadline, warm);
     if (first.status != QpStatus::numerical_failure) return first;
     constexpr double far_from_the_sides = 1.0;
@@ -123,7 +124,6 @@ class InteriorPoint {
     last_step_ = 1.0;
     system.expect_convex(options.convex);
     inertia_.reset(options.convex);
-    newton_.reset();
     residuals_.reset(system);
     convergence_.reset(options.tolerance);
   }

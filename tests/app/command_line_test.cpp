@@ -33,13 +33,13 @@ TEST(RunRequest, all_forms_of_flags) {
   const RunRequest request =
       parse_run_request(Words{"--plant", "dart", "push_recovery", "--config=a.yaml", "--set",
                               "push.impulse=-8", "--set=stepping=false", "--push.start=-1",
-                              "--step.duration", "-2", "--quiet", "--out", "dir"});
+                              "--step.duration", "-2", "--brisk", "--out", "dir"});
   EXPECT_EQ(request.problem, "push_recovery");
   EXPECT_EQ(request.config_file, "a.yaml");
   EXPECT_EQ(request.out, "dir");
   EXPECT_FALSE(request.help);
   ASSERT_EQ(request.assignments.size(), 6u);
-  const Words keys{"plant", "push.impulse", "stepping", "push.start", "step.duration", "quiet"};
+  const Words keys{"plant", "push.impulse", "stepping", "push.start", "step.duration", "brisk"};
   const Words values{"dart", "-8", "false", "-1", "-2"};
   for (std::size_t i = 0; i < keys.size(); ++i) {
     EXPECT_EQ(request.assignments[i].key, keys[i]);
@@ -53,7 +53,7 @@ TEST(RunRequest, all_forms_of_flags) {
 TEST(RunRequest, what_belongs_together_stays_together) {
   // The word after an unknown flag is its value, the flag after one is not.
   const RunRequest request =
-      parse_run_request(Words{"--quiet", "--out", "dir", "hopper", "--height=-0.5", "--list",
+      parse_run_request(Words{"--brisk", "--out", "dir", "hopper", "--height=-0.5", "--list",
                               "[1, 2]", "--set", "a=b=c", "--name"});
   EXPECT_EQ(request.problem, "hopper");
   ASSERT_EQ(request.assignments.size(), 5u);
