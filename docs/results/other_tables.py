@@ -389,7 +389,7 @@ OTHER_TABLES = {
     "step_map": StepMap("What each freedom of the planner of steps wins on the pendulum",
                         "problems/push_recovery/step_map.png"),
     "freedoms": Freedoms("What each freedom of the step wins in DART: the largest push recovered, preset robot, the left foot"),
-    "engines": Agreement("Pushes at the border of what is recovered, in DART and in MuJoCo"),
+    "borders": Agreement("Pushes at the border of what is recovered, in DART and in MuJoCo"),
     "random_minutes": RandomPushes("A minute with ten random pushes of 3 to 8 N s, in DART"),
     "humanoids": Humanoids("Humanoids that nobody described, by `saltus robot new` alone, preset robot"),
 }
