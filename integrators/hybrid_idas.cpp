@@ -111,8 +111,7 @@ class ModesMemory {
   }
 
   static IntegrationStatus status_of(int code) { return sundials::status_of_ida(code); }
-  static constexpr int to_the_end = sundials::IdasMemory::to_the_end,
-                       one_step = sundials::IdasMemory::one_step;
+  static constexpr int one_step = sundials::IdasMemory::one_step;
 
  private:
   int most_algebraic() const {

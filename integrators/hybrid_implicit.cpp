@@ -1,90 +1,36 @@
 // The flow of one mode by an implicit Runge-Kutta scheme on the fixed grid of the interval.
 //
-// As for explicit schemes (hybrid_runge_kutta.cpp) dense output is the scheme itself, restarted
-// with a part of the step: y(s) = Phi(y_n, s_n, L), L = s - s_n, as accurate as the step, stable
-// however long, and exact to differentiate. With e_i = s_n + c_i L, at fixed s, dL = -ds_n,
-// de_i = (1 - c_i) ds_n and M_ij = I delta_ij - L a_ij F_Xj:
+// Dense output as restarted_stepper.hpp has it: y(s) = Phi(y_n, s_n, L), L = s - s_n, stable
+// however long. With e_i = s_n + c_i L, at fixed s, dL = -ds_n, de_i = (1 - c_i) ds_n and
+// M_ij = I delta_ij - L a_ij F_Xj:
 //   sum_j M_ij dX_j = dx_n + sum_j a_ij (L (F_theta,j dtheta + F_s,j de_j) + F_j dL),
 // and the slope dPhi/dL has sum_j M_ij X'_j = sum_j a_ij (F_j + L c_j F_s,j).
 #include <algorithm>
-#include <limits>
 #include <utility>
 #include <vector>
 
 #include "saltus/integrators/hybrid_schemes.hpp"
 #include "saltus/integrators/implicit_stages.hpp"
+#include "saltus/integrators/restarted_stepper.hpp"
 
 namespace saltus {
 namespace {
 
-class ImplicitStepper final : public FlowStepper {
+class ImplicitStepper final : public RestartedStepper {
  public:
   ImplicitStepper(const IntervalProblem& problem, ButcherTableau tableau, int steps,
                   const IntervalField& any_field, int entries)
-      : steps_(steps),
-        nx_(any_field.states()),
-        ny_(any_field.outputs()),
-        nd_(any_field.directions()),
+      : RestartedStepper(steps, any_field.states(), any_field.outputs(), any_field.directions()),
         solver_(std::move(tableau), problem.nominal_state, nx_, ny_),
         step_(solver_.count(), any_field, entries),
-        y_(ny_),
-        end_(ny_),
         explicit_(ny_),
-        start_slope_(nd_),
-        sensitivity_(ny_, nd_),
-        next_sensitivity_(ny_, nd_),
         right_(solver_.count() * nx_, nd_ + 1),
         zero_(RowMajorMatrix::Zero(nx_, nd_)),
         rates_(solver_.count(), RowMajorMatrix(ny_, nd_ + 1)),
         rate_sensitivity_(ny_, nd_) {}
 
-  void load(const double*) override {}
-
-  IntegrationStatus begin(const IntervalField& field, double s, const double* y,
-                          const RowMajorMatrix* sensitivity, const double* start_slope) override {
-    field_ = &field;
-    start_ = reached_ = s;
-    std::copy_n(y, ny_, y_.begin());
-    end_ = y_;
-    with_sensitivity_ = sensitivity != nullptr;
-    if (!with_sensitivity_) return IntegrationStatus::success;
-    sensitivity_ = *sensitivity;
-    std::copy_n(start_slope, nd_, start_slope_.begin());
-    return IntegrationStatus::success;
-  }
-
-  IntegrationStatus step() override {
-    if (reached_ > start_) {
-      if (with_sensitivity_) {
-        const IntegrationStatus status = propagate(reached_, next_sensitivity_, nullptr);
-        if (status != IntegrationStatus::success) return status;
-        std::swap(sensitivity_, next_sensitivity_);
-        std::fill(start_slope_.begin(), start_slope_.end(), 0.0);
-      }
-      y_ = end_;
-      start_ = reached_;
-    }
-    reached_ = next_grid_point(start_, steps_);
-    return advance(reached_, end_.data());
-  }
-
-  double step_start() const override { return start_; }
-  double step_end() const override { return reached_; }
-
-  void state_at(double s, double* y) override {
-    if (advance(s, y) != IntegrationStatus::success)
-      std::fill_n(y, ny_, std::numeric_limits<double>::quiet_NaN());
-  }
-
-  IntegrationStatus sensitivity_at(double s, RowMajorMatrix& sensitivity, double* slope) override {
-    return propagate(s, sensitivity, slope);
-  }
-
-  int parts_per_step() const override { return 4; }
-  bool restarts_freely() const override { return true; }
-
  private:
-  IntegrationStatus advance(double s, double* y) {
+  IntegrationStatus advance(double s, double* y) override {
     const double length = s - start_;
     std::copy(y_.begin(), y_.end(), y);
     if (length == 0.0) return IntegrationStatus::success;
@@ -93,14 +39,13 @@ class ImplicitStepper final : public FlowStepper {
     for (int i = 0; i < solver_.count(); ++i)
       for (int r = 0; r < nx_; ++r)
         y[r] += solver_.end_weights()[i] * (solver_.state(i)[r] - y_[r]);
-    if (ny_ > nx_) {
-      solver_.evaluate_rates(*field_, start_, length, step_);
-      for (int i = 0; i < solver_.count(); ++i) {
-        const double b = length * field_->length() * solver_.tableau().b[i];
-        for (int r = nx_; r < ny_; ++r) y[r] += b * step_.stages[i].phi[r];
-      }
+    if (ny_ == nx_) return IntegrationStatus::success;
+    solver_.evaluate_rates(*field_, start_, length, step_);
+    for (int i = 0; i < solver_.count(); ++i) {
+      const double b = length * field_->length() * solver_.tableau().b[i];
+      for (int r = nx_; r < ny_; ++r) y[r] += b * step_.stages[i].phi[r];
     }
-    return all_finite(y, ny_) ? IntegrationStatus::success : IntegrationStatus::not_finite;
+    return IntegrationStatus::success;
   }
 
   // What moves the rate of a stage besides its state: in all directions, and with L in the last
@@ -121,8 +66,7 @@ class ImplicitStepper final : public FlowStepper {
     }
   }
 
-  // The derivative of y(s) at fixed s, and with `slope` also dy/ds.
-  IntegrationStatus propagate(double s, RowMajorMatrix& result, double* slope) {
+  IntegrationStatus propagate(double s, RowMajorMatrix& result, double* slope) override {
     const double length = s - start_;
     const ButcherTableau& tableau = solver_.tableau();
     IntegrationStatus status = solver_.find(*field_, start_, length, y_.data(), step_);
@@ -174,14 +118,9 @@ class ImplicitStepper final : public FlowStepper {
     }
   }
 
-  int steps_, nx_, ny_, nd_;
   StageSolver solver_;
   ImplicitStep step_;
-  const IntervalField* field_ = nullptr;
-  double start_ = 0.0, reached_ = 0.0;  // of the last step
-  bool with_sensitivity_ = false;
-  std::vector<double> y_, end_, explicit_, start_slope_;
-  RowMajorMatrix sensitivity_, next_sensitivity_;
+  std::vector<double> explicit_;
   RowMajorMatrix right_;  // stages one below the other; the last column along L
   RowMajorMatrix zero_;
   std::vector<RowMajorMatrix> rates_;

@@ -1,8 +1,7 @@
 // The flow of one mode by an explicit Runge-Kutta scheme on the fixed grid of the interval.
 //
-// Dense output is the scheme itself, restarted with a part of the step: y(s) = Phi(y_n, s_n, L),
-// L = s - s_n, as accurate as the step and exact to differentiate. Behind an event s_n moves with
-// w, and so does L. With e_i = s_n + c_i L, at fixed s, dL = -ds_n and de_i = (1 - c_i) ds_n:
+// Dense output as restarted_stepper.hpp has it: y(s) = Phi(y_n, s_n, L), L = s - s_n.
+// With e_i = s_n + c_i L, at fixed s, dL = -ds_n and de_i = (1 - c_i) ds_n:
 //   dX_i = dx_n + sum_j a_ij (L dF_j + F_j dL),   dF_i = F_x dX_i + F_w + F_s de_i,
 // and the slope B = dPhi/dL has dX_i = sum_j a_ij (F_j + L dF_j), dF_i = F_x dX_i + c_i F_s.
 // These are the derivatives of the discrete map, event times included.
@@ -10,20 +9,18 @@
 #include <utility>
 
 #include "saltus/integrators/hybrid_schemes.hpp"
+#include "saltus/integrators/restarted_stepper.hpp"
 
 namespace saltus {
 namespace {
 
-class RungeKuttaStepper final : public FlowStepper {
+class RungeKuttaStepper final : public RestartedStepper {
  public:
   RungeKuttaStepper(const IntervalProblem& problem, ButcherTableau tableau, int steps,
                     int directions, int entries)
-      : tableau_(std::move(tableau)),
-        steps_(steps),
-        nx_(problem.arguments.nx),
-        ny_(problem.arguments.nx + problem.nq()),
-        y_(ny_),
-        end_(ny_),
+      : RestartedStepper(steps, problem.arguments.nx, problem.arguments.nx + problem.nq(),
+                         directions),
+        tableau_(std::move(tableau)),
         stage_(ny_),
         rates_(ny_ * tableau_.stages()),
         explicit_(ny_),
@@ -32,53 +29,15 @@ class RungeKuttaStepper final : public FlowStepper {
         z_(problem.arguments.size()),
         phi_(ny_),
         entries_(entries),
-        start_slope_(directions),
-        sensitivity_(ny_, directions),
-        next_sensitivity_(ny_, directions),
         stage_sensitivity_(nx_, directions),
         rate_sensitivity_(tableau_.stages(), RowMajorMatrix(ny_, directions)) {}
 
-  void load(const double*) override {}
-
-  IntegrationStatus begin(const IntervalField& field, double s, const double* y,
-                          const RowMajorMatrix* sensitivity, const double* start_slope) override {
-    field_ = &field;
-    start_ = reached_ = s;
-    std::copy_n(y, ny_, y_.begin());
-    end_ = y_;
-    with_sensitivity_ = sensitivity != nullptr;
-    if (!with_sensitivity_) return IntegrationStatus::success;
-    sensitivity_ = *sensitivity;
-    std::copy_n(start_slope, start_slope_.size(), start_slope_.begin());
-    moving_ =
-        std::any_of(start_slope_.begin(), start_slope_.end(), [](double v) { return v != 0; });
-    return IntegrationStatus::success;
-  }
-
-  IntegrationStatus step() override {
-    if (reached_ > start_) {
-      if (with_sensitivity_) {
-        propagate(reached_, next_sensitivity_, nullptr);
-        std::swap(sensitivity_, next_sensitivity_);
-        moving_ = false;
-      }
-      y_ = end_;
-      start_ = reached_;
-    }
-    reached_ = next_grid_point(start_, steps_);
-    state_at(reached_, end_.data());
-    return all_finite(end_.data(), ny_) ? IntegrationStatus::success
-                                        : IntegrationStatus::not_finite;
-  }
-
-  double step_start() const override { return start_; }
-  double step_end() const override { return reached_; }
-
-  void state_at(double s, double* y) override {
+ private:
+  IntegrationStatus advance(double s, double* y) override {
     const double length = s - start_;
     if (length == 0.0) {
       std::copy(y_.begin(), y_.end(), y);
-      return;
+      return IntegrationStatus::success;
     }
     const double h = field_->length();
     for (int i = 0; i < tableau_.stages(); ++i) {
@@ -92,19 +51,9 @@ class RungeKuttaStepper final : public FlowStepper {
       const double b = tableau_.b[i] * length;
       for (int r = 0; r < ny_; ++r) y[r] += b * rate(i)[r];
     }
+    return IntegrationStatus::success;
   }
 
-  IntegrationStatus sensitivity_at(double s, RowMajorMatrix& sensitivity, double* slope) override {
-    propagate(s, sensitivity, slope);
-    return all_finite(sensitivity.data(), static_cast<int>(sensitivity.size()))
-               ? IntegrationStatus::success
-               : IntegrationStatus::not_finite;
-  }
-
-  int parts_per_step() const override { return 4; }
-  bool restarts_freely() const override { return true; }
-
- private:
   double* rate(int stage) { return rates_.data() + stage * ny_; }
   double* slope_rate(int stage) { return slope_rates_.data() + stage * ny_; }
 
@@ -117,10 +66,8 @@ class RungeKuttaStepper final : public FlowStepper {
     }
   }
 
-  // The derivative of y(s) at fixed s, and with `slope` also dy/ds.
-  void propagate(double s, RowMajorMatrix& result, double* slope) {
+  IntegrationStatus propagate(double s, RowMajorMatrix& result, double* slope) override {
     const double length = s - start_, h = field_->length();
-    const int n = static_cast<int>(start_slope_.size());
     for (int i = 0; i < tableau_.stages(); ++i) {
       const double c = tableau_.c[i], at = start_ + c * length;
       stage_state(i, length);
@@ -133,7 +80,7 @@ class RungeKuttaStepper final : public FlowStepper {
       for (int r = 0; r < ny_; ++r) rate(i)[r] = h * phi_[r];
       if (moving_)
         for (int r = 0; r < ny_; ++r)
-          for (int d = 0; d < n; ++d)
+          for (int d = 0; d < nd_; ++d)
             rate_sensitivity_[i](r, d) += explicit_[r] * (1.0 - c) * start_slope_[d];
       if (slope == nullptr) continue;
       // Direction 0 is a state: no other argument moves with it.
@@ -147,39 +94,38 @@ class RungeKuttaStepper final : public FlowStepper {
       const double b = tableau_.b[i];
       if (b == 0.0) continue;
       for (int r = 0; r < ny_; ++r) {
-        for (int d = 0; d < n; ++d) result(r, d) += b * length * rate_sensitivity_[i](r, d);
+        for (int d = 0; d < nd_; ++d) result(r, d) += b * length * rate_sensitivity_[i](r, d);
         if (moving_)
-          for (int d = 0; d < n; ++d) result(r, d) -= b * rate(i)[r] * start_slope_[d];
+          for (int d = 0; d < nd_; ++d) result(r, d) -= b * rate(i)[r] * start_slope_[d];
         if (slope != nullptr) slope[r] += b * (rate(i)[r] + length * slope_rate(i)[r]);
       }
     }
+    return all_finite(result.data(), static_cast<int>(result.size()))
+               ? IntegrationStatus::success
+               : IntegrationStatus::not_finite;
   }
 
   void stage_sensitivities(int i, double length) {
-    const int n = static_cast<int>(start_slope_.size());
-    std::copy_n(sensitivity_.data(), nx_ * n, stage_sensitivity_.data());
+    std::copy_n(sensitivity_.data(), nx_ * nd_, stage_sensitivity_.data());
     std::fill(slope_stage_.begin(), slope_stage_.end(), 0.0);
     for (int j = 0; j < i; ++j) {
       const double a = tableau_.a(i, j);
       if (a == 0.0) continue;
       for (int r = 0; r < nx_; ++r) {
-        for (int d = 0; d < n; ++d)
+        for (int d = 0; d < nd_; ++d)
           stage_sensitivity_(r, d) += a * length * rate_sensitivity_[j](r, d);
         if (moving_)
-          for (int d = 0; d < n; ++d) stage_sensitivity_(r, d) -= a * rate(j)[r] * start_slope_[d];
+          for (int d = 0; d < nd_; ++d)
+            stage_sensitivity_(r, d) -= a * rate(j)[r] * start_slope_[d];
         slope_stage_[r] += a * (rate(j)[r] + length * slope_rate(j)[r]);
       }
     }
   }
 
   ButcherTableau tableau_;
-  int steps_, nx_, ny_;
-  const IntervalField* field_ = nullptr;
-  double start_ = 0.0, reached_ = 0.0;  // of the last step
-  bool with_sensitivity_ = false, moving_ = false;
-  std::vector<double> y_, end_, stage_, rates_, explicit_, slope_rates_, slope_stage_;
-  std::vector<double> z_, phi_, entries_, start_slope_;
-  RowMajorMatrix sensitivity_, next_sensitivity_, stage_sensitivity_;
+  std::vector<double> stage_, rates_, explicit_, slope_rates_, slope_stage_;
+  std::vector<double> z_, phi_, entries_;
+  RowMajorMatrix stage_sensitivity_;
   std::vector<RowMajorMatrix> rate_sensitivity_;
 };
 

@@ -74,18 +74,11 @@ TEST(Cvodes, Robertson) {  // D02
 }
 
 TEST(Cvodes, RobertsonSensitivities) {  // D02
-  Mat<double, 3, 3> expected;
-  expected << -0.355952565984, 9.54238142759e-8, -1.58317663551e-11,  //
-      3.90254405381e-4, -2.13096103022e-10, -5.29004109321e-13,       //
-      0.355562311578, -9.52107181728e-8, 1.63607704645e-11;
   for (const auto order : {CvodesSensitivity::staggered, CvodesSensitivity::simultaneous}) {
     const auto integrator =
         cvodes({.tolerance = 1e-12, .absolute_tolerance = 1e-13, .sensitivity = order})
             ->make(robertson());
-    const MatrixXd derivative = jacobian_of(*integrator, robertson_point(0.4));
-    for (int i = 0; i < 3; ++i)
-      for (int k = 0; k < 3; ++k)
-        EXPECT_LE(relative_error(derivative(i, 3 + k), expected(i, k)), 1e-8) << i << " " << k;
+    expect_robertson_sensitivities(*integrator);
   }
 }
 

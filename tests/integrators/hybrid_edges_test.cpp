@@ -78,6 +78,22 @@ TEST_P(HybridEdges, StartOnAGuard) {
   EXPECT_NE(rests.message.find("t = 0 s"), std::string::npos) << rests.message;
 }
 
+// What is at rest is judged against gravity, in whatever unit lengths are.
+TEST_P(HybridEdges, WhetherARestIsOneDoesNotHangOnUnits) {
+  for (const double unit : {1e-6, 1.0, 1e6}) {
+    IntervalProblem ball = bouncing_ball();
+    ball.nominal_state = VectorXd::Constant(2, unit);
+    const VectorXd p = vec({9.81 * unit, 0.8}), times = vec({0.0, 0.01});
+    const auto status = [&](double speed) {
+      return run(ball, vec({0.0, speed * unit}), times, p).status;
+    };
+    // Of the size of gravity, 1e-11 is nothing and 1e-2 is not; a square root of rounding parts
+    // them.
+    EXPECT_EQ(status(1e-10), IntegrationStatus::ambiguous_start) << unit;
+    EXPECT_EQ(status(0.1), IntegrationStatus::success) << unit;
+  }
+}
+
 TEST_P(HybridEdges, StartBehindAGuard) {
   const VectorXd p = vec({9.81, 0.8});
   // A shooting node just behind the jump of its predecessor: on its way back, and no second jump.

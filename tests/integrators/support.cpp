@@ -1,5 +1,6 @@
 #include "tests/integrators/support.hpp"
 
+#include "problems/library/initial_value_problems.hpp"
 #include "saltus/model/make_function.hpp"
 
 namespace saltus::test {
@@ -181,6 +182,17 @@ void expect_hessian_matches(Integrator& integrator, const VectorXd& w, const Vec
                                                                  << given << "\ndifferences\n"
                                                                  << expected;
   EXPECT_EQ((given - given.transpose()).cwiseAbs().maxCoeff(), 0.0);
+}
+
+void expect_robertson_sensitivities(Integrator& integrator) {
+  Mat<double, 3, 3> expected;
+  expected << -0.355952565984, 9.54238142759e-8, -1.58317663551e-11,  //
+      3.90254405381e-4, -2.13096103022e-10, -5.29004109321e-13,       //
+      0.355562311578, -9.52107181728e-8, 1.63607704645e-11;
+  const MatrixXd derivative = jacobian_of(integrator, library::robertson_point(0.4));
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k)
+      EXPECT_LE(relative_error(derivative(i, 3 + k), expected(i, k)), 1e-8) << i << " " << k;
 }
 
 double relative_error(double value, double reference) {

@@ -54,6 +54,9 @@ void expect_jacobian_matches(Integrator& integrator, const VectorXd& w, double t
 void expect_hessian_matches(Integrator& integrator, const VectorXd& w, const VectorXd& weights,
                             double tolerance);
 
+/// What D02 gives at 0.4 s, to the rates of its three reactions, where robertson() is integrated.
+void expect_robertson_sensitivities(Integrator& integrator);
+
 double relative_error(double value, double reference);
 
 }  // namespace saltus::test

@@ -11,6 +11,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/point_mass.hpp"
 #include "tests/support/walking_problem.hpp"
 
 namespace saltus {
@@ -107,20 +108,13 @@ TEST_P(LiveScheduleLoop, AnyEditIsPlannedWarmAsIfBuiltAnewAndWithoutAllocation) 
 
 // --- a gate that opens when it likes ------------------------------------------------------------
 
-struct Mass {
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
-
 Schedule gate_schedule() {
   return Schedule({"closed", "open", "closed"}, {{"opens", 0.55}, {"closes", 1.05}}).reserve(3);
 }
 
 // Up to 1 N while the gate is closed, up to 3 N while it is open.
 MultipleShooting gate(const Schedule& schedule) {
-  Phase<2, 1> phase{"gate", Mass{}, exactly(1.0)};
+  Phase<2, 1> phase{"gate", Cart{}, exactly(1.0)};
   phase.bound_input(0, between(-1.0, 1.0), during("closed"))
       .bound_input(0, between(-3.0, 3.0), during("open"))
       .track(

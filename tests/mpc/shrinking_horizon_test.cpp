@@ -14,18 +14,15 @@
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "tests/support/count_allocations.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
-struct Cart {  // x = (position m, speed m/s), u = acceleration m/s^2
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
-const auto position = [](const auto&, const auto& x) { return x[0]; };
-const auto speed = [](const auto&, const auto& x) { return x[1]; };
+using testing_support::Cart;
+using testing_support::position;
+using testing_support::speed;
+
 const auto force = [](const auto&, const auto&, const auto& u) { return u; };
 
 // From rest to rest over 1 m within `duration`, by way of a point at 0.3 m.

@@ -2,20 +2,16 @@
 #include <gtest/gtest.h>
 
 #include "saltus/ocp/phase.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
-struct Block {
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
+using testing_support::Cart;
 
 // gcc 12 with AVX-512 made [1, 1] of both (framework/cmake/SaltusTarget.cmake).
 TEST(Bounds, EachRowKeepsItsOwn) {
-  Phase<2, 1> phase{"block", Block{}, exactly(1.0)};
+  Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
   phase.reach("end", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)})
       .begin_with(
           "start", [](auto, auto x) { return x[0]; }, exactly(2.0));

@@ -16,19 +16,15 @@
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/qp/sparse_solver.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
+using testing_support::Cart;
+
 constexpr double step = 0.1;  // s
 constexpr int intervals = 8;
-
-struct DoubleIntegrator {
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
 
 // Costs summed at the nodes: a discrete linear-quadratic regulator of `intervals` steps.
 const Vec<double, 2> state_weight{4.0, 0.5}, end_weight{10.0, 2.0};
@@ -37,7 +33,7 @@ const Vec<double, 1> input_weight{0.3};
 OptimalControlProblem regulator() {
   const auto state = [](const auto&, const auto& x) { return x; };
   const auto input = [](const auto&, const auto&, const auto& u) { return u; };
-  Phase<2, 1> phase{"regulate", DoubleIntegrator{}, exactly(step * intervals)};
+  Phase<2, 1> phase{"regulate", Cart{}, exactly(step * intervals)};
   phase.track("state", state, state_weight)
       .track("input", input, input_weight)
       .track_at_end("end", state, end_weight);
@@ -99,8 +95,7 @@ TEST(ClosedLoop, LinearQuadraticControlIsTheDiscreteClosedLoop) {
 
 TEST(ClosedLoop, AFeedbackLawIsTheDiscreteClosedLoop) {
   const SampledRegulator known;
-  IntegratorPlant plant =
-      make_plant<2, 1>(DoubleIntegrator{}, zero_order_hold(), VectorXd{{1.0, -0.5}});
+  IntegratorPlant plant = make_plant<2, 1>(Cart{}, zero_order_hold(), VectorXd{{1.0, -0.5}});
   const LoopLog log =
       simulate_closed_loop([&](double, const VectorRef& x, VectorOut u) { u = -known.K * x; },
                            plant, {.duration = 2.0, .period = step});
@@ -377,7 +372,7 @@ TEST(ClosedLoop, AModelThatThrowsLeavesTheFallback) {
 TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
   OptimalControlProblem ocp = regulator();
   const auto position = [](const auto&, const auto& x) { return x[0]; };
-  Phase<2, 1> phase{"stop in time", DoubleIntegrator{}, exactly(step * intervals)};
+  Phase<2, 1> phase{"stop in time", Cart{}, exactly(step * intervals)};
   phase.bound_input(0, between(-1.0, 1.0))
       .keep("wall", position, at_most(2.0), Window{.from = step})
       .minimise("effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
@@ -387,8 +382,7 @@ TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
   options.fallback_input = VectorXd{{-1.0}};
   RecedingHorizonController controller = controller_for(wall, options);
   // At 3 m, 1 m beyond the wall, and no input brings it back within a step.
-  IntegratorPlant plant =
-      make_plant<2, 1>(DoubleIntegrator{}, zero_order_hold(), VectorXd{{3.0, 0.0}});
+  IntegratorPlant plant = make_plant<2, 1>(Cart{}, zero_order_hold(), VectorXd{{3.0, 0.0}});
   const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 3.0, .plan_every = 1});
   ASSERT_TRUE(log.completed);
   ASSERT_EQ(log.ticks[0].provenance, Provenance::fallback);

@@ -10,21 +10,12 @@
 #include "saltus/mpc/real_time_solver.hpp"
 #include "saltus/simulation/closed_loop.hpp"
 #include "saltus/solver/sqp.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
-constexpr double gravity = 9.81;  // m/s^2
-
-struct Ball {  // x = (height m, speed m/s), u = thrust m/s^2
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0] - gravity};
-  }
-};
-const auto height = [](const auto&, const auto& x) { return x[0]; };
-const auto speed = [](const auto&, const auto& x) { return x[1]; };
-const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+using namespace testing_support;
 
 // Falls until it touches the ground, loses a fifth of its speed, and rises for some time.
 OptimalControlProblem bounce(bool with_ceiling = false) {
@@ -140,13 +131,6 @@ TEST(ShrinkingLoop, ABallThatIsDisturbedIsCaughtAllTheSame) {
   EXPECT_LT(undisturbed.ticks.size(), 22u);
   EXPECT_GT(plant.cost(), other.cost());  // what the disturbance costs
 }
-
-struct Cart {  // x = (position m, speed m/s), u = acceleration m/s^2
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
 
 // One metre from rest to rest in the least time, 2 s: full throttle, full brake.
 OptimalControlProblem dash() {

@@ -7,19 +7,12 @@
 #include "saltus/solver/any_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
 using namespace testing_support;
-
-struct Cart {  // x' = v, v' = u
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
-const auto position = [](const auto&, const auto& x) { return x[0]; };
 
 Solution attempt(const OptimalControlProblem& ocp, const IpoptOptions& options = {}) {
   MultipleShooting shooting(ocp, ten);

@@ -11,6 +11,7 @@
 #include "tests/solver/small_programs.hpp"
 #include "tests/support/dense_qp_solver.hpp"
 #include "tests/support/event_problems.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
@@ -146,14 +147,6 @@ TEST(Sqp, WarmStartAtTheSolutionNeedsNoStep) {
   ASSERT_TRUE(cold.ok());
   EXPECT_EQ(solve(shooting, *solver, cold.point).iterations, 0);
 }
-
-struct Cart {  // x' = v, v' = u
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
-const auto position = [](const auto&, const auto& x) { return x[0]; };
 
 // At most 2 can be reached; linear-quadratic if the duration is fixed.
 OptimalControlProblem too_far(Bounds duration) {

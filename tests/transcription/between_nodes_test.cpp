@@ -7,25 +7,18 @@
 
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
-struct Block {  // x = (height m, speed m/s), u = force per mass
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
-const auto height = [](const auto&, const auto& x) { return x[0]; };
-const auto speed = [](const auto&, const auto& x) { return x[1]; };
-const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+using namespace testing_support;
 
 // Bryson and Denham's block as one phase: from the ground back to the ground in one second under a
 // ceiling at l, with the least effort 1/2 int u^2. For l <= 1/6 it slides along the ceiling and
 // J = 4 / (9 l); for 1/6 <= l <= 1/4 it touches it at t = 1/2 and J = 2 + 6 (1 - 4 l)^2.
 Phase<2, 1> block() {
-  Phase<2, 1> phase{"block", Block{}, exactly(1.0)};
+  Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
   phase.inputs(InputParametrisation::piecewise_linear_continuous)
       .minimise("effort", effort)
       .reach("ground", height, exactly(0.0))
@@ -123,7 +116,7 @@ TEST(Refinement, SaysWhatWasReached) {
 
 // Two phases, one of which needs it.
 TEST(Refinement, OnlyWhereItIsNeeded) {
-  Phase<2, 1> phase = block(), after{"after", Block{}, exactly(0.5)};
+  Phase<2, 1> phase = block(), after{"after", Cart{}, exactly(0.5)};
   phase.keep("ceiling", height, at_most(0.2));
   after.minimise("effort", effort).keep("low", height, at_most(5.0));
   OptimalControlProblem ocp = bryson_denham(phase);

@@ -9,15 +9,17 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/support/point_mass.hpp"
 #include "tests/support/program_derivatives.hpp"
 
 namespace saltus {
 namespace {
 
+using testing_support::Ball;
+using testing_support::gravity;
+
 using testing_support::derivative_errors;
 using testing_support::perturbed;
-
-constexpr double gravity = 9.81;  // m/s^2
 
 struct Forced {  // x'' = -x + cos(2 t) + u
   template <class S>
@@ -79,13 +81,6 @@ TEST(Closing, ByAnAffineMapTakesTheLeastEffort) {
   EXPECT_NEAR(x0[0], 0.6 - x1[0], 1e-9);
   EXPECT_NEAR(x0[1], -x1[1], 1e-9);
 }
-
-struct Ball {  // x = (height m, speed m/s), u = lift m/s^2
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0] - gravity};
-  }
-};
 
 // A ball that hops for ever, with restitution e = 0.8. A hop of T that begins with speed a costs,
 // with k = 1 + 1/e,  (g T)^2/2 - k g T a + (2 k^2 - 6 k + 6) a^2  divided by T; the best a is

@@ -8,21 +8,12 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
-constexpr double gravity = 9.81;  // m/s^2
-
-struct Ball {  // x = (height m, speed m/s), u = lift m/s^2
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0] - gravity};
-  }
-};
-const auto height = [](const auto&, const auto& x) { return x[0]; };
-const auto speed = [](const auto&, const auto& x) { return x[1]; };
-const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+using namespace testing_support;
 
 Phase<2, 1> flight(const std::string& name) {
   Phase<2, 1> phase{name, Ball{}, between(0.05, 2.0)};

@@ -8,19 +8,12 @@
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "tests/support/point_mass.hpp"
 
 namespace saltus {
 namespace {
 
-struct Cart {  // x = (position m, speed m/s), u = acceleration m/s^2
-  template <class S>
-  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
-    return {x[1], u[0]};
-  }
-};
-const auto position = [](const auto&, const auto& x) { return x[0]; };
-const auto speed = [](const auto&, const auto& x) { return x[1]; };
-const auto effort = [](const auto&, const auto&, const auto& u) { return 0.5 * u[0] * u[0]; };
+using namespace testing_support;
 
 OptimalControlProblem cart(Bounds duration, Window window = {},
                            InputParametrisation inputs = InputParametrisation::piecewise_constant) {
