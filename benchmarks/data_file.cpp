@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-
 #include "saltus/app/data_file.hpp"
+#include "saltus/app/json_text.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/file_content.hpp"
 
 namespace saltus::bench {
 
@@ -14,9 +14,9 @@ std::filesystem::path data_file(const std::string& name) {
 }
 
 nlohmann::json read_json(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw InputError(fmt::format("cannot read '{}'", file.string()));
-  nlohmann::json value = nlohmann::json::parse(stream, nullptr, /*allow_exceptions=*/false);
+  const std::string text = file_content(file);
+  refuse_deep_json(text, file.string());
+  nlohmann::json value = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (value.is_discarded()) throw InputError(fmt::format("'{}' is not JSON", file.string()));
   return value;
 }

@@ -25,6 +25,7 @@ inline std::vector<Batch> step_recovery_batches() {
           {.name = "recipe/N=60", .options = {60, 7}},
           {.name = "recipe/N=150", .options = {150, 7}},
           {.name = "recipe/N=1500", .options = {1500, 7}, .fewer = 50},
+          {.name = "recipe/kI=0,N=1500", .options = {1500, 0}, .fewer = 50},
           {.name = "recipe/binding", .options = {15, 7}, .push = binding_push}};
 }
 

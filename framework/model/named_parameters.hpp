@@ -59,14 +59,16 @@ struct MemberOf<T Block::*> {
 };
 
 // The compiler's own name of a member, so that no string can disagree with it: the text reads
-// "... member = &Road<double>::slope; ..." (gcc) or "... member = &Road<double>::slope]" (clang).
+// "... member = &Road<double>::slope; ..." (gcc) or "... member = &Road<double>::slope]" (clang),
+// which writes (anonymous namespace) where gcc writes {anonymous}.
 template <auto member>
 struct MemberName {
   static constexpr auto get() {
     std::string_view text = __PRETTY_FUNCTION__;
     text = text.substr(text.find("member = ") + 9);
-    text = text.substr(0, text.find_first_of(";])"));
-    return text.substr(text.rfind("::") + 2);
+    text = text.substr(0, text.find_first_of(";]"));
+    text = text.substr(text.rfind("::") + 2);
+    return text.substr(0, text.find(')'));
   }
 };
 

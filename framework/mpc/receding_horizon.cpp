@@ -253,7 +253,10 @@ void RecedingHorizonController::solve(const VectorRef& state, WallClock::time_po
   shooting_->start_at(now_, state);
   WallClock::time_point deadline = seconds_after(begin, options_.deadline);
   if (options_.miss_deadline && options_.miss_deadline(ticks_)) deadline = begin;
-  point_ = begins_anew_ ? initial_ : guess_;
+  // Of a linear-quadratic program the guess is a start and nothing else.
+  const bool as_it_was = has_plan_ && failures_ == 0 && nlp.is_linear_quadratic() &&
+                         shift_.is_same_horizon(shooting_->program(), plan_.w);
+  point_ = begins_anew_ ? initial_ : as_it_was ? plan_ : guess_;
   const bool warm = has_plan_ && has_multipliers_ && !begins_anew_;
   const TickResult r = solver_->feedback(nlp, point_, warm, deadline);
   const bool is_whole = point_.w.size() == nlp.variables() && point_.w.allFinite() &&

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "saltus/qp/ipm_active_set.hpp"
 #include "saltus/qp/ipm_certificates.hpp"
 #include "saltus/qp/ipm_convergence.hpp"
 #include "saltus/qp/ipm_corrector.hpp"
@@ -23,9 +24,11 @@ namespace saltus::qp {
 template <KktSystem System>
 class InteriorPoint {
  public:
-  /// Largest sizes of the systems to be solved, padding included. Nothing allocates later.
-  InteriorPoint(int variables, int equalities, int sides)
-      : point_(variables, equalities, sides),
+  /// Largest sizes of the systems to be solved, padding included. Nothing allocates later. Of
+  /// `active_set_rounds` see ipm_active_set.hpp: warm starts of convex programs try so many first.
+  InteriorPoint(int variables, int equalities, int sides, int active_set_rounds = 0)
+      : active_set_rounds_(active_set_rounds),
+        point_(variables, equalities, sides),
         step_(variables, equalities, sides),
         other_(variables, equalities, sides),
         target_(sides),
@@ -36,6 +39,7 @@ class InteriorPoint {
         row_size_(sides),
         gradient_(variables),
         equality_(equalities),
+        active_set_(variables, equalities, sides),
         certificates_(variables, equalities, sides) {}
 
   /// The start is read from it (with `warm`, v, y and lambda; otherwise v), and the last iterate
@@ -65,15 +69,16 @@ class InteriorPoint {
     QpResult result;
     result.status = QpStatus::numerical_failure;
     restart(system, options);
-    if (warm && starts_at_optimum(system)) {
+    if (warm && (starts_at_optimum(system) || ends_by_active_set(system, options, deadline))) {
       result.status = QpStatus::optimal;
+      result.iterations = rounds_;
       result.residual = residuals_.at_point().largest;
       result.violation = residuals_.at_point().feasibility;
       return result;
     }
     if (!begin(system, options, warm)) return result;
     for (int iteration = 0;; ++iteration) {
-      result.iterations = iteration;
+      result.iterations = rounds_ + iteration;
       convergence_.weigh_multipliers(system, point_);
       residuals_.follow(system, point_, last_step_, convergence_.acceptable());
       const Residuals& r = residuals_.at_point();
@@ -84,7 +89,7 @@ class InteriorPoint {
       const bool goes_on = convergence_.goes_on(r);
       const bool suspicious = !goes_on || last_step_ < suspicious_step || caution_ > 0;
       if (suspicious && has_no_solution(system, result.status)) break;
-      const bool late = deadline != WallClock::time_point::max() && WallClock::now() >= deadline;
+      const bool late = is_late(deadline);
       const bool last = iteration == options.max_iterations;
       if (!late && !last && goes_on && advance(system)) continue;
       if (convergence_.has_best()) {
@@ -118,7 +123,7 @@ class InteriorPoint {
   static constexpr double second_order[] = {1.0, 0.5, 0.0};  // fraction, by caution
 
   void restart(System& system, const QpOptions& options) {
-    caution_ = 0;
+    caution_ = rounds_ = 0;
     least_mu_ = infinite;
     steps_without_fall_ = 0;
     last_step_ = 1.0;
@@ -134,6 +139,22 @@ class InteriorPoint {
     if (!take_literally(system, convergence_.tolerance(), work_, point_)) return false;
     residuals_.follow(system, point_, 1.0, convergence_.acceptable());
     return convergence_.reached(system, point_, residuals_);
+  }
+
+  // In work_ are the values of the sides: see starts_at_optimum().
+  bool ends_by_active_set(System& system, const QpOptions& options,
+                          WallClock::time_point deadline) {
+    if (active_set_rounds_ == 0 || !options.convex) return false;
+    const bool found = active_set_.solve(
+        system, convergence_.tolerance(), active_set_rounds_, work_, point_,
+        [&] { return is_late(deadline); }, [&] { return starts_at_optimum(system); });
+    rounds_ = active_set_.rounds();
+    if (!found) system.multiply(point_.v.data(), work_.data());
+    return found;
+  }
+
+  static bool is_late(WallClock::time_point deadline) {
+    return deadline != WallClock::time_point::max() && WallClock::now() >= deadline;
   }
 
   bool begin(System& system, const QpOptions& options, bool warm) {
@@ -255,17 +276,20 @@ class InteriorPoint {
     for (int i = first; i < last; i += lanes) store(&to[i], load(&to[i]) + load(&step[i]) * length);
   }
 
+  int active_set_rounds_;
   Iterate point_, step_, other_;
   SideTarget target_;
   ResidualTracker<System> residuals_;
   Convergence<System> convergence_;
   NewtonStep<System> newton_;
   AlignedArray work_, row_size_, gradient_, equality_;
+  ActiveSetRounds<System> active_set_;
   InertiaCorrection inertia_;
   CertificateSpace certificates_;
   int caution_ = 0;
   double least_mu_ = infinite, last_step_ = 1.0;
   int steps_without_fall_ = 0;
+  int rounds_ = 0;  // of the active set
 };
 
 }  // namespace saltus::qp

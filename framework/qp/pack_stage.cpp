@@ -98,7 +98,6 @@ bool Packing::stage(int k) {
   p.kernel = &any_size;
   for (const RiccatiKernel& kernel : to.storage.kernels)
     if (kernel.nx == w.nx && kernel.nu == w.nu && kernel.next == w.next) p.kernel = &kernel;
-  w.M = numbers(w.ld * n);
   w.L = numbers(w.ld * w.nu);
   w.pivot = numbers(padded(w.nu));
   w.p = numbers(w.ld);
@@ -109,6 +108,24 @@ bool Packing::stage(int k) {
   if (ok) dynamics(k);
   if (ok) gradient(k);
   if (ok) hessian(k);
+  return ok;
+}
+
+// The recursion goes from the last stage to the first, and of a stage's M only the part of the
+// states, P, is read once it is eliminated: the stage before begins to write where that ends, in
+// memory that is still near.
+bool Packing::work_of_recursion() {
+  int kept = 0, most = 0;
+  for (const PackedStage& p : to.stages) {
+    kept += p.sweep.nx * p.sweep.ld;
+    most = std::max(most, p.sweep.nu * p.sweep.ld);
+  }
+  double* work = numbers(kept + most);
+  for (int k = qp.intervals(); k >= 0 && ok; --k) {
+    SweepStage& w = to.stages[k].sweep;
+    w.M = work;
+    work += w.nx * w.ld;
+  }
   return ok;
 }
 

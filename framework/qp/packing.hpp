@@ -18,6 +18,8 @@ struct Packing {
 
   /// pack_stage.cpp: sizes, dynamics and cost of a stage. Stages in their order, before any rows.
   bool stage(int k);
+  /// Where it is factored, once the sizes of all stages are known.
+  bool work_of_recursion();
   /// pack_rows.cpp: groups and bounds of a stage, in blocks of rows.
   bool rows(int k);
   /// pack_sides.cpp: numbers of all sides and equality rows.

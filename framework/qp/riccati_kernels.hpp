@@ -49,7 +49,7 @@ struct SweepStage {
   const int* flow_rows =
       nullptr;  ///< per four columns of flow, its dense rows that are not zero: from, to
   /// n x n, upper triangle: before factor() cost and barrier, after it P in the leading nx x nx
-  /// (both triangles).
+  /// (both triangles); behind those nx columns it is then free for the stage before.
   double* M = nullptr;
   double* L = nullptr;       ///< ld x nu: unit upper factor, without its diagonal
   double* pivot = nullptr;   ///< nu: inverse pivots

@@ -36,7 +36,7 @@ class RiccatiSolver final : public StageQpSolver {
       : options_(options),
         system_(capacity, kernels),
         method_(system_.packed().capacity.variables, system_.packed().capacity.equalities,
-                system_.packed().capacity.sides) {}
+                system_.packed().capacity.sides, options.active_set_rounds) {}
 
   QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept override {
     QpResult result;

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 namespace saltus::qp {
 namespace {
@@ -22,6 +23,18 @@ constexpr double equality_weight_per_weight = 10.0;
 // Added to the Hessian when a step is computed, never to the problem: a proximal term.
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
+// Memory of all stages, in doubles, that the processor keeps near: 512 kB.
+constexpr std::ptrdiff_t kept_near = 1 << 16;
+
+// Begins to bring a piece of memory near that is about to be written.
+void fetch(const double* begin, const double* end) {
+  constexpr int line = 8;
+  for (; begin < end; begin += line) __builtin_prefetch(begin, 1);
+}
+
+const double* end_of_M(const SweepStage& stage) {
+  return stage.M + (stage.nx + stage.nu) * stage.ld;
+}
 
 }  // namespace
 
@@ -107,10 +120,17 @@ bool RiccatiSystem::factor(const double* weights) {
   const double* P = nullptr;
   int ld_P = 0;
   double check = 0.0;
+  // Of long programs the stage before is fetched while this one computes.
+  const bool fetches = packed_.stages.back().sweep.L - packed_.stages.front().sweep.L > kept_near;
   for (int k = static_cast<int>(packed_.stages.size()) - 1; k >= 0; --k) {
     PackedStage& p = packed_.stages[k];
     SweepStage& w = p.sweep;
     const double diagonal = proximal_weight + shift_;
+    if (fetches && k > 0) {
+      const SweepStage& before = packed_.stages[k - 1].sweep;
+      fetch(before.L, w.L);
+      fetch(end_of_M(w), end_of_M(before));
+    }
     p.kernel->assemble(w, p.outer, diagonal, p.parts > 1 ? 0.0 : diagonal, P, ld_P, work_.data());
     if (p.parts > 1) p.split_kernel->begin(w.nu, p.parts, p.R, diagonal, shift_, p.R_work);
     add_rows(p, weights);

@@ -46,10 +46,30 @@ void BlockProgram::move_to(const double* w) {
   ++point_;
 }
 
+// Equal intervals of a problem that does not look at the clock: what one block has found, the next
+// one of the same function has too.
+bool BlockProgram::repeats(Compiled& c, Level level) const {
+  if (c.before < 0) return false;
+  const Compiled& other = compiled_[c.before];
+  if (other.point != point_ || other.level < level) return false;
+  if (level == Level::derivatives && !other.has_entries) return false;
+  for (const int i : c.read)
+    if (c.argument[i] != other.argument[i]) return false;
+  c.value = other.value;
+  if (level == Level::derivatives) {
+    std::copy(other.entries.begin(), other.entries.end(), c.entries.begin());
+    c.has_entries = true;
+  }
+  c.level = level;
+  c.point = point_;
+  return true;
+}
+
 void BlockProgram::update(const Block& block, Compiled& c, const double* w, Level level) {
   if (c.point == point_ && c.level >= level) return;
   c.level = Level::none;  // in case the formula throws
   gather(block, c, w);
+  if (repeats(c, level)) return;
   // The slopes of an affine block are those of any point.
   if (level == Level::values || (c.is_affine && c.has_entries)) {
     block.function.value(c.argument.data(), c.value.data());

@@ -176,6 +176,8 @@ class BlockProgram : public NonlinearProgram {
     std::vector<int> with_coefficients;  // arguments that have coefficients
     std::vector<double> entries, hessian_entries;
     std::vector<char> reads;   // per argument: whether the function depends on it
+    std::vector<int> read;     // those arguments
+    int before = -1;           // the last block of this thread with the same function, -1: none
     std::vector<int> degrees;  // of the outputs, in the block's variables
     bool is_affine = false, is_quadratic = false;
     bool is_curved = false;  // adds to the Hessian
@@ -210,6 +212,7 @@ class BlockProgram : public NonlinearProgram {
   bool knows_hessian(const Compiled& compiled, Curvature curvature) const;
   void note_hessian(Compiled& compiled, Curvature curvature) const;
   void update(const Block& block, Compiled& compiled, const double* w, Level level);
+  bool repeats(Compiled& compiled, Level level) const;
   void compile_block(const Block& block, Compiled& compiled) const;
 
   VectorXd lower_, upper_, row_lower_, row_upper_;

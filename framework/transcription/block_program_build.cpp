@@ -160,6 +160,13 @@ void BlockProgram::finish() {
       if (output.row == BlockOutput::objective) ++terms;
   }
   objective_terms_.assign(terms, 0.0);
+  for (const std::vector<int>& share : shares_) {
+    std::map<const void*, int> last;
+    for (const int i : share) {
+      const auto [at, is_first] = last.try_emplace(blocks_[i].function.identity(), i);
+      if (!is_first) compiled_[i].before = std::exchange(at->second, i);
+    }
+  }
   for (Compiled& c : compiled_)
     for (Scatter& s : c.jacobian) s.adds = std::exchange(filled[s.to], 1) != 0;
   separate_shared();
@@ -186,7 +193,10 @@ void BlockProgram::compile_block(const Block& block, Compiled& c) const {
   c.entries.assign(f.jacobian_pattern().entries(), 0.0);
   c.hessian_entries.assign(f.hessian_pattern().entries(), 0.0);
   c.hessian_weights = c.weights;
-  for (int i = 0; i < f.inputs(); ++i) c.reads.push_back(f.reads(i) ? 1 : 0);
+  for (int i = 0; i < f.inputs(); ++i) {
+    c.reads.push_back(f.reads(i) ? 1 : 0);
+    if (f.reads(i)) c.read.push_back(i);
+  }
   std::vector<char> variable(f.inputs(), 0);
   for (int i = 0; i < f.inputs(); ++i) variable[i] = block.coefficients[i].empty() ? 0 : 1;
   for (int o = 0; o < f.outputs(); ++o) c.degrees.push_back(f.degree(o, variable));

@@ -61,6 +61,19 @@ void PlanShift::fill_times(const ShootingProgram& program, const VectorXd& w,
 
 void PlanShift::remember(const ShootingProgram& program, const VectorXd& w) {
   fill_times(program, w, old_);
+  bounds_ = program.bounds_revision();
+}
+
+bool PlanShift::is_same_horizon(const ShootingProgram& program, const VectorXd& w) const {
+  if (bounds_ != program.bounds_revision()) return false;
+  fill_times(program, w, new_);
+  const double later = new_.front().front().start - old_.front().front().start;
+  for (std::size_t j = 0; j < old_.size(); ++j)
+    for (std::size_t k = 0; k < old_[j].size(); ++k)
+      if (std::abs(new_[j][k].start - old_[j][k].start - later) > same_instant ||
+          std::abs(new_[j][k].length - old_[j][k].length) > same_instant)
+        return false;
+  return true;
 }
 
 // Within the phase, or in the one that was there at that time.

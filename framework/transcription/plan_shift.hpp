@@ -24,6 +24,10 @@ class PlanShift {
 
   /// Keeps the times of the program's grid, with free durations as in w: those of the plan.
   void remember(const ShootingProgram& program, const VectorXd& w);
+  /// Whether the program's horizon is the remembered one, only later: the same intervals, with the
+  /// same rows and bounds in force. Where the optimum hangs on the state alone, the plan as it was
+  /// is nearer to it than the plan moved on, which has no end of its own yet.
+  bool is_same_horizon(const ShootingProgram& program, const VectorXd& w) const;
   /// `plan`, made on the remembered grid, on the program's present one. Multipliers may be empty.
   void apply(const ShootingProgram& program, const PrimalDualPoint& plan,
              PrimalDualPoint& guess) const;
@@ -51,6 +55,7 @@ class PlanShift {
                          std::vector<std::vector<Interval>>& times);
 
   std::vector<std::vector<Interval>> old_;          // per phase
+  long bounds_ = -1;                                // revision of the remembered program's
   mutable std::vector<std::vector<Interval>> new_;  // scratch
   std::vector<Family> families_;
   std::vector<int> first_instance_;  // of each phase among the intervals

@@ -147,6 +147,9 @@ void expect_beyond(const Use& use, long row, long rows, int first_input) {
 }
 
 TEST(TracedVector, EndsWhereItEnds) {
+#ifndef NDEBUG
+  GTEST_SKIP() << "assertions of Eigen's come first in this build";
+#endif
   Vec<Tracer, 2> v{Tracer::input(3), Tracer::input(4)};
   const Mat<Tracer, 2, 2> m = Mat<Tracer, 2, 2>::Identity();
   expect_beyond([&] { (void)v[2]; }, 2, 2, 3);

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Counts the structured solver's instructions and compares them with those on record.
+"""Counts instructions, of the structured solver's solves unless said, and compares them with those on record.
 
-Usage: compare_instructions.py PROGRAM FILE [--write]
+Usage: compare_instructions.py PROGRAM FILE [--write] [--of FUNCTION]
 
 Times depend on the machine and its load, instructions on compiler and sources alone. Compared as `saltus bench compare`
 does: more than the tolerance above the record is a failure (exit status 1); less is said, so that the record is renewed by --write. Without
@@ -19,17 +19,16 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "benchmarks/suite/scripts"))
 from compare import compare, counts  # noqa: E402
 
-SOLVE = "--toggle-collect=*RiccatiSolver::solve*"
-
 
 def skip(why):
     print(f"instructions: not compared, {why}")
     sys.exit(77)
 
 
-def count(program, batch):
-    """Instructions of a batch's solves, and the compiler that the program names."""
-    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", SOLVE, program, batch]
+def count(program, batch, function):
+    """Instructions of a batch inside of this function, and the compiler that the program names."""
+    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--toggle-collect={function}", program,
+               batch]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if "unhandled instruction" in done.stderr or "cannot be executed" in done.stderr:
         skip("valgrind cannot run the vectors of the program here")
@@ -44,13 +43,14 @@ def main():
     parser.add_argument("program")
     parser.add_argument("file", type=pathlib.Path)
     parser.add_argument("--write", action="store_true", help="make the counts the record")
+    parser.add_argument("--of", default="*RiccatiSolver::solve*", help="the function that is counted, as valgrind takes it")
     arguments = parser.parse_args()
     if not shutil.which("valgrind"):
         skip("there is no valgrind")
     record = json.loads(arguments.file.read_text())
     known, found = record["instructions"], {}
     for batch in known:
-        counted, compiler = count(arguments.program, batch)
+        counted, compiler = count(arguments.program, batch, arguments.of)
         if not arguments.write and compiler != record["compiler"]:
             skip(f"the record is of {record['compiler']}, this program of {compiler}")
         print(f"{batch}: {counted / 1e6:.3f} M, on record {known[batch] / 1e6:.3f} M "

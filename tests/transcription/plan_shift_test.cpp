@@ -12,6 +12,7 @@
 #include "saltus/transcription/shooting_program.hpp"
 #include "tests/problems/two_gears.hpp"
 #include "tests/support/event_problems.hpp"
+#include "tests/support/point_mass.hpp"
 #include "tests/support/walking_problem.hpp"
 
 namespace saltus {
@@ -62,6 +63,29 @@ TEST(PlanShift, OnItsOwnGridAPlanIsItself) {
   EXPECT_LT(kkt_residual(walk.nlp(), n.guess).scaled(), 1e-8);
 }
 
+TEST(PlanShift, TheHorizonIsTheSameUntilAnEventEntersIt) {
+  MultipleShooting walk = walking_problem(walking_schedule());
+  PlanShift shift(walk.program());
+  const VectorXd w = walk.initial_guess().w;
+  const double start = walk.data().start_time;
+  EXPECT_FALSE(shift.is_same_horizon(walk.program(), w));  // nothing was remembered
+  shift.remember(walk.program(), w);
+  EXPECT_TRUE(shift.is_same_horizon(walk.program(), w));
+  walk.start_time(start + 0.03);  // the events are that much nearer
+  EXPECT_FALSE(shift.is_same_horizon(walk.program(), w));
+
+  Phase<2, 1> phase{"drive", Cart{}, exactly(1.0)};
+  phase.minimise("effort", effort).bound_input(0, between(-1.0, 1.0));
+  OptimalControlProblem ocp("cart");
+  ocp.start_at(Vec<double, 2>(0.0, 0.0)).then(phase);
+  MultipleShooting cart(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  PlanShift moving(cart.program());
+  const VectorXd plan = cart.initial_guess().w;
+  moving.remember(cart.program(), plan);
+  cart.start_at(0.37, Vec<double, 2>(0.1, 0.2));
+  EXPECT_TRUE(moving.is_same_horizon(cart.program(), plan));
+}
+
 TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
   constexpr double elapsed = 0.3;  // s
   MultipleShooting car = gears();
@@ -87,6 +111,36 @@ TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
       EXPECT_NEAR(m.guess.lambda[instance.first_row + i], warm.point.lambda[instance.first_row + i],
                   0.02 * scale)
           << instance.phase << " " << instance.interval;
+}
+
+TEST(PlanShift, MultipliersMoveWithTheirInstants) {
+  Phase<2, 1> phase{"drive", Cart{}, exactly(1.0)};
+  phase.minimise("effort", effort)
+      .keep("slow", speed, at_most(0.3))
+      .reach("there", position, exactly(0.25));
+  OptimalControlProblem ocp("cart");
+  ocp.start_at(Vec<double, 2>(0.0, 0.0)).then(phase);
+  MultipleShooting cart(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  const Moved m = move_on(cart, 0.1);  // by one interval
+  const auto& intervals = cart.program().interval_instances();
+  double change = 0.0;
+  for (int k = 0; k < 9; ++k)
+    for (int i = 0; i < 2; ++i) {
+      const double costate = m.guess.lambda[intervals[k].first_row + i];
+      EXPECT_NEAR(costate, m.plan.point.lambda[intervals[k + 1].first_row + i], 1e-9) << k;
+      change =
+          std::max(change, std::abs(costate - m.plan.point.lambda[intervals[k].first_row + i]));
+    }
+  EXPECT_GT(change, 0.1);  // it tells the two from each other
+  int pressed = 0;
+  for (const auto& to : cart.program().row_instances())
+    for (const auto& from : cart.program().row_instances()) {
+      const int node = to.block.point.node;
+      if (node >= 9 || from.block.point.node != node + 1) continue;
+      EXPECT_NEAR(m.guess.lambda[to.first_row], m.plan.point.lambda[from.first_row], 1e-9) << node;
+      pressed += std::abs(m.guess.lambda[to.first_row]) > 0.01;
+    }
+  EXPECT_GE(pressed, 2);  // nodes at the largest speed
 }
 
 TEST(PlanShift, AFreePhaseThatIsOverIsAsShortAsItMayBe) {

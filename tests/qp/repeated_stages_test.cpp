@@ -1,0 +1,149 @@
+// Stages that repeat one another, as those of a controller do: equal rows, costs and dynamics are
+// stored once, states that hand on what was an input are copied, inputs may be held. None of this
+// may be seen in the optimum, so the sparse solver, which knows of no stages, decides.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "saltus/core/random.hpp"
+#include "saltus/qp/riccati_solver.hpp"
+#include "saltus/qp/sparse_solver.hpp"
+#include "tests/support/random_qp.hpp"
+#include "tests/support/stage_conversion.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr int programs = 200;
+constexpr double required = 1e-8;  // of cost, relative; of residuals in units of the multipliers
+
+// The first `own` states follow dynamics, the others are the inputs of the stage before.
+struct Sizes {
+  int own, inputs, handed_on;
+  int states() const { return own + handed_on; }
+};
+
+Stage repeated_stage(const Sizes& sizes, Random& random, Stage s) {
+  const int nx = sizes.states(), nu = sizes.inputs, m = sizes.handed_on;
+  s.A.setZero();
+  s.B.setZero();
+  s.A.topLeftCorner(sizes.own, sizes.own) = 0.6 * random.matrix(sizes.own, sizes.own);
+  s.B.topRows(sizes.own) = random.matrix(sizes.own, nu);
+  s.B.block(sizes.own, nu - m, m, m).setIdentity();
+  s.b.head(sizes.own) = 0.1 * random.vector(sizes.own);
+  const MatrixXd root = random.matrix(nx + nu, nx + nu);
+  const MatrixXd H =
+      root * root.transpose() / (nx + nu) + 0.1 * MatrixXd::Identity(nx + nu, nx + nu);
+  s.Q = H.topLeftCorner(nx, nx);
+  s.S = H.bottomLeftCorner(nu, nx);
+  s.R = H.bottomRightCorner(nu, nu);
+  s.q = random.vector(nx);
+  s.r = random.vector(nu);
+  s.u_lower.setConstant(-0.5);
+  s.u_upper.setConstant(0.7);
+  if (random.chance(0.3)) s.u_lower[0] = s.u_upper[0] = 0.05;  // held
+
+  RowGroup& hard = s.groups[0];  // on inputs: what is held fits in between
+  hard.rows = 2;
+  for (int j = 0; j < nu; ++j) hard.columns.push_back(nx + j);
+  hard.M = random.matrix(2, nu);
+  hard.lower.setConstant(-0.4);
+  hard.upper.setConstant(0.3);
+  RowGroup& soft = s.groups[1];
+  soft.rows = 3;
+  for (int j = 0; j < sizes.own; ++j) soft.columns.push_back(j);
+  soft.M = random.matrix(3, sizes.own);
+  soft.lower.setConstant(random.chance(0.5) ? -0.2 : -infinity);
+  soft.upper.setConstant(0.1);
+  soft.l1.setConstant(random.chance(0.5) ? 0.3 : 0.0);
+  soft.l2.setConstant(2.0);
+  return s;
+}
+
+// Equal stages; from the middle on others where `changes`, and linear costs of their own.
+StageQp repeated_stages(int seed, bool changes) {
+  Random random(seed);
+  const int inputs = random.integer(1, 14);
+  const Sizes sizes{random.integer(1, 6), inputs,
+                    random.chance(0.7) ? random.integer(1, inputs) : 0};
+  const StageCapacity inner{sizes.states(), inputs, {{2, inputs, false}, {3, sizes.own, true}}};
+  std::vector<StageCapacity> capacity(random.integer(4, 9), inner);
+  capacity.push_back({sizes.states(), 0, {}});
+  StageQp qp(capacity);
+  const Stage empty = qp.stages.front();
+  const Stage first = repeated_stage(sizes, random, empty),
+              second = repeated_stage(sizes, random, empty);
+  for (int k = 0; k < qp.intervals(); ++k) {
+    qp.stages[k] = changes && 2 * k >= qp.intervals() ? second : first;
+    if (changes) qp.stages[k].r = random.vector(inputs);
+  }
+  qp.stages.back().Q.setIdentity();
+  qp.start = 0.5 * random.vector(sizes.states());
+  return qp;
+}
+
+class RepeatedStages : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(Stages, RepeatedStages, ::testing::Values(false, true),
+                         [](const auto& param) {
+                           return param.param ? "change_once" : "are_equal";
+                         });
+
+TEST_P(RepeatedStages, HaveTheOptimumOfTheSparseProgram) {
+  for (int seed = 1; seed <= programs; ++seed) {
+    const StageQp qp = repeated_stages(seed, GetParam());
+    StagePoint point(qp);
+    const QpResult structured = make_riccati_solver(qp)->solve(qp, point, /*warm=*/false);
+    const SparseQp sparse = to_sparse(qp);
+    PrimalDualPoint other{VectorXd::Zero(sparse.variables()),
+                          VectorXd::Zero(sparse.row_pattern.rows()),
+                          VectorXd::Zero(sparse.variables())};
+    const QpResult expected = make_sparse_qp_solver(sparse.hessian_pattern, sparse.row_pattern)
+                                  ->solve(sparse, other, false);
+    ASSERT_EQ(expected.status, QpStatus::optimal) << "seed " << seed;
+    ASSERT_EQ(structured.status, QpStatus::optimal) << "seed " << seed;
+    EXPECT_LE(kkt_residual(qp, point).largest(), required * testing::multiplier_scale(point))
+        << "seed " << seed;
+    EXPECT_NEAR(structured.objective, expected.objective,
+                2.0 * required * std::max(1.0, std::abs(expected.objective)))
+        << "seed " << seed;
+  }
+}
+
+// What the last solve left of equal stages must not be taken for what they are now.
+TEST_P(RepeatedStages, AreReadAnewInTheNextSolve) {
+  for (int seed = 1; seed <= programs; seed += 10) {
+    const StageQp first = repeated_stages(seed, GetParam());
+    StageQp next = first;
+    for (int k = 0; k < next.intervals(); k += 2) {
+      next.stages[k].groups[0].upper.array() -= 0.05;
+      next.stages[k].groups[1].M *= 1.1;
+      next.stages[k].A *= 0.9;
+    }
+    const auto solver = make_riccati_solver(first);
+    StagePoint point(first), again(first), fresh(first);
+    solver->solve(first, point, false);
+    const QpResult a = solver->solve(next, again, false);
+    const QpResult b = make_riccati_solver(next)->solve(next, fresh, false);
+    EXPECT_EQ(a.status, QpStatus::optimal) << "seed " << seed;
+    EXPECT_EQ(a.objective, b.objective) << "seed " << seed;
+  }
+}
+
+TEST(QpStatus, EachHasASentenceOfItsOwn) {
+  std::set<std::string> sentences;
+  for (const QpStatus status :
+       {QpStatus::optimal, QpStatus::infeasible, QpStatus::unbounded, QpStatus::iteration_limit,
+        QpStatus::deadline, QpStatus::numerical_failure, QpStatus::invalid_problem}) {
+    const std::string sentence = describe(status);
+    ASSERT_FALSE(sentence.empty());
+    EXPECT_EQ(sentence.back(), '.');
+    EXPECT_TRUE(sentences.insert(sentence).second) << sentence;
+  }
+}
+
+}  // namespace
+}  // namespace saltus
