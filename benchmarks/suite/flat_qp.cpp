@@ -36,7 +36,7 @@ void add(const std::vector<Entry>& entries, const SparsityPattern& pattern, Vect
 std::vector<StageSizes> stage_sizes(const StageQp& qp) {
   std::vector<StageSizes> sizes;
   for (const Stage& s : qp.stages) {
-    StageSizes& size = sizes.emplace_back(s.nx, s.nu, 0);
+    StageSizes& size = sizes.emplace_back(StageSizes{s.nx, s.nu, 0});
     for (const RowGroup& g : s.groups) size.rows += g.rows;
   }
   return sizes;

@@ -92,6 +92,25 @@ class Scripts(unittest.TestCase):
             self.assertIn("WORSE", done.stdout)
             self.assertNotIn("WORSE", self.bench("compare", change, "a.jsonl").stdout)
 
+    def test_compare_tells_a_slower_machine_from_a_slower_solver(self):
+        def write(name, ours, others):
+            with open(self.path(name), "w", encoding="utf-8") as file:
+                tasks = [f"box/{k}x1 cold" for k in range(20)]
+                print(json.dumps({"format": "saltus-bench 1", "saltus": {}, "machine": {}, "packages": {"piqp": "1"},
+                                  "matrix": {"tasks": tasks, "solvers": ["riccati", "piqp"]}}), file=file)
+                for task in tasks:
+                    for solver, us in (("riccati", ours), ("piqp", others)):
+                        print(json.dumps({"problem": task, "start": "cold", "solver": solver, "instance": 1, "verdict": "solved",
+                                          "times": {"cpu_us": [us]}}), file=file)
+                    print(json.dumps({"done": task}), file=file)
+        write("a", 10.0, 100.0)
+        write("loaded", 13.0, 130.0)
+        write("slower", 16.0, 130.0)
+        done = self.bench("compare", "a", "loaded")
+        self.assertIn("others took 1.30 times as long", done.stdout)
+        self.assertIn("0 worse, 0 better", done.stdout)
+        self.assertIn("20 worse, 0 better", self.bench("compare", "a", "slower", status=1).stdout)
+
     def test_nonlinear_problems_are_judged_by_the_program(self):
         self.bench("run", "--problems", "library/brachistochrone,library/switch_of_speed", "--solvers",
                    "riccati,sparse,ipopt,piqp", "--repetitions", "1", "--out", self.path("n.jsonl"))
@@ -156,18 +175,33 @@ class Scripts(unittest.TestCase):
                                  "did you mean 'library/brachistochrone'"),
                                 (["--solvers", "casadi-ipot"], "did you mean 'casadi-ipopt'"),
                                 (["--shard", "3/2"], "a shard is I/N"),
-                                (["--instances", "0"], "at least 1")):
+                                (["--instances", "0"], "at least 1"),
+                                (["--tolerance", "-1"], "a number above 0"), (["--tolerance", "nan"], "a number above 0"),
+                                (["--out", self.path("no/a.jsonl")], "No such file or directory")):
             done = self.bench("run", *words, status=2)
             self.assertIn(sentence, done.stderr)
             self.assertEqual(done.stderr.count("\n"), 1)
         for text, sentence in (("", "holds no results"), ("[]\n", "holds no results"),
-                               ('{"format": "saltus-bench 0"}\n', "'saltus-bench 0'")):
+                               ('{"format": "saltus-bench 0"}\n', "'saltus-bench 0'"),
+                           ('{"format": "saltus-bench 1"}\n', "does not say what was run")):
             with open(self.path("bad.jsonl"), "w", encoding="utf-8") as file:
                 file.write(text)
             for verb in ("report", "compare"):
                 words = ["bad.jsonl"] * (2 if verb == "compare" else 1)
                 self.assertIn(sentence, self.bench(verb, *words, status=2).stderr)
             self.assertIn(sentence, self.run_small("bad.jsonl", status=2).stderr)
+
+    def test_results_that_were_changed_by_hand_are_refused(self):
+        self.run_small("a.jsonl")
+        with open(self.path("a.jsonl"), encoding="utf-8") as file:
+            text = file.read()
+        for before, after in (('"verdict": "solved"', '"verdict": 3'), ('"times": {', '"times": 4, "was": {')):
+            with open(self.path("b.jsonl"), "w", encoding="utf-8") as file:
+                file.write(text.replace(before, after, 1))
+            self.assertIn("line 2 is no result", self.bench("report", "b.jsonl", status=2).stderr)
+        with open(self.path("b.jsonl"), "w", encoding="utf-8") as file:
+            file.write(text.splitlines(keepends=True)[0])
+        self.assertIn("nothing can be compared", self.bench("compare", "a.jsonl", "b.jsonl", status=2).stderr)
 
     def test_results_of_another_run_are_not_mixed(self):
         self.run_small("a.jsonl")
@@ -228,6 +262,116 @@ class Scripts(unittest.TestCase):
         # The end of a linear input is the beginning of the next: a row that closes with the other sign.
         self.assertEqual(set(found["hanging_chain"].sign), {1.0, -1.0})
         self.assertEqual(sorted(found["hanging_chain"].order), list(range(123)))
+
+    def written(self, problem, instance=12):
+        """The quadratic program that all solvers read."""
+        sys.path.insert(0, SCRIPTS)
+        import data_problems
+        from program import Program
+        from quadratic_program import read_program
+        os.environ["SALTUS_PROGRAM"] = PROGRAM
+        if data_problems.is_data(problem):
+            data_problems.write(problem, instance, self.path("p.json"))
+        else:
+            with Program() as program:
+                program.ask(do="export", problem=problem, instance=instance, file=self.path("p.json"))
+        return read_program(self.path("p.json"))
+
+    @unittest.skipUnless(importlib.util.find_spec("scipy"), "needs scipy")
+    def test_a_trajectory_is_taken_apart_and_put_together(self):
+        for problem in ("sequence", "steps/chain", "steps/car"):
+            qp = self.written(problem)
+            from trajectories import Trajectory
+            trajectory = Trajectory(qp)
+            w, rows, bounds = (qp.warm[key] for key in ("w", "lambda", "z"))
+            states, inputs = trajectory.split(w)
+            again = trajectory.joined(states, inputs)
+            self.assertTrue((again == w).all())
+            costates, pushes = trajectory.split_multipliers(rows, bounds)
+            rows_again, bounds_again = trajectory.joined_multipliers(w, costates, pushes)
+            self.assertTrue((rows_again == rows).all())
+            first = qp.stages[0][0]
+            self.assertTrue((bounds_again[first:] == bounds[first:]).all())
+            for s, (C, D, low, high), x, u in zip(trajectory.stages, trajectory.rows, states, [*inputs, []]):
+                self.assertEqual(len(low), len(C @ x + D @ u))
+                self.assertTrue((low < high).all())
+        with self.assertRaisesRegex(Exception, "no stages"):
+            qp.stages = None
+            Trajectory(qp)
+
+    def test_no_solver_remembers_the_solve_before(self):
+        """Of those that are installed: as many iterations to the same point, solve after solve."""
+        import numpy
+        asked = 0
+        for problem, is_warm in (("steps/chain", False), ("steps/car", True), ("box/4x1", False)):
+            qp = self.written(problem)
+            import peers
+            for adapter in peers.all_peers():
+                if adapter.name == "aligator-proxddp" or peers.why_missing(adapter):
+                    continue  # the first is compiled at first use, which takes long
+                try:
+                    solver = adapter(qp, 1e-8)
+                except peers.NotApplicable:
+                    continue
+                reduced = getattr(solver, "reduced", None) or getattr(getattr(solver, "rows", None), "reduced", None)
+                start = None
+                if is_warm:
+                    start = reduced.warm() if reduced else tuple(qp.warm[key] for key in ("w", "lambda", "z"))
+                first, second = solver.solve(start), solver.solve(start)
+                self.assertEqual(first.iterations, second.iterations, f"{adapter.name} on {problem}")
+                self.assertLess(numpy.abs(first.w - second.w).max(), 1e-9, f"{adapter.name} on {problem}")
+                asked += 1
+        if not asked:
+            self.skipTest("no peers are installed")
+
+    @unittest.skipUnless(importlib.util.find_spec("casadi"), "needs casadi")
+    def test_front_ends_get_our_discretisation(self):
+        """One interval as a function leads from state to state as the rows of the whole program say."""
+        import numpy
+        sys.path.insert(0, SCRIPTS)
+        import peers
+        from front_ends import Intervals
+        from nonlinear_program import CasadiProgram, read_nonlinear
+        from program import Program
+        os.environ["SALTUS_PROGRAM"] = PROGRAM
+        with Program() as program:
+            for name in ("tank_on_ramp", "hanging_chain"):
+                program.ask(do="export", problem="library/" + name, file=self.path(name))
+        with self.assertRaises(peers.NotApplicable):
+            Intervals(read_nonlinear(self.path("hanging_chain")))  # its end is given
+        file = read_nonlinear(self.path("tank_on_ramp"))
+        it, draws = Intervals(file), numpy.random.default_rng(1)
+        inputs = draws.uniform(it.low, it.high, (it.N, it.nu))
+        states, cost = [it.start], 0.0
+        for k in range(it.N):
+            following, more = it.step(states[k], inputs[k], it.numbers[k])
+            states.append(numpy.array(following).ravel())
+            cost += float(more)
+        functions = CasadiProgram(file).functions
+        w = it.joined(numpy.array(states), inputs)
+        rows = numpy.array(functions["nlp_g"](w, [])).ravel()
+        self.assertLess(numpy.abs(rows - file.row_lower).max(), 1e-12)
+        self.assertAlmostEqual(float(functions["nlp_f"](w, [])), cost, delta=1e-12)
+
+    def test_the_judge_counts_what_pushes_against_no_side(self):
+        """min 1/2 w^2 - w, 0 <= w without an upper side, -1 <= w by a row without one: the optimum is 1, nothing pushes."""
+        import numpy
+        sys.path.insert(0, SCRIPTS)
+        from quadratic_program import QuadraticProgram, kkt_residual
+        entry = {"row": [0], "col": [0], "value": [1.0]}
+        qp = QuadraticProgram({"problem": "own/one", "instance": 1, "variables": 1, "rows": 1, "hessian": entry, "jacobian": entry,
+                               "gradient": [-1.0], "constant": 0.0, "lower": [0.0], "upper": [None], "row_lower": [-1.0],
+                               "row_upper": [None], "stages": []})
+
+        def largest(w, row, bound):
+            return max(kkt_residual(qp, *(numpy.array([v]) for v in (w, row, bound))).values())
+        self.assertEqual(largest(1.0, 0.0, 0.0), 0.0)
+        self.assertEqual(largest(0.5, 0.0, 0.5), 0.5)  # pushes against a side that is not there
+        self.assertEqual(largest(0.5, 0.5, 0.0), 0.5)
+        self.assertEqual(largest(2.0, 0.0, -1.0), 2.0)  # against a side that is two away
+        self.assertEqual(largest(-0.5, 0.0, 0.0), 1.5)
+        for wrong in ((numpy.nan, 0.0, 0.0), (1.0, numpy.nan, 0.0), (1.0, 0.0, numpy.inf)):
+            self.assertEqual(largest(*wrong), numpy.inf)
 
     def test_no_scheduler_is_a_sentence(self):
         done = self.run_small("a.jsonl", "--scheduler", "tcp://127.0.0.1:9", status=2)

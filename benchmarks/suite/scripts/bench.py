@@ -2,12 +2,13 @@
 """The benchmark suite: problems x solvers x settings, one judge. Run by `saltus bench`."""
 
 import argparse
+import math
 import os
 import platform
 import subprocess
 import sys
 
-OK, DIFFERENT, MISTAKE, FAILED = 0, 1, 2, 3
+OK, DIFFERENT, MISTAKE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 def asked_of_program():
@@ -319,10 +320,17 @@ def main(words):
         for name in ("instances", "repetitions", "runs", "jobs"):
             if getattr(arguments, name, 1) < 1:
                 raise ValueError(f"--{name} is at least 1")
+        if not 0.0 < getattr(arguments, "tolerance", 1.0) < math.inf:
+            raise ValueError(f"--tolerance is a number above 0, not {arguments.tolerance}")
         return arguments.do(arguments)
+    except KeyboardInterrupt:
+        print(f"saltus bench {arguments.verb}: interrupted; the same command goes on where --out names a file", file=sys.stderr)
+        return INTERRUPTED
     except ModuleNotFoundError as error:
         sentence = f"{error.name} is needed: Debian's python3-{error.name}, or ./saltus setup --with-peers"
-    except (ValueError, OSError) as error:
+    except OSError as error:
+        sentence = f"'{error.filename}': {error.strerror}" if error.filename else str(error)
+    except ValueError as error:
         sentence = str(error)
     except Exception as error:  # noqa: BLE001
         if type(error).__name__ not in ("ProgramError", "RecordsError", "MatrixError", "EngineError",

@@ -1,9 +1,15 @@
 """`bench compare A B`: what got better or worse from A to B beyond noise. Status 1 on a regression."""
 
+import math
+import statistics
+
 import figures
 import records
 
 FLOOR = 0.05  # changes below are never told: clocks wander
+OURS = ("riccati", "sparse", "ipopt")
+REFERENCES = 20  # cells of others, of the same versions, from which the machine's own change is told
+IN_TURNS = 2  # of them in one task, from which that of the task is
 
 
 def counts(instructions, machine, floor):
@@ -15,8 +21,35 @@ def counts(instructions, machine, floor):
                                   for task, count in instructions.items()})
 
 
+class Machine:
+    """How much slower the machine was the second time (other work beside it, another clock), from times of solvers that are not ours and did
+    not change between the runs: of a task by the others of that task, which were run in turns, else by all. Nothing is told where they are few."""
+
+    def __init__(self, before, after, old, new):
+        by_task = {}
+        if before.head.get("packages", {}) == after.head.get("packages", {}):
+            for key in old:
+                change = figures.change(old[key], new[key], FLOOR) if key in new and key[1] not in OURS else None
+                if change:
+                    by_task.setdefault(key[0], []).append(math.log(change[0]))
+        every = [x for logs in by_task.values() for x in logs]
+        self.is_known = len(every) >= REFERENCES
+        self.all = statistics.median(every) if self.is_known else 0.0
+        self._of = {task: statistics.median(logs) for task, logs in by_task.items() if self.is_known and len(logs) >= IN_TURNS}
+        left = [abs(x - self.of(task)) for task, logs in by_task.items() for x in logs]
+        # What no solver did wanders by so much.
+        self.noise = 2.6 * 1.4826 * statistics.median(left) if self.is_known else 0.0
+
+    def of(self, task):
+        return self._of.get(task, self.all)
+
+
 def compare(before, after, out):
     old, new = figures.by_cell(before), figures.by_cell(after)
+    machine = Machine(before, after, old, new)
+    if machine.is_known:
+        print(f"solvers of others took {math.exp(machine.all):.2f} times as long at the median, beside which theirs wander by "
+              f"{math.exp(machine.noise):.2f}: so much is the machine's, and ratios are told without it", file=out)
     worse = better = 0
     for key in old:
         if key not in new:
@@ -31,7 +64,7 @@ def compare(before, after, out):
         found = figures.change(old[key], new[key], before.head.get("floor", FLOOR))
         if found is None:
             continue
-        ratio, noise = found
+        ratio, noise = found[0] / math.exp(machine.of(task)), max(found[1], math.exp(machine.noise))
         if ratio > noise or ratio < 1.0 / noise:
             slower = ratio > 1.0
             worse, better = worse + slower, better + (not slower)
@@ -42,6 +75,8 @@ def compare(before, after, out):
     if only:
         print(f"{len(only)} cells are in one of the two only, {only[0][0]}, {only[0][1]} "
               "for example", file=out)
+    if not set(old) & set(new):
+        raise records.RecordsError("the two have no problem and solver in common: nothing can be compared")
     print(f"{len(set(old) & set(new))} cells compared: {worse} worse, {better} better", file=out)
     if before.head["machine"] != after.head["machine"]:
         print("the machines differ: times say little", file=out)

@@ -195,9 +195,9 @@ class Stage:
             setattr(self, name + "_high", high[bounded])
 
 
-def stages_of(qp):
-    """Variables x_0, u_0, x_1, ..., rows dynamics of stage 0, its rows, ..., without what is fixed."""
-    reduced = Reduced(qp)
+def stages_of(qp, reduced=None):
+    """Variables x_0, u_0, x_1, ..., rows dynamics of stage 0, its rows, ..., without what is fixed, or as `reduced` has it."""
+    reduced = reduced or Reduced(qp)
     is_free = np.zeros(qp.n, dtype=int)
     is_free[reduced.free] = 1
     place = np.concatenate([[0], np.cumsum(is_free)])  # of a variable among the free ones

@@ -136,7 +136,15 @@ class CasadiBlocksqp(CasadiNlp):
         return {"schur": False, "linsol": "ldl", "opttol": tolerance, "nlinfeastol": tolerance, "max_iter": 200,
                 "print_header": False, "print_iteration": False}
 
+    def solve(self, start):
+        try:
+            return super().solve(start)
+        except RuntimeError as error:  # how it says that it gives up on some
+            return Answer(self.file.start, np.zeros(self.file.m), np.zeros(self.file.n), claimed=str(error)[-80:], solved=False,
+                          iterations=-1)
+
 
 def nonlinear_peers():
     from fatrop import CasadiFatropNonlinear
-    return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, CasadiSqpmethod, CasadiBlocksqp]
+    from front_ends import DoMpc, Rockit
+    return [CasadiIpoptCompiled, CasadiIpopt, CasadiFatropNonlinear, CasadiSqpmethod, CasadiBlocksqp, DoMpc, Rockit]

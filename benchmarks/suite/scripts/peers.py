@@ -3,10 +3,12 @@
 An adapter is a class with
     name, package (of PyPI, whose version is told), about (what the table has to say of it),
     ladder (what it is asked for, as factors of the tolerance that is judged),
+    module (that is imported, where it is not named as the package),
     has_threads (if it works in threads of its own: the process is timed),
     missing() (why it cannot be used, where that is not a question of importing its package),
     __init__(program, tolerance): the set-up, which is shown apart,
-    solve(start) -> Answer: one whole solve from `start` ((w, lambda, z) or None: the solver's own start),
+    solve(start) -> Answer: one whole solve from `start` ((w, lambda, z) or None: the solver's own start), which nothing that the
+        solve before has left may help,
 and, where that is known before, NotApplicable raised by __init__. README.md in the folder above says how each is called.
 """
 
@@ -14,6 +16,7 @@ import importlib.metadata
 import math
 import os
 import sys
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +25,7 @@ from quadratic_program import Reduced
 
 ITERATIONS = 200
 FIRST_ORDER_ITERATIONS = 20000
+STEP = 0.1  # OSQP's default
 
 
 class NotApplicable(Exception):
@@ -174,11 +178,12 @@ class Osqp:
         # would change the iterations.
         self.solver.setup(sparse.triu(p.reduced.hessian, format="csc"), p.reduced.gradient, p.A,
                           p.low, p.high, verbose=False, eps_abs=tolerance, eps_rel=0.0,
-                          polishing=True, max_iter=FIRST_ORDER_ITERATIONS,
+                          polishing=True, max_iter=FIRST_ORDER_ITERATIONS, rho=STEP,
                           adaptive_rho_interval=50)
 
     def solve(self, start):
         p, n = self.rows, len(self.rows.reduced.gradient)
+        self.solver.update_settings(rho=STEP)  # it would go on with what it adapted in the solve before
         if start is None:
             self.solver.warm_start(x=np.zeros(n), y=np.zeros(len(p.low)))
         else:
@@ -209,15 +214,16 @@ class Qpalm:
         settings.eps_abs_in, settings.eps_rel_in = 1.0, 0.0
         settings.max_iter, settings.verbose = FIRST_ORDER_ITERATIONS, 0
         settings.time_limit = 5.0
-        self.solver = qpalm.Solver(data, settings)
+        self.new_solver = lambda: qpalm.Solver(data, settings)
 
     def solve(self, start):
         p = self.rows
         x, y = (np.zeros(len(p.reduced.gradient)), np.zeros(len(p.low))) if start is None else (
             start[0], p.dual(start[1], start[2]))
-        self.solver.warm_start(x, y)
-        self.solver.solve()
-        info, found = self.solver.info, self.solver.solution
+        solver = self.new_solver()  # a used one keeps its penalties; not in its own time
+        solver.warm_start(x, y)
+        solver.solve()
+        info, found = solver.info, solver.solution
         return Answer(*p.expand(np.array(found.x), np.array(found.y)), claimed=str(info.status),
                       solved=str(info.status) == "solved", iterations=int(info.iter),
                       own_us=1e6 * info.solve_time)
@@ -324,8 +330,9 @@ class _Casadi:
         H, A = casadi.DM(hessian), casadi.DM(jacobian)
         options = {"error_on_fail": False, "print_time": False, "record_time": True}
         options.update(self.options(qp, tolerance))
-        self.solver = casadi.conic("solver", self.plugin, {"h": H.sparsity(), "a": A.sparsity()},
-                                   options)
+        self.new_solver = lambda: casadi.conic("solver", self.plugin, {"h": H.sparsity(), "a": A.sparsity()},
+                                               options)
+        self.solver = self.new_solver()
         self.given = {"h": H, "g": casadi.DM(qp.gradient), "a": A, "lbx": casadi.DM(qp.lower),
                       "ubx": casadi.DM(qp.upper), "lba": casadi.DM(qp.row_lower),
                       "uba": casadi.DM(qp.row_upper)}
@@ -370,12 +377,18 @@ class CasadiQpoases(_Casadi):
     def options(self, qp, tolerance):
         return {"printLevel": "none", "nWSR": 20000, "sparse": False, "CPUtime": 5.0}
 
+    def solve(self, start):
+        self.solver = self.new_solver()  # a used one goes on from its optimum; not in its own time
+        return super().solve(start)
+
 
 def all_peers():
+    import aligator
     import fatrop
     import hpipm
+    import mim
     return [Piqp, PiqpMultistage, Clarabel, Osqp, Qpalm, Proxqp, Daqp, CasadiHpipm, fatrop.CasadiFatrop, hpipm.AcadosHpipm, hpipm.AcadosHpipmBalance,
-            hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases]
+            hpipm.OwnHpipm, hpipm.OwnHpipmBalance, CasadiQpoases, aligator.AligatorProxddp, mim.MimCsqp, mim.CrocoddylBoxFddp]
 
 
 def version_of(package):
@@ -399,9 +412,10 @@ def why_missing(peer):
     if version_of(peer.package) is None:
         return f"the package {peer.package} is not installed: ./saltus setup --with-peers"
     try:
-        importlib.import_module(peer.package)
-        for needed in getattr(peer, "needs", ("scipy.sparse",)):
-            importlib.import_module(needed)
+        with warnings.catch_warnings(action="ignore"):  # of what else could be installed
+            importlib.import_module(getattr(peer, "module", peer.package))
+            for needed in getattr(peer, "needs", ("scipy.sparse",)):
+                importlib.import_module(needed)
     except BaseException as error:  # noqa: BLE001 - whatever a foreign package throws
         return f"the package {peer.package} is broken at import: {type(error).__name__}: {error}"
     return ""

@@ -108,6 +108,16 @@ def kkt_residual(qp, w, row_multipliers, bound_multipliers):
                 _not_complementary(rows, qp.row_lower, qp.row_upper, row_multipliers))}
 
 
+class Whole:
+    """The program with its fixed variables, under the names of Reduced."""
+
+    def __init__(self, qp):
+        self.free = np.arange(qp.n)
+        self.hessian, self.jacobian, self.gradient = qp.hessian.csc(), qp.jacobian.csc(), qp.gradient
+        self.row_lower, self.row_upper = qp.row_lower, qp.row_upper
+        self.lower, self.upper = qp.lower, qp.upper
+
+
 class Reduced:
     """The program without its fixed variables, for solvers that would treat them as two bounds."""
 

@@ -20,9 +20,26 @@ class Records:
         return [line for task in self.tasks.values() for line in task]
 
 
+def _is_head(head):
+    matrix = head.get("matrix")
+    return (isinstance(matrix, dict) and all(isinstance(matrix.get(key), list) for key in ("tasks", "solvers"))
+            and all(isinstance(head.get(key), dict) for key in ("machine", "packages", "saltus")))
+
+
+def _is_line(line):
+    """Of a solver on an instance, of a campaign's run, or the end of a task."""
+    if not isinstance(line, dict):
+        return False
+    if "done" in line:
+        return isinstance(line["done"], str)
+    times = line.get("times", {})
+    return (all(isinstance(line.get(key), str) for key in ("problem", "solver", "verdict")) and isinstance(times, dict)
+            and all(isinstance(values, (list, float, int)) for values in times.values()))
+
+
 def read(path):
     try:
-        with open(path, encoding="utf-8") as file:
+        with open(path, encoding="utf-8", errors="replace") as file:
             raw = file.read()
     except OSError as error:
         raise RecordsError(f"'{path}' cannot be read: {error.strerror}") from None
@@ -30,17 +47,21 @@ def read(path):
     try:
         head = json.loads(lines[0])
         kind = head.get("format")
-    except (IndexError, AttributeError, json.JSONDecodeError):
+    except (IndexError, AttributeError, RecursionError, json.JSONDecodeError):
         raise RecordsError(f"'{path}' holds no results of `saltus bench run`") from None
     if kind != FORMAT:
         raise RecordsError(f"'{path}' is of the format '{kind}' where this version reads "
                            f"'{FORMAT}': run it again, or read it with the version that wrote it")
+    if not _is_head(head):
+        raise RecordsError(f"'{path}' does not say what was run: its first line lacks machine, matrix or packages")
     tasks, open_lines = {}, []
-    for text in lines[1:]:
+    for number, text in enumerate(lines[1:], 2):
         try:
             line = json.loads(text)
-        except json.JSONDecodeError:
+        except (RecursionError, json.JSONDecodeError):
             break  # written in the middle of the end
+        if not _is_line(line):
+            raise RecordsError(f"'{path}': line {number} is no result of `saltus bench run`")
         if "done" in line:
             tasks[line["done"]] = open_lines
             open_lines = []

@@ -36,7 +36,7 @@ def style_of(names, styles):
 LINES, MARKERS = ("-", "--", ":"), ("o", "^", "s")
 
 
-def picture(draw, width=8.0, height=4.2):
+def picture(draw, width=9.0, height=4.2):
     """What `draw(axes)` draws, as SVG that stands in the page."""
     import matplotlib
     matplotlib.use("svg")
@@ -52,8 +52,14 @@ def picture(draw, width=8.0, height=4.2):
     return text.getvalue()[text.getvalue().index("<svg"):]
 
 
+IN_A_COLUMN = 15  # names of a legend beside a picture
+
+
 def legend_beside(axes):
-    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0), markerscale=1.5)
+    names = axes.get_legend_handles_labels()[1]
+    if names:  # none where nothing was solved
+        axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0), markerscale=1.5, fontsize=8,
+                    ncols=-(-len(names) // IN_A_COLUMN))
 
 
 def times_by_instance(cells):

@@ -1,0 +1,111 @@
+"""ProxDDP of aligator. The package libaligator is C++ only: aligator_program.cpp, some 100 lines that pass a program on, is compiled at
+first use against the package and kept in the user's cache. Its library is called as C, by ctypes.
+"""
+
+import ctypes
+import hashlib
+import os
+import shutil
+import subprocess
+import sysconfig
+import time
+
+import numpy as np
+
+import peers
+from cache import cache_folder
+from peers import Answer, NotApplicable
+from trajectories import Trajectory
+
+ITERATIONS = 1000
+LEAST_PENALTY = 1e-8  # its own bound
+SOURCE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "aligator_program.cpp")
+EIGEN = "/usr/include/eigen3"
+# Not for the processor: the package's memory is aligned for any of its architecture, and both sides have to agree.
+FLAGS = ["-std=c++20", "-O2", "-fPIC", "-shared", "-w", "-DALIGATOR_ENABLE_TEMPLATE_INSTANTIATION", "-DALIGATOR_WITH_PINOCCHIO"]
+REAL, WHOLE, PLACE = ctypes.c_double, ctypes.c_int, ctypes.c_void_p
+
+
+def prefix():
+    return os.path.join(sysconfig.get_paths()["purelib"], "cmeel.prefix")
+
+
+def library():
+    """The compiled library. Throws NotApplicable with the compiler's first error."""
+    with open(SOURCE, "rb") as file:
+        key = hashlib.sha256(file.read() + f"{FLAGS} {prefix()} {peers.version_of('libaligator')}".encode()).hexdigest()[:24]
+    path = os.path.join(cache_folder("aligator"), key + ".so")
+    if not os.path.exists(path):
+        partial, lib = f"{path}.{os.getpid()}", os.path.join(prefix(), "lib")
+        fmt = next(name for name in sorted(os.listdir(lib)) if name.startswith("libfmt.so."))
+        done = subprocess.run(["g++", *FLAGS, "-I", os.path.join(prefix(), "include"), "-I", EIGEN, SOURCE, "-o", partial, f"-L{lib}",
+                               f"-Wl,-rpath,{lib}", "-laligator", f"-l:{fmt}"], capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            error = next((line for line in done.stderr.splitlines() if "error" in line), "no reason is given")
+            raise NotApplicable(f"g++ cannot compile what calls it: {error[:160]}")
+        os.replace(partial, path)
+    functions = ctypes.CDLL(path)
+    functions.aligator_new.restype = PLACE
+    functions.aligator_delete.argtypes = [PLACE]
+    functions.aligator_stage.argtypes = [PLACE, WHOLE, WHOLE, WHOLE, *[PLACE] * 12]
+    functions.aligator_finish.argtypes = [PLACE, WHOLE, WHOLE, *[PLACE] * 6, REAL, REAL, WHOLE]
+    functions.aligator_solve.argtypes = [PLACE] * 4
+    return functions
+
+
+class _Columns:
+    """Matrices column by column, kept as long as this is."""
+
+    def __init__(self):
+        self.kept = []
+
+    def __call__(self, array):
+        self.kept.append(np.asfortranarray(array, dtype=float))
+        return self.kept[-1].ctypes.data
+
+
+class AligatorProxddp:
+    name, package = "aligator-proxddp", "libaligator"
+    about = ("augmented Lagrangian with a proximal Riccati recursion, all rows as constraints; the package is built for any x86-64; its first "
+             "penalty is ten times the tolerance that it is asked for")
+    ladder = (1.0, 0.1, 1e-3)
+
+    @classmethod
+    def missing(cls):
+        """A sentence, empty if it is there."""
+        if peers.version_of(cls.package) is None:
+            return f"the package {cls.package} is not installed: ./saltus setup --with-peers"
+        for needed, there in (("g++", shutil.which("g++")), (EIGEN, os.path.isdir(EIGEN))):
+            if not there:
+                return f"{needed} is needed to compile what calls it"
+        return ""
+
+    def __init__(self, qp, tolerance):
+        t = self.trajectory = Trajectory(qp)
+        self.functions, at = library(), _Columns()
+        self.program = self.functions.aligator_new()
+        for s, (C, D, low, high) in zip(t.stages[:-1], t.rows):
+            self.functions.aligator_stage(self.program, s.nx, s.nu, len(low), at(s.Q), at(s.S.T), at(s.R), at(s.q), at(s.r), at(s.A),
+                                          at(s.B), at(s.b), at(C), at(D), at(low), at(high))
+        s, (C, _, low, high) = t.stages[-1], t.rows[-1]
+        if self.functions.aligator_finish(self.program, t.nx, len(low), at(s.Q), at(s.q), at(C), at(low), at(high), at(t.start),
+                                          tolerance, max(10.0 * tolerance, LEAST_PENALTY), ITERATIONS) != 0:
+            raise NotApplicable("it does not take the program")
+
+    def solve(self, start):
+        t = self.trajectory
+        w, rows, bounds = start if start is not None else (None, np.zeros(t.qp.m), np.zeros(t.qp.n))
+        states, inputs = t.split(w)
+        costates, pushes = t.split_multipliers(rows, bounds)
+        found, made = t.joined(states, inputs), [np.concatenate(costates), np.concatenate(pushes)]
+        begin = time.thread_time_ns()
+        count = self.functions.aligator_solve(self.program, found.ctypes.data, made[1].ctypes.data, made[0].ctypes.data)
+        own_us = 1e-3 * (time.thread_time_ns() - begin)
+        ends = np.cumsum([len(low) for _, _, low, _ in t.rows])[:-1]
+        rows, bounds = t.joined_multipliers(found, np.split(made[0], len(t.stages)), np.split(made[1], ends))
+        return Answer(found, rows, bounds, claimed="converged" if count >= 0 else "not converged", solved=count >= 0,
+                      iterations=count if count >= 0 else -count - 1, own_us=own_us)
+
+    def __del__(self):
+        if getattr(self, "program", None):
+            self.functions.aligator_delete(self.program)

@@ -1,0 +1,109 @@
+"""crocoddyl and mim-solvers: solvers of trajectories on action models, here linear with quadratic cost.
+
+Both keep penalties and regularisation from one solve to the next, so that each solve has a new solver: made outside of what is
+timed, from models made once.
+"""
+
+import time
+
+import numpy as np
+
+from peers import Answer, NotApplicable
+from trajectories import Trajectory
+
+ITERATIONS = 20  # programs of a sequence; of a quadratic program the first may do
+PROGRAM_ITERATIONS = 4000
+
+
+class _Crocoddyl:
+    constrains_inputs_only = False
+
+    def __init__(self, qp, tolerance):
+        import crocoddyl
+        t = self.trajectory = Trajectory(qp)
+        self.tolerance = tolerance
+        if self.constrains_inputs_only and any(len(low) > len(s.bounded_u) for s, (_, _, low, _) in zip(t.stages, t.rows)):
+            raise NotApplicable("it has constraints besides sides of inputs")
+        models = [self._model(crocoddyl, s, *rows) for s, rows in zip(t.stages, t.rows)]
+        self.problem = crocoddyl.ShootingProblem(t.start, models[:-1], models[-1])
+        self.problem.nthreads = 1  # it would take more, which wait for each other by spinning
+
+    def _model(self, crocoddyl, s, C, D, low, high):
+        nx, nu = int(s.nx), int(s.nu)
+        is_last = len(s.A) == 0
+        if self.constrains_inputs_only:
+            C, D = C[:0], D[:0]
+        A, B, b = (np.eye(nx), np.zeros((nx, nu)), np.zeros(nx)) if is_last else (s.A, s.B, s.b)
+        model = crocoddyl.ActionModelLQR(A, B, s.Q, s.R, s.S.T.copy(), np.hstack([C, D]), np.zeros((0, nx + nu)), b, s.q, s.r,
+                                         np.zeros(len(C)), np.zeros(0))
+        if len(C):
+            model.g_lb, model.g_ub = low, high
+        elif len(low):
+            sides = np.full(nu, -np.inf), np.full(nu, np.inf)
+            sides[0][s.bounded_u], sides[1][s.bounded_u] = low, high
+            model.u_lb, model.u_ub = sides
+        return model
+
+    def timed(self, solver, start):
+        """(whether it says that it is solved, us) of one solve by a new solver."""
+        states, inputs = self.trajectory.split(None if start is None else start[0])
+        begin = time.thread_time_ns()
+        found = solver.solve(states, inputs, ITERATIONS, False)
+        return found, 1e-3 * (time.thread_time_ns() - begin)
+
+
+class MimCsqp(_Crocoddyl):
+    name, package = "mim-csqp", "mim-solvers"
+    about = "sequential programs by ADMM in stages on crocoddyl's linear-quadratic action models; warm from states and inputs"
+    ladder = (1.0, 0.1, 0.01)
+    module = "crocoddyl"  # first: mim_solvers finds its libraries only beside it
+    needs = ("scipy.sparse", "mim_solvers")
+
+    def solve(self, start):
+        import mim_solvers
+        solver = mim_solvers.SolverCSQP(self.problem)
+        solver.termination_tolerance = self.tolerance
+        solver.eps_abs, solver.eps_rel, solver.max_qp_iters = 0.1 * self.tolerance, 0.0, PROGRAM_ITERATIONS
+        # With their defaults (1e-6, kept, every 25) it ends at 1e-7 to 1e-6: measured.md.
+        solver.sigma, solver.remove_reg, solver.rho_update_interval = 1e-10, True, 100
+        found, own_us = self.timed(solver, start)
+        t = self.trajectory
+        w = t.joined(solver.xs.tolist(), solver.us.tolist())
+        return Answer(w, *t.joined_multipliers(w, solver.lag_mul.tolist(), solver.y.tolist()),
+                      claimed=f"KKT {solver.KKT:.1e}", solved=bool(found), iterations=int(solver.qp_iters), own_us=own_us)
+
+
+class CrocoddylBoxFddp(_Crocoddyl):
+    name, package = "crocoddyl-boxfddp", "crocoddyl"
+    about = ("BoxFDDP; sides of inputs are all that it constrains; it gives no multipliers: they are made from its point, in its favour; "
+             "warm from states and inputs")
+    ladder = (1.0, 1e-4, 1e-8)
+    constrains_inputs_only = True
+    near = 1e-9  # what counts as at a side
+
+    def solve(self, start):
+        import crocoddyl
+        solver = crocoddyl.SolverBoxFDDP(self.problem)
+        solver.th_stop = self.tolerance
+        found, own_us = self.timed(solver, start)
+        t = self.trajectory
+        w = t.joined(solver.xs.tolist(), solver.us.tolist())
+        return Answer(w, *self.multipliers(w), claimed=f"stop {solver.stop:.1e}", solved=bool(found), iterations=int(solver.iter),
+                      own_us=own_us)
+
+    def multipliers(self, w):
+        """Costates backwards from the end, so that slopes along states vanish; at sides of inputs what is left of the slope."""
+        t, qp = self.trajectory, self.trajectory.qp
+        slope = qp.hessian.times(w) + qp.gradient
+        rows, bounds = np.zeros(qp.m), np.zeros(qp.n)
+        after = t.stages[-1]
+        costate = slope[after.x]
+        for s in reversed(t.stages[:-1]):
+            rows[s.dynamics] = costate
+            places = s.u.start + s.bounded_u
+            left = slope[places] + s.B.T[s.bounded_u] @ costate
+            distance = np.where(left < 0.0, s.u_high - w[places], w[places] - s.u_low)
+            bounds[places] = np.where(distance <= self.near, -left, 0.0)
+            costate = slope[s.x] + s.A.T @ costate
+        bounds[:t.nx] = -costate
+        return rows, bounds
