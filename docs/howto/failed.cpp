@@ -12,7 +12,7 @@ int main() {
   const Solution longer = solve(changed(ride(5.0), why.remedies.front().changes.front()));
   std::printf("with the first of these: %s\n\n", describe(longer.status));
 
-  // The same, but the place may be missed, at a price: how far does it come?
+  // The same, but the place may be missed, at a price: how far does it come, and why no farther?
   Phase<2, 1> phase{"ride", Cart{}, exactly(2.0)};
   phase.bound_input(0, between(-3.0, 3.0))
       .track("effort", pull, VectorXd::Ones(1))
@@ -23,5 +23,6 @@ int main() {
   const Solution near = solve(problem);
   for (const SoftViolation& missed : near.soft_violations)
     std::printf("'%s' is missed by %.3f\n", missed.term.c_str(), missed.largest);
+  std::printf("%s", explain(problem).text().c_str());
   return far.status == SolveStatus::infeasible && longer.ok() && near.ok() ? 0 : 1;
 }

@@ -26,8 +26,10 @@ SCRIPTS = ["doxygen-awesome-darkmode-toggle.js", "doxygen-awesome-fragment-copy-
 # In the order of the sidebar; pages that are not named here follow.
 PAGES = [
     "README.md", "docs/install.md", "docs/tutorial.md", "docs/concepts.md", "docs/howto.md", "docs/comparison.md",
-    "docs/python.md", "docs/glossary.md", "docs/promise.md", "docs/faults.md", "docs/migration.md", "docs/third_parties.md",
-    "problems/push_recovery/README.md", "problems/push_recovery/step_planning.md", "robots/README.md",
+    "docs/glossary.md", "docs/promise.md", "docs/faults.md", "docs/mutants.md", "docs/sanitizers.md", "docs/repeatability.md",
+    "docs/migration.md", "docs/third_parties.md",
+    "problems/push_recovery/README.md", "problems/push_recovery/step_planning.md",
+    "problems/quadruped/quadruped.md", "robots/README.md",
     "benchmarks/README.md", "benchmarks/measured.md", "examples/README.md",
     "framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",
     "framework/design/dae.md", "framework/design/integrators.md", "framework/design/riccati.md",
@@ -38,6 +40,11 @@ PAGES = [
 
 def label(page):
     return "page_" + re.sub(r"\W", "_", page.removesuffix(".md")).lower()
+
+
+def anchor(page, heading):
+    """Of a heading by its slug."""
+    return f"{label(page)}__{heading.replace('-', '_')}"
 
 
 def slug(heading):
@@ -63,13 +70,13 @@ class Page:
     def link(self, text, target, whole):
         if re.match(r"\w+:", target):
             return whole
-        path, _, anchor = target.partition("#")
+        path, _, heading = target.partition("#")
         path = self.path_of(path) if path else self.name
         if os.path.isdir(os.path.join(ROOT, path)) and f"{path}/README.md" in self.names:
             path += "/README.md"
         words = text.replace('"', "'").replace("`", "")
         if path in self.names:
-            to = label(path) + (f"__{anchor.replace('-', '_')}" if anchor else "")
+            to = anchor(path, heading) if heading else label(path)
             return f'\\ref {to} "{words}"'
         if path in self.headers:
             return f'\\ref {self.headers[path]} "{words}"'
@@ -132,7 +139,7 @@ class Page:
                 seen[name] = seen.get(name, -1) + 1
                 if seen[name]:
                     name += f"-{seen[name]}"
-                out.append(f"{heading[1]} {heading[2]} {{#{label(self.name)}__{name.replace('-', '_')}}}")
+                out.append(f"{heading[1]} {heading[2]} {{#{anchor(self.name, name)}}}")
         return "\n".join(out) + "\n"
 
 
@@ -140,13 +147,14 @@ def write_pages(folder):
     """PAGES, then what else there is; returns their files in order, the pictures, and sentences
     on links and pictures that lead nowhere."""
     names = [name for name in PAGES if os.path.exists(os.path.join(ROOT, name))]
+    lacking = [f"make.py: there is no page {name}" for name in PAGES if name not in names]
     tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.md"], capture_output=True, text=True, check=False)
     for name in tracked.stdout.split():
         if name not in names and "/templates/" not in name and not name.startswith(("docs/results/", ".")):
             names.append(name)
     headers = {os.path.relpath(path, ROOT): f"saltus/{name}"
                for name, path in public_headers.public_headers()}
-    files, pictures, lacking = [], {}, []
+    files, pictures = [], {}
     os.makedirs(folder)
     for i, name in enumerate(names):
         path = os.path.join(folder, f"{i:02}_{name.replace('/', '_')}")
@@ -181,7 +189,6 @@ def write_header(out):
 def run_doxygen(out, files, pictures):
     write_header(out)
     headers = os.path.join(out, "headers")
-    shutil.copy(os.path.join(ROOT, "docs", "reference", "shared_comments.dox"), headers)
     settings = {
         "OUTPUT_DIRECTORY": out,
         "PROJECT_NUMBER": version(),

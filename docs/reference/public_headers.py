@@ -8,9 +8,10 @@ that numbers of lines stay:
 
 - the first comment of a header, `// One idea.`, which is that of its file;
 - a comment behind a declaration, `double thrust;  // N`, which is that of the declaration;
-- several names in one declaration, `double x, y;  ///< m`: the comment is that of each;
-- constructors and assignments that copy, move, are defaulted or deleted, and arithmetic of automatic
-  differentiation: which say so.
+- several names in one declaration, `double x, y;  ///< m`, and functions one below the other under one comment:
+  the comment is that of each;
+- constructors and assignments that copy or move, which are left out; what is defaulted or deleted, and arithmetic of
+  automatic differentiation, which say so.
 """
 
 import glob
@@ -23,6 +24,7 @@ LIST = os.path.join(ROOT, "framework", "cmake", "public_headers.txt")
 BEHIND = re.compile(r"^(\s*[^\s/}#].*[;,{])\s+//\s(?!NOLINT)(.*)$")  # `double thrust;  // N`
 SEVERAL = re.compile(r"^(\s*)((?:static constexpr |const )?[\w:]+(?:<[^;=]*?>)?(?:::\w+)?) (\w+(?: = [^;]*|\{[^;]*)?, [^;]*);(.*)$")
 ON_ONE_LINE = re.compile(r"^(\s*)((?:enum|struct|class) .*\};)\s+//(?:/<)? (.*)$")
+FUNCTION = re.compile(r"^(\s*)(?!return |using |friend )([\w:<>,&*\[\] ]+ \w+\([^/]*\)(?: const)?;)$")
 AS_MADE = re.compile(r"^(\s*)(\S.*=\s*(default|delete);.*)$")
 COPIES = re.compile(r"^(\s*)(?:(\w+)\(const \2&[^,)]*\)|(\w+)& operator=\(const \3&[^,)]*\))(?: noexcept)?;")
 MOVES = re.compile(r"^(\s*)(?:(\w+)\(\2&&[^,)]*\)|(\w+)& operator=\(\3&&[^,)]*\))(?: noexcept)?;")
@@ -88,7 +90,7 @@ def as_words(line):
 
 
 def rewritten(name, lines):
-    out, is_head, above = [], True, ""
+    out, is_head, above, shared = [], True, "", ""
     for i, line in enumerate(lines):
         is_head = is_head and line.startswith("//")
         behind, as_made = BEHIND.match(line), AS_MADE.match(line)
@@ -104,6 +106,8 @@ def rewritten(name, lines):
         if is_concept and at < len(out) and not out[at - 1].startswith("///"):
             out[at] = "/** What a template asks of its arguments. */ " + out[at]
         copies = COPIES.match(line) or MOVES.match(line)
+        function = FUNCTION.match(line)
+        shared = (above if is_said else shared) if function else ""
         if is_head:
             begin = f"/** \\file {name} */ " if i == 0 else ""
             out.append(f"{begin}///{line[2:]}")
@@ -111,8 +115,7 @@ def rewritten(name, lines):
             words = "As the compiler makes it." if as_made[3] == "default" else "There is none."
             out.append(f"{as_made[1]}/** {words} */ {as_made[2]}")
         elif copies and not is_said:
-            words = "Moves." if MOVES.match(line) else "Copies."
-            out.append(f"{copies[1]}/** {words} */ {line.strip()}")
+            out.append(f"{copies[1]}/** \\cond */ {line.strip()} /** \\endcond */")
         elif name in AUTODIFF and ARITHMETIC.match(line) and not is_said and "///" not in line:
             at = begins_at(out)
             if at < len(out):
@@ -120,6 +123,8 @@ def rewritten(name, lines):
                 out.append(line)
             else:
                 out.append("/** As for numbers, derivatives or dependence included. */ " + line.strip())
+        elif function and shared and not is_said:
+            out.append(f"{function[1]}/** {shared} */ {function[2]}")
         elif one_line := ON_ONE_LINE.match(line):
             out.append(f"{one_line[1]}/** {one_line[3]} */ {one_line[2]}")
         elif behind:

@@ -25,10 +25,16 @@ class Headers(unittest.TestCase):
         self.assertEqual(rewritten("", "  /// m", "  Vec<S, 3> x, y;")[2],
                          "  Vec<S, 3> x; /**< m */ Vec<S, 3> y; /**< m */")
 
+    def test_functions_under_one_comment_share_it(self):
+        self.assertEqual(rewritten("", "/// A row;", "/// or its head.", "std::string head();", "std::string row(int i);")[3:],
+                         ["std::string head();", "/** A row; or its head. */ std::string row(int i);"])
+        self.assertEqual(rewritten("", "/// A row.", "std::string row(int i);", "", "std::string head();")[4],
+                         "std::string head();")
+
     def test_what_says_itself(self):
         self.assertIn("There is none.", rewritten("", "  Part(const Part&) = delete;")[1])
-        self.assertIn("Moves.", rewritten("", "  Part(Part&& other) noexcept;")[1])
-        self.assertIn("Copies.", rewritten("", "  Part& operator=(const Part& other);")[1])
+        for line in ("  Part(Part&& other) noexcept;", "  Part& operator=(const Part& other);"):
+            self.assertEqual(rewritten("", line)[1], f"  /** \\cond */ {line.strip()} /** \\endcond */")
 
     def test_what_needs_a_comment_gets_none(self):
         for line in ("int rows() const { return rows_; }", "struct Options {", "double thrust;",

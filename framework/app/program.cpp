@@ -1,6 +1,8 @@
 #include "saltus/app/program.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <pwd.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +17,7 @@
 #include <fstream>
 #include <iostream>
 #include <new>
+#include <system_error>
 #include <utility>
 
 #include "saltus/app/completion.hpp"
@@ -56,7 +59,7 @@ std::vector<std::string> names_of(std::span<const ProblemEntry> problems) {
                                  const std::vector<std::string>& known, std::string_view remedy) {
   const std::string meant = nearest_name(given, known);
   throw InputError(meant.empty()
-                       ? fmt::format("unknown {} '{}'; {}", kind, given, remedy)
+                       ? fmt::format("unknown {} '{}'; {}", kind, shortened(given), remedy)
                        : fmt::format("unknown {} '{}'; did you mean '{}'?", kind, given, meant));
 }
 
@@ -195,15 +198,38 @@ Verb verb_of_program(std::string name, std::string summary, std::string program)
   return {std::move(name), std::move(summary), become};
 }
 
+namespace {
+
+// A file that is opened later would take the place of a stream that is closed, and get what is
+// printed.
+void have_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
+}
+
+// Some builds of Ipopt's linear solver start MPI, which aborts the process without a home folder,
+// and fetched files are kept below it. It is the user's own or "/", never a folder where others can
+// lay files for us, as /tmp would be.
+void have_home_folder() {
+  const char* given = std::getenv("HOME");
+  if (given != nullptr && *given != '\0') return;
+  const passwd* user = ::getpwuid(::geteuid());
+  const bool is_known = user != nullptr && user->pw_dir != nullptr && *user->pw_dir == '/';
+  ::setenv("HOME", is_known ? user->pw_dir : "/", /*overwrite=*/1);
+}
+
+}  // namespace
+
 int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry> problems,
                 std::span<const Verb> more_verbs) {
   const auto end_with = [](ExitStatus status, std::string_view sentence) {
     std::fflush(stdout);
-    fmt::print(stderr, "saltus: {}\n", printable(sentence));
+    // Not by fmt::print, which throws where nothing can be written.
+    std::fputs(fmt::format("saltus: {}\n", printable(sentence)).c_str(), stderr);
     return static_cast<int>(status);
   };
-  // Some builds of Ipopt's linear solver start MPI, which aborts the process without a home folder.
-  ::setenv("HOME", "/tmp", /*overwrite=*/0);
+  have_standard_streams();
+  have_home_folder();
   try {
     const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
     return static_cast<int>(dispatch(arguments, problems, more_verbs));
@@ -211,6 +237,11 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
     return end_with(ExitStatus::bad_input, error.what());
   } catch (const DefinitionError& error) {
     return end_with(ExitStatus::bad_input, error.what());
+  } catch (const std::system_error& error) {
+    return end_with(ExitStatus::bad_input, fmt::format("the system refuses: {}", error.what()));
+  } catch (const std::bad_alloc&) {
+    return end_with(ExitStatus::bad_input,
+                    "there is not enough memory; a smaller problem needs less");
   } catch (const std::exception& error) {
     return end_with(ExitStatus::internal_error, fmt::format("internal error: {}", error.what()));
   }

@@ -18,7 +18,7 @@ endif()
 
 set(SALTUS_MARCH "" CACHE STRING "Value of -march for the numerical code; empty is portable")
 option(SALTUS_WERROR "Treat warnings as errors" OFF)
-option(SALTUS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+set(SALTUS_SANITIZE OFF CACHE STRING "ON: address and undefined-behaviour sanitizers; thread: of data races")
 option(SALTUS_FUZZ "Count branches for libFuzzer, and build saltus_fuzz; needs clang" OFF)
 
 # ---- what a user's object needs too ---------------------------------------------------------------
@@ -97,9 +97,14 @@ if(SALTUS_MARCH)
   endif()
 endif()
 if(SALTUS_SANITIZE)
-  target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=address,undefined
+  set(SALTUS_SANITIZERS address,undefined)
+  if(SALTUS_SANITIZE STREQUAL "thread")
+    set(SALTUS_SANITIZERS thread)
+  endif()
+  target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=${SALTUS_SANITIZERS}
                                                 -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  target_link_options(saltus_usage INTERFACE $<BUILD_INTERFACE:-fsanitize=address,undefined>)
+  target_compile_definitions(saltus_baseline_flags INTERFACE _GLIBCXX_ASSERTIONS)
+  target_link_options(saltus_usage INTERFACE $<BUILD_INTERFACE:-fsanitize=${SALTUS_SANITIZERS}>)
 endif()
 if(SALTUS_FUZZ)
   target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=fuzzer-no-link)
@@ -109,11 +114,14 @@ add_library(saltus_inside INTERFACE)
 target_include_directories(saltus_inside INTERFACE ${PROJECT_SOURCE_DIR})
 
 # Programs export nothing: a shared library would otherwise take their instances of Eigen's inline
-# functions, built for another processor, in place of its own.
+# functions, built for another processor, in place of its own. A sanitizer that is linked in must
+# export its malloc and free, or a shared library frees what it has not allocated.
 add_library(saltus_program_flags INTERFACE)
-target_link_options(saltus_program_flags INTERFACE
-                    -Wl,--exclude-libs,ALL
-                    -Wl,--version-script=${PROJECT_SOURCE_DIR}/framework/cmake/nothing_exported.map)
+if(NOT SALTUS_SANITIZE)
+  target_link_options(saltus_program_flags INTERFACE
+                      -Wl,--exclude-libs,ALL
+                      -Wl,--version-script=${PROJECT_SOURCE_DIR}/framework/cmake/nothing_exported.map)
+endif()
 
 # ---- headers parsed once ----------------------------------------------------------------------------
 
@@ -266,6 +274,10 @@ function(saltus_test name)
                                              Eigen3::Eigen fmt::fmt)
   saltus_reuse(test_${name} ${SALTUS_TEST_HEADERS})
   saltus_compiled_fast(test_${name})
+  set(seconds 300)
+  if(SALTUS_SANITIZE)
+    set(seconds 3000)
+  endif()
   gtest_discover_tests(test_${name} TEST_PREFIX "${name}." DISCOVERY_TIMEOUT 60
-                                    PROPERTIES TIMEOUT 300)
+                                    PROPERTIES TIMEOUT ${seconds})
 endfunction()

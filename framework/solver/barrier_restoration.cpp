@@ -42,7 +42,7 @@ SolveStatus BarrierRun::restore() {
   options.max_iterations = options_.max_iterations - iterations_;
   options.first_number = options_.first_number + iterations_;
   options.suffices = [&](const VectorXd& w, const VectorXd& slacks) {
-    trial_.x.head(n_) = w;
+    trial_.x.head(n_) = w.head(n_);  // without the relaxation's own
     for (int i = 0; i < m_; ++i)
       trial_.x[n_ + i] = row_kind_[i] == Row::inequality ? slacks[i] : 0.0;
     return evaluate(trial_) && trial_.violation <= restored * from.violation &&

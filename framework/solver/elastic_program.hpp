@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/solver/nonlinear_program.hpp"
+#include "saltus/solver/slack_program.hpp"
 
 namespace saltus {
 
@@ -28,7 +28,7 @@ struct ElasticGroup {
 };
 
 /// The relaxed program, for any solver.
-class ElasticProgram final : public NonlinearProgram {
+class ElasticProgram final : public SlackProgram {
  public:
   /// `program` must outlive it, and its data must not change meanwhile. Its variables come first,
   /// then s and t of every group; its rows, then those of bounds in groups.
@@ -49,41 +49,20 @@ class ElasticProgram final : public NonlinearProgram {
   /// A start: w, and what each group lacks there.
   NlpPoint start(const VectorXd& w) const;
 
-  int variables() const override { return n_ + 2 * static_cast<int>(groups_.size()); }
   int rows() const override { return static_cast<int>(row_lower_.size()); }
-  const VectorXd& lower() const override { return lower_; }
-  const VectorXd& upper() const override { return upper_; }
   const VectorXd& row_lower() const override { return row_lower_; }
   const VectorXd& row_upper() const override { return row_upper_; }
-  const SparsityPattern& jacobian_pattern() const override { return jacobian_pattern_; }
-  const SparsityPattern& hessian_pattern() const override { return hessian_pattern_; }
-  bool supports(Curvature curvature) const override { return program_.supports(curvature); }
 
-  bool objective(const double* w, double& f) override;
-  bool gradient(const double* w, double* gradient) override;
   bool constraints(const double* w, double* g) override;
-  bool jacobian(const double* w, double* entries) override;
-  bool hessian(const double* w, double sigma, const double* lambda, double* entries,
-               Curvature curvature) override;
 
   std::string describe_variable(int i) const override;
   std::string describe_row(int i) const override;
 
  private:
-  NonlinearProgram& program_;
   std::vector<ElasticGroup> groups_;
-  int n_, m_;
   std::vector<int> group_of_row_;  // of all rows here, -1: none
-  std::vector<int> bounded_;       // variable of each row beyond m_
-  SparsityPattern jacobian_pattern_, hessian_pattern_;
-  std::vector<int> jacobian_position_, hessian_position_, diagonal_position_;
-  struct Constant {
-    int position = 0;
-    double value = 0.0;
-  };
-  std::vector<Constant> constants_;  // of the Jacobian
-  std::vector<double> jacobian_entries_, hessian_entries_;
-  VectorXd lower_, upper_, row_lower_, row_upper_, w0_, d_;
+  std::vector<int> bounded_;       // variable of each row beyond those of the program
+  VectorXd row_lower_, row_upper_;
 };
 
 }  // namespace saltus

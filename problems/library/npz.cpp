@@ -3,14 +3,13 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <regex>
 #include <string_view>
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/file_content.hpp"
 
 namespace saltus::library {
 namespace {
@@ -51,8 +50,9 @@ std::optional<MatrixXd> parse_npy(const Bytes& file, std::size_t offset) {
   if (length > longest_header) file.fail("an array's header is far too long");
   const std::string header(file.at(begin, length));
   if (header.find("'<f8'") == std::string::npos) return std::nullopt;
+  static const std::regex sizes(R"('shape': \((\d+),(?: (\d+))?\))");
   std::smatch shape;
-  if (!std::regex_search(header, shape, std::regex(R"('shape': \((\d+),(?: (\d+))?\))")) ||
+  if (!std::regex_search(header, shape, sizes) ||
       header.find("'fortran_order': False") == std::string::npos)
     file.fail("an array is neither a vector nor a matrix stored by rows");
   const auto size = [&](const std::string& digits) {
@@ -70,9 +70,7 @@ std::optional<MatrixXd> parse_npy(const Bytes& file, std::size_t offset) {
 }  // namespace
 
 std::map<std::string, MatrixXd> read_npz(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError("'" + path + "' cannot be opened.");
-  const std::string data{std::istreambuf_iterator<char>(in), {}};
+  const std::string data = file_content(path);
   const Bytes file(data, path);
 
   // The archive's directory is found from its end.
@@ -81,6 +79,7 @@ std::map<std::string, MatrixXd> read_npz(const std::string& path) {
   const int members = file.number<std::uint16_t>(end + 10);
   std::size_t entry = file.number<std::uint32_t>(end + 16);
   std::map<std::string, MatrixXd> arrays;
+  std::size_t bytes = 0;
   for (int i = 0; i < members; ++i) {
     if (file.at(entry, 4) != "PK\x01\x02") file.fail("its directory is damaged");
     if (file.number<std::uint16_t>(entry + 10) != 0) file.fail("a member is compressed");
@@ -91,8 +90,10 @@ std::map<std::string, MatrixXd> read_npz(const std::string& path) {
              file.number<std::uint16_t>(entry + 32);
     const std::size_t content = local + 30 + file.number<std::uint16_t>(local + 26) +
                                 file.number<std::uint16_t>(local + 28);
-    if (auto array = parse_npy(file, content))
-      arrays[name.substr(0, name.rfind(".npy"))] = std::move(*array);
+    auto array = parse_npy(file, content);
+    if (array) bytes += sizeof(double) * static_cast<std::size_t>(array->size());
+    if (bytes > data.size()) file.fail("its members overlap");
+    if (array) arrays[name.substr(0, name.rfind(".npy"))] = std::move(*array);
   }
   return arrays;
 }

@@ -26,11 +26,11 @@ double first_time(const RunLog& log, Beyond beyond) {
 }
 
 // Over the whole run.
-std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v, double length,
-                                     double momentum) {
+std::vector<Cause> causes_on_the_way(const RunLog& log, const Verdict& v,
+                                     const LimitsOnTheWay& limits) {
   std::vector<Cause> causes;
-  const double lowest = height_lowest * length, highest = height_highest * length,
-               largest = angular_momentum_limit * momentum;
+  const double lowest = limits.height.lower, highest = limits.height.upper,
+               largest = limits.momentum;
   causes.push_back({first_time(log, [=](const Sample& s) { return s.gamma[2] < lowest; }),
                     fmt::format("the CoM sank below {:.2f} m", lowest),
                     fmt::format("the CoM sank to {:.3f} m", v.com_height_min)});
@@ -69,6 +69,19 @@ double end_time(double push_end, double landing, double touchdown) {
   return std::max(push_end, last) + rest_after + rest_length;
 }
 
+LimitsOnTheWay limits_on_the_way(const Config& config, const RobotDescription& robot) {
+  LimitsOnTheWay limits;
+  if (robot.postures.empty()) return limits;
+  // The bounds are those of a robot on one foot.
+  const StandingPosture& one_foot = config.scene.stance == Stance::both
+                                        ? robot.default_posture()
+                                        : posture_on(config.scene.stance, robot);
+  const double length = one_foot.com[2] / reference_height;
+  limits.height = between(height_lowest * length, height_highest * length);
+  limits.momentum = angular_momentum_limit * robot.mass / reference_mass * std::pow(length, 1.5);
+  return limits;
+}
+
 Verdict judge(const Config& config, const RunLog& log) {
   const std::vector<Push> pushes = all_pushes(config.push, config.more_pushes);
   double settled_from = log.last_touchdown() < infinity ? log.last_touchdown() : 0.0;
@@ -76,16 +89,9 @@ Verdict judge(const Config& config, const RunLog& log) {
     if (pushes.size() > 1 || log.touchdown == infinity)
       settled_from = std::max(settled_from, push.end());
   Verdict v = figures_of(log, settled_from, pushes);
-  double length = 1.0, momentum = 1.0;
-  if (!log.robot.postures.empty()) {
-    // The bounds are those of a robot on one foot.
-    const StandingPosture& one_foot = config.scene.stance == Stance::both
-                                          ? log.robot.default_posture()
-                                          : posture_on(config.scene.stance, log.robot);
-    length = one_foot.com[2] / reference_height;
-    momentum = log.robot.mass / reference_mass * std::pow(length, 1.5);
-  }
-  std::vector<Cause> causes = causes_on_the_way(log, v, length, momentum);
+  const LimitsOnTheWay limits = limits_on_the_way(config, log.robot);
+  const double momentum = limits.momentum / angular_momentum_limit;  // that of iCub is 1
+  std::vector<Cause> causes = causes_on_the_way(log, v, limits);
   const Scene& scene = log.final_scene;
   const SupportPolygon ground =
       log.samples.back().two_feet() ? scene.hull() : scene.stance_polygon();

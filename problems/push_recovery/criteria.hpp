@@ -14,6 +14,13 @@ inline constexpr double rest_speed = 0.05;                            // m/s
 inline constexpr double rest_com_error = 0.02;                        // m
 inline constexpr double rest_angular_momentum = 0.1;                  // Nms
 
+/// What must hold over the whole run, for a robot of its size.
+struct LimitsOnTheWay {
+  Bounds height = between(height_lowest, height_highest);  ///< of the CoM, m
+  double momentum = angular_momentum_limit;                ///< about the CoM, Nms
+};
+LimitsOnTheWay limits_on_the_way(const Config& config, const RobotDescription& robot);
+
 /// When enough has been seen to judge (s): the last push is over at `push_end`, the last foot has
 /// landed, and the robot has had the time to settle. `landing` is infinite while none is due,
 /// `touchdown` until a foot has landed.

@@ -5,6 +5,7 @@
 
 #include "problems/push_recovery/criteria.hpp"
 #include "problems/push_recovery/mpc.hpp"
+#include "problems/push_recovery/unmet_words.hpp"
 #include "saltus/robots/report/run_biped.hpp"
 #include "saltus/robots/survey/robot_verb.hpp"
 #include "saltus/robots/survival/map.hpp"
@@ -85,6 +86,11 @@ double PushRecovery::end_time(double push_end, double landing, double touchdown)
 }
 
 Verdict PushRecovery::judge(const RunLog& log) const { return push_recovery::judge(config_, log); }
+
+std::unique_ptr<walking::UnmetWords> PushRecovery::unmet_words(
+    const RobotDescription& robot) const {
+  return std::make_unique<PushRecoveryWords>(limits_on_the_way(config_, robot));
+}
 
 ProblemEntry entry() {
   return biped_entry<PushRecovery>("push_recovery", "iCub is pushed and caught by a step");

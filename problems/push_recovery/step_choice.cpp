@@ -97,6 +97,7 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
   iterations_ = 0;
   plan_.alternatives = 0;
   plan_.chosen = -1;
+  asked_ = nullptr;
   if (!is_known(now)) return plan_;
   velocity_ = settings_.velocity;
   if (now.time >= settings_.walk_until) velocity_.setZero();
@@ -171,9 +172,19 @@ const StepPlan& StepChoice::plan(const StepSituation& now) {
     for (int i = 0; i < best; ++i) plan_.chosen += candidates_[i].solution != nullptr;
     carry_out(candidates_[best], now);
     incumbent_ = best;
+    asked_ = &candidates_[best];
+  } else if (plan_.alternatives > 0) {  // the plan stays as it was
+    plan_.is_feasible = false;
+    plan_.missed = infinity;
+    asked_ = &*std::ranges::find_if(candidates_,
+                                    [](const Candidate& c) { return c.solution != nullptr; });
   }
   seconds_ = seconds_since(begin);
   return plan_;
+}
+
+const MultipleShooting* StepChoice::shooting() const {
+  return asked_ == nullptr ? nullptr : &asked_->program.shooting();
 }
 
 // On two feet that have been at rest. Once begun it goes on until the foot has landed.
@@ -271,7 +282,8 @@ Vec<double, 3> StepChoice::in_world(const Frame& frame, Side foot,
 }
 
 void StepChoice::carry_out(const Candidate& c, const StepSituation& now) {
-  plan_.is_feasible = c.solution->missed < hardly;
+  plan_.missed = c.solution->missed;
+  plan_.is_feasible = plan_.missed < hardly;
   const bool is_new = plan_.count == 0 || plan_.steps[0].foot != c.first;
   plan_.count = c.steps;
   const Frame frame = frame_on(now, stance_of(c, now));

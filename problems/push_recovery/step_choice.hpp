@@ -45,6 +45,7 @@ class StepChoice final : public walking::StepPlanner {
              const Vec<double, 2>& stride);
 
   const StepPlan& plan(const StepSituation& now) override;
+  const MultipleShooting* shooting() const override;
 
   /// Forgets all plans: another run begins.
   void restart();
@@ -96,6 +97,7 @@ class StepChoice final : public walking::StepPlanner {
   std::vector<Candidate> candidates_;
   Vec<double, 2> velocity_ = Vec<double, 2>::Zero();  // desired now, m/s
   int incumbent_ = -1;
+  const Candidate* asked_ = nullptr;   // of the last plan; null: nothing was solved for it
   int landed_last_ = -1;               // side of the foot that did, -1: none has
   double landed_at_ = -infinity;       // s
   double pace_;                        // from landing to landing of who walks, s

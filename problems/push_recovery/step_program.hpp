@@ -36,6 +36,8 @@ class StepProgram {
   StepProgram(const StepModel& model, int steps, bool from_two_feet);
 
   int steps() const { return steps_; }
+  /// What was solved last, with its data.
+  const MultipleShooting& shooting() const { return *shooting_; }
   /// The next solve starts from the problem's own guess.
   void restart() { has_plan_ = false; }
   /// From `state` (StepModel), `elapsed` s after the solve before. `first` bounds what is left of

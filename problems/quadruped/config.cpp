@@ -40,7 +40,8 @@ void declare_settings(Settings& s, Config& c) {
   s.number("controller.height", k.height, "m", "of the centre of mass above the feet",
            between(0.2, 0.35));
   s.number("controller.clearance", k.clearance, "m", "of a swing foot", between(0.01, 0.15));
-  s.number("controller.landing_speed", k.landing_speed, "m/s", "of a swing foot, downwards",
+  s.number("controller.landing_speed", k.landing_speed, "m/s",
+           "of a swing foot, downwards; one that is late looks for the ground so fast",
            between(0.1, 1.0));
   s.number("controller.foothold_gain", k.foothold_gain, "s",
            "how far ahead a foot lands for an error of the velocity", between(0.0, 0.5));

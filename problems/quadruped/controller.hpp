@@ -19,9 +19,9 @@ struct ControllerSettings {
   double speed = 0.4, sideways = 0.0;  // m/s, in the axes of the body
   double turn = 0.0;                   // rad/s
   double clearance = 0.08;             // of a swing foot, m
-  double landing_speed = 0.4;          // m/s, downwards
-  double foothold_gain = 0.12;         // on the error of the velocity, s
-  double longest_step = 0.22;          // of a foot from below its hip, m
+  double landing_speed = 1.0;   // m/s, downwards; a foot that is late looks for the ground so fast
+  double foothold_gain = 0.12;  // on the error of the velocity, s
+  double longest_step = 0.22;   // of a foot from below its hip, m
 };
 
 class Controller {

@@ -36,6 +36,16 @@ struct Ground {
     for (const Wave& wave : waves) z += wave.height * sin(wave.kx * x + wave.ky * y + wave.phase);
     return z;
   }
+
+  /// How fast the ground below a point rises that moves so along it (m/s).
+  template <class S>
+  S rise(const S& x, const S& y, const S& vx, const S& vy) const {
+    S rate(0.0);
+    for (const Wave& wave : waves)
+      rate +=
+          wave.height * (wave.kx * vx + wave.ky * vy) * cos(wave.kx * x + wave.ky * y + wave.phase);
+    return rate;
+  }
 };
 
 }  // namespace saltus::quadruped

@@ -56,15 +56,18 @@ Automaton<nx, nu> automaton(const Body& body, const Ground& ground) {
       const int at = states + 3 * leg;
       return x[at + 2] - ground(x[at], x[at + 1]);
     };
-    const auto told_upwards = [leg](const auto&, const auto&, const auto& u) {
-      return u[3 * legs + 3 * leg + 2];
+    // Off a slope, too: a foot that is told to go up, and faster into the hill, stays on the
+    // ground.
+    const auto told_off_the_ground = [ground, leg](const auto&, const auto& x, const auto& u) {
+      const int at = states + 3 * leg, to = 3 * legs + 3 * leg;
+      return u[to + 2] - ground.rise(x[at], x[at + 1], u[to], u[to + 1]);
     };
     for (int mode = 0; mode < 1 << legs; ++mode) {
       const std::string from = name_of(mode), to = name_of(mode ^ 1 << leg);
       if ((mode & 1 << leg) == 0)
         robot.event(std::string(leg_names[leg]) + " lands", from, to, clearance, Crossing::falling);
       else
-        robot.event(std::string(leg_names[leg]) + " lifts", from, to, told_upwards,
+        robot.event(std::string(leg_names[leg]) + " lifts", from, to, told_off_the_ground,
                     Crossing::rising);
     }
   }

@@ -3,7 +3,7 @@
 // A foot in the air moves as its leg is told, until the ground is there: the event "lands". On the
 // ground it sticks, and what its leg does pushes the body: the force that is asked for, cut to what
 // friction and the leg's length allow. A leg that is told to swing meanwhile drags: it is a servo
-// of finite gain. It comes off the ground when it is told to go up: the event "lifts".
+// of finite gain. It comes off the ground when it is told to go away from it: the event "lifts".
 #pragma once
 
 #include <array>

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "problems/library/catalogue.hpp"
+#include "saltus/app/note_signals.hpp"
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
@@ -40,13 +43,90 @@ ProblemCheck check_case(const ReferenceCase& c, int intervals) {
   return page;
 }
 
-ExitStatus check_one(const std::string& name, int intervals) {
+using Json = nlohmann::ordered_json;
+
+constexpr const char* page_schema = R"({
+  "$schema": "https://json-schema.org/draft/2020-12/schema",
+  "title": "saltus check --json: of one problem a page, of all of them a list",
+  "$defs": {
+    "page": {
+      "type": "object",
+      "required": ["problem", "ok", "lines"],
+      "additionalProperties": false,
+      "properties": {
+        "problem": {"type": "string", "description": "id and name"},
+        "ok": {"type": "boolean", "description": "nothing is doubtful"},
+        "lines": {
+          "type": "array",
+          "items": {
+            "type": "object",
+            "required": ["aspect", "verdict", "text"],
+            "additionalProperties": false,
+            "properties": {
+              "aspect": {"enum": ["definition", "start", "derivatives", "sparsity", "jumps", "bounds",
+                                  "scaling", "ranks", "integration", "reach"]},
+              "verdict": {"enum": ["good", "doubtful", "unknown"]},
+              "text": {"type": "string", "description": "a sentence, with phase, term and time"}
+            }
+          }
+        }
+      }
+    }
+  },
+  "anyOf": [
+    {"$ref": "#/$defs/page"},
+    {
+      "type": "object",
+      "required": ["problems", "doubtful", "interrupted"],
+      "additionalProperties": false,
+      "properties": {
+        "problems": {"type": "array", "items": {"$ref": "#/$defs/page"}},
+        "doubtful": {"type": "integer", "description": "how many of them"},
+        "interrupted": {"type": "boolean", "description": "others were not checked"}
+      }
+    }
+  ]
+}
+)";
+
+const char* word_for(CheckVerdict verdict) {
+  switch (verdict) {
+    case CheckVerdict::good:
+      return "good";
+    case CheckVerdict::doubtful:
+      return "doubtful";
+    case CheckVerdict::unknown:
+      break;
+  }
+  return "unknown";
+}
+
+// As page_schema says.
+Json page_json(const ProblemCheck& page) {
+  Json lines = Json::array();
+  for (const CheckLine& line : page.lines)
+    lines.push_back(
+        {{"aspect", line.aspect}, {"verdict", word_for(line.verdict)}, {"text", line.text}});
+  return {{"problem", page.problem}, {"ok", page.ok()}, {"lines", lines}};
+}
+
+struct CheckRequest {
+  std::string problem;  // empty: all
+  int intervals = 0;    // per phase; 0: the case's own grid
+  bool json = false, quiet = false, print_schema = false;
+};
+
+ExitStatus check_one(const CheckRequest& request) {
+  const std::string& name = request.problem;
   std::vector<std::string> names;
   for (const ReferenceCase& c : reference_cases()) {
     names.insert(names.end(), {c.id, c.name});
     if (!is_called(c, upper_case_id(name))) continue;
-    const ProblemCheck page = check_case(c, intervals);
-    fmt::print("{}", page.text());
+    const ProblemCheck page = check_case(c, request.intervals);
+    if (request.json)
+      fmt::print("{}\n", page_json(page).dump(2));
+    else if (!request.quiet)
+      fmt::print("{}", page.text());
     return page.ok() ? ExitStatus::ok : ExitStatus::differs;
   }
   const std::string meant = nearest_name(name, names);
@@ -55,17 +135,36 @@ ExitStatus check_one(const std::string& name, int intervals) {
       shortened(name), meant.empty() ? "" : fmt::format(" (did you mean '{}'?)", meant)));
 }
 
-ExitStatus check_all(int intervals) {
-  int doubtful = 0;
-  for (const ReferenceCase& c : reference_cases()) {
-    ProblemCheck page = check_case(c, intervals);
-    doubtful += page.ok() ? 0 : 1;
-    std::erase_if(page.lines,
-                  [](const CheckLine& line) { return line.verdict == CheckVerdict::good; });
-    fmt::print("{}", page.text());
-    std::fflush(stdout);
+ExitStatus check_all(const CheckRequest& request) {
+  int doubtful = 0, checked = 0, signal = 0;
+  Json pages = Json::array();
+  {
+    const NoteSignals note;
+    for (const ReferenceCase& c : reference_cases()) {
+      signal = NoteSignals::received();
+      if (signal != 0) break;
+      ProblemCheck page = check_case(c, request.intervals);
+      ++checked;
+      doubtful += page.ok() ? 0 : 1;
+      if (request.json) pages.push_back(page_json(page));
+      if (request.json || request.quiet) continue;
+      std::erase_if(page.lines,
+                    [](const CheckLine& line) { return line.verdict == CheckVerdict::good; });
+      fmt::print("{}", page.text());
+      std::fflush(stdout);
+    }
   }
-  fmt::print("{} problems, {} doubtful\n", reference_cases().size(), doubtful);
+  if (request.json)
+    fmt::print(
+        "{}\n",
+        Json{{"problems", pages}, {"doubtful", doubtful}, {"interrupted", signal != 0}}.dump(2));
+  else if (!request.quiet)
+    fmt::print("{} problems, {} doubtful\n", checked, doubtful);
+  if (signal != 0) {
+    if (!request.json) fmt::print("interrupted: the other problems were not checked\n");
+    std::fflush(nullptr);
+    std::raise(signal);
+  }
   return doubtful == 0 ? ExitStatus::ok : ExitStatus::differs;
 }
 
@@ -73,24 +172,33 @@ ExitStatus check_all(int intervals) {
 
 Verb check_verb() {
   return {"check", summary, [](std::span<const std::string> arguments) {
-            std::string name;
+            CheckRequest request;
             std::vector<Assignment> assignments;
             OptionParser parser("check", summary);
-            parser.word("problem", "its name; without, all of the library", name)
+            parser.word("problem", "its name; without, all of the library", request.problem)
                 .option("--intervals", "N", "per phase; the case's own grid without",
                         [&](const std::string& text) {
                           assignments.push_back(flag_assignment("intervals", text));
-                        });
+                        })
+                .flag("--json", "print every verdict as JSON in place of words", request.json)
+                .flag("--quiet", "print nothing: the status tells", request.quiet)
+                .flag("--print-schema", "print a JSON Schema of --json's output, and check nothing",
+                      request.print_schema);
             parser.parse(arguments);
             if (parser.help_wanted()) {
               fmt::print("{}", parser.help());
               return ExitStatus::ok;
             }
-            int intervals = 0;
+            if (request.print_schema) {
+              fmt::print("{}", page_schema);
+              return ExitStatus::ok;
+            }
             Settings settings;
-            settings.integer("intervals", intervals, "", "per phase", between(0, 2000));
+            settings.integer("intervals", request.intervals, "", "per phase", between(0, 2000));
             settings.apply(assignments);
-            return name.empty() ? check_all(intervals) : check_one(name, intervals);
+            if (!assignments.empty() && request.intervals < 1)
+              throw InputError("check: --intervals must be at least 1");
+            return request.problem.empty() ? check_all(request) : check_one(request);
           }};
 }
 

@@ -19,6 +19,7 @@
 #include "saltus/app/note_signals.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/simulation/explanation_json.hpp"
 #include "saltus/simulation/recording.hpp"
 #include "saltus/solve/explain.hpp"
 
@@ -118,6 +119,19 @@ std::optional<Explanation> explain_case(const ReferenceCase& c, const Solution& 
                                                        : std::optional(solution.trajectory)});
 }
 
+// A line per soft term that gives way, where nobody has asked why.
+std::string soft_text(const Solution& solution) {
+  constexpr double hardly = 1e-6;  // in units of the terms
+  std::string text;
+  for (const SoftViolation& soft : solution.soft_violations)
+    if (soft.largest > hardly)
+      text += fmt::format(
+          "  the soft '{}' of phase '{}' gives way by {:.4g} at t = {:.4g} s; --explain tells "
+          "why\n",
+          soft.term, soft.phase, soft.largest, soft.time);
+  return text;
+}
+
 ExitStatus refuse_loop(const std::string& id, const std::string& name, const std::string& why) {
   fmt::print(stderr, "saltus: no loop can be closed over {} {}: {}\n", id, name, why);
   return ExitStatus::not_applicable;
@@ -143,7 +157,8 @@ ExitStatus run_loop(const ReferenceCase& c, const Solution& plan,
     const UnmetTick& first = loop.log.unmet.front();
     const Explanation explanation =
         explain(first.problem, {.shooting = first.shooting, .time_limit = config.explain_limit});
-    summary["unmet"] = {{"t_s", first.time}, {"explanation", explanation_json(explanation)}};
+    summary["unmet"] = {{"t_s", first.time},
+                        {"explanation", Json::parse(explanation_json(explanation))}};
     unmet = fmt::format("the first tick that could not be met, at t = {:.4g} s: {}", first.time,
                         explanation.text());
   }
@@ -198,13 +213,13 @@ ExitStatus run_optimal_control(const ReferenceCase& known, const OptimalControlC
   summary["inputs"] = recording.input_columns();
   summary["tables"] = {"trajectory.csv"};
   summary["interrupted"] = signal != 0;
-  if (explanation) summary["explanation"] = explanation_json(*explanation);
+  if (explanation) summary["explanation"] = Json::parse(explanation_json(*explanation));
   const bool is_broken = outcome.between_nodes && *outcome.between_nodes > c.between_nodes;
   const char* remedy =
       config.refine || !is_broken ? "" : "  --refine cuts the intervals in which it is violated\n";
   finish(context, summary, config.pictures,
          fmt::format("{} {}: {}{}{}", c.id, c.name, verdict_text(outcome), remedy,
-                     explanation ? explanation->text() : ""));
+                     explanation ? explanation->text() : soft_text(solution)));
   if (signal != 0) {
     fmt::print("interrupted: these are the results up to there\n");
     std::fflush(nullptr);

@@ -102,45 +102,6 @@ Json solution_json(const Solution& solution, const Recording& recording) {
           {"events", events}};
 }
 
-Json explanation_json(const Explanation& explanation) {
-  const auto side = [](ProblemChange::Side s) {
-    return s == ProblemChange::Side::lower ? "lower" : "upper";
-  };
-  Json missing = Json::array(), remedies = Json::array();
-  for (const Shortage& s : explanation.shortages)
-    missing.push_back({{"kind", s.kind},
-                       {"phase", s.phase},
-                       {"term", s.term},
-                       {"component", s.component},
-                       {"side", side(s.side)},
-                       {"t_s", s.time},
-                       {"amount", s.amount},
-                       {"nominal", s.nominal},
-                       {"value", s.value},
-                       {"bound", s.bound},
-                       {"text", s.text()}});
-  for (const Remedy& r : explanation.remedies) {
-    Json changes = Json::array();
-    for (const ProblemChange& c : r.changes)
-      changes.push_back({{"kind", describe(c.kind)},
-                         {"phase", c.phase},
-                         {"name", c.name},
-                         {"component", c.component},
-                         {"side", side(c.side)},
-                         {"by", c.by}});
-    remedies.push_back({{"text", r.text},
-                        {"changes", changes},
-                        {"status", describe(r.status)},
-                        {"cost", r.cost},
-                        {"effort", r.effort}});
-  }
-  return {{"status", describe(explanation.status)},
-          {"relaxation", explanation.relaxation},
-          {"missing", missing},
-          {"remedies", remedies},
-          {"seconds", explanation.seconds}};
-}
-
 std::string verdict_text(const CaseOutcome& outcome) {
   std::string text = outcome.status + "\n";
   if (!outcome.checked.empty()) {

@@ -22,8 +22,6 @@ nlohmann::ordered_json summary_head(const CaseOutcome& outcome, const std::strin
 /// Every checked value beside its reference.
 nlohmann::ordered_json checked_json(const CaseOutcome& outcome);
 nlohmann::ordered_json solution_json(const Solution& solution, const Recording& recording);
-/// What is missing, by how much, and what would help.
-nlohmann::ordered_json explanation_json(const Explanation& explanation);
 
 /// The value that counts beside its reference, and why if it is not met.
 std::string verdict_text(const CaseOutcome& outcome);

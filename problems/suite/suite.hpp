@@ -26,6 +26,7 @@ struct SuiteRequest {
   SolverChoice solver = SolverChoice::ipopt;
   std::optional<std::filesystem::path> json = {};
   std::function<bool()> should_stop = {};  ///< asked before every case
+  bool quiet = false;                      ///< print nothing but errors
   std::string help = {};                   ///< not empty: asked for, in place of a run
 };
 /// What follows `suite`. Throws InputError.

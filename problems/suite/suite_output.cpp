@@ -94,6 +94,7 @@ nlohmann::ordered_json to_json(const SuiteReport& report) {
                      {"reasons", reasons}});
   }
   return {{"solver", name_of(report.solver)},
+          {"interrupted", report.was_interrupted},
           {"within_tolerance", report.count(Verdict::met)},
           {"missed", report.count(Verdict::missed)},
           {"failed", report.count(Verdict::failed)},

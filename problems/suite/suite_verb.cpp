@@ -33,16 +33,18 @@ ExitStatus run(std::span<const SuiteCase> cases, std::span<const std::string> ar
   const SuiteReport report = [&] {
     const NoteSignals note;
     SuiteReport result = run_suite(cases, request, [&](const CaseOutcome& outcome) {
+      if (request.quiet) return;
       fmt::print("{}{}", std::exchange(begun, true) ? "" : table_head(), table_line(outcome));
       std::fflush(stdout);
     });
     signal = NoteSignals::received();
     return result;
   }();
-  fmt::print("{}", closing_text(report));
+  if (!request.quiet) fmt::print("{}", closing_text(report));
   if (folder) folder->write(request.json->filename().string(), to_json(report));
   if (signal != 0) {
-    fmt::print("interrupted: these are the results of {} cases\n", report.outcomes.size());
+    if (!request.quiet)
+      fmt::print("interrupted: these are the results of {} cases\n", report.outcomes.size());
     std::fflush(nullptr);
     std::raise(signal);
   }
@@ -59,7 +61,8 @@ SuiteRequest parse_suite_request(std::span<const std::string> arguments) {
       .repeated("--set", "KEY=VALUE", "solver=ipopt|riccati|sparse",
                 [&](const std::string& text) { assignments.push_back(parse_set_argument(text)); })
       .option("--json", "FILE", "everything that was compared, with all digits",
-              [&](const std::string& file) { request.json = file; });
+              [&](const std::string& file) { request.json = file; })
+      .flag("--quiet", "print nothing but errors: FILE and the status tell", request.quiet);
   parser.parse(arguments);
   if (parser.help_wanted()) request.help = parser.help();
   Settings settings;

@@ -60,6 +60,10 @@ def main(folder):
         print(f"{folder}: its tables have no column {error}; the version of saltus that made them draws them",
               file=sys.stderr)
         return SAID
+    except (ValueError, TypeError, IndexError, AttributeError) as error:
+        reason = str(error).strip().splitlines() or [type(error).__name__]
+        print(f"{folder}: its tables are damaged, and cannot be drawn: {reason[0][:200]}", file=sys.stderr)
+        return SAID
     except OSError as error:
         print(f"{error.filename or folder}: {error.strerror}", file=sys.stderr)
         return NOT_WRITTEN

@@ -10,7 +10,6 @@ import subprocess
 
 import numpy as np
 
-from . import walking
 from .tables import read_table
 
 _WITH_UNIT = re.compile(r"(.*\S) \[(.*)\]$")
@@ -30,12 +29,12 @@ class Table(collections.abc.Mapping):
     `table["height"]` and `table["height [m]"]` are the same column, and `table.units["height"]` is "m".
     """
 
-    def __init__(self, columns, unit_of=lambda column: ""):
+    def __init__(self, columns):
         self.units, self._columns = {}, {}
         for full, values in columns.items():
             match = _WITH_UNIT.match(full)
             name = match.group(1) if match else full
-            self.units[name] = match.group(2) if match else unit_of(name) if name != "t" else "s"
+            self.units[name] = match.group(2) if match else ""
             self._columns[name] = np.asarray(values)
         self._full = dict(zip(columns, self._columns))
 
@@ -75,8 +74,7 @@ class Run:
         if os.path.exists(summary):
             with open(summary, encoding="utf-8") as file:
                 self.summary = json.load(file)
-        unit_of = walking.units.unit_of if "push_start_s" in self.summary else lambda column: ""
-        self.tables = {os.path.basename(file)[:-len(".csv")]: Table(read_table(file), unit_of) for file in files}
+        self.tables = {os.path.basename(file)[:-len(".csv")]: Table(read_table(file)) for file in files}
 
     @property
     def trajectory(self):

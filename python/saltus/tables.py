@@ -2,12 +2,26 @@
 
 import csv
 import math
+import re
+
+_UNIT = re.compile(r"(.*\S) \[.*\]$")
+
+
+def without_unit(column):
+    """ "height" of "height [m]"."""
+    match = _UNIT.match(column)
+    return match.group(1) if match else column
 
 
 def read_table(path):
     """Columns by name, in their order: numbers where all entries are (empty ones are NaN)."""
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
+    if not rows:
+        raise ValueError(f"{path} is empty")
+    for number, row in enumerate(rows, 1):
+        if len(row) != len(rows[0]):
+            raise ValueError(f"{path}:{number} has {len(row)} entries where there are {len(rows[0])} columns")
     table = {}
     for i, name in enumerate(rows[0]):
         entries = [row[i] for row in rows[1:]]
@@ -16,3 +30,8 @@ def read_table(path):
         except ValueError:
             table[name] = entries
     return table
+
+
+def read_by_names(path):
+    """The same by names without units."""
+    return {without_unit(column): entries for column, entries in read_table(path).items()}

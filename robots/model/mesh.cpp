@@ -10,15 +10,20 @@
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <numbers>
 #include <sstream>
 #include <string_view>
 
+#include "saltus/core/text.hpp"
+
 namespace saltus {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::uintmax_t largest_mesh = std::uintmax_t{1} << 26U;  // bytes: 1.3 million triangles
 
 bool is_file(const fs::path& path) {
   std::error_code absent;
@@ -149,6 +154,12 @@ std::optional<fs::path> find_mesh(const std::string& reference, const fs::path& 
 }
 
 std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
+  std::error_code unknown;
+  const std::uintmax_t size = fs::file_size(file, unknown);
+  if (!unknown && size > largest_mesh)
+    throw InputError(
+        fmt::format("{}: the mesh has {} MB, more than {}; export it with fewer triangles",
+                    file.string(), size >> 20U, largest_mesh >> 20U));
   Assimp::Importer importer;
   // As simulators and viewers of ROS take Collada: its axes as they are, its unit respected.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -179,7 +190,7 @@ std::vector<Vec<double, 3>> hull_points(const UrdfShape& shape, const fs::path& 
             fmt::format("{}: the mesh {} is not in the robot's folders; put its package beside the "
                         "URDF or name "
                         "the folder that holds it in ROS_PACKAGE_PATH",
-                        urdf.string(), shape.mesh));
+                        urdf.string(), shortened(shape.mesh)));
       points = mesh_corners(*file);
       for (Vec<double, 3>& p : points) p = p.cwiseProduct(shape.size);
       break;

@@ -7,14 +7,50 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <optional>
+#include <string_view>
 
+#include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {
+
+// Robots have fewer than ten levels of elements and a few hundred links; what reads them recurses
+// over both.
+constexpr int deepest_element = 100;
+constexpr std::size_t most_links = 2000;
+
+// Links that urdfdom has joined to a circle keep each other alive.
+struct LetGo {
+  urdf::ModelInterface& model;
+  ~LetGo() {
+    for (auto& [name, link] : model.links_) {
+      link->child_links.clear();
+      link->child_joints.clear();
+    }
+  }
+};
+
+// By the brackets alone: what is no XML is told by the parser.
+bool is_nested_deeply(std::string_view text) {
+  int depth = 0;
+  for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at + 1)) {
+    const std::string_view rest = text.substr(at);
+    if (rest.starts_with("<!--")) {
+      at = text.find("-->", at);
+      if (at == std::string_view::npos) return false;
+    } else if (rest.starts_with("</")) {
+      --depth;
+    } else if (!rest.starts_with("<?") && !rest.starts_with("<!")) {
+      const std::size_t end = rest.find('>');
+      if (end == std::string_view::npos) return false;
+      if (rest[end - 1] != '/' && ++depth > deepest_element) return true;
+      at += end;
+    }
+  }
+  return false;
+}
 
 // urdfdom reports through a process-wide log, and goes on with a half-read link after most errors.
 // While one of these lives, the errors are collected here instead of printed.
@@ -260,10 +296,7 @@ UrdfModel UrdfModel::read(const std::filesystem::path& file) {
     throw InputError(fmt::format("{}: there is no such file; give the path of a URDF", source));
   if (!std::filesystem::is_regular_file(file, ignored))
     throw InputError(fmt::format("{}: this is not a file; give the path of a URDF", source));
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream)
-    throw InputError(fmt::format("{}: the file cannot be read; check its permissions", source));
-  return parse({std::istreambuf_iterator<char>(stream), {}}, source);
+  return parse(file_content(file), source);
 }
 
 UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
@@ -272,6 +305,9 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
   if (text.find("<robot") == std::string::npos)
     throw InputError(fmt::format(
         "{}: this is not a URDF, for it has no <robot> element; give the path of a URDF", source));
+  if (is_nested_deeply(text))
+    throw InputError(
+        fmt::format("{}: elements are nested more than {} deep", source, deepest_element));
   urdf::ModelInterfaceSharedPtr urdf;
   {
     CollectedLog log;
@@ -286,6 +322,10 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
           fmt::format("{}: the file is truncated or not a valid URDF ({}); correct or replace it",
                       source, log.empty() ? reason : log.clause()));
   }
+  const LetGo let_go{*urdf};
+  if (urdf->links_.size() > most_links)
+    throw InputError(fmt::format("{}: the robot has {} links, more than {}", source,
+                                 urdf->links_.size(), most_links));
   UrdfModel model;
   model.source_ = source;
   model.name_ = urdf->getName();
@@ -301,8 +341,8 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
     for (const auto& child : link.child_links) self(self, *child, index);
   };
   add(add, *urdf->getRoot(), -1);
+  const std::vector<std::string> reached = model.link_names();
   for (const auto& [name, link] : urdf->links_) {
-    const std::vector<std::string> reached = model.link_names();
     if (std::find(reached.begin(), reached.end(), name) == reached.end())
       throw InputError(fmt::format(
           "{}: no chain of joints leads from the root \"{}\" to link \"{}\"; its joints form a "

@@ -120,30 +120,33 @@ Json estimate_figures(const RunLog& log) {
 
 CsvTable body_table(const RunLog& log, const FloatingRobot& robot) {
   check(log, robot);
-  const std::vector<std::string> pose{"x", "y", "z", "qw", "qx", "qy", "qz"};
-  const std::vector<std::string> wrench{"fx", "fy", "fz", "tx", "ty", "tz"};
-  std::vector<std::string> columns{"t"};
+  const std::vector<std::string> pose{"x [m]", "y [m]", "z [m]", "qw", "qx", "qy", "qz"};
+  const std::vector<std::string> wrench{"fx [N]",  "fy [N]",  "fz [N]",
+                                        "tx [Nm]", "ty [Nm]", "tz [Nm]"};
+  std::vector<std::string> columns{"t [s]"};
   const auto add = [&columns](const std::string& prefix, const std::vector<std::string>& entries) {
     for (const std::string& entry : entries) columns.push_back(prefix + entry);
   };
   add("base_", pose);
-  for (const char* quantity : {"q_", "tau_"})
+  const auto add_joints = [&](const char* quantity, const char* unit) {
     for (std::size_t i = 1; i < robot.bodies.size(); ++i)
-      columns.push_back(quantity + robot.bodies[i].joint);
+      columns.push_back(fmt::format("{}{} [{}]", quantity, robot.bodies[i].joint, unit));
+  };
+  add_joints("q_", "rad");
+  add_joints("tau_", "Nm");
   for (const char* kind : {"planned", "measured", "filtered"})
     for (const char* foot : {"left", "right"}) add(fmt::format("{}_{}_", foot, kind), wrench);
   for (const char* foot : {"left", "right"}) add(fmt::format("{}_sole_", foot), pose);
-  add("", {"left_slip", "right_slip", "left_friction", "right_friction"});
-  for (std::size_t i = 1; i < robot.bodies.size(); ++i)
-    columns.push_back("dq_" + robot.bodies[i].joint);
+  add("", {"left_slip [m]", "right_slip [m]", "left_friction", "right_friction"});
+  add_joints("dq_", "rad/s");
   const bool has_estimate = !log.body.empty() && log.body.front().estimate;
   if (has_estimate) {
     add("estimate_base_", pose);
-    for (const char* quantity : {"estimate_q_", "estimate_dq_"})
-      for (std::size_t i = 1; i < robot.bodies.size(); ++i)
-        columns.push_back(quantity + robot.bodies[i].joint);
-    add("estimate_", {"com_x", "com_y", "com_z", "vel_x", "vel_y", "vel_z", "h_x", "h_y", "h_z"});
-    add("estimate_stance_", {"x", "y", "z", "is_left"});
+    add_joints("estimate_q_", "rad");
+    add_joints("estimate_dq_", "rad/s");
+    add("estimate_", {"com_x [m]", "com_y [m]", "com_z [m]", "vel_x [m/s]", "vel_y [m/s]",
+                      "vel_z [m/s]", "h_x [Nms]", "h_y [Nms]", "h_z [Nms]"});
+    add("estimate_stance_", {"x [m]", "y [m]", "z [m]", "is_left"});
   }
 
   CsvTable table(columns);

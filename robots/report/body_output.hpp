@@ -13,7 +13,8 @@
 
 namespace saltus::walking {
 
-/// body.csv, one line per control period: t; base_{x..z, qw..qz}; q_JOINT (rad); tau_JOINT (Nm);
+/// body.csv, one line per control period, units in the names ("q_JOINT [rad]"): t; base_{x..z,
+/// qw..qz}; q_JOINT (rad); tau_JOINT (Nm);
 /// for both feet FOOT_planned_*, FOOT_measured_*, FOOT_filtered_* (fx fy fz tx ty tz),
 /// FOOT_sole_{x..z, qw..qz}, FOOT_slip (m, see `sole_slip`) and FOOT_friction (see
 /// `friction_used`). Throws DefinitionError unless there

@@ -13,6 +13,7 @@
 #include "saltus/robots/report/body_output.hpp"
 #include "saltus/robots/report/run_summary.hpp"
 #include "saltus/robots/report/scripts.hpp"
+#include "saltus/robots/report/unmet.hpp"
 #include "saltus/robots/walking/settling.hpp"
 
 namespace saltus::walking {
@@ -71,6 +72,10 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   Json json = summary(settings, log, verdict);
   json["force_settling"] = to_json(settling);
   json["changed_settings"] = changed_settings(context.effective_config, default_config);
+  UnmetReport unmet;
+  if (signal == 0)
+    unmet = explain_unmet(*problem.unmet_words(robot), log.unmet, settings.explain_limit);
+  if (!log.unmet.empty()) json["unmet"] = unmet.json;
   if (has_body) {
     json["push_link"] = settings.push.link;
     json["push_body"] = log.floating.bodies[log.pushed.body].name;
@@ -102,6 +107,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
         "the least bad was carried out\n",
         json["step_plans"]["ticks_without_feasible_alternative"].get<int>(), log.plans.size(),
         json["step_plans"]["first_without_s"].get<double>());
+  fmt::print("{}", unmet.text);
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
              verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
              1e3 * verdict.final_com_error);

@@ -80,6 +80,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"reason", verdict.reason},
       {"stopped_early", log.stopped_early},
       {"fell", log.stopped_early && !log.numerical_failure && !log.interrupted},
+      {"interrupted", log.interrupted},
       {"fell_before_push", verdict.fell_before_push},
       {"robot", log.robot.name},
       {"robot_source", log.robot.source},
@@ -140,12 +141,14 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
 }
 
 CsvTable trajectory_table(const RunLog& log) {
-  std::vector<std::string> columns{"t",     "com_x", "com_y", "com_z", "vel_x", "vel_y",
-                                   "vel_z", "h_x",   "h_y",   "h_z",   "icp_x", "icp_y"};
+  std::vector<std::string> columns{"t [s]",       "com_x [m]",   "com_y [m]",   "com_z [m]",
+                                   "vel_x [m/s]", "vel_y [m/s]", "vel_z [m/s]", "h_x [Nms]",
+                                   "h_y [Nms]",   "h_z [Nms]",   "icp_x [m]",   "icp_y [m]"};
   for (const char* foot : {"left", "right"})
-    for (const char* entry : {"fx", "fy", "fz", "tx", "ty", "tz"})
+    for (const char* entry : {"fx [N]", "fy [N]", "fz [N]", "tx [Nm]", "ty [Nm]", "tz [Nm]"})
       columns.push_back(fmt::format("{}_{}", foot, entry));
-  for (const char* c : {"push_x", "push_y", "push_z", "two_feet"}) columns.emplace_back(c);
+  for (const char* c : {"push_x [N]", "push_y [N]", "push_z [N]", "two_feet"})
+    columns.emplace_back(c);
   CsvTable table(columns);
   std::vector<double> row;
   for (const Sample& s : log.samples) {
@@ -161,8 +164,8 @@ CsvTable trajectory_table(const RunLog& log) {
 }
 
 CsvTable step_table(const RunLog& log) {
-  CsvTable table(
-      {"right_foot", "lift_off", "due", "touchdown", "place_x", "place_y", "landed_x", "landed_y"});
+  CsvTable table({"right_foot", "lift_off [s]", "due [s]", "touchdown [s]", "place_x [m]",
+                  "place_y [m]", "landed_x [m]", "landed_y [m]"});
   for (const StepRecord& s : log.steps)
     table.add_row(std::array<double, 8>{s.foot == Side::right ? 1.0 : 0.0, s.lift_off, s.due,
                                         s.touchdown, s.place[0], s.place[1], s.landed_at[0],
@@ -171,10 +174,12 @@ CsvTable step_table(const RunLog& log) {
 }
 
 CsvTable plan_table(const RunLog& log) {
-  std::vector<std::string> columns{"t",       "steps",   "right_foot", "lift_off", "landing",
-                                   "place_x", "place_y", "chosen",     "feasible", "processor_us"};
+  std::vector<std::string> columns{
+      "t [s]",       "steps",       "right_foot", "lift_off [s]", "landing [s]",
+      "place_x [m]", "place_y [m]", "chosen",     "feasible",     "processor time [us]"};
   for (int i = 0; i < StepPlan::most_alternatives; ++i)
-    for (const char* entry : {"steps", "right_foot", "cost", "place_x", "place_y", "landing"})
+    for (const char* entry :
+         {"steps", "right_foot", "cost", "place_x [m]", "place_y [m]", "landing [s]"})
       columns.push_back(fmt::format("alternative_{}_{}", i + 1, entry));
   CsvTable table(columns);
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
@@ -204,8 +209,8 @@ CsvTable plan_table(const RunLog& log) {
 }
 
 CsvTable tick_table(const RunLog& log) {
-  CsvTable table(
-      {"t", "provenance", "status", "solve_us", "iterations", "cost", "kkt", "icp_slack_m"});
+  CsvTable table({"t [s]", "provenance", "status", "solve time [us]", "iterations", "cost", "kkt",
+                  "icp_slack [m]"});
   for (const TickRecord& t : log.ticks)
     table.add_row(std::array<double, 8>{
         t.time, static_cast<double>(t.provenance), static_cast<double>(t.status), 1e6 * t.seconds,

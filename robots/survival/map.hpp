@@ -22,6 +22,7 @@ struct MapRequest {
   std::filesystem::path out;  ///< folder for table and picture
   int jobs = 1;               ///< runs at once
   bool pictures = true;       ///< draw the picture at the end
+  bool quiet = false;         ///< print nothing but errors
   std::string help = {};      ///< not empty: asked for, in place of a map
 };
 

@@ -16,6 +16,7 @@
 
 #include "saltus/app/output_folder.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus::walking {
 namespace {
@@ -55,11 +56,12 @@ std::string difference(const std::string& there, const std::string& here) {
     if (!lacks(old_lines, line)) continue;
     const std::string key = line.substr(0, line.find(": ") + 2);
     for (const std::string& old : old_lines)
-      if (old.starts_with(key)) return fmt::format("'{}' there, '{}' now", old, line);
-    return fmt::format("'{}' is new", line);
+      if (old.starts_with(key))
+        return fmt::format("'{}' there, '{}' now", shortened(old), shortened(line));
+    return fmt::format("'{}' is new", shortened(line));
   }
   for (const std::string& line : old_lines)
-    if (lacks(new_lines, line)) return fmt::format("'{}' is not known now", line);
+    if (lacks(new_lines, line)) return fmt::format("'{}' is not known now", shortened(line));
   return "the robot or the comments differ";
 }
 
@@ -130,7 +132,8 @@ void MapFile::read() {
     ++number;
     const std::optional<MapRow> row = from_line(line);
     if (!row)
-      throw InputError(fmt::format("{}:{} cannot be read: '{}'", path_.string(), number, line));
+      throw InputError(
+          fmt::format("{}:{} cannot be read: '{}'", path_.string(), number, shortened(line)));
     rows_.push_back(*row);
   }
 }

@@ -5,10 +5,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <thread>
 
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/settings.hpp"
+#include "saltus/app/silent_output.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/survival/map.hpp"
 
@@ -157,6 +159,7 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
          [&](const char*, Text value) { request.out = value; });
   option("--jobs", "N", "cells at a time",
          [&](const char* flag, Text value) { request.jobs = count(flag, value, 1024); });
+  parser.flag("--quiet", "print nothing but errors", request.quiet);
   parser.parse(arguments);
   if (parser.help_wanted()) request.help = parser.help();
   refuse_varied(assignments);
@@ -196,6 +199,8 @@ Verb map_verb(const BipedProblem& defaults) {
               fmt::print("{}", request.help);
               return ExitStatus::ok;
             }
+            std::optional<SilentOutput> silence;
+            if (request.quiet) silence.emplace();
             return run_map(request);
           }};
 }

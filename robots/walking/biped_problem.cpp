@@ -46,6 +46,10 @@ std::unique_ptr<StepPlanner> BipedProblem::make_step_planner(const RobotDescript
   return std::make_unique<StepPlanner>();
 }
 
+std::unique_ptr<UnmetWords> BipedProblem::unmet_words(const RobotDescription& /*robot*/) const {
+  return std::make_unique<UnmetWords>();
+}
+
 std::string BipedProblem::lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const {
   return has_fallen(gamma, scene.stance.position, scene.com_height) ? fall_sentence(pushes(), t)
                                                                     : std::string();

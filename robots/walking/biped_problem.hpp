@@ -8,6 +8,7 @@
 
 #include "saltus/robots/walking/biped_settings.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
+#include "saltus/robots/walking/unmet_words.hpp"
 #include "saltus/robots/walking/verdict.hpp"
 
 namespace saltus::walking {
@@ -70,6 +71,8 @@ class BipedProblem {
   virtual std::string lost(double t, const Vec<double, 9>& gamma, const Scene& scene) const;
   /// Whether the run was a success, and figures of it.
   virtual Verdict judge(const RunLog& log) const = 0;
+  /// How what a planner could not keep to is told; unless said otherwise by names of terms.
+  virtual std::unique_ptr<UnmetWords> unmet_words(const RobotDescription& robot) const;
 };
 
 /// The scene of the problem's posture.

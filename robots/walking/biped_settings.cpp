@@ -60,6 +60,10 @@ void declare_biped(Settings& s, BipedSettings& biped) {
          [&biped] { return clock_complaint(biped); });
   declare_settings(s, biped.plant);
   declare_settings(s, biped.control);
+  s.number("explain_limit", biped.explain_limit, "s",
+           "for each explanation of what planners could not keep to, when the run is over; 0: none "
+           "is looked for",
+           between(0.0, 3600.0));
 }
 
 void declare_pictures(Settings& s, BipedSettings& biped) {

@@ -30,6 +30,7 @@ struct BipedSettings {
   ContactSettings contact;                              ///< both feet
   WholeBodyControl control;                             ///< of the whole body
   bool pictures = true;                                 ///< draw them at the end
+  double explain_limit = 10.0;                          ///< for what could not be met, s; 0: none
 };
 
 /// Which feet stand when, as far as it is known when the run begins: those of the scene. With room

@@ -14,6 +14,9 @@
 namespace saltus::walking {
 namespace {
 
+// What carries a penalty and gives way by less is not worth explaining, m.
+constexpr double hardly = 1e-3;
+
 // What the tick came to, costs and residuals recomputed. Allocates.
 TickRecord tick_record(double t, const ControlTick& tick, RecedingHorizonController& controller) {
   TickRecord r;
@@ -73,7 +76,9 @@ class ClosedLoop {
       const bool goes_on = !observer || observer(state(t));
       plan(t);
       log_.ticks.push_back(tick_record(t, *tick_, planner_->controller()));
-      if (!apply(t, is_sample)) break;
+      const bool is_on = apply(t, is_sample);
+      keep_unmet(t);
+      if (!is_on) break;
       if (!goes_on) interrupt();
     }
     if (log_.samples.empty() || plant_.truth_time() > log_.samples.back().time)
@@ -83,6 +88,7 @@ class ClosedLoop {
     if (swing_ == nullptr) log_.final_scene.swing.position = foot(other(scene_.side)).stood_at;
     log_.loop = planner_->controller().statistics();
     log_.solver = planner_->controller().solver_name();
+    log_.unmet = unmet_.take();
     plant_.describe(log_);
     return std::move(log_);
   }
@@ -213,6 +219,16 @@ class ClosedLoop {
                       {steps.data(), count});
   }
 
+  // The programs have the data of the tick until the next one.
+  void keep_unmet(double t) {
+    if (const MultipleShooting* steps = steps_->shooting(); steps != nullptr && !plan_.is_feasible)
+      unmet_.keep("steps", t, plan_.missed, *steps);
+    const TickRecord& tick = log_.ticks.back();
+    if (tick.status == SolveStatus::time_limit) return;
+    const double missed = is_success(tick.status) ? tick.violation : infinity;
+    if (missed > hardly) unmet_.keep("wrenches", t, missed, planner_->controller().shooting());
+  }
+
   // The input of the tick, piece by piece; false when the run is over.
   bool apply(double t, bool is_sample) {
     const HeldInput& input = tick_->input;
@@ -307,6 +323,7 @@ class ClosedLoop {
   PlannedStep* swing_ = nullptr;  // under_way_, if a foot swings and is to land
   const ControlTick* tick_ = nullptr;
   Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last step
+  UnmetDecisions unmet_;
   RunLog log_;
 };
 

@@ -11,6 +11,7 @@
 
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 #include "saltus/ocp/window.hpp"
 
 namespace saltus::walking {
@@ -69,19 +70,19 @@ Push read_push(const std::string& text, const Push& pattern) {
     throw InputError(fmt::format(
         "pushes: \"{}\" is no push; write \"TIME IMPULSE ANGLE [DURATION]\" (s, N s, degrees, s), "
         "several separated by ';'",
-        text));
+        shortened(text)));
   Push push = pattern;
   push.start = numbers[0];
   push.impulse = numbers[1];
   push.direction = towards(numbers[2] * std::numbers::pi / 180.0);
   if (numbers.size() == 4) push.duration = numbers[3];
   if (!(push.start >= 0.0 && push.start <= 600.0 && push.impulse >= 0.0 && push.impulse <= 1e4 &&
-        push.duration >= 1e-4 && push.duration <= 60.0))
+        std::abs(numbers[2]) <= 3600.0 && push.duration >= 1e-4 && push.duration <= 60.0))
     throw InputError(
         fmt::format("pushes: \"{}\" must have its time within 0 to 600 s, its impulse within 0 to "
-                    "10000 N s and "
+                    "10000 N s, its angle within -3600 to 3600 degrees and "
                     "its duration within 0.0001 to 60 s",
-                    text));
+                    shortened(text)));
   return push;
 }
 

@@ -8,6 +8,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_plan.hpp"
+#include "saltus/robots/walking/unmet_decision.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
 
 namespace saltus::walking {
@@ -86,9 +87,12 @@ struct RunLog {
   std::vector<TickRecord> ticks;      ///< one per solve
   std::vector<StepRecord> steps;      ///< one per step
   std::vector<PlanRecord> plans;      ///< of ticks in which steps are planned or compared
-  LoopStatistics loop;                ///< of latency and provenance
-  std::string solver;                 ///< what solved the ticks
-  double touchdown = infinity;        ///< of the first step, s; infinite: no foot ever landed
+  /// Of ticks in which a planner could not keep to all that is asked: of each planner the first and
+  /// the worst.
+  std::vector<UnmetDecision> unmet;
+  LoopStatistics loop;          ///< of latency and provenance
+  std::string solver;           ///< what solved the ticks
+  double touchdown = infinity;  ///< of the first step, s; infinite: no foot ever landed
   /// Of the last foot that came down, s; infinity: none.
   double last_touchdown() const {
     double last = touchdown;

@@ -82,6 +82,7 @@ struct StepPlan {
   int chosen = -1;                                             ///< which of them; -1: none
   /// False: nothing that was compared meets all limits, and this is the least bad of it.
   bool is_feasible = true;
+  double missed = 0.0;  ///< by so much in all, m; infinite: nothing was found
 
   /// Whether there is a step in it.
   bool is_stepping() const { return count > 0; }

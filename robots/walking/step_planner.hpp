@@ -2,6 +2,7 @@
 #pragma once
 
 #include "saltus/robots/walking/step_plan.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
 
 namespace saltus::walking {
 
@@ -12,6 +13,8 @@ class StepPlanner {
 
   /// The steps to come as it is seen now. The result lasts until the next call.
   virtual const StepPlan& plan(const StepSituation& /*now*/) { return plan_; }
+  /// What the last plan is a solution of, with its data; null: none was solved for it.
+  virtual const MultipleShooting* shooting() const { return nullptr; }
 
  protected:
   StepPlan plan_;  ///< what was planned last; sized once

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
+#include <stdexcept>
+
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/core/error.hpp"
@@ -147,7 +150,9 @@ struct ProgramTest : testing::Test {
 
   std::vector<ProblemEntry> problems{
       problem_entry<HopConfig>("hopper", "a hopping mass", declare_settings, hop),
-      {"crash", "throws", [](const RunRequest&) -> ExitStatus { throw std::bad_alloc(); }}};
+      {"crash", "throws",
+       [](const RunRequest&) -> ExitStatus { throw std::out_of_range("no such entry"); }},
+      {"huge", "needs memory", [](const RunRequest&) -> ExitStatus { throw std::bad_alloc(); }}};
   std::vector<Verb> verbs{{"count", "counts its arguments", [](std::span<const std::string> words) {
                              std::printf("%zu", words.size());
                              return ExitStatus::ok;
@@ -159,7 +164,7 @@ struct ProgramTest : testing::Test {
 
 TEST_F(ProgramTest, list_and_help) {
   EXPECT_EQ(run({"list"}), 0);
-  EXPECT_EQ(printed, "  hopper  a hopping mass\n  crash   throws\n");
+  EXPECT_EQ(printed, "  hopper  a hopping mass\n  crash   throws\n  huge    needs memory\n");
   EXPECT_EQ(run({"help"}), 0);
   EXPECT_TRUE(contains(printed, "counts its arguments"));
   EXPECT_EQ(run({"run", "hopper", "--help"}), 0);
@@ -203,6 +208,7 @@ TEST_F(ProgramTest, mistakes_are_one_sentence_and_status_two) {
   EXPECT_TRUE(contains(complaint, "output folder '/proc/hop'"));
   EXPECT_EQ(run({"run", "crash"}), 1);
   EXPECT_TRUE(contains(complaint, "internal error"));
+  expect_refused({"run", "huge"}, "there is not enough memory; a smaller problem needs less");
 }
 
 }  // namespace

@@ -12,14 +12,15 @@
 # nothing but the components' own -dev packages is installed. A launcher of that name is installed where
 # compilers run and keeps its cache in FOLDER. The model of iCub is fetched as the program does it, or is
 # taken from the folder of the given URDF. With --new-user and all components what README, tutorial and `saltus
-# new` say is typed in as well (new_user.py), every command with its minutes. The mirror is the one of this machine's apt if none is named.
-# All components take 6 GB. JOBS compilers run at once, one per processor if it is not set. Needs debootstrap.
+# new` say is typed in (new_user.py), in place of the projects of tests/packaging and examples. Every step is told
+# with the seconds since the start and the processor time spent. The mirror is the one of this machine's apt if none is
+# named. All components take 6 GB. JOBS compilers run at once, one per processor if it is not set. Needs debootstrap.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 source_tree=$(realpath "$here/../..")
 page=$source_tree/docs/install.md
 
-(($# >= 2)) || { sed -n '2,18s/^# \{0,1\}//p' "$0"; exit 2; }
+(($# >= 2)) || { sed -n '2,19s/^# \{0,1\}//p' "$0"; exit 2; }
 release=$1
 mkdir -p "$2"
 folder=$(realpath "$2")
@@ -49,7 +50,10 @@ command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt-get ins
 
 log=$folder/log
 began=$SECONDS
-step() { printf '%s, %d s: %s\n' "$release" $((SECONDS - began)) "$*"; }
+processor_seconds() { # of this script and of all that it has run
+  awk -v hz="$(getconf CLK_TCK)" '{ sub(/.*\) /, ""); printf "%d", ($12 + $13 + $14 + $15) / hz }' "/proc/$$/stat"
+}
+step() { printf '%s, %d s (%d s of processors): %s\n' "$release" $((SECONDS - began)) "$(processor_seconds)" "$*"; }
 quietly() { # shows the end of its output only if it fails
   "$@" >"$log" 2>&1 || {
     local status=$?
@@ -191,22 +195,24 @@ for command in "$configure $prefix" "cmake --build build" build/car; do
 done
 step "$(tail -n 1 "$log")"
 
-cp -r "$here/outside" "$root/src/outside"
-for command in "cmake -S /src/outside -B /src/work -D COMPONENTS='$components' $prefix" "cmake --build /src/work -j $jobs" \
-  "ctest --test-dir /src/work --output-on-failure"; do
-  step "outside: $command"
-  inside_sh "$command"
-done
-step "$(grep 'tests passed' "$log")"
-
-if [[ $components == *sundials* && $components == *ipopt* ]]; then
-  cp -r "$source_tree/examples" "$root/src/examples"
-  for command in "cmake -S /src/examples -B /src/examples/build -D CMAKE_BUILD_TYPE=Release $prefix" \
-    "cmake --build /src/examples/build -j $jobs" "ctest --test-dir /src/examples/build --output-on-failure"; do
-    step "examples: $command"
+if [[ -z $new_user ]]; then
+  cp -r "$here/outside" "$root/src/outside"
+  for command in "cmake -S /src/outside -B /src/work -D COMPONENTS='$components' $prefix" "cmake --build /src/work -j $jobs" \
+    "ctest --test-dir /src/work --output-on-failure"; do
+    step "outside: $command"
     inside_sh "$command"
   done
   step "$(grep 'tests passed' "$log")"
+
+  if [[ $components == *sundials* && $components == *ipopt* ]]; then
+    cp -r "$source_tree/examples" "$root/src/examples"
+    for command in "cmake -S /src/examples -B /src/examples/build -D CMAKE_BUILD_TYPE=Release $prefix" \
+      "cmake --build /src/examples/build -j $jobs" "ctest --test-dir /src/examples/build --output-on-failure"; do
+      step "examples: $command"
+      inside_sh "$command"
+    done
+    step "$(grep 'tests passed' "$log")"
+  fi
 fi
 
 # ---- the program ----------------------------------------------------------------------------------

@@ -82,7 +82,9 @@ struct Table {
   std::vector<std::string> columns;
   std::vector<std::vector<double>> rows;
   double at(int row, const std::string& column) const {
-    const auto found = std::find(columns.begin(), columns.end(), column);
+    const auto found = std::ranges::find_if(columns, [&](const std::string& name) {
+      return name.substr(0, name.find(" [")) == column;
+    });
     EXPECT_NE(found, columns.end()) << column;
     if (found == columns.end()) return std::nan("");
     return rows.at(static_cast<std::size_t>(row))

@@ -1,5 +1,5 @@
-// Twenty problems of the library, spoilt in different ways: is the right term named, at the right
-// time and by the right amount, and does what is proposed help?
+// Problems of the library and of push recovery, spoilt in different ways: is the right term named,
+// at the right time and by the right amount, and does what is proposed help?
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 
 #include "problems/library/catalogue.hpp"
 #include "problems/library/reference_case.hpp"
+#include "problems/push_recovery/step_program.hpp"
 #include "saltus/solve/explain.hpp"
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
@@ -146,25 +147,106 @@ const Spoilt all[] = {
      "capture point in hull", at_the_end, std::nullopt},
 };
 
-class Infeasible : public testing::TestWithParam<Spoilt> {};
+// ---- the planner of steps of push recovery ------------------------------------------------------
 
-TEST_P(Infeasible, TermTimeAmountAndWhatHelps) {
-  const Spoilt& spoilt = GetParam();
-  const ReferenceCase& c = library_case(spoilt.id);
-  OptimalControlProblem problem = c.problem();
-  spoilt.spoil(problem);
+using push_recovery::reach_rows;
+using push_recovery::StepModel;
 
-  const Explanation e = explain(problem, {.shooting = c.options, .time_limit = 120.0});
-  std::printf("%s (%d solves, %.2f s)\n%s", spoilt.name, e.solves, e.seconds, e.text().c_str());
+// A step that cannot catch the robot: one foot stands, or both, and the capture point moves.
+struct LostStep {
+  const char* name;
+  int steps;
+  bool from_two_feet;
+  Vec<double, 2> capture;  // m, forward and to the swing side
+  std::function<void(StepModel&)> spoil;
+  const char* term;
+  bool may_hurry = false;  // the time of the swing is negotiable
+};
+
+HalfPlanes rectangle(double x0, double x1, double y0, double y1) {
+  Eigen::Matrix<double, 4, 2> corners;
+  corners << x0, y0, x1, y0, x1, y1, x0, y1;
+  return SupportPolygon::hull(corners).half_planes(reach_rows);
+}
+
+// What has a penalty there must hold here.
+OptimalControlProblem problem_of(const LostStep& lost) {
+  StepModel model;
+  model.reach = rectangle(-0.25, 0.25, 0.13, 0.31);
+  model.leg = rectangle(-0.35, 0.35, -0.35, 0.35);
+  model.lent = 0.005;
+  model.lent_rate = 0.07;
+  if (lost.spoil) lost.spoil(model);
+  OptimalControlProblem problem =
+      push_recovery::step_problem(model, lost.steps, lost.from_two_feet);
+  VectorXd start = VectorXd::Zero(push_recovery::step_states);
+  start.segment<2>(2) = lost.capture;
+  problem.start_at(start);
+  for (int j = 0; j < static_cast<int>(problem.phases().size()); ++j) {
+    PhaseDefinition& phase = problem.editable_phase(j);
+    if (!lost.may_hurry && phase.name.starts_with("single"))
+      phase.duration.lower = model.swing.lower;
+    for (Term& term : phase.terms) term.soft.reset();
+    for (ParameterBlock& block : phase.parameters)
+      if (block.name == "now") {
+        push_recovery::StepNow<double> now;
+        now.other << 0.0, lost.from_two_feet ? 0.15 : 0.0;
+        now.swing = now.aim = Vec<double, 2>(0.0, 0.15);
+        now.stride << 0.0, 0.15;
+        block.value = packed(now);
+      }
+  }
+  return problem;
+}
+
+void fix_swing(StepModel& model, double duration) {
+  model.swing = exactly(duration);
+  model.usual_swing = duration;
+}
+
+const LostStep lost_steps[] = {
+    {"standing_beyond_the_sole", 0, false, {0.0, 0.05}, {}, "captured"},
+    {"fixed_step_time_too_long",
+     1,
+     false,
+     {0.0, 0.12},
+     [](auto& m) { fix_swing(m, 0.6); },
+     "swing time",
+     true},
+    {"pushed_beyond_reach", 1, false, {0.35, 0.3}, {}, "captured"},
+    {"foot_too_slow", 1, false, {0.12, 0.0}, [](auto& m) { m.swing_speed = 0.1; }, "captured"},
+    {"legs_too_short",
+     1,
+     false,
+     {0.0, 0.06},
+     [](auto& m) { m.leg = rectangle(-0.1, 0.1, -0.1, 0.05); },
+     "reach of the legs"},
+    {"unloading_too_slow",
+     1,
+     true,
+     {0.25, 0.0},
+     [](auto& m) { m.unloading = exactly(0.4); },
+     "captured"},
+};
+
+// ---- both
+// -----------------------------------------------------------------------------------------
+
+// Everything but the names: times, amounts by Ipopt, changes carried out.
+void expect_explained(const OptimalControlProblem& problem, const ShootingOptions& options,
+                      const char* name, const char* term, double asked_time,
+                      const std::optional<double>& amount) {
+  const Explanation e = explain(problem, {.shooting = options, .time_limit = 120.0});
+  std::printf("%s (%d solves, %.2f s)\n%s", name, e.solves, e.seconds, e.text().c_str());
   ASSERT_TRUE(e.is_infeasible()) << describe(e.status);
   const Shortage& first = e.shortages.front();
-  EXPECT_EQ(first.term, spoilt.term);
-  MultipleShooting shooting(problem, c.options);
+  EXPECT_EQ(first.term, term);
+  MultipleShooting shooting(problem, options);
   const double end = e.trajectory.end_time();
-  const double time = std::isnan(spoilt.time) ? end : spoilt.time;
+  const double time = std::isnan(asked_time) ? end : asked_time;
   EXPECT_NEAR(first.time, time, shooting.grid().nominal_length(0) + 1e-6);
-  if (spoilt.amount) {
-    EXPECT_NEAR(first.amount, *spoilt.amount, 1e-3 * *spoilt.amount);
+  if (amount) {
+    EXPECT_NEAR(first.amount, *amount, 1e-3 * *amount);
   }
 
   // The same program by Ipopt, from the point found and from the problem's guess.
@@ -180,7 +262,7 @@ TEST_P(Infeasible, TermTimeAmountAndWhatHelps) {
   for (const Remedy& remedy : e.remedies) {
     OptimalControlProblem better = problem;
     for (const ProblemChange& change : remedy.changes) better = changed(better, change);
-    MultipleShooting with(better, c.options);
+    MultipleShooting with(better, options);
     const auto sqp = make_sqp({.tolerance = 1e-9});
     Solution plan = solve(with, *sqp);
     if (!plan.ok()) plan = solve(with, *sqp, with.guess_from(e.trajectory));
@@ -189,7 +271,29 @@ TEST_P(Infeasible, TermTimeAmountAndWhatHelps) {
   }
 }
 
+class Infeasible : public testing::TestWithParam<Spoilt> {};
+
+TEST_P(Infeasible, TermTimeAmountAndWhatHelps) {
+  const Spoilt& spoilt = GetParam();
+  const ReferenceCase& c = library_case(spoilt.id);
+  OptimalControlProblem problem = c.problem();
+  spoilt.spoil(problem);
+  expect_explained(problem, c.options, spoilt.name, spoilt.term, spoilt.time, spoilt.amount);
+}
+
 INSTANTIATE_TEST_SUITE_P(Library, Infeasible, testing::ValuesIn(all),
+                         [](const auto& instance) { return std::string(instance.param.name); });
+
+class InfeasibleStep : public testing::TestWithParam<LostStep> {};
+
+TEST_P(InfeasibleStep, TermTimeAmountAndWhatHelps) {
+  const LostStep& lost = GetParam();
+  const OptimalControlProblem problem = problem_of(lost);
+  expect_explained(problem, push_recovery::step_grid(problem), lost.name, lost.term, at_the_end,
+                   std::nullopt);
+}
+
+INSTANTIATE_TEST_SUITE_P(PushRecovery, InfeasibleStep, testing::ValuesIn(lost_steps),
                          [](const auto& instance) { return std::string(instance.param.name); });
 
 TEST(Explain, WhatCanBeMetIsNotExplainedAway) {

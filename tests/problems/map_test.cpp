@@ -13,6 +13,7 @@
 #include <fstream>
 #include <functional>
 #include <numbers>
+#include <set>
 #include <sstream>
 
 #include "saltus/core/error.hpp"
@@ -650,6 +651,31 @@ TEST(Map, FourCellsEndToEnd) {
   ASSERT_TRUE(lost && found);
   lost->seconds = found->seconds;
   EXPECT_EQ(to_line(*lost), to_line(*found));
+}
+
+// Rows come in the order in which cells end; which there are and what they say is the same.
+TEST(Map, IsTheSameToTheBitWithAnyNumberOfJobs) {
+  std::vector<std::set<std::string>> lines;
+  for (const char* jobs : {"1", "3"}) {
+    const TemporaryFolder folder;
+    const Words words{"--directions",  "2",
+                      "--impulses",    "2,20",
+                      "--step-times",  "0.6",
+                      "--jobs",        jobs,
+                      "--controllers", "mpc",
+                      "--set",         "pictures=false",
+                      "--set",         "push.start=0.1",
+                      "--out",         folder.path().string()};
+    ASSERT_EQ(run_map(parse(words)), ExitStatus::ok);
+    lines.emplace_back();
+    const MapFile file(folder.path(), file_content(folder / map_settings));
+    for (MapRow row : file.rows()) {
+      row.seconds = 0.0;
+      lines.back().insert(to_line(row));
+    }
+  }
+  EXPECT_EQ(lines[0].size(), 4u);
+  EXPECT_EQ(lines[0], lines[1]);
 }
 
 TEST(Map, WhatIsWrongWithEveryRunIsSaidBeforeAnythingIsWritten) {

@@ -177,7 +177,7 @@ TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
   while (std::getline(table, line)) {
     const std::vector<std::string> row = fields(line);
     infeasible += row[column("feasible")] == "0";
-    later += std::stod(row[column("t")]) > first;
+    later += std::stod(row[column("t [s]")]) > first;
     EXPECT_FALSE(row[column("chosen")].empty()) << line;
   }
   EXPECT_EQ(infeasible, plans["ticks_without_feasible_alternative"].get<int>());

@@ -3,10 +3,20 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "saltus/app/program.hpp"
 #include "saltus/app/settings.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/icub/icub.hpp"
+#include "saltus/robots/report/run_summary.hpp"
+#include "saltus/robots/survey/robot_verb.hpp"
 #include "saltus/robots/walking/closed_loop.hpp"
 
 namespace saltus::sway {
@@ -54,6 +64,50 @@ TEST(Sway, ARobotWithoutSuchAPostureIsRefused) {
   RobotDescription robot = icub();
   std::erase_if(robot.postures, [](const auto& p) { return p.stance == Stance::both; });
   EXPECT_THROW(simulate(*make_sway(), robot), InputError);
+}
+
+TEST(Sway, TheSummaryCountsEveryTickOnce) {
+  const auto problem = make_sway();
+  const RunLog log = run(*problem, {"sway.period=3", "sway.cycles=1"});
+  const auto file = summary(problem->settings(), log, problem->judge(log));
+  const auto& counted = file.at("provenance");
+  EXPECT_EQ(counted.size(), static_cast<std::size_t>(provenances));  // a name for each
+  std::size_t ticks = 0;
+  for (const auto& [name, count] : counted.items()) {
+    EXPECT_FALSE(name.empty());
+    ticks += count.get<std::size_t>();
+  }
+  EXPECT_EQ(ticks, log.ticks.size());
+}
+
+// `saltus robot`, with this problem as the one that the robot is to be fitted to.
+TEST(RobotVerb, WordsThatDoNotFitAreRefused) {
+  const Verb robot = survey::robot_verb("sway", *make_sway());
+  const auto refused = [&](const std::vector<std::string>& words) -> std::string {
+    try {
+      robot.run(words);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  const auto says = [](const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_PRED2(says, refused({"mend", "a.urdf"}), "use check or new");
+  EXPECT_PRED2(says, refused({"check"}), "name the robot's URDF");
+  EXPECT_PRED2(says, refused({"new"}), "name the robot's URDF");
+  EXPECT_PRED2(says, refused({"check", "a.urdf", "--out", "b"}), "--out belongs to `robot new`");
+  EXPECT_PRED2(says, refused({"new", "a.urdf", "--config", "b"}),
+               "--config belongs to `robot check`");
+  // These fit, but there is no such file.
+  EXPECT_PRED2(says, refused({"check", "absent.urdf"}), "absent.urdf");
+  EXPECT_PRED2(says, refused({"check", "absent.urdf", "--config", "b"}), "absent.urdf");
+  EXPECT_PRED2(says, refused({"new", "absent.urdf"}), "absent.urdf");
+  EXPECT_PRED2(says, refused({"new", "absent.urdf", "--out", "b"}), "absent.urdf");
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{}, {"--help"}, {"check", "--help"}})
+    EXPECT_EQ(robot.run(words), ExitStatus::ok);
 }
 
 }  // namespace

@@ -69,6 +69,38 @@ TEST(Explain, NothingIsMissingWhereConstraintsCanBeMet) {
   EXPECT_EQ(e.text(), "the constraints can be met, near the guess at least\n");
 }
 
+// At the first node, not at the start, 0.1 m/s are asked for: a longer ride has that node later,
+// and would not help a ride on as fine a grid.
+TEST(Explain, WhatOnlyMovesTheNodesIsNoRemedy) {
+  Phase<2, 1> phase{"ride", cart, exactly(2.0)};
+  phase.bound_input(0, between(-1.0, 1.0))
+      .keep(
+          "speed", [](const auto&, const auto& x) { return x[1]; }, exactly(0.2));
+  OptimalControlProblem problem("ride");
+  problem.start_at({0.0, 0.0}).then(phase);
+  const Explanation e = explain(problem, exact);
+  ASSERT_TRUE(e.is_infeasible());
+  EXPECT_NE(find(e, ProblemChange::Kind::start), nullptr) << e.text();
+  EXPECT_EQ(find(e, ProblemChange::Kind::duration), nullptr) << e.text();
+}
+
+// A frequency, a mass: what was positive stays so.
+TEST(Explain, DataKeepTheirSign) {
+  Phase<2, 1, 1> phase{"ride",
+                       [](const auto&, const auto& x, const auto& u, const auto& p) {
+                         return std::decay_t<decltype(x)>{x[1], u[0] - 0.1 * p[0]};
+                       },
+                       exactly(2.0)};
+  phase.data("drag", VectorXd::Ones(1))
+      .bound_input(0, between(-1.0, 1.0))
+      .reach("there", position, exactly(4.5));
+  OptimalControlProblem problem("ride");
+  problem.start_at({0.0, 0.0}).then(phase);
+  const Explanation e = explain(problem, exact);  // a drag of -11.5 would do
+  ASSERT_TRUE(e.is_infeasible());
+  EXPECT_EQ(find(e, ProblemChange::Kind::parameter), nullptr) << e.text();
+}
+
 TEST(Explain, EndsWithItsTime) {
   ExplainOptions hurried = exact;
   hurried.time_limit = 1e-9;
@@ -90,6 +122,82 @@ TEST(Explain, ATickIsExplainedWhenTheRunIsOver) {
   ASSERT_TRUE(e.is_infeasible()) << e.text();
   EXPECT_EQ(e.shortages.front().name(), "phase 'ride', term 'there'");
   EXPECT_NEAR(e.shortages.front().amount, 0.5, 1e-5);
+}
+
+// At most 2 m in 2 s, and the least effort to reach d < 4/3 m is that of u = lambda (T - t), with
+// lambda = 3 d / T^3: what a penalty has to weigh to hold.
+OptimalControlProblem soft_ride(double distance, Penalty penalty) {
+  Phase<2, 1> phase{"ride", cart, exactly(2.0)};
+  phase.bound_input(0, between(-1.0, 1.0))
+      .track("effort", pull, VectorXd::Ones(1))
+      .reach("there", position, exactly(distance), std::move(penalty));
+  OptimalControlProblem problem("soft ride");
+  problem.start_at({0.0, 0.0}).then(phase);
+  return problem;
+}
+
+TEST(ExplainSoftTerms, WhatCannotHoldIsToldWithWhatWouldLetIt) {
+  const Explanation e = explain(soft_ride(4.5, soft("there", 100.0)), exact);
+  EXPECT_FALSE(e.is_infeasible());
+  ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
+  const SoftShortage& s = e.gives_way.front();
+  EXPECT_EQ(s.missed.name(), "phase 'ride', term 'there'");
+  EXPECT_EQ(s.missed.side, ProblemChange::Side::lower);
+  EXPECT_NEAR(s.missed.amount, 2.5, 1e-6);
+  EXPECT_NEAR(s.missed.time, 2.0, 1e-12);
+  EXPECT_NEAR(s.price, 250.0, 1e-4);
+  ASSERT_TRUE(s.least);
+  EXPECT_NEAR(*s.least, 2.5, 1e-5);
+  EXPECT_FALSE(s.cost_if_held);
+  const Remedy* longer = find(e, ProblemChange::Kind::duration);
+  ASSERT_NE(longer, nullptr) << e.text();
+  EXPECT_NEAR(longer->changes.front().by, 1.0, 0.035);
+  EXPECT_NE(e.text().find("it cannot hold: 2.5 is missing at least\nit would hold with"),
+            std::string::npos)
+      << e.text();
+}
+
+TEST(ExplainSoftTerms, WhatCouldHoldIsToldWithItsPriceAndTheWeightFromWhichOnItDoes) {
+  const Explanation e = explain(soft_ride(1.2, soft("there", 0.3)), exact);
+  ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
+  const SoftShortage& s = e.gives_way.front();
+  constexpr double grid = 1e-3;             // of the zero-order hold on 20 intervals
+  EXPECT_NEAR(s.missed.amount, 0.4, grid);  // 0.8 m are reached
+  EXPECT_NEAR(s.price, 0.12, grid);
+  ASSERT_TRUE(s.least && s.cost_if_held && s.weight_that_holds);
+  EXPECT_EQ(*s.least, 0.0);
+  EXPECT_NEAR(e.cost, 0.24, grid);
+  EXPECT_NEAR(*s.cost_if_held, 0.27, grid);
+  EXPECT_EQ(e.gives_way_to, "phase 'ride', 'effort'");
+  EXPECT_NEAR(*s.weight_that_holds, 1.02 * 0.45, 0.002);  // rounded up to three digits
+  EXPECT_TRUE(e.remedies.empty());
+}
+
+TEST(ExplainSoftTerms, ATermGivesWayToAnotherOne) {
+  OptimalControlProblem problem = soft_ride(1.0, soft("there", 1.0));
+  Term wall = problem.phases()[0].terms[1];
+  wall.name = "wall";
+  wall.bounds = {at_most(0.5)};
+  wall.soft = soft("wall", 50.0);
+  problem.editable_phase(0).terms.push_back(wall);
+  const Explanation e = explain(problem, exact);
+  ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
+  EXPECT_EQ(e.gives_way.front().missed.term, "there");
+  EXPECT_NEAR(e.gives_way.front().missed.amount, 0.5, 1e-6);
+  EXPECT_EQ(e.gives_way_to, "phase 'ride', 'wall'") << e.text();
+}
+
+TEST(ExplainSoftTerms, AQuadraticPenaltyHoldsWithNoWeight) {
+  const Explanation e = explain(soft_ride(1.2, soft("there", 1.0, Penalty::L2)), exact);
+  ASSERT_EQ(e.gives_way.size(), 1u) << e.text();
+  EXPECT_TRUE(e.gives_way.front().cost_if_held);
+  EXPECT_FALSE(e.gives_way.front().weight_that_holds);
+}
+
+TEST(ExplainSoftTerms, WhatHoldsIsNotTold) {
+  const Explanation e = explain(soft_ride(1.2, soft("there", 10.0)), exact);
+  EXPECT_TRUE(e.gives_way.empty()) << e.text();
+  EXPECT_EQ(e.text(), "the constraints can be met, near the guess at least\n");
 }
 
 TEST(ProblemChange, MovesOneNumberAndLeavesTheOriginal) {

@@ -54,6 +54,26 @@ TEST(SeveralStarts, ListsDistinctOptimaTheCheapestFirst) {
   }
 }
 
+TEST(SeveralStarts, AreTheSameToTheBitWithAnyNumberOfThreads) {
+  const std::vector<StartingPoint> starts{towards(1.2), towards(-1.2), towards(0.8), towards(-0.7)};
+  const auto found_by = [&](int threads) {
+    return solve_from(valleys(), starts, {.intervals_per_phase = 5, .threads = threads});
+  };
+  const SeveralSolutions one = found_by(1);
+  for (const int threads : {2, 3, 8}) {
+    const SeveralSolutions several = found_by(threads);
+    EXPECT_EQ(one.optimum_of, several.optimum_of) << threads << " threads";
+    ASSERT_EQ(one.optima.size(), several.optima.size());
+    for (std::size_t i = 0; i < one.optima.size(); ++i) {
+      EXPECT_EQ(one.optima[i].iterations, several.optima[i].iterations);
+      EXPECT_EQ(one.optima[i].cost, several.optima[i].cost);
+      EXPECT_EQ(one.optima[i].point.w, several.optima[i].point.w);
+      EXPECT_EQ(one.optima[i].point.lambda, several.optima[i].point.lambda);
+      EXPECT_EQ(one.optima[i].point.z, several.optima[i].point.z);
+    }
+  }
+}
+
 TEST(SeveralStarts, StartsThatFailAreHandedBack) {
   SeveralStartsOptions options{.intervals_per_phase = 5};
   options.make_solver = [] { return make_sqp({.max_iterations = 1}); };

@@ -12,7 +12,7 @@ import os
 import sys
 
 from ..drawing import plt, save_picture
-from ..tables import read_table
+from ..tables import read_by_names
 
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}
@@ -28,9 +28,9 @@ class Run:
             self.summary = json.load(file)
         if "force_settling" not in self.summary:
             sys.exit(f"{folder}: summary.json has no force_settling; run it again")
-        self.trajectory = read_table(os.path.join(folder, "trajectory.csv"))
+        self.trajectory = read_by_names(os.path.join(folder, "trajectory.csv"))
         if "body" in self.summary:
-            body = read_table(os.path.join(folder, "body.csv"))
+            body = read_by_names(os.path.join(folder, "body.csv"))
             self.times = body["t"]
             self.planned = {foot: body[f"{foot}_planned_fz"] for foot in COLORS}
         else:

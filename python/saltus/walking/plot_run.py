@@ -12,7 +12,7 @@ import os
 
 from ..drawing import plt, save_picture
 from ..on_folder import on_folder
-from ..tables import read_table
+from ..tables import read_by_names
 
 
 SWING = {"left": ("right", "tab:orange"), "right": ("left", "tab:blue")}  # by the stance foot
@@ -262,7 +262,7 @@ def draw_step_plans(plans, summary, folder, begin, end, what):
 
 
 def main(folder):
-    table = read_table(os.path.join(folder, "trajectory.csv"))
+    table = read_by_names(os.path.join(folder, "trajectory.csv"))
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
     t = table["t"]
@@ -290,13 +290,13 @@ def main(folder):
     save(figure, axes, folder, "forces.png", begin, end)
 
     if "step_plans" in summary:
-        plans = read_table(os.path.join(folder, "plans.csv"))
+        plans = read_by_names(os.path.join(folder, "plans.csv"))
         if any(step_alternatives(plans)):  # a formula has none
             draw_step_plans(plans, summary, folder, begin, end, what)
 
     if "body" not in summary:  # a body.csv that lies here is of an older run
         return
-    body = read_table(os.path.join(folder, "body.csv"))
+    body = read_by_names(os.path.join(folder, "body.csv"))
     with open(os.path.join(folder, "robot.json"), encoding="utf-8") as file:
         robot = json.load(file)
     draw_measured_forces(body, summary, folder, begin, end, what)

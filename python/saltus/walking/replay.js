@@ -353,6 +353,14 @@ function show_plan(time) {
   return `\n${chosen[0] > 0.5 ? "right" : "left"} foot lands in ${left.toFixed(2)} s`;
 }
 
+// What a planner could not keep to stands there until there is something else, or for so long (s).
+const unmet_lasts = 1.5;
+const unmet_text = document.getElementById("unmet");
+function show_unmet(time) {
+  const told = (scene_data.unmet || []).filter(([t]) => t < time + 1e-6 && time - t < unmet_lasts);
+  unmet_text.textContent = told.length > 0 ? told[told.length - 1][1] : "";
+}
+
 function draw_force(arrow, side, position) {
   const foot = side === 0 ? "left" : "right", name = e => value(`${foot}_filtered_${e}`, position);
   const force = new THREE.Vector3(name("fx"), name("fy"), name("fz"));
@@ -395,6 +403,7 @@ function show(position) {
     (push.length() > 0.5 ? `push ${push.length().toFixed(0)} N` :
      two_feet ? "both feet stand" : `${scene_data.stance} foot stands`) +
     show_plan(time_of(position));
+  show_unmet(time_of(position));
 }
 
 // ---- Time -------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ import re
 import sys
 
 from . import replay_meshes
+from ..tables import without_unit
 
 FRAME_RATE = 100.0  # 1/s
 LEVELS = 65535  # of a channel
@@ -25,10 +26,10 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty")
 
 
 def read_rows(path):
-    """Header and rows of numbers."""
+    """Names without their units, and rows of numbers."""
     with open(path, newline="", encoding="utf-8") as file:
         reader = csv.reader(file)
-        header = next(reader)
+        header = [without_unit(column) for column in next(reader)]
         return header, [[float(entry) for entry in row] for row in reader]
 
 
@@ -138,6 +139,7 @@ def page(folder, summary):
     scene = {key: summary.get(key) for key in ("stance", "left_sole", "right_sole", "hull", "target",
                                                "touchdown_s", "push_start_s", "push_duration_s",
                                                "push_body", "push_point")}
+    scene["unmet"] = [[entry["t_s"], entry["text"]] for entry in summary.get("unmet", []) if "text" in entry]
     scene["plans"] = step_plans(folder) if "step_plans" in summary else []
     motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}
     with open(os.path.join(HERE, "replay_template.html"), encoding="utf-8") as file:

@@ -123,6 +123,7 @@ table { border-collapse: collapse; } td, th { padding: .15em .9em .15em 0; text-
 h3 { margin: 0 0 .2em; padding-top: .9em; } section table { width: 100%; }
 td.number { text-align: right; font-variant-numeric: tabular-nums; }
 figure { display: inline-block; margin: 0 .8em 1em 0; width: 29em; max-width: 100%; }
+pre { white-space: pre-wrap; font-size: .95em; }
 img { width: 100%; } figcaption { color: #555; } code { font-size: .95em; }
 """
 
@@ -171,6 +172,15 @@ def settings_table(summary):
         for entry in changed)
     return ("<table><tr><th>setting</th><th>value</th><th>default</th><th>unit</th></tr>\n"
             f"{rows}</table>")
+
+
+def unmet(summary):
+    """What planners could not keep to, and what would have helped."""
+    told = [entry["text"] for entry in summary.get("unmet", []) if "text" in entry]
+    if not told:
+        return ""
+    rows = "".join(f"<pre>{html.escape(text)}</pre>\n" for text in told)
+    return f"<h2>What planners could not keep to</h2>\n{rows}"
 
 
 def picture(folder, name, caption):
@@ -224,7 +234,7 @@ def report(folder, summary, with_replay):
 {link}
 <h2>Figures</h2>
 <div class="groups">{figures}</div>
-<h2>Settings that differ from their defaults</h2>
+{unmet(summary)}<h2>Settings that differ from their defaults</h2>
 {settings_table(summary)}
 <h2>Pictures</h2>
 {pictures or '<p>None were drawn.</p>'}

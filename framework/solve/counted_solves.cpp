@@ -1,0 +1,43 @@
+#include "saltus/solve/counted_solves.hpp"
+
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solver/sqp.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr double tolerance = 1e-9;  // of elastic programs: what is missing to six digits
+
+}  // namespace
+
+bool is_plan(const Solution& solution) {
+  return solution.ok() || solution.status == SolveStatus::coarse_grid;
+}
+
+CountedSolves::CountedSolves(const ExplainOptions& options) : options_(options) {
+  if (!options_.shooting.integrator) options_.shooting.integrator = runge_kutta4({.steps = 2});
+  if (options_.time_limit > 0.0) deadline_ = seconds_after(begin_, options_.time_limit);
+}
+
+std::unique_ptr<Solver> CountedSolves::make_solver() const {
+  std::unique_ptr<Solver> solver =
+      options_.make_solver ? options_.make_solver() : make_sqp({.tolerance = tolerance});
+  solver->set_deadline(deadline_);
+  return solver;
+}
+
+LeastRelaxation CountedSolves::relax(const OptimalControlProblem& problem, const Trajectory* guess,
+                                     const ShootingOptions& grid) {
+  ++count_;
+  return least_relaxation(problem, grid, *make_solver(), guess, is_negotiable);
+}
+
+Solution CountedSolves::plan(MultipleShooting& shooting, const Trajectory& other_guess) {
+  ++count_;
+  Solution plan = solve(shooting, *make_solver());
+  if (is_plan(plan) || is_late()) return plan;
+  ++count_;
+  return solve(shooting, *make_solver(), shooting.guess_from(other_guess));
+}
+
+}  // namespace saltus

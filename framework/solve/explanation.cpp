@@ -1,0 +1,71 @@
+#include "saltus/solve/explanation.hpp"
+
+#include <fmt/format.h>
+
+namespace saltus {
+namespace {
+
+std::string remedies_text(const Explanation& explanation, const char* first) {
+  std::string text;
+  const std::string next = fmt::format("{:>{}}", "or ", std::string_view(first).size());
+  for (const Remedy& remedy : explanation.remedies)
+    text += (text.empty() ? first : next) + remedy.text + "\n";
+  return text;
+}
+
+// Whether it can hold, and for what: after its sentence.
+std::string why_text(const SoftShortage& soft, const Explanation& explanation) {
+  if (!soft.least) return "";
+  if (*soft.least > 0.0)
+    return fmt::format("  it cannot hold: {:.4g} is missing at least\n", *soft.least);
+  if (!soft.cost_if_held) return "  it could hold\n";
+  std::string text = fmt::format("  it could hold, for {:.4g} more of the cost",
+                                 *soft.cost_if_held - explanation.cost);
+  if (!explanation.gives_way_to.empty())
+    text += fmt::format(", most of it of {}", explanation.gives_way_to);
+  if (soft.weight_that_holds)
+    text += fmt::format("; a weight of {:.3g} in place of {:.3g} holds it", *soft.weight_that_holds,
+                        soft.weight);
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string Shortage::name() const {
+  const std::string place = phase.empty() ? "" : fmt::format("phase '{}', ", phase);
+  if (kind == "total time") return term;
+  if (kind == "closing") return fmt::format("closing, state {}", component);
+  if (kind == "state") return place + "bounds of " + term;
+  return fmt::format("{}{} '{}'{}", place, kind, term,
+                     component > 0 ? fmt::format(", row {}", component) : "");
+}
+
+std::string Shortage::miss() const {
+  const bool is_low = side == ProblemChange::Side::lower;
+  return fmt::format("{:.4g} too {} at t = {:.4g} s ({:.6g} where {}{:.6g} is asked)", amount,
+                     is_low ? "little" : "much", time, value,
+                     is_exact ? ""
+                     : is_low ? "at least "
+                              : "at most ",
+                     bound);
+}
+
+std::string Shortage::text() const { return fmt::format("{} cannot be met: {}", name(), miss()); }
+
+std::string SoftShortage::text() const {
+  return fmt::format("{} is soft and gives way: {}, for {:.4g} of the cost", missed.name(),
+                     missed.miss(), price);
+}
+
+std::string Explanation::text() const {
+  if (!ok()) return fmt::format("the least relaxation is not known: {}\n", describe(status));
+  std::string text;
+  for (const Shortage& shortage : shortages) text += shortage.text() + "\n";
+  if (!shortages.empty()) return text + remedies_text(*this, "it would fit ");
+  text = gives_way.empty() ? "the constraints can be met, near the guess at least\n"
+                           : "the hard constraints can be met, near the guess at least\n";
+  for (const SoftShortage& soft : gives_way) text += soft.text() + "\n" + why_text(soft, *this);
+  return text + remedies_text(*this, "it would hold ");
+}
+
+}  // namespace saltus

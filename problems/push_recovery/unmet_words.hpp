@@ -1,0 +1,32 @@
+// What is missing of a tick of push recovery, and what would help, in its own words: which point,
+// how far, which way.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "problems/push_recovery/criteria.hpp"
+#include "saltus/robots/walking/unmet_words.hpp"
+
+namespace saltus::push_recovery {
+
+/// The program of wrenches is asked within the verdict's limits on height and angular momentum: by
+/// forces alone nearly every push could be met, on paper. Only times, places and limits may change,
+/// and where a push had left the robot, not what else was measured.
+class PushRecoveryWords final : public walking::UnmetWords {
+ public:
+  explicit PushRecoveryWords(const LimitsOnTheWay& limits) : limits_(limits) {}
+
+  OptimalControlProblem problem(const walking::UnmetDecision& unmet) const override;
+  std::string limits(const walking::UnmetDecision& unmet) const override;
+  bool may_change(const walking::UnmetDecision& unmet, const ProblemChange& change) const override;
+  std::string of(const walking::UnmetDecision& unmet, const Shortage& shortage) const override;
+  std::string of(const walking::UnmetDecision& unmet, const ProblemChange& change) const override;
+
+ private:
+  std::vector<ComponentBounds> limits_that_hold(const walking::UnmetDecision& unmet) const;
+
+  LimitsOnTheWay limits_;
+};
+
+}  // namespace saltus::push_recovery
