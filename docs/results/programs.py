@@ -147,8 +147,9 @@ class Programs:
 
 
 def rows_of(folder, name="map.csv"):
+    """Of a table, by the names of its columns without their units."""
     with open(os.path.join(folder, name), encoding="utf-8", newline="") as file:
-        return list(csv.DictReader(file))
+        return [{column.split(" [")[0]: cell for column, cell in row.items()} for row in csv.DictReader(file)]
 
 
 def humanoid(package, path):

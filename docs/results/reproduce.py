@@ -33,6 +33,7 @@ from tables import TABLES
 
 ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES}
 DIFFERENT = 3
+INTERRUPTED = 130  # as shells have it
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 TIMED_FACTOR = 3.0
 
@@ -268,6 +269,11 @@ def show_list():
     print(f"{'sentences':<16} {len(SENTENCES):>3} sentences of the READMEs with numbers in them")
 
 
+def tell(found):
+    for line in found:
+        print(line)
+
+
 def main():
     parser = argparse.ArgumentParser(prog="reproduce", description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -283,22 +289,32 @@ def main():
     if arguments.list:
         show_list()
         return 0
-    found = []
-    with folder_of_runs(arguments.keep) as folder:
-        programs = Programs(os.path.abspath(arguments.program), folder, arguments.jobs)
-        for name in chosen(arguments):
-            print(f"{name} ...", flush=True)
-            try:
-                new = make(name, programs, arguments.write)
-            except NotHere as why:
-                print(f"{name}: skipped; {why}")
-                continue
-            print(f"{name}: " + ("as printed" if not new else f"{len(new)} differ"), flush=True)
-            found += new
-    for line in found:
-        print(line)
+    found, names = [], chosen(arguments)
+    try:
+        with folder_of_runs(arguments.keep) as folder:
+            programs = Programs(os.path.abspath(arguments.program), folder, arguments.jobs)
+            for done, name in enumerate(names):
+                print(f"{name} ...", flush=True)
+                try:
+                    new = make(name, programs, arguments.write)
+                except NotHere as why:
+                    print(f"{name}: skipped; {why}")
+                    continue
+                print(f"{name}: " + ("as printed" if not new else f"{len(new)} differ"), flush=True)
+                found += new
+    except KeyboardInterrupt:
+        tell(found)
+        keeps = f"; the runs so far are in {arguments.keep}" if arguments.keep else ""
+        print(f"interrupted: {done} of {len(names)} were looked at{keeps}", flush=True)
+        raise
+    tell(found)
     return 0 if not found or arguments.write else DIFFERENT
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    except OSError as cause:
+        sys.exit(f"reproduce: {cause.filename}: {cause.strerror}")

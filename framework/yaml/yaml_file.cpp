@@ -4,13 +4,12 @@
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/file_content.hpp"
 
 namespace saltus {
 namespace {
@@ -124,20 +123,6 @@ class Scan : public YAML::EventHandler {
   std::size_t depth_ = 0;
 };
 
-std::string read_whole_file(const fs::path& file) {
-  const auto refuse = [&](const char* why) {
-    throw InputError(fmt::format("{}: {}", file.string(), why));
-  };
-  std::error_code error;
-  const fs::file_status status = fs::status(file, error);
-  if (!fs::exists(status)) refuse("there is no such file");
-  if (fs::is_directory(status)) refuse("this is a folder, not a file");
-  std::ifstream stream(file, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-  if (!stream.good() && !stream.eof()) refuse("the file cannot be read; check its permissions");
-  return text;
-}
-
 }  // namespace
 
 YamlEntry parse_yaml(const std::string& text, const std::string& source) {
@@ -161,8 +146,6 @@ YamlEntry parse_yaml(const std::string& text, const std::string& source) {
   }
 }
 
-YamlEntry read_yaml(const fs::path& file) {
-  return parse_yaml(read_whole_file(file), file.string());
-}
+YamlEntry read_yaml(const fs::path& file) { return parse_yaml(file_content(file), file.string()); }
 
 }  // namespace saltus

@@ -1,13 +1,14 @@
 // Of whole problems drawn at random, some of them wrong: a DefinitionError with names, or a solve
 // that ends with a status; never another exception, NaN handed out, or two solvers that are both
 // sure of different things. SALTUS_RANDOM_DEFINITIONS=10000 for more seeds than a test has time
-// for.
+// for, =2001:3000 for some of them.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <map>
 #include <optional>
+#include <string>
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -18,11 +19,21 @@
 namespace saltus::test {
 namespace {
 
-constexpr int seeds_of_a_test = 60;
+constexpr double longest_solve =
+    600.0;  // s: a hang, also on a crowded machine; the longest takes one
 
-int seeds() {
+struct Seeds {
+  int first = 1, last = 60;
+  bool is_campaign = false;  // prints what it counted
+};
+
+Seeds seeds() {
   const char* given = std::getenv("SALTUS_RANDOM_DEFINITIONS");
-  return given != nullptr ? std::atoi(given) : seeds_of_a_test;
+  if (given == nullptr) return {};
+  const std::string text = given;
+  const std::size_t colon = text.find(':');
+  if (colon == std::string::npos) return {1, std::stoi(text), true};
+  return {std::stoi(text), std::stoi(text.substr(colon + 1)), true};
 }
 
 struct Outcome {
@@ -38,7 +49,7 @@ Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
     RandomDefinition drawn = draw_definition(seed);
     MultipleShooting shooting(std::move(drawn.problem),
                               {.intervals_per_phase = 6, .integrator = runge_kutta4({.steps = 2})});
-    const auto solver = make_solver(choice, {.tolerance = 1e-9, .time_limit = 20.0});
+    const auto solver = make_solver(choice, {.tolerance = 1e-9, .time_limit = longest_solve});
     outcome.solution = solve(shooting, *solver);
   } catch (const DefinitionError& error) {
     outcome.refusal = error.what();
@@ -62,13 +73,16 @@ Outcome solve_drawn(std::uint32_t seed, SolverChoice choice) {
 bool is_sure_of_none(const Outcome& o) {
   return o.solution && o.solution->status == SolveStatus::infeasible;
 }
+// Of the program: path constraints may be violated between its nodes, which the status says.
 bool is_sure_of_one(const Outcome& o) {
-  return o.solution && o.solution->status == SolveStatus::optimal;
+  return o.solution && (o.solution->status == SolveStatus::optimal ||
+                        o.solution->status == SolveStatus::coarse_grid);
 }
 
 TEST(RandomDefinitions, EndAsASentenceOrAStatusAndSolversAgree) {
   std::map<std::string, int> counts;
-  for (int seed = 1; seed <= seeds(); ++seed) {
+  const auto [first, last, is_campaign] = seeds();
+  for (int seed = first; seed <= last; ++seed) {
     SCOPED_TRACE(fmt::format("seed {}", seed));
     std::map<std::string, Outcome> outcomes;
     for (const auto& [name, choice] : solver_choices()) {
@@ -101,7 +115,7 @@ TEST(RandomDefinitions, EndAsASentenceOrAStatusAndSolversAgree) {
         }
       }
   }
-  if (seeds() > seeds_of_a_test)
+  if (is_campaign)
     for (const auto& [what, count] : counts) fmt::print("{:6} {}\n", count, what);
 }
 

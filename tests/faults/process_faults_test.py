@@ -20,7 +20,10 @@ PROGRAM = os.path.abspath(sys.argv.pop(1))
 RUN = ["run", "push_recovery", "--plant", "centroidal", "--pictures", "false"]
 MAP = ["map", "--plant", "centroidal", "--directions", "4", "--impulses", "1:1:3", "--step-times", "0.6",
        "--controllers", "mpc", "--jobs", "2", "--set", "pictures=false"]
+BENCH = ["bench", "run", "--problems", "sequence,steps/car", "--solvers", "riccati,sparse", "--instances", "4", "--repetitions", "1"]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 SEED = 19
+DEADLINE = 300  # s, of a program on a crowded machine
 
 
 def unreadable(folder):
@@ -56,7 +59,7 @@ class Stopped(unittest.TestCase):
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
 
     def finish(self, process):
-        out, error = process.communicate(timeout=120)
+        out, error = process.communicate(timeout=DEADLINE)
         return process.returncode, out, error
 
     def once(self, words, **options):
@@ -99,6 +102,163 @@ class Stopped(unittest.TestCase):
 
     def test_map_is_interrupted(self):
         self.stop_at_random(MAP, signal.SIGINT, 4)
+
+    def test_run_stands_still_for_a_while(self):
+        """As with a disk that is slow, or a machine that sleeps: stopped and continued."""
+        process = self.start(RUN)
+        for _ in range(5):
+            time.sleep(self.random.uniform(0.0, 0.2))
+            process.send_signal(signal.SIGSTOP)
+            time.sleep(0.2)
+            process.send_signal(signal.SIGCONT)
+        status, out, error = self.finish(process)
+        self.assertEqual(status, 0, out + error)
+        self.assertEqual(unreadable(self.out), [])
+
+    def stop_bench(self, kind, times):
+        """`bench run` keeps whole tasks, and goes on after them."""
+        os.makedirs(self.out)
+        results = os.path.join(self.out, "r.json")
+
+        def start():
+            return subprocess.Popen([PROGRAM, *BENCH, "--out", results], text=True, start_new_session=True,
+                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+        begin = time.monotonic()
+        status, out, error = self.finish(start())
+        self.assertEqual(status, 0, out + error)
+        whole = time.monotonic() - begin
+        with open(results, encoding="utf-8") as file:
+            tasks = sum('{"done"' in line for line in file)
+        os.remove(results)
+        for _ in range(times):
+            process = start()
+            time.sleep(self.random.uniform(0.0, 1.1 * whole))
+            os.killpg(process.pid, kind)  # as a terminal does
+            status, out, error = self.finish(process)
+            self.assertIn(status, (0, 2, 130, -kind, 128 + kind), out + error)
+            self.assertNotIn("Traceback", error)
+        status, out, error = self.finish(start())
+        self.assertEqual(status, 0, out + error)
+        with open(results, encoding="utf-8") as file:
+            lines = [json.loads(line) for line in file]
+        done = [line["done"] for line in lines if "done" in line]
+        self.assertEqual((len(done), len(set(done))), (tasks, tasks))
+
+    def test_bench_is_killed(self):
+        self.stop_bench(signal.SIGKILL, 4)
+
+    def test_bench_is_interrupted(self):
+        self.stop_bench(signal.SIGINT, 3)
+
+    def test_bench_is_terminated(self):
+        self.stop_bench(signal.SIGTERM, 3)
+
+    def test_two_benches_into_one_file(self):
+        os.makedirs(self.out)
+        results = os.path.join(self.out, "r.json")
+        both = [subprocess.Popen([PROGRAM, *BENCH, "--out", results], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                for _ in range(2)]
+        statuses = [self.finish(process)[0] for process in both]
+        self.assertIn(0, statuses)
+        report = subprocess.run([PROGRAM, "bench", "report", results], capture_output=True, text=True, check=False, timeout=DEADLINE)
+        self.assertEqual(report.returncode, 0, report.stderr)
+
+    def reproduce(self, tree):
+        return subprocess.Popen([sys.executable, "-B", str(tree / "docs/results/reproduce.py"), PROGRAM, "centroidal"], text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+
+    def tree(self):
+        """What reproduce.py reads and writes, apart from the project."""
+        tree = pathlib.Path(self.temporary.name, "tree")
+        for folder in ("docs", "problems", "robots", "benchmarks", "framework", "python"):
+            for path in (ROOT / folder).rglob("*"):
+                if path.suffix in (".md", ".py") and path.is_file():
+                    copy = tree / path.relative_to(ROOT)
+                    copy.parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copy(path, copy)
+        for name in ("README.md", "CHANGELOG.md"):
+            shutil.copy(ROOT / name, tree / name)
+        return tree
+
+    def test_reproduce_is_stopped(self):
+        tree = self.tree()
+        result = tree / "docs/results/centroidal.md"
+        begin = time.monotonic()
+        status, out, error = self.finish(self.reproduce(tree))
+        self.assertIn(status, (0, 3), out + error)  # 3: numbers of this machine differ
+        whole = time.monotonic() - begin
+        made = result.read_text(encoding="utf-8").count("\n")
+        for kind in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
+            result.unlink(missing_ok=True)
+            process = self.reproduce(tree)
+            time.sleep(self.random.uniform(0.0, 1.0) * whole)
+            os.killpg(process.pid, kind)
+            stopped, out, error = self.finish(process)
+            self.assertIn(stopped, (status, 1, 2, 130, -kind, 128 + kind), out + error)
+            if result.exists():
+                self.assertEqual(result.read_text(encoding="utf-8").count("\n"), made, "half a table")
+        again, out, error = self.finish(self.reproduce(tree))
+        self.assertEqual(again, status, out + error)
+
+    def test_reproduce_into_a_folder_that_cannot_be_written(self):
+        tree = self.tree()
+        result = tree / "docs/results/centroidal.md"
+        result.unlink(missing_ok=True)
+        result.mkdir()
+        status, out, error = self.finish(self.reproduce(tree))
+        self.assertNotEqual(status, 0, out + error)
+        self.assertNotIn("Traceback", error)
+
+    def entry_script(self):
+        """The entry script in a tree where what it calls takes half a second in place of minutes."""
+        tree, tools = pathlib.Path(self.temporary.name, "tree"), pathlib.Path(self.temporary.name, "tools")
+        tools.mkdir()
+        (tree / "robots/icub").mkdir(parents=True)
+        shutil.copy(ROOT / "saltus", tree / "saltus")
+        stubs = {
+            tree / "robots/icub/fetch_icub_model": 'if [ "$1" = --version ]; then echo 1.0; exit; fi\nsleep 0.2; exit 1\n',
+            tools / "dpkg-query": 'shift 3; shift 0; for p in "$@"; do echo "installed $p"; done\n',
+            tools / "cmake": 'while [ $# -gt 0 ]; do [ "$1" = -B ] && build=$2; shift; done\nsleep 0.2; echo "# rules" > "$build/build.ninja"; sleep 0.2\n',
+            tools / "ninja": 'build=$2\ncase " $* " in *" -n "*) if [ -x "$build/saltus" ]; then echo "no work to do"; else echo "[1/1] work"; fi; exit;; esac\n'
+                             'sleep 0.2; printf "#!/bin/sh\\necho whole\\n" > "$build/saltus.part"; chmod +x "$build/saltus.part"; sleep 0.2; mv "$build/saltus.part" "$build/saltus"\n',
+        }
+        for path, text in stubs.items():
+            path.write_text("#!/bin/sh\n" + text, encoding="utf-8")
+            path.chmod(0o755)
+        env = dict(os.environ, PATH=f"{tools}:{os.environ['PATH']}")
+        env.pop("CI", None)
+        return tree, lambda: subprocess.Popen([str(tree / "saltus"), "list"], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                              env=env, start_new_session=True, stdin=subprocess.DEVNULL)
+
+    def test_set_up_is_stopped(self):
+        tree, start = self.entry_script()
+        begin = time.monotonic()
+        status, out, error = self.finish(start())
+        self.assertEqual((status, out), (0, "whole\n"), error)
+        whole = time.monotonic() - begin
+        for kind in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM) * 2:
+            shutil.rmtree(tree / "build")
+            process = start()
+            time.sleep(self.random.uniform(0.0, 1.0) * whole)
+            os.killpg(process.pid, kind)
+            status, out, error = self.finish(process)
+            self.assertIn(status, (0, 1, -kind, 128 + kind), out + error)
+            status, out, error = self.finish(start())
+            self.assertEqual((status, out), (0, "whole\n"), error)
+
+    def test_two_set_ups_in_one_folder(self):
+        _, start = self.entry_script()
+        for process in [start(), start()]:
+            status, out, error = self.finish(process)
+            self.assertEqual((status, out), (0, "whole\n"), error)
+
+    def test_set_up_where_nothing_can_be_written(self):
+        tree, start = self.entry_script()
+        (tree / "build").write_text("in the way", encoding="utf-8")
+        status, out, error = self.finish(start())
+        self.assertEqual(status, 1, out)
+        self.assertRegex(error, "is not writable")
 
     def test_two_in_one_folder(self):
         first, second = self.start(RUN), self.start(RUN)

@@ -1,3 +1,4 @@
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -54,25 +55,40 @@ void run(const Target& target, Bytes bytes) {
   }
 }
 
-TemporaryFile::TemporaryFile(Bytes bytes, const std::string& extension) {
-  std::string name = (std::filesystem::temp_directory_path() / "saltus-fuzz-XXXXXX").string();
-  name += extension;
-  const int file = ::mkstemps(name.data(), static_cast<int>(extension.size()));
-  require(file >= 0, "no temporary file can be made");
-  const auto* data = reinterpret_cast<const char*>(bytes.data());
+const std::filesystem::path& own_folder() {
+  struct Folder {
+    std::filesystem::path path;
+    Folder() {
+      std::error_code absent;
+      const std::filesystem::path memory = "/dev/shm";
+      const bool has_memory = ::access(memory.c_str(), W_OK) == 0;
+      std::string name = ((has_memory ? memory : std::filesystem::temp_directory_path(absent)) /
+                          "saltus-fuzz-XXXXXX")
+                             .string();
+      require(::mkdtemp(name.data()) != nullptr, "no temporary folder can be made");
+      path = name;
+    }
+    ~Folder() {
+      std::error_code ignored;
+      std::filesystem::remove_all(path, ignored);
+    }
+  };
+  static const Folder folder;
+  return folder.path;
+}
+
+std::filesystem::path file_with(Bytes bytes, const std::string& name) {
+  const std::filesystem::path path = own_folder() / name;
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  require(file >= 0, "the temporary file cannot be made");
   std::size_t written = 0;
   while (written < bytes.size()) {
-    const ssize_t count = ::write(file, data + written, bytes.size() - written);
+    const ssize_t count = ::write(file, bytes.data() + written, bytes.size() - written);
     require(count > 0, "the temporary file cannot be written");
     written += static_cast<std::size_t>(count);
   }
   ::close(file);
-  path_ = name;
-}
-
-TemporaryFile::~TemporaryFile() {
-  std::error_code ignored;
-  std::filesystem::remove(path_, ignored);
+  return path;
 }
 
 }  // namespace saltus::fuzz

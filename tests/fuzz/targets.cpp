@@ -2,25 +2,34 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
+#include <span>
 
 #include "benchmarks/hanging_chain.hpp"
 #include "benchmarks/recorded_sequence.hpp"
 #include "benchmarks/suite/qp_file.hpp"
 #include "problems/library/npz.hpp"
 #include "saltus/app/command_line.hpp"
+#include "saltus/app/rerun.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/robots/model/robot_description.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
 #include "saltus/robots/survival/map_cells.hpp"
+#include "saltus/robots/survival/map_file.hpp"
+#include "saltus/robots/walking/push.hpp"
 #include "saltus/yaml/yaml_file.hpp"
 
 namespace saltus::fuzz {
 namespace {
 
 std::string text_of(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
+Bytes bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
 
 // One field of every kind, as problems declare them.
 struct Fields {
@@ -63,10 +72,8 @@ void reads_back(Settings& settings) {
   const std::string written = settings.to_yaml();
   Fields again;
   Settings other = again.declared();
-  const TemporaryFile file(
-      Bytes(reinterpret_cast<const std::uint8_t*>(written.data()), written.size()), ".yaml");
   try {
-    other.apply(file.path(), {});
+    other.apply(file_with(bytes_of(written), "written.yaml"), {});
   } catch (const InputError& error) {
     require(false, fmt::format("written and not read back: {}\n{}", error.what(), written));
   }
@@ -76,8 +83,7 @@ void reads_back(Settings& settings) {
 void settings_file(Bytes bytes) {
   Fields fields;
   Settings settings = fields.declared();
-  const TemporaryFile file(bytes, ".yaml");
-  settings.apply(file.path(), {});
+  settings.apply(file_with(bytes, "settings.yaml"), {});
   reads_back(settings);
 }
 
@@ -113,34 +119,72 @@ void urdf(Bytes bytes) {
 }
 
 void mesh(Bytes bytes) {
-  const TemporaryFile file(bytes, ".stl");
-  require(!mesh_corners(file.path()).empty(), "a mesh without a corner was taken");
+  require(!mesh_corners(file_with(bytes, "mesh.stl")).empty(), "a mesh without a corner was taken");
 }
 
-void npz(Bytes bytes) {
-  const TemporaryFile file(bytes, ".npz");
-  library::read_npz(file.path().string());
-}
+void npz(Bytes bytes) { library::read_npz(file_with(bytes, "arrays.npz").string()); }
 
 void sequence(Bytes bytes) {
-  const TemporaryFile file(bytes, ".json");
-  const bench::RecordedSequence sequence = bench::read_sequence(file.path());
+  const bench::RecordedSequence sequence = bench::read_sequence(file_with(bytes, "sequence.json"));
   if (!sequence.problems.empty() && sequence.intervals < 100) sequence.program(0);
 }
 
-void chain(Bytes bytes) {
-  const TemporaryFile file(bytes, ".json");
-  bench::read_chain(file.path());
-}
+void chain(Bytes bytes) { bench::read_chain(file_with(bytes, "chain.json")); }
 
-void quadratic_program(Bytes bytes) {
-  const TemporaryFile file(bytes, ".json");
-  bench::read_program(file.path());
-}
+void quadratic_program(Bytes bytes) { bench::read_program(file_with(bytes, "program.json")); }
 
 void map_line(Bytes bytes) {
   const std::optional<walking::MapRow> row = walking::from_line(text_of(bytes));
   if (row) require(walking::from_line(walking::to_line(*row)).has_value(), "a line not read back");
+}
+
+// A whole table, of a map that goes on.
+void map_file(Bytes bytes) {
+  const std::string settings = "push:\n  impulse: 7\n";
+  file_with(bytes_of(settings), walking::map_settings);
+  file_with(bytes, walking::map_csv);
+  const walking::MapFile map(own_folder(), settings);
+}
+
+// The settings beside it, which other settings are compared with.
+void map_settings(Bytes bytes) {
+  file_with(bytes, walking::map_settings);
+  file_with(bytes_of(walking::map_header() + "\n" +
+                     "mpc,0.6,270,7,recovered,5.2,,0.99,0.52,0.54,1.5,0.1,0.6,0.001,1,0,3.2,\n"),
+            walking::map_csv);
+  const walking::MapFile map(own_folder(), "push:\n  impulse: 7\n  start: 1\n");
+}
+
+// What `saltus rerun` sets side by side: two tables or two summaries, one after the other with a
+// byte 0 between.
+void compare(Bytes bytes, const std::string& name) {
+  const auto middle = std::find(bytes.begin(), bytes.end(), 0);
+  const std::filesystem::path before = own_folder() / "before", after = own_folder() / "after";
+  std::filesystem::create_directory(before);
+  std::filesystem::create_directory(after);
+  file_with({bytes.begin(), middle}, "before/" + name);
+  file_with({middle == bytes.end() ? middle : middle + 1, bytes.end()}, "after/" + name);
+  const std::vector<FileComparison> found = compare_runs(before, after);
+  std::filesystem::remove(before / name);
+  std::filesystem::remove(after / name);
+  require(found.size() == 1 && found[0].text.size() < 500,
+          "one sentence tells where two runs differ");
+}
+void tables(Bytes bytes) { compare(bytes, "run.csv"); }
+void summaries(Bytes bytes) { compare(bytes, "summary.json"); }
+
+void run_file(Bytes bytes) {
+  file_with(bytes, "run.json");
+  file_with({}, "config.yaml");
+  const std::string folder = own_folder().string();
+  rerun(std::span(&folder, 1), {});  // no problem is known: none is run
+}
+
+void pushes(Bytes bytes) {
+  walking::MorePushes more;
+  more.list = text_of(bytes);
+  for (const walking::Push& push : walking::all_pushes({}, more))
+    require(std::isfinite(push.end()) && push.direction.allFinite(), "a push without an end");
 }
 
 }  // namespace
@@ -214,7 +258,20 @@ const std::vector<Target>& targets() {
        quadratic_program,
        {"\"format\"", "\"saltus-qp 1\"", "\"hessian\"", "\"jacobian\"", "\"gradient\"", "\"row\"",
         "\"col\"", "\"value\"", "\"stages\"", "\"guess\"", "\"warm\"", "\"optimum\"", "null"}},
-      {"map_line", map_line, {",recovered,", ",not_run,", "mpc,", "capture_point,", "nan"}}};
+      {"map_line", map_line, {",recovered,", ",not_run,", "mpc,", "capture_point,", "nan"}},
+      {"map_file",
+       map_file,
+       {walking::map_header() + "\n", ",recovered,", ",not_run,", "mpc,", "capture_point,", "nan"}},
+      {"map_settings", map_settings, {"push:\n", "  impulse: 7\n", "  start: 1\n", "  # ", "- "}},
+      {"tables", tables, {"t [s],x\n", "solve time [s]", ",,", "\n0,1\n", std::string(1, '\0')}},
+      {"summaries",
+       summaries,
+       {"{\"a\":", "[[[[", "null", "1e999", "\"solve_us\":", "\xff", "\\ud800",
+        std::string(1, '\0')}},
+      {"run_file",
+       run_file,
+       {"{\"problem\":", "\"folder\":", "\"saltus\":", "null", "\xff", "\\u0000"}},
+      {"pushes", pushes, {"; ", "3.2 6 90", " 0.1", "nan", "inf", "1e308", "0x1p3"}}};
   return all;
 }
 

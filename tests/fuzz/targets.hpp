@@ -29,19 +29,11 @@ const Target& target(const std::string& name);
 /// Lets the target read and judges how it ended, see Target.
 void run(const Target& target, Bytes bytes);
 
-/// A file of this process alone with these bytes, for readers that take a path; gone with the
-/// object.
-class TemporaryFile {
- public:
-  TemporaryFile(Bytes bytes, const std::string& extension);
-  ~TemporaryFile();
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+/// A folder of this process alone, in memory where there is such a place; gone at exit.
+const std::filesystem::path& own_folder();
+/// A file in own_folder() with these bytes, for readers that take a path: each input writes over
+/// the one before.
+std::filesystem::path file_with(Bytes bytes, const std::string& name);
 
 /// Ends the process unless `holds`; for what must be true of what a reader took.
 void require(bool holds, const std::string& what);
