@@ -97,7 +97,8 @@ def judge(build, mutant, rounds, scratch):
         copy.write_text(mutant.text)
     for programs in rounds:
         # Times are found out before anything is made.
-        parts = [part for program in programs if program.members & set(replaced) for part in program.parts()]
+        parts = [part for program in programs if program.is_asked_about(mutant.name, replaced)
+                 for part in program.parts()]
         made = build.made()
         for _, seconds, program, chosen in sorted(parts, key=lambda part: part[:2]):
             binary = made / program.name
@@ -199,8 +200,9 @@ def scratch_of(build):
 
 
 def rounds_of(layer, programs):
-    """The layer's own test programs, and those of others that are asked about what survives."""
-    return [[programs[test] for test in layer[which]] for which in ("tests", "later")]
+    """The layer's own test programs, those of others that are asked about what survives, and at the end chosen tests
+    of those that take long."""
+    return [[programs[test] for test in layer[which]] for which in ("tests", "later", "last")]
 
 
 def once_more(build, layers, chosen, results, path):

@@ -104,7 +104,7 @@ class Campaign(unittest.TestCase):
                 mutate.read_results(Path(folder) / "seed2.jsonl", 2)
 
     def test_an_interrupted_campaign_goes_on_where_it_was(self):
-        layers = {"qp": {"folders": [], "tests": [], "later": []}, "integrators": {"folders": [], "tests": [], "later": []}}
+        layers = {name: {"folders": [], "tests": [], "later": [], "last": []} for name in ("qp", "integrators")}
         file = "integrators/simulate.cpp"
         text = (relink.ROOT / file).read_text()
         found = {name: [(file, m) for m in operators.mutations(text) if m.operator == name] for name in operators.OPERATORS}

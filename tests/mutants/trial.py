@@ -70,17 +70,20 @@ def run(command, folder, seconds):
 
 
 class Program:
-    """A test program. What is in it and how long its tests take when nothing is wrong is found out when it is asked
-    for, and kept as long as the program is the same file."""
+    """A test program, or the chosen tests of one (PROGRAM=FILTER), about all files or those of one folder
+    (PROGRAM@FOLDER). What is in it and how long its tests take when nothing is wrong is found out when it is asked for,
+    and kept as long as the program is the same file."""
 
-    def __init__(self, build, name, scratch, kept, keep):
+    def __init__(self, build, asked, scratch, kept, keep):
         self.build = build
-        self.name = name
+        asked, _, self._about = asked.partition("@")
+        self.name, _, chosen = asked.partition("=")
+        self._chosen = chosen or "*"
         self._scratch = scratch
-        built = (build.folder / name).stat().st_mtime
-        if kept.get(name, {}).get("built") != built:
-            kept[name] = {"built": built, "members": sorted(build.members(name))}
-        self._facts = kept[name]
+        built = (build.folder / self.name).stat().st_mtime
+        if kept.get(asked, {}).get("built") != built:
+            kept[asked] = {"built": built, "members": sorted(build.members(self.name))}
+        self._facts = kept[asked]
         self._keep = keep
 
     @property
@@ -88,12 +91,16 @@ class Program:
         """Objects of ours that it is made of."""
         return set(self._facts["members"])
 
+    def is_asked_about(self, file, objects):
+        """Whether it may notice that this file, and with it these objects, are not as they were."""
+        return file.startswith(self._about) and not self.members.isdisjoint(objects)
+
     @cached_property
     def tests(self):
         """Processor time of each test in s."""
         if "tests" not in self._facts:
             print(f"{self.name}, as it is", flush=True)
-            self._facts["tests"] = times_of(self.build.place(self.name), self._scratch)
+            self._facts["tests"] = times_of(self.build.place(self.name), self._chosen, self._scratch)
             self._keep()
         return self._facts["tests"]
 
@@ -102,21 +109,23 @@ class Program:
         slow = {test: seconds for test, seconds in self.tests.items() if seconds > SLOW_TEST}
         if len(slow) < len(self.tests):
             short = sum(self.tests.values()) - sum(slow.values())
-            yield False, short, self, "-" + ":".join(slow) if slow else "*"
+            yield False, short, self, self._chosen + ("-" + ":".join(slow) if slow else "")
         for test, seconds in slow.items():
             yield True, seconds, self, test
 
 
-def times_of(program, scratch):
+def times_of(program, chosen, scratch):
     """Runs a program as it is."""
     report = scratch / "report.json"
     before = processor_time()
-    ended, said = run([str(program), f"--gtest_output=json:{report}"], scratch, 3600)
+    ended, said = run([str(program), f"--gtest_filter={chosen}", f"--gtest_output=json:{report}"], scratch, 3600)
     if ended != "passed":
         raise Failure(f"{program.name} fails before anything was changed: mend that first\n{said[-2000:]}")
     seconds = processor_time() - before
     tests = {f"{suite['name']}.{test['name']}": float(test["time"].rstrip("s"))
              for suite in json.loads(report.read_text())["testsuites"] for test in suite["testsuite"]}
+    if not tests:
+        raise Failure(f"{program.name} has no test '{chosen}': see tests/mutants/CMakeLists.txt")
     share = min(1.0, seconds / (sum(tests.values()) or 1.0))  # the rest is waiting for a processor
     return {test: share * time for test, time in tests.items()}
 

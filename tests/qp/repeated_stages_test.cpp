@@ -92,25 +92,27 @@ INSTANTIATE_TEST_SUITE_P(Stages, RepeatedStages, ::testing::Values(false, true),
                            return param.param ? "change_once" : "are_equal";
                          });
 
+void expect_optimum(const StageQp& qp, int seed) {
+  StagePoint point(qp);
+  const QpResult structured = make_riccati_solver(qp)->solve(qp, point, /*warm=*/false);
+  const SparseQp sparse = to_sparse(qp);
+  PrimalDualPoint other{VectorXd::Zero(sparse.variables()),
+                        VectorXd::Zero(sparse.row_pattern.rows()),
+                        VectorXd::Zero(sparse.variables())};
+  const QpResult expected = make_sparse_qp_solver(sparse.hessian_pattern, sparse.row_pattern)
+                                ->solve(sparse, other, false);
+  ASSERT_EQ(expected.status, QpStatus::optimal) << "seed " << seed;
+  ASSERT_EQ(structured.status, QpStatus::optimal) << "seed " << seed;
+  EXPECT_LE(kkt_residual(qp, point).largest(), required * testing::multiplier_scale(point))
+      << "seed " << seed;
+  EXPECT_NEAR(structured.objective, expected.objective,
+              2.0 * required * std::max(1.0, std::abs(expected.objective)))
+      << "seed " << seed;
+}
+
 TEST_P(RepeatedStages, HaveTheOptimumOfTheSparseProgram) {
-  for (int seed = 1; seed <= programs; ++seed) {
-    const StageQp qp = repeated_stages(seed, GetParam());
-    StagePoint point(qp);
-    const QpResult structured = make_riccati_solver(qp)->solve(qp, point, /*warm=*/false);
-    const SparseQp sparse = to_sparse(qp);
-    PrimalDualPoint other{VectorXd::Zero(sparse.variables()),
-                          VectorXd::Zero(sparse.row_pattern.rows()),
-                          VectorXd::Zero(sparse.variables())};
-    const QpResult expected = make_sparse_qp_solver(sparse.hessian_pattern, sparse.row_pattern)
-                                  ->solve(sparse, other, false);
-    ASSERT_EQ(expected.status, QpStatus::optimal) << "seed " << seed;
-    ASSERT_EQ(structured.status, QpStatus::optimal) << "seed " << seed;
-    EXPECT_LE(kkt_residual(qp, point).largest(), required * testing::multiplier_scale(point))
-        << "seed " << seed;
-    EXPECT_NEAR(structured.objective, expected.objective,
-                2.0 * required * std::max(1.0, std::abs(expected.objective)))
-        << "seed " << seed;
-  }
+  for (int seed = 1; seed <= programs; ++seed)
+    expect_optimum(repeated_stages(seed, GetParam()), seed);
 }
 
 // What the last solve left of equal stages must not be taken for what they are now.
@@ -131,6 +133,63 @@ TEST_P(RepeatedStages, AreReadAnewInTheNextSolve) {
     EXPECT_EQ(a.status, QpStatus::optimal) << "seed " << seed;
     EXPECT_EQ(a.objective, b.objective) << "seed " << seed;
   }
+}
+
+// Each stage has the rows of the one before but for one thing.
+StageQp almost_repeated_stages(int seed) {
+  Random random(seed);
+  const int inputs = random.integer(2, 6);
+  const Sizes sizes{random.integer(2, 5), inputs, 0};
+  const std::vector<RowGroupCapacity> groups{{2, inputs, true}, {3, sizes.own, true}};
+  std::vector<StageCapacity> capacity(10, {sizes.states(), inputs, groups});
+  capacity.push_back({sizes.states(), 0, {}});
+  StageQp qp(capacity);
+  const Stage first = repeated_stage(sizes, random, qp.stages.front());
+  for (int k = 0; k < qp.intervals(); ++k) {
+    Stage& s = qp.stages[k];
+    s = k == 0 ? first : qp.stages[k - 1];
+    RowGroup &on_inputs = s.groups[0], &on_states = s.groups[1];
+    if (k == 0) {
+      on_inputs.l1.setConstant(0.2);
+      on_inputs.l2.setConstant(1.0);
+      continue;
+    }
+    switch (random.integer(0, 7)) {
+      case 0:
+      case 1:
+        on_inputs.soft = !on_inputs.soft;
+        break;
+      case 2:
+        on_states.l1[random.integer(0, 2)] += 0.5;
+        break;
+      case 3:
+        on_states.l2[random.integer(0, 2)] *= 3.0;
+        break;
+      case 4:
+        on_states.lower[random.integer(0, 2)] = -random.uniform(0.0, 0.1);
+        break;
+      case 5:
+        on_states.upper[random.integer(0, 2)] = random.uniform(0.0, 0.1);
+        break;
+      case 6:
+        on_states.M(random.integer(0, 2), random.integer(0, sizes.own - 1)) *= -2.0;
+        break;
+      default:  // other columns, or one row less
+        if (on_states.columns.size() > 1)
+          on_states.columns.erase(
+              on_states.columns.begin() +
+              random.integer(0, static_cast<int>(on_states.columns.size()) - 1));
+        else
+          on_states.rows = 2;
+    }
+  }
+  qp.stages.back().Q.setIdentity();
+  qp.start = 0.5 * random.vector(sizes.states());
+  return qp;
+}
+
+TEST(AlmostRepeatedStages, AreNotTakenForTheOneBefore) {
+  for (int seed = 1; seed <= programs; ++seed) expect_optimum(almost_repeated_stages(seed), seed);
 }
 
 TEST(QpStatus, EachHasASentenceOfItsOwn) {

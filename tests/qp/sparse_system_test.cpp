@@ -173,6 +173,26 @@ TEST(SparseSystem, NothingIsAllocatedAfterConstruction) {
   EXPECT_EQ(count.made(), 0);
 }
 
+// A cost that is hardly one: the first regularisation outweighs it, and refinement wins back too
+// little; the next one must be taken and its solution handed out.
+TEST(SparseSystem, APoorFactorIsReplacedByABetterOne) {
+  constexpr double small = 4e-13;
+  const SparsityPattern hessian = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}});
+  SparseQp qp(hessian, SparsityPattern::from_pairs(0, 2, {}));
+  qp.hessian << 1.0, small;
+  qp::SparseSystem system(qp.hessian_pattern, qp.row_pattern);
+  ASSERT_TRUE(system.load(qp));
+  Arrays a(system);
+  std::fill_n(a.side.data(), system.max_sides(), 0.0);
+  ASSERT_TRUE(system.factor(a.side.data()));
+  fill(a.v, Vec<double, 2>(1.0, -1.0));
+  system.solve(a.v.data(), a.y.data(), a.dv.data(), a.dy.data());
+  EXPECT_EQ(system.regularisation_changes(), 1);
+  EXPECT_NEAR(a.dv[0], -1.0, 1e-12);
+  // Of the part that refinement leaves: it ends where the residual is rounding of its terms.
+  EXPECT_NEAR(a.dv[1] * small, 1.0, 1e-3);
+}
+
 TEST(SparseLdl, SignsOfThePivotsAreChecked) {
   qp::SparseLdl ldl(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}}), {1, -1});
   const auto factor = [&](double a, double b, double c) {

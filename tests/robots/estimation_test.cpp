@@ -322,9 +322,14 @@ TEST(SensorDevice, NoiseBiasAndResolutionAreThoseAskedFor) {
 // Sees a robot that its test moves.
 class PuppetPlant final : public Plant {
  public:
-  explicit PuppetPlant(const WholeBodyState& state) : state_(state) {
+  /// Pressed in the middle of the left sole's frame, or elsewhere (m).
+  explicit PuppetPlant(const WholeBodyState& state, double x = 0.0, double y = 0.0)
+      : state_(state) {
+    constexpr double force = 300.0;  // N
     contacts_[0].touches = true;
-    contacts_[0].wrench[2] = 300.0;
+    contacts_[0].wrench[2] = force;
+    contacts_[0].wrench[3] = y * force;
+    contacts_[0].wrench[4] = -x * force;
   }
   void reset(const WholeBodyState& state) override { state_ = state; }
   void set_torques(const VectorXd&) override {}
@@ -390,6 +395,40 @@ TEST_F(Estimated, SolesByTheLegsAreThoseOfTheModel) {
     const MatrixXd in_world = state.base.linear() * sole.jacobian().topRows<3>();
     EXPECT_LT((in_world - model->sole(side).jacobian.bottomRightCorner(3, robot.joints())).norm(),
               1e-13);
+  }
+}
+
+// Where a sole is pressed decides whether it can turn, and so whether the gyroscope's bias is
+// known: 5 mm inside of each edge.
+TEST_F(Estimated, ASoleThatIsPressedInsideItsEdgesTellsTheBiasOfTheGyroscope) {
+  SensorOptions sensors;
+  sensors.gyroscope.bias = 0.01;  // rad/s
+  sensors.force_torque = {
+      .force_noise = 0.0, .torque_noise = 0.0, .force_bias = 0.0, .torque_bias = 0.0};
+  // What is left of the bias of roll and pitch when the robot has stood still for a second.
+  const auto turns = [&](double x, double y) {
+    EstimatedPlant plant(std::make_unique<PuppetPlant>(start, x, y), robot, Side::left, sensors, {},
+                         dt);
+    Vec<double, 2> sum(0.0, 0.0);
+    for (int k = 0; k < 1000; ++k) {
+      plant.step();
+      if (k >= 700) sum += plant.state().base_twist.head<2>() / 300.0;
+    }
+    return sum.norm();
+  };
+  const FootRectangle& foot = description.left_foot;
+  constexpr double inside = 0.006, outside = 0.004;  // m from an edge
+  const double x = 0.5 * (foot.x.lower + foot.x.upper), y = 0.5 * (foot.y.lower + foot.y.upper);
+  const double known = 1e-3, unknown = 3e-3;  // rad/s
+  for (const double edge : {foot.x.lower, foot.x.upper}) {
+    const double inwards = edge < x ? 1.0 : -1.0;
+    EXPECT_LT(turns(edge + inwards * inside, y), known) << edge;
+    EXPECT_GT(turns(edge + inwards * outside, y), unknown) << edge;
+  }
+  for (const double edge : {foot.y.lower, foot.y.upper}) {
+    const double inwards = edge < y ? 1.0 : -1.0;
+    EXPECT_LT(turns(x, edge + inwards * inside), known) << edge;
+    EXPECT_GT(turns(x, edge + inwards * outside), unknown) << edge;
   }
 }
 

@@ -150,6 +150,30 @@ TEST(Pushes, RandomOnesAreApartAndTheSameForASeed) {
   EXPECT_NE(all_pushes(Push{}, more)[0].start, pushes[0].start);
 }
 
+TEST(Pushes, RandomOnesAreSpreadOverTheirIntervals) {
+  MorePushes more;
+  more.rate = 1.0 / 6.0;
+  more.until = 6000.0;  // s
+  const std::vector<Push> pushes = all_pushes(Push{}, more);
+  ASSERT_EQ(pushes.size(), 1000u);
+  double sum = 0.0, squares = 0.0;
+  Vec<double, 3> directions = Vec<double, 3>::Zero();
+  for (const Push& push : pushes) {
+    sum += push.impulse;
+    squares += push.impulse * push.impulse;
+    EXPECT_NEAR(push.direction.norm(), 1.0, 1e-12);
+    EXPECT_EQ(push.direction[2], 0.0);
+    directions += push.direction;
+  }
+  // Of a uniform one: five deviations of the mean, of the variance about as many.
+  const double mean = sum / 1000.0, width = more.impulse[1] - more.impulse[0];
+  EXPECT_NEAR(mean, 0.5 * (more.impulse[0] + more.impulse[1]), 5.0 * width / std::sqrt(12e3));
+  EXPECT_NEAR(squares / 1000.0 - mean * mean, width * width / 12.0, 0.15 * width * width / 12.0);
+  EXPECT_LT(directions.norm() / 1000.0, 5.0 / std::sqrt(1e3));
+  // The middle one begins near the middle: of 1000 sorted times in 2000 s it deviates by 32 s.
+  EXPECT_NEAR(pushes[500].start, 3000.0, 5.0 * 32.0);
+}
+
 TEST(Pushes, WhatCannotBeIsRefused) {
   for (const char* list : {"5 6", "5 6 90 0.1 3", "5 six 90", "5 6 nan", "-1 6 90", "2.45 6 90"}) {
     MorePushes more;

@@ -113,6 +113,50 @@ TEST(PlanShift, FreePhasesEndWhenTheyEndedAndTheRestIsAlmostOptimal) {
           << instance.phase << " " << instance.interval;
 }
 
+// What is left of a free duration is cut into intervals of another length, and multipliers of what
+// holds over an interval are those of its length.
+TEST(PlanShift, MultipliersOfInputsFollowTheLengthOfTheirIntervals) {
+  Phase<2, 1> phase{"drive", Cart{}, between(0.2, 5.0)};
+  phase.bound_input(0, between(-1.0, 3.0))
+      .keep(
+          "push", [](auto, auto, auto u) { return u[0]; }, at_most(1.0))
+      .reach("there", position, exactly(1.0))
+      .reach("at rest", speed, exactly(0.0))
+      .minimise("effort", [](auto, auto, auto u) { return 0.1 * u[0] * u[0]; })
+      .minimise_at_end("time", [](auto t, auto) { return t; });
+  OptimalControlProblem ocp("cart");
+  ocp.start_at(Vec<double, 2>(0.0, 0.0)).then(phase);
+  constexpr int intervals = 20;
+  MultipleShooting cart(ocp, {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
+  constexpr double elapsed = 0.5;  // s of two
+  const Moved m = move_on(cart, elapsed);
+  const Layout& layout = cart.layout();
+  const double old_length = m.plan.durations[0] / intervals,
+               length = (m.plan.durations[0] - elapsed) / intervals;
+  ASSERT_LT(length, 0.8 * old_length);
+  const auto old_interval = [&](int k) {
+    return static_cast<int>((elapsed + (k + 0.5) * length) / old_length);
+  };
+  double at_bounds = 0.0, at_rows = 0.0;
+  for (int k = 0; k < intervals; ++k) {
+    const double z = m.guess.z[layout.input(0, k)],
+                 before = m.plan.point.z[layout.input(0, old_interval(k))];
+    EXPECT_NEAR(z / length, before / old_length, 1e-9) << k;
+    at_bounds = std::max(at_bounds, std::abs(z));
+  }
+  for (const auto& to : cart.program().row_instances())
+    for (const auto& from : cart.program().row_instances()) {
+      const int k = to.block.point.interval;
+      if (k < 0 || from.term != to.term || from.block.point.interval != old_interval(k)) continue;
+      const double multiplier = m.guess.lambda[to.first_row];
+      EXPECT_NEAR(multiplier / length, m.plan.point.lambda[from.first_row] / old_length, 1e-9) << k;
+      at_rows = std::max(at_rows, std::abs(multiplier));
+    }
+  // Both hold something.
+  EXPECT_GT(at_bounds, 1e-3);
+  EXPECT_GT(at_rows, 1e-3);
+}
+
 TEST(PlanShift, MultipliersMoveWithTheirInstants) {
   Phase<2, 1> phase{"drive", Cart{}, exactly(1.0)};
   phase.minimise("effort", effort)
