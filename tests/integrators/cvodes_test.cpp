@@ -118,6 +118,15 @@ TEST(Cvodes, FailuresAreAStatus) {
   EXPECT_NEAR(end[0], 2.0, 1e-7);
 }
 
+TEST(Cvodes, RefinedIsAHundredTimesAsAccurateAsFarAsRoundingAllows) {
+  const auto refined = [](double tolerance) {
+    return cvodes({.tolerance = tolerance})->refined()->name();
+  };
+  EXPECT_EQ(refined(1e-6), "CVODES BDF, tolerance 1e-08");
+  EXPECT_EQ(refined(1e-12), "CVODES BDF, tolerance 1e-13");
+  EXPECT_EQ(refined(2e-14), "CVODES BDF, tolerance 2e-14");
+}
+
 TEST(Cvodes, OptionsAreChecked) {
   EXPECT_THROW(cvodes({.tolerance = 0.0}), DefinitionError);
   EXPECT_THROW(cvodes({.absolute_tolerance = -1.0}), DefinitionError);

@@ -200,6 +200,26 @@ TEST(ImplicitRungeKutta, GoesAlongAStiffBranchInLongSteps) {
   EXPECT_EQ(explicit_scheme->value(w.data(), end.data()), IntegrationStatus::not_finite);
 }
 
+// Newton's method goes astray where the rate saturates. From shorter steps it finds its way,
+// several of them: half of a step that works does not work at once.
+TEST(ImplicitRungeKutta, FindsStagesByWayOfShorterSteps) {
+  constexpr double rate = 1e3, start = 3.0;
+  const IntervalProblem problem = autonomous(
+      make_function<1, 0, 0>([](const auto&, const auto& x) { return -rate * atan(x[0]); }));
+  const VectorXd w = from(VectorXd::Constant(1, start), 1.0);
+  // The root of x + a rate atan(x) = start, from where Newton's method converges.
+  const auto stage = [](double a) {
+    double x = 0.0;
+    for (int k = 0; k < 20; ++k)
+      x -= (x + a * rate * std::atan(x) - start) / (1.0 + a * rate / (1.0 + x * x));
+    return x;
+  };
+  EXPECT_NEAR(end_of(*gauss_legendre({.stages = 1, .steps = 1})->make(problem), w)[0],
+              2.0 * stage(0.5) - start, 1e-12);
+  EXPECT_NEAR(end_of(*radau_iia({.stages = 1, .steps = 1})->make(problem), w)[0], stage(1.0),
+              1e-12);
+}
+
 TEST(ImplicitRungeKutta, RefusesWhatItIsNotMadeFor) {
   EXPECT_THROW(gauss_legendre({.stages = 0}), DefinitionError);
   EXPECT_THROW(radau_iia({.stages = 5}), DefinitionError);

@@ -92,6 +92,28 @@ TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
   EXPECT_LE(relative_error(end[1], 9.0 / 2000.0), 1e-13);
 }
 
+// Inputs that only cost something: the cost has forty times the derivatives of the dynamics.
+TEST(ZeroOrderHold, CostsMayDependOnMoreThanTheDynamicsDo) {
+  constexpr int inputs = 40;
+  IntervalProblem problem;
+  problem.arguments = {1, inputs, 0};
+  problem.dynamics = make_function<1, inputs, 0>(
+      [](const auto&, const auto&, const auto& u) { return 3.0 * u[0]; });
+  problem.running_cost = make_function<1, inputs, 0>(
+      [](const auto&, const auto& x, const auto& u) { return x[0] * x[0] + u.squaredNorm(); });
+  const auto integrator = zero_order_hold()->make(problem);
+  constexpr double h = 0.4, x = 0.7;
+  VectorXd w(1 + inputs + 2);
+  w << x, VectorXd::LinSpaced(inputs, 0.1, 1.0), 0.0, h;
+  const double rate = 3.0 * w[1];
+  const VectorXd end = end_of(*integrator, w);
+  EXPECT_LE(relative_error(end[0], x + h * rate), 1e-15);
+  EXPECT_LE(relative_error(end[1], h * (x * x + h * x * rate + h * h * rate * rate / 3.0 +
+                                        w.segment(1, inputs).squaredNorm())),
+            1e-14);
+  expect_jacobian_matches(*integrator, w, 1e-10);
+}
+
 TEST(ZeroOrderHold, RepeatedPairsComeFromTheCacheUnchanged) {
   const auto integrator = zero_order_hold()->make(affine_problem(InputShape::linear, true, true));
   const VectorXd first = affine_point(InputShape::linear, 0.3);

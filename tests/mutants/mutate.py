@@ -78,9 +78,9 @@ class Mutant:
                 "after": self.after}
 
 
-def judge(build, mutant, rounds, scratch):
+def judge(build, mutant, rounds, scratch, most=None):
     """(status, by which test) of one mutant; the copy is as before when it returns. Programs of the next round are
-    asked only if those of the one before have found nothing."""
+    asked only if those of the one before have found nothing, and of `most` rounds if that is given."""
     copy = build.tree / mutant.name
     inside = {member for programs in rounds for program in programs for member in program.members}
     objects = build.work / "objects"
@@ -95,7 +95,7 @@ def judge(build, mutant, rounds, scratch):
                 return "not compiled", ""
     finally:
         copy.write_text(mutant.text)
-    for programs in rounds:
+    for programs in rounds[:most]:
         # Times are found out before anything is made.
         parts = [part for program in programs if program.is_asked_about(mutant.name, replaced)
                  for part in program.parts()]
@@ -231,7 +231,7 @@ def found_again(result):
     return min(mutants, key=lambda mutant: abs(mutant.line - result["line"]), default=None)
 
 
-def campaign(build, layers, chosen, seed, count, results, path):
+def campaign(build, layers, chosen, seed, count, results, path, own=False):
     scratch = scratch_of(build)
     programs = Programs(build, scratch)
     queues = {}
@@ -260,7 +260,7 @@ def campaign(build, layers, chosen, seed, count, results, path):
                 wanted[name] = tested[name]
                 continue
             mutant, begun, before = Mutant(*place), time.monotonic(), processor_time()
-            status, by = judge(build, mutant, mine, scratch)
+            status, by = judge(build, mutant, mine, scratch, 1 if own else None)
             result = {"layer": name} | mutant.facts() | {
                 "status": status, "by": by, "seconds": round(time.monotonic() - begun, 1),
                 "processor": round(processor_time() - before, 1)}
@@ -286,6 +286,8 @@ def read_arguments(words):
     parser.add_argument("--seed", type=whole_number, default=1, help="which mutants are drawn (1)")
     parser.add_argument("--count", type=whole_number, default=300, help="how many, of all layers together (300)")
     parser.add_argument("--layer", action="append", help="of this layer only; may be given more than once")
+    parser.add_argument("--own", action="store_true",
+                        help="ask the layer's own programs only; --again asks all of them about what survives")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--resume", action="store_true", help="go on with what this seed has begun")
     what.add_argument("--again", action="store_true", help="those of this seed that survived, with the tests of now")
@@ -315,7 +317,8 @@ def main(words):
         if arguments.again:
             once_more(Build(build_folder, work), layers, chosen, results, path)
         elif not arguments.report:
-            campaign(Build(build_folder, work), layers, chosen, arguments.seed, arguments.count, results, path)
+            campaign(Build(build_folder, work), layers, chosen, arguments.seed, arguments.count, results, path,
+                     arguments.own)
     text, good = summary(results, reasons())
     print(text)
     return 0 if good else 1

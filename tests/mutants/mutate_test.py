@@ -109,7 +109,7 @@ class Campaign(unittest.TestCase):
         text = (relink.ROOT / file).read_text()
         found = {name: [(file, m) for m in operators.mutations(text) if m.operator == name] for name in operators.OPERATORS}
 
-        def judged(build, mutant, rounds, scratch):
+        def judged(build, mutant, rounds, scratch, most):
             if self.left == 0:
                 raise KeyboardInterrupt
             self.left -= 1

@@ -109,7 +109,8 @@ class Program:
         slow = {test: seconds for test, seconds in self.tests.items() if seconds > SLOW_TEST}
         if len(slow) < len(self.tests):
             short = sum(self.tests.values()) - sum(slow.values())
-            yield False, short, self, self._chosen + ("-" + ":".join(slow) if slow else "")
+            left_out = (":" if "-" in self._chosen else "-") + ":".join(slow)
+            yield False, short, self, self._chosen + (left_out if slow else "")
         for test, seconds in slow.items():
             yield True, seconds, self, test
 

@@ -125,13 +125,18 @@ TEST_P(RepeatedStages, AreReadAnewInTheNextSolve) {
       next.stages[k].groups[1].M *= 1.1;
       next.stages[k].A *= 0.9;
     }
-    const auto solver = make_riccati_solver(first);
-    StagePoint point(first), again(first), fresh(first);
-    solver->solve(first, point, false);
-    const QpResult a = solver->solve(next, again, false);
-    const QpResult b = make_riccati_solver(next)->solve(next, fresh, false);
-    EXPECT_EQ(a.status, QpStatus::optimal) << "seed " << seed;
-    EXPECT_EQ(a.objective, b.objective) << "seed " << seed;
+    for (const QpStart start : {QpStart::least_squares, QpStart::guess}) {
+      RiccatiOptions options;
+      options.start = start;
+      const auto solver = make_riccati_solver(first, options);
+      StagePoint point(first), again(first), fresh(first);
+      solver->solve(first, point, false);
+      const QpResult a = solver->solve(next, again, false);
+      const QpResult b = make_riccati_solver(next, options)->solve(next, fresh, false);
+      EXPECT_EQ(a.status, QpStatus::optimal) << "seed " << seed;
+      EXPECT_EQ(a.objective, b.objective) << "seed " << seed;
+      EXPECT_EQ(a.iterations, b.iterations) << "seed " << seed;
+    }
   }
 }
 

@@ -237,6 +237,39 @@ TEST(RiccatiSolver, AResultantChangesTheArithmeticOnly) {
     }
 }
 
+// The same rows and costs in all stages, while the groups act through other maps, or through none
+// that are declared, in some: what is stored for a stage must not be taken for the next.
+TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
+  constexpr int groups = 2, size = 3;
+  for (int seed = 1; seed <= 40; ++seed) {
+    StageQp qp = program_with_groups(groups, seed);
+    Random random(seed);
+    for (int k = 1; k < qp.intervals(); ++k) {
+      Stage& s = qp.stages[k];
+      const Stage& before = qp.stages[k - 1];
+      s.A = before.A;
+      s.B = before.B;
+      s.R = before.R;
+      s.groups = before.groups;
+      if (random.chance(0.5)) {
+        const MatrixXd T = MatrixXd::Identity(size, size) + 0.4 * random.matrix(size, size);
+        s.B.rightCols(size) = s.B.leftCols(size) * T;
+      }
+      s.resultant_size = random.chance(0.7) ? size : 0;
+    }
+    StageQp plain_qp = qp;
+    for (Stage& s : plain_qp.stages) s.resultant_size = 0;
+    StagePoint a, b;
+    const QpResult with_resultant = solve_cold(qp, a), without = solve_cold(plain_qp, b);
+    ASSERT_EQ(without.status, QpStatus::optimal) << seed;
+    ASSERT_EQ(with_resultant.status, QpStatus::optimal) << seed;
+    EXPECT_NEAR(with_resultant.objective, without.objective,
+                required * (1.0 + std::abs(without.objective)))
+        << seed;
+    EXPECT_LE(kkt_residual(plain_qp, a).largest(), required * multiplier_scale(a)) << seed;
+  }
+}
+
 TEST(RiccatiSolver, GroupsThatShareACostAreNotReduced) {
   StageQp qp = program_with_groups(2, 1);
   for (int k = 0; k < qp.intervals(); ++k) qp.stages[k].R(0, 3) = qp.stages[k].R(3, 0) = 1e-3;

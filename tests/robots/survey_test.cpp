@@ -145,6 +145,51 @@ TEST(Limbs, MissesAreNamedWithTheirRemedy) {
   EXPECT_TRUE(contains(complaint([&] { find_limbs(one); }), "come in pairs of left and right"));
 }
 
+double distance(const LinkCapsule& limb, const Vec<double, 3>& point) {
+  const Capsule& c = limb.capsule;
+  const Vec<double, 3> along = c.to - c.from;
+  const double length = along.squaredNorm();
+  const double s = length > 0.0 ? std::clamp((point - c.from).dot(along) / length, 0.0, 1.0) : 0.0;
+  return (point - c.from - s * along).norm() - c.radius;
+}
+
+TEST(Capsules, HoldWhatIsDrawnOrElseTheBoxOfTheInertia) {
+  const Biped biped;
+  const UrdfModel model = biped.model();
+  RobotDescription robot = survey_robot(model).description;
+  robot.capsules.clear();
+  FloatingRobot body = floating_robot(model, robot);
+  add_capsules(body, model, robot);
+  const auto expect_inside = [&](const char* link, const Vec<double, 3>& middle,
+                                 const Vec<double, 3>& size) {
+    const FloatingRobot::Frame frame = link_frame(body, model, link);
+    const auto& capsules = body.bodies[static_cast<std::size_t>(frame.body)].capsules;
+    ASSERT_FALSE(capsules.empty()) << link;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec<double, 3> half(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5,
+                                corner & 4 ? 0.5 : -0.5);
+      const Vec<double, 3> point = frame.pose * (middle + half.cwiseProduct(size));
+      double nearest = infinity;
+      for (const LinkCapsule& c : capsules) nearest = std::min(nearest, distance(c, point));
+      EXPECT_LT(nearest, 1e-6) << link << " " << corner;  // m: of fitting
+    }
+  };
+  expect_inside("left_foot", {0.03, 0.0, -0.5 * biped.foot_height}, {0.2, 0.1, biped.foot_height});
+  // Of no more than a light cube's mass the box is smaller than the cube: half of it, at least.
+  expect_inside("thigh_left", {0.0, 0.0, -0.2}, {0.1, 0.1, 0.1});
+  expect_inside("chest", {0.0, 0.0, 0.15}, {0.2, 0.2, 0.2});
+
+  const auto apart = [&](const char* first, const char* second) {
+    std::pair<int, int> pair{link_frame(body, model, first).body,
+                             link_frame(body, model, second).body};
+    if (pair.first > pair.second) std::swap(pair.first, pair.second);
+    return std::find(body.apart.begin(), body.apart.end(), pair) != body.apart.end();
+  };
+  EXPECT_TRUE(apart("left_foot", "right_foot"));
+  EXPECT_TRUE(apart("shin_left", "chest"));
+  EXPECT_FALSE(apart("thigh_left", "shin_left"));  // joined
+}
+
 TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
   const UrdfModel model = Biped().model();
   const RobotDescription robot = survey_robot(model).description;

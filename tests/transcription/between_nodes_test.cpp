@@ -105,6 +105,9 @@ TEST(Refinement, SaysWhatWasReached) {
   EXPECT_LE(r.violations.back(), 1e-6);
   EXPECT_LE(r.solution.between_nodes->amount, 1e-6);
   EXPECT_NEAR(r.solution.cost, 4.0, 1e-6);
+  // Of all rounds together.
+  EXPECT_GT(r.iterations, r.solution.iterations);
+  EXPECT_GT(r.seconds, r.solution.seconds);
   const RefinedSolution limited = solve_refined(bryson_denham(phase), intervals(10), *ipopt(),
                                                 {.tolerance = 1e-11, .most_intervals = 25});
   EXPECT_FALSE(limited.reached);
