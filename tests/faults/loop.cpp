@@ -186,17 +186,20 @@ double FaultyLoop::clock(Fault fault) {
   }
 }
 
+// The controller has the edited schedule, or nobody has.
 void FaultyLoop::edit_schedule() {
   std::uniform_real_distribution<double> when(0.2, 0.9);
-  schedule_.forget_until(time_ - period);
-  if (schedule_.events().size() >= 3) schedule_.erase(schedule_.events().back().name.view());
+  Schedule edited = schedule_;
+  edited.forget_until(time_ - period);
+  if (edited.events().size() >= 3) edited.erase(edited.events().back().name.view());
   const std::string name = "e" + std::to_string(++events_ % 100);
   const double time = time_ + when(random_);
-  if (schedule_.contains(name)) return;
-  for (const Event& e : schedule_.events())
+  if (edited.contains(name)) return;
+  for (const Event& e : edited.events())
     if (std::abs(e.time - time) < 0.15) return;  // of which one interval has room
-  schedule_.insert(random_() % 2 == 0 ? "slow" : "fast", name, time);
-  controller_.set_schedule(schedule_);
+  edited.insert(random_() % 2 == 0 ? "slow" : "fast", name, time);
+  controller_.set_schedule(edited);
+  schedule_ = std::move(edited);
 }
 
 void FaultyLoop::aim(double position) { controller_.set_data("aim", Vec<double, 1>{position}); }
