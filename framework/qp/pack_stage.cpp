@@ -69,6 +69,14 @@ void find_handed_on(SweepStage& w) {
   }
 }
 
+bool fits(const RiccatiKernel& kernel, const SweepStage& w) {
+  if (kernel.nx != w.nx || kernel.nu != w.nu || kernel.next != w.next) return false;
+  if (!kernel.hands_on) return true;
+  const bool is_known_zero = kernel.zero_begin == kernel.zero_end ||
+                             (w.zero_begin <= kernel.zero_begin && kernel.zero_end <= w.zero_end);
+  return w.dense + w.nu == w.next && w.handed_on == w.nx && is_known_zero;
+}
+
 // y = T_p^-T x, the inverses one below the other as in PackedStage.
 void to_common_inputs(const double* T_inverse, int part, int size, const double* x, double* y) {
   const int ld = padded(size);
@@ -95,9 +103,6 @@ bool Packing::stage(int k) {
   const int n = w.nx + w.nu;
   w.ld = padded(n);
   w.ld_next = padded(w.next);
-  p.kernel = &any_size;
-  for (const RiccatiKernel& kernel : to.storage.kernels)
-    if (kernel.nx == w.nx && kernel.nu == w.nu && kernel.next == w.next) p.kernel = &kernel;
   w.L = numbers(w.ld * w.nu);
   w.pivot = numbers(padded(w.nu));
   w.p = numbers(w.ld);
@@ -106,6 +111,9 @@ bool Packing::stage(int k) {
   p.costate_at = y;
   y += w.ld_next;
   if (ok) dynamics(k);
+  p.kernel = &any_size;
+  for (const RiccatiKernel& kernel : to.storage.kernels)
+    if (fits(kernel, w) && (kernel.hands_on || !p.kernel->hands_on)) p.kernel = &kernel;
   if (ok) gradient(k);
   if (ok) hessian(k);
   return ok;

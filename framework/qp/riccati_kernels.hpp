@@ -159,37 +159,42 @@ SALTUS_INLINE void multiply_upper(int columns, int depth, const double* A, int l
 
 /// out = from + A B where rows and columns between `zero_begin` and `zero_end`, in whole strips and
 /// vectors, have zero products.
-SALTUS_INLINE void add_upper_without(int zero_begin, int zero_end, int columns, int depth,
-                                     const double* A, int lda, const double* B, int ldb,
+template <int N>
+SALTUS_INLINE void add_upper_without(int zero_begin, int zero_end, const Extent<N>& columns,
+                                     int depth, const double* A, int lda, const double* B, int ldb,
                                      const double* from, double* out, int ldo) {
+  constexpr int strips = N < 0 ? -1 : (N + 3) / 4;
   const int first = zero_begin / lanes, last = zero_end / lanes;
-  const auto copied = [&](int begin, int end, int width) {
-    for (int c = 0; c < width; ++c)
-      for (int v = begin * lanes; v < end * lanes; v += lanes)
-        store(out + c * ldo + v, load(from + c * ldo + v));
-  };
-  for (int j = 0; j < columns; j += 4, B += 4 * ldb, from += 4 * ldo, out += 4 * ldo) {
-    const int width = columns - j < 4 ? columns - j : 4, vectors = padded(j + width) / lanes;
-    if (j >= zero_begin && j + width <= zero_end) {
-      copied(0, vectors, width);
-      continue;
-    }
-    const auto part = [&](int begin, int end) {
-      const int v = begin * lanes;
-      if (width == 4)
-        strip<Update::add, 4>(end - begin, depth, A + v, lda, B, 1, ldb, from + v, out + v, ldo);
-      else
-        last_strip<Update::add>(width, end - begin, depth, A + v, lda, B, 1, ldb, from + v, out + v,
-                                ldo);
-    };
-    if (vectors <= last || first == last) {
-      part(0, vectors);
-      continue;
-    }
-    part(0, first);
-    copied(first, last, width);
-    part(last, vectors);
-  }
+  for_each(
+      Extent<strips>((columns + 3) / 4), [&](int index) __attribute__((always_inline)) {
+        const int j = 4 * index, width = columns - j < 4 ? columns - j : 4;
+        const int vectors = padded(j + width) / lanes;
+        const double *b = B + j * ldb, *given = from + j * ldo;
+        double* to = out + j * ldo;
+        const auto copied = [&](int begin, int end) __attribute__((always_inline)) {
+          for (int c = 0; c < width; ++c)
+            for (int v = begin * lanes; v < end * lanes; v += lanes)
+              store(to + c * ldo + v, load(given + c * ldo + v));
+        };
+        const auto part = [&](int begin, int end) __attribute__((always_inline)) {
+          const int v = begin * lanes;
+          if (width == 4)
+            strip<Update::add, 4>(end - begin, depth, A + v, lda, b, 1, ldb, given + v, to + v,
+                                  ldo);
+          else
+            last_strip<Update::add>(width, end - begin, depth, A + v, lda, b, 1, ldb, given + v,
+                                    to + v, ldo);
+        };
+        if (j >= zero_begin && j + width <= zero_end) {
+          copied(0, vectors);
+        } else if (vectors <= last || first == last) {
+          part(0, vectors);
+        } else {
+          part(0, first);
+          copied(first, last);
+          part(last, vectors);
+        }
+      });
 }
 
 // V vectors of y (+/-)= A x; two sums where one would wait for its own additions.
@@ -230,8 +235,24 @@ SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int l
   if (vectors - v == 1) vector_tile<update, 1>(columns, A, lda, x, y);
 }
 
-// What RiccatiStage does with the flow where entries are handed on, apart, so that the rest stays
-// small.
+/// Where the flow hands entries on and which columns of it are zero (SweepStage's fields of these
+/// names): known at run time only, or to the compiler.
+struct HandedOnAnywhere {
+  explicit HandedOnAnywhere(const SweepStage& s)
+      : dense(s.dense), first(s.handed_on), zero_begin(s.zero_begin), zero_end(s.zero_end) {}
+  const int dense, first, zero_begin, zero_end;
+};
+/// All NU inputs become the last states of the next stage, whose NN - NU others do not look at
+/// the inputs from before, the last states of this one.
+template <int NX, int NU, int NN>
+struct InputsHandedOn {
+  explicit constexpr InputsHandedOn(const SweepStage&) {}
+  static constexpr int dense = NN - NU, first = NX;
+  static constexpr int zero_begin = NX / lanes * lanes > padded(dense) ? padded(dense) : 0;
+  static constexpr int zero_end = zero_begin > 0 ? NX / lanes * lanes : 0;
+};
+
+// What RiccatiStage does with the flow where entries are handed on.
 
 // to += from, entry by entry.
 SALTUS_INLINE void add_entries(int count, const double* from, double* to) {
@@ -242,43 +263,63 @@ SALTUS_INLINE void add_entries(int count, const double* from, double* to) {
 }
 
 // M = from + flow' P flow; in `work` the product of P with the dense rows of the flow.
-[[gnu::noinline]] inline void assemble_handing_on(SweepStage& s, int n, const double* from,
-                                                  const double* P, int ld_P, double* work) {
-  const int count = s.next - s.dense;
+template <class HandedOn, int N>
+SALTUS_INLINE void assemble_handing_on(SweepStage& s, const HandedOn& handed, const Extent<N>& n,
+                                       int next, const double* from, const double* P, int ld_P,
+                                       double* work) {
+  const int count = next - handed.dense, ld = padded(n), ld_next = padded(next);
   for (int i = 0; i < count; ++i) {
-    double* to = work + (s.handed_on + i) * s.ld_next;
-    for (int v = 0; v < s.ld_next; v += lanes)
-      store(to + v, load(to + v) + load(P + (s.dense + i) * ld_P + v));
+    double* to = work + (handed.first + i) * ld_next;
+    for (int v = 0; v < ld_next; v += lanes)
+      store(to + v, load(to + v) + load(P + (handed.dense + i) * ld_P + v));
   }
-  add_upper_without(s.zero_begin, s.zero_end, n, s.dense, s.flow_transposed, s.ld, work, s.ld_next,
-                    from, s.M, s.ld);
-  for (int j = s.handed_on; j < n; ++j)
-    add_entries(j - s.handed_on < count ? j - s.handed_on + 1 : count,
-                work + s.dense + j * s.ld_next, s.M + s.handed_on + j * s.ld);
+  add_upper_without(handed.zero_begin, handed.zero_end, n, handed.dense, s.flow_transposed, ld,
+                    work, ld_next, from, s.M, ld);
+  for (int j = handed.first; j < n; ++j)
+    add_entries(j - handed.first < count ? j - handed.first + 1 : count,
+                work + handed.dense + j * ld_next, s.M + handed.first + j * ld);
 }
 
 // out += flow v.
-[[gnu::noinline]] inline void add_flow_handing_on(const SweepStage& s, int n, const double* v,
-                                                  double* out) {
+template <class HandedOn>
+SALTUS_INLINE void add_flow_handing_on(const SweepStage& s, const HandedOn& handed, int n, int next,
+                                       const double* v, double* out) {
   // Rows beyond the dense ones that share their last vector come with them.
-  const int rows = padded(s.dense);
-  multiply_vector<Update::add>(rows, s.zero_begin, s.flow, s.ld_next, v, out);
-  multiply_vector<Update::add>(rows, n - s.zero_end, s.flow + s.zero_end * s.ld_next, s.ld_next,
-                               v + s.zero_end, out);
-  if (s.next > rows) add_entries(s.next - rows, v + s.handed_on + rows - s.dense, out + rows);
+  const int rows = padded(handed.dense), ld_next = padded(next), after = handed.zero_end;
+  multiply_vector<Update::add>(rows, handed.zero_begin, s.flow, ld_next, v, out);
+  multiply_vector<Update::add>(rows, n - after, s.flow + after * ld_next, ld_next, v + after, out);
+  if (next > rows) add_entries(next - rows, v + handed.first + rows - handed.dense, out + rows);
 }
 
 // out (+)= flow' x.
-template <Update update>
-[[gnu::noinline]] void flow_transposed_handing_on(const SweepStage& s, int n, const double* x,
-                                                  double* out) {
-  multiply_vector<update>(n, s.dense, s.flow_transposed, s.ld, x, out);
-  add_entries(s.next - s.dense, x + s.dense, out + s.handed_on);
+template <Update update, class HandedOn>
+SALTUS_INLINE void flow_transposed_handing_on(const SweepStage& s, const HandedOn& handed, int n,
+                                              int next, const double* x, double* out) {
+  multiply_vector<update>(n, handed.dense, s.flow_transposed, padded(n), x, out);
+  add_entries(next - handed.dense, x + handed.dense, out + handed.first);
 }
 
-/// What the recursion does at one stage.
-template <int NX, int NU, int NN>
+// The same for sizes known at run time, apart, so that the rest stays small.
+[[gnu::noinline]] inline void assemble_handing_on_anywhere(SweepStage& s, int n, const double* from,
+                                                           const double* P, int ld_P,
+                                                           double* work) {
+  assemble_handing_on(s, HandedOnAnywhere(s), Extent<-1>(n), s.next, from, P, ld_P, work);
+}
+[[gnu::noinline]] inline void add_flow_handing_on_anywhere(const SweepStage& s, int n,
+                                                           const double* v, double* out) {
+  add_flow_handing_on(s, HandedOnAnywhere(s), n, s.next, v, out);
+}
+template <Update update>
+[[gnu::noinline]] void flow_transposed_handing_on_anywhere(const SweepStage& s, int n,
+                                                           const double* x, double* out) {
+  flow_transposed_handing_on<update>(s, HandedOnAnywhere(s), n, s.next, x, out);
+}
+
+/// What the recursion does at one stage; with `hands_on` one of InputsHandedOn<NX, NU, NN>.
+template <int NX, int NU, int NN, bool hands_on = false>
 struct RiccatiStage {
+  using Handed = InputsHandedOn<NX, NU, NN>;
+
   /// M = from + flow' P flow, upper triangles, and `on_states` and `on_inputs` on its diagonal.
   /// P: next x next, leading dimension ld_P. `work`: ld_next x n.
   static void assemble(SweepStage& s, const double* from, double on_states, double on_inputs,
@@ -289,10 +330,12 @@ struct RiccatiStage {
     const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
     if (nn > 0) {
       multiply_within(nn, n, s.flow_rows, P, ld_P, s.flow, ld_next, work, ld_next);
-      if (s.dense == nn)
+      if constexpr (hands_on)
+        assemble_handing_on(s, Handed(s), Extent<NX + NU>(n), nn, from, P, ld_P, work);
+      else if (s.dense == nn)
         multiply_upper<Update::add>(n, nn, s.flow_transposed, ld, work, 1, ld_next, from, s.M, ld);
       else
-        assemble_handing_on(s, n, from, P, ld_P, work);
+        assemble_handing_on_anywhere(s, n, from, P, ld_P, work);
     } else {
       for (int i = 0; i < ld * n; i += lanes) store(s.M + i, load(from + i));
     }
@@ -305,10 +348,12 @@ struct RiccatiStage {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
-    if (s.dense == nn)
+    if constexpr (hands_on)
+      add_flow_handing_on(s, Handed(s), nx + nu, nn, v, out);
+    else if (s.dense == nn)
       multiply_vector<Update::add>(nn, nx + nu, s.flow, padded(nn), v, out);
     else
-      add_flow_handing_on(s, nx + nu, v, out);
+      add_flow_handing_on_anywhere(s, nx + nu, v, out);
   }
 
   // out (+)= flow' x.
@@ -319,10 +364,12 @@ struct RiccatiStage {
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
     const int n = nx + nu;
-    if (s.dense == nn)
+    if constexpr (hands_on)
+      flow_transposed_handing_on<update>(s, Handed(s), n, nn, x, out);
+    else if (s.dense == nn)
       multiply_vector<update>(n, nn, s.flow_transposed, padded(n), x, out);
     else
-      flow_transposed_handing_on<update>(s, n, x, out);
+      flow_transposed_handing_on_anywhere<update>(s, n, x, out);
   }
 
   /// Eliminates the inputs from M. Pivots at or below `least_pivot` are replaced.
@@ -456,6 +503,8 @@ struct RiccatiStage {
 /// The functions of one combination of sizes, behind pointers.
 struct RiccatiKernel {
   int nx, nu, next;  ///< -1: any
+  bool hands_on;     ///< for stages whose inputs are the last states of the next one, and no others
+  int zero_begin, zero_end;  ///< with `hands_on`: columns of flow that have to be zero
   void (*assemble)(SweepStage&, const double*, double, double, const double*, int, double*);
   void (*eliminate)(SweepStage&, double);
   void (*backward)(SweepStage&, const double*, const double*, int, const double*, const double*,
@@ -467,10 +516,23 @@ struct RiccatiKernel {
                    double*);
 };
 
-template <int NX, int NU, int NN>
+/// For stages of these sizes; `hands_on`: of these only those whose inputs are handed on as the
+/// last states of the next stage, where changes of inputs cost or are bounded.
+template <int NX, int NU, int NN, bool hands_on = false>
 constexpr RiccatiKernel riccati_kernel() {
-  using S = RiccatiStage<NX, NU, NN>;
-  return {NX, NU, NN, &S::assemble, &S::eliminate, &S::backward, &S::forward, &S::products};
+  using S = RiccatiStage<NX, NU, NN, hands_on>;
+  using Handed = InputsHandedOn<NX, NU, NN>;
+  return {NX,
+          NU,
+          NN,
+          hands_on,
+          hands_on ? Handed::zero_begin : 0,
+          hands_on ? Handed::zero_end : 0,
+          &S::assemble,
+          &S::eliminate,
+          &S::backward,
+          &S::forward,
+          &S::products};
 }
 
 }  // namespace saltus::qp

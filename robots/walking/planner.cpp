@@ -16,10 +16,10 @@ namespace {
 // Sizes of a tick's stages where changes of the wrenches cost: 9 states, the previous wrench of
 // every foot that bears, and its wrench. Others are swept at run-time sizes.
 constexpr qp::RiccatiKernel tick_kernels[] = {
-    qp::riccati_kernel<0, 6, 15>(),  qp::riccati_kernel<15, 6, 15>(),
-    qp::riccati_kernel<15, 6, 9>(),  qp::riccati_kernel<15, 12, 21>(),
-    qp::riccati_kernel<0, 12, 21>(), qp::riccati_kernel<21, 12, 21>(),
-    qp::riccati_kernel<21, 12, 9>(), qp::riccati_kernel<9, 0, 0>()};
+    qp::riccati_kernel<0, 6, 15, true>(),  qp::riccati_kernel<15, 6, 15, true>(),
+    qp::riccati_kernel<15, 6, 9>(),        qp::riccati_kernel<15, 12, 21, true>(),
+    qp::riccati_kernel<0, 12, 21, true>(), qp::riccati_kernel<21, 12, 21, true>(),
+    qp::riccati_kernel<21, 12, 9>(),       qp::riccati_kernel<9, 0, 0>()};
 
 // Ticks that are denied their solve: runs of one to five, as often as the fraction asks.
 std::function<bool(long)> missed_ticks(const PlannerSettings& settings) {

@@ -82,6 +82,13 @@ Count warm() {
   return count;
 }
 
+// As those of make_tick_controller() in robots/walking/planner.cpp.
+constexpr qp::RiccatiKernel tick_kernels[] = {
+    qp::riccati_kernel<0, 6, 15, true>(),   qp::riccati_kernel<15, 6, 15, true>(),
+    qp::riccati_kernel<15, 6, 9>(),         qp::riccati_kernel<0, 12, 21, true>(),
+    qp::riccati_kernel<21, 12, 21, true>(), qp::riccati_kernel<21, 12, 9>(),
+    qp::riccati_kernel<9, 0, 0>()};
+
 // With the cost weight/2 |u_k - u_(k-1)|^2, u_(k-1) as further states, and rows on states soft; the
 // input before the first one is `applied`.
 StageQp as_tick(const StageQp& plain, double weight, const VectorXd& applied) {
@@ -142,7 +149,7 @@ Count ticks(const std::string& batch) {
   const StageQp plain = step_recovery_qp({intervals, landing}, start);
   const StagePoint guess = standing_guess(plain);
   StageQp qp = at(guess.stages[0].u);
-  const auto solver = make_riccati_solver(qp, from_standing(), step_recovery_kernels);
+  const auto solver = make_riccati_solver(qp, from_standing(), tick_kernels);
   StagePoint point(qp);
   for (int k = 0; k < intervals; ++k) point.stages[k].u = guess.stages[k].u;
   Random random(1);

@@ -29,10 +29,10 @@ using namespace saltus::push_recovery;  // NOLINT(google-build-using-namespace)
 
 // As those of make_tick_controller() in robots/walking/planner.cpp.
 constexpr qp::RiccatiKernel kernels[] = {
-    qp::riccati_kernel<0, 6, 15>(),  qp::riccati_kernel<15, 6, 15>(),
-    qp::riccati_kernel<15, 6, 9>(),  qp::riccati_kernel<15, 12, 21>(),
-    qp::riccati_kernel<0, 12, 21>(), qp::riccati_kernel<21, 12, 21>(),
-    qp::riccati_kernel<21, 12, 9>(), qp::riccati_kernel<9, 0, 0>()};
+    qp::riccati_kernel<0, 6, 15, true>(),  qp::riccati_kernel<15, 6, 15, true>(),
+    qp::riccati_kernel<15, 6, 9>(),        qp::riccati_kernel<15, 12, 21, true>(),
+    qp::riccati_kernel<0, 12, 21, true>(), qp::riccati_kernel<21, 12, 21, true>(),
+    qp::riccati_kernel<21, 12, 9>(),       qp::riccati_kernel<9, 0, 0>()};
 constexpr int ticks = 15;
 constexpr double period = 0.01;  // s
 

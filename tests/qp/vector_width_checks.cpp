@@ -69,19 +69,27 @@ StageQp with_previous_inputs(int seed) {
 
 }  // namespace
 
+// Some of the programs have these sizes: 2 states and 6 inputs, 9 and 7.
 WidthReport solve_with_previous_inputs(int programs) {
+  static constexpr qp::RiccatiKernel kernels[] = {
+      qp::riccati_kernel<0, 6, 8, true>(), qp::riccati_kernel<8, 6, 8, true>(),
+      qp::riccati_kernel<0, 7, 16, true>(), qp::riccati_kernel<16, 7, 16, true>()};
   WidthReport report{qp::lanes};
   for (int seed = 1; seed <= programs; ++seed) {
     const StageQp program = with_previous_inputs(seed);
     ++report.programs;
-    qp::PackedQp packed(program, {});
+    qp::PackedQp packed(program, kernels);
     bool good = packed.pack(program);
     for (int k = 1; k + 1 < static_cast<int>(program.stages.size()); ++k) {
       const qp::SweepStage& s = packed.stages[k].sweep;
       good = good && s.dense < s.next && s.zero_end >= s.zero_begin;
+      const bool is_known =
+          s.nx == s.next && ((s.nx == 8 && s.nu == 6) || (s.nx == 16 && s.nu == 7));
+      good = good && packed.stages[k].kernel->hands_on == is_known;
     }
     StagePoint point(program);
-    const QpResult result = make_riccati_solver(program)->solve(program, point, /*warm=*/false);
+    const QpResult result =
+        make_riccati_solver(program, {}, kernels)->solve(program, point, /*warm=*/false);
     report.worst_residual = std::max(report.worst_residual, kkt_residual(program, point).largest());
     if (good && result.status == QpStatus::optimal) continue;
     if (report.failed++ == 0) report.first_failed = seed;
