@@ -1,13 +1,16 @@
 // Proofs that a quadratic program has no solution, looked for when the iterates run away.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "saltus/qp/ipm_iterate.hpp"
 
 namespace saltus::qp {
 
-/// Work space of the two checks.
+/// Work space of the two checks, and the multipliers that came nearest to a proof that there is no
+/// feasible point.
 struct CertificateSpace {
   CertificateSpace(int variables, int equalities, int sides)
       : zero_v(variables),
@@ -18,13 +21,19 @@ struct CertificateSpace {
         gradient(variables),
         direction(variables),
         equality(equalities),
-        side(sides) {}
+        side(sides),
+        best_y(equalities),
+        best_lambda(sides) {}
   AlignedArray zero_v, zero_y, zero_lambda, lambda, cost_gradient, gradient, direction;
   AlignedArray equality, side;
+  AlignedArray best_y, best_lambda;
+  double best_radius = 0.0;  ///< within this multiple of the iterate's size they leave no point
 };
 
 /// No point within this multiple of the iterate's size satisfies the rows: taken as infeasible.
 inline constexpr double certified_radius = 1e5;
+/// The same once every attempt to find an optimum has broken down.
+inline constexpr double certified_radius_at_end = 1e3;
 
 /// Whether these multipliers may pass is_infeasible() at all: what the residuals of the iterate,
 /// with slacks s, tell of lambda'beta - y'e seen from there. As a rule it is far below zero.
@@ -72,7 +81,14 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
   }
   // Where the rows hold to rounding there is nothing to prove.
   constexpr double rounding = 1e-9;
-  return value > certified_radius * size * rest && value > rounding * multipliers;
+  if (!(value > rounding * multipliers)) return false;
+  const double radius = value / (size * std::fmax(rest, std::numeric_limits<double>::min()));
+  if (radius > w.best_radius) {
+    w.best_radius = radius;
+    std::copy_n(y.data(), system.equalities(), w.best_y.data());
+    std::copy_n(w.lambda.data(), system.sides(), w.best_lambda.data());
+  }
+  return radius > certified_radius;
 }
 
 /// Whether d = v / |v| is a direction with H d = 0, E d = 0, G d >= 0 (hard sides) and g'd < 0,

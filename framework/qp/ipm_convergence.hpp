@@ -34,7 +34,10 @@ class Convergence {
                                    largest_magnitude(p.lambda, system.sides()));
     tolerance_ = requested_ * std::clamp(scale / large_multiplier, 1.0, largest_relief);
     acceptable_ = requested_ * std::clamp(scale, 1.0, largest_multiplier);
+    has_run_away_ = !(scale <= largest_multiplier);
   }
+  /// Whether multipliers are as large as those of problems without a solution.
+  bool has_run_away() const { return has_run_away_; }
   double tolerance() const { return tolerance_; }
   double acceptable() const { return acceptable_; }
   /// Products are not driven further down than this: it would only cost digits.
@@ -102,7 +105,7 @@ class Convergence {
   double least_residual_ = infinite, least_shortfall_ = infinite;
   double best_shortfall_ = infinite, best_residual_ = 0.0, best_feasibility_ = 0.0;
   int without_ = 0;
-  bool has_best_ = false;
+  bool has_best_ = false, has_run_away_ = false;
 };
 
 }  // namespace saltus::qp

@@ -26,6 +26,7 @@ constexpr double kept_room = 0.1;
 // Progress has stopped where the looser tolerance was met this often in a row.
 constexpr double acceptable_factor = 100.0, acceptable_at_failure = 1e3;
 constexpr int acceptable_points = 15;
+constexpr int patience_with_best = 50;  // iterations that lead away from a good enough one
 constexpr double unbounded_cost = -1e20, far = 1e20;
 
 }  // namespace
@@ -101,11 +102,13 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
     if (timed_out()) return SolveStatus::time_limit;
     if (options_.observer != nullptr && options_.observer->wants_stop())
       return SolveStatus::interrupted;
-    if (iterations_ >= options_.max_iterations) return SolveStatus::iteration_limit;
     if (least <= acceptable_at_failure * options_.tolerance && !(best_.error <= least)) keep(least);
     const auto give_up = [&](SolveStatus status) {
       return return_to_best() ? SolveStatus::acceptable : status;
     };
+    if (iterations_ >= options_.max_iterations) return give_up(SolveStatus::iteration_limit);
+    if (best_.error < infinity && iterations_ - best_.iteration >= patience_with_best)
+      return give_up(SolveStatus::numerical_failure);
     lower_barrier();
     const bool has_step = compute_step(now_.rows);
     if (evaluation_failed_) return SolveStatus::evaluation_failed;
@@ -127,7 +130,7 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
 }
 
 void BarrierRun::keep(double error) {
-  best_ = {error, now_, lambda_, z_lower_, z_upper_, stationarity_};
+  best_ = {error, iterations_, now_, lambda_, z_lower_, z_upper_, stationarity_};
 }
 
 // Close to an optimum where rows depend on one another steps may lose their accuracy and lead away.

@@ -90,6 +90,7 @@ class BarrierRun {
   // The iterate with the least error that meets the looser tolerance.
   struct Best {
     double error = infinity;
+    int iteration = 0;
     Trial now;
     VectorXd lambda, z_lower, z_upper, stationarity;
   };

@@ -76,7 +76,7 @@ double is_feasible(int steps, double capture_point) {
                             {.intervals_per_phase = 2, .integrator = zero_order_hold()});
   const auto solver = make_sqp({.tolerance = 1e-9});
   const Solution solution = solve(shooting, *solver);
-  if (solution.ok()) return 1.0;
+  if (solution.status == SolveStatus::optimal) return 1.0;
   return solution.status == SolveStatus::infeasible ? 0.0 : std::nan("");
 }
 
