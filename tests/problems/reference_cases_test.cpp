@@ -8,6 +8,7 @@
 #include "problems/library/run_case.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/solver/sqp.hpp"
+#include "tests/support/print_cases.hpp"
 #include "tests/support/program_derivatives.hpp"
 
 namespace saltus {

@@ -12,6 +12,7 @@
 #include "tests/support/dense_qp_solver.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/point_mass.hpp"
+#include "tests/support/print_cases.hpp"
 
 namespace saltus {
 namespace {
