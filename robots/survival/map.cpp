@@ -118,6 +118,8 @@ class MapRun {
     return failures_ > 0 ? ExitStatus::solver_failed : ExitStatus::ok;
   }
 
+  const MapPlan& plan() const { return plan_; }
+
  private:
   // The robot, too, decides about the outcome.
   std::string settings() const {
@@ -205,6 +207,11 @@ class MapRun {
 
 }  // namespace
 
-ExitStatus run_map(const MapRequest& request) { return MapRun(request).run(); }
+ExitStatus run_map(const MapRequest& request, std::string* json) {
+  MapRun map(request);
+  const ExitStatus status = map.run();
+  if (json != nullptr) *json = map_json(map.plan());
+  return status;
+}
 
 }  // namespace saltus::walking

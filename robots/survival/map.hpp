@@ -23,6 +23,7 @@ struct MapRequest {
   int jobs = 1;               ///< runs at once
   bool pictures = true;       ///< draw the picture at the end
   bool quiet = false;         ///< print nothing but errors
+  bool json = false;          ///< print the cells as JSON in place of words
   std::string help = {};      ///< not empty: asked for, in place of a map
 };
 
@@ -34,10 +35,15 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
 /// Then which share of the area within the bound that is, by direction and in all.
 std::string map_summary(const MapPlan& plan);
 
+/// The cells that are known as a JSON list of objects, with the names and units of the table
+/// (map.csv); what has no value is null.
+std::string map_json(const MapPlan& plan);
+
 /// Runs what is missing of the map, each cell in a process of its own. Ends early on SIGINT and
 /// SIGTERM: what is there is kept, and the signal is raised again. `solver_failed` if a run crashed
-/// or its plant could not be integrated; a fall is a result.
-ExitStatus run_map(const MapRequest& request);
+/// or its plant could not be integrated; a fall is a result. `json` takes what map_json() has to
+/// say at the end.
+ExitStatus run_map(const MapRequest& request, std::string* json = nullptr);
 
 /// The verb `map` for a problem with these defaults.
 Verb map_verb(const BipedProblem& defaults);

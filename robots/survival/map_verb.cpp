@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "saltus/app/option_parser.hpp"
@@ -160,8 +161,11 @@ MapRequest parse_map_request(const BipedProblem& defaults, std::span<const std::
   option("--jobs", "N", "cells at a time",
          [&](const char* flag, Text value) { request.jobs = count(flag, value, 1024); });
   parser.flag("--quiet", "print nothing but errors", request.quiet);
+  parser.flag("--json", "print the cells as JSON in place of words", request.json);
   parser.parse(arguments);
   if (parser.help_wanted()) request.help = parser.help();
+  if (request.quiet && request.json)
+    throw InputError("--quiet prints nothing, --json prints the cells; give one of them");
   refuse_varied(assignments);
   config.push.start = map_push_start;
   Settings settings;
@@ -199,9 +203,15 @@ Verb map_verb(const BipedProblem& defaults) {
               fmt::print("{}", request.help);
               return ExitStatus::ok;
             }
-            std::optional<SilentOutput> silence;
-            if (request.quiet) silence.emplace();
-            return run_map(request);
+            if (!request.quiet && !request.json) return run_map(request);
+            std::string json;
+            ExitStatus status = ExitStatus::ok;
+            {
+              const SilentOutput silence;
+              status = run_map(request, &json);
+            }
+            if (request.json) fmt::print("{}\n", json);
+            return status;
           }};
 }
 

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
 #include <sstream>
@@ -293,6 +294,7 @@ TEST(MapCommandLine, SaysWhatIsWrong) {
   EXPECT_TRUE(contains(complaint({"--set", "push.impulse=4"}), "see --impulses"));
   EXPECT_TRUE(contains(complaint({"--set", "push.impuls=4"}), "did you mean 'push.impulse'"));
   EXPECT_TRUE(contains(complaint({"--out", "a", "--out", "b"}), "given twice"));
+  EXPECT_TRUE(contains(complaint({"--quiet", "--json"}), "give one of them"));
 }
 
 TEST(MapCommandLine, TheStampIsOfWhatDecidesAboutOutcomes) {
@@ -536,6 +538,28 @@ TEST(MapSummary, SaysWhichShareOfTheBoundIsReached) {
   for (const auto& [cell, row] : plan.rows()) small.restore(row);
   EXPECT_TRUE(contains(map_summary(small), "| 90 deg | >= 64 % |"));
   EXPECT_TRUE(contains(map_summary(small), "32 of 50: >= 64 % |"));
+}
+
+TEST(MapJson, HasTheColumnsOfTheTable) {
+  MapGrid grid = one_ray();
+  grid.directions = {90.0};
+  grid.impulses = {4, 5};
+  MapPlan plan(grid, [](const MapCell&) { return 5.0; });
+  for (const double impulse : grid.impulses) {
+    MapRow row = row_of({MapController::mpc, 0.6, 90.0, impulse}, impulse < 5.0);
+    row.bound = 5.0;
+    plan.restore(row);
+  }
+  const auto cells = nlohmann::ordered_json::parse(map_json(plan));
+  ASSERT_EQ(cells.size(), 2U);
+  EXPECT_EQ(cells[0]["controller"], "mpc");
+  EXPECT_EQ(cells[0]["impulse_ns"], 4.0);
+  EXPECT_EQ(cells[0]["outcome"], name_of(MapOutcome::recovered));
+  EXPECT_EQ(cells[1]["outcome"], name_of(MapOutcome::not_recovered));
+  EXPECT_TRUE(cells[1]["icp_settling_s"].is_null());
+  std::string names;
+  for (const auto& [name, value] : cells[0].items()) names += (names.empty() ? "" : ",") + name;
+  EXPECT_EQ(names, map_header());
 }
 
 TEST(MapPlan, TimeLeftIsThatOfSimilarCells) {
