@@ -1,6 +1,7 @@
 # One way to declare a target: the language level, the flags of users and those of our own objects.
 #
 #   saltus_usage           what a user's object needs too; installed with the libraries
+#   saltus_sanitizers      what the sanitizers want of every object, if they are asked for
 #   saltus_baseline_flags  our own objects: warnings, sanitizers
 #   saltus_flags           our own objects: also the instructions of the processor, optimisation
 #   saltus_program_flags   our own programs: how they are linked
@@ -81,7 +82,8 @@ endif()
 
 add_library(saltus_baseline_flags INTERFACE)
 add_library(saltus_flags INTERFACE)
-target_link_libraries(saltus_baseline_flags INTERFACE saltus_usage)
+add_library(saltus_sanitizers INTERFACE)
+target_link_libraries(saltus_baseline_flags INTERFACE saltus_usage saltus_sanitizers)
 target_link_libraries(saltus_flags INTERFACE saltus_baseline_flags)
 target_compile_options(saltus_baseline_flags INTERFACE
                        -Wall -Wextra -Wshadow -Wnon-virtual-dtor
@@ -101,9 +103,10 @@ if(SALTUS_SANITIZE)
   if(SALTUS_SANITIZE STREQUAL "thread")
     set(SALTUS_SANITIZERS thread)
   endif()
-  target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=${SALTUS_SANITIZERS}
-                                                -fno-sanitize-recover=all -fno-omit-frame-pointer)
-  target_compile_definitions(saltus_baseline_flags INTERFACE _GLIBCXX_ASSERTIONS)
+  target_compile_options(saltus_sanitizers INTERFACE -fsanitize=${SALTUS_SANITIZERS}
+                                            -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_compile_definitions(saltus_sanitizers INTERFACE _GLIBCXX_ASSERTIONS)
+  target_link_options(saltus_sanitizers INTERFACE -fsanitize=${SALTUS_SANITIZERS})
   target_link_options(saltus_usage INTERFACE $<BUILD_INTERFACE:-fsanitize=${SALTUS_SANITIZERS}>)
 endif()
 if(SALTUS_FUZZ)

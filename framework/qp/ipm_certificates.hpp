@@ -79,9 +79,9 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
     rest += std::fabs(w.gradient[i] - w.cost_gradient[i]);
     size = std::fmax(size, std::fabs(v[i]));
   }
-  // Where the rows hold to rounding there is nothing to prove.
-  constexpr double rounding = 1e-9;
-  if (!(value > rounding * multipliers)) return false;
+  // Where the rows hold up to rounding there is nothing to prove.
+  constexpr double held = 1e-9;
+  if (!(value > held * multipliers)) return false;
   const double radius = value / (size * std::fmax(rest, std::numeric_limits<double>::min()));
   if (radius > w.best_radius) {
     w.best_radius = radius;
