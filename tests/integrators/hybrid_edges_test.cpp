@@ -265,6 +265,48 @@ TEST(HybridSliding, LeavesWithExactDerivatives) {
   }
 }
 
+// An event of both fields ends sliding, into a mode that has events of its own, none of them near.
+TEST(HybridSliding, EndsWithAnEventThatBothFieldsHave) {
+  using X = Vec<double, 2>;
+  Automaton<2> system;
+  const auto distance = [](const auto&, const auto& x) { return x[0] - 1.0; };
+  system
+      .mode("below",
+            [](const auto&, const auto& x) {
+              return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0], 1.0 + 0.0 * x[0]};
+            })
+      .mode("above",
+            [](const auto&, const auto& x) {
+              return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0], -1.0 + 0.0 * x[0]};
+            })
+      .mode("beyond",
+            [](const auto&, const auto& x) {
+              return std::decay_t<decltype(x)>{0.0 * x[0], 0.5 + 0.0 * x[0]};
+            })
+      .surface("floor", "below", "above", [](const auto&, const auto& x) { return x[1]; })
+      .event("end", "below", "beyond", distance, Crossing::rising)
+      .event("end", "above", "beyond", distance, Crossing::rising)
+      .event(
+          "far", "beyond", "below", [](const auto&, const auto& x) { return x[0] - 9.0; },
+          Crossing::rising)
+      .event(
+          "high", "beyond", "above", [](const auto&, const auto& x) { return x[1] - 9.0; },
+          Crossing::rising);
+  for (const auto& scheme : {cvodes(tight_options), runge_kutta8({.steps = 4})}) {
+    const HybridSimulation sim =
+        simulate_hybrid(scheme, hybrid_problem(system), X(0.0, -0.5), vec({0.0, 2.0}),
+                        MatrixXd(0, 1), VectorXd(), "below");
+    ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
+    ASSERT_EQ(sim.events.size(), 2u);
+    EXPECT_EQ(sim.events[0].kind, EventKind::slides);
+    EXPECT_NEAR(sim.events[0].time, 0.5, 1e-11);
+    EXPECT_EQ(sim.events[1].name, "end");
+    EXPECT_NEAR(sim.events[1].time, 1.0, 1e-11);
+    EXPECT_EQ(sim.end_mode, "beyond");
+    EXPECT_NEAR(sim.states(1, 1), 0.5, 1e-11);
+  }
+}
+
 TEST(HybridSliding, OnAnInputThatChangesIsRefused) {
   Automaton<1, 1> system;
   system.mode("below", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })

@@ -270,6 +270,40 @@ TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
   }
 }
 
+// Rows fill vectors: what a solve before had behind them must not be read.
+TEST(RiccatiSolver, FewerEqualitiesThanBeforeLeaveNothingBehind) {
+  constexpr int nx = 2, nu = 5, intervals = 3;
+  std::vector<StageCapacity> capacity(intervals, {nx, nu, {{3, nu, false}}});
+  capacity.push_back({nx, 0, {}});
+  StageQp qp(capacity);
+  Random random(3);
+  qp.start = random.vector(nx);
+  for (int k = 0; k <= intervals; ++k) {
+    Stage& s = qp.stages[k];
+    s.Q.setIdentity();
+    s.R.setIdentity();
+    s.q = random.vector(nx);
+    if (k == intervals) break;
+    s.A = random.matrix(nx, nx);
+    s.B = random.matrix(nx, nu);
+    RowGroup& rows = s.groups[0];
+    rows.rows = 3;
+    for (int i = 0; i < nu; ++i) rows.columns.push_back(nx + i);
+    rows.M = random.matrix(3, nu);
+    rows.lower = rows.upper = random.vector(3);
+  }
+  const auto solver = make_riccati_solver(qp);
+  StagePoint point(qp), again(qp), fresh(qp);
+  ASSERT_EQ(solver->solve(qp, point, false).status, QpStatus::optimal);
+  for (int k = 0; k < intervals; ++k) qp.stages[k].groups[0].rows = 1;
+  const QpResult a = solver->solve(qp, again, false);
+  const QpResult b = make_riccati_solver(qp)->solve(qp, fresh, false);
+  EXPECT_EQ(a.status, QpStatus::optimal);
+  EXPECT_EQ(a.iterations, b.iterations);
+  EXPECT_EQ(a.objective, b.objective);
+  EXPECT_LE(kkt_residual(qp, again).largest(), required * multiplier_scale(again));
+}
+
 TEST(RiccatiSolver, GroupsThatShareACostAreNotReduced) {
   StageQp qp = program_with_groups(2, 1);
   for (int k = 0; k < qp.intervals(); ++k) qp.stages[k].R(0, 3) = qp.stages[k].R(3, 0) = 1e-3;

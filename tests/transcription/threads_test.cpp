@@ -108,6 +108,29 @@ void expect_same(const Evaluation& a, const Evaluation& b) {
   EXPECT_EQ(a.hessian, b.hessian);
 }
 
+// What several threads add to the same entry is added by one of them at the end: it is looked at
+// too.
+TEST(Threads, CurvatureThatIsNoNumberIsNoticedByAnyNumberOfThem) {
+  const auto is_finite = [](double instant, int threads) {
+    Phase<1, 1> drive{"drive",
+                      [](const auto&, const auto& x, const auto& u) { return u[0] - sin(x[0]); },
+                      between(0.5, 2.0)};
+    drive.minimise_at_end("late", [instant](auto t, auto) { return sqrt(t - instant); });
+    OptimalControlProblem problem("drive");
+    problem.start_at(Vec<double, 1>{0.3}).then(drive);
+    MultipleShooting shooting(
+        problem, {.intervals_per_phase = 8, .integrator = runge_kutta4(), .threads = threads});
+    NonlinearProgram& p = shooting.nlp();
+    VectorXd entries(p.hessian_pattern().entries());
+    const VectorXd w = shooting.initial_guess().w, lambda = VectorXd::Ones(p.rows());
+    return p.hessian(w.data(), 1.0, lambda.data(), entries.data(), Curvature::exact);
+  };
+  for (const int threads : {1, 2, 3}) {
+    EXPECT_TRUE(is_finite(-1.0, threads)) << threads;
+    EXPECT_FALSE(is_finite(5.0, threads)) << threads;
+  }
+}
+
 class SharedEvaluation : public testing::TestWithParam<std::pair<std::string, IntegratorChoice>> {};
 
 TEST_P(SharedEvaluation, IsTheSameToTheBitWithAnyNumberOfThreads) {
