@@ -13,14 +13,14 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from relink import Build, Failure, alone_in
-from trial import Parser, run
+from trial import Parser, parts_of, run
 
 
 def measure(build, layer, with_later, jobs):
     """(lines, reached, branches, reached) by file of a layer."""
     folder = build.made()
-    programs = layer["tests"] + (layer["later"] if with_later else [])
-    members = {name: build.members(name) for name in programs}
+    asked = [parts_of(words)[:2] for words in layer["tests"] + (layer["later"] if with_later else [])]
+    members = {name: build.members(name) for name, _ in asked}
     targets = [target for target in sorted(set().union(*members.values()))
                if any(target.startswith(f"{source}/") for source in layer["folders"])]
     made = {target: folder / f"{i}.o" for i, target in enumerate(targets)}
@@ -28,12 +28,12 @@ def measure(build, layer, with_later, jobs):
         compiled = pool.map(lambda target: build.compile(target, made[target], "--coverage"), targets)
         if bad := [target for target, good in zip(targets, compiled) if not good]:
             raise Failure(f"{bad[0]} does not compile with --coverage")
-    for name in programs:
+    for name, chosen in asked:
         own = {target: path for target, path in made.items() if target in members[name]}
         if own and not build.link(name, folder / name, own, "--coverage"):
             raise Failure(f"{name} does not link with --coverage")
         if own:
-            ended, said = run([str(folder / name)], folder, 3600)
+            ended, said = run([str(folder / name), f"--gtest_filter={chosen}"], folder, 3600)
             if ended != "passed":
                 raise Failure(f"{name} fails with counters\n{said[-2000:]}")
     report = folder / "summary.json"

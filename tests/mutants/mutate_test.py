@@ -150,6 +150,11 @@ class Campaign(unittest.TestCase):
         self.assertFalse(mutate.summary(results, {})[1])
         self.assertFalse(mutate.summary(results + [result("survived", 20)], reason | {("a.cpp", "20", ""): ""})[1])
 
+    def test_tests_and_a_folder_may_be_chosen(self):
+        self.assertEqual(trial.parts_of("test_qp"), ("test_qp", "*", ""))
+        self.assertEqual(trial.parts_of("test_qp=A.*:B.*-A.C@robots/survey"), ("test_qp", "A.*:B.*-A.C", "robots/survey"))
+        self.assertEqual(trial.parts_of("test_qp@robots"), ("test_qp", "*", "robots"))
+
     def test_an_endless_program_and_one_that_sleeps_are_stopped(self):
         with tempfile.TemporaryDirectory() as folder:
             self.assertEqual(trial.run(["true"], Path(folder), 5)[0], "passed")

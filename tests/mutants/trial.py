@@ -69,16 +69,22 @@ def run(command, folder, seconds):
         return ended, output.read(1 << 20).decode(errors="replace")
 
 
+def parts_of(asked):
+    """(program, filter, folder) of PROGRAM[=FILTER][@FOLDER]: all tests, or chosen ones; about all files, or those of
+    a folder."""
+    asked, _, folder = asked.partition("@")
+    name, _, chosen = asked.partition("=")
+    return name, chosen or "*", folder
+
+
 class Program:
-    """A test program, or the chosen tests of one (PROGRAM=FILTER), about all files or those of one folder
-    (PROGRAM@FOLDER). What is in it and how long its tests take when nothing is wrong is found out when it is asked for,
-    and kept as long as the program is the same file."""
+    """A test program, or chosen tests of one. What is in it and how long its tests take when nothing is wrong is found
+    out when it is asked for, and kept as long as the program is the same file."""
 
     def __init__(self, build, asked, scratch, kept, keep):
         self.build = build
-        asked, _, self._about = asked.partition("@")
-        self.name, _, chosen = asked.partition("=")
-        self._chosen = chosen or "*"
+        self.name, self._chosen, self._about = parts_of(asked)
+        asked = asked.partition("@")[0]
         self._scratch = scratch
         built = (build.folder / self.name).stat().st_mtime
         if kept.get(asked, {}).get("built") != built:
