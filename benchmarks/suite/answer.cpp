@@ -141,7 +141,8 @@ struct Answerer::State {
   // Of a file, where one is named.
   std::pair<QpProblem, const QpInstance*> asked_for(const nlohmann::json& request) {
     if (!request.contains("file")) {
-      const QpProblem& problem = find_problem(problems, wanted<std::string>(request, "problem"));
+      const auto name = wanted<std::string>(request, "problem");
+      const QpProblem& problem = find_problem(problems, name);
       return {problem, &instance(problem, wanted<int>(request, "instance"))};
     }
     const auto file = wanted<std::string>(request, "file");

@@ -10,7 +10,8 @@ SoleKinematics::SoleKinematics(const FloatingRobot& robot, Side side)
   end_ = pose_ = sole.pose;
   for (int i = sole.body; i > 0; i = robot.bodies[static_cast<std::size_t>(i)].parent) {
     const FloatingRobot::Body& body = robot.bodies[static_cast<std::size_t>(i)];
-    chain_.push_back({body.origin, body.axis, i - 1, {}, {}});
+    const Vec<double, 3> none = Vec<double, 3>::Zero();  // before the first update
+    chain_.push_back({body.origin, body.axis, i - 1, none, none});
   }
   std::reverse(chain_.begin(), chain_.end());
   update(VectorXd::Zero(robot.joints()));
