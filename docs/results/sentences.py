@@ -213,7 +213,7 @@ OF_PUSH_RECOVERY = {
     "stairs": Sentence(
         "with steps of up to {:.2f} in cost at 10 ms and {:.2f} at 50 ms", [], stairs, quick=False),
     "no_wrench_change": Sentence(
-        "warm starts take {:.0f} of them in place of {:.0f}",
+        "a tick takes {:.1f} of them in place of {:.1f}",
         [push(7, weights__wrench_change=0), push(7)], lambda s: [mean_iterations(x) for x in s]),
     "missed_ticks": Sentence(
         "6 N s were recovered with each of four seeds{}",
