@@ -143,6 +143,9 @@ function(saltus_parsed_once name)
     add_library(${name} OBJECT ${PROJECT_BINARY_DIR}/${name}.cpp)
     target_link_libraries(${name} PRIVATE saltus_flags ${H_DEPENDS})
     target_precompile_headers(${name} PRIVATE ${H_HEADERS})
+    # A compiler cache returns the parsed headers of an earlier build folder, whose files were older;
+    # clang refuses those unless it notes no times. ninja rebuilds them when a header has changed.
+    target_compile_options(${name} PRIVATE "$<$<CXX_COMPILER_ID:Clang,AppleClang>:SHELL:-Xclang -fno-pch-timestamp>")
   endif()
 endfunction()
 set(SALTUS_COMMON_HEADERS
