@@ -58,7 +58,10 @@ std::string SoftShortage::text() const {
 }
 
 std::string Explanation::text() const {
-  if (!ok()) return fmt::format("the least relaxation is not known: {}\n", describe(status));
+  if (!ok())
+    return fmt::format(
+        "the least relaxation is not known: {}{}\n", describe(status),
+        status == SolveStatus::evaluation_failed ? "; check(problem) says where" : "");
   std::string text;
   for (const Shortage& shortage : shortages) text += shortage.text() + "\n";
   if (!shortages.empty()) return text + remedies_text(*this, "it would fit ");

@@ -130,6 +130,28 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
   return uses;
 }
 
+// The first term that has no finite value at w, among the constraints, then among the costs; or
+// nothing.
+std::string name_without_value(ShootingProgram& program, const VectorXd& w) {
+  VectorXd outputs;
+  const auto is_finite = [&](int block) {
+    outputs.resize(program.block_outputs(block));
+    program.evaluate_block(block, w.data(), outputs.data());
+    return outputs.allFinite();
+  };
+  for (const RowInstance& instance : program.row_instances())
+    if (!is_finite(instance.block.block))
+      return program.describe_row(instance.first_row, &w) + " has no finite value";
+  for (const CostInstance& instance : program.cost_instances()) {
+    if (is_finite(instance.block)) continue;
+    const PhaseDefinition& phase = program.problem().phases()[instance.phase];
+    return fmt::format(
+        "phase '{}', term '{}'{} has no finite value", phase.name, phase.terms[instance.term].name,
+        instance.interval < 0 ? "" : fmt::format(" in interval {}", instance.interval));
+  }
+  return {};
+}
+
 // Free phases that have no more than what a solver's tolerance leaves of them; one clause, or none.
 std::string describe_vanished(const OptimalControlProblem& problem,
                               const std::vector<double>& durations) {
@@ -167,7 +189,8 @@ Solution MultipleShooting::interpret(NlpResult result) {
       if (!conflict.empty()) solution.message += "; " + conflict;
     }
     if (result.status == SolveStatus::evaluation_failed) {
-      const std::string failure = name_integration_failure(*program_, result.point.w);
+      std::string failure = name_integration_failure(*program_, result.point.w);
+      if (failure.empty()) failure = name_without_value(*program_, result.point.w);
       if (!failure.empty()) solution.message += "; " + failure;
     }
   }

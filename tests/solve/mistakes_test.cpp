@@ -102,6 +102,19 @@ const std::vector<Mistake>& mistakes() {
          r.minimise("energy", [](auto, auto, auto u) { return 1 / 2 * u[0] * u[0]; });
        }),
        {"phase 'ride', term 'energy': this cost is zero for every trajectory", "write 0.5"}},
+      {"ConstraintWithoutValue",
+       ride([](Ride& r) {
+         r.keep(
+             "logarithm", [](auto, auto x) { return log(x[0] - 5.0); }, at_most(10.0));
+       }),
+       {"could not be evaluated; phase 'ride', term 'logarithm', row 0 at t = 0",
+        "has no finite value"}},
+      {"CostWithoutValue",
+       ride([](Ride& r) {
+         r.minimise("logarithm", [](auto, auto x, auto u) { return log(x[0] - 5.0) + u[0]; });
+       }),
+       {"could not be evaluated; phase 'ride', term 'logarithm' in interval 0 has no finite "
+        "value"}},
       {"CostOfNothing",
        ride([](Ride& r) { r.minimise("time", [](auto, auto) { return 1.0; }); }),
        {"phase 'ride', term 'time': this cost is the same for every trajectory"}},
