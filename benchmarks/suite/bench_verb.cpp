@@ -30,6 +30,21 @@ constexpr const char* usage =
     "bench latency | list | run | compare | report | merge | pushes | map | reproduce | peers "
     "[--help]";
 
+constexpr const char* help =
+    "solvers compared on the same problems, beside those of others; times; campaigns\n"
+    "Usage: saltus bench VERB ...; each has a --help of its own\n"
+    "\n"
+    "  latency    how fast the solver in stages is on this machine, every solve checked\n"
+    "  list       problems and solvers, and what is missing\n"
+    "  run        solves problems by solvers, all judged alike, into FILE.jsonl\n"
+    "  report     FILE.jsonl as a page that opens offline\n"
+    "  compare    what got better or worse between two such files; status 1: something got worse\n"
+    "  merge      shards of one run as one file\n"
+    "  pushes     Monte Carlo of push recovery: pushes, senses, masses and friction drawn\n"
+    "  map        a survival map, every cell, in parts\n"
+    "  reproduce  the tables of the pages again, and what differs\n"
+    "  peers      installs the solvers of others into an environment of their own\n";
+
 // Of `./saltus setup --with-peers` beside the program, of `saltus bench peers` in the cache.
 std::vector<fs::path> peer_folders() {
   std::vector<fs::path> folders{program_folder() / "peers"};
@@ -69,6 +84,10 @@ Verb bench_verb() {
   return {"bench", usage, [](std::span<const std::string> arguments) {
             if (arguments.empty()) throw InputError(fmt::format("bench what? usage: {}", usage));
             const std::string& what = arguments.front();
+            if (what == "--help" || what == "-h") {
+              fmt::print("{}", help);
+              return ExitStatus::ok;
+            }
             if (what == "latency") return verb().run(arguments);
             if (what == "answer") {
               answer_requests(std::cin, std::cout);

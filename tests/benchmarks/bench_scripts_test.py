@@ -99,7 +99,7 @@ class Scripts(unittest.TestCase):
                 print(json.dumps({"format": "saltus-bench 1", "saltus": {}, "machine": {}, "packages": {"piqp": "1"},
                                   "matrix": {"tasks": tasks, "solvers": ["riccati", "piqp"]}}), file=file)
                 for task in tasks:
-                    for solver, us in (("riccati", ours), ("piqp", others)):
+                    for solver, us in (("riccati", ours),) + ((("piqp", others),) if others else ()):
                         print(json.dumps({"problem": task, "start": "cold", "solver": solver, "instance": 1, "verdict": "solved",
                                           "times": {"cpu_us": [us]}}), file=file)
                     print(json.dumps({"done": task}), file=file)
@@ -109,7 +109,11 @@ class Scripts(unittest.TestCase):
         done = self.bench("compare", "a", "loaded")
         self.assertIn("others took 1.30 times as long", done.stdout)
         self.assertIn("0 worse, 0 better", done.stdout)
+        self.assertNotIn("without solvers of others", done.stdout)
         self.assertIn("20 worse, 0 better", self.bench("compare", "a", "slower", status=1).stdout)
+        write("alone", 10.0, None)
+        write("alone slower", 16.0, None)
+        self.assertIn("without solvers of others in both", self.bench("compare", "alone", "alone slower", status=1).stdout)
 
     def test_nonlinear_problems_are_judged_by_the_program(self):
         self.bench("run", "--problems", "library/brachistochrone,library/switch_of_speed", "--solvers",

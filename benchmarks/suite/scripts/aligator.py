@@ -13,7 +13,7 @@ import time
 import numpy as np
 
 import peers
-from cache import cache_folder
+from cache import cache_folder, not_installed
 from peers import Answer, NotApplicable
 from trajectories import Trajectory
 
@@ -74,7 +74,7 @@ class AligatorProxddp:
     def missing(cls):
         """A sentence, empty if it is there."""
         if peers.version_of(cls.package) is None:
-            return f"the package {cls.package} is not installed: ./saltus setup --with-peers"
+            return not_installed(cls.package)
         for needed, there in (("g++", shutil.which("g++")), (EIGEN, os.path.isdir(EIGEN))):
             if not there:
                 return f"{needed} is needed to compile what calls it"

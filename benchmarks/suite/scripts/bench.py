@@ -8,6 +8,8 @@ import platform
 import subprocess
 import sys
 
+from cache import INSTALL_PEERS
+
 OK, DIFFERENT, MISTAKE, FAILED, INTERRUPTED = 0, 1, 2, 3, 130
 
 
@@ -35,9 +37,10 @@ def list_all(arguments):
     import peers
     description = describe()
     print("problems")
+    width = max(len(p["name"]) for p in description["problems"])
     for p in description["problems"]:
-        count = f"{p['instances']} instances" if p["instances"] else "any number of instances"
-        print(f"  {p['name']:<22} {p['about']}; {count}" + ("; cold and warm" if p["warm"] else ""))
+        count = {0: "any number of instances", 1: "one instance"}.get(p["instances"], f"{p['instances']} instances")
+        print(f"  {p['name']:<{width}} {p['about'].rstrip('.')}; {count}" + ("; cold and warm" if p["warm"] else ""))
     if not any(p["name"].startswith("public/") for p in description["problems"]):
         print("  (public programs: set SALTUS_REFERENCE_DATA to the folder above mpc_qp)")
     print("solvers")
@@ -184,10 +187,12 @@ def summarise(done, out):
     import table
     table.write_text(done, out)
     lines = done.lines()
-    for name in sorted({l["solver"] for l in lines if l["verdict"] == "missing"}):
-        why = next(l["claimed"] for l in lines
-                   if l["solver"] == name and l["verdict"] == "missing")
-        print(f"{name} was not run: {why}", file=out)
+    why = {l["solver"]: l["claimed"] for l in reversed(lines) if l["verdict"] == "missing"}
+    absent = sorted(name for name in why if why[name].endswith(f"is not installed: {INSTALL_PEERS}"))
+    if absent:
+        print(f"not run, their packages are not installed ({INSTALL_PEERS}): {', '.join(absent)}", file=out)
+    for name in sorted(set(why) - set(absent)):
+        print(f"{name} was not run: {why[name]}", file=out)
     bad = [l for l in lines if l["verdict"] in ("crashed", "error", "judges disagree")
            or (l["verdict"] == "missing" and "broken" in l["claimed"])]
     return FAILED if bad else OK
@@ -327,7 +332,7 @@ def main(words):
         print(f"saltus bench {arguments.verb}: interrupted; the same command goes on where --out names a file", file=sys.stderr)
         return INTERRUPTED
     except ModuleNotFoundError as error:
-        sentence = f"{error.name} is needed: Debian's python3-{error.name}, or ./saltus setup --with-peers"
+        sentence = f"{error.name} is needed: Debian's python3-{error.name}, or {INSTALL_PEERS}"
     except OSError as error:
         sentence = f"'{error.filename}': {error.strerror}" if error.filename else str(error)
     except ValueError as error:

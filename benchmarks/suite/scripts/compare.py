@@ -51,6 +51,7 @@ def compare(before, after, out):
         print(f"solvers of others took {math.exp(machine.all):.2f} times as long at the median, beside which theirs wander by "
               f"{math.exp(machine.noise):.2f}: so much is the machine's, and ratios are told without it", file=out)
     worse = better = 0
+    are_times_told = False
     for key in old:
         if key not in new:
             continue
@@ -69,6 +70,7 @@ def compare(before, after, out):
             slower = ratio > 1.0
             worse, better = worse + slower, better + (not slower)
             what = "instructions" if "instructions" in new[key][0].get("times", {}) else "time"
+            are_times_told = are_times_told or what == "time"
             print(f"{'WORSE ' if slower else 'better'} {task}, {solver}: {ratio:.2f} times the "
                   f"{what}, noise {noise:.2f}", file=out)
     only = sorted(set(old) ^ set(new))
@@ -78,6 +80,9 @@ def compare(before, after, out):
     if not set(old) & set(new):
         raise records.RecordsError("the two have no problem and solver in common: nothing can be compared")
     print(f"{len(set(old) & set(new))} cells compared: {worse} worse, {better} better", file=out)
+    if are_times_told and not machine.is_known:
+        print("without solvers of others in both, what the machine did meanwhile is not told from what the program did: "
+              "on a busy one compare two runs of the same program first", file=out)
     if before.head["machine"] != after.head["machine"]:
         print("the machines differ: times say little", file=out)
     return 1 if worse else 0

@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 
+from cache import INSTALL_PEERS
 from program import path_of_program
 
 
@@ -105,7 +106,7 @@ def run_on_cluster(tasks, take, address):
         from distributed import Client, as_completed
     except ImportError:
         raise EngineError("--scheduler needs Dask: Debian's python3-distributed, or the package "
-                          "distributed (./saltus setup --with-peers)") from None
+                          f"distributed ({INSTALL_PEERS})") from None
     import logging
     for name in ("distributed", "distributed.client"):  # what goes wrong is said here, in a sentence
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

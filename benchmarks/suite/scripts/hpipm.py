@@ -10,6 +10,7 @@ import time
 
 import numpy as np
 
+from cache import not_installed
 from peers import ITERATIONS, Answer, NotApplicable
 from quadratic_program import Reduced
 
@@ -227,7 +228,7 @@ class AcadosHpipm(_Hpipm):
     @classmethod
     def missing(cls):
         """A sentence, empty if it is there."""
-        return "" if package_library() else f"the package {cls.package} is not installed: ./saltus setup --with-peers"
+        return "" if package_library() else not_installed(cls.package)
 
 
 class AcadosHpipmBalance(AcadosHpipm):

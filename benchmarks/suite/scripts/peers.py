@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cache import not_installed
 from quadratic_program import Reduced
 
 ITERATIONS = 200
@@ -410,7 +411,7 @@ def why_missing(peer):
     if hasattr(peer, "missing"):
         return peer.missing()
     if version_of(peer.package) is None:
-        return f"the package {peer.package} is not installed: ./saltus setup --with-peers"
+        return not_installed(peer.package)
     try:
         with warnings.catch_warnings(action="ignore"):  # of what else could be installed
             importlib.import_module(getattr(peer, "module", peer.package))
