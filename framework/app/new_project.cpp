@@ -145,12 +145,12 @@ void make_project(const fs::path& folder, const ProjectKind& kind) {
 
 Verb new_verb() {
   return {"new", summary, [](std::span<const std::string> arguments) {
-            std::string folder, kind = "trajectory";
+            std::string folder, kind = "trajectory", wanted = kind;
             std::vector<std::string> names;
             for (const ProjectKind& known : project_kinds()) names.push_back(known.name);
             OptionParser parser("new", summary);
             parser.word("name", "of the project, or the folder that it will have", folder)
-                .option("--kind", "KIND", join_names(names) + "; trajectory without", kind);
+                .option("--kind", "KIND", join_names(names) + "; trajectory without", wanted);
             parser.parse(arguments);
             if (parser.help_wanted()) {
               fmt::print("{}", parser.help());
@@ -161,7 +161,7 @@ Verb new_verb() {
             if (folder.empty()) throw InputError("new needs the name of the project");
             Settings settings;
             settings.choice("kind", kind, names, "what the project begins with");
-            settings.apply({flag_assignment("kind", kind)});
+            settings.apply({flag_assignment("kind", wanted)});
             const auto chosen = std::ranges::find(project_kinds(), kind, &ProjectKind::name);
             make_project(folder, *chosen);
             const std::string name = without_slash(folder).filename().string();

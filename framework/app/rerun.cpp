@@ -219,7 +219,9 @@ ExitStatus rerun(std::span<const std::string> arguments, std::span<const Problem
   const Json made_by = run.contains("saltus") ? run["saltus"] : Json();
   if (made_by.dump() != saltus_json().dump())
     fmt::print("made by another version: {}, now {}\n", made_by.dump(), saltus_json().dump());
-  if (is_same && out.empty()) fs::remove_all(again, error);
+  const bool is_removed = is_same && out.empty();
+  if (is_removed) fs::remove_all(again, error);
+  if (is_removed) fmt::print("{} is removed again\n", again.string());
   fmt::print("{}\n", is_same
                          ? "the same to the bit"
                          : fmt::format("not the same; the new results are in {}", again.string()));

@@ -72,6 +72,8 @@ std::vector<double> numbers(const std::string& flag, const std::string& text) {
     for (int i = 0; first + i * step <= last + rounding * step; ++i)
       values.push_back(first + i * step);
   } else {
+    if (range.size() != 1)
+      throw InputError(fmt::format("{}: '{}' is no range; use FIRST:STEP:LAST", flag, text));
     for (const std::string& part : split(text, ',')) values.push_back(number(flag, part));
   }
   std::sort(values.begin(), values.end());

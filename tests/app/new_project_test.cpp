@@ -50,5 +50,16 @@ TEST(NewProject, refuses_names_and_what_exists) {
   EXPECT_EQ(file_content(folder / "taken"), "mine");
 }
 
+TEST(NewProject, a_kind_that_does_not_exist_is_answered_with_those_that_do) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> words{(folder / "cart").string(), "--kind", "switchd"};
+  const std::string complaint = complaint_of([&] { (void)new_verb().run(words); });
+  EXPECT_TRUE(
+      contains(complaint, "'kind' must be trajectory, controller or switched, not 'switchd'"))
+      << complaint;
+  EXPECT_TRUE(contains(complaint, "did you mean 'switched'?")) << complaint;
+  EXPECT_FALSE(fs::exists(folder / "cart"));
+}
+
 }  // namespace
 }  // namespace saltus

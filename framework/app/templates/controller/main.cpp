@@ -10,7 +10,7 @@
 
 using namespace saltus;
 
-int main() {
+int main() try {
   const OptimalControlProblem problem = make_problem();
   const Solution plan = solve(problem);
   std::printf("plan: %s; cost %.4f\n", plan.message.c_str(), plan.cost);
@@ -43,4 +43,7 @@ int main() {
       log.ticks.size());
   log.write("results/loop");
   return plan.ok() && log.completed ? 0 : 1;
+} catch (const DefinitionError& wrong) {
+  std::fprintf(stderr, "%s\n", wrong.what());
+  return 2;
 }

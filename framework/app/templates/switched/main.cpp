@@ -9,7 +9,7 @@
 
 using namespace saltus;
 
-int main() {
+int main() try {
   const OptimalControlProblem problem = make_problem();
   const Solution plan = solve(problem);
   std::printf("plan: %s; %.3f s on ice, %.3f s on gravel\n", plan.message.c_str(),
@@ -38,4 +38,7 @@ int main() {
               1e3 * log.statistics.all().quantile(0.5));
   log.write("results/loop");
   return plan.ok() && log.completed ? 0 : 1;
+} catch (const DefinitionError& wrong) {
+  std::fprintf(stderr, "%s\n", wrong.what());
+  return 2;
 }

@@ -9,7 +9,7 @@
 
 using namespace saltus;
 
-int main() {
+int main() try {
   const OptimalControlProblem problem = make_problem();
   const Solution plan = solve(problem, {.intervals_per_phase = 60});
   std::printf("plan: %s; cost %.4f\n", plan.message.c_str(), plan.cost);
@@ -37,4 +37,7 @@ int main() {
               1e3 * log.statistics.all().quantile(0.5));
   log.write("results/loop");
   return plan.ok() && log.completed ? 0 : 1;
+} catch (const DefinitionError& wrong) {
+  std::fprintf(stderr, "%s\n", wrong.what());
+  return 2;
 }
