@@ -8,6 +8,7 @@
 #include "problems/suite/library_problems.hpp"
 #include "problems/suite/suite.hpp"
 #include "problems/sway/sway.hpp"
+#include "saltus/app/logs_verb.hpp"
 #include "saltus/app/new_project.hpp"
 #include "saltus/app/plot_verb.hpp"
 #include "saltus/app/program.hpp"
@@ -24,6 +25,7 @@ int main(int argc, char** argv) {
       saltus::push_recovery::robot_verb(),
       saltus::walking::movie_verb(),
       saltus::plot_verb(),
+      saltus::logs_verb(),
       saltus::suite_verb(),
       saltus::check_verb(),
       saltus::new_verb(),

@@ -23,16 +23,15 @@ std::vector<std::string> names_of(const LogFormats& formats) {
   return names;
 }
 
-std::string complaint(const LogFormats& formats) {
+}  // namespace
+
+std::string complaint_of_formats(const LogFormats& formats) {
   for (const std::string& name : names_of(formats))
     if (std::ranges::find(known, name) == known.end())
-      return fmt::format(
-          "log.formats must name csv, mat or mcap, separated by commas without spaces, not '{}'",
-          name);
+      return fmt::format("must name csv, mat or mcap, separated by commas without spaces, not '{}'",
+                         name);
   return {};
 }
-
-}  // namespace
 
 void declare_log_formats(Settings& settings, LogFormats& formats) {
   settings.text(
@@ -40,13 +39,21 @@ void declare_log_formats(Settings& settings, LogFormats& formats) {
       "of the tables: csv (always written), mat (run.mat, v7.3 as robometry lays it out), "
       "mcap (run.mcap, JSON for Foxglove and PlotJuggler); mat and mcap need python3 with "
       "h5py, with mcap");
-  settings.rule({"log.formats"}, [&formats] { return complaint(formats); });
+  settings.rule({"log.formats"}, [&formats] {
+    const std::string wrong = complaint_of_formats(formats);
+    return wrong.empty() ? wrong : "log.formats " + wrong;
+  });
 }
 
 bool write_logs(const LogFormats& formats, const std::filesystem::path& results) {
   std::vector<std::string> wanted = names_of(formats);
   std::erase(wanted, "csv");
-  return wanted.empty() || run_python_module("saltus.logs", results, "logs", wanted);
+  if (wanted.empty()) return true;
+  const bool all = run_python_module("saltus.logs", results, "logs", wanted);
+  if (all)
+    fmt::print("written for other tools in {}: run.{}\n", results.string(),
+               fmt::join(wanted, ", run."));
+  return all;
 }
 
 }  // namespace saltus

@@ -16,9 +16,12 @@ struct LogFormats {
 /// `log.formats`; other names are refused.
 void declare_log_formats(Settings& settings, LogFormats& formats);
 
+/// What is wrong with the names, after "... must"; empty if nothing is.
+std::string complaint_of_formats(const LogFormats& formats);
+
 /// Writes run.mat and run.mcap of the folder's tables if they are wanted, by the Python package;
-/// a sentence on the error stream says which Python package is missing. Returns whether all is
-/// there that is wanted. Throws InputError if files cannot be written.
+/// those written are told; a sentence on the error stream says which Python package is missing.
+/// Returns whether all is there that is wanted. Throws InputError if files cannot be written.
 bool write_logs(const LogFormats& formats, const std::filesystem::path& results);
 
 }  // namespace saltus

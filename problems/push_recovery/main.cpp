@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "problems/push_recovery/push_recovery.hpp"
+#include "saltus/app/logs_verb.hpp"
 #include "saltus/app/new_project.hpp"
 #include "saltus/app/plot_verb.hpp"
 #include "saltus/app/program.hpp"
@@ -9,8 +10,11 @@
 
 int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};
-  const std::vector<saltus::Verb> verbs{
-      saltus::push_recovery::map_verb(), saltus::push_recovery::robot_verb(),
-      saltus::walking::movie_verb(), saltus::plot_verb(), saltus::new_verb()};
+  const std::vector<saltus::Verb> verbs{saltus::push_recovery::map_verb(),
+                                        saltus::push_recovery::robot_verb(),
+                                        saltus::walking::movie_verb(),
+                                        saltus::plot_verb(),
+                                        saltus::logs_verb(),
+                                        saltus::new_verb()};
   return saltus::saltus_main(argc, argv, problems, verbs);
 }

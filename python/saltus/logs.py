@@ -182,7 +182,11 @@ def main(folder, names):
         if os.path.splitext(file)[1] not in WRITERS:
             print(f"{file}: a name that ends with .mat or .mcap is needed", file=sys.stderr)
             return SAID
-    status, run = 0, load(folder)
+    try:
+        status, run = 0, load(folder)
+    except ValueError as error:  # bytes that are no text, rows of other lengths, JSON cut off
+        print(f"{folder}: its tables are damaged: {error}", file=sys.stderr)
+        return SAID
     for file in files:
         try:
             WRITERS[os.path.splitext(file)[1]](run, file)

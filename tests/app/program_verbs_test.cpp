@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "saltus/app/completion.hpp"
+#include "saltus/app/logs_verb.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/app/rerun.hpp"
 #include "tests/app/support.hpp"
@@ -114,6 +115,18 @@ TEST_F(VerbsTest, rerun_refuses_what_is_no_run) {
   folder.file("run.json", R"({"problem": "fly", "folder": "/"})");
   EXPECT_EQ(run({"rerun", folder.path()}), 2);
   EXPECT_TRUE(contains(complaint, "this program has no problem 'fly'"));
+}
+
+TEST_F(VerbsTest, logs_refuse_what_has_no_tables) {
+  const auto complaint_about = [](const Words& words) {
+    return complaint_of([&] { (void)logs_verb().run(words); });
+  };
+  EXPECT_TRUE(contains(complaint_about({}), "logs: name the folder of a run"));
+  EXPECT_TRUE(contains(complaint_about({"nowhere"}), "logs: there is no folder 'nowhere'"));
+  const std::string empty = folder.path().string();
+  EXPECT_TRUE(contains(complaint_about({empty}), "logs: there is no trajectory.csv in"));
+  EXPECT_TRUE(contains(complaint_about({empty, "--formats", "mat;mcap"}),
+                       "logs: --formats: must name csv, mat or mcap, separated by commas"));
 }
 
 TEST_F(VerbsTest, words_are_completed_from_the_settings) {

@@ -74,7 +74,7 @@ def cases():
         "problem with a new line": ["run", "push\nrecovery"], "two problems": ["run", "push_recovery", "sway"],
         "list with an argument": ["list", "all"], "version with an argument": ["--version", "1"],
         "unknown shell to complete for": ["completion", "powershell"], "completion without a shell": ["completion"],
-        "rerun without a folder": ["rerun"], "plot without a folder": ["plot"], "movie without a folder": ["movie"],
+        "rerun without a folder": ["rerun"], "plot without a folder": ["plot"], "logs without a folder": ["logs"], "movie without a folder": ["movie"],
         "robot without a word": ["robot"], "robot with an unknown word": ["robot", "mend"], "new without a name": ["new"],
         "check of an unknown problem": ["check", "NO_SUCH"], "suite of nothing": ["suite", "--only", "no_such_case"],
         "suite by an unknown solver": ["suite", "--set", "solver=gurobi"],
@@ -252,6 +252,9 @@ def cases():
         add(f"{verb}: empty", [verb, "{d}/e"], {"e": lambda path: path.mkdir()}, status=(2, 4))
         add(f"{verb}: a file", [verb, "{d}/f"], {"f": b"x"})
         add(f"{verb}: two folders", [verb, "{d}", "{d}"])
+    add("logs: not there", ["logs", "{d}/none"])
+    add("logs: empty", ["logs", "{d}/e"], {"e": lambda path: path.mkdir()})
+    add("logs: an unknown format", ["logs", "{d}", "--formats", "hdf5"])
     def results(**files):
         def make(path):
             path.mkdir()
@@ -273,6 +276,7 @@ def cases():
         "a table of NaN": b"t [s],com_x [m]\nnan,nan\n", "rows of different lengths": b"t [s],com_x [m]\n0\n0,1,2\n", "other columns": b"a,b\n1,2\n",
     }.items():
         add(f"plot: {kind}", ["plot", "{d}/r"], status=(0, 4), files=results(trajectory__csv=content, summary__json=b"{}", config__yaml=b"plant: centroidal\n", run__json=run_json))
+    add("logs: a table of bytes", ["logs", "{d}/r", "--formats", "mat"], results(trajectory__csv=b"\xff\xfe\0" * 50), status=(4,))
     add("plot: a summary that is no JSON", ["plot", "{d}/r"], results(trajectory__csv=b"t [s],com_x [m]\n0,0\n", summary__json=b"{", config__yaml=b"plant: centroidal\n", run__json=run_json), status=(4,))
     add("plot: a map of bytes", ["plot", "{d}/r"], results(map__csv=b"\xff\0" * 40, config__yaml=b"plant: centroidal\n"), status=(4,))
 

@@ -1,0 +1,41 @@
+#include "saltus/app/logs_verb.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "saltus/app/log_formats.hpp"
+#include "saltus/app/option_parser.hpp"
+#include "saltus/core/error.hpp"
+
+namespace saltus {
+
+Verb logs_verb() {
+  constexpr const char* summary = "the tables of a run as MAT (v7.3) and MCAP, for other tools";
+  return {"logs", summary, [](std::span<const std::string> arguments) {
+            std::string folder;
+            LogFormats formats{.names = "mat,mcap"};
+            OptionParser parser("logs", summary);
+            parser.word("DIR", "a folder of results, of a project of your own too", folder)
+                .option("--formats", "LIST", "mat, mcap or mat,mcap; both without", formats.names);
+            parser.parse(arguments);
+            if (parser.help_wanted()) {
+              fmt::print("{}", parser.help());
+              return ExitStatus::ok;
+            }
+            if (const std::string wrong = complaint_of_formats(formats); !wrong.empty())
+              throw InputError("logs: --formats: " + wrong);
+            if (folder.empty())
+              throw InputError("logs: name the folder of a run, as in saltus logs results/demo");
+            std::error_code absent;
+            if (!std::filesystem::is_directory(folder, absent))
+              throw InputError(fmt::format("logs: there is no folder '{}'", folder));
+            if (!std::filesystem::exists(std::filesystem::path(folder) / "trajectory.csv", absent))
+              throw InputError(fmt::format("logs: there is no trajectory.csv in '{}'", folder));
+            return write_logs(formats, folder) ? ExitStatus::ok : ExitStatus::not_applicable;
+          }};
+}
+
+}  // namespace saltus
