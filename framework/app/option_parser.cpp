@@ -102,8 +102,8 @@ std::vector<std::string> OptionParser::with_values_attached(
     if (known == nullptr && !others_) reject(flag);
     const bool is_switch = known != nullptr && !known->takes_value;
     if (is_switch && equals != std::string::npos)
-      throw InputError(
-          fmt::format("{} takes no value, but '{}' follows", flag, word.substr(equals + 1)));
+      throw InputError(fmt::format("{} takes no value, but '{}' follows", flag,
+                                   shortened(word.substr(equals + 1))));
     std::string whole = word;
     if (!is_switch && equals == std::string::npos && i + 1 < words.size() &&
         !words[i + 1].starts_with("--"))
@@ -121,7 +121,7 @@ void OptionParser::parse(std::span<const std::string> words) {
     cli_->app.parse(std::vector<std::string>(attached.rbegin(),
                                              attached.rend()));  // CLI11 takes words from the back
   } catch (const CLI::ParseError& error) {
-    throw InputError(error.what());
+    throw InputError(shortened(error.what()));
   }
   for (const Declared& d : declared_)
     if (!d.is_repeated && d.option->count() > 1)
@@ -129,7 +129,8 @@ void OptionParser::parse(std::span<const std::string> words) {
   for (const std::string& word : cli_->app.remaining()) {
     if (word.starts_with("--") && word.size() > 2) continue;
     if (word_ == nullptr || word_->empty()) reject(word);
-    throw InputError(fmt::format("one {} at a time: '{}' or '{}'?", word_name_, *word_, word));
+    throw InputError(fmt::format("one {} at a time: '{}' or '{}'?", word_name_, shortened(*word_),
+                                 shortened(word)));
   }
   for (const std::string& word : attached) hand_over(word);  // in their order
 }
@@ -149,15 +150,16 @@ void OptionParser::hand_over(const std::string& word) const {
 
 void OptionParser::reject(const std::string& word) const {
   if (!word.starts_with("-"))
-    throw InputError(fmt::format("'{}' is not understood; usage: {}", word, usage()));
+    throw InputError(fmt::format("'{}' is not understood; usage: {}", shortened(word), usage()));
   if (!word.starts_with("--") && others_)
-    throw InputError(fmt::format("unknown flag '{}'; flags begin with two dashes", word));
+    throw InputError(
+        fmt::format("unknown flag '{}'; flags begin with two dashes", shortened(word)));
   std::vector<std::string> flags;
   for (const Declared& d : declared_) flags.push_back(d.flag);
   const std::string meant = nearest_name(word, flags);
-  throw InputError(meant.empty()
-                       ? fmt::format("'{}' is not understood; usage: {}", word, usage())
-                       : fmt::format("unknown flag '{}'; did you mean '{}'?", word, meant));
+  throw InputError(
+      meant.empty() ? fmt::format("'{}' is not understood; usage: {}", shortened(word), usage())
+                    : fmt::format("unknown flag '{}'; did you mean '{}'?", shortened(word), meant));
 }
 
 std::string OptionParser::usage() const {

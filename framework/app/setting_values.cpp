@@ -164,7 +164,8 @@ Settings::Value Settings::parse(const Setting& setting, const Assignment& given)
     const std::string meant = nearest_name(scalar, setting.names);
     if (scalar.empty() || meant.empty()) reject(given, key, allowed_text(setting));
     throw InputError(fmt::format("{}: '{}' must be {}, not '{}'; did you mean '{}'?",
-                                 given.location, key, allowed_text(setting), scalar, meant));
+                                 given.location, key, allowed_text(setting), shortened(scalar),
+                                 meant));
   };
   const auto parse_text = [&]() -> std::string {
     if (given.form != Form::scalar) reject(given, key, "a text");

@@ -286,7 +286,7 @@ void Settings::reject_unknown(const Assignment& given) const {
 
   const std::string dashes = is_flag ? "--" : "";
   std::string message =
-      is_flag ? fmt::format("unknown flag '--{}'", given.key)
+      is_flag ? fmt::format("unknown flag '--{}'", shortened(given.key))
               : fmt::format("{}: unknown key '{}'", given.location, shortened(given.key));
   if (!meant.empty()) {
     message += fmt::format("; did you mean '{}{}'?", dashes, meant);

@@ -10,6 +10,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/file_content.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus {
 namespace {
@@ -49,8 +50,8 @@ class Reader {
     if (++count_ > max_keys) throw InputError(source_ + ": far too many keys");
     const auto [first, is_new] = where_.emplace(path, where(key));
     if (!is_new)
-      throw InputError(
-          fmt::format("{}: key '{}' was already given at {}", where(key), path, first->second));
+      throw InputError(fmt::format("{}: key '{}' was already given at {}", where(key),
+                                   shortened(path), first->second));
     if (value.IsMap()) {
       entry.form = YamlEntry::Form::section;
       entry.entries = section(value, path + ".", depth + 1);
@@ -59,7 +60,7 @@ class Reader {
       for (const YAML::Node& item : value) {
         if (!item.IsScalar())
           throw InputError(
-              fmt::format("{}: '{}' must be a list of plain values", where(key), path));
+              fmt::format("{}: '{}' must be a list of plain values", where(key), shortened(path)));
         entry.items.push_back(item.Scalar());
       }
     } else if (value.IsScalar()) {

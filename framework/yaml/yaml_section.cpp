@@ -68,7 +68,8 @@ Bounds YamlSection::range(const std::string& key) const {
 
 void YamlSection::fail(const std::string& key, const std::string& what) const {
   const std::string way = key.empty() ? path_ : way_to(key);
-  throw InputError(fmt::format("{}: {} {}", source_, way.empty() ? "the file" : way, what));
+  throw InputError(
+      fmt::format("{}: {} {}", source_, way.empty() ? "the file" : shortened(way), what));
 }
 
 const YamlEntry* YamlSection::find(const std::string& key) const {
@@ -99,7 +100,7 @@ VectorXd YamlSection::numbers(const std::string& key, int count) const {
 double YamlSection::number(const std::string& text, const std::string& key) const {
   double value = 0.0;
   if (!YAML::convert<double>::decode(YAML::Node(text), value))
-    fail(key, fmt::format("must be a number, not \"{}\"", text));
+    fail(key, fmt::format("must be a number, not \"{}\"", shortened(text)));
   if (!std::isfinite(value)) fail(key, fmt::format("must be finite, not {}", value));
   return value;
 }

@@ -167,7 +167,7 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw InputError(fmt::format("{}: the mesh cannot be read ({}); export it again as STL",
-                                 file.string(), importer.GetErrorString()));
+                                 file.string(), shortened(importer.GetErrorString())));
   std::vector<Vec<double, 3>> corners;
   add_corners(*scene, *scene->mRootNode, aiMatrix4x4(), corners);
   if (corners.empty() || !std::all_of(corners.begin(), corners.end(),

@@ -42,10 +42,12 @@ StandingPosture read_mirrored_posture(const YamlSection& section, const RobotDes
     if (posture.name != original) continue;
     if (posture.stance == Stance::both)
       section.fail("mirror_of",
-                   fmt::format("must name a posture on one foot; \"{}\" stands on both", original));
+                   fmt::format("must name a posture on one foot; \"{}\" stands on both",
+                               shortened(original)));
     return (*robot.mirror)(posture);
   }
-  section.fail("mirror_of", fmt::format("must name a posture above, not \"{}\"", original));
+  section.fail("mirror_of",
+               fmt::format("must name a posture above, not \"{}\"", shortened(original)));
 }
 
 StandingPosture read_posture(const YamlSection& section, Figures figures) {
@@ -59,7 +61,8 @@ StandingPosture read_posture(const YamlSection& section, Figures figures) {
   else if (stance == "both")
     posture.stance = Stance::both;
   else
-    section.fail("stance", fmt::format("must be left, right or both, not \"{}\"", stance));
+    section.fail("stance",
+                 fmt::format("must be left, right or both, not \"{}\"", shortened(stance)));
   posture.com.setConstant(unknown);
   posture.other_foot.setConstant(unknown);
   if (gives(section, "com", figures)) {
@@ -119,7 +122,7 @@ RobotDescription read(const YamlEntry& root, const std::string& source, Figures 
   if (robot.left_sole == robot.right_sole)
     soles.fail("right",
                fmt::format("names the link of the left sole, \"{}\"; name the other foot's",
-                           robot.left_sole));
+                           shortened(robot.left_sole)));
   const auto foot = [&](const std::string& key) {
     return gives(file, key, figures) ? read_foot(file.section(key))
                                      : FootRectangle{exactly(unknown), exactly(unknown)};
@@ -157,7 +160,7 @@ FootGeometry foot_of(const UrdfModel& model, const RobotDescription& named, Side
     throw InputError(
         fmt::format("{}: {} is missing; add it, or a <collision> with a <box> to the foot "
                     "of \"{}\" in {}",
-                    named.file, key, named.sole(side), model.source()));
+                    named.file, key, shortened(named.sole(side)), model.source()));
   };
   if (!std::isfinite(foot.rectangle.x.lower)) refuse(fmt::format("{}_foot", name_of(side)));
   if (!std::isfinite(foot.contact_plane_offset)) refuse("contact_plane_offset");
@@ -211,7 +214,7 @@ const StandingPosture& RobotDescription::posture(const std::string& posture_name
     known.push_back(p.name);
   }
   const std::string nearest = nearest_name(posture_name, known);
-  throw InputError(fmt::format("{} has no posture \"{}\"; {}", name, posture_name,
+  throw InputError(fmt::format("{} has no posture \"{}\"; {}", name, shortened(posture_name),
                                nearest.empty() ? "known are " + join_names(known)
                                                : fmt::format("did you mean \"{}\"?", nearest)));
 }
@@ -248,8 +251,8 @@ RobotDescription describe(const UrdfModel& model, const RobotDescription& named)
     throw InputError(fmt::format(
         "{}: the contact plane lies at {:.6f} m of \"{}\" but at {:.6f} m of \"{}\"; make the "
         "collision boxes of the feet alike",
-        model.source(), left.contact_plane_offset, named.left_sole, right.contact_plane_offset,
-        named.right_sole));
+        model.source(), left.contact_plane_offset, shortened(named.left_sole),
+        right.contact_plane_offset, shortened(named.right_sole)));
   robot.contact_plane_offset = left.contact_plane_offset;
   robot.left_foot = left.rectangle;
   robot.right_foot = right.rectangle;

@@ -32,6 +32,8 @@ struct LetGo {
   }
 };
 
+constexpr std::size_t longest_clause = 1000;  // characters that one reads to the end
+
 // By the brackets alone: what is no XML is told by the parser.
 bool is_nested_deeply(std::string_view text) {
   int depth = 0;
@@ -79,6 +81,8 @@ class CollectedLog : public console_bridge::OutputHandler {
       std::replace(error.begin(), error.end(), '\n', ' ');
       error = error.substr(0, error.find(".  "));  // the first sentence says it
       while (!error.empty() && (error.back() == '.' || error.back() == ' ')) error.pop_back();
+      error = shortened(error);
+      if (text.size() + error.size() > longest_clause) return text + "; and more";
       if (text.find(error) == std::string::npos) text += (text.empty() ? "" : "; ") + error;
     }
     return text;
@@ -112,8 +116,8 @@ std::string text_of(const Vec<double, 3>& moments) {
 
 void check_inertial(const UrdfLink& link, const std::string& source) {
   const auto fail = [&](const std::string& what) {
-    throw InputError(
-        fmt::format("{}: link \"{}\" {}; correct its <inertial> element", source, link.name, what));
+    throw InputError(fmt::format("{}: link \"{}\" {}; correct its <inertial> element", source,
+                                 shortened(link.name), what));
   };
   if (!std::isfinite(link.mass)) fail(fmt::format("has the mass {}", link.mass));
   if (link.mass < 0.0) fail(fmt::format("has the negative mass {} kg", link.mass));
@@ -154,12 +158,12 @@ UrdfJoint convert(const urdf::Joint& joint, const std::string& source) {
       throw InputError(fmt::format(
           "{}: joint \"{}\" is neither fixed, revolute, continuous nor prismatic; model a free "
           "base by leaving the root link unattached",
-          source, joint.name));
+          source, shortened(joint.name)));
   }
   result.axis = vector(joint.axis);
   if (!(result.axis.norm() > 0.0) || !result.axis.allFinite())
     throw InputError(fmt::format("{}: joint \"{}\" has an axis without direction; give its <axis>",
-                                 source, joint.name));
+                                 source, shortened(joint.name)));
   result.axis.normalize();
   if (joint.limits) {
     if (joint.type != urdf::Joint::CONTINUOUS)
@@ -266,15 +270,16 @@ void check_rigid_groups(const std::vector<UrdfLink>& links, const std::string& s
       throw InputError(fmt::format(
           "{}: link \"{}\", with what is fixed to it, has an inertia that is not positive ({}); "
           "correct its <inertial> element",
-          source, links[i].name, text_of(moments)));
+          source, shortened(links[i].name), text_of(moments)));
   }
 }
 
 std::string suggestion(const std::string& given, const std::vector<std::string>& known) {
   const std::string nearest = nearest_name(given, known);
   constexpr std::size_t few = 40;  // names that one can read through
-  if (nearest.empty()) return known.size() > few ? "" : "; known are " + join_names(known);
-  return fmt::format("; did you mean \"{}\"?", nearest);
+  if (!nearest.empty()) return fmt::format("; did you mean \"{}\"?", shortened(nearest));
+  const std::string all = join_names(known);
+  return known.size() > few || all.size() > longest_clause ? "" : "; known are " + all;
 }
 
 }  // namespace
@@ -336,7 +341,7 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
       throw InputError(fmt::format(
           "{}: the joints form a cycle through link \"{}\"; a URDF is a tree, cut one of "
           "them",
-          source, link.name));
+          source, shortened(link.name)));
     model.links_.push_back(convert(link, parent, source));
     for (const auto& child : link.child_links) self(self, *child, index);
   };
@@ -347,14 +352,14 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
       throw InputError(fmt::format(
           "{}: no chain of joints leads from the root \"{}\" to link \"{}\"; its joints form a "
           "cycle, cut one of them",
-          source, urdf->getRoot()->name, name));
+          source, shortened(urdf->getRoot()->name), shortened(name)));
   }
   check_rigid_groups(model.links_, source);
   for (const UrdfLink& link : model.links_) model.total_mass_ += link.mass;
   if (!(model.total_mass_ > 0.0))
     throw InputError(
         fmt::format("{}: the robot \"{}\" has no mass; give its links <inertial> elements", source,
-                    model.name_));
+                    shortened(model.name_)));
   return model;
 }
 
@@ -375,19 +380,19 @@ std::vector<std::string> UrdfModel::moving_joint_names() const {
 int UrdfModel::link_index(const std::string& link) const {
   for (std::size_t i = 0; i < links_.size(); ++i)
     if (links_[i].name == link) return static_cast<int>(i);
-  throw InputError(
-      fmt::format("{}: there is no link \"{}\"{}", source_, link, suggestion(link, link_names())));
+  throw InputError(fmt::format("{}: there is no link \"{}\"{}", source_, shortened(link),
+                               suggestion(link, link_names())));
 }
 
 std::vector<Eigen::Isometry3d> UrdfModel::link_poses(const Posture& posture) const {
   const std::vector<std::string> joints = moving_joint_names();
   for (const auto& [joint, position] : posture) {
     if (std::find(joints.begin(), joints.end(), joint) == joints.end())
-      throw InputError(fmt::format("{}: there is no joint \"{}\" that can move{}", source_, joint,
-                                   suggestion(joint, joints)));
+      throw InputError(fmt::format("{}: there is no joint \"{}\" that can move{}", source_,
+                                   shortened(joint), suggestion(joint, joints)));
     if (!std::isfinite(position))
       throw InputError(fmt::format("{}: the position of joint \"{}\" is {}; give a finite number",
-                                   source_, joint, position));
+                                   source_, shortened(joint), position));
   }
   std::vector<Eigen::Isometry3d> poses;
   poses.reserve(links_.size());
@@ -460,7 +465,7 @@ FootGeometry UrdfModel::foot(const std::string& sole_link) const {
         throw InputError(fmt::format(
             "{}: the collision box on link \"{}\" is turned against the frame of \"{}\"; give a "
             "sole link whose axes are parallel to the foot's box",
-            source_, links_[i].name, sole_link));
+            source_, shortened(links_[i].name), shortened(sole_link)));
       const Vec<double, 3> half = 0.5 * turn.array().round().matrix() * box.size;
       boxes.push_back({pose.translation() - half, pose.translation() + half});
     }
@@ -468,7 +473,7 @@ FootGeometry UrdfModel::foot(const std::string& sole_link) const {
     throw InputError(fmt::format(
         "{}: the foot of \"{}\" has no collision box, from which its rectangle could be taken; add "
         "a <collision> with a <box> to a link fixed to it",
-        source_, sole_link));
+        source_, shortened(sole_link)));
   double plane = infinity;
   for (const Extent& box : boxes) plane = std::min(plane, box.lowest.z());
   FootGeometry foot;
@@ -486,7 +491,7 @@ FootGeometry UrdfModel::foot(const std::string& sole_link) const {
       !(foot.rectangle.y.lower < foot.rectangle.y.upper))
     throw InputError(
         fmt::format("{}: the collision box of the foot of \"{}\" has no area; correct its size",
-                    source_, sole_link));
+                    source_, shortened(sole_link)));
   return foot;
 }
 

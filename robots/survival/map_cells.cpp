@@ -95,7 +95,7 @@ MapController map_controller(const std::string& name) {
   const std::vector<std::string> known(controller_names.begin(), controller_names.end());
   const std::string meant = nearest_name(name, known);
   throw InputError(
-      fmt::format("--controllers: '{}' is not a controller; {}", name,
+      fmt::format("--controllers: '{}' is not a controller; {}", shortened(name),
                   meant.empty() ? "use " + join_names(known) : "did you mean '" + meant + "'?"));
 }
 

@@ -60,6 +60,22 @@ TEST_P(Readers, TakeOrRefuseWhatIsCutOffOrSpoilt) {
   }
 }
 
+// A name of pages, wherever one stands: a sentence shows its beginning.
+TEST_P(Readers, TakeOrRefuseNamesOfPages) {
+  const Target& reader = target(GetParam());
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::path(SALTUS_FUZZ_CORPUS) / GetParam())) {
+    const std::vector<std::uint8_t> whole = content_of(entry.path());
+    if (whole.size() > 10000) continue;
+    const std::size_t stride = std::max<std::size_t>(1, whole.size() / 100);
+    for (std::size_t at = 0; at < whole.size(); at += stride) {
+      std::vector<std::uint8_t> longer = whole;
+      longer.insert(longer.begin() + static_cast<std::ptrdiff_t>(at), 3000, 'e');
+      run(reader, longer);
+    }
+  }
+}
+
 // Pieces of kept inputs and words of the dictionary, put together at random: what a fuzzer does
 // that sees no branches, everywhere and in a second.
 TEST_P(Readers, TakeOrRefuseWhatIsPutTogetherAtRandom) {
