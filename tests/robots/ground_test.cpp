@@ -42,6 +42,25 @@ TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
     }
 }
 
+// The two halves reach as far as the level one, and no farther.
+TEST(Ground, StepDoesNotChangeItsSize) {
+  const double size = ground_boxes({}).front().size[1];
+  PlantOptions options;
+  options.ground_step = 0.02;
+  for (const double edge : {-0.18, 0.18}) {
+    options.ground_edge = edge;
+    double first = infinity, last = -infinity, sum = 0.0;
+    for (const GroundBox& box : ground_boxes(options)) {
+      first = std::min(first, box.centre[1] - 0.5 * box.size[1]);
+      last = std::max(last, box.centre[1] + 0.5 * box.size[1]);
+      sum += box.size[1];
+    }
+    EXPECT_NEAR(first, -0.5 * size, rounding);
+    EXPECT_NEAR(last, 0.5 * size, rounding);
+    EXPECT_NEAR(sum, size, rounding);
+  }
+}
+
 TEST(Ground, NonsenseIsRefused) {
   PlantOptions options;
   options.ground_step = 0.01;

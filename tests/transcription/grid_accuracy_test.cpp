@@ -114,6 +114,26 @@ TEST(IntegrationErrorOf, AGridThatIsTooCoarseIsSaid) {
   EXPECT_LT(worst, 1.2 * truth.from_nodes);
 }
 
+// x' = +-(x_1, x_0): the flow is cosh and sinh, its columns lean towards or away from each other.
+TEST(Replay, TellsHowMuchTheFlowGrows) {
+  for (const double sign : {1.0, -1.0}) {
+    Phase<2, 1> phase{"pair",
+                      [sign](const auto&, const auto& x, const auto& u) {
+                        return std::decay_t<decltype(x)>{sign * x[1] + u[0], sign * x[0]};
+                      },
+                      exactly(2.0)};
+    phase.minimise("effort", [](auto, auto, auto u) { return u[0] * u[0]; });
+    OptimalControlProblem ocp("pair");
+    ocp.start_at({0.1, 0.2}).then(phase);
+    MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+    const Solution s = solve(shooting, *make_ipopt());
+    ASSERT_TRUE(s.ok()) << s.message;
+    const ReplayReport report = replay(ocp, s.trajectory, cvodes({.tolerance = 1e-11}));
+    EXPECT_TRUE(report.completed);
+    EXPECT_NEAR(report.flow_growth, std::exp(2.0), 1e-8);
+  }
+}
+
 TEST(IntegrationErrorOf, AFineGridIsSmallAndOfAnExactSchemeThereIsNone) {
   MultipleShooting fine(pendulum(),
                         {.intervals_per_phase = 80, .integrator = runge_kutta4({.steps = 4})});
