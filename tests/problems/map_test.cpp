@@ -287,7 +287,7 @@ TEST(MapCommandLine, SaysWhatIsWrong) {
   EXPECT_TRUE(contains(complaint({"--impulses", "4:1:2"}), "no range"));
   EXPECT_TRUE(contains(complaint({"--impulses", "1:0:2"}), "no range"));
   EXPECT_TRUE(contains(complaint({"--impulses", "1:2"}), "no range; use FIRST:STEP:LAST"));
-  EXPECT_TRUE(contains(complaint({"--impulses", "1:2"}), "'1:2' is not a number"));
+  EXPECT_TRUE(contains(complaint({"--impulses", "4,two"}), "'two' is not a number"));
   EXPECT_TRUE(contains(complaint({"--impulses", "2,2"}), "2 is given twice"));
   EXPECT_TRUE(contains(complaint({"--step-times", "0.05"}), "before the push ends"));
   EXPECT_TRUE(contains(complaint({"--controllers", "mpcc"}), "did you mean 'mpc'"));
