@@ -248,8 +248,9 @@ template <int NX, int NU, int NN>
 struct InputsHandedOn {
   explicit constexpr InputsHandedOn(const SweepStage&) {}
   static constexpr int dense = NN - NU, first = NX;
-  static constexpr int zero_begin = NX / lanes * lanes > padded(dense) ? padded(dense) : 0;
-  static constexpr int zero_end = zero_begin > 0 ? NX / lanes * lanes : 0;
+  static constexpr int in_whole_vectors = NX / lanes * lanes;
+  static constexpr int zero_begin = in_whole_vectors > padded(dense) ? padded(dense) : 0;
+  static constexpr int zero_end = zero_begin > 0 ? in_whole_vectors : 0;
 };
 
 // What RiccatiStage does with the flow where entries are handed on.
