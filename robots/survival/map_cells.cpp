@@ -156,7 +156,7 @@ MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog
 
 std::string map_header() { return fmt::format("{}", fmt::join(columns, ",")); }
 
-std::string to_line(const MapRow& r) {
+std::vector<std::pair<std::string, std::string>> named_fields(const MapRow& r) {
   const std::array<std::string, columns.size()> fields{name_of(r.cell.controller),
                                                        text(r.cell.step_time),
                                                        text(r.cell.direction),
@@ -175,6 +175,14 @@ std::string to_line(const MapRow& r) {
                                                        std::to_string(r.failed_solves),
                                                        fmt::format("{:.3f}", r.seconds),
                                                        one_field(r.known_from)};
+  std::vector<std::pair<std::string, std::string>> named;
+  for (std::size_t i = 0; i < columns.size(); ++i) named.emplace_back(columns[i], fields[i]);
+  return named;
+}
+
+std::string to_line(const MapRow& r) {
+  std::vector<std::string> fields;
+  for (auto& [column, field] : named_fields(r)) fields.push_back(std::move(field));
   return fmt::format("{}", fmt::join(fields, ","));
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "saltus/robots/walking/biped_settings.hpp"
@@ -65,10 +66,12 @@ struct MapRow {
 MapRow map_row(const MapCell& cell, double bound, const Push& push, const RunLog& log,
                const Verdict& verdict);
 
+/// Column and field of a row, in the order of the table. Commas and quotes in the reason become
+/// semicolons and apostrophes.
+std::vector<std::pair<std::string, std::string>> named_fields(const MapRow& row);
 /// The columns, without a line break.
 std::string map_header();
-/// One line, without a line break; numbers read back exactly. Commas and quotes in the reason
-/// become semicolons and apostrophes.
+/// Its fields as one line, without a line break; numbers read back exactly.
 std::string to_line(const MapRow& row);
 /// Nothing if this is no such line.
 std::optional<MapRow> from_line(std::string_view line);

@@ -2,8 +2,6 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "saltus/robots/survival/map.hpp"
 
@@ -11,17 +9,6 @@ namespace saltus::walking {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::vector<std::string> fields(std::string_view line) {
-  std::vector<std::string> list{""};
-  for (const char c : line) {
-    if (c == ',')
-      list.emplace_back();
-    else
-      list.back() += c;
-  }
-  return list;
-}
 
 Json value(const std::string& field) {
   if (field.empty()) return nullptr;
@@ -34,12 +21,10 @@ Json value(const std::string& field) {
 }  // namespace
 
 std::string map_json(const MapPlan& plan) {
-  const std::vector<std::string> names = fields(map_header());
   Json cells = Json::array();
   for (const auto& [cell, row] : plan.rows()) {
-    const std::vector<std::string> values = fields(to_line(row));
     Json& object = cells.emplace_back(Json::object());
-    for (std::size_t i = 0; i < names.size(); ++i) object[names[i]] = value(values[i]);
+    for (const auto& [column, field] : named_fields(row)) object[column] = value(field);
   }
   return cells.dump(2);
 }

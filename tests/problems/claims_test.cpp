@@ -23,14 +23,10 @@ struct Outcome {
 
 class OnTheBody : public IcubInDart {
  protected:
-  Outcome outcome(const std::vector<std::string>& words) {
-    Settings settings;
-    declare_settings(settings, config);
-    std::vector<Assignment> assignments;
-    // What is claimed holds under the conditions of the paper.
-    assignments.push_back(parse_set_argument("preset=paper"));
-    for (const std::string& word : words) assignments.push_back(parse_set_argument(word));
-    settings.apply(assignments);
+  // What is claimed holds under the conditions of the paper.
+  Outcome outcome(std::vector<std::string> words) {
+    words.insert(words.begin(), "preset=paper");
+    apply(words);
     Outcome o{run(), {}};
     o.verdict = judge(config, o.log);
     return o;

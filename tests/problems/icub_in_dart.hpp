@@ -4,7 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <string>
+#include <vector>
 
+#include "saltus/app/assignment.hpp"
+#include "saltus/app/settings.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "tests/problems/push_recovery_run.hpp"
 
@@ -19,6 +23,14 @@ class IcubInDart : public testing::Test {
     config.plant.choice = PlantChoice::dart;
     config.robot.urdf = urdf;
     config.push.start = 0.2;  // s; earlier than by default, to be short
+  }
+  // As behind `saltus run push_recovery --set`.
+  void apply(const std::vector<std::string>& words) {
+    Settings settings;
+    declare_settings(settings, config);
+    std::vector<Assignment> assignments;
+    for (const std::string& word : words) assignments.push_back(parse_set_argument(word));
+    settings.apply(assignments);
   }
   RunLog run() const { return simulate(config, robot); }
 

@@ -13,8 +13,6 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "saltus/app/assignment.hpp"
-#include "saltus/app/settings.hpp"
 #include "tests/problems/icub_in_dart.hpp"
 
 namespace saltus::push_recovery {
@@ -52,14 +50,6 @@ struct Tally {
 
 class PushedForLong : public IcubInDart {
  protected:
-  void apply(const std::vector<std::string>& words) {
-    Settings settings;
-    declare_settings(settings, config);
-    std::vector<Assignment> assignments;
-    for (const std::string& word : words) assignments.push_back(parse_set_argument(word));
-    settings.apply(assignments);
-  }
-
   // A run of at most so many seconds: what it came to is added to the tally.
   void run_once(bool on_two_feet, int seed, double until, Tally& tally, bool is_told) {
     config = Config();
