@@ -29,6 +29,7 @@ class IcubInDart : public testing::Test {
     Settings settings;
     declare_settings(settings, config);
     std::vector<Assignment> assignments;
+    assignments.reserve(words.size());
     for (const std::string& word : words) assignments.push_back(parse_set_argument(word));
     settings.apply(assignments);
   }
