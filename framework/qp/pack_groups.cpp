@@ -63,6 +63,7 @@ bool Packing::add_group(int k, int g, bool equalities) {
   if (equalities && ok) scale_rows(b, C);
   if (!ok) return false;
   b.C = C;
+  if (C != nullptr && !equalities && part == 0) keep_single_entries(b, C, column);
   finish_block(k, b, twin);
   give_offsets(b, equalities, sides.lower, sides.upper);
   return others;
@@ -149,6 +150,34 @@ double* Packing::coefficients(int k, const RowBlock& b, const int* user_column, 
     }
   }
   return C;
+}
+
+// Where each row has one entry, in a column behind that of the row before: a column of entries is
+// all that is kept.
+void Packing::keep_single_entries(RowBlock& b, double* C, int* column) {
+  const int ld = padded(b.rows);
+  // The column of a row's only entry, or -1.
+  const auto only = [&](int row) {
+    int found = -1;
+    for (int c = 0; c < b.columns; ++c) {
+      if (C[row + c * ld] == 0.0) continue;
+      if (found >= 0) return -1;
+      found = c;
+    }
+    return found;
+  };
+  for (int i = 0, last = -1; i < b.rows; ++i) {
+    const int c = only(i);
+    if (c <= last) return;
+    last = c;
+  }
+  for (int i = 0; i < b.rows; ++i) {
+    const int c = only(i);
+    C[i] = C[i + c * ld];
+    column[i] = column[c];
+  }
+  b.columns = b.rows;
+  b.diagonal = true;
 }
 
 // To a largest coefficient of 1: the weight on equality rows is the same for all.

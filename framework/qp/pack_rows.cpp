@@ -38,7 +38,9 @@ RowBlock& Packing::new_block(int k, int group, int rows, int columns, int part) 
 
 // Given columns and C: everything that follows from them; of the twin's, if there is one.
 void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
-  b.kernel = kernel_for(row_kernels, &RowKernel::columns, b.columns);
+  if (twin != nullptr) b.diagonal = twin->diagonal;
+  b.kernel =
+      b.diagonal ? &diagonal_row_kernel : kernel_for(row_kernels, &RowKernel::columns, b.columns);
   b.contiguous = true;
   for (int c = 1; c < b.columns; ++c) b.contiguous = b.contiguous && b.column[c] == b.column[0] + c;
   const SweepStage& w = to.stages[k].sweep;
@@ -57,7 +59,7 @@ void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
   }
   const int first = b.joined == 0 ? w.nx : 0;
   if (b.target == nullptr) b.target = targets(b, first, ld);
-  if (twin != nullptr || !ok) return;
+  if (twin != nullptr || b.diagonal || !ok) return;
   const int ld_rows = padded(b.rows), ld_columns = padded(b.columns);
   double* Ct = zeros(ld_columns * b.rows);
   if (!ok) return;
@@ -70,12 +72,11 @@ void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
 // Offsets in a Hessian, of the variables from `first` on and with leading dimension ld, of all
 // pairs of the block's columns.
 int* Packing::targets(const RowBlock& b, int first, int ld) {
-  int* target = integers(pairs_of(b.columns));
+  int* target = integers(b.diagonal ? b.columns : pairs_of(b.columns));
   if (!ok) return nullptr;
   for (int j = 0, at = 0; j < b.columns; ++j)
-    for (int i = 0; i <= j; ++i) {
+    for (int i = b.diagonal ? j : 0; i <= j; ++i)
       target[at++] = b.column[i] - first + (b.column[j] - first) * ld;
-    }
   return target;
 }
 

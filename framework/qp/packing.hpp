@@ -70,6 +70,7 @@ struct Packing {
   bool is_settled(int k, int g, int row);
   const RowBlock* only_block_of(int k, int g) const;
   double* coefficients(int k, const RowBlock& block, const int* user_column, int user_columns);
+  void keep_single_entries(RowBlock& block, double* C, int* column);
   void scale_rows(RowBlock& block, double* C);
   const RowBlock* twin_of(int k, const RowBlock& block) const;
 

@@ -373,33 +373,65 @@ struct RiccatiStage {
       flow_transposed_handing_on_anywhere<update>(s, n, x, out);
   }
 
+  // Takes from `count` columns of M, those of the inputs from `first` on, what inputs `behind` and
+  // further ones, which are eliminated, take from them.
+  static void take_from_inputs(SweepStage& s, int first, int count, int behind, int further) {
+    const int column = s.nx + first, ld = padded(s.nx + s.nu);
+    const double* factors = s.L + behind * ld;
+    const double* rows = s.M + (s.nx + behind) * ld + column;
+    double* out = s.M + column * ld;
+    const int vectors = padded(column + count) / lanes;
+    if (count == 4)
+      strip<Update::subtract, 4>(vectors, further, factors, ld, rows, ld, 1, out, out, ld);
+    else
+      last_strip<Update::subtract>(count, vectors, further, factors, ld, rows, ld, 1, out, out, ld);
+  }
+
+  // Input j, whose `diagonal` was that of M at first; of those behind it, what inputs before
+  // `behind` take is still in its column.
+  static SALTUS_INLINE void eliminate_input(SweepStage& s, int nx, int j, int behind, int ld,
+                                            double diagonal, double least_pivot) {
+    double* column = s.M + (nx + j) * ld;
+    double* factor = s.L + j * ld;
+    strip<Update::subtract, 1>(padded(nx + j + 1) / lanes, behind - 1 - j, factor + ld, ld,
+                               column + ld + nx + j, ld, 0, column, column, ld);
+    double pivot = column[nx + j];
+    // What rounding has left of a stiff direction: it stays where it is in this step.
+    if (!(pivot > least_pivot + lost_digits * diagonal)) {
+      if (pivot < -clearly_negative * (1.0 + (diagonal < 0.0 ? -diagonal : diagonal)))
+        s.curves_down = true;
+      pivot = diagonal > least_pivot ? diagonal : least_pivot;
+    }
+    const double inverse = 1.0 / pivot;
+    s.pivot[j] = inverse;
+    // Entries from the diagonal down must not count in the sweeps.
+    for (int i = nx + j; i < padded(nx + j + 1); ++i) column[i] = 0.0;
+    for (int v = 0; v < padded(nx + j); v += lanes) store(factor + v, load(column + v) * inverse);
+  }
+
   /// Eliminates the inputs from M. Pivots at or below `least_pivot` are replaced.
   static void eliminate(SweepStage& s, double least_pivot) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const int n = nx + nu, ld = padded(n);
-    for_each(
-        nu, [&](int eliminated) __attribute__((always_inline)) {
-          const int j = nu - 1 - eliminated;
-          double* column = s.M + (nx + j) * ld;
-          double* factor = s.L + j * ld;
-          const double diagonal = column[nx + j];
-          strip<Update::subtract, 1>(padded(nx + j + 1) / lanes, nu - 1 - j, factor + ld, ld,
-                                     column + ld + nx + j, ld, 0, column, column, ld);
-          double pivot = column[nx + j];
-          // What rounding has left of a stiff direction: it stays where it is in this step.
-          if (!(pivot > least_pivot + lost_digits * diagonal)) {
-            if (pivot < -clearly_negative * (1.0 + (diagonal < 0.0 ? -diagonal : diagonal)))
-              s.curves_down = true;
-            pivot = diagonal > least_pivot ? diagonal : least_pivot;
-          }
-          const double inverse = 1.0 / pivot;
-          s.pivot[j] = inverse;
-          // Entries from the diagonal down must not count in the sweeps.
-          for (int i = nx + j; i < padded(nx + j + 1); ++i) column[i] = 0.0;
-          for (int v = 0; v < padded(nx + j); v += lanes)
-            store(factor + v, load(column + v) * inverse);
-        });
+    if constexpr (NU < 0) {
+      // Four columns at a time: what they lose to the inputs behind them is one product.
+      for (int behind = nu; behind > 0;) {
+        const int begin = behind > 4 ? behind - 4 : 0;
+        double diagonal[4];
+        for (int j = begin; j < behind; ++j) diagonal[j - begin] = s.M[(nx + j) * (ld + 1)];
+        if (behind < nu) take_from_inputs(s, begin, behind - begin, behind, nu - behind);
+        for (int j = behind - 1; j >= begin; --j)
+          eliminate_input(s, nx, j, behind, ld, diagonal[j - begin], least_pivot);
+        behind = begin;
+      }
+    } else {
+      for_each(
+          nu, [&](int eliminated) __attribute__((always_inline)) {
+            const int j = nu - 1 - eliminated;
+            eliminate_input(s, nx, j, nu, ld, s.M[(nx + j) * (ld + 1)], least_pivot);
+          });
+    }
     if (nx > 0 && nu > 0)
       multiply_upper<Update::subtract>(nx, nu, s.L, ld, s.M + nx * ld, ld, 1, s.M, s.M, ld);
     for (int j = 1; j < nx; ++j)
@@ -428,6 +460,29 @@ struct RiccatiStage {
     }
   }
 
+  // u in v, given x. Four inputs at a time: what stands in whole vectors before them, then the
+  // rest.
+  static void forward_inputs(const SweepStage& s, double* v) {
+    const int nx = s.nx, nu = s.nu, ld = padded(nx + nu);
+    const auto some = [&]<int count>(int j) __attribute__((always_inline)) {
+      const double* factor = s.L + j * ld;
+      const int whole = (nx + j) / lanes * lanes;
+      Lanes dots[count] = {};
+      for (int i = 0; i < whole; i += lanes) {
+        const Lanes before = load(v + i);
+        for (int c = 0; c < count; ++c) dots[c] += load(factor + c * ld + i) * before;
+      }
+      for (int c = 0; c < count; ++c) {
+        double total = sum(dots[c]);
+        for (int i = whole; i < nx + j + c; ++i) total += factor[c * ld + i] * v[i];
+        v[nx + j + c] = -s.p[nx + j + c] * s.pivot[j + c] - total;
+      }
+    };
+    int j = 0;
+    for (; j + 4 <= nu; j += 4) some.template operator()<4>(j);
+    for (; j < nu; ++j) some.template operator()<1>(j);
+  }
+
   /// v: x in, u out; then the next stage's x and the multipliers of the dynamics.
   static void forward(const SweepStage& s, const double* P, int ld_P, const double* p,
                       const double* gap, double* v, double* v_next, double* costate) {
@@ -450,21 +505,25 @@ struct RiccatiStage {
       }
       for (; j < nu; ++j) v[nx + j] = inputs[j / lanes][j % lanes] - s.p[nx + j] * s.pivot[j];
     }
-    for (; j < nu; ++j) {
-      const double* factor = s.L + j * ld;
-      Lanes dot{};
-      int i = 0;
-      for (; i + lanes <= nx; i += lanes) dot += load(factor + i) * load(v + i);
-      double total = sum(dot);
-      for (; i < nx; ++i) total += factor[i] * v[i];
-      v[nx + j] = -s.p[nx + j] * s.pivot[j] - total;
+    if constexpr (NU < 0) {
+      forward_inputs(s, v);
+    } else {
+      for (; j < nu; ++j) {
+        const double* factor = s.L + j * ld;
+        Lanes dot{};
+        int i = 0;
+        for (; i + lanes <= nx; i += lanes) dot += load(factor + i) * load(v + i);
+        double total = sum(dot);
+        for (; i < nx; ++i) total += factor[i] * v[i];
+        v[nx + j] = -s.p[nx + j] * s.pivot[j] - total;
+      }
+      for_each(
+          nu, [&](int later) __attribute__((always_inline)) {
+            double total = v[nx + later];
+            for (int i = 0; i < later; ++i) total -= s.L[later * ld + nx + i] * v[nx + i];
+            v[nx + later] = total;
+          });
     }
-    for_each(
-        nu, [&](int later) __attribute__((always_inline)) {
-          double total = v[nx + later];
-          for (int i = 0; i < later; ++i) total -= s.L[later * ld + nx + i] * v[nx + i];
-          v[nx + later] = total;
-        });
     for (int i = n; i < ld; ++i) v[i] = 0.0;
     if (nn == 0) return;
     for (int i = 0; i < ld_next; i += lanes) store(v_next + i, load(gap + i));

@@ -134,7 +134,7 @@ void RiccatiSystem::row_sizes(double* side) {
       }
       for (int i = 0; i < padded(b.rows); i += lanes) {
         Lanes square{};
-        for (int c = 0; c < b.columns; ++c) {
+        for (int c = 0; c < (b.diagonal ? 1 : b.columns); ++c) {
           const Lanes entry = load(b.C + c * padded(b.rows) + i);
           square += entry * entry;
         }

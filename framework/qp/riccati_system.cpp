@@ -68,7 +68,7 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
     }
     double* H = b.joined < 0 ? p.sweep.M : p.R_work + b.joined * padded(p.sweep.nu) * p.sweep.nu;
     double* result = work_.data() + ld;
-    if (b.pairs != nullptr) {
+    if (b.pairs != nullptr || b.diagonal) {
       b.kernel->add_square(b, row_weights, H, result);
       continue;
     }
@@ -79,6 +79,13 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
     for (int c = 0; c < b.columns; ++c)
       for (int i = 0; i < ld; i += lanes)
         store(weighted + c * ld + i, load(b.C + c * ld + i) * load(row_weights + i));
+    if (b.contiguous && b.target[0] % lanes == 0) {
+      // In place: what falls below the diagonal nobody reads.
+      double* to = H + b.target[0];
+      multiply_upper<Update::add>(b.columns, b.rows, b.Ct, ldc, weighted, 1, ld, to, to,
+                                  b.joined < 0 ? p.sweep.ld : padded(p.sweep.nu));
+      continue;
+    }
     multiply_upper<Update::set>(b.columns, b.rows, b.Ct, ldc, weighted, 1, ld, square, square, ldc);
     for (int j = 0, at = 0; j < b.columns; ++j)
       for (int i = 0; i <= j; ++i) H[b.target[at++]] += square[i + j * ldc];

@@ -32,9 +32,11 @@ struct RowBlock {
   int v_at = 0;                    ///< where the part's variables begin in v
   const int* column = nullptr;     ///< per column, its offset behind v_at
   bool contiguous = false;         ///< the columns follow one another
-  const int* target = nullptr;     ///< per pair of columns, its offset in that Hessian
-  const double* C = nullptr;       ///< by columns, over rows
-  const double* Ct = nullptr;      ///< by rows, over columns
+  bool diagonal = false;  ///< row i has an entry in column i alone: C is one column of them
+  const int* target =
+      nullptr;  ///< per pair of columns (of one column, if diagonal), its offset in that Hessian
+  const double* C = nullptr;   ///< by columns, over rows
+  const double* Ct = nullptr;  ///< by rows, over columns
   /// Products of two columns, by rows over an upper triangle of padded columns; few columns only.
   const double* pairs = nullptr;
   const RowKernel* kernel = nullptr;
@@ -158,6 +160,35 @@ struct RowFunctions {
   }
 };
 
+/// For blocks that are diagonal, as those of limits of single variables.
+struct DiagonalRowFunctions {
+  static void multiply(const RowBlock& b, const double* x, double sign, double* out) {
+    if (b.contiguous) {
+      // Beyond the rows C is zero.
+      for (int i = 0; i < padded(b.rows); i += lanes)
+        store(out + i, load(b.C + i) * load_loose(x + b.column[0] + i) * sign);
+      return;
+    }
+    for (int i = 0; i < b.rows; ++i) out[i] = sign * b.C[i] * x[b.column[i]];
+    for (int i = b.rows; i < padded(b.rows); ++i) out[i] = 0.0;
+  }
+
+  static void add_transposed(const RowBlock& b, const double* weights, double sign, double* x) {
+    if (b.contiguous) {
+      for (int i = 0; i < padded(b.rows); i += lanes) {
+        double* to = x + b.column[0] + i;
+        store_loose(to, load_loose(to) + load(b.C + i) * load(weights + i) * sign);
+      }
+      return;
+    }
+    for (int i = 0; i < b.rows; ++i) x[b.column[i]] += sign * b.C[i] * weights[i];
+  }
+
+  static void add_square(const RowBlock& b, const double* weights, double* H, double*) {
+    for (int i = 0; i < b.rows; ++i) H[b.target[i]] += b.C[i] * b.C[i] * weights[i];
+  }
+};
+
 struct RowKernel {
   int columns;  ///< -1: any
   void (*multiply)(const RowBlock&, const double*, double, double*);
@@ -170,6 +201,10 @@ constexpr RowKernel row_kernel() {
   using F = RowFunctions<COLUMNS>;
   return {COLUMNS, &F::multiply, &F::add_transposed, &F::add_square};
 }
+
+inline constexpr RowKernel diagonal_row_kernel = {-1, &DiagonalRowFunctions::multiply,
+                                                  &DiagonalRowFunctions::add_transposed,
+                                                  &DiagonalRowFunctions::add_square};
 
 /// Two groups of inputs that act through their sum. With S = R_1 + R_2 = L D L' their joint Hessian
 /// is R_1 S^-1 R_2. An explicit inverse of S would be quicker and loses half the digits, as rows

@@ -9,6 +9,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
+#include "saltus/robots/report/run_summary.hpp"
 
 namespace saltus::walking {
 namespace {
@@ -234,6 +235,7 @@ Json body_figures(const RunLog& log, const FloatingRobot& robot) {
                   {"torque_share_joint", torque_joint},
                   {"planner_s_per_s", per_second(log.plan_seconds)},
                   {"whole_body_control_s_per_s", per_second(log.control_seconds)},
+                  {"whole_body_solve_us", latency(log.control_solves)},
                   {"plant_s_per_s", per_second(log.plant_seconds)},
                   {"control_steps", log.control_calls},
                   {"control_failures", log.control_failures},

@@ -16,14 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Quantiles in us.
-Json latency(const LatencyHistogram& h) {
-  return {{"median", 1e6 * h.median()},
-          {"p99", 1e6 * h.p99()},
-          {"p999", 1e6 * h.p999()},
-          {"max", 1e6 * h.max()}};
-}
-
 // What was planned, and how long a tick of it took: in processor time.
 Json step_plans(const RunLog& log) {
   LatencyHistogram all, several;
@@ -50,6 +42,13 @@ Json points(const SupportPolygon& polygon) {
 }
 
 }  // namespace
+
+Json latency(const LatencyHistogram& h) {
+  return {{"median", 1e6 * h.median()},
+          {"p99", 1e6 * h.p99()},
+          {"p999", 1e6 * h.p999()},
+          {"max", 1e6 * h.max()}};
+}
 
 Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& verdict) {
   int failures = 0, missed = 0;

@@ -10,6 +10,9 @@
 
 namespace saltus::walking {
 
+/// Median, p99, p999 and largest, us.
+nlohmann::ordered_json latency(const LatencyHistogram& times);
+
 /// Verdict, figures, what was asked for, and how the planner's solves went: summary.json.
 nlohmann::ordered_json summary(const BipedSettings& settings, const RunLog& log,
                                const Verdict& verdict);

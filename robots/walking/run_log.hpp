@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "saltus/mpc/latency_histogram.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_plan.hpp"
@@ -110,6 +111,7 @@ struct RunLog {
     return static_cast<double>(control_failures) > 0.01 * static_cast<double>(control_calls);
   }
   long control_cuts = 0;  ///< of its calls, those in which torques were cut to their limits
+  LatencyHistogram control_solves;  ///< CPU time of its programs' solution, one entry a call
   /// CPU time of the parts of the whole body's loop, s.
   double plan_seconds = 0.0, control_seconds = 0.0, plant_seconds = 0.0;
   bool numerical_failure = false;  ///< the plant failed to integrate

@@ -183,6 +183,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     const WholeBodyCommand& command = controller_->control(*dynamics_, plant_->state(), tasks_);
     if (command.status != QpStatus::optimal) ++failures_;
     if (command.torques_cut > 0) ++cuts_;
+    solves_.add(command.solve_seconds);
     ++calls_;
     command_ = &command;
     plant_->set_torques(command.torques);
@@ -232,6 +233,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     log.control_calls = calls_;
     log.control_failures = failures_;
     log.control_cuts = cuts_;
+    log.control_solves = solves_;
     log.control_seconds = control_seconds_;
     log.plant_seconds = plant_seconds_;
   }
@@ -272,6 +274,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   const WholeBodyCommand* command_ = nullptr;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
   long calls_ = 0, failures_ = 0, cuts_ = 0;
+  LatencyHistogram solves_;
   double control_seconds_ = 0.0, plant_seconds_ = 0.0;
 };
 

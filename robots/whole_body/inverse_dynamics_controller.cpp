@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/robots/model/capture_point.hpp"
@@ -25,6 +26,11 @@ constexpr int cone_group = 0, torque_group = 2, stance_group = 3, limit_group = 
 // Pairs of limbs that are looked at, and from which distance on, m.
 constexpr int nearest_pairs = 6;
 constexpr double near = 0.15;
+
+// Torques above this share of what a motor has, in the step before, have their rows from the start.
+constexpr double near_effort = 0.7;
+// What the rows are met to, N m: a torque without a row that is further beyond its limit gets one.
+constexpr double effort_tolerance = 1e-6;
 
 // A centre of pressure this near to the end of an edge, m, is on its way to a corner.
 constexpr double corner = 0.01;
@@ -86,6 +92,8 @@ class InverseDynamicsController final : public WholeBodyController {
     base_0.resize(6);
     torque.resize(n, all);
     torque_0.resize(n);
+    bounded.resize(n);
+    exerted.resize(n);
     task.resize(6, all);
     command.torques = VectorXd::Zero(n);
     command.joint_acceleration = VectorXd::Zero(n);
@@ -118,12 +126,16 @@ class InverseDynamicsController final : public WholeBodyController {
   VectorXd torque_0;
   MatrixXd task;
   WholeBodyCommand command;
+  std::vector<bool> bounded;   // whether a joint's torque has a row
+  VectorXd exerted;            // torques that the program has found
   int standing[2] = {-1, -1};  // first column of the wrench of each foot, -1: in the air
   int size = 0;
 
   void build(const DynamicsModel& model, const WholeBodyState& state, const WholeBodyTasks& tasks);
   void add_cost(int rows, const Vec<double, 6>& wanted, double weight);
   void add_foot_acceleration(const SoleMotion& sole);
+  void bound_torque(int joint);
+  bool bound_torques_beyond();
   void set_limits(const WholeBodyState& state);
   void keep_off_tipped_corners(RowGroup& cone, int foot, const Mat<double, 3, 3>& sole) const;
   void set_clearance(const WholeBodyState& state);
@@ -225,12 +237,12 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
 
   // Rows.
   RowGroup& torques = stage.groups[torque_group];
-  torques.rows = n;
+  torques.rows = 0;
   torques.columns.resize(size);
   for (int i = 0; i < size; ++i) torques.columns[i] = i;
-  torques.M.topLeftCorner(n, size) = torque.leftCols(size);
-  torques.lower.head(n) = -effort - torque_0;
-  torques.upper.head(n) = effort - torque_0;
+  std::fill(bounded.begin(), bounded.end(), false);
+  for (int i = 0; i < n; ++i)
+    if (std::abs(command.torques[i]) > near_effort * effort[i]) bound_torque(i);
 
   RowGroup& stance = stage.groups[stance_group];
   stance.soft = true;
@@ -256,6 +268,28 @@ void InverseDynamicsController::build(const DynamicsModel& model, const WholeBod
 
   set_limits(state);
   if (clearance) set_clearance(state);
+}
+
+// Most motors are far from what they can exert, and a row of torques is dense: only those that are
+// near it, or would pass it, have one.
+void InverseDynamicsController::bound_torque(int joint) {
+  RowGroup& torques = qp.stages[0].groups[torque_group];
+  const int i = torques.rows++;
+  torques.M.row(i).head(size) = torque.row(joint).head(size);
+  torques.lower[i] = -effort[joint] - torque_0[joint];
+  torques.upper[i] = effort[joint] - torque_0[joint];
+  bounded[joint] = true;
+}
+
+// Rows for the torques that were found, have none and pass their limits; whether there were any.
+bool InverseDynamicsController::bound_torques_beyond() {
+  bool any = false;
+  for (int i = 0; i < n; ++i) {
+    if (bounded[i] || std::abs(exerted[i]) <= effort[i] + effort_tolerance) continue;
+    bound_torque(i);
+    any = true;
+  }
+  return any;
 }
 
 // The ground bears a tipped sole where it touches, wherever the wrench that is asked for acts: what
@@ -353,15 +387,21 @@ const WholeBodyCommand& InverseDynamicsController::control(const DynamicsModel& 
                                                            const WholeBodyState& state,
                                                            const WholeBodyTasks& tasks) noexcept {
   build(model, state, tasks);
-  const QpResult r = solver->solve(qp, point, false);
-  command.status = r.status;
-  command.iterations = r.iterations;
-  if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return command;
   const auto z = point.stages[0].u.head(size);
+  command.iterations = 0;
+  command.solve_seconds = 0.0;
+  do {
+    const double begin = thread_microseconds();
+    const QpResult r = solver->solve(qp, point, false);
+    command.status = r.status;
+    command.iterations += r.iterations;
+    command.solve_seconds += 1e-6 * (thread_microseconds() - begin);
+    if (r.status != QpStatus::optimal && !(r.residual < 1e-2)) return command;
+    exerted.noalias() = torque.leftCols(size) * z;
+    exerted += torque_0;
+  } while (bound_torques_beyond());
   command.joint_acceleration = z.head(n);
-  command.torques.noalias() = torque.leftCols(size) * z;
-  command.torques += torque_0;
-  command.torques = command.torques.cwiseMax(-effort).cwiseMin(effort);
+  command.torques = exerted.cwiseMax(-effort).cwiseMin(effort);
   command.wrenches.setZero();
   for (const int foot : {left, right})
     if (standing[foot] >= 0) command.wrenches.segment<6>(6 * foot) = z.segment<6>(standing[foot]);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/core/clock.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 #include "saltus/robots/model/capture_point.hpp"
@@ -203,6 +204,7 @@ void MomentumController::set_feet(const DynamicsModel& model, const WholeBodySta
 bool MomentumController::find_wrenches(const DynamicsModel& model, const WholeBodyTasks& tasks) {
   command_.status = QpStatus::optimal;
   command_.iterations = 0;
+  command_.solve_seconds = 0.0;
   if (size_ == 0) return true;
   Stage& stage = qp_.stages[0];
   stage.nx = 0;
@@ -225,7 +227,9 @@ bool MomentumController::find_wrenches(const DynamicsModel& model, const WholeBo
     stage.r.segment<6>(column_[i]) -= options_.wrench * tasks.wrenches.segment<6>(6 * i);
     keep_in_cone(cone, cones_[i], column_[i]);
   }
+  const double begin = thread_microseconds();
   const QpResult r = solver_->solve(qp_, point_, false);
+  command_.solve_seconds = 1e-6 * (thread_microseconds() - begin);
   command_.status = r.status;
   command_.iterations = r.iterations;
   // A wrench that misses its optimum by less than a hundredth of a N serves as well.

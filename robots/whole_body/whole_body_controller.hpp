@@ -24,6 +24,7 @@ struct WholeBodyCommand {
   Vec<double, 12> wrenches = Vec<double, 12>::Zero();  ///< expected, axes of the soles
   QpStatus status = QpStatus::invalid_problem;         ///< of the quadratic program
   int iterations = 0;                                  ///< of the quadratic program
+  double solve_seconds = 0.0;                          ///< processor time of the program's solution
   double stance_slip =
       0.0;  ///< largest entry of a stance foot's acceleration that had to be given up
   double limit_excess = 0.0;  ///< rad/s^2 by which a joint limit is not respected
