@@ -214,6 +214,61 @@ StageQp program_with_groups(int groups, std::uint64_t seed, double equality = 0.
   return qp;
 }
 
+// Rows of one entry each, in columns that increase, are stored as entries; the same rows from the
+// last to the first are not.
+TEST(RiccatiSolver, RowsOfOneEntryAreRowsAsOthers) {
+  constexpr int nx = 4, nu = 5, limited = 3;
+  for (int seed = 1; seed <= 60; ++seed) {
+    Random random(seed);
+    const bool soft = random.chance(0.5), gaps = random.chance(0.5), repeats = random.chance(0.5);
+    StageQp qp(std::vector<StageCapacity>(4, {nx, nu, {{limited, nx + nu, soft}}}));
+    qp.stages.back().nu = 0;
+    for (std::size_t k = 0; k < qp.stages.size(); ++k) {
+      Stage& s = qp.stages[k];
+      if (repeats && k > 0) {
+        s = qp.stages[0];
+      } else {
+        s.Q = 0.1 * MatrixXd::Identity(nx, nx);
+        s.R = 0.1 * MatrixXd::Identity(nu, nu);
+        s.A = 0.5 * random.matrix(nx, nx);
+        s.B = random.matrix(nx, nu);
+        for (int i = 0; i < nx; ++i) s.q[i] = random.uniform(-1.0, 1.0);
+        for (int i = 0; i < nu; ++i) s.r[i] = random.uniform(-1.0, 1.0);
+      }
+      if (k + 1 == qp.stages.size()) s.nu = 0;
+      RowGroup& rows = s.groups[0];
+      rows.soft = soft;
+      rows.rows = limited;
+      rows.columns.clear();
+      for (int j = 0; j < nx + s.nu; ++j) rows.columns.push_back(j);
+      rows.M.setZero();
+      for (int i = 0; i < limited; ++i) {
+        // One after the other, or every second column of the states that all stages have.
+        rows.M(i, gaps ? i + (i > 1 ? 1 : 0) : i) = i == 1 ? -2.0 : 1.5;
+        rows.lower[i] = -0.05;
+        rows.upper[i] = i == 2 ? infinity : 0.1;
+        if (soft) rows.l1[i] = 0.3, rows.l2[i] = 0.1;
+      }
+    }
+    for (int i = 0; i < nx; ++i) qp.start[i] = 0.0;
+    StageQp reversed = qp;
+    for (Stage& s : reversed.stages) {
+      RowGroup& rows = s.groups[0];
+      rows.M.topRows(limited) = rows.M.topRows(limited).colwise().reverse().eval();
+      rows.lower.head(limited) = rows.lower.head(limited).reverse().eval();
+      rows.upper.head(limited) = rows.upper.head(limited).reverse().eval();
+    }
+    StagePoint a, b;
+    const QpResult entries = solve_cold(qp, a), others = solve_cold(reversed, b);
+    ASSERT_EQ(entries.status, QpStatus::optimal) << "seed " << seed;
+    ASSERT_EQ(others.status, QpStatus::optimal) << "seed " << seed;
+    EXPECT_NEAR(entries.objective, others.objective, required * (1.0 + std::abs(others.objective)))
+        << "seed " << seed;
+    EXPECT_LE(kkt_residual(qp, a).largest(), required * multiplier_scale(a)) << "seed " << seed;
+    EXPECT_EQ(entries.iterations, others.iterations) << "seed " << seed;
+  }
+}
+
 TEST(RiccatiSolver, AResultantChangesTheArithmeticOnly) {
   for (const int groups : {2, 3})
     for (int seed = 1; seed <= 40; ++seed) {

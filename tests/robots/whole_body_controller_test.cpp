@@ -116,6 +116,43 @@ TEST_F(Controllers, NothingAllocates) {
   }
 }
 
+// Motors that can exert half of what the task would take: in the first call no torque has a row,
+// and those that would pass their limits get one; in the second they have it from the start, and
+// the program is the same.
+TEST_F(Controllers, TorquesThatWouldPassTheirLimitsAreBoundedWhenTheyDo) {
+  const WholeBodyState state = moving("two_feet");
+  WholeBodyTasks tasks = rest_tasks(state, true);
+  tasks.posture[robot.joint_index("l_knee")] += 0.5;
+  const VectorXd free = inverse_dynamics->control(*model, state, tasks).torques;
+  FloatingRobot weak = robot;
+  int weakened = 0;
+  for (const char* joint : {"l_knee", "r_hip_pitch", "torso_pitch"}) {
+    const int i = robot.joint_index(joint);
+    if (std::abs(free[i]) < 0.5) continue;  // N m
+    weak.bodies[static_cast<std::size_t>(i) + 1].effort = 0.5 * std::abs(free[i]);
+    ++weakened;
+  }
+  ASSERT_GE(weakened, 2);
+  const auto controller = make_inverse_dynamics_controller(weak, left, right);
+  const WholeBodyCommand found = controller->control(*model, state, tasks);
+  const WholeBodyCommand again = controller->control(*model, state, tasks);
+  for (const WholeBodyCommand* command : {&found, &again}) {
+    EXPECT_EQ(command->status, QpStatus::optimal);
+    EXPECT_GT(command->solve_seconds, 0.0);
+    int at_limit = 0;
+    for (int i = 0; i < robot.joints(); ++i) {
+      const double effort = weak.bodies[static_cast<std::size_t>(i) + 1].effort;
+      EXPECT_LE(std::abs(command->torques[i]), effort);
+      if (std::abs(command->torques[i]) > effort - 1e-4) ++at_limit;
+    }
+    EXPECT_GE(at_limit, 1);
+  }
+  EXPECT_LT(again.iterations, found.iterations);
+  // The program is solved to 1e-6; its flattest direction, posture, costs 1e-2 or more.
+  EXPECT_LT((again.torques - found.torques).lpNorm<Eigen::Infinity>(), 1e-3);
+  EXPECT_LT((again.joint_acceleration - found.joint_acceleration).lpNorm<Eigen::Infinity>(), 1e-2);
+}
+
 // The equation of the paper, from the whole mass matrix and a pseudo-inverse by singular values.
 TEST_F(Controllers, MomentumTorquesAreThoseOfTheEquation) {
   MomentumOptions options;
