@@ -14,17 +14,10 @@
 
 #include "saltus/core/error.hpp"
 #include "tests/faults/loop.hpp"
+#include "tests/support/sanitized.hpp"
 
 // malloc itself, for Eigen and C libraries do without operator new; not under a sanitizer, which
 // has its own.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SALTUS_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define SALTUS_SANITIZED
-#endif
-#endif
-
 #ifndef SALTUS_SANITIZED
 namespace {
 constexpr long never = std::numeric_limits<long>::max();
@@ -119,4 +112,8 @@ TEST(MemoryRunsOut, WhileAControllerIsSetUp) {
 
 }  // namespace
 }  // namespace saltus::test
+#else
+TEST(MemoryRunsOut, WhileAControllerIsSetUp) {
+  GTEST_SKIP() << "the sanitizer has a malloc of its own, which cannot be made to fail here";
+}
 #endif
