@@ -157,6 +157,47 @@ TEST_P(HybridEdges, AGuardThatJumpedOverTheStateHasItsEventAtOnce) {
   EXPECT_NEAR(end_of(*integrator, w)[1], 1.0, 1e-9);
 }
 
+// x = (on its way to zero from below, on its way back below zero): in the mode that is given the
+// first guard is reached at this instant, and the second is behind the state.
+TEST_P(HybridEdges, InAGivenModeOneGuardReachedAndAnotherBehindIsNoMode) {
+  Automaton<2> system;
+  const auto flow = [](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0], -1.0 + 0.0 * x[1]};
+  };
+  system.mode("here", flow)
+      .mode("there", flow)
+      .event(
+          "reached", "here", "there", [](const auto&, const auto& x) { return x[0]; },
+          Crossing::rising)
+      .event(
+          "behind", "here", "there", [](const auto&, const auto& x) { return x[1]; },
+          Crossing::rising);
+  const auto integrator = GetParam().choice->make(hybrid_problem(system));
+  auto& hybrid = dynamic_cast<HybridIntegrator&>(*integrator);
+  hybrid.start_in(0);
+  VectorXd end(2);
+  EXPECT_EQ(integrator->value(vec({0.0, 0.1, 0.0, 1.0}).data(), end.data()),
+            IntegrationStatus::beyond_guard)
+      << end.transpose();
+}
+
+TEST_P(HybridEdges, AGuardWithoutAValueIsSaid) {
+  Automaton<1> system;
+  system.mode("here", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
+      .mode("there", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
+      .event(
+          "logarithm", "here", "there", [](const auto&, const auto& x) { return log(x[0] - 5.0); },
+          Crossing::rising);
+  const auto integrator = GetParam().choice->make(hybrid_problem(system));
+  auto& hybrid = dynamic_cast<HybridIntegrator&>(*integrator);
+  hybrid.start_in(0);
+  VectorXd end(1);
+  EXPECT_EQ(integrator->value(vec({0.0, 0.0, 1.0}).data(), end.data()),
+            IntegrationStatus::not_finite);
+  EXPECT_NE(integrator->failure().find("event 'logarithm'"), std::string::npos)
+      << integrator->failure();
+}
+
 TEST_P(HybridEdges, AnEventAtTheEndIsNeitherLostNorTakenTwice) {
   const VectorXd p = vec({9.81, 0.8});
   const double t1 = std::sqrt(2.0 / 9.81);

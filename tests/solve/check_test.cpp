@@ -148,6 +148,22 @@ ProblemCheck check_blow(double derivative) {
        2}));
 }
 
+// A cart with a second input, which its bounds hold at 1 and a term wants elsewhere.
+ProblemCheck check_trim(double wanted) {
+  Phase<2, 2> ride{"ride",
+                   [](const auto&, const auto& x, const auto& u) {
+                     return std::decay_t<decltype(x)>{x[1], u[0]};
+                   },
+                   exactly(1.0)};
+  ride.minimise("effort", [](auto, auto, auto u) { return u[0] * u[0]; })
+      .bound_input(1, exactly(1.0))
+      .keep(
+          "trim", [](auto, auto, auto u) { return u[1]; }, exactly(wanted));
+  OptimalControlProblem problem("trimmed cart");
+  problem.start_at({0.0, 0.0}).then(ride);
+  return check(problem);
+}
+
 OptimalControlProblem oscillator(double rate, double seconds) {
   Ride swing{"swing", Wind{rate}, exactly(seconds)};
   swing.minimise("effort", effort).guess_state(Guess::constant(VectorXd{{1.0, 0.0}}));
@@ -184,6 +200,15 @@ const Spoilt all_spoilt[] = {
      ride([](Ride& r) { r.bound_input(0, exactly(0.5)); }),
      "ranks",
      {"equations for", "term '"}},
+    // Nothing is left to decide in it, and it does not hold: a contradiction from either side.
+    {"given_input_asked_to_be_more",
+     [] { return check_trim(2.0); },
+     "ranks",
+     {"equations for", "term 'trim', row 0 at t = ", "contradict"}},
+    {"given_input_asked_to_be_less",
+     [] { return check_trim(0.5); },
+     "ranks",
+     {"equations for", "term 'trim', row 0 at t = ", "contradict"}},
     {"start_outside_its_domain",
      ride([](Ride& r) { r.minimise("power", [](auto, auto x) { return log(x[0] - 5.0); }); }),
      "start",
