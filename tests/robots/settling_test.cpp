@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
@@ -92,6 +93,12 @@ TEST(Settling, ForcesOfACentroidalRunCountFromTheTouchdown) {
   EXPECT_NEAR(settling.planned[0], 0.5, rounding);
   EXPECT_NEAR(settling.planned[1], 0.2, rounding);
   EXPECT_EQ(settling.measured[0], infinity);  // nothing is measured without a body
+  settling.measured << 0.7, 0.9;
+  const auto json = to_json(settling);
+  EXPECT_EQ(json["planned_left_s"], settling.planned[0]);
+  EXPECT_EQ(json["planned_right_s"], settling.planned[1]);
+  EXPECT_EQ(json["measured_left_s"], 0.7);
+  EXPECT_EQ(json["measured_right_s"], 0.9);
   log.stopped_early = true;
   EXPECT_EQ(force_settling(log).planned[0], infinity);
   log.stopped_early = false;

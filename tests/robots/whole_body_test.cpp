@@ -24,6 +24,18 @@ TEST_F(WholeBody, HasItsMotorsAndNoMassIsLost) {
   EXPECT_NEAR(mass, urdf->total_mass(), 1e-12);
 }
 
+TEST_F(WholeBody, HasTheLooksOfTheLinksThatAreDrawn) {
+  std::size_t looks = 0, links = 0;
+  for (const FloatingRobot::Body& b : robot.bodies)
+    for (const FloatingRobot::Look& look : b.looks) {
+      EXPECT_FALSE(look.visuals.empty()) << look.link;
+      ++looks;
+    }
+  for (const UrdfLink& link : urdf->links()) links += link.visuals.empty() ? 0 : 1;
+  EXPECT_EQ(looks, links);
+  EXPECT_GT(links, 20u);
+}
+
 TEST_F(WholeBody, ModelAgreesWithTheUrdf) {
   const auto model = make_dart_dynamics(robot);
   model->update(start);
