@@ -61,6 +61,11 @@ def drawn(found, seed):
             del left[name]
 
 
+def mistakes(places):
+    """Without those that would change nothing."""
+    return (place for place in places if place[1].is_a_mistake((ROOT / place[0]).read_text()))
+
+
 class Mutant:
     def __init__(self, name, mutation):
         self.name = name
@@ -240,7 +245,7 @@ def campaign(build, layers, chosen, seed, count, results, path, own=False):
         found, wide = sites(build, layers[name], mine)
         print(f"{name}: {sum(map(len, found.values()))} places; {wide} more in headers of more than "
               f"{MOST_OBJECTS} objects", flush=True)
-        queues[name] = (mine, drawn(found, f"{seed} {name}"))
+        queues[name] = (mine, mistakes(drawn(found, f"{seed} {name}")))
     explained = reasons()
     done = {name: [result for result in results if result["layer"] == name] for name in chosen}
     for name in chosen:  # those that were drawn before

@@ -54,6 +54,11 @@ class Operators(unittest.TestCase):
                           '"{} of 1 + 2", n + 1', '"a - b"', "/* n * 2 */", "std::vector<double> start"):
                 self.assertIn(words, mutation.apply(SOURCE))
 
+    def test_nothing_for_nothing_is_no_mistake(self):
+        text = "bool f(int n) {\n  if (n > 3) return false;\n  return n > 1;\n}\n"
+        returned = [m for m in operators.mutations(text) if m.operator == "returned constant"]
+        self.assertEqual([m.is_a_mistake(text) for m in returned], [False, True])
+
     def test_each_kind_is_made(self):
         after = {name: [b for _, b in self.changes(name)] for name in operators.OPERATORS}
         self.assertIn("if (n != 0) throw std::runtime_error(fmt::format(\"{} of 1 + 2\", n + 1));", after["relation"])

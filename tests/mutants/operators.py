@@ -23,6 +23,9 @@ TWINS |= {b: a for a, b in TWINS.items()}
 ASSIGNMENTS = {"=", "+=", "-=", "*=", "/=", "%=", "|=", "&="}
 CLOSING = {"(": ")", "[": "]", "{": "}"}
 
+# What a value returned without having been computed is already.
+NOTHINGS = ("false", "0", "0.0", "nullptr", "std::nullopt", "nullopt")
+
 OPERATORS = ("relation", "arithmetic", "sign", "constant", "off by one", "negated condition", "logic",
              "removed statement", "swapped min and max", "returned constant")
 
@@ -44,6 +47,11 @@ class Mutation:
 
     def apply(self, text):
         return text[:self.begin] + self.to + text[self.end:]
+
+    def is_a_mistake(self, text):
+        """Whether the program is another one: `return {}` for `return false` is the same."""
+        before = text[self.begin:self.end]
+        return self.operator != "returned constant" or before.removeprefix("return").strip() not in NOTHINGS
 
 
 def tokens_of(text):
