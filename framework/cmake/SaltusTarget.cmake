@@ -287,6 +287,11 @@ function(saltus_test name)
   add_executable(test_${name} ${T_SOURCES})
   target_link_libraries(test_${name} PRIVATE saltus_flags saltus_program_flags ${T_DEPENDS} GTest::gtest_main
                                              Eigen3::Eigen fmt::fmt)
+  if(NOT SALTUS_SANITIZE) # tests/support/count_allocations.cpp: operator new, in its shared library, has to find them
+    foreach(counted malloc calloc realloc aligned_alloc posix_memalign)
+      target_link_options(test_${name} PRIVATE -Wl,--export-dynamic-symbol=${counted})
+    endforeach()
+  endif()
   saltus_reuse(test_${name} ${SALTUS_TEST_HEADERS})
   saltus_compiled_fast(test_${name})
   set(seconds 300)

@@ -10,7 +10,8 @@ namespace {
 
 using namespace test;
 
-// Closed forms are asked for to 1e-12; the error of a whole flight is up to a hundred times that of a step.
+// Closed forms are asked for to 1e-12; the error of a whole flight is up to a hundred times that of
+// a step.
 const CvodesOptions tighter_options{
     .method = CvodesMethod::Adams, .tolerance = 2e-14, .absolute_tolerance = 1e-16};
 

@@ -1,10 +1,7 @@
 // Gauss-Legendre and Radau IIA: coefficients, measured orders, exact discrete derivatives,
-// stability, failures, cost.
+// stability, failures. What they cost is counted: scheme_instructions.cpp.
 #include "saltus/integrators/implicit_runge_kutta.hpp"
 
-#include <time.h>
-
-#include <limits>
 #include <string>
 
 #include "saltus/core/error.hpp"
@@ -226,51 +223,6 @@ TEST(ImplicitRungeKutta, RefusesWhatItIsNotMadeFor) {
   EXPECT_THROW(radau_iia({.stages = 2, .steps = 0}), DefinitionError);
   EXPECT_THROW(runge_kutta(gauss_legendre_tableau(2)), DefinitionError);  // not explicit
   EXPECT_EQ(radau_iia({.stages = 3, .steps = 4})->name(), "Radau IIA 5, 4 steps");
-}
-
-// --- cost ----------------------------------------------------------------------------------------
-double thread_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// What a solver asks for in one iteration: values, Jacobians and Hessians; the fastest of several
-// rounds.
-double cost_of(const IntegratorChoice& scheme) {
-  IntervalProblem problem;  // pendulum with a torque
-  problem.arguments = {2, 1, 0};
-  problem.dynamics = make_function<2, 1, 0>([](const auto&, const auto& x, const auto& u) {
-    return std::decay_t<decltype(x)>{x[1], u[0] - 9.81 * sin(x[0]) - 0.1 * x[1]};
-  });
-  const auto integrator = scheme->make(problem);
-  const VectorXd w = (VectorXd(5) << 0.7, -1.2, 0.4, 0.0, 0.05).finished();
-  const VectorXd weights = (VectorXd(2) << 0.3, -0.8).finished();
-  VectorXd end(2);
-  MatrixXd derivative(2, 5), hessian(5, 5);
-  double fastest = std::numeric_limits<double>::infinity();
-  for (int round = 0; round < 15; ++round) {
-    const double start = thread_seconds();
-    for (int i = 0; i < 300; ++i) {
-      integrator->value(w.data(), end.data());
-      integrator->jacobian(w.data(), end.data(), derivative);
-      integrator->hessian(w.data(), weights.data(), hessian, Curvature::exact);
-    }
-    fastest = std::min(fastest, thread_seconds() - start);
-  }
-  return fastest / 300.0;
-}
-
-TEST(ImplicitRungeKutta, CostsAtMostThreeTimesAnExplicitSchemeOfItsOrder) {
-#ifndef NDEBUG
-  GTEST_SKIP() << "measured where the compiler optimises";
-#endif
-  const double of_order_4 = cost_of(gauss_legendre({.stages = 2})) / cost_of(runge_kutta4());
-  const double of_order_8 = cost_of(gauss_legendre({.stages = 4})) / cost_of(runge_kutta8());
-  RecordProperty("order 4", std::to_string(of_order_4));
-  RecordProperty("order 8", std::to_string(of_order_8));
-  EXPECT_LE(of_order_4, 3.0);
-  EXPECT_LE(of_order_8, 3.0);
 }
 
 }  // namespace

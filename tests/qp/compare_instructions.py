@@ -4,7 +4,8 @@
 Usage: compare_instructions.py PROGRAM FILE [--write] [--of FUNCTION]
 
 Times depend on the machine and its load, instructions on compiler and sources alone. Compared as `saltus bench compare`
-does: more than the tolerance above the record is a failure (exit status 1); less is said, so that the record is renewed by --write. Without
+does: more than the tolerance above the record is a failure (exit status 1); less is said, so that the record is renewed by --write.
+So is a batch that takes more than so many times what another one takes, if the record has such bounds (at_most). Without
 valgrind or with another compiler than the record's nothing is compared (exit status 77).
 """
 
@@ -38,6 +39,16 @@ def count(program, batch, function):
     return int(found[1]), done.stdout.splitlines()[0]
 
 
+def dearer(bounds, found):
+    """Whether a batch takes more than it may beside another one."""
+    above = False
+    for batch, (most, other) in bounds.items():
+        ratio = found[batch] / found[other]
+        print(f"{batch}: {ratio:.2f} times what {other} takes, at most {most}")
+        above = above or ratio > most
+    return above
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program")
@@ -53,14 +64,15 @@ def main():
         counted, compiler = count(arguments.program, batch, arguments.of)
         if not arguments.write and compiler != record["compiler"]:
             skip(f"the record is of {record['compiler']}, this program of {compiler}")
-        print(f"{batch}: {counted / 1e6:.3f} M, on record {known[batch] / 1e6:.3f} M "
-              f"({counted / known[batch] - 1.0:+.1%})")
+        change = f" ({counted / known[batch] - 1.0:+.1%})" if known[batch] else ""
+        print(f"{batch}: {counted / 1e6:.3f} M, on record {known[batch] / 1e6:.3f} M{change}")
         found[batch] = counted
     if arguments.write:
         arguments.file.write_text(json.dumps({**record, "compiler": compiler, "instructions": found}, indent=2) + "\n")
         return
-    sys.exit(compare(counts(known, compiler, record["tolerance"]), counts(found, compiler, record["tolerance"]),
-                     sys.stdout))
+    above = dearer(record.get("at_most", {}), found)
+    worse = compare(counts(known, compiler, record["tolerance"]), counts(found, compiler, record["tolerance"]), sys.stdout)
+    sys.exit(1 if above else worse)
 
 
 if __name__ == "__main__":
