@@ -210,19 +210,20 @@ def rounds_of(layer, programs):
     return [[programs[test] for test in layer[which]] for which in ("tests", "later", "last")]
 
 
-def once_more(build, layers, chosen, results, path):
-    """Those that survived, with the tests of now."""
+def once_more(build, layers, chosen, results, path, own=False):
+    """Those that survived and have no reason to, with the tests of now."""
     scratch = scratch_of(build)
     programs = Programs(build, scratch)
+    explained = reasons()
     for result in results:
-        if result["status"] != "survived" or result["layer"] not in chosen:
+        if result["status"] != "survived" or result["layer"] not in chosen or key(result) in explained:
             continue
         mutant = found_again(result)
         if mutant is None:
             print(f"{result['file']}:{result['line']}  is written otherwise by now", flush=True)
             continue
         rounds = rounds_of(layers[result["layer"]], programs)
-        result["status"], result["by"] = judge(build, mutant, rounds, scratch)
+        result["status"], result["by"] = judge(build, mutant, rounds, scratch, 1 if own else None)
         print(f"{result['file']}:{result['line']}  {result['operator']}: {result['status']} {result['by']}", flush=True)
         write_results(path, results)
 
@@ -295,7 +296,7 @@ def read_arguments(words):
                         help="ask the layer's own programs only; --again asks all of them about what survives")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--resume", action="store_true", help="go on with what this seed has begun")
-    what.add_argument("--again", action="store_true", help="those of this seed that survived, with the tests of now")
+    what.add_argument("--again", action="store_true", help="those of this seed that survived and are not explained, with the tests of now")
     what.add_argument("--report", action="store_true", help="only print the table of what this seed has found")
     parser.add_argument("--only-parse", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args(words)
@@ -320,7 +321,7 @@ def main(words):
             write_results(path, results)
             print(f"seed {arguments.seed}, results in {path}", flush=True)
         if arguments.again:
-            once_more(Build(build_folder, work), layers, chosen, results, path)
+            once_more(Build(build_folder, work), layers, chosen, results, path, arguments.own)
         elif not arguments.report:
             campaign(Build(build_folder, work), layers, chosen, arguments.seed, arguments.count, results, path,
                      arguments.own)
