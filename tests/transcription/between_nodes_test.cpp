@@ -102,6 +102,7 @@ TEST(Refinement, SaysWhatWasReached) {
   phase.keep("ceiling", height, at_most(1.0 / 9.0));
   const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), *ipopt());
   EXPECT_TRUE(r.reached) << r.message;
+  EXPECT_EQ(r.message.find("integration"), std::string::npos) << r.message;  // it is exact
   EXPECT_LE(r.violations.back(), 1e-6);
   EXPECT_LE(r.solution.between_nodes->amount, 1e-6);
   EXPECT_NEAR(r.solution.cost, 4.0, 1e-6);
@@ -127,6 +128,24 @@ TEST(Refinement, OnlyWhereItIsNeeded) {
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_NEAR(r.solution.cost, 2.24, 1e-8);          // with a node at the top the ramps are exact
   EXPECT_EQ(r.intervals, (std::vector<int>{8, 5}));  // the third interval in four
+}
+
+// Where a window ends within a phase of free duration its intervals stay equal.
+TEST(Refinement, OfAFreeDurationWithAWindowDividesAllIntervals) {
+  Phase<2, 1> phase{"climb", Cart{}, between(0.6, 2.0)};
+  phase.minimise("effort", effort)
+      .minimise_at_end("time", [](auto t, const auto&) { return 0.1 * t; })
+      .keep("ceiling", height, at_most(0.1), Window{.to = 0.5})
+      .reach("there", height, exactly(1.0))
+      .guess_duration(1.0);
+  OptimalControlProblem ocp("climb");
+  ocp.start_at({0, 1}).then(phase).costs(CostRule::integrated);
+  const RefinedSolution r =
+      solve_refined(ocp, intervals(5), *ipopt(), {.tolerance = 1e-4, .rounds = 3});
+  EXPECT_TRUE(r.solution.ok()) << r.solution.message;
+  ASSERT_GT(r.violations.size(), 1u) << r.message;
+  EXPECT_LT(r.violations.back(), r.violations.front());
+  EXPECT_EQ(r.intervals.front() % 5, 0);
 }
 
 TEST(Refinement, OfWhatCannotBeSolvedSaysSo) {

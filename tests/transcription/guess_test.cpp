@@ -77,15 +77,17 @@ TEST(Guess, SimulatedGoesThroughJumps) {
 }
 
 TEST(Guess, OfInputsRespectsTheirBounds) {
-  Phase<1, 1> phase{"decay", Decay{}, exactly(1.0)};
-  phase.guess_input(Guess::constant(Vec<double, 1>{9.0}))
-      .bound_input(0, between(-1.0, 1.0))
-      .bound_input(0, exactly(0.0), Window{.to = 0.5});
-  OptimalControlProblem ocp("guess");
-  ocp.start_at({3}).then(phase);
-  const MultipleShooting shooting(ocp, ten);
-  EXPECT_EQ(shooting.initial_guess().w[shooting.layout().input(0, 0)], 0.0);
-  EXPECT_EQ(shooting.initial_guess().w[shooting.layout().input(0, 9)], 1.0);
+  for (const double sign : {1.0, -1.0}) {
+    Phase<1, 1> phase{"decay", Decay{}, exactly(1.0)};
+    phase.guess_input(Guess::constant(Vec<double, 1>{9.0 * sign}))
+        .bound_input(0, between(-1.0, 1.0))
+        .bound_input(0, exactly(0.0), Window{.to = 0.5});
+    OptimalControlProblem ocp("guess");
+    ocp.start_at({3}).then(phase);
+    const MultipleShooting shooting(ocp, ten);
+    EXPECT_EQ(shooting.initial_guess().w[shooting.layout().input(0, 0)], 0.0);
+    EXPECT_EQ(shooting.initial_guess().w[shooting.layout().input(0, 9)], sign);
+  }
 }
 
 OptimalControlProblem bouncing() {

@@ -1,7 +1,10 @@
 // Meshes of unequal intervals, and nodes through which an input is held.
 #include "saltus/transcription/mesh.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <string>
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
@@ -124,6 +127,25 @@ TEST(Mesh, HeldRampsGoOn) {
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_NEAR(s.cost, expected.cost, 1e-8 * expected.cost);
   EXPECT_THROW(shooting.stages(), DefinitionError);
+}
+
+TEST(Mesh, RampsGoOnOverHeldNodesAlone) {
+  // All intervals have one length.
+  const Mesh mesh = Mesh{.intervals = 3}.divided({{2, true}, {2, true}, {2, true}});
+  MultipleShooting shooting(cart(exactly(1.0), {}, InputParametrisation::piecewise_linear),
+                            on({mesh}));
+  const NonlinearProgram& nlp = shooting.nlp();
+  int found = 0;
+  for (int row = 0; row < nlp.rows(); ++row)
+    for (int node = 1; node < 6; ++node)
+      for (const char* what : {"slope", "continuity"}) {
+        const std::string name = fmt::format("{} at node {},", what, node);
+        if (nlp.describe_row(row).find(name) == std::string::npos) continue;
+        ++found;
+        EXPECT_EQ(nlp.row_upper()[row], node % 2 == 1 ? 0.0 : infinity) << name;
+        EXPECT_EQ(nlp.row_lower()[row], -nlp.row_upper()[row]) << name;
+      }
+  EXPECT_EQ(found, 10);
 }
 
 TEST(Mesh, AnEventEndsWhatIsHeld) {

@@ -63,6 +63,38 @@ TEST(PlanShift, OnItsOwnGridAPlanIsItself) {
   EXPECT_LT(kkt_residual(walk.nlp(), n.guess).scaled(), 1e-8);
 }
 
+// Slacks and what holds them too.
+TEST(PlanShift, SlacksMoveWithTheirInstants) {
+  for (const Penalty& penalty :
+       {soft("slow", 0.4), soft("slow", 2.0, Penalty::L2), huber("slow", 0.4, 0.1)}) {
+    Phase<2, 1> phase{"drive", Cart{}, exactly(1.0)};
+    phase.minimise("effort", effort)
+        .keep("slow", speed, between(-0.1, 0.2), {}, penalty)
+        .reach("there", position, exactly(0.25));
+    OptimalControlProblem ocp("cart");
+    ocp.start_at(Vec<double, 2>(0.0, 0.0)).then(phase);
+    MultipleShooting cart(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+    const Moved m = move_on(cart, 0.1);  // by one interval
+    double change = 0.0;
+    for (const auto& to : cart.program().row_instances())
+      for (const auto& from : cart.program().row_instances())
+        for (const auto slacks :
+             {&shooting::RowInstance::slack_below, &shooting::RowInstance::slack_above,
+              &shooting::RowInstance::slack_free}) {
+          const int node = to.block.point.node;
+          if (to.slack_below.empty() || node < 1 || node >= 9 ||
+              from.block.point.node != node + 1 || from.term != to.term)
+            continue;
+          const int a = (to.*slacks)[0], b = (from.*slacks)[0];
+          if (a < 0) continue;
+          EXPECT_NEAR(m.guess.w[a], m.plan.point.w[b], 1e-9) << node;
+          EXPECT_NEAR(m.guess.z[a], m.plan.point.z[b], 1e-9) << node;
+          change = std::max(change, std::abs(m.guess.z[a] - m.plan.point.z[a]));
+        }
+    EXPECT_GT(change, 1e-3);  // it tells the two from each other
+  }
+}
+
 TEST(PlanShift, TheHorizonIsTheSameUntilAnEventEntersIt) {
   MultipleShooting walk = walking_problem(walking_schedule());
   PlanShift shift(walk.program());

@@ -63,6 +63,18 @@ TEST(SoftEnd, BothSidesAreSoft) {
   EXPECT_NEAR(s.trajectory.final_state()[0], 2.0, 1e-7);
 }
 
+// A running penalty is per unit of time: where none is left of its window there is none.
+TEST(SoftRunning, AWindowThatBeginsWithTheEndCostsNothing) {
+  Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
+  phase.track("effort", input, Vec<double, 1>{1.0})
+      .keep("low", state, at_most(0.0), Window{.from = event("impact")}, soft("low", 3.0));
+  MultipleShooting shooting(with_impact(phase, 0.9), ten);
+  const auto cost = [&] { return solve(shooting, *make_ipopt({.tolerance = 1e-10})).cost; };
+  EXPECT_GT(cost(), 0.1);  // 0.3 of weight for a last tenth of a second
+  shooting.retime("impact", 1.0);
+  EXPECT_NEAR(cost(), 0.0, 1e-9);
+}
+
 // --- Huber --------------------------------------------------------------------------------------
 
 enum class Method { ipopt, riccati };

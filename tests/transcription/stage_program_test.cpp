@@ -198,6 +198,11 @@ class Pair {
   // The start alone moves: no other number is written again.
   void compare_after_start(const VectorXd& start) {
     shooting_.start_at(shooting_.data().start_time, start);
+    compare_bounds();
+  }
+
+  // The model is the one made last, bounds are those of now.
+  void compare_bounds() {
     direct_.fill();
     model_.update_bounds(program_);
     ASSERT_EQ(map_.fill(model_.qp()), StageFill::filled);
@@ -242,6 +247,16 @@ TEST(StageProgram, IsTheSparseModelInStagesWhereverEventsStand) {
     }
     shooting.set_penalty_weight("power", 7.0);
     pair.compare(!nonlinear);
+  }
+}
+
+TEST(StageProgram, BoundsOfNowAreThoseOfTheStages) {
+  MultipleShooting shooting = with_globals();
+  Pair pair(shooting);
+  pair.compare(false);
+  for (const double most : {1.8, 1.1}) {
+    shooting.set_remaining(between(0.8, most), unbounded());
+    pair.compare_bounds();
   }
 }
 
