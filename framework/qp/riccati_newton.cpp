@@ -37,6 +37,7 @@ class RiccatiNewton final : public NewtonSystem {
         diagonal_(VectorXd::Zero(rows.cols())),
         row_weights_(VectorXd::Zero(rows.rows())),
         condensed_(VectorXd::Zero(rows.rows())),
+        start_part_(VectorXd::Zero(rows.rows())),
         soft_(rows.rows(), 0),
         is_fixed_(rows.cols(), 0) {
     const qp::PackedQp::Capacity& most = system_.packed().capacity;
@@ -146,6 +147,7 @@ class RiccatiNewton final : public NewtonSystem {
       step_.hessian[diagonal_slot_[v]] += condensed_[row] * c * c;
     }
     step_.gradient.setZero();
+    cost_slacks();
     if (!fill()) return false;
     // Weights travel as multipliers do, with the sign of a side that exists.
     point_.w.setZero();
@@ -174,6 +176,7 @@ class RiccatiNewton final : public NewtonSystem {
         condensed_rr[s.row] -= step_.rows[s.entry] * rw[s.variable] / slack_curvature_[k];
     }
     step_.gradient = rw;
+    add_start_to(condensed_rr);
     for (int i = 0; i < m; ++i) {
       if (is_equality_[i]) {
         step_.row_lower[i] = step_.row_upper[i] = -condensed_rr[i];
@@ -183,7 +186,7 @@ class RiccatiNewton final : public NewtonSystem {
       for (int e = rows.row_begin(i); e < rows.row_end(i); ++e)
         step_.gradient[rows.col(e)] += step_.rows[e] * pull;
     }
-    for (const Slack& s : slacks_) step_.gradient[s.variable] = 1.0;
+    cost_slacks();
     if (fill()) {
       system_.evaluate(zero_v_.data(), zero_y_.data(), zero_side_.data(), gradient_.data(),
                        equality_.data(), side_.data());
@@ -199,7 +202,7 @@ class RiccatiNewton final : public NewtonSystem {
     for (int i = 0; i < m; ++i) {
       dlambda[i] = is_equality_[i] ? point_.lambda[i] : 0.0;
       if (is_equality_[i]) continue;
-      double change = condensed_rr[i];
+      double change = condensed_rr[i] - start_part_[i];
       for (int e = rows.row_begin(i); e < rows.row_end(i); ++e)
         change += step_.rows[e] * dw[rows.col(e)];
       dlambda[i] = condensed_[i] * change;
@@ -211,6 +214,30 @@ class RiccatiNewton final : public NewtonSystem {
             -(rw[s.variable] + step_.rows[s.entry] * dlambda[s.row]) / slack_curvature_[k];
     }
     give_start_multipliers(rw, dw, dlambda);
+  }
+
+  // Rows whose violation costs nothing restrict nothing, and would have no weight.
+  void cost_slacks() {
+    for (const Slack& s : slacks_) step_.gradient[s.variable] = 1.0;
+  }
+
+  // Of a given start the step is known, and no variable of the recursion: what its first rows have
+  // of it is part of their right-hand sides.
+  void add_start_to(VectorXd& rr) {
+    start_part_.setZero();
+    if (!map_.stages().fixed_start || map_.stages().stages.size() != structure_.stages.size())
+      return;
+    const SparsityPattern& rows = step_.row_pattern;
+    const StageStructure::Stage& first = structure_.stages.front();
+    for (std::size_t k = 0; k < first.states.size(); ++k) {
+      const int start = structure_.start_rows[k], v = first.states[k];
+      const double dx = -rr[start] / step_.rows[rows.find(start, v)];
+      for (const std::vector<int>& group : first.groups)
+        for (const int row : group)
+          if (const int e = rows.find(row, v); e >= 0 && !is_equality_[row])
+            start_part_[row] += step_.rows[e] * dx;
+    }
+    rr += start_part_;
   }
 
   bool fill() {
@@ -252,6 +279,7 @@ class RiccatiNewton final : public NewtonSystem {
   VectorXd diagonal_;     // of H
   VectorXd row_weights_;  // work space
   VectorXd condensed_;    // weights of the rows, slacks eliminated
+  VectorXd start_part_;   // of J dw: what the step of a given start is to the rows of its stage
   std::vector<char> soft_, is_fixed_, is_equality_;
   std::vector<Slack> slacks_;
   std::vector<double> slack_curvature_;

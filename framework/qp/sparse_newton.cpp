@@ -143,8 +143,10 @@ class SparseNewton final : public NewtonSystem {
       if (!is_fixed_[j]) has_free_[i] = 1;
     });
     for (int i = 0; i < n_; ++i) pivoting_->set(diagonal_slot_[i], weighted_[i]);
+    // An equation of fixed variables alone would leave a row of zeros.
     for (int i = 0; i < m_; ++i)
-      pivoting_->set(diagonal_slot_[n_ + i], has_free_[i] ? weighted_[n_ + i] : -1.0);
+      pivoting_->set(diagonal_slot_[n_ + i],
+                     has_free_[i] || weighted_[n_ + i] < 0.0 ? weighted_[n_ + i] : -1.0);
     return pivoting_->factor(pivot_threshold) && pivoting_->negative() == m_;
   }
 

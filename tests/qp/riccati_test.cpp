@@ -280,6 +280,31 @@ TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
   }
 }
 
+// The same numbers on other inputs of a group are other rows.
+TEST(RiccatiSolver, EqualRowsOnOtherInputsOfAGroupAreOthers) {
+  constexpr int groups = 2, size = 3, nx = 4;
+  for (int seed = 1; seed <= 20; ++seed) {
+    StageQp qp = program_with_groups(groups, seed);
+    for (int k = 0; k < qp.intervals(); ++k)
+      for (int g = 0; g < groups; ++g) {
+        RowGroup& rows = qp.stages[k].groups[g];
+        const int first = nx + g * size + k % 2;
+        rows.columns = {first, first + 1};
+        rows.M = qp.stages[0].groups[g].M;
+      }
+    StageQp plain_qp = qp;
+    for (Stage& s : plain_qp.stages) s.resultant_size = 0;
+    StagePoint a, b;
+    const QpResult with_resultant = solve_cold(qp, a), without = solve_cold(plain_qp, b);
+    ASSERT_EQ(without.status, QpStatus::optimal) << seed;
+    ASSERT_EQ(with_resultant.status, QpStatus::optimal) << seed;
+    EXPECT_NEAR(with_resultant.objective, without.objective,
+                required * (1.0 + std::abs(without.objective)))
+        << seed;
+    EXPECT_LE(kkt_residual(plain_qp, a).largest(), required * multiplier_scale(a)) << seed;
+  }
+}
+
 // Rows fill vectors: what a solve before had behind them must not be read.
 TEST(RiccatiSolver, FewerEqualitiesThanBeforeLeaveNothingBehind) {
   constexpr int nx = 2, nu = 5, intervals = 3;

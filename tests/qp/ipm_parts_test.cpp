@@ -1,0 +1,172 @@
+// Parts of the interior-point method by themselves, on programs of one or two variables.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "saltus/qp/ipm_certificates.hpp"
+#include "saltus/qp/ipm_start.hpp"
+#include "saltus/qp/riccati_system.hpp"
+#include "saltus/qp/sparse_system.hpp"
+#include "tests/support/random_qp.hpp"
+
+namespace saltus::qp {
+namespace {
+
+constexpr double rounding = 1e-12;       // of a few operations on numbers of order one
+constexpr double regularisation = 1e-9;  // of a sparse factor, after refinement
+
+// min 1/2 hessian v'v + gradient'v with bounds, each variable for itself.
+SparseQp bounds_alone(const VectorXd& hessian, const VectorXd& gradient) {
+  std::vector<std::pair<int, int>> diagonal;
+  for (int i = 0; i < hessian.size(); ++i) diagonal.emplace_back(i, i);
+  const int n = static_cast<int>(hessian.size());
+  SparseQp qp(SparsityPattern::from_pairs(n, n, diagonal), SparsityPattern::from_pairs(0, n, {}));
+  qp.hessian = hessian;
+  qp.gradient = gradient;
+  return qp;
+}
+
+struct Loaded {
+  explicit Loaded(const SparseQp& qp)
+      : system(qp.hessian_pattern, qp.row_pattern),
+        point(padded(qp.variables()), 0, system.max_sides()),
+        work(system.max_sides()),
+        gradient(system.max_variables()),
+        equality(0) {
+    EXPECT_TRUE(system.load(qp));
+  }
+  SparseSystem system;
+  Iterate point;
+  AlignedArray work, gradient, equality;
+};
+
+// --- where it begins ----------------------------------------------------------------------------
+
+// min 1/2 v^2 with v >= 1. In between v = 1/2 misses by 1/2; slacks are shifted by 3/4, then by
+// half of the products over the multipliers, and multipliers likewise.
+TEST(LeastSquaresStart, IsMehrotras) {
+  SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
+  qp.lower[0] = 1.0;
+  Loaded at(qp);
+  ASSERT_TRUE(at.system.factor(at.system.active()));
+  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
+  EXPECT_NEAR(at.point.v[0], 0.5, regularisation);
+  EXPECT_NEAR(at.point.s[0], 0.25 + 0.125, regularisation);
+  EXPECT_NEAR(at.point.lambda[0], 0.5 + 0.25, regularisation);
+}
+
+// v = 1/4 has 1/4 of room: multipliers are shifted by 3/8.
+TEST(LeastSquaresStart, WithRoomShiftsMultipliers) {
+  SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(-0.5));
+  qp.lower[0] = 0.0;
+  Loaded at(qp);
+  ASSERT_TRUE(at.system.factor(at.system.active()));
+  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
+  EXPECT_NEAR(at.point.v[0], 0.25, regularisation);
+  const double products = 0.25 * 0.125;
+  EXPECT_NEAR(at.point.s[0], 0.25 + 0.5 * products / 0.125, regularisation);
+  EXPECT_NEAR(at.point.lambda[0], 0.125 + 0.5 * products / 0.25, regularisation);
+}
+
+// Where nothing is missed and nothing has room something positive is left of both.
+TEST(LeastSquaresStart, OnItsSideIsInsideByALittle) {
+  SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
+  qp.lower[0] = 0.0;
+  Loaded at(qp);
+  ASSERT_TRUE(at.system.factor(at.system.active()));
+  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
+  EXPECT_NEAR(at.point.s[0], 1e-2, rounding);
+  EXPECT_NEAR(at.point.lambda[0], 1e-2, rounding);
+}
+
+// Products are the barrier; on soft sides violation and slack explain the gap, and multipliers are
+// in balance with the slope of the penalty, or their own product is the barrier.
+TEST(StartAtGuess, IsOnTheCentralPathAsFarAsItCan) {
+  constexpr double barrier = 1e-2, least = 0.1;
+  int balanced = 0, soft = 0;
+  for (int seed = 1; seed <= 40; ++seed) {
+    const auto random = saltus::testing::random_qp(seed, {.soft_rows = 1.0});
+    RiccatiSystem system(random.qp, {});
+    ASSERT_TRUE(system.pack(random.qp));
+    Iterate p(system.variables(), system.equalities(), system.sides());
+    AlignedArray work(system.sides()), values(system.sides());
+    pack_point(random.qp, random.optimum, system.packed(), false, p.v.data(), nullptr, nullptr);
+    start_at_guess(system, barrier, p, work);
+    system.multiply(p.v.data(), values.data());
+    for (int i = 0; i < system.sides(); ++i) {
+      if (system.active()[i] == 0.0) {
+        EXPECT_EQ(p.s[i], 1.0);
+        EXPECT_EQ(p.lambda[i], 0.0);
+        continue;
+      }
+      const double gap = values[i] - system.beta()[i];
+      EXPECT_NEAR(p.s[i] * p.lambda[i], barrier, rounding);
+      EXPECT_GE(p.s[i], least);
+      if (i < system.first_soft()) {
+        EXPECT_EQ(p.s[i], std::max(gap, least));
+        continue;
+      }
+      ++soft;
+      EXPECT_GE(p.t[i], least);
+      EXPECT_NEAR(gap + p.t[i], p.s[i], rounding * (1.0 + std::abs(gap)));
+      const double slope = system.l1()[i] + system.l2()[i] * p.t[i];
+      if (slope - p.lambda[i] > barrier / p.t[i]) {
+        ++balanced;
+        EXPECT_NEAR(p.lambda[i] + p.tau[i], slope, rounding * (1.0 + slope));
+      } else {
+        EXPECT_NEAR(p.t[i] * p.tau[i], barrier, rounding);
+      }
+    }
+  }
+  EXPECT_GT(balanced, 20);
+  EXPECT_GT(soft - balanced, 0);
+}
+
+// --- proofs that there is no solution -----------------------------------------------------------
+
+// One variable between two sides that exclude one another, whatever it costs.
+TEST(Certificates, TwoSidesThatExcludeOneAnotherAreOne) {
+  for (const double cost : {0.0, 1.0, 1e3}) {
+    SparseQp qp(SparsityPattern::from_pairs(1, 1, {{0, 0}}),
+                SparsityPattern::from_pairs(2, 1, {{0, 0}, {1, 0}}));
+    qp.hessian << 1.0;
+    qp.gradient << cost;
+    qp.rows << 1.0, 1.0;
+    qp.row_lower << 1.0, -infinity;
+    qp.row_upper << infinity, 0.5;
+    Loaded at(qp);
+    CertificateSpace space(at.system.variables(), 0, at.system.sides());
+    AlignedArray v(at.system.variables()), y(0), lambda(at.system.sides());
+    v[0] = 0.25;
+    lambda[0] = lambda[1] = 2.0;
+    EXPECT_TRUE(is_infeasible(at.system, v, y, lambda, space)) << cost;
+    EXPECT_EQ(space.best_lambda[0], 2.0);
+    // One side alone proves nothing, nor does a multiplier that pulls.
+    lambda[1] = 0.0;
+    EXPECT_FALSE(is_infeasible(at.system, v, y, lambda, space)) << cost;
+    lambda[1] = -2.0;
+    EXPECT_FALSE(is_infeasible(at.system, v, y, lambda, space)) << cost;
+  }
+}
+
+TEST(Certificates, FarAwayDownhillWithoutCurvatureIsUnbounded) {
+  const auto is_unbounded_at = [](double gradient, double hessian, double upper, double at_v) {
+    SparseQp qp = bounds_alone(Vec<double, 1>(hessian), Vec<double, 1>(gradient));
+    qp.upper[0] = upper;
+    Loaded at(qp);
+    CertificateSpace space(at.system.variables(), 0, at.system.sides());
+    AlignedArray v(at.system.variables());
+    v[0] = at_v;
+    return is_unbounded(at.system, v, space);
+  };
+  EXPECT_TRUE(is_unbounded_at(-1.0, 0.0, infinity, 1e7));
+  EXPECT_TRUE(is_unbounded_at(1.0, 0.0, 2.0, -1e7));
+  EXPECT_FALSE(is_unbounded_at(-1.0, 0.0, infinity, 1e5));   // not far
+  EXPECT_FALSE(is_unbounded_at(1.0, 0.0, infinity, 1e7));    // uphill
+  EXPECT_FALSE(is_unbounded_at(-1.0, 1e-3, infinity, 1e7));  // it bends up
+  EXPECT_FALSE(is_unbounded_at(-1.0, 0.0, 2.0, 1e7));        // a side is in the way
+}
+
+}  // namespace
+}  // namespace saltus::qp
