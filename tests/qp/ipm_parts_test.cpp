@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "saltus/qp/ipm_certificates.hpp"
+#include "saltus/qp/ipm_convergence.hpp"
+#include "saltus/qp/ipm_residuals.hpp"
 #include "saltus/qp/ipm_start.hpp"
 #include "saltus/qp/riccati_system.hpp"
 #include "saltus/qp/sparse_system.hpp"
@@ -121,6 +123,68 @@ TEST(StartAtGuess, IsOnTheCentralPathAsFarAsItCan) {
   }
   EXPECT_GT(balanced, 20);
   EXPECT_GT(soft - balanced, 0);
+}
+
+// Of a side with hardly any multiplier the slack becomes a tenth of its row, of one with a large
+// multiplier three times the barrier over it.
+TEST(WarmStart, SlacksAreAsLargeAsTheBarrierAndTheRowLet) {
+  for (const double row : {0.1, 1.0, 5.0}) {
+    SparseQp qp(SparsityPattern::from_pairs(1, 1, {{0, 0}}),
+                SparsityPattern::from_pairs(1, 1, {{0, 0}}));
+    qp.hessian << 1.0;
+    qp.rows << row;
+    qp.row_lower << 2.0 * row;
+    qp.row_upper << infinity;
+    Loaded at(qp);
+    AlignedArray values(at.system.sides()), size(at.system.sides());
+    values[0] = 2.0 * row;
+    constexpr double barrier = 1e-2;
+    at.point.lambda[0] = 1e-9;
+    start_warm(at.system, barrier, values, at.point, size);
+    EXPECT_NEAR(at.point.s[0], 0.1 * row, rounding);
+    EXPECT_NEAR(at.point.s[0] * at.point.lambda[0], barrier, rounding);
+    at.point.lambda[0] = 10.0;
+    start_warm(at.system, barrier, values, at.point, size);
+    const double grown = std::max(barrier, 3e-4 * 10.0 * row);  // with the multiplier of the row
+    EXPECT_NEAR(at.point.s[0], std::min(3.0 * grown / 10.0, 0.1 * row), rounding);
+    EXPECT_EQ(at.point.lambda[0], 10.0);
+    values[0] = 3.0 * row;  // farther inside it stays there
+    start_warm(at.system, barrier, values, at.point, size);
+    EXPECT_NEAR(at.point.s[0], row, rounding);
+  }
+}
+
+// --- where it ends ------------------------------------------------------------------------------
+
+// min 1/2 |v|^2 with v_i >= level - slack: level is the multiplier, and each leaves a product. What
+// all of them leave counts relative to the cost, where that is large.
+bool is_reached(double level, double product) {
+  constexpr int n = 100;
+  SparseQp qp = bounds_alone(VectorXd::Ones(n), VectorXd::Zero(n));
+  const double slack = product / level;
+  qp.lower.setConstant(level - slack);
+  Loaded at(qp);
+  for (int i = 0; i < n; ++i) {
+    at.point.v[i] = at.point.lambda[i] = level;
+    at.point.s[i] = slack;
+  }
+  for (int i = n; i < at.system.sides(); ++i) at.point.s[i] = 1.0;
+  for (int i = 0; i < at.system.sides(); ++i) at.point.t[i] = at.point.tau[i] = 1.0;
+  ResidualTracker<SparseSystem> residuals(at.system.variables(), 0, at.system.sides());
+  Convergence<SparseSystem> convergence(at.system.variables(), 0, at.system.sides());
+  residuals.reset(at.system);
+  convergence.reset(/*tolerance=*/1e-8);
+  convergence.weigh_multipliers(at.system, at.point);
+  residuals.evaluate(at.system, at.point);
+  residuals.follow(at.system, at.point, 1.0, convergence.acceptable());
+  return convergence.reached(at.system, at.point, residuals);
+}
+
+TEST(Convergence, TheGapCountsRelativeToTheCost) {
+  EXPECT_TRUE(is_reached(1.0, 9e-11));   // a gap of 9e-9 of a cost of 50
+  EXPECT_FALSE(is_reached(0.1, 9e-11));  // and of one of 0.5
+  EXPECT_TRUE(is_reached(0.1, 2e-11));
+  EXPECT_FALSE(is_reached(1.0, 2e-10));  // each one by itself is too large
 }
 
 // --- proofs that there is no solution -----------------------------------------------------------

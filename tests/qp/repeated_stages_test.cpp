@@ -197,6 +197,36 @@ TEST(AlmostRepeatedStages, AreNotTakenForTheOneBefore) {
   for (int seed = 1; seed <= programs; ++seed) expect_optimum(almost_repeated_stages(seed), seed);
 }
 
+// The same rows in stages of other sizes: where their entries go in a stage is the stage's own.
+TEST(RowsThatRepeat, InStagesOfOtherSizesHavePlacesOfTheirOwn) {
+  constexpr int nx = 7;
+  for (int seed = 1; seed <= 40; ++seed) {
+    Random random(seed);
+    const auto inputs = [&](int k) { return 1 + k % 2 * (seed % 3 + 1); };
+    std::vector<StageCapacity> capacity;
+    for (int k = 0; k < 8; ++k) capacity.push_back({nx, inputs(k), {{2, 2, false}}});
+    capacity.push_back({nx, 0, {}});
+    StageQp qp(capacity);
+    const MatrixXd rows = random.matrix(2, 2);
+    for (int k = 0; k <= 8; ++k) {
+      Stage& s = qp.stages[k];
+      s.Q.setIdentity();
+      s.q = random.vector(nx);
+      if (k == 8) break;
+      s.R.setIdentity();
+      s.A = 0.5 * random.matrix(nx, nx);
+      s.B = random.matrix(nx, inputs(k));
+      if (k == 0) continue;  // the start is given
+      RowGroup& g = s.groups[0];
+      g.rows = 2;
+      g.columns = {2, 5};
+      g.M = rows;
+      g.upper.setConstant(0.05);
+    }
+    expect_optimum(qp, seed);
+  }
+}
+
 TEST(QpStatus, EachHasASentenceOfItsOwn) {
   std::set<std::string> sentences;
   for (const QpStatus status :

@@ -64,6 +64,25 @@ TEST(SparseIndefinite, SolvesAndCountsNegativeEigenvalues) {
   }
 }
 
+// Pivots count relative to their rows and columns.
+TEST(SparseIndefinite, UnitsDoNotDecideWhatIsSingular) {
+  Random random(3);
+  for (const double unit : {1e-20, 1.0, 1e20}) {
+    Saddle saddle(random, 12, 4);
+    const VectorXd right = random.vector(16);
+    VectorXd expected = right, x = right;
+    SparseIndefinite plain = saddle.factor();
+    ASSERT_TRUE(plain.factor(1e-2));
+    plain.solve(expected.data());
+    for (double& value : saddle.values) value *= unit;
+    SparseIndefinite factor = saddle.factor();
+    ASSERT_TRUE(factor.factor(1e-2)) << unit;
+    EXPECT_EQ(factor.negative(), plain.negative()) << unit;
+    factor.solve(x.data());
+    EXPECT_LT((unit * x - expected).norm(), 1e-9 * expected.norm()) << unit;
+  }
+}
+
 TEST(SparseIndefinite, SaysThatRowsDependOnOneAnother) {
   // x0 + x1 twice.
   const SparsityPattern pattern = SparsityPattern::from_pairs(

@@ -2,8 +2,13 @@
 #include "saltus/qp/sparse_system.hpp"
 
 #include <gtest/gtest.h>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
 
 #include <Eigen/Dense>
+#include <utility>
+#include <vector>
 
 #include "saltus/qp/kkt_system.hpp"
 #include "tests/support/count_allocations.hpp"
@@ -192,6 +197,23 @@ TEST(SparseSystem, APoorFactorIsReplacedByABetterOne) {
   // Of the part that refinement leaves: it ends where the residual is rounding of its terms.
   EXPECT_NEAR(a.dv[1] * small, 1.0, 1e-3);
 }
+
+#if defined(__GLIBC__)
+// What CHOLMOD holds is given back: a leak of a factor each would be 300 kB.
+TEST(SparseLdl, GivesItsMemoryBack) {
+  constexpr int n = 200;
+  std::vector<std::pair<int, int>> diagonal;
+  for (int i = 0; i < n; ++i) diagonal.emplace_back(i, i);
+  const SparsityPattern pattern = SparsityPattern::from_pairs(n, n, diagonal);
+  const auto in_use = [&](int rounds) {
+    for (int i = 0; i < rounds; ++i)
+      const qp::SparseLdl ldl(pattern, std::vector<signed char>(n, 1));
+    return mallinfo2().uordblks;
+  };
+  const std::size_t before = in_use(1);
+  EXPECT_LT(in_use(50), before + 10000);
+}
+#endif
 
 TEST(SparseLdl, SignsOfThePivotsAreChecked) {
   qp::SparseLdl ldl(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}}), {1, -1});

@@ -170,6 +170,16 @@ TEST(StageMap, NamesWhatDoesNotFit) {
   Small twice;
   twice.structure.globals = {1};
   EXPECT_NE(refusal(twice).find("variable 1 is named twice"), std::string::npos);
+  Small resultants;
+  const auto refuses = [&](int first, int size) {
+    resultants.structure.stages[0].resultants = {first};
+    resultants.structure.stages[0].resultant_size = size;
+    return refusal(resultants).find("names inputs that do not exist") != std::string::npos;
+  };
+  EXPECT_FALSE(refuses(0, 1));
+  EXPECT_TRUE(refuses(0, 0));
+  EXPECT_TRUE(refuses(-1, 1));
+  EXPECT_TRUE(refuses(1, 1));
   Small early;  // the row on u stands before u does
   early.structure.stages[1].inputs = {1};
   early.structure.stages[0].inputs.clear();
@@ -209,6 +219,21 @@ TEST(StageMap, TwoVariablesCarriedAsOneStateAreRefusedWhileBothAre) {
   entry(2, 1) = 0.0;
   EXPECT_EQ(map.fill(small.qp), StageFill::filled);
   EXPECT_EQ(map.stages().stages[1].nx, 1);
+}
+
+// Also where it is the first entry of the Hessian.
+TEST(StageMap, AStateIsCarriedWhileItsCostMeetsALaterOne) {
+  Small small;
+  small.qp = SparseQp(SparsityPattern::from_pairs(3, 3, {{2, 0}, {2, 2}}), small.qp.row_pattern);
+  small.qp.rows << 1.0, -1.0, -1.0, 1.0, 1.0;
+  small.qp.row_lower << 0.5, 0.0, -1.0;
+  small.qp.row_upper << 0.5, 0.0, 1.0;
+  StageMap map(small.qp, small.structure);
+  for (const double entry : {0.1, 0.0, 0.2}) {
+    small.qp.hessian << entry, 1.0;
+    EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+    EXPECT_EQ(map.stages().stages[1].nx, entry == 0.0 ? 1 : 2);
+  }
 }
 
 TEST(StageMap, DynamicsThatAreNoEqualityAreRefused) {

@@ -106,6 +106,22 @@ TEST(Links, AllSolversFindTheSameOptimum) {
   }
 }
 
+// Of a name that an earlier phase has it goes on from where that one left it.
+TEST(Integral, GoesOnOverPhases) {
+  Phase<1, 1> first{"first", Velocity{}, exactly(1.0)}, second{"second", Velocity{}, exactly(1.0)};
+  first.minimise("effort", effort).bound_integral("distance", first_state, at_most(100.0));
+  second.minimise("effort", effort).bound_integral("distance", first_state, exactly(3.0));
+  OptimalControlProblem ocp("integral");
+  ocp.start_at({1}).then(first).then(second);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
+  ASSERT_TRUE(s.ok()) << s.message;
+  double distance = 0.0;  // of a speed that is linear in each interval
+  for (const TrajectoryPiece& p : s.trajectory.pieces())
+    distance += 0.5 * p.length * (p.state[0] + p.end_state[0]);
+  EXPECT_NEAR(distance, 3.0, 1e-8);
+}
+
 // The value that is reported is the integral along the plan, and the guess has it.
 TEST(Integral, IsWhatThePlanAddsUpTo) {
   Phase<1, 1> phase{"push", Velocity{}, exactly(2.0)};

@@ -219,6 +219,22 @@ TEST(PlanShift, MultipliersMoveWithTheirInstants) {
   EXPECT_GE(pressed, 2);  // nodes at the largest speed
 }
 
+TEST(PlanShift, AcrossAJumpThePlanDoesNotGoOn) {
+  Phase<1, 1> down{"down", Velocity{}, exactly(0.5)}, up{"up", Velocity{}, exactly(0.5)};
+  for (auto* phase : {&down, &up})
+    phase->track("effort", input, Vec<double, 1>{1.0}).track("state", state, Vec<double, 1>{1.0});
+  OptimalControlProblem ocp("bounce");
+  ocp.start_at({1}).then(down).then(
+      up, jump<1>("flip", [](const auto&, const auto& x) { return -0.5 * x[0]; }));
+  MultipleShooting shooting(ocp, ten);
+  const Moved m = move_on(shooting, 0.1);  // by two intervals
+  const Layout& layout = shooting.layout();
+  const double end = m.plan.point.w[layout.state(0, 10)];
+  EXPECT_GT(end, 0.1);
+  for (const int node : {8, 9, 10}) EXPECT_NEAR(m.guess.w[layout.state(0, node)], end, 1e-9);
+  EXPECT_NEAR(m.guess.w[layout.state(1, 0)], m.plan.point.w[layout.state(1, 2)], 1e-9);
+}
+
 TEST(PlanShift, AFreePhaseThatIsOverIsAsShortAsItMayBe) {
   MultipleShooting car = gears();
   const Solution plan = solve(car, *sqp());

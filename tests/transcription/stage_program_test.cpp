@@ -258,6 +258,10 @@ TEST(StageProgram, BoundsOfNowAreThoseOfTheStages) {
     shooting.set_remaining(between(0.8, most), unbounded());
     pair.compare_bounds();
   }
+  pair.compare(false);
+  // A start that was free within bounds is measured.
+  shooting.start_at(shooting.data().start_time, Vec<double, 2>{0.7, 0.2});
+  pair.compare_bounds();
 }
 
 TEST(StageProgram, HasGlobalsRampsAndClosings) {
