@@ -103,7 +103,8 @@ IntegrationStatus HybridIntegrator::choose_mode() {
     for (std::size_t k = 0; k < modes_[m].guards.size(); ++k) {
       const GuardSample& g = samples_[k];
       sides_[k] = g.value < 0.0 ? GuardSide::inside : GuardSide::returning;
-      if (sides_[k] == GuardSide::returning && !(g.rate < 0.0 && !g.is_tangent())) returns = false;
+      if (sides_[k] == GuardSide::inside) continue;
+      returns = returns && std::isfinite(g.value) && g.rate < 0.0 && !g.is_tangent();
     }
     if (!returns) continue;
     mode_ = m;
