@@ -1,9 +1,12 @@
 // CVODES on problems with known answers: stiff, orbital, and its sensitivities.
 #include "saltus/integrators/cvodes.hpp"
 
+#include <malloc.h>
+
 #include "problems/library/initial_value_problems.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/integrators/sundials_support.hpp"
 #include "tests/integrators/support.hpp"
 
 namespace saltus {
@@ -126,6 +129,31 @@ TEST(Cvodes, RefinedIsAHundredTimesAsAccurateAsFarAsRoundingAllows) {
   EXPECT_EQ(refined(1e-12), "CVODES BDF, tolerance 1e-13");
   EXPECT_EQ(refined(2e-14), "CVODES BDF, tolerance 2e-14");
 }
+
+// By which a sensitivity is judged: states by their typical size, parameters and the length by what
+// they are. When an interval begins says nothing of how long things take.
+TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {
+  IntervalProblem problem;
+  problem.arguments = {1, 1, 1};
+  problem.nominal_state = VectorXd::Constant(1, 4.0);
+  const VectorXd w = (VectorXd(5) << 100.0, 100.0, -8.0, 1024.0, 0.125).finished();  // x c p t0 h
+  VectorXd scales(5);
+  for (int i = 0; i < 5; ++i) scales[i] = sundials::direction_scale(problem, w.data(), i);
+  EXPECT_EQ(scales, (VectorXd(5) << 4.0, 1.0, 8.0, 1.0, 0.125).finished());
+}
+
+#ifdef __GLIBC__
+TEST(Cvodes, LeavesNoMemoryBehind) {
+  const auto scheme = cvodes({.tolerance = 1e-8});
+  const auto in_use_after = [&] {
+    scheme->make(robertson());
+    return mallinfo2().uordblks;
+  };
+  in_use_after();  // what is kept once
+  const std::size_t before = in_use_after();
+  EXPECT_EQ(in_use_after(), before);
+}
+#endif
 
 TEST(Cvodes, OptionsAreChecked) {
   EXPECT_THROW(cvodes({.tolerance = 0.0}), DefinitionError);

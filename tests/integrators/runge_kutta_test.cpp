@@ -167,5 +167,24 @@ TEST(RungeKutta, DefinitionsAreChecked) {
   EXPECT_THROW(runge_kutta4()->make(problem), DefinitionError);
 }
 
+TEST(RungeKutta, EachCoefficientOfATableauIsChecked) {
+  const ButcherTableau good = classical_runge_kutta();
+  EXPECT_NO_THROW(runge_kutta(good));
+  constexpr double off = 1e-9;  // far more than rounding
+  for (int i = 0; i < good.stages(); ++i) {
+    ButcherTableau tableau = good;
+    tableau.c[i] += off;
+    EXPECT_THROW(runge_kutta(tableau), DefinitionError) << i;
+    tableau = good;
+    tableau.b[i] -= off;
+    EXPECT_THROW(runge_kutta(tableau), DefinitionError) << i;
+    for (int j = 0; j < good.stages(); ++j) {
+      tableau = good;
+      tableau.a(i, j) += off;
+      EXPECT_THROW(runge_kutta(tableau), DefinitionError) << i << " " << j;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace saltus
