@@ -65,7 +65,7 @@ RunLog made_up_log(Side stance = Side::left) {
     BodySample b;
     b.state.q = VectorXd::Constant(2, 0.1 * i);
     b.state.dq = VectorXd::Zero(2);
-    b.torques = Vec<double, 2>(-0.1 * i, 0.1 * i);
+    b.torques = Vec<double, 2>(-0.1 * i, 0.15 * i);
     b.planned.setConstant(5.0);
     b.left << 1.0, 2.0, i, 0.0, 0.0, 0.0;
     b.right.setZero();
@@ -160,10 +160,26 @@ TEST(BodyOutput, FrictionIsTangentialOverVerticalForceOfAFootThatCarries) {
   EXPECT_EQ(table.at(30, "right_friction"), 0.0);
 }
 
+// The left foot's force is the index of its sample; the right one's, for a whole window, 50 N.
+TEST(BodyOutput, FiguresHaveThePeakOfEachFoot) {
+  RunLog log = made_up_log();
+  const int window = static_cast<int>(std::lround(wrench_filter / period));
+  for (int i = 0; i < window; ++i) log.body[5 + i].right[2] = 50.0;
+  const auto figures = body_figures(log, two_joints());
+  EXPECT_NEAR(figures["left_force_peak_n"].get<double>(), samples - 1 - 0.5 * (window - 1),
+              rounding);
+  EXPECT_NEAR(figures["right_force_peak_n"].get<double>(), 50.0, rounding);
+}
+
 TEST(BodyOutput, FiguresNameTheJointNearestToItsLimit) {
   const auto figures = body_figures(made_up_log(), two_joints());
   EXPECT_NEAR(figures["torque_share_max"].get<double>(), 0.1 * (samples - 1) / 10.0, rounding);
   EXPECT_EQ(figures["torque_share_joint"], "hip");
+  RunLog log = made_up_log();
+  for (BodySample& b : log.body) b.torques[1] = -13.0;
+  const auto of_knee = body_figures(log, two_joints());
+  EXPECT_EQ(of_knee["torque_share_max"], 13.0 / 20.0);
+  EXPECT_EQ(of_knee["torque_share_joint"], "knee");
   EXPECT_NEAR(figures["left_slip_max_m"].get<double>(), 1e-4 * (samples - 1), rounding);
 }
 

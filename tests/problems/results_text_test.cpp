@@ -1,0 +1,50 @@
+// What is said of the folder of a run.
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "saltus/robots/report/scripts.hpp"
+#include "tests/app/support.hpp"
+
+namespace saltus::walking {
+namespace {
+
+TEST(ResultsText, NamesWhatThisRunLeftAndNoMore) {
+  const TemporaryFolder folder;
+  const auto begin = std::filesystem::file_time_type::clock::now();
+  const auto leave = [&](const char* name, std::chrono::seconds after) {
+    std::filesystem::last_write_time(folder.file(name, ""), begin + after);
+  };
+  leave("com.png", std::chrono::seconds(0));
+  leave("forces.png", std::chrono::seconds(-1));  // of a run before
+  leave("report.html", std::chrono::seconds(1));
+  const std::string alone = results_text(folder.path(), begin);
+  EXPECT_TRUE(contains(alone, "results in " + folder.path().string() + "\n"));
+  EXPECT_TRUE(contains(alone, "  com.png\n"));
+  EXPECT_FALSE(contains(alone, "forces.png"));
+  EXPECT_FALSE(contains(alone, "feet.png"));
+  EXPECT_TRUE(contains(alone, "  trajectory.csv, ticks.csv "));
+  EXPECT_TRUE(contains(alone, "all of it on one page"));
+  EXPECT_TRUE(contains(alone, "needs no network: xdg-open " + (folder / "report.html").string()));
+  EXPECT_FALSE(contains(alone, "replay"));
+
+  leave("body.csv", std::chrono::seconds(1));
+  leave("replay.html", std::chrono::seconds(1));
+  const std::string both = results_text(folder.path(), begin);
+  EXPECT_TRUE(contains(both, "  trajectory, body, ticks (.csv) "));
+  EXPECT_TRUE(contains(both, "  replay.html "));
+  EXPECT_TRUE(contains(both, "needs no network and links to the replay: xdg-open "));
+}
+
+TEST(ResultsText, WithoutAReportThereIsNoneToOpen) {
+  const TemporaryFolder folder;
+  const std::string text =
+      results_text(folder.path(), std::filesystem::file_time_type::clock::now());
+  EXPECT_TRUE(contains(text, "summary.json, config.yaml"));
+  EXPECT_FALSE(contains(text, "report.html"));
+  EXPECT_FALSE(contains(text, "xdg-open"));
+  EXPECT_FALSE(contains(text, ".png"));
+}
+
+}  // namespace
+}  // namespace saltus::walking

@@ -1,0 +1,53 @@
+// What a run ends with, and what it leaves in its folder.
+#include "saltus/robots/report/run_biped.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "tests/app/support.hpp"
+#include "tests/problems/fixed_steps.hpp"
+
+namespace saltus::walking {
+namespace {
+
+struct Ended {
+  ExitStatus status = ExitStatus::ok;
+  std::string printed;
+  nlohmann::json summary;
+};
+
+Ended run(const BipedProblem& problem) {
+  const TemporaryFolder folder;
+  OutputFolder output(folder.path());
+  const std::string config = "stance: both\n";
+  testing::internal::CaptureStdout();
+  Ended ended;
+  ended.status = run_biped(problem, config, RunContext{RunRequest{}, output, config});
+  ended.printed = testing::internal::GetCapturedStdout();
+  ended.summary = nlohmann::json::parse(file_content(folder / "summary.json"));
+  return ended;
+}
+
+TEST(RunBiped, StandingIsNoFailure) {
+  const Ended ended = run(FixedSteps({}, 0.03));
+  EXPECT_EQ(ended.status, ExitStatus::ok) << ended.printed;
+  EXPECT_EQ(ended.summary["failures"], 0);
+}
+
+// Not the solver, the plant fails: a force that is no number.
+TEST(RunBiped, APlantThatCannotBeIntegratedIsAFailure) {
+  FixedSteps problem({}, 0.03);
+  Push push;
+  push.start = 0.01;
+  push.impulse = std::numeric_limits<double>::quiet_NaN();
+  problem.all = {push};
+  const Ended ended = run(problem);
+  EXPECT_EQ(ended.status, ExitStatus::solver_failed) << ended.printed;
+  EXPECT_EQ(ended.summary["failures"], 0);
+  EXPECT_TRUE(contains(ended.printed, "the plant could not be integrated at 0.010 s"));
+}
+
+}  // namespace
+}  // namespace saltus::walking
