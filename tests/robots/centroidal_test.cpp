@@ -2,11 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "saltus/autodiff/eigen_scalar.hpp"
 #include "saltus/autodiff/tracer.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/robots/centroidal/centroidal_plant.hpp"
 
 namespace saltus {
 namespace {
@@ -123,6 +127,37 @@ TEST(Centroidal, MomentumAboutAFixedPointChangesByTheMomentOfTheForcesThere) {
     EXPECT_LT((about_origin - moments).norm(), 1e-11) << "seed " << seed;
     EXPECT_EQ(rate.com, state.velocity);
   }
+}
+
+// Of the left foot, which is turned by 90 degrees: its x is the world's y. The right one is in the
+// air.
+TEST(CentroidalPlant, AFootThatStandsExertsWhatIsCommandedInItsOwnAxes) {
+  const double mass = 2.0;
+  Vec<double, 9> start = Vec<double, 9>::Zero();
+  start[2] = 0.5;
+  CentroidalPlant plant(mass, start, runge_kutta4({.steps = 10}));
+  plant.foot(Side::left) = {flat_sole({0.0, 0.0, 0.0}, std::acos(0.0)), true};
+  EXPECT_EQ(&std::as_const(plant).foot(Side::left), &plant.left);
+  EXPECT_EQ(&plant.foot(Side::right), &plant.right);
+  Vec<double, 12> wrenches = Vec<double, 12>::Constant(7.0);
+  wrenches.head<6>() << 4.0, 0.0, mass * standard_gravity, 0.0, 3.0, 0.0;
+  // Sums of two products, each rounded.
+  constexpr double rounding = 1e-14;
+  EXPECT_LT((plant.contact_force(wrenches) - Vec3(0.0, 4.0, mass * standard_gravity)).norm(),
+            rounding);
+  plant.push = Vec3(2.0, 0.0, 0.0);
+  const double t = 0.1;
+  ASSERT_EQ(plant.advance(t, wrenches), IntegrationStatus::success);
+  const Vec3 acceleration(1.0, 2.0, 0.0);
+  EXPECT_LT((plant.state().head<3>() - Vec3(0.0, 0.0, 0.5) - 0.5 * t * t * acceleration).norm(),
+            rounding);
+  EXPECT_LT((plant.state().segment<3>(3) - t * acceleration).norm(), rounding);
+  // About the CoM, which moves by a t^2 / 2: (0, 0, -0.5) x (0, 4, .) = (2, 0, 0), the torque of
+  // 3 about the world's -x, and the weight beside the CoM. The integral of t^2 / 2 is t^3 / 6.
+  const Vec3 weight(0.0, 4.0, mass * standard_gravity);
+  const Vec3 momentum =
+      t * Vec3(2.0 - 3.0, 0.0, 0.0) - t * t * t / 6.0 * acceleration.cross(weight);
+  EXPECT_LT((plant.state().tail<3>() - momentum).norm(), rounding);
 }
 
 TEST(Centroidal, AFlatFootKeepsTheSparsityOfThePaper) {
