@@ -235,6 +235,87 @@ TEST(PendulumBound, RefusesNonsense) {
   EXPECT_THROW(bound.largest_impulse(right, {}), DefinitionError);
 }
 
+// ---- what a run came to ----
+
+// Capture points at 0.02, 0.05 and 0.01 m along the push.
+RunLog map_log() {
+  RunLog log;
+  for (const double x : {0.02, 0.05, 0.01}) {
+    Sample s;
+    s.capture_point << x, -7.0;
+    log.samples.push_back(s);
+  }
+  for (const SolveStatus status :
+       {SolveStatus::optimal, SolveStatus::time_limit, SolveStatus::infeasible}) {
+    TickRecord tick;
+    tick.status = status;
+    log.ticks.push_back(tick);
+  }
+  return log;
+}
+
+TEST(MapRow, HasTheFiguresOfTheRun) {
+  Push push;
+  push.direction = {2.0, 0.0, 0.0};
+  push.start = 0.5;
+  const MapCell cell{MapController::mpc, 0.6, 0.0, 4.0};
+  Verdict verdict;
+  verdict.recovered = true;
+  const MapRow stands = map_row(cell, 9.0, push, map_log(), verdict);
+  EXPECT_EQ(stands.cell, cell);
+  EXPECT_EQ(stands.bound, 9.0);
+  EXPECT_EQ(stands.outcome, MapOutcome::recovered);
+  EXPECT_EQ(stands.icp_furthest, 0.05);
+  EXPECT_EQ(stands.failed_solves, 1);  // no time is no failure
+  EXPECT_FALSE(stands.stepped);
+  EXPECT_TRUE(std::isnan(stands.icp_settling));
+  EXPECT_TRUE(std::isnan(stands.touchdown));
+
+  RunLog log = map_log();
+  log.touchdown = 1.25;
+  log.steps.resize(1);
+  verdict.icp_settling = 0.75;
+  verdict.angular_momentum_max = 2.0;
+  verdict.com_height_min = 0.4;
+  verdict.com_height_max = 0.6;
+  verdict.final_com_error = 0.003;
+  const MapRow steps = map_row(cell, 9.0, push, log, verdict);
+  EXPECT_TRUE(steps.stepped);
+  EXPECT_EQ(steps.touchdown, 0.75);
+  EXPECT_EQ(steps.icp_settling, 0.75);
+  EXPECT_EQ(steps.angular_momentum_max, 2.0);
+  EXPECT_EQ(steps.com_height_min, 0.4);
+  EXPECT_EQ(steps.com_height_max, 0.6);
+  EXPECT_EQ(steps.final_com_error, 0.003);
+}
+
+TEST(MapRow, SaysHowItEnded) {
+  const auto outcome = [](MapController controller, const RunLog& log, const Verdict& verdict) {
+    return map_row({controller, 0.0, 0.0, 4.0}, 9.0, {}, log, verdict).outcome;
+  };
+  Verdict verdict;
+  verdict.fail("fell");
+  EXPECT_EQ(outcome(MapController::mpc, map_log(), verdict), MapOutcome::not_recovered);
+  verdict = {};
+  verdict.recovered = true;
+  RunLog failed = map_log();
+  failed.numerical_failure = true;
+  EXPECT_EQ(outcome(MapController::mpc, failed, verdict), MapOutcome::failed);
+  failed = map_log();
+  failed.control_calls = 100;
+  failed.control_failures = 2;
+  EXPECT_EQ(outcome(MapController::mpc, failed, verdict), MapOutcome::failed);
+  // Without a step, a foot that hopped or a base that stays tilted is no recovery.
+  verdict.body.emplace();
+  EXPECT_EQ(outcome(MapController::none, map_log(), verdict), MapOutcome::recovered);
+  verdict.body->feet_moved = standing_move;
+  EXPECT_EQ(outcome(MapController::none, map_log(), verdict), MapOutcome::not_recovered);
+  EXPECT_EQ(outcome(MapController::mpc, map_log(), verdict), MapOutcome::recovered);
+  verdict.body->feet_moved = 0.0;
+  verdict.body->tilt_end = standing_tilt;
+  EXPECT_EQ(outcome(MapController::none, map_log(), verdict), MapOutcome::not_recovered);
+}
+
 // ---- the command line ----
 
 MapRequest parse(const Words& words) {

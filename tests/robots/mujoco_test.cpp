@@ -317,6 +317,28 @@ TEST_F(LimbsOfBothEngines, DetectorsWithoutCapsulesAreRefused) {
   }
 }
 
+// Soles are boxes: a capsule of a foot is there for other limbs, however low it reaches.
+TEST_F(LimbsOfBothEngines, CapsulesOfFeetDoNotTouchTheGround) {
+  FloatingRobot low = robot;
+  const FloatingRobot::Frame& sole = low.left_sole;
+  LinkCapsule capsule;
+  capsule.capsule = {sole.pose * Vec<double, 3>(-0.02, 0.0, 0.0),
+                     sole.pose * Vec<double, 3>(0.02, 0.0, 0.0), 0.03};
+  low.bodies[static_cast<std::size_t>(sole.body)].capsules.push_back(capsule);
+  const auto all = plants(true);
+  std::swap(robot, low);
+  const auto all_low = plants(true);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    for (const auto& plant : {all[i].get(), all_low[i].get()}) {
+      plant->reset(start);
+      plant->step();
+    }
+    EXPECT_EQ(all[i]->state().base_twist, all_low[i]->state().base_twist) << all[i]->name();
+    EXPECT_EQ(all[i]->contact(Side::left).wrench, all_low[i]->contact(Side::left).wrench)
+        << all[i]->name();
+  }
+}
+
 // Without torques it falls on its face; nothing but its feet may then be below the ground.
 TEST_F(LimbsOfBothEngines, WhatFallsLiesOnTheGround) {
   const VectorXd torques = VectorXd::Zero(robot.joints());

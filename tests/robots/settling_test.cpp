@@ -106,6 +106,34 @@ TEST(Settling, ForcesOfACentroidalRunCountFromTheTouchdown) {
   EXPECT_EQ(force_settling(log).planned[0], infinity);
 }
 
+// On the whole body what was planned stands with the body, and what is measured as a mean over the
+// filter; the torques and all other forces never settle.
+TEST(Settling, ForcesOfAWholeBodyArePlannedAndMeasured) {
+  RunLog log = landing_at(2.0);
+  for (std::size_t i = 0; i < log.samples.size(); ++i) {
+    const double t = log.samples[i].time, restless = i % 2 == 0 ? 1e3 : -1e3;
+    const auto from = [&](double settled, double force) {
+      return t < 2.0 + settled - same_instant ? 0.0 : force;
+    };
+    BodySample b;
+    b.planned.setConstant(restless);
+    b.left.setConstant(restless);
+    b.right.setConstant(restless);
+    b.planned[2] = from(0.3, 150.0);
+    b.planned[8] = from(0.4, 140.0);
+    b.left[2] = from(0.5, 150.0);
+    b.right[2] = from(0.6, 140.0);
+    b.left_sole = b.right_sole = Eigen::Isometry3d::Identity();
+    log.body.push_back(b);
+  }
+  const ForceSettling settling = force_settling(log);
+  // Two samples are in the filter: with the second of them the mean is in the band.
+  EXPECT_NEAR(settling.planned[0], 0.3, rounding);
+  EXPECT_NEAR(settling.planned[1], 0.4, rounding);
+  EXPECT_NEAR(settling.measured[0], 0.5 + period, rounding);
+  EXPECT_NEAR(settling.measured[1], 0.6 + period, rounding);
+}
+
 TEST(Progress, LineSaysOnWhichSideOfTheEdgeTheCapturePointIs) {
   EXPECT_EQ(progress_line({3.1, 0.534, -0.0213, Footing::stepping}, 2.0),
             "t =  3.10 s |  1.6 x real time | CoM 0.534 m | capture point  21 mm outside | "

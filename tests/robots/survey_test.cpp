@@ -3,16 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "saltus/robots/survey/foot_reach.hpp"
 #include "saltus/robots/survey/limbs.hpp"
 #include "saltus/robots/survey/posture_search.hpp"
 #include "saltus/robots/survey/robot_check.hpp"
 #include "saltus/robots/survey/robot_file.hpp"
 #include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "tests/app/support.hpp"
+#include "tests/problems/synthetic_biped.hpp"
 
 namespace saltus::survey {
 namespace {
@@ -22,6 +25,7 @@ namespace {
 class Biped {
  public:
   std::string soles = "_foot", effort = "80";
+  const char *knee_axis = "0 1 0", *knee_lower = "0", *knee_upper = "2.4";
   double foot_height = 0.05;
 
   std::string urdf() const {
@@ -43,8 +47,8 @@ class Biped {
            link(name("thigh"), 3.0, 0.3, -0.2) +
            joint("leg_" + side + "_roll", name("hip"), name("thigh"), "1 0 0", "0 0 0") +
            link(name("shin"), 2.0, 0.3, -0.2) +
-           joint("leg_" + side + "_knee", name("thigh"), name("shin"), "0 1 0", "0 0 -0.4", "0",
-                 "2.4") +
+           joint("leg_" + side + "_knee", name("thigh"), name("shin"), knee_axis, "0 0 -0.4",
+                 knee_lower, knee_upper) +
            link(name("ankle"), 0.2, 0.03, 0.0) +
            joint("leg_" + side + "_ankle_pitch", name("shin"), name("ankle"), "0 1 0", "0 0 -0.4") +
            "<link name=\"" + side + soles + "\">" + inertial(0.8, 0.1, -0.5 * foot_height) +
@@ -76,6 +80,11 @@ class Biped {
            "\" velocity=\"6\"/></joint>";
   }
 };
+
+StandingPosture posture_on_both(const RobotDescription& robot) {
+  return *std::find_if(robot.postures.begin(), robot.postures.end(),
+                       [](const auto& p) { return p.stance == Stance::both; });
+}
 
 bool holds(const std::vector<std::string>& list, const std::string& name) {
   return std::find(list.begin(), list.end(), name) != list.end();
@@ -213,6 +222,31 @@ TEST(PostureSearch, PutsFeetAndCentreOfMassWhereTheyAreWanted) {
   EXPECT_FALSE(find_posture(model, robot, body, wish, {}).is_found());
 }
 
+// Feet are searched from the posture on both, whatever stands before it.
+TEST(FootReach, IsLookedForFromThePostureOnBothFeetAndWrittenWholeOrNotAtAll) {
+  namespace fs = std::filesystem;
+  const UrdfModel model = UrdfModel::parse(SyntheticBiped().urdf(), "biped.urdf");
+  RobotDescription robot = survey_robot(model).description;
+  const TemporaryFolder folder;
+  const StandingPosture both = posture_on_both(robot);
+  robot.postures = {robot.posture_on(Side::left)};
+  EXPECT_FALSE(cached_foot_reach(model, robot, folder.path()));
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+
+  robot.postures = {both};
+  const auto found = cached_foot_reach(model, robot, folder.path());
+  ASSERT_TRUE(found);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
+  // A folder takes the place of the file: the reach is told, and no part of a file is left behind.
+  const fs::path file = fs::directory_iterator(folder.path())->path();
+  fs::remove(file);
+  fs::create_directories(file / "taken");
+  const auto again = cached_foot_reach(model, robot, folder.path());
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->from_foot, found->from_foot);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1);
+}
+
 TEST(SurveyedRobot, IsAFileThatIsReadBackAndChecked) {
   const UrdfModel model = Biped().model();
   const SurveyedRobot robot = survey_robot(model);
@@ -251,6 +285,52 @@ TEST(RobotCheck, SaysWhatIsWrong) {
   RobotDescription strong = good;
   strong.joints[0].effort = 50000.0;
   EXPECT_TRUE(holds(subjects(check(model, strong), Finding::Level::note), "limits"));
+}
+
+// Each edge of a foot, moved by what is told and by what is not; the postures do not matter here.
+TEST(RobotCheck, NotesFeetThatAreNoMirrorImages) {
+  const UrdfModel model = Biped().model();
+  RobotDescription robot = survey_robot(model).description;
+  robot.postures.clear();
+  const auto is_noted = [&](Bounds FootRectangle::*axis, bool upper, double by) {
+    RobotDescription other = robot;
+    (upper ? (other.right_foot.*axis).upper : (other.right_foot.*axis).lower) += by;
+    return holds(subjects(check(model, other), Finding::Level::note), "feet");
+  };
+  for (const auto axis : {&FootRectangle::x, &FootRectangle::y})
+    for (const bool upper : {false, true})
+      for (const double sign : {-1.0, 1.0}) {
+        EXPECT_TRUE(is_noted(axis, upper, 2e-3 * sign)) << upper << sign;
+        EXPECT_FALSE(is_noted(axis, upper, 5e-4 * sign)) << upper << sign;
+      }
+}
+
+TEST(RobotCheck, IsALineForEachFinding) {
+  const std::vector<Finding> findings{{Finding::Level::good, "masses", "33.06 kg"},
+                                      {Finding::Level::note, "limits", "none"},
+                                      {Finding::Level::wrong, "left_stance", "falls"}};
+  EXPECT_EQ(describe(findings),
+            "ok    masses        33.06 kg\n"
+            "note  limits        none\n"
+            "WRONG left_stance   falls\n");
+}
+
+// Knees have more room the way they bend. The same legs with the axes of their knees turned round.
+TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
+  Biped forwards, backwards;
+  forwards.knee_lower = "-0.5";
+  backwards.knee_axis = "0 -1 0";
+  backwards.knee_lower = "-2.4";
+  backwards.knee_upper = "0.5";
+  const RobotDescription robot = survey_robot(forwards.model()).description,
+                         image = survey_robot(backwards.model()).description;
+  constexpr double rounding = 1e-6;  // rad, of what is found
+  for (std::size_t i = 0; i < robot.postures.size(); ++i)
+    for (const char* knee : {"leg_left_knee", "leg_right_knee"}) {
+      const double q = robot.postures[i].joints.at(knee);
+      EXPECT_GT(q, 0.0) << knee;
+      EXPECT_NEAR(image.postures[i].joints.at(knee), -q, rounding) << knee;
+    }
 }
 
 // G1, Talos and JVRC1 of the packages example-robot-data and jvrc-description, where a folder with

@@ -195,6 +195,22 @@ TEST(SwingFoot, LandsInTimeAtRestAndRisesBetween) {
   EXPECT_LT(speed, 0.02);
 }
 
+// On its way down it does not rise again when it is to land a little later.
+TEST(SwingFoot, DoesNotTurnUpWhenItShallLandLater) {
+  SwingFoot swing;
+  swing.hold(Eigen::Isometry3d::Identity());
+  swing.start(0.0, 0.4);
+  double height = infinity;
+  for (int k = 0; k < 250; ++k) {
+    swing.aim(k < 106 ? 0.4 : 0.5, {0.1, 0.0, 0.0});
+    swing.advance(0.002 * k);
+    if (k < 106) continue;
+    EXPECT_LE(swing.reference()[2], height) << k;
+    height = swing.reference()[2];
+  }
+  EXPECT_LT(height, 1e-4);
+}
+
 // Told on the way that it lands in half of the time, it comes down as slowly as if it had known.
 TEST(SwingFoot, TurnsDownSoonerWhenItShallLandSooner) {
   const auto fastest_descent = [](double first_landing) {
