@@ -16,6 +16,7 @@ namespace saltus::qp {
 /// violation has. Between the sides that come and go this is linear: a round is one factorisation
 /// and one solve. Nothing promises that rounds end. Where they do, they do so at the optimum after
 /// one or two; where the first one has many sides come and go, an interior point is the better way.
+/// It begins where that round has come to, which meets the dynamics of this program.
 template <KktSystem System>
 class ActiveSetRounds {
  public:
@@ -24,7 +25,7 @@ class ActiveSetRounds {
         centre_(sides),
         gap_(sides),
         moved_(sides),
-        given_v_(variables),
+        first_v_(variables),
         stationarity_(variables),
         step_v_(variables),
         given_y_(equalities),
@@ -33,8 +34,8 @@ class ActiveSetRounds {
         given_lambda_(sides) {}
 
   /// From v, y and lambda of the point, with `values` = G v. True where rounds have ended with all
-  /// sides met to the tolerance and `is_optimum()` agrees; else the point is as it was. `stop()` is
-  /// asked before each round.
+  /// sides met to the tolerance and `is_optimum()` agrees; else y and lambda are as they were, and
+  /// v is that of the first round if there was one. `stop()` is asked before each round.
   template <class Stop, class Check>
   bool solve(System& system, double tolerance, int most, const AlignedArray& values, Iterate& p,
              const Stop& stop, const Check& is_optimum) {
@@ -53,6 +54,7 @@ class ActiveSetRounds {
         ++rounds_;
       }
       step(system, p);
+      if (solves == 0) std::copy_n(p.v.data(), system.variables(), first_v_.data());
       changes = respond(system, p);
       if (solves == 0 && changes > most_changes) break;
       if (changes > 0) continue;
@@ -76,12 +78,12 @@ class ActiveSetRounds {
   static constexpr double gap_fraction = 0.1;  // of the tolerance, for what missed sides are worth
 
   void remember(System& system, const Iterate& p) {
-    std::copy_n(p.v.data(), system.variables(), given_v_.data());
+    std::copy_n(p.v.data(), system.variables(), first_v_.data());
     std::copy_n(p.y.data(), system.equalities(), given_y_.data());
     std::copy_n(p.lambda.data(), system.sides(), given_lambda_.data());
   }
   void give_back(System& system, Iterate& p) const {
-    std::copy_n(given_v_.data(), system.variables(), p.v.data());
+    std::copy_n(first_v_.data(), system.variables(), p.v.data());
     std::copy_n(given_y_.data(), system.equalities(), p.y.data());
     std::copy_n(given_lambda_.data(), system.sides(), p.lambda.data());
   }
@@ -139,7 +141,7 @@ class ActiveSetRounds {
   }
 
   AlignedArray weights_, centre_, gap_, moved_;
-  AlignedArray given_v_, stationarity_, step_v_, given_y_, equality_, step_y_, given_lambda_;
+  AlignedArray first_v_, stationarity_, step_v_, given_y_, equality_, step_y_, given_lambda_;
   int rounds_ = 0;
 };
 

@@ -18,8 +18,8 @@ struct RiccatiOptions : QpOptions {
   bool roll_out = false;
   /// Warm starts first try to end with the sides in force that the multipliers name, in at most so
   /// many factorisations, each counted as an iteration; 0: they do not. That works beside the
-  /// optimum; elsewhere the interior-point method begins as if nothing had been tried.
-  int active_set_rounds = 5;
+  /// optimum; elsewhere the interior-point method begins where the first of them has come to.
+  int active_set_rounds = 6;
 };
 
 /// `capacity`: a program of the largest sizes that will be solved. `kernels` of fixed sizes (see

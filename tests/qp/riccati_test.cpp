@@ -431,6 +431,33 @@ TEST(RiccatiSolver, RoundsOfTheActiveSetEndAtTheSameOptimum) {
   EXPECT_LT(with_rounds, 0.8 * without);  // 0.70 was measured
 }
 
+// Far from the solution rounds of its active set end at once, and where the first one has come to
+// is where the method begins: what the round costs comes back.
+TEST(RiccatiSolver, TheMethodBeginsWhereTheFirstRoundHasComeTo) {
+  int with_rounds = 0, without = 0;
+  for (int seed = 1; seed <= 300; ++seed) {
+    RandomQp random = random_qp(seed, plain);
+    StagePoint solved;
+    solve_cold(random.qp, solved);
+    Random change(seed);
+    for (Stage& s : random.qp.stages) {
+      for (double& q : s.q) q += change.uniform(-3.0, 3.0);
+      for (double& r : s.r) r += change.uniform(-3.0, 3.0);
+    }
+    StagePoint by_rounds = solved, by_method = solved;
+    const QpResult a = make_riccati_solver(random.qp)->solve(random.qp, by_rounds, true);
+    RiccatiOptions options;
+    options.active_set_rounds = 0;
+    const QpResult b = make_riccati_solver(random.qp, options)->solve(random.qp, by_method, true);
+    ASSERT_EQ(a.status, b.status) << "seed " << seed;
+    EXPECT_NEAR(a.objective, b.objective, required * std::max(1.0, std::abs(b.objective)))
+        << "seed " << seed;
+    with_rounds += a.iterations;
+    without += b.iterations;
+  }
+  EXPECT_LT(with_rounds, without);  // 0.975 was measured, and 1.024 from the point as it was given
+}
+
 class OneStagedProgram : public ::testing::Test {
  protected:
   OneStagedProgram() : qp(random.qp), point(qp), solver(make_riccati_solver(qp)) {}
