@@ -258,10 +258,22 @@ TEST(StageProgram, BoundsOfNowAreThoseOfTheStages) {
     shooting.set_remaining(between(0.8, most), unbounded());
     pair.compare_bounds();
   }
-  pair.compare(false);
-  // A start that was free within bounds is measured.
-  shooting.start_at(shooting.data().start_time, Vec<double, 2>{0.7, 0.2});
-  pair.compare_bounds();
+}
+
+// A start that was free within bounds is measured, and nothing else changes.
+TEST(StageProgram, AStartThatIsMeasuredIsGiven) {
+  Phase<2, 2, 1> phase{"rest", Mass{}, exactly(1.0)};
+  phase.data("push", Vec<double, 1>{0.3})
+      .track("rest", state, Vec<double, 2>{1.0, 0.1})
+      .track("effort", input, Vec<double, 2>{0.1, 0.2});
+  OptimalControlProblem ocp("measured");
+  ocp.start_within({between(0.0, 1.0), exactly(0.2)}, Vec<double, 2>{0.5, 0.2});
+  MultipleShooting shooting(ocp.then(phase),
+                            {.intervals_per_phase = 5, .integrator = zero_order_hold()});
+  Pair pair(shooting);
+  pair.compare(true);
+  pair.compare_after_start(Vec<double, 2>{0.7, 0.2});
+  pair.compare_after_start(Vec<double, 2>{0.6, 0.3});
 }
 
 TEST(StageProgram, HasGlobalsRampsAndClosings) {
