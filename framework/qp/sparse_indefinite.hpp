@@ -21,6 +21,7 @@ class SparseIndefinite {
   /// Lower triangle with the whole diagonal; `pairs` of indices, none of them twice.
   SparseIndefinite(const SparsityPattern& lower, const std::vector<std::pair<int, int>>& pairs);
 
+  int rows() const { return n_; }
   /// Sets the value of an entry of the pattern.
   void set(int entry, double value) { values_[entry] = value; }
   /// False if the matrix is singular to rounding, or not finite.

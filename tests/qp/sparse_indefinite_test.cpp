@@ -54,6 +54,7 @@ TEST(SparseIndefinite, SolvesAndCountsNegativeEigenvalues) {
     const double size = eigenvalues.cwiseAbs().maxCoeff();
     if (eigenvalues.cwiseAbs().minCoeff() < 1e-10 * size) continue;  // of unsure sign
     SparseIndefinite factor = saddle.factor();
+    EXPECT_EQ(factor.rows(), n + m);
     ASSERT_TRUE(factor.factor(1e-2)) << trial;
     EXPECT_EQ(factor.negative(), (eigenvalues.array() < 0.0).count()) << trial;
     const VectorXd right = random.vector(n + m);

@@ -3,6 +3,7 @@
 
 #include "saltus/solver/ipopt.hpp"
 #include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/shooting_program.hpp"
 #include "tests/support/event_problems.hpp"
 
 namespace saltus {
@@ -73,6 +74,31 @@ TEST(SoftRunning, AWindowThatBeginsWithTheEndCostsNothing) {
   EXPECT_GT(cost(), 0.1);  // 0.3 of weight for a last tenth of a second
   shooting.retime("impact", 1.0);
   EXPECT_NEAR(cost(), 0.0, 1e-9);
+}
+
+// Where the duration is free a slack is charged together with the length of its interval: by a
+// block of one output, if any interval pays.
+TEST(SoftRunning, InAFreeDurationSlacksOutsideOfTheWindowAreNotCharged) {
+  Phase<1, 1> phase{"motion", Velocity{}, between(0.5, 2.0)};
+  phase.guess_duration(1.0).keep("low", state, at_most(0.0), Window{.to = 0.3}, soft("low", 3.0));
+  OptimalControlProblem ocp("free");
+  ocp.start_at({1}).then(phase);
+  MultipleShooting shooting(ocp, ten);
+  const ShootingProgram& program = shooting.program();
+  int charged = 0, free = 0;
+  for (const shooting::RowInstance& instance : program.row_instances()) {
+    const int block = program.penalty_block(instance.slack_above[0]);
+    if (shooting.grid().node_offset(0, instance.block.point.node) > 0.3 + same_instant) {
+      EXPECT_EQ(block, -1);
+      ++free;
+    } else {
+      ASSERT_GE(block, 0);
+      EXPECT_EQ(program.block_outputs(block), 1);
+      ++charged;
+    }
+  }
+  EXPECT_EQ(charged, 4);  // nodes at 0, 0.1, 0.2 and 0.3 s
+  EXPECT_EQ(free, 7);
 }
 
 // --- Huber --------------------------------------------------------------------------------------
