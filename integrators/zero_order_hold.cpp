@@ -179,6 +179,7 @@ class ZeroOrderHold final : public Integrator {
       d.integral_curvature = d.integral;
     }
     key_.resize(sizes_.np + 1);
+    read_.resize(sizes_.np);
     z_.setZero(sizes_.size());
     outputs_.resize(std::max(nx_, nq_));
     int entries = problem().dynamics.jacobian_pattern().entries();
@@ -340,10 +341,10 @@ class ZeroOrderHold final : public Integrator {
     for (int k = 0; k < std::max(runs, 1); ++k) {
       const bool by_length = runs > 0 && k == np;
       const int order = runs == 0 ? 0 : by_length ? 2 : 1;
-      work_.generator.set_zero(2);
+      work_.generator.set_zero(order);
       fill_generator(h, model_.rows, work_.generator[0], true);
       for (int i = 0; i < nq_; ++i) {
-        work_.forms[i].set_zero(2);
+        work_.forms[i].set_zero(order);
         fill_form(h, cost_[i], work_.forms[i][0]);
       }
       if (by_length) {
@@ -388,7 +389,16 @@ class ZeroOrderHold final : public Integrator {
 
   // Values, slopes and curvatures of f and L at the origin, and their derivatives with respect to
   // parameters: an affine (quadratic) function is known from its derivatives at 0 and at the units.
+  // The model of another length is the same.
   void read_model() {
+    if (knows_model_ && std::equal(read_.begin(), read_.end(), key_.begin())) return;
+    knows_model_ = false;  // in case a formula throws
+    read_model_here();
+    std::copy_n(key_.begin(), sizes_.np, read_.begin());
+    knows_model_ = true;
+  }
+
+  void read_model_here() {
     const int n = nx_ + nu_;
     z_.setZero();
     std::copy_n(key_.begin(), sizes_.np, z_.data() + sizes_.p());
@@ -487,6 +497,8 @@ class ZeroOrderHold final : public Integrator {
   std::vector<std::vector<RowMajorMatrix>> cost_slope_;  // [parameter][cost]
   std::array<Discretisation, cached_discretisations> cache_;
   int oldest_ = 0;
+  std::vector<double> read_;  // parameters of the model that is known
+  bool knows_model_ = false;
   std::vector<double> key_, outputs_, entries_, hessian_entries_;
   VectorXd z_, unit_, v_, gradient_, end_;
   RowMajorMatrix curvature_;

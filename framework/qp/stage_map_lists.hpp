@@ -162,7 +162,9 @@ struct StageMap::Lists {
   // Points: stage_map_points.cpp.
   void to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
   void to_stages(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to);
-  void give_slacks(const SparseQp& qp, PrimalDualPoint& to);
+  void give_slacks(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
+  double missed_in_stage(int stage, int group, const Part& part, const StagePoint& from) const;
+  double slope_of(const SparseQp& qp, const Slack& slack, const PrimalDualPoint& at) const;
   double row_value(const SparseQp& qp, int row, const VectorXd& w) const;
   void compute_gradient(const SparseQp& qp, const PrimalDualPoint& at);
   double costate(const StagePoint& point, int stage, int x) const;
@@ -180,7 +182,7 @@ struct StageMap::Lists {
   std::vector<Coupling> couplings;
   std::vector<int> removable;  // inputs and globals
   int chains = 0;
-  bool any_fixed_value = false;
+  bool any_gone = false, any_fixed_value = false;
   std::vector<int> position;  // per column of a stage: work space
   StageQp stages;
   VectorXd gradient;

@@ -32,7 +32,7 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
   for (const int v : removable)
     if (variables[v].gone) to.w[v] = qp.lower[v];
 
-  give_slacks(qp, to);
+  give_slacks(qp, from, to);
   // What is left follows from stationarity: bounds of vanished variables and of slacks, the start.
   if (!stages.fixed_start) {
     const StagePoint::AtStage& first = from.stages.front();
@@ -47,17 +47,32 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
       if (front == 0) to.z[v] = 0.0;
     }
   }
-  compute_gradient(qp, to);
+  // The slope of the cost to go is what the start's rows hold; of all else the program as a whole
+  // is asked, and only where something has vanished.
+  const bool slope_is_known = front == 0;
+  if (any_gone || (stages.fixed_start && !slope_is_known)) compute_gradient(qp, to);
   for (const int v : removable)
     if (variables[v].gone) to.z[v] = -gradient[v];
-  for (const SoftRow& soft : soft_rows)
-    for (const Slack* slack : {&soft.below, &soft.above})
-      if (slack->variable >= 0) to.z[slack->variable] = -gradient[slack->variable];
+  for (std::size_t s = 0; s < soft_rows.size(); ++s)
+    for (const Slack* slack : {&soft_rows[s].below, &soft_rows[s].above})
+      if (slack->variable >= 0) to.z[slack->variable] = -slope_of(qp, *slack, to);
   if (stages.fixed_start)
     for (std::size_t i = 0; i < structure.start_rows.size(); ++i) {
       const int v = structure.stages.front().states[i];
-      to.lambda[structure.start_rows[i]] = -gradient[v] / qp.rows[start_entry[i]];
+      const double given = from.stages.front().x_bound[i];  // bounds are not read there
+      const double slope =
+          slope_is_known ? costate(from, 0, static_cast<int>(i)) - given : gradient[v];
+      to.lambda[structure.start_rows[i]] = -slope / qp.rows[start_entry[i]];
     }
+}
+
+// Of the cost and its row along a slack, which nothing else contains.
+double StageMap::Lists::slope_of(const SparseQp& qp, const Slack& slack,
+                                 const PrimalDualPoint& at) const {
+  const int v = slack.variable;
+  const double curvature = slack.hessian >= 0 ? qp.hessian[slack.hessian] : 0.0;
+  return qp.gradient[v] + curvature * at.w[v] +
+         qp.rows[slack.entry] * at.lambda[variables[v].index];
 }
 
 double StageMap::Lists::row_value(const SparseQp& qp, int row, const VectorXd& w) const {
@@ -69,28 +84,48 @@ double StageMap::Lists::row_value(const SparseQp& qp, int row, const VectorXd& w
 }
 
 // Slacks that the values of their rows call for; the multipliers of soft rows without variables.
-void StageMap::Lists::give_slacks(const SparseQp& qp, PrimalDualPoint& to) {
-  if (soft_rows.empty()) return;
+void StageMap::Lists::give_slacks(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) {
   for (const SoftRow& soft : soft_rows)
     for (const Slack* slack : {&soft.below, &soft.above})
       if (slack->variable >= 0) to.w[slack->variable] = qp.lower[slack->variable];
-  if (direct != nullptr) direct->multiply(to.w, row_values);
-  for (const StagePlan& plan : plans)
-    for (const Group& group : plan.groups) {
-      if (!group.soft) continue;
-      for (const Part& part : group.parts) {
+  bool knows_rows = direct == nullptr;  // those that stand in no stage
+  for (std::size_t k = 0; k < plans.size(); ++k)
+    for (std::size_t g = 0; g < plans[k].groups.size(); ++g) {
+      if (!plans[k].groups[g].soft) continue;
+      for (const Part& part : plans[k].groups[g].parts) {
+        const double side = part.side < 0 ? qp.row_lower[part.row] : qp.row_upper[part.row];
+        if (std::isinf(side)) continue;
         // Only one side can be missed; what rounding leaves of the other one is no miss.
         const int below = soft_rows[soft_of_row[part.row]].below.variable;
         if (part.side > 0 && below >= 0 && to.w[below] > qp.lower[below]) continue;
-        const double value = row_value(qp, part.row, to.w);
-        const double miss =
-            part.side < 0 ? qp.row_lower[part.row] - value : value - qp.row_upper[part.row];
+        double miss = 0.0;
+        if (part.group_row >= 0) {
+          miss = missed_in_stage(static_cast<int>(k), static_cast<int>(g), part, from);
+        } else {
+          if (!knows_rows) direct->multiply(to.w, row_values);
+          knows_rows = true;
+          miss = part.side * (row_value(qp, part.row, to.w) - side);
+        }
         if (!(miss > 0.0)) continue;
         const Slack& slack = slack_of(part);
         to.w[slack.variable] += miss / std::abs(qp.rows[slack.entry]);
         if (part.constant) to.lambda[part.row] += part.side * (part.l1 + part.l2 * miss);
       }
     }
+}
+
+// By how much a side is missed of which the stage has the row.
+double StageMap::Lists::missed_in_stage(int k, int g, const Part& part,
+                                        const StagePoint& from) const {
+  const RowGroup& group = stages.stages[k].groups[g];
+  const int nx = stages.stages[k].nx, row = part.group_row;
+  double value = 0.0;
+  for (std::size_t c = 0; c < group.columns.size(); ++c) {
+    const int j = group.columns[c];
+    const double entry = j < nx ? from.stages[k].x[j] : from.stages[k].u[j - nx];
+    value += group.M(row, static_cast<int>(c)) * entry;
+  }
+  return part.side < 0 ? group.lower[row] - value : value - group.upper[row];
 }
 
 // gradient = g + H w + J'lambda + z.
@@ -159,9 +194,8 @@ void StageMap::Lists::to_stages(const SparseQp& qp, const PrimalDualPoint& from,
 double StageMap::Lists::costate(const StagePoint& point, int k, int i) const {
   const Stage& s = stages.stages[k];
   const StagePoint::AtStage& p = point.stages[k];
-  double sum = s.q[i] + p.x_bound[i];
-  for (int j = 0; j < s.nx; ++j) sum += s.Q(i, j) * p.x[j];
-  for (int j = 0; j < s.nu; ++j) sum += s.S(j, i) * p.u[j];
+  double sum = s.q[i] + p.x_bound[i] + s.Q.col(i).head(s.nx).dot(p.x.head(s.nx)) +
+               s.S.col(i).head(s.nu).dot(p.u.head(s.nu));
   for (std::size_t g = 0; g < s.groups.size(); ++g) {
     const RowGroup& group = s.groups[g];
     const auto at = std::lower_bound(group.columns.begin(), group.columns.end(), i);
@@ -169,8 +203,10 @@ double StageMap::Lists::costate(const StagePoint& point, int k, int i) const {
     sum +=
         group.M.col(at - group.columns.begin()).head(group.rows).dot(p.group[g].head(group.rows));
   }
-  if (k + 1 < static_cast<int>(plans.size()))
-    for (int j = 0; j < plans[k + 1].nx; ++j) sum += s.A(j, i) * p.costate[j];
+  if (k + 1 < static_cast<int>(plans.size())) {
+    const int next = plans[k + 1].nx;
+    sum += s.A.col(i).head(next).dot(p.costate.head(next));
+  }
   return sum;
 }
 

@@ -18,7 +18,7 @@ void StageMap::Lists::mark(int first, int last) {
 }
 
 StageFill StageMap::Lists::watch(const SparseQp& qp) {
-  any_fixed_value = false;
+  any_gone = any_fixed_value = false;
   for (const int v : removable) {
     Variable& variable = variables[v];
     const bool gone = qp.lower[v] == qp.upper[v];
@@ -26,6 +26,7 @@ StageFill StageMap::Lists::watch(const SparseQp& qp) {
       variable.gone = gone;
       mark(variable.first, variable.last);
     }
+    any_gone = any_gone || gone;
     any_fixed_value = any_fixed_value || (gone && qp.lower[v] != 0.0);
   }
   StageFill result = StageFill::filled;

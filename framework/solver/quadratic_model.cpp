@@ -74,6 +74,11 @@ bool QuadraticModel::set_curvature(NonlinearProgram& program, const VectorXd& la
 }
 
 void QuadraticModel::hessian_changed() {
+  if (w0_.isZero(0.0)) {
+    qp_.gradient = gradient_;
+    qp_.constant = cost_;
+    return;
+  }
   multiply_symmetric(qp_.hessian_pattern, qp_.hessian, w0_, qp_.gradient);
   const double bent = w0_.dot(qp_.gradient);
   qp_.gradient = gradient_ - qp_.gradient;
