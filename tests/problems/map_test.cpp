@@ -227,6 +227,7 @@ TEST(PendulumBound, OnTwoFeetItIsTheHullOfBothOrAStepOfEither) {
 TEST(PendulumBound, RefusesNonsense) {
   PendulumBound bound = published();
   EXPECT_THROW(bound.largest_impulse(right, 0.05), DefinitionError);
+  EXPECT_NO_THROW(bound.largest_impulse(right, bound.push.duration));  // lands as the push ends
   EXPECT_THROW(bound.largest_impulse(std::nan(""), {}), DefinitionError);
   bound.start = {0.0, 0.1};
   EXPECT_THROW(bound.largest_impulse(right, {}), DefinitionError);

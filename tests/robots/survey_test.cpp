@@ -13,8 +13,10 @@
 #include "saltus/robots/survey/posture_search.hpp"
 #include "saltus/robots/survey/robot_check.hpp"
 #include "saltus/robots/survey/robot_file.hpp"
+#include "saltus/robots/survey/robot_verb.hpp"
 #include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "tests/app/support.hpp"
+#include "tests/problems/fixed_steps.hpp"
 #include "tests/problems/synthetic_biped.hpp"
 
 namespace saltus::survey {
@@ -315,14 +317,13 @@ TEST(RobotCheck, IsALineForEachFinding) {
             "WRONG left_stance   falls\n");
 }
 
-// Knees have more room the way they bend. The same legs with the axes of their knees turned round.
+// The same legs with the axes of their knees turned round.
 TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
-  Biped forwards, backwards;
-  forwards.knee_lower = "-0.5";
+  Biped backwards;
   backwards.knee_axis = "0 -1 0";
   backwards.knee_lower = "-2.4";
-  backwards.knee_upper = "0.5";
-  const RobotDescription robot = survey_robot(forwards.model()).description,
+  backwards.knee_upper = "0";
+  const RobotDescription robot = survey_robot(Biped().model()).description,
                          image = survey_robot(backwards.model()).description;
   constexpr double rounding = 1e-6;  // rad, of what is found
   for (std::size_t i = 0; i < robot.postures.size(); ++i)
@@ -331,6 +332,28 @@ TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
       EXPECT_GT(q, 0.0) << knee;
       EXPECT_NEAR(image.postures[i].joints.at(knee), -q, rounding) << knee;
     }
+}
+
+// Half a radian the other way is less than a quarter of the range.
+TEST(SurveyedRobot, AKneeThatCarriesBendsTheWayItHasMoreRoom) {
+  Biped loose;
+  loose.knee_lower = "-0.5";
+  for (const StandingPosture& posture : survey_robot(loose.model()).description.postures)
+    if (posture.stance != Stance::both)
+      EXPECT_GT(
+          posture.joints.at(posture.stance == Stance::left ? "leg_left_knee" : "leg_right_knee"),
+          0.0)
+          << posture.name;
+}
+
+TEST(RobotVerb, WithoutWordsSaysHowItIsUsed) {
+  const Verb robot = robot_verb("walk", walking::FixedSteps({}, 1.0));
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{}, {"--help"}, {"new", "--help"}}) {
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(robot.run(words), ExitStatus::ok);
+    EXPECT_TRUE(contains(testing::internal::GetCapturedStdout(), "saltus robot new FILE.urdf"));
+  }
 }
 
 // G1, Talos and JVRC1 of the packages example-robot-data and jvrc-description, where a folder with

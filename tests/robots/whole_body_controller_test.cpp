@@ -358,5 +358,22 @@ TEST_F(Controllers, SpeedsAndLimbsAreKeptByTheProgram) {
   }
 }
 
+// Six times too fast, the elbow is braked with all that its motor has: what it may have to keep off
+// its other limit, and what its largest speed asks for, exclude each other.
+TEST_F(Controllers, AJointFarAboveItsLargestSpeedIsBraked) {
+  WholeBodyGains gains;
+  gains.speed_limits = true;
+  const auto keeping = make_inverse_dynamics_controller(robot, left, right, {}, gains);
+  WholeBodyState state = stand("left_stance");
+  const int elbow = robot.joint_index("l_elbow");
+  const FloatingRobot::Body& body = robot.bodies[static_cast<std::size_t>(elbow) + 1];
+  state.dq[elbow] = 6.0 * body.velocity;
+  const WholeBodyTasks tasks = rest_tasks(state, false);
+  const WholeBodyCommand& command = keeping->control(*model, state, tasks);
+  EXPECT_EQ(command.status, QpStatus::optimal);
+  constexpr double solved = 1e-4;  // Nm: to which the program is solved
+  EXPECT_NEAR(command.torques[elbow], -body.effort, solved);
+}
+
 }  // namespace
 }  // namespace saltus
