@@ -288,7 +288,7 @@ function(saltus_test name)
   target_link_libraries(test_${name} PRIVATE saltus_flags saltus_program_flags ${T_DEPENDS} GTest::gtest_main
                                              Eigen3::Eigen fmt::fmt)
   if(NOT SALTUS_SANITIZE) # tests/support/count_allocations.cpp: operator new, in its shared library, has to find them
-    foreach(counted malloc calloc realloc aligned_alloc posix_memalign)
+    foreach(counted malloc calloc realloc aligned_alloc posix_memalign free)
       target_link_options(test_${name} PRIVATE -Wl,--export-dynamic-symbol=${counted})
     endforeach()
   endif()
