@@ -145,13 +145,12 @@ TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {
 #ifdef __GLIBC__
 TEST(Cvodes, LeavesNoMemoryBehind) {
   const auto scheme = cvodes({.tolerance = 1e-8});
-  const auto in_use_after = [&] {
-    scheme->make(robertson());
+  const auto in_use_after = [&](int rounds) {
+    for (int i = 0; i < rounds; ++i) scheme->make(robertson());
     return mallinfo2().uordblks;
   };
-  in_use_after();  // what is kept once
-  const std::size_t before = in_use_after();
-  EXPECT_EQ(in_use_after(), before);
+  const std::size_t before = in_use_after(1);  // what is kept once
+  EXPECT_LT(in_use_after(1000), before + 10000);  // a context each would be 270 kB
 }
 #endif
 
