@@ -149,7 +149,7 @@ TEST(Cvodes, LeavesNoMemoryBehind) {
     for (int i = 0; i < rounds; ++i) scheme->make(robertson());
     return mallinfo2().uordblks;
   };
-  const std::size_t before = in_use_after(1);  // what is kept once
+  const std::size_t before = in_use_after(1);     // what is kept once
   EXPECT_LT(in_use_after(1000), before + 10000);  // a context each would be 270 kB
 }
 #endif
