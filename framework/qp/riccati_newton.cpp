@@ -53,6 +53,7 @@ class RiccatiNewton final : public NewtonSystem {
       for (const int variable : {soft.below, soft.above})
         if (variable >= 0) slacks_.push_back({soft.row, variable, rows.find(soft.row, variable)});
     }
+    find_start();
     point_ = {VectorXd::Zero(rows.cols()), VectorXd::Zero(rows.rows()),
               VectorXd::Zero(rows.cols())};
   }
@@ -116,6 +117,25 @@ class RiccatiNewton final : public NewtonSystem {
   struct Slack {
     int row, variable, entry;
   };
+  struct RowEntry {
+    int row, entry;
+  };
+  struct Start {
+    int row, state, entry;
+    std::vector<RowEntry> met_by;  // rows of the first stage's groups with this state
+  };
+
+  void find_start() {
+    const SparsityPattern& rows = step_.row_pattern;
+    const StageStructure::Stage& first = structure_.stages.front();
+    for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
+      const int row = structure_.start_rows[i], v = first.states[i];
+      Start& start = start_.emplace_back(Start{row, v, rows.find(row, v), {}});
+      for (const std::vector<int>& group : first.groups)
+        for (const int r : group)
+          if (const int e = rows.find(r, v); e >= 0) start.met_by.push_back({r, e});
+    }
+  }
 
   bool factor_sparse() {
     if (sparse_ == nullptr) sparse_ = make_sparse_newton(step_.hessian_pattern, step_.row_pattern);
@@ -140,11 +160,10 @@ class RiccatiNewton final : public NewtonSystem {
       step_.hessian[diagonal_slot_[s.variable]] = 0.0;
     }
     condensed_ = condensed_.cwiseInverse();
-    for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
-      const int row = structure_.start_rows[i], v = structure_.stages.front().states[i];
-      if (is_equality_[row]) continue;
-      const double c = step_.rows[step_.row_pattern.find(row, v)];
-      step_.hessian[diagonal_slot_[v]] += condensed_[row] * c * c;
+    for (const Start& s : start_) {
+      if (is_equality_[s.row]) continue;
+      const double c = step_.rows[s.entry];
+      step_.hessian[diagonal_slot_[s.state]] += condensed_[s.row] * c * c;
     }
     step_.gradient.setZero();
     cost_slacks();
@@ -227,15 +246,10 @@ class RiccatiNewton final : public NewtonSystem {
     start_part_.setZero();
     if (!map_.stages().fixed_start || map_.stages().stages.size() != structure_.stages.size())
       return;
-    const SparsityPattern& rows = step_.row_pattern;
-    const StageStructure::Stage& first = structure_.stages.front();
-    for (std::size_t k = 0; k < first.states.size(); ++k) {
-      const int start = structure_.start_rows[k], v = first.states[k];
-      const double dx = -rr[start] / step_.rows[rows.find(start, v)];
-      for (const std::vector<int>& group : first.groups)
-        for (const int row : group)
-          if (const int e = rows.find(row, v); e >= 0 && !is_equality_[row])
-            start_part_[row] += step_.rows[e] * dx;
+    for (const Start& s : start_) {
+      const double dx = -rr[s.row] / step_.rows[s.entry];
+      for (const RowEntry& of : s.met_by)
+        if (!is_equality_[of.row]) start_part_[of.row] += step_.rows[of.entry] * dx;
     }
     rr += start_part_;
   }
@@ -258,11 +272,8 @@ class RiccatiNewton final : public NewtonSystem {
     });
     step_.row_pattern.for_each(
         [&](int i, int j, int e) { lacking[j] += step_.rows[e] * dlambda[i]; });
-    for (std::size_t i = 0; i < structure_.start_rows.size(); ++i) {
-      const int row = structure_.start_rows[i], v = structure_.stages.front().states[i];
-      if (is_equality_[row])
-        dlambda[row] = -lacking[v] / step_.rows[step_.row_pattern.find(row, v)];
-    }
+    for (const Start& s : start_)
+      if (is_equality_[s.row]) dlambda[s.row] = -lacking[s.state] / step_.rows[s.entry];
   }
 
   const SparseQp* qp_ = nullptr;
@@ -282,6 +293,7 @@ class RiccatiNewton final : public NewtonSystem {
   VectorXd start_part_;   // of J dw: what the step of a given start is to the rows of its stage
   std::vector<char> soft_, is_fixed_, is_equality_;
   std::vector<Slack> slacks_;
+  std::vector<Start> start_;
   std::vector<double> slack_curvature_;
   std::vector<int> diagonal_slot_;
   qp::AlignedArray v_, y_, gradient_, equality_, side_, weights_, zero_v_, zero_y_, zero_side_;

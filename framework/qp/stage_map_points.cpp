@@ -53,8 +53,8 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
   if (any_gone || (stages.fixed_start && !slope_is_known)) compute_gradient(qp, to);
   for (const int v : removable)
     if (variables[v].gone) to.z[v] = -gradient[v];
-  for (std::size_t s = 0; s < soft_rows.size(); ++s)
-    for (const Slack* slack : {&soft_rows[s].below, &soft_rows[s].above})
+  for (const SoftRow& soft : soft_rows)
+    for (const Slack* slack : {&soft.below, &soft.above})
       if (slack->variable >= 0) to.z[slack->variable] = -slope_of(qp, *slack, to);
   if (stages.fixed_start)
     for (std::size_t i = 0; i < structure.start_rows.size(); ++i) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "saltus/qp/ipm_certificates.hpp"
 #include "saltus/qp/ipm_convergence.hpp"
@@ -43,6 +44,14 @@ struct Loaded {
   AlignedArray work, gradient, equality;
 };
 
+// Where the method begins.
+Iterate started(const SparseQp& qp) {
+  Loaded at(qp);
+  EXPECT_TRUE(at.system.factor(at.system.active()));
+  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
+  return std::move(at.point);
+}
+
 // --- where it begins ----------------------------------------------------------------------------
 
 // min 1/2 v^2 with v >= 1. In between v = 1/2 misses by 1/2; slacks are shifted by 3/4, then by
@@ -50,36 +59,30 @@ struct Loaded {
 TEST(LeastSquaresStart, IsMehrotras) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 1.0;
-  Loaded at(qp);
-  ASSERT_TRUE(at.system.factor(at.system.active()));
-  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
-  EXPECT_NEAR(at.point.v[0], 0.5, regularisation);
-  EXPECT_NEAR(at.point.s[0], 0.25 + 0.125, regularisation);
-  EXPECT_NEAR(at.point.lambda[0], 0.5 + 0.25, regularisation);
+  const Iterate point = started(qp);
+  EXPECT_NEAR(point.v[0], 0.5, regularisation);
+  EXPECT_NEAR(point.s[0], 0.25 + 0.125, regularisation);
+  EXPECT_NEAR(point.lambda[0], 0.5 + 0.25, regularisation);
 }
 
 // v = 1/4 has 1/4 of room: multipliers are shifted by 3/8.
 TEST(LeastSquaresStart, WithRoomShiftsMultipliers) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(-0.5));
   qp.lower[0] = 0.0;
-  Loaded at(qp);
-  ASSERT_TRUE(at.system.factor(at.system.active()));
-  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
-  EXPECT_NEAR(at.point.v[0], 0.25, regularisation);
+  const Iterate point = started(qp);
+  EXPECT_NEAR(point.v[0], 0.25, regularisation);
   const double products = 0.25 * 0.125;
-  EXPECT_NEAR(at.point.s[0], 0.25 + 0.5 * products / 0.125, regularisation);
-  EXPECT_NEAR(at.point.lambda[0], 0.125 + 0.5 * products / 0.25, regularisation);
+  EXPECT_NEAR(point.s[0], 0.25 + 0.5 * products / 0.125, regularisation);
+  EXPECT_NEAR(point.lambda[0], 0.125 + 0.5 * products / 0.25, regularisation);
 }
 
 // Where nothing is missed and nothing has room something positive is left of both.
 TEST(LeastSquaresStart, OnItsSideIsInsideByALittle) {
   SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
   qp.lower[0] = 0.0;
-  Loaded at(qp);
-  ASSERT_TRUE(at.system.factor(at.system.active()));
-  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
-  EXPECT_NEAR(at.point.s[0], 1e-2, rounding);
-  EXPECT_NEAR(at.point.lambda[0], 1e-2, rounding);
+  const Iterate point = started(qp);
+  EXPECT_NEAR(point.s[0], 1e-2, rounding);
+  EXPECT_NEAR(point.lambda[0], 1e-2, rounding);
 }
 
 // Products are the barrier; on soft sides violation and slack explain the gap, and multipliers are

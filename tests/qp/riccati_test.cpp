@@ -1,8 +1,10 @@
 // The structured solver against known optima and against the sparse solver; programs without a
 // solution; resultants, warm starts, deadlines, no allocation.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -224,26 +226,34 @@ TEST(RiccatiSolver, RowsOfOneEntryAreRowsAsOthers) {
   }
 }
 
+// The optima with what is declared of resultants and without: one objective, and the first meets
+// the conditions of the second.
+std::array<StagePoint, 2> solve_both_ways(const StageQp& declared) {
+  StageQp undeclared = declared;
+  for (Stage& s : undeclared.stages) s.resultant_size = 0;
+  std::array<StagePoint, 2> points;
+  const QpResult with_resultant = solve_cold(declared, points[0]),
+                 without = solve_cold(undeclared, points[1]);
+  EXPECT_EQ(without.status, QpStatus::optimal);
+  EXPECT_EQ(with_resultant.status, QpStatus::optimal);
+  EXPECT_NEAR(with_resultant.objective, without.objective,
+              required * (1.0 + std::abs(without.objective)));
+  EXPECT_LE(kkt_residual(undeclared, points[0]).largest(), required * multiplier_scale(points[0]));
+  return points;
+}
+
 TEST(RiccatiSolver, AResultantChangesTheArithmeticOnly) {
   for (const int groups : {2, 3})
     for (int seed = 1; seed <= 40; ++seed) {
       const StageQp declared = program_with_groups(groups, seed, /*equality=*/0.3);
-      StageQp plain_qp = declared;
-      for (Stage& s : plain_qp.stages) s.resultant_size = 0;
+      SCOPED_TRACE(fmt::format("{} groups, seed {}", groups, seed));
       qp::RiccatiSystem system(declared, {});
       ASSERT_TRUE(system.pack(declared));
       EXPECT_EQ(system.packed().reduced_stages, declared.intervals());
-      StagePoint a, b;
-      const QpResult with_resultant = solve_cold(declared, a), without = solve_cold(plain_qp, b);
-      ASSERT_EQ(without.status, QpStatus::optimal) << groups << " groups, seed " << seed;
-      ASSERT_EQ(with_resultant.status, QpStatus::optimal) << groups << " groups, seed " << seed;
-      EXPECT_NEAR(with_resultant.objective, without.objective,
-                  required * (1.0 + std::abs(without.objective)));
-      EXPECT_LE(kkt_residual(plain_qp, a).largest(), required * multiplier_scale(a));
+      const auto [a, b] = solve_both_ways(declared);
       // The cost determines inputs to the root of the tolerance.
       for (int k = 0; k < declared.intervals(); ++k)
-        EXPECT_LT((a.stages[k].u - b.stages[k].u).lpNorm<Eigen::Infinity>(), 1e-4)
-            << groups << " groups, seed " << seed << ", stage " << k;
+        EXPECT_LT((a.stages[k].u - b.stages[k].u).lpNorm<Eigen::Infinity>(), 1e-4) << "stage " << k;
     }
 }
 
@@ -267,16 +277,8 @@ TEST(RiccatiSolver, EqualRowsUnderOtherMapsAreOthers) {
       }
       s.resultant_size = random.chance(0.7) ? size : 0;
     }
-    StageQp plain_qp = qp;
-    for (Stage& s : plain_qp.stages) s.resultant_size = 0;
-    StagePoint a, b;
-    const QpResult with_resultant = solve_cold(qp, a), without = solve_cold(plain_qp, b);
-    ASSERT_EQ(without.status, QpStatus::optimal) << seed;
-    ASSERT_EQ(with_resultant.status, QpStatus::optimal) << seed;
-    EXPECT_NEAR(with_resultant.objective, without.objective,
-                required * (1.0 + std::abs(without.objective)))
-        << seed;
-    EXPECT_LE(kkt_residual(plain_qp, a).largest(), required * multiplier_scale(a)) << seed;
+    SCOPED_TRACE(seed);
+    solve_both_ways(qp);
   }
 }
 
@@ -292,16 +294,8 @@ TEST(RiccatiSolver, EqualRowsOnOtherInputsOfAGroupAreOthers) {
         rows.columns = {first, first + 1};
         rows.M = qp.stages[0].groups[g].M;
       }
-    StageQp plain_qp = qp;
-    for (Stage& s : plain_qp.stages) s.resultant_size = 0;
-    StagePoint a, b;
-    const QpResult with_resultant = solve_cold(qp, a), without = solve_cold(plain_qp, b);
-    ASSERT_EQ(without.status, QpStatus::optimal) << seed;
-    ASSERT_EQ(with_resultant.status, QpStatus::optimal) << seed;
-    EXPECT_NEAR(with_resultant.objective, without.objective,
-                required * (1.0 + std::abs(without.objective)))
-        << seed;
-    EXPECT_LE(kkt_residual(plain_qp, a).largest(), required * multiplier_scale(a)) << seed;
+    SCOPED_TRACE(seed);
+    solve_both_ways(qp);
   }
 }
 

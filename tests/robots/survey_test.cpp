@@ -14,6 +14,7 @@
 #include "saltus/robots/survey/robot_check.hpp"
 #include "saltus/robots/survey/robot_file.hpp"
 #include "saltus/robots/survey/robot_verb.hpp"
+#include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/fixed_steps.hpp"
@@ -82,11 +83,6 @@ class Biped {
            "\" velocity=\"6\"/></joint>";
   }
 };
-
-StandingPosture posture_on_both(const RobotDescription& robot) {
-  return *std::find_if(robot.postures.begin(), robot.postures.end(),
-                       [](const auto& p) { return p.stance == Stance::both; });
-}
 
 bool holds(const std::vector<std::string>& list, const std::string& name) {
   return std::find(list.begin(), list.end(), name) != list.end();
@@ -230,7 +226,7 @@ TEST(FootReach, IsLookedForFromThePostureOnBothFeetAndWrittenWholeOrNotAtAll) {
   const UrdfModel model = UrdfModel::parse(SyntheticBiped().urdf(), "biped.urdf");
   RobotDescription robot = survey_robot(model).description;
   const TemporaryFolder folder;
-  const StandingPosture both = posture_on_both(robot);
+  const StandingPosture both = walking::posture_on_both_feet(robot);
   robot.postures = {robot.posture_on(Side::left)};
   EXPECT_FALSE(cached_foot_reach(model, robot, folder.path()));
   EXPECT_TRUE(fs::is_empty(folder.path()));
@@ -338,12 +334,11 @@ TEST(SurveyedRobot, KneesBendAsTheirLimitsLetThem) {
 TEST(SurveyedRobot, AKneeThatCarriesBendsTheWayItHasMoreRoom) {
   Biped loose;
   loose.knee_lower = "-0.5";
-  for (const StandingPosture& posture : survey_robot(loose.model()).description.postures)
-    if (posture.stance != Stance::both)
-      EXPECT_GT(
-          posture.joints.at(posture.stance == Stance::left ? "leg_left_knee" : "leg_right_knee"),
-          0.0)
-          << posture.name;
+  for (const StandingPosture& posture : survey_robot(loose.model()).description.postures) {
+    if (posture.stance == Stance::both) continue;
+    const char* knee = posture.stance == Stance::left ? "leg_left_knee" : "leg_right_knee";
+    EXPECT_GT(posture.joints.at(knee), 0.0) << posture.name;
+  }
 }
 
 TEST(RobotVerb, WithoutWordsSaysHowItIsUsed) {

@@ -5,19 +5,13 @@
 #include <cstddef>
 #include <cstdlib>
 
+#include "tests/support/sanitized.hpp"
+
 // Eigen allocates with malloc, so malloc itself is replaced: glibc lets a program do so and keeps
 // its own under __libc_*. operator new calls malloc and is thereby counted as well.
 namespace {
 std::atomic<long> allocations{0};
 }
-
-#if defined(__SANITIZE_ADDRESS__)
-#define SALTUS_SANITIZED  // the sanitizer brings its own malloc
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define SALTUS_SANITIZED
-#endif
-#endif
 
 #ifndef SALTUS_SANITIZED
 extern "C" {
