@@ -7,6 +7,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/solver/ipopt.hpp"
 #include "tests/support/event_problems.hpp"
 #include "tests/support/resolved_derivatives.hpp"
 
