@@ -140,7 +140,10 @@ void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
   plan_.lambda.setZero(initial_.lambda.size());
   plan_.z.setZero(initial_.z.size());
   shift_.remember(shooting_->program(), plan_.w);
+  guess_ = plan_;
+  tick_.provenance = Provenance::shifted;
   has_plan_ = true;
+  failures_ = 0;  // of the plan before
   has_multipliers_ = is_prepared_ = false;
 }
 
@@ -157,18 +160,24 @@ void RecedingHorizonController::prepare(double t) noexcept {
   } catch (...) {  // terms now exclude one another: the old grid stays
     has_bad_grid_ = true;
   }
-  shift_.apply(shooting_->program(), has_plan_ ? plan_ : initial_, guess_);
+  if (has_plan_) {
+    shift_.apply(shooting_->program(), plan_, guess_);
+  } else {  // the problem's guess counts from where the horizon begins, whenever that is
+    guess_ = initial_;
+    const NonlinearProgram& nlp = shooting_->nlp();
+    guess_.w = guess_.w.cwiseMax(nlp.lower()).cwiseMin(nlp.upper());
+  }
   // From a plan that a wrong measurement has spoilt there may be no way back.
   begins_anew_ = has_plan_ && failures_ >= 2 && failures_ % 2 == 0;
   solver_->prepare(shooting_->nlp(), begins_anew_ ? initial_ : guess_);
-  is_prepared_ = true;
+  is_prepared_ = has_time_ = true;
   preparation_ = seconds_since(begin);
 }
 
 const ControlTick& RecedingHorizonController::feedback(const VectorRef& state) noexcept {
   const WallClock::time_point begin = WallClock::now();
   const bool is_due = !is_prepared_;
-  if (is_due) prepare(now_ + options_.period);
+  if (is_due) prepare(has_time_ ? now_ : now_ + options_.period);
   return answer(state, begin, is_due);
 }
 
@@ -207,7 +216,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   if (tick_.provenance != Provenance::fallback)
     hold(*shooting_, accepted ? plan_.w : guess_.w, now_, options_.period, tick_.input);
   if (tick_.provenance == Provenance::fallback || !tick_.input.all_finite()) fall_back(state);
-  is_prepared_ = has_bad_data_ = false;
+  is_prepared_ = has_time_ = has_bad_data_ = false;
   ++ticks_;
   tick_.seconds = seconds_since(begin);
   tick_.preparation = preparation_;

@@ -140,6 +140,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// Both.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
 
+  /// Whether the last input was of a plan, or one was adopted since.
+  bool has_plan() const { return tick_.provenance != Provenance::fallback; }
   /// Of all ticks so far.
   const LoopStatistics& statistics() const { return statistics_; }
   /// Of what solves the ticks.
@@ -169,6 +171,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   NlpPoint guess_, point_;  // on the present grid
   bool has_plan_ = false, has_multipliers_ = false, is_prepared_ = false, has_bad_data_ = false;
   bool has_bad_grid_ = false;  // of the last prepare()
+  bool has_time_ = false;      // now_ is of the next tick: prepare() was told
   bool is_of_model_ = false;   // what the present tick knows of its plan
   int failures_ = 0;           // solves in a row that came to nothing, for want of time apart
   bool begins_anew_ = false;   // where the problem's guess is, not where the last plan is

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/ocp/windows_of.hpp"
 
 namespace saltus {
 namespace {
@@ -15,6 +17,16 @@ constexpr double least = 10.0 * same_instant;  // s
 
 Bounds what_is_left(const Bounds& duration, double elapsed) {
   return {std::max(duration.lower - elapsed, least), std::max(duration.upper - elapsed, least)};
+}
+
+// Whether the window begins or ends within the phase, by the phase's clock.
+bool counts_from_the_start(const Window& window) {
+  const auto is_inside = [](const std::optional<Instant>& limit, double least_seconds) {
+    return limit && !limit->is_event() && std::isfinite(limit->seconds()) &&
+           limit->seconds() > least_seconds;
+  };
+  return window.clock == Clock::phase &&
+         (is_inside(window.from, same_instant) || is_inside(window.to, -infinity));
 }
 
 }  // namespace
@@ -29,8 +41,17 @@ std::vector<RecedingHorizonController> rests_of(
         "is used is not known; make it a state",
         problem.name(), what));
   };
-  for (const PhaseDefinition& phase : problem.phases())
+  for (const PhaseDefinition& phase : problem.phases()) {
     if (!phase.integrals.empty()) refuse("integral '" + phase.integrals.front().name + "'");
+    for_each_window(phase, [&](const Window& window, const auto& describe) {
+      if (!counts_from_the_start(window)) return;
+      throw DefinitionError(fmt::format(
+          "controller: problem '{}', phase '{}', {}: its window counts from the start of the "
+          "phase, which moves on with every tick; give its limits as events or on Clock::absolute, "
+          "or make a phase of its own of it",
+          problem.name(), phase.name, describe()));
+    });
+  }
   if (!problem.links().empty()) refuse("link '" + problem.links().front().name + "'");
   if (options.intervals.empty()) options.intervals.assign(phases, options.intervals_per_phase);
   std::vector<RecedingHorizonController> rests;
@@ -64,7 +85,7 @@ void ShrinkingHorizonController::enter(int phase, double t) {
         fmt::format("controller: phase {} cannot follow phase {}", phase, phase_));
   Trajectory plan;
   try {
-    plan = rests_[phase_].report().trajectory.after(phase - phase_);
+    if (rests_[phase_].has_plan()) plan = rests_[phase_].report().trajectory.after(phase - phase_);
   } catch (...) {  // formulas: there is no plan to take over
   }
   phase_ = phase;

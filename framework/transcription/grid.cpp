@@ -8,21 +8,9 @@
 #include <span>
 
 #include "saltus/core/error.hpp"
+#include "saltus/ocp/windows_of.hpp"
 
 namespace saltus {
-namespace {
-
-// visit(window, describe) with a function that makes the name of whose it is.
-template <class Visit>
-void for_each_window(const PhaseDefinition& phase, Visit&& visit) {
-  for (const Term& t : phase.terms) visit(t.window, [&] { return "term '" + t.name + "'"; });
-  for (const ComponentBounds& b : phase.input_bounds)
-    visit(b.window, [&] { return fmt::format("input {}", b.component); });
-  for (const ComponentBounds& b : phase.state_bounds)
-    visit(b.window, [&] { return fmt::format("state {}", b.component); });
-}
-
-}  // namespace
 
 Grid::Grid(const OptimalControlProblem& problem, const std::vector<Mesh>& meshes)
     : schedule_(problem.schedule()) {

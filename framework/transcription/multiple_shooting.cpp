@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/ocp/windows_of.hpp"
 #include "saltus/solver/second_order.hpp"
 #include "saltus/solver/solve_in_scale.hpp"
 #include "saltus/transcription/between_nodes.hpp"
@@ -89,6 +90,16 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
   if (!first.has_free_duration() && !first_phase.is_equality())
     throw DefinitionError(fmt::format("phase '{}': its duration is fixed, not within [{}, {}] s",
                                       first.name, first_phase.lower, first_phase.upper));
+  if (first.has_free_duration())  // as when the grid was made
+    for_each_window(first, [&](const Window& window, const auto& describe) {
+      for (const std::optional<Instant>* limit : {&window.from, &window.to})
+        if (*limit && !(*limit)->is_event() && (*limit)->seconds() > same_instant &&
+            std::isfinite((*limit)->seconds()) && (*limit)->seconds() >= first_phase.lower)
+          throw DefinitionError(fmt::format(
+              "phase '{}', {}: its window has a limit at {} s, but what is left of the phase may "
+              "last only {} s",
+              first.name, describe(), (*limit)->seconds(), first_phase.lower));
+    });
   change([&](ProblemData& next) {
     if (first.has_free_duration())
       next.duration_bounds.front() = first_phase;

@@ -335,7 +335,8 @@ TEST(RecedingHorizon, PreparesAheadOfDataAndOfTheSameSchedule) {
         controller->set_previous_input(VectorXd::Zero(1));
       }
       const VectorXd x = Vec<double, 2>{0.5 - 0.05 * k, 0.1};
-      const ControlTick& prepared = ahead.tick(t, x);
+      const ControlTick& prepared = ahead.feedback(x);
+      EXPECT_EQ(prepared.time, t);  // also where it had to be prepared again
       const ControlTick& late = at_once.tick(t, x);
       ASSERT_TRUE(is_of_this_tick(prepared.provenance)) << k;
       EXPECT_EQ(prepared.input[0].input()[0], late.input[0].input()[0]) << k;
@@ -351,6 +352,63 @@ TEST(RecedingHorizon, PreparesAheadOfDataAndOfTheSameSchedule) {
     EXPECT_EQ(at_once.statistics().prepared_ahead, 0);
     EXPECT_EQ(ahead.statistics().preparation.count(), ticks);
   }
+}
+
+// Keeps what it is told to begin with, and succeeds when it shall.
+class Watching final : public RealTimeSolver {
+ public:
+  Watching(VectorXd& guess, bool& succeeds) : guess_(&guess), succeeds_(&succeeds) {}
+  void prepare(NonlinearProgram&, const NlpPoint& guess) noexcept override { *guess_ = guess.w; }
+  TickResult feedback(NonlinearProgram&, NlpPoint& point, bool,
+                      WallClock::time_point) noexcept override {
+    TickResult result;
+    result.status = *succeeds_ ? SolveStatus::optimal : SolveStatus::infeasible;
+    point.w.array() += 0.25;  // what it has found
+    return result;
+  }
+  std::string name() const override { return "watching"; }
+
+ private:
+  VectorXd* guess_;
+  bool* succeeds_;
+};
+
+// The guess of a problem counts from its start, whatever the clock reads when the controller
+// begins: also the guess of durations that are free.
+TEST(RecedingHorizon, BeginsWithTheProblemsGuessAtAnyTime) {
+  Phase<2, 1> swing{"swing", Pendulum{}, between(0.0, 2.0)}, rest{"rest", Pendulum{}, exactly(1.0)};
+  swing.guess_duration(0.8).guess_state({0.5, 0.0}, {0.0, 0.1});
+  OptimalControlProblem ocp("swing and rest");
+  ocp.start_at({0.5, 0.0}).then(swing).then(rest);
+  MultipleShooting shooting(std::move(ocp),
+                            {.intervals_per_phase = 4, .integrator = runge_kutta4()});
+  const VectorXd given = shooting.initial_guess().w;
+  VectorXd guess;
+  bool succeeds = false;
+  RecedingHorizonController controller(
+      std::move(shooting), std::make_unique<Watching>(guess, succeeds), {.period = step});
+  for (const double t : {100.0, 100.1}) {
+    EXPECT_EQ(controller.tick(t, VectorXd{{0.5, 0.0}}).provenance, Provenance::fallback);
+    EXPECT_EQ(guess, given) << t;
+  }
+}
+
+TEST(RecedingHorizon, AnAdoptedPlanIsWhereTheNextSolveStartsWhateverFailedBefore) {
+  VectorXd guess;
+  bool succeeds = true;
+  RecedingHorizonController controller(pendulum(), std::make_unique<Watching>(guess, succeeds),
+                                       {.period = step});
+  const VectorXd x{{0.5, 0.0}};
+  ASSERT_TRUE(is_of_this_tick(controller.tick(0.0, x).provenance));
+  const Trajectory plan = controller.report().trajectory;
+  succeeds = false;
+  for (const double t : {0.0, 0.0}) controller.tick(t, x);  // every other one begins anew
+  controller.adopt_plan(0.0, plan);
+  EXPECT_TRUE(controller.has_plan());
+  controller.tick(0.0, x);
+  const VectorXd adopted = controller.shooting().guess_from(plan).w;
+  EXPECT_LT((guess - adopted).norm(), 1e-12);  // interpolated at its own nodes
+  EXPECT_GT((guess - controller.shooting().initial_guess().w).norm(), 0.1);
 }
 
 TEST(RealTimeIteration, OneModelPerTickApproachesTheOptimum) {

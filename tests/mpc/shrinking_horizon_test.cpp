@@ -84,8 +84,24 @@ TEST(WhatIsLeft, AfterAPhaseBeginsWithTheNext) {
   EXPECT_THROW(closed.close().after(1), DefinitionError);
 }
 
-// What of an integral or a link is used when a phase is partly over is not known.
-TEST(ShrinkingHorizon, IntegralsAndLinksAreRefusedByName) {
+TEST(WhatIsLeft, OfAFreePhaseIsLongerThanItsWindows) {
+  Phase<2, 1> drive{"drive", Cart{}, between(0.5, 2.0)};
+  drive.keep("slow at first", speed, at_most(1.0), Window{.to = 0.3}).guess_duration(1.0);
+  OptimalControlProblem ocp("drive");
+  ocp.start_at({0, 0}).then(drive);
+  MultipleShooting shooting(std::move(ocp), grid);
+  shooting.set_remaining(between(0.4, 1.9), {});
+  try {
+    shooting.set_remaining(between(0.2, 1.7), {});
+    ADD_FAILURE() << "a window longer than its phase may be was taken";
+  } catch (const DefinitionError& error) {
+    EXPECT_NE(std::string(error.what()).find("term 'slow at first'"), std::string::npos);
+  }
+}
+
+// What of an integral or a link is used when a phase is partly over is not known, and a window that
+// counts from the start of the phase would move on with every tick.
+TEST(ShrinkingHorizon, IntegralsLinksAndWindowsOfThePhaseAreRefusedByName) {
   const auto message = [](const OptimalControlProblem& problem) -> std::string {
     try {
       rests_of(problem, {.intervals_per_phase = 4, .integrator = runge_kutta4()},
@@ -105,6 +121,17 @@ TEST(ShrinkingHorizon, IntegralsAndLinksAreRefusedByName) {
   EXPECT_NE(message(linked).find("link 'return'"), std::string::npos) << message(linked);
   limited.start_at({0, 0}).then(Phase<2, 1>(drive).bound_integral("way", speed, at_most(1.0)));
   EXPECT_NE(message(limited).find("integral 'way'"), std::string::npos) << message(limited);
+  for (const Window& window : {Window{.from = 0.5}, Window{.from = 0.0, .to = 0.3}}) {
+    OptimalControlProblem windowed("windowed");
+    windowed.start_at({0, 0}).then(Phase<2, 1>(drive).bound_input(0, between(-1.0, 1.0), window));
+    EXPECT_NE(message(windowed).find("phase 'drive', input 0"), std::string::npos)
+        << message(windowed);
+  }
+  for (const Window& window : {Window{.from = 0.0}, Window{.to = 0.3, .clock = Clock::absolute}}) {
+    OptimalControlProblem windowed("windowed");
+    windowed.start_at({0, 0}).then(Phase<2, 1>(drive).bound_input(0, between(-1.0, 1.0), window));
+    EXPECT_EQ(message(windowed), "");
+  }
 }
 
 TEST(ShrinkingHorizon, TheEndStaysWhereItIsAndPhasesFollow) {
@@ -165,6 +192,28 @@ TEST(ShrinkingHorizon, APhaseThatBeginsGoesOnWithThePlan) {
   EXPECT_EQ(tick.provenance, Provenance::shifted);
   const double middle = 0.45 + 0.5 * (1.0 - 0.45) / 8;  // of the first interval of what is left
   EXPECT_NEAR(tick.input[0].input()[0], plan.trajectory.input(middle)[0], 1e-9);
+}
+
+RecedingHorizonController idle(MultipleShooting rest) {
+  return RecedingHorizonController(std::move(rest), std::make_unique<Idle>(), {.period = 0.05});
+}
+
+TEST(ShrinkingHorizon, APlanGoesThroughPhasesWithoutATickAndAFallbackIsNone) {
+  const OptimalControlProblem problem = by_way_of(exactly(0.4), exactly(0.6), {});
+  const Solution plan = solve(*std::make_unique<MultipleShooting>(problem, grid), *make_sqp());
+  ASSERT_TRUE(plan.ok()) << plan.message;
+  for (const bool is_adopted : {true, false}) {
+    std::vector<RecedingHorizonController> rests = rests_of(problem, grid, idle);
+    if (is_adopted) rests.front().adopt_plan(0.0, plan.trajectory);
+    ShrinkingHorizonController controller(problem, std::move(rests));
+    if (!is_adopted) controller.tick(0.0, VectorXd{{0.0, 0.0}});
+    controller.enter(1, 0.4);
+    const ControlTick& tick = controller.tick(0.45, plan.trajectory.state(0.45));
+    EXPECT_EQ(tick.provenance, is_adopted ? Provenance::shifted : Provenance::fallback);
+    if (!is_adopted) continue;
+    const double middle = 0.45 + 0.5 * (1.0 - 0.45) / 8;
+    EXPECT_NEAR(tick.input[0].input()[0], plan.trajectory.input(middle)[0], 1e-9);
+  }
 }
 
 TEST(ShrinkingHorizon, TicksDoNotAllocate) {
