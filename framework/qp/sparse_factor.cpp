@@ -28,6 +28,7 @@ constexpr double rounding = 1e-16;
 }  // namespace
 
 bool SparseSystem::factor(const double* weights) {
+  best_is_of_factor_ = false;
   diagonal_.setZero();
   for (std::size_t i = 0; i < sides_.size(); ++i) {
     const int row = sides_[i].row;
@@ -126,6 +127,7 @@ void SparseSystem::solve(const double* rv, const double* ry, double* dv, double*
     next_level();
     if (factor_with(regularisations[level_])) refine(smallest);
   }
+  best_is_of_factor_ = true;
   for (int i = 0; i < n_; ++i) dv[i] = best_[i];
   for (int i = n_; i < variables(); ++i) dv[i] = 0.0;
   for (std::size_t i = 0; i < equality_rows_.size(); ++i) dy[i] = best_[n_ + equality_rows_[i]];

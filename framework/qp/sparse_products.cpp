@@ -66,7 +66,7 @@ void SparseSystem::spread(const double* v, double* side) const {
 }
 
 void SparseSystem::multiply(const double* v, double* side) {
-  if (std::equal(v, v + n_, best_.data())) {
+  if (best_is_of_factor_ && std::equal(v, v + n_, best_.data())) {
     // The last solution came with p = w J dv. J dv is small where w is large, and lost to
     // cancellation if it is added up; p is not.
     for (int i = 0; i < m_; ++i) row_work_[i] = -best_[n_ + i] * diagonal_[n_ + i];

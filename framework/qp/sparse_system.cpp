@@ -40,6 +40,7 @@ SparseSystem::SparseSystem(const SparsityPattern& hessian, const SparsityPattern
 }
 
 bool SparseSystem::load(const SparseQp& qp) {
+  best_is_of_factor_ = false;
   if (qp.variables() != n_ || qp.hessian.size() != hessian_.size() ||
       qp.rows.size() != rows_.size() || qp.row_lower.size() != m_)
     return false;

@@ -107,6 +107,7 @@ class SparseSystem {
   VectorXd hessian_diagonal_;
   VectorXd diagonal_;  ///< of the matrix without H, rho and delta: bound weights, -1/w
   VectorXd right_side_, solution_, residual_, best_;
+  bool best_is_of_factor_ = false;  ///< the last solution, of this factor and these rows
   VectorXd row_work_;
   double cost_unit_ = 1.0;
   bool expects_convex_ = true;

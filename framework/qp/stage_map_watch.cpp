@@ -41,7 +41,8 @@ StageFill StageMap::Lists::watch(const SparseQp& qp) {
           part.active = qp.row_lower[part.row] > -infinity || qp.row_upper[part.row] < infinity;
         }
         if (part.active == was_active) continue;
-        row_active[part.row] = part.active ? 1 : 0;
+        const auto is_on = [&](const Part& p) { return p.row == part.row && p.active; };
+        row_active[part.row] = std::ranges::any_of(group.parts, is_on) ? 1 : 0;
         mark(row_first[part.row], k);
       }
   for (Coupling& c : couplings) {

@@ -36,7 +36,7 @@ std::unique_ptr<StepPlanner> PushRecovery::make_step_planner(const RobotDescript
       break;
   }
   std::optional<double> push_start;
-  if (step.known) push_start = config_.push.start;
+  if (step.known) push_start = pushes().front().start;
   return std::make_unique<StepLogic>(step, push_start, scene);
 }
 

@@ -56,6 +56,7 @@ EstimatedPlant::EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot
                                double step)
     : PlantAround(std::move(plant)),
       step_(step),
+      first_pin_(pin),
       pin_(pin),
       options_(options),
       sensors_(robot, sensors, step),
@@ -80,6 +81,7 @@ void EstimatedPlant::reset(const WholeBodyState& state) {
   plant_->reset(state);
   sensors_.reset(state);
   velocities_.reset(sensors_.readings().q);
+  pin_ = first_pin_;
   const int pin = pin_ == Side::left ? 0 : 1;
   // The posture says where the pin stands; roll and pitch of the base are known badly.
   soles_[pin].update(state.q);

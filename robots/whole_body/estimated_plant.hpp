@@ -38,7 +38,7 @@ class EstimatedPlant final : public PlantAround {
   void publish();
 
   double step_;
-  Side pin_;
+  Side first_pin_, pin_;  // where the robot stands at a reset, and now
   EstimationOptions options_;
   Sensors sensors_;
   double leg_variance_;  // of a joint, rad^2

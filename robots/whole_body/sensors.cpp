@@ -42,9 +42,15 @@ SensorDevice encoder(const EncoderOptions& o, int joints, double step, std::uint
           seed};
 }
 
+// Samples are whole steps of the engine apart.
+long steps_between(double rate, double step) {
+  return std::max(1L, std::lround(1.0 / (rate * step)));
+}
+
 SensorDevice inertial(const InertialOptions& o, const char* name, double step, std::uint64_t seed) {
   check(name, o.rate, {{"noise", o.noise}, {"bias", o.bias}, {"delay", o.delay}});
-  return {{o.rate, o.delay, 0.0, VectorXd::Constant(3, o.noise * std::sqrt(o.rate)),
+  const double rate = 1.0 / (static_cast<double>(steps_between(o.rate, step)) * step);
+  return {{o.rate, o.delay, 0.0, VectorXd::Constant(3, o.noise * std::sqrt(rate)),
            VectorXd::Constant(3, o.bias), true},
           step,
           seed};
@@ -74,7 +80,7 @@ std::uint64_t seed_of(const SensorOptions& options, std::uint64_t device) {
 SensorDevice::SensorDevice(Options options, double step, std::uint64_t seed)
     : options_(std::move(options)),
       step_(step),
-      period_(std::max(1L, std::lround(1.0 / (options_.rate * step)))),
+      period_(steps_between(options_.rate, step)),
       delay_(std::lround(options_.delay / step)),
       seed_(seed),
       random_(seed),

@@ -98,6 +98,25 @@ TEST(StepKnown, FalseMeansThatNothingOfThePushIsTold) {
   EXPECT_FALSE(are_equal(samples(paper, acting, acting), samples(paper, other, acting)));
 }
 
+// The push that is told is the first one, also where others are listed before it.
+TEST(StepKnown, TellsTheFirstOfManyPushes) {
+  const Config config = config_of({"preset=paper", "pushes=1.0 7 -90"});
+  ASSERT_GT(config.push.start, 2.0);
+  Scene scene;
+  scene.stance_foot = {between(-0.05, 0.1), between(-0.03, 0.04)};
+  scene.swing_foot = scene.stance_foot.mirrored();
+  const auto planner = PushRecovery(config).make_step_planner(icub(), scene);
+  StepSituation now;
+  now.time = 1.2;
+  now.mass = 33.0;
+  now.omega = 4.2;
+  now.gamma << 0.02, 0.0, 0.53, 0.0, -0.05 * now.omega, Vec<double, 4>::Zero();
+  now.right.stands = false;
+  const StepPlan& plan = planner->plan(now);
+  ASSERT_EQ(plan.count, 1);
+  EXPECT_DOUBLE_EQ(plan.steps[0].landing, 1.0 + config.step.duration);
+}
+
 TEST(StepKnown, IsTrueForThePaperAloneAndFollowsFromWhatIsAsked) {
   EXPECT_TRUE(config_of({}).step.known);  // of the centroidal model: the paper's conditions
   EXPECT_TRUE(config_of({"plant=dart", "preset=paper"}).step.known);

@@ -149,8 +149,9 @@ TYPED_TEST(KktSystemOf, ProductsFitTogether) {
     Point together(system);
     system.apply(a.v.data(), b.y.data(), b.side.data(), together.v.data(), together.y.data(),
                  together.side.data());
+    const double in_sum = size_of(of_a.v) + size_of(pulled.v) + size_of(pushed.v);
     for (int i = 0; i < system.variables(); ++i)
-      near(together.v[i], of_a.v[i] + pulled.v[i] - pushed.v[i], size_of(of_a.v));
+      near(together.v[i], of_a.v[i] + pulled.v[i] - pushed.v[i], in_sum);
     system.evaluate(zero.v.data(), zero.y.data(), zero.side.data(), at_zero.v.data(),
                     at_zero.y.data(), at_zero.side.data());
     system.evaluate(a.v.data(), b.y.data(), b.side.data(), at_a.v.data(), at_a.y.data(),

@@ -77,9 +77,12 @@ class RandomStaged {
       qp.row_upper[r] = infinity;
       if (chance(0.2)) continue;
       const double miss = kind_[r] == Kind::soft && chance(0.5) ? 1.0 : 0.0;
-      if (has_lower_[r])
+      const bool is_two_sided = has_lower_[r] && has_upper_[r];
+      const bool loses_lower = is_two_sided && chance(0.2),
+                 loses_upper = is_two_sided && !loses_lower && chance(0.2);
+      if (has_lower_[r] && !loses_lower)
         qp.row_lower[r] = value[r] - testing_support::uniform(random_, 0.05, 0.5) + miss;
-      if (has_upper_[r])
+      if (has_upper_[r] && !loses_upper)
         qp.row_upper[r] = std::max(value[r] + testing_support::uniform(random_, 0.05, 0.5) - miss,
                                    qp.row_lower[r]);
     }

@@ -95,6 +95,29 @@ double difference(const VectorXd& a, const VectorXd& b) {
   return a.size() == 0 ? 0.0 : (a - b).lpNorm<Eigen::Infinity>();
 }
 
+// What the last solution came with is of its own program.
+TEST(SparseSystem, RowsOfAnotherProgramAreMultipliedAnew) {
+  const std::vector<std::pair<int, int>> squares{{0, 0}, {1, 1}}, entries{{0, 0}, {0, 1}};
+  SparseQp qp(SparsityPattern::from_pairs(2, 2, squares),
+              SparsityPattern::from_pairs(1, 2, entries));
+  qp.hessian.setOnes();
+  qp.rows << 1.0, 2.0;
+  qp.row_lower << 5.0;
+  qp.row_upper << 5.0;
+  qp::SparseSystem system(qp.hessian_pattern, qp.row_pattern);
+  ASSERT_TRUE(system.load(qp));
+  Arrays a(system);
+  ASSERT_TRUE(system.factor(a.side.data()));
+  fill(a.y, VectorXd::Constant(1, -5.0));  // the residual of the row at zero
+  system.solve(a.v.data(), a.y.data(), a.dv.data(), a.dy.data());
+  ASSERT_NEAR(a.dv[0], 1.0, 1e-12);
+  ASSERT_NEAR(a.dv[1], 2.0, 1e-12);
+  qp.row_upper << infinity;
+  ASSERT_TRUE(system.load(qp));
+  system.multiply(a.dv.data(), a.side.data());
+  EXPECT_NEAR(a.side[0], 5.0, 1e-12);
+}
+
 TEST(SparseSystem, AgreesWithDenseMatrices) {
   for (int seed = 1; seed <= 100; ++seed) {
     const SparseQp qp = to_sparse(random_qp(seed, {.rank_deficient = 0.0}).qp);

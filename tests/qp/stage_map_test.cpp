@@ -245,6 +245,40 @@ TEST(StageMap, DynamicsThatAreNoEqualityAreRefused) {
   EXPECT_EQ(map.fill(small.qp), StageFill::filled);
 }
 
+// A soft row of the second stage that reads the input of the first: x1 = 1/2 + u, 1 <= u + x1 <= 5,
+// and the input is carried as long as one of its sides is there.
+TEST(StageMap, ASoftRowThatLosesASideKeepsWhatItReads) {
+  const auto pattern = SparsityPattern::from_pairs;
+  const std::vector<std::pair<int, int>> squares{{1, 1}, {2, 2}},
+      entries{{0, 0}, {1, 0}, {1, 1}, {1, 2}, {2, 1}, {2, 2}, {2, 3}, {2, 4}};
+  SparseQp qp(pattern(5, 5, squares), pattern(3, 5, entries));
+  qp.hessian << 1.0, 1.0;
+  qp.gradient << 0.0, 0.0, 0.0, 10.0, 10.0;
+  const auto set = [&](int row, int column, double value) {
+    qp.rows[qp.row_pattern.find(row, column)] = value;
+  };
+  set(0, 0, 1.0);  // x0 = 1/2
+  set(1, 0, -1.0), set(1, 1, -1.0), set(1, 2, 1.0);
+  set(2, 1, 1.0), set(2, 2, 1.0), set(2, 3, 1.0), set(2, 4, -1.0);
+  qp.lower << -infinity, -infinity, -infinity, 0.0, 0.0;
+  qp.upper.setConstant(infinity);
+  qp.row_lower << 0.5, 0.0, 1.0;
+  qp.row_upper << 0.5, 0.0, 5.0;
+  StageStructure structure;
+  structure.stages.resize(2);
+  structure.stages[0] = {.states = {0}, .inputs = {1}, .dynamics = {1}};
+  structure.stages[1] = {.states = {2}, .groups = {{2}}};
+  structure.start_rows = {0};
+  structure.soft_rows = {{2, 3, 4}};
+  StageMap map(qp, structure);
+  for (const double upper : {5.0, infinity, 5.0}) {
+    qp.row_upper[2] = upper;
+    ASSERT_EQ(map.fill(qp), StageFill::filled);
+    EXPECT_EQ(map.stages().stages[1].nx, 2) << upper;
+    expect_same_optimum(qp, map);
+  }
+}
+
 // --- the solver behind the seam of sparse programs ----------------------------------------------
 
 class DenseStages final : public StageQpSolver {

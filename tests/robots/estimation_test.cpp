@@ -319,6 +319,22 @@ TEST(SensorDevice, NoiseBiasAndResolutionAreThoseAskedFor) {
   EXPECT_EQ(coarse.reading()[0], 1.5);
 }
 
+// A sample has the noise of the rate at which there are samples: that of the engine at most.
+TEST_F(IcubBody, NoiseOfRatesIsThatOfTheSamplesThatThereAre) {
+  SensorOptions options;
+  options.gyroscope = {.rate = 1e5, .noise = 1e-3, .bias = 0.0, .delay = 0.0};
+  Sensors sensors(robot, options, dt);
+  sensors.reset(start);
+  double squares = 0.0;
+  constexpr int samples = 4000;
+  for (int k = 0; k < samples; ++k) {
+    sensors.observe(start, {}, {});
+    squares += sensors.readings().angular_velocity.squaredNorm() / 3.0;
+  }
+  const double deviation = 1e-3 * std::sqrt(1.0 / dt);
+  EXPECT_NEAR(std::sqrt(squares / samples), deviation, 0.03 * deviation);  // five deviations
+}
+
 // Sees a robot that its test moves.
 class PuppetPlant final : public Plant {
  public:
@@ -367,7 +383,9 @@ TEST_F(Estimated, TheSeedDecidesAndAResetStartsAgain) {
   EXPECT_EQ(first.state().dq, second.state().dq);
   EXPECT_NE(first.state().dq, another.state().dq);
   EstimatedPlant fresh = still(1);
+  first.pin(Side::right);
   first.reset(start);
+  EXPECT_TRUE(first.base().stands(Side::left));
   EXPECT_EQ(first.state().base.matrix(), fresh.state().base.matrix());
   EXPECT_EQ(first.state().q, fresh.state().q);
 }
