@@ -55,7 +55,7 @@ def draw(page, folder):
     python = "/usr/bin/python3" if os.path.exists("/usr/bin/python3") else sys.executable
     for step in sorted(os.listdir(folder)):
         subprocess.run([python, "-B", "-m", "saltus.plot_trajectory", os.path.join(folder, step)], check=True,
-                       env={**os.environ, "PYTHONPATH": PACKAGE})
+                       env={**os.environ, "PYTHONPATH": PACKAGE, "PYTHONSAFEPATH": "1"})
         shutil.copy(os.path.join(folder, step, "trajectory.png"),
                     os.path.join(os.path.splitext(page)[0], f"{step}.png"))
 

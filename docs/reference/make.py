@@ -19,6 +19,7 @@ import urllib.parse
 import public_headers
 
 ROOT = os.path.abspath(public_headers.ROOT)
+MARK = ".made-by-saltus-docs"  # as in the script saltus
 THEME = "/usr/share/doxygen-awesome-css"
 STYLES = ["doxygen-awesome.css", "doxygen-awesome-sidebar-only.css",
           "doxygen-awesome-sidebar-only-darkmode-toggle.css"]
@@ -268,11 +269,28 @@ def check_links(folder):
     return wrong, len(pages), count
 
 
+def clear(out):
+    """An empty folder, unless what is there is of somebody else."""
+    os.makedirs(out, exist_ok=True)
+    mark = os.path.join(out, MARK)
+    if os.listdir(out) and not os.path.exists(mark):
+        sys.exit(f"documentation: something else is in '{out}'; name a folder that is new, or that docs made")
+    for name in os.listdir(out):
+        path = os.path.join(out, name)
+        if name == MARK:
+            continue
+        if os.path.isdir(path) and not os.path.islink(path):
+            shutil.rmtree(path)
+        else:
+            os.remove(path)
+    with open(mark, "w", encoding="utf-8") as file:
+        file.write("`./saltus docs` made what is here, and clears it when it is called again.\n")
+
+
 def main(out):
     if not shutil.which("doxygen") or not os.path.isdir(THEME):
         sys.exit("the documentation needs doxygen and its theme: apt-get install doxygen doxygen-awesome-css")
-    shutil.rmtree(out, ignore_errors=True)
-    os.makedirs(out)
+    clear(out)
     public_headers.main(os.path.join(out, "headers"))
     files, pictures, lacking = write_pages(os.path.join(out, "pages"))
     warnings, status = run_doxygen(out, files, pictures)

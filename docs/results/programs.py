@@ -11,6 +11,10 @@ import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 PACKAGE = os.path.join(ROOT, "python")
+sys.path.append(PACKAGE)
+
+from saltus.children import end_with_parent  # noqa: E402
+from saltus.whole_file import whole_file, write_text  # noqa: E402, F401
 
 
 class NotHere(Exception):
@@ -18,7 +22,8 @@ class NotHere(Exception):
 
 
 def call(command, good=(0, 3), folder=None, environment=None):
-    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment,
+                          preexec_fn=end_with_parent)
     if done.returncode not in good:
         raise RuntimeError(f"{' '.join(command)}: status {done.returncode}\n{done.stderr}")
     return done
@@ -27,7 +32,7 @@ def call(command, good=(0, 3), folder=None, environment=None):
 def draw(module, *arguments):
     """Runs a module of saltus.walking."""
     call([sys.executable, "-B", "-m", f"saltus.walking.{module}", *arguments],
-         environment={**os.environ, "PYTHONPATH": PACKAGE})
+         environment={**os.environ, "PYTHONPATH": PACKAGE, "PYTHONSAFEPATH": "1"})
 
 
 def is_whole(folder):
@@ -58,8 +63,7 @@ class Programs:
     def _note_version(self, note, is_kept):
         """Maps and tables do not say which program made them, so a file beside them does."""
         if not is_kept:
-            with open(note, "w", encoding="utf-8") as file:
-                file.write(self.version())
+            write_text(note, self.version())
 
     def _add_version(self, note):
         if os.path.exists(note):
@@ -125,9 +129,7 @@ class Programs:
         if not os.path.exists(table):
             if not os.path.exists(program):
                 raise NotHere(f"the program {name} is not built (a target of the build)")
-            printed = call([program, *arguments], good=(0,)).stdout
-            with open(table, "w", encoding="utf-8") as file:
-                file.write(printed)
+            write_text(table, call([program, *arguments], good=(0,)).stdout)
             self._note_version(table + ".made_by", is_kept=False)
         self._add_version(table + ".made_by")
         return table

@@ -27,7 +27,7 @@ import tempfile
 from comparisons import COMPARISONS
 from other_tables import OTHER_TABLES
 from pictures import PICTURES
-from programs import ROOT, NotHere, Programs
+from programs import ROOT, NotHere, Programs, whole_file, write_text
 from sentences import SENTENCES
 from tables import TABLES
 
@@ -102,13 +102,6 @@ def differences(name, table, made):
     return found
 
 
-def write(path, text):
-    partial = path + ".partial"
-    with open(partial, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(partial, path)
-
-
 def stamp(programs):
     """Versions, machine, date."""
     return f"{programs.made_by()}; {platform.machine()}, {processor()}; {datetime.date.today().isoformat()}"
@@ -119,7 +112,7 @@ def result_file(name):
 
 
 def save_result(programs, name, title, made):
-    write(result_file(name), f"# {title}\n\n{made}\n{stamp(programs)}\n")
+    write_text(result_file(name), f"# {title}\n\n{made}\n{stamp(programs)}\n")
 
 
 def save_sentence(programs, name, said):
@@ -129,7 +122,7 @@ def save_sentence(programs, name, said):
         with open(result_file("sentences"), encoding="utf-8") as file:
             made = dict(re.findall(r"^\*\*(\w+)\*\* (.*)$", file.read(), re.MULTILINE))
     made[name] = f"{said} ({stamp(programs)})"
-    write(result_file("sentences"), "# Numbers in the READMEs' prose\n\n"
+    write_text(result_file("sentences"), "# Numbers in the READMEs' prose\n\n"
           + "\n".join(f"**{known}** {made[known]}\n" for known in SENTENCES if known in made))
 
 
@@ -146,7 +139,7 @@ def put_into_readme(name, table, made):
         text = file.read()
     begin, end = marks(name)
     before, rest = text.split(begin, 1)
-    write(readme_of(table), before + begin + made + end + rest.split(end, 1)[1])
+    write_text(readme_of(table), before + begin + made + end + rest.split(end, 1)[1])
 
 
 def make_table(name, programs, is_written):
@@ -194,7 +187,8 @@ def compare_pictures(made, is_written):
         if share > most:
             found.append(f"{path}: {100.0 * share:.1f} % of its points differ")
         if is_written:
-            shutil.copyfile(picture, there)
+            with whole_file(there) as partial:
+                shutil.copyfile(picture, partial)
     return found
 
 
@@ -216,7 +210,7 @@ def make_sentence(name, programs, is_written):
     if is_written:
         for group in range(len(pieces), 0, -1):
             text = text[:there.start(group)] + pieces[group - 1] + text[there.end(group):]
-        write(readme_of(sentence), text)
+        write_text(readme_of(sentence), text)
     return found
 
 

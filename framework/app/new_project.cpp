@@ -1,7 +1,6 @@
 #include "saltus/app/new_project.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "saltus/app/template_file.hpp"
 #include "saltus/app/version.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/temporary_file.hpp"
 #include "saltus/core/text.hpp"
 
 namespace saltus {
@@ -127,7 +127,7 @@ void make_project(const fs::path& folder, const ProjectKind& kind) {
                  own = data_file("framework/app/templates/" + kind.name);
   const Marks marks{{"@NAME@", name}, {"@VERSION@", minor_version()}, {"@SUMMARY@", kind.summary}};
 
-  const fs::path partial = whole.parent_path() / fmt::format(".{}.{}.part", name, ::getpid());
+  const fs::path partial = temporary_beside(whole);
   try {
     fs::create_directory(partial);
     write_files(common, partial, marks);

@@ -5,13 +5,12 @@
 
 #include <cerrno>
 #include <climits>
-#include <csignal>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/temporary_file.hpp"
 #include "saltus/core/text.hpp"
 
 namespace saltus {
@@ -20,25 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // As long as any that a run writes, with the parts of a temporary one.
-constexpr const char* longest_file_name = ".latency_by_provenance.json.4194304.part";
-
-// Unique to this process, so that two runs into one folder do not share a temporary file.
-fs::path temporary_beside(const fs::path& file) {
-  return file.parent_path() / fmt::format(".{}.{}.part", file.filename().string(), ::getpid());
-}
-
-// What processes that were killed left of files they had begun.
-void remove_orphans(const fs::path& folder) {
-  std::error_code error;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with('.') || !name.ends_with(".part")) continue;
-    const fs::path number = entry.path().stem().extension();  // .NAME.PROCESS.part
-    const int process = std::atoi(number.c_str() + (number.empty() ? 0 : 1));
-    const bool is_over = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
-    if (is_over) fs::remove(entry.path(), error);
-  }
-}
+constexpr const char* longest_file_name = ".latency_by_provenance.json.01234567.4194304.part";
 
 // The folder itself, or the nearest of its parents that exists.
 fs::path nearest_existing(fs::path folder) {
@@ -73,7 +54,8 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
                        PATH_MAX));
   // Permissions alone do not tell (read-only file systems, root): try, and take it back.
   const fs::path probe = temporary_beside(existing / "saltus_probe");
-  const bool writable = std::ofstream(probe).put('\n').flush().good();
+  const bool writable =
+      make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();
   fs::remove(probe, error);
   if (!writable) refuse("is not writable");
   remove_orphans(path_);
@@ -84,13 +66,14 @@ void OutputFolder::write(std::string_view name, std::string_view content) const 
   const fs::path temporary = temporary_beside(file);
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  std::ofstream stream(temporary, std::ios::binary | std::ios::trunc);
   errno = 0;
+  std::ofstream stream;
+  if (make_private_file(temporary)) stream.open(temporary, std::ios::binary | std::ios::trunc);
   stream.write(content.data(), static_cast<std::streamsize>(content.size()));
   stream.close();
   if (!stream.good())
     error = {errno, std::generic_category()};
-  else if (fs::rename(temporary, file, error); !error)
+  else if (publish_file(temporary, file, error); !error)
     return;
   std::error_code ignored;
   fs::remove(temporary, ignored);

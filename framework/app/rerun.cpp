@@ -15,6 +15,7 @@
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/version.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"
 
 namespace saltus {
@@ -43,9 +44,11 @@ bool is_of_computing(const std::string& name) {
 }
 
 std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(fmt::format("rerun: '{}' cannot be read", file.string()));
-  return {std::istreambuf_iterator<char>(stream), {}};
+  constexpr std::size_t longest_table = std::size_t{1} << 32U;  // 100 MB a minute
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error))
+    throw InputError(fmt::format("rerun: '{}' cannot be read: there is no such file", file.string()));
+  return file_content(file, file.extension() == ".csv" ? longest_table : longest_file);
 }
 
 std::vector<std::string> cells_of(const std::string& line) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -13,6 +14,7 @@
 #include "problems/library/npz.hpp"
 #include "problems/library/quadratic_program.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 
 namespace saltus::library {
 namespace {
@@ -25,10 +27,22 @@ constexpr int max_iterations = 500;
 constexpr int digits = 13;
 
 // The patterns are those of the non-zero entries. What is absent is empty.
-SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data) {
+SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& file) {
   const MatrixXd &P = data["P"], &G = data["G"], &A = data["A"];
   const int n = static_cast<int>(P.rows()), inequalities = static_cast<int>(G.rows());
   const int rows = inequalities + static_cast<int>(A.rows());
+  const auto is_of = [&](const char* name, Eigen::Index rows_of_it, Eigen::Index cols) {
+    const MatrixXd& m = data[name];
+    return m.rows() == rows_of_it && m.cols() == cols;
+  };
+  const auto is_absent_or = [&](const char* name, Eigen::Index rows_of_it, Eigen::Index cols) {
+    return data[name].size() == 0 || is_of(name, rows_of_it, cols);
+  };
+  if (n == 0 || !is_of("P", n, n) || !is_of("q", n, 1) || !is_absent_or("G", G.rows(), n) ||
+      !is_absent_or("A", A.rows(), n) ||
+      data["h"].size() != G.rows() || data["b"].size() != A.rows() || !is_absent_or("lb", n, 1) ||
+      !is_absent_or("ub", n, 1))
+    throw InputError(fmt::format("'{}': P, q, G, h, A, b, lb and ub do not fit together", file));
   MatrixXd J(rows, n);
   J << G, A;
   std::vector<std::pair<int, int>> hessian, jacobian;
@@ -60,12 +74,24 @@ MpcQp read_line(const std::string& line, const std::filesystem::path& data) {
                                  (data / "expected.csv").string(), line));
   MpcQp program;
   program.name = field[0].substr(0, field[0].rfind(".npz"));
-  program.qp = to_sparse_qp(read_npz((data / field[0]).string()));
-  program.cost = std::stod(field[5]);
+  const std::filesystem::path file = data / std::filesystem::path(field[0]).filename();
+  program.qp = to_sparse_qp(read_npz(file.string()), file.string());
+  const auto number = [&](const std::string& text) {
+    double value = 0.0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size())
+      throw InputError(fmt::format("'{}' has '{}' where a number is expected",
+                                   (data / "expected.csv").string(), shortened(text)));
+    return value;
+  };
+  if (field.size() > 7 + static_cast<std::size_t>(program.qp.gradient.size()))
+    throw InputError(fmt::format("'{}' has more values of x than '{}' has variables",
+                                 (data / "expected.csv").string(), program.name));
+  program.cost = number(field[5]);
   // A vanishing cost and a singular P: the optimum of the quadruped has ties.
   const bool is_unique = std::abs(program.cost) > 1e-12;
   for (std::size_t i = 7; is_unique && i < field.size(); ++i)
-    program.x.push_back(std::stod(field[i]));
+    program.x.push_back(number(field[i]));
   return program;
 }
 

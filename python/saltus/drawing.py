@@ -29,15 +29,10 @@ except ModuleNotFoundError:
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402, F401
 
+from .whole_file import whole_file  # noqa: E402
+
 
 def save_picture(figure, path, dpi=110):
     """A PNG file that is never half written."""
-    folder, name = os.path.split(os.path.abspath(path))
-    partial = os.path.join(folder, "." + name)
-    try:
+    with whole_file(path) as partial:
         figure.savefig(partial, dpi=dpi, format="png")
-        os.replace(partial, path)
-    except OSError as error:
-        if os.path.exists(partial):
-            os.remove(partial)
-        raise OSError(error.errno, os.strerror(error.errno), path) from None

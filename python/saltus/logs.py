@@ -20,21 +20,9 @@ except ModuleNotFoundError:
     sys.exit(SAID)
 
 from .results import load  # noqa: E402
+from .whole_file import whole_file  # noqa: E402
 
 ROOT = "robot_logger_device"  # where robot-log-visualizer looks
-
-
-def _written_whole(path, write):
-    """write(name) into a file beside `path`, which is then renamed."""
-    folder, name = os.path.split(os.path.abspath(path))
-    partial = os.path.join(folder, f".{name}.{os.getpid()}.part")
-    try:
-        write(partial)
-        os.replace(partial, path)
-    except BaseException:
-        if os.path.exists(partial):
-            os.remove(partial)
-        raise
 
 
 # ---- MAT v7.3 ------------------------------------------------------------------------------------
@@ -101,7 +89,7 @@ def write_mat(run, path):
     """
     import h5py
 
-    def write(partial):
+    with whole_file(path) as partial:
         with h5py.File(partial, "w", userblock_size=512) as file:
             mat = _MatFile(file)
             root = mat.group(file, ROOT)
@@ -125,8 +113,6 @@ def write_mat(run, path):
         with open(partial, "r+b") as file:
             file.write(head.ljust(116) + bytes(8) + b"\x00\x02IM")
 
-    _written_whole(path, write)
-
 
 # ---- MCAP ----------------------------------------------------------------------------------------
 
@@ -144,7 +130,7 @@ def write_mcap(run, path):
     """A channel per table, a message per row; what is no number is null. Times are those of the run."""
     from mcap.writer import Writer
 
-    def write(partial):
+    with whole_file(path) as partial:
         with open(partial, "wb") as stream:
             writer = Writer(stream)
             writer.start(profile="", library="saltus")
@@ -165,8 +151,6 @@ def write_mcap(run, path):
                     nanoseconds = max(0, round(t * 1e9))
                     writer.add_message(channel, nanoseconds, json.dumps(message).encode(), nanoseconds)
             writer.finish()
-
-    _written_whole(path, write)
 
 
 # ---- the command line ----------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import os
 import re
 
 _UNIT = re.compile(r"(.*\S) \[.*\]$")
@@ -15,6 +16,8 @@ def without_unit(column):
 
 def read_table(path):
     """Columns by name, in their order: numbers where all entries are (empty ones are NaN)."""
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise ValueError(f"{path} is no file")  # a device has no end
     with open(path, newline="", encoding="utf-8") as file:
         rows = list(csv.reader(file))
     if not rows:

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstdint>
@@ -16,26 +17,52 @@
 #include <sstream>
 #include <string_view>
 
+#include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"
+#include "saltus/robots/model/xml_nesting.hpp"
 
 namespace saltus {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t largest_mesh = std::uintmax_t{1} << 26U;  // bytes: 1.3 million triangles
+constexpr std::size_t largest_mesh = longest_file;  // 1.3 million triangles
+
+// What robots' meshes are kept in; other formats of Assimp's name files of their own, or are
+// packed.
+constexpr std::array formats{"stl", "dae", "obj"};
+
+// A mesh is read from memory: what it names besides, materials and pictures, is not opened.
+class NoOtherFiles final : public Assimp::IOSystem {
+ public:
+  bool Exists(const char*) const override { return false; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char*, const char*) override { return nullptr; }
+  void Close(Assimp::IOStream*) override {}
+};
+
+// Without its dot, in small letters.
+std::string extension_of(const fs::path& file) {
+  std::string extension = file.extension().string();
+  if (!extension.empty()) extension.erase(0, 1);
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
 
 bool is_file(const fs::path& path) {
   std::error_code absent;
   return fs::is_regular_file(path, absent);
 }
 
-std::vector<fs::path> folders_above(const fs::path& file) {
-  std::vector<fs::path> folders;
-  for (fs::path folder = fs::absolute(file).parent_path();; folder = folder.parent_path()) {
-    folders.push_back(folder);
-    if (folder == folder.parent_path()) return folders;
-  }
+// That of a URDF and those above it, but none at the top of the file system, which hold more than
+// robots.
+std::vector<fs::path> folders_around(const fs::path& urdf) {
+  std::vector<fs::path> folders{fs::absolute(urdf).parent_path()};
+  for (fs::path above = folders.front().parent_path(); above.parent_path() != above.root_path();
+       above = above.parent_path())
+    folders.push_back(above);
+  return folders;
 }
 
 // Folders that the user names for packages.
@@ -56,15 +83,10 @@ bool lies_in(const fs::path& folder, const fs::path& file) {
   return !inner.empty() && *inner.begin() != "..";
 }
 
-// That of the URDF and the two above it, where packages keep robots/NAME/ beside meshes/, but no
-// folder at the top of the file system, which holds more than a robot.
+// Where packages keep robots/NAME/ beside meshes/.
 std::vector<fs::path> folders_of_robot(const fs::path& urdf) {
-  std::vector<fs::path> folders = folders_above(urdf);
+  std::vector<fs::path> folders = folders_around(urdf);
   if (folders.size() > 3) folders.resize(3);
-  const auto is_at_top = [](const fs::path& folder) {
-    return folder.parent_path() == folder.root_path();
-  };
-  folders.erase(std::remove_if(folders.begin() + 1, folders.end(), is_at_top), folders.end());
   return folders;
 }
 
@@ -131,7 +153,7 @@ std::optional<fs::path> find_mesh(const std::string& reference, const fs::path& 
     const std::string name = rest.substr(0, rest.find('/'));
     rest.erase(0, std::min(rest.size(), name.size() + 1));
     if (name.empty() || name == "." || name == ".." || rest.empty()) return std::nullopt;
-    std::vector<fs::path> folders = folders_above(urdf), named = named_folders();
+    std::vector<fs::path> folders = folders_around(urdf), named = named_folders();
     folders.insert(folders.end(), named.begin(), named.end());
     for (const fs::path& folder : folders) {
       std::vector<fs::path> packages{folder / name, folder / "share" / name};
@@ -154,17 +176,26 @@ std::optional<fs::path> find_mesh(const std::string& reference, const fs::path& 
 }
 
 std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
+  const std::string extension = extension_of(file);
+  if (std::find(formats.begin(), formats.end(), extension) == formats.end())
+    throw InputError(fmt::format("{}: meshes are read as {}; export it as STL", file.string(),
+                                 join_names({formats.begin(), formats.end()})));
   std::error_code unknown;
   const std::uintmax_t size = fs::file_size(file, unknown);
   if (!unknown && size > largest_mesh)
     throw InputError(
         fmt::format("{}: the mesh has {} MB, more than {}; export it with fewer triangles",
                     file.string(), size >> 20U, largest_mesh >> 20U));
+  const std::string content = file_content(file, largest_mesh);
+  const auto doubt = extension == "dae" ? nesting_doubt(content) : std::nullopt;
+  if (doubt) throw InputError(fmt::format("{}: {}; export it again as STL", file.string(), *doubt));
   Assimp::Importer importer;
+  importer.SetIOHandler(new NoOtherFiles);  // which the importer owns from now on
   // As simulators and viewers of ROS take Collada: its axes as they are, its unit respected.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene =
-      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+      importer.ReadFileFromMemory(content.data(), content.size(),
+                                  aiProcess_Triangulate | aiProcess_SortByPType, extension.c_str());
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw InputError(fmt::format("{}: the mesh cannot be read ({}); export it again as STL",
                                  file.string(), shortened(importer.GetErrorString())));

@@ -12,16 +12,17 @@
 namespace saltus {
 
 /// The file that package://NAME/REST, model://NAME/REST, file://PATH or a path in a URDF stands
-/// for. Packages are looked for around the URDF, then where ROS_PACKAGE_PATH, GAZEBO_MODEL_PATH and
-/// AMENT_PREFIX_PATH say; paths must lie in the URDF's folder, in one of the two above it or in one
-/// that these variables name, and no name leads out of its package: a URDF from elsewhere opens no
-/// other files of its reader. None if there is no such file.
+/// for. Packages are looked for around the URDF (not at the top of the file system), then where
+/// ROS_PACKAGE_PATH, GAZEBO_MODEL_PATH and AMENT_PREFIX_PATH say; paths must lie in the URDF's
+/// folder, in one of the two above it or in one that these variables name, and no name leads out of
+/// its package: a URDF from elsewhere opens no other files of its reader. None if there is no such
+/// file.
 std::optional<std::filesystem::path> find_mesh(const std::string& reference,
                                                const std::filesystem::path& urdf);
 
-/// Corners of all triangles of a mesh (STL, Collada, OBJ and what else assimp reads), each place
-/// once, in the file's axes, m for files that name no unit. Throws InputError, one sentence naming
-/// the file, when it cannot be read or has no triangle.
+/// Corners of all triangles of a mesh (STL, Collada or OBJ, by its ending), each place once, in the
+/// file's axes, m for files that name no unit. Other files that it names are not opened. Throws
+/// InputError, one sentence naming the file, when it cannot be read or has no triangle.
 std::vector<Vec<double, 3>> mesh_corners(const std::filesystem::path& file);
 
 /// Points whose convex hull is that of the shape (m, in its link): corners of meshes and boxes; of

@@ -12,13 +12,12 @@
 
 #include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"
+#include "saltus/robots/model/xml_nesting.hpp"
 
 namespace saltus {
 namespace {
 
-// Robots have fewer than ten levels of elements and a few hundred links; what reads them recurses
-// over both.
-constexpr int deepest_element = 100;
+// Robots have a few hundred; what reads them recurses over them.
 constexpr std::size_t most_links = 2000;
 
 // Links that urdfdom has joined to a circle keep each other alive.
@@ -33,26 +32,6 @@ struct LetGo {
 };
 
 constexpr std::size_t longest_clause = 1000;  // characters that one reads to the end
-
-// By the brackets alone: what is no XML is told by the parser.
-bool is_nested_deeply(std::string_view text) {
-  int depth = 0;
-  for (std::size_t at = text.find('<'); at != std::string_view::npos; at = text.find('<', at + 1)) {
-    const std::string_view rest = text.substr(at);
-    if (rest.starts_with("<!--")) {
-      at = text.find("-->", at);
-      if (at == std::string_view::npos) return false;
-    } else if (rest.starts_with("</")) {
-      --depth;
-    } else if (!rest.starts_with("<?") && !rest.starts_with("<!")) {
-      const std::size_t end = rest.find('>');
-      if (end == std::string_view::npos) return false;
-      if (rest[end - 1] != '/' && ++depth > deepest_element) return true;
-      at += end;
-    }
-  }
-  return false;
-}
 
 // urdfdom reports through a process-wide log, and goes on with a half-read link after most errors.
 // While one of these lives, the errors are collected here instead of printed.
@@ -310,9 +289,8 @@ UrdfModel UrdfModel::parse(const std::string& text, const std::string& source) {
   if (text.find("<robot") == std::string::npos)
     throw InputError(fmt::format(
         "{}: this is not a URDF, for it has no <robot> element; give the path of a URDF", source));
-  if (is_nested_deeply(text))
-    throw InputError(
-        fmt::format("{}: elements are nested more than {} deep", source, deepest_element));
+  if (const auto doubt = nesting_doubt(text))
+    throw InputError(fmt::format("{}: {}", source, *doubt));
   urdf::ModelInterfaceSharedPtr urdf;
   {
     CollectedLog log;

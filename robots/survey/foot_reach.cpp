@@ -1,7 +1,6 @@
 #include "saltus/robots/survey/foot_reach.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 #include <string_view>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/temporary_file.hpp"
 #include "saltus/robots/survey/posture_search.hpp"
 #include "saltus/robots/whole_body/collision_shapes.hpp"
 #include "saltus/robots/whole_body/floating_robot.hpp"
@@ -154,16 +154,17 @@ void round_to_file(FootReach& reach) {
 void write(const std::filesystem::path& path, const FootReach& reach) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
-  const std::filesystem::path part = fmt::format("{}.{}.part", path.string(), ::getpid());
+  const std::filesystem::path part = temporary_beside(path);
   bool is_written = false;
   {
-    std::ofstream file(part);
+    std::ofstream file;
+    if (make_private_file(part)) file.open(part);
     for (const std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
       for (const Point2& corner : *corners)
         file << fmt::format("{:.6f} {:.6f}\n", corner[0], corner[1]);
     is_written = file.flush().good();
   }
-  if (is_written) std::filesystem::rename(part, path, error);
+  if (is_written) publish_file(part, path, error);
   if (!is_written || error) std::filesystem::remove(part, error);
 }
 

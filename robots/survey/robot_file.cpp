@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/core/text.hpp"
 #include "saltus/robots/survey/posture_search.hpp"
 #include "saltus/robots/whole_body/collision_shapes.hpp"
 
@@ -141,8 +142,8 @@ std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model) {
   const RobotDescription& d = robot.description;
   std::string text = fmt::format(
       "# {}, as `saltus robot new` read it from\n# {}\n# Keys: robots/README.md of Saltus.\n",
-      d.name, model.source());
-  for (const std::string& note : robot.notes) text += fmt::format("# {}\n", note);
+      printable(d.name), printable(model.source()));
+  for (const std::string& note : robot.notes) text += fmt::format("# {}\n", printable(note));
   text +=
       fmt::format("name: {}\nsource: {}\n\n", quoted(d.name),
                   quoted("read from " + std::filesystem::path(model.source()).filename().string()));

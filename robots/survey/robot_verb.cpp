@@ -103,9 +103,19 @@ std::string run_settings(const BipedProblem& defaults, const SurveyedRobot& robo
   return keys.changes_to_yaml();
 }
 
+// Of a folder below the present one, that is not hidden.
+bool is_folder_name(const std::string& name) {
+  return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
+         printable(name) == name;
+}
+
 ExitStatus make_new(const Request& request, const std::string& name, const BipedProblem& defaults) {
   const fs::path urdf = fs::absolute(request.urdf).lexically_normal();
   const UrdfModel model = UrdfModel::read(urdf);
+  if (request.out.empty() && !is_folder_name(model.name()))
+    throw InputError(fmt::format(
+        "{}: the name of the robot, '{}', is no name of a folder here; name one with --out DIR",
+        urdf.string(), shortened(model.name())));
   const fs::path folder = fs::absolute(request.out.empty() ? model.name() : request.out);
   for (const char* file : {"robot.yaml", "run.yaml"})
     if (std::error_code absent; fs::exists(folder / file, absent))
@@ -116,7 +126,7 @@ ExitStatus make_new(const Request& request, const std::string& name, const Biped
   out.write("robot.yaml", to_yaml(robot, model));
   out.write("run.yaml",
             fmt::format("# Settings of {} for {}, fitted to its size by `saltus robot new`.\n{}",
-                        name, robot.description.name,
+                        name, printable(shortened(robot.description.name)),
                         run_settings(defaults, robot, urdf, folder / "robot.yaml")));
   for (const std::string& note : robot.notes) fmt::print("note  {}\n", note);
   const RobotDescription read_back =

@@ -16,6 +16,7 @@
 
 #include "saltus/app/output_folder.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/file_content.hpp"
 #include "saltus/core/text.hpp"
 
 namespace saltus::walking {
@@ -24,8 +25,11 @@ namespace {
 namespace fs = std::filesystem;
 
 std::string content_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  std::error_code absent;
+  if (!fs::exists(file, absent)) return {};
+  if (!fs::is_regular_file(file, absent))
+    throw InputError(fmt::format("'{}' is no file; choose another --out", file.string()));
+  return file_content(file);
 }
 
 // "weights.gamma: [0, 0]" of a nested "  gamma: [0, 0]  # unit"; comments are left out.

@@ -2,6 +2,7 @@
 #include "saltus/app/output_folder.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <array>
 #include <charconv>
@@ -11,6 +12,7 @@
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/temporary_file.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus {
@@ -38,6 +40,29 @@ TEST(OutputFolder, comes_into_being_with_the_first_file) {
   EXPECT_EQ(file_content(folder / "a/b/sub/y.txt"), "three");
   const auto files = fs::recursive_directory_iterator(folder / "a/b");
   EXPECT_EQ(std::distance(begin(files), end(files)), 3) << "temporary files are left behind";
+}
+
+// What is begun has a name that nobody guesses, is of this user alone, and follows no link.
+TEST(OutputFolder, begun_files_are_private) {
+  const TemporaryFolder folder;
+  const fs::path file = folder / "x.txt", one = temporary_beside(file),
+                 two = temporary_beside(file);
+  EXPECT_NE(one, two);
+  EXPECT_TRUE(one.filename().string().starts_with(".x.txt."));
+  ASSERT_TRUE(make_private_file(one));
+  EXPECT_FALSE(make_private_file(one)) << "is there already";
+  const fs::perms others = fs::perms::group_all | fs::perms::others_all;
+  EXPECT_EQ(fs::status(one).permissions() & others, fs::perms::none);
+  const fs::path mine = folder.file("mine", "mine");
+  fs::create_symlink(mine, two);
+  EXPECT_FALSE(make_private_file(two)) << "a link";
+  std::error_code error;
+  publish_file(one, file, error);
+  EXPECT_FALSE(error);
+  EXPECT_TRUE(fs::exists(file) && !fs::exists(one));
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  EXPECT_EQ(fs::status(file).permissions(), static_cast<fs::perms>(0666U & ~mask));
 }
 
 TEST(OutputFolder, unusable_folders_are_refused) {

@@ -391,6 +391,24 @@ class Scripts(unittest.TestCase):
         self.assertNotIn("src=", page)
         self.assertIn("<td>toy</td><td>4</td><td>0</td><td>4</td>", page)
 
+    @unittest.skipUnless(importlib.util.find_spec("matplotlib"), "needs matplotlib")
+    def test_the_report_shows_what_is_in_the_file_and_runs_nothing_of_it(self):
+        self.run_small("a.jsonl", solvers="riccati,toy")
+        with open(self.path("a.jsonl"), encoding="utf-8") as file:
+            head, *lines = file.read().splitlines()
+        head, spell = json.loads(head), "<script>alert(1)</script>"
+        head["saltus"] = {key: spell for key in head["saltus"]}
+        head["machine"] = {key: spell for key in head["machine"]}
+        head["packages"] = {key: spell for key in head["packages"]}
+        head["matrix"] |= {"instances": spell, "repetitions": spell}
+        with open(self.path("a.jsonl"), "w", encoding="utf-8") as file:
+            file.write("\n".join([json.dumps(head), *lines]) + "\n")
+        self.bench("report", "a.jsonl")
+        with open(self.path("a.html"), encoding="utf-8") as file:
+            page = file.read()
+        self.assertNotIn(spell, page)
+        self.assertIn("&lt;script&gt;alert(1)", page)
+
 
 if __name__ == "__main__":
     if importlib.util.find_spec("numpy") is None:

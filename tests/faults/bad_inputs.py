@@ -17,10 +17,12 @@ import resource
 import shutil
 import signal
 import stat
+import struct
 import subprocess
 import sys
 import tempfile
 import time
+import zipfile
 
 LIMIT = 60  # s, on a crowded machine; what takes longer hangs
 MEMORY = 4 << 30  # bytes of addresses: 512 MB of memory beside what libraries reserve
@@ -41,6 +43,15 @@ BOX = '<box size="0.2 0.1 0.05"/>'
 
 def biped(sole=BOX, left=None, right=None):
     return SMALL_URDF.format((left or LEG.format("l", "0.1", sole)) + (right or LEG.format("r", "-0.1", BOX)))
+
+
+def write_npz(path, shapes):
+    """Arrays of ones, as numpy keeps them."""
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, (rows, columns) in shapes.items():
+            head = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {columns}), }}".encode()
+            head += b" " * (-(len(head) + 11) % 64) + b"\n"
+            archive.writestr(name + ".npy", b"\x93NUMPY\1\0" + struct.pack("<H", len(head)) + head + struct.pack("<d", 1.0) * (rows * columns))
 
 
 class Case:
@@ -204,10 +215,13 @@ def cases():
         "a mesh without a name": biped("<mesh/>"), "a mesh above the robot's folders": biped('<mesh filename="../../../../../../etc/passwd"/>'),
         "a mesh by its full path": biped('<mesh filename="/etc/passwd"/>'), "a mesh of a package that is not there": biped('<mesh filename="package://nobody/m.stl"/>'),
         "a mesh from a package's outside": biped('<mesh filename="package://../m.stl"/>'), "a mesh from the net": biped('<mesh filename="http://example.org/m.stl"/>'),
+        "a mesh of a package at the top of the file system": biped('<mesh filename="package://etc/hostname"/>'), "a mesh of a model at the top": biped('<mesh filename="model://etc/passwd"/>'),
         "a mesh that is a device": biped('<mesh filename="/dev/zero"/>'), "a mesh whose name has 100,000 letters": biped(f'<mesh filename="{"m" * 100000}.stl"/>'),
         "entities that multiply": '<!DOCTYPE r [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;">]>' + biped().replace('"r"', '"&b;"', 1),
         "an entity from a file": '<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]>' + biped().replace('"r"', '"&a;"', 1), "a million letters in a name": biped().replace('"base"', '"' + "b" * 1000000 + '"'),
-        "tags 200,000 deep": f'<robot name="r">{deep}</robot>', "a chain of 3000 links": SMALL_URDF.format(chain), "a comment without its end": biped().replace("<link", "<!-- <link", 1),
+        "tags 200,000 deep": f'<robot name="r">{deep}</robot>', "a chain of 3000 links": SMALL_URDF.format(chain), "tags 60,000 deep that a text seems to close": f'<robot name="r"><![CDATA[{"</" * 60000}]]>{"<a>" * 60000}{"</a>" * 60000}</robot>',
+        "tags 60,000 deep that seem to end at once": '<robot name="r">' + '<a b="/>">' * 60000, "a declaration inside an element": biped().replace("<link", "<?a?><link", 1),
+        "a comment without its end": biped().replace("<link", "<!-- <link", 1),
         "bytes that are no text": biped().replace("base", "b\udcffse"), "an attribute twice": biped().replace('name="base"', 'name="base" name="other"', 1), "xacro that was not expanded": biped().replace('"10"', '"${mass}"', 1),
         "SDF": '<sdf version="1.7"><model name="r"><link name="a"/></model></sdf>', "MJCF": '<mujoco model="r"><worldbody/></mujoco>',
     }.items():
@@ -218,6 +232,10 @@ def cases():
         "an OBJ named STL": b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
     }.items():
         add(kind, check, {"r.urdf": biped('<mesh filename="m.stl"/>'), "m.stl": content})
+    deep = b"<COLLADA>" + b"<node>" * 100000 + b"</node>" * 100000 + b"</COLLADA>"
+    for kind, name, content in (("Collada 100,000 deep", "m.dae", deep), ("Collada that is none", "m.dae", b"<a/>"), ("Collada in an archive", "m.zae", b"PK\3\4"),
+                                ("an OBJ without faces", "m.obj", b"mtllib ../../x.mtl\nv 0 0 0\n"), ("a mesh in a format of others", "m.blend", b"BLENDER"), ("a mesh without a format", "m", b"")):
+        add(kind, check, {"r.urdf": biped(f'<mesh filename="{name}"/>'), name: content})
     add("a mesh that is a folder", check, {"r.urdf": biped('<mesh filename="m.stl"/>'), "m.stl": lambda path: path.mkdir()})
     add("a mesh of 3 GB", check, {"r.urdf": biped('<mesh filename="m.stl"/>'), "m.stl": lambda path: os.truncate(path, 3 << 30) if path.touch() is None else None})
     add("no file", check)
@@ -233,6 +251,8 @@ def cases():
         add(kind, robot, {"r.urdf": biped(), "robot.yaml": text})
     add("its description: no file", robot, {"r.urdf": biped()})
     add("made from a URDF without feet", ["robot", "new", "{d}/r.urdf", "--out", "{d}/out"], {"r.urdf": SMALL_URDF.format("")})
+    for kind, name in (("leads elsewhere", "../../elsewhere/x"), ("is a path", "/tmp/x"), ("is hidden", ".x"), ("has a new line", "r&#10;capsules: 1"), ("is missing", "")):
+        add(f"made from a URDF whose name {kind}", ["robot", "new", "{d}/r.urdf"], {"r.urdf": biped().replace('name="r"', f'name="{name}"', 1)})
     add("made into a folder that is a file", ["robot", "new", "{d}/r.urdf", "--out", "{d}/out"], {"r.urdf": biped(), "out": b""})
 
     add = group("Folders for results")
@@ -270,6 +290,8 @@ def cases():
         "settings of another version": {"run__json": run_json, "config__yaml": b"push:\n  strength: 7\n"}, "settings cut off": {"run__json": run_json, "config__yaml": b"push: {"},
     }.items():
         add(f"rerun: {kind}", ["rerun", "{d}/r", "--out", "{d}/out"], results(config__yaml=files.pop("config__yaml", b"plant: centroidal\n"), **files))
+    for name in ("zero", "urandom"):
+        add(f"rerun: run.json is /dev/{name}", ["rerun", "{d}/r", "--out", "{d}/out"], {"r": lambda path, name=name: (path.mkdir(), (path / "run.json").symlink_to(f"/dev/{name}"))[0]})
     add("rerun: into a folder that is not empty", ["rerun", "{d}/r", "--out", "{d}/r"], results(run__json=run_json, config__yaml=b"plant: centroidal\n"))
     for kind, content in {
         "a table of bytes": b"\xff\xfe\0" * 50, "an empty table": b"", "a table with a head only": b"t [s],x\n", "a table cut off": b"t [s],com_x [m]\n0,0.1\n0.01,", "a table of words": b"t [s],com_x [m]\nnow,there\n",
@@ -336,7 +358,22 @@ def cases():
         add(kind, ["bench"] + words)
     for kind, content in {"a report of bytes": b"\xff\xfe\0", "a report of another kind": b"[1, 2]", "a report cut off": b'{"format": "saltus-be', "a report of an empty file": b"", "a report of JSON 100,000 deep": b"[" * 100000}.items():
         add(kind, ["bench", "report", "{d}/r.json"], {"r.json": content})
+    add("a report of a device", ["bench", "report", "/dev/zero"])
     add("a merge of two of different kinds", ["bench", "merge", "--out", "{d}/m.json", "{d}/a.json", "{d}/b.json"], {"a.json": b"{}", "b.json": b"[]"})
+
+    add = group("Quadratic programs of others")
+    line = b"a.npz,2,1,0,0,1,0,1,1\n"
+    good = {"P": (2, 2), "q": (2, 1), "G": (1, 2), "h": (1, 1)}
+    for kind, listed, arrays in (
+            ("no list", None, good), ("a list of words", b"a.npz,2,1,0,0,few,0,1,1\n", good), ("a line cut off", b"a.npz,2,1\n", good), ("more values than variables", line.replace(b"1,1\n", b"1,1,1\n"), good),
+            ("a program elsewhere", b"../" + line, good), ("a program that is not there", b"b" + line, good), ("P that is not square", line, {**good, "P": (5, 1)}), ("G too wide", line, {**good, "G": (2, 5)}),
+            ("h too long", line, {**good, "h": (9, 1)}), ("bounds too long", line, {**good, "lb": (9, 1)}), ("no P", line, {"q": (2, 1)}), ("nothing in it", line, {})):
+        def make(path, listed=listed, arrays=arrays):
+            path.mkdir()
+            if listed is not None:
+                (path / "expected.csv").write_bytes(b"# name\n" + listed)
+            write_npz(path / "a.npz", arrays)
+        add(kind, ["suite", "--only", "C01", "--set", "solver=sparse"], {"mpc_qp": make}, env={"SALTUS_REFERENCE_DATA": "{d}"}, status=(0, 2) if "elsewhere" in kind else (2,))
 
     add = group("Surroundings")
     bad = push + ["--push.impulse", "x"]

@@ -97,6 +97,10 @@ class Find(InFolder):
                           "package://Robo/../../elsewhere/a.stl", "package://../elsewhere/a.stl"):
             with self.assertRaisesRegex(replay_meshes.MeshError, "robot's folders", msg=reference):
                 replay_meshes.find(reference, self.urdf, {})
+        beside = self.file("share/Robo/robots/one/c.stl")
+        for reference in ("package://etc/hostname", "package:/" + beside):  # from the top of the file system
+            with self.assertRaisesRegex(replay_meshes.MeshError, "robot's folders", msg=reference):
+                replay_meshes.find(reference, self.urdf, {})
         asked = {"ROS_PACKAGE_PATH": os.path.dirname(foreign)}
         self.assertEqual(replay_meshes.find(foreign, self.urdf, asked), foreign)
 

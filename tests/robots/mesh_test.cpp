@@ -81,6 +81,42 @@ TEST(Mesh, OutsideOfTheRobotsFoldersIsOpenedOnlyWhenAsked) {
   EXPECT_EQ(find_mesh(foreign.string(), urdf), foreign);
 }
 
+// The top of the file system is in no robot's folders, whatever package is asked for.
+TEST(Mesh, APackageIsNotAtTheTopOfTheFileSystem) {
+  const TemporaryFolder folder;
+  const auto file = folder.file("t.stl", tetrahedron);
+  EXPECT_FALSE(find_mesh("package://etc/hostname", folder / "robot.urdf"));
+  EXPECT_FALSE(find_mesh("package:/" + file.string(), folder / "robot.urdf"));
+  EXPECT_TRUE(find_mesh("t.stl", folder / "robot.urdf"));
+}
+
+TEST(Mesh, CornersAreReadFromThreeFormatsAndFromNothingElse) {
+  const TemporaryFolder folder;
+  const auto outside = folder.file("outside.mtl", "newmtl x\n");
+  const auto corners = mesh_corners(
+      folder.file("t.OBJ", "mtllib outside.mtl\nv 0 0 0\nv 1 0 0\nv 0 2 0\nusemtl x\nf 1 2 3\n"));
+  ASSERT_EQ(corners.size(), 3u);
+  EXPECT_EQ(largest(corners), (Vec<double, 3>(1.0, 2.0, 0.0)));
+  const auto collada = mesh_corners(folder.file(
+      "t.dae",
+      R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<library_geometries><geometry id="g"><mesh>
+<source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 2 0</float_array><technique_common>
+<accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles></mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)"));
+  EXPECT_EQ(largest(collada), (Vec<double, 3>(1.0, 2.0, 0.0)));
+  for (const char* name : {"t.ply", "t.zae", "t"})
+    EXPECT_TRUE(contains(complaint_of([&] { mesh_corners(folder.file(name, tetrahedron)); }),
+                         "stl, dae and obj"));
+  std::string deep = "<COLLADA>";
+  for (int i = 0; i < 200; ++i) deep += "<node>";
+  EXPECT_TRUE(contains(complaint_of([&] { mesh_corners(folder.file("deep.dae", deep)); }),
+                       "nested more than 100 deep"));
+}
+
 TEST(Mesh, WhatCannotBeReadIsNamed) {
   const TemporaryFolder folder;
   const auto broken = folder.file("broken.stl", "solid nothing\nendsolid\n");

@@ -241,7 +241,8 @@ def install_peers(arguments):
                     [*install, "--requirement", os.path.join(here, "peers.txt")],
                     [*install, "--no-deps", "--upgrade", "--target", os.path.join(folder, "acados"), "--requirement",
                      os.path.join(here, "peers_acados.txt")]):
-        if subprocess.run(command, check=False).returncode != 0:
+        # A file pip.py in the folder of the caller is not what is meant.
+        if subprocess.run(command, check=False, env={**os.environ, "PYTHONSAFEPATH": "1"}).returncode != 0:
             print(f"saltus bench peers: '{' '.join(command)}' failed", file=sys.stderr)
             return FAILED
     print(folder)

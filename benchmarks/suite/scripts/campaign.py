@@ -4,6 +4,7 @@ program (of `reproduce`: the clone of the sources, at the same place everywhere)
 
 import csv
 import difflib
+import fcntl
 import io
 import json
 import math
@@ -13,6 +14,7 @@ import statistics
 import subprocess
 import tempfile
 
+from package import end_with_parent, write_text
 from program import ProgramError, path_of_program
 
 # Of summary.json: what does not depend on the machine.
@@ -48,7 +50,7 @@ def carry_out(task, say):
     """One command of `saltus`; `say` takes its lines."""
     if task["result"] == TABLE:
         done = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), *task["words"],
-                               "--jobs", "1"], capture_output=True, text=True, check=False)
+                               "--jobs", "1"], capture_output=True, text=True, check=False, preexec_fn=end_with_parent)
         verdict = {0: "as printed", 3: "differs"}.get(done.returncode, "crashed")
         if "skipped;" in done.stdout:
             verdict = "skipped"
@@ -57,7 +59,7 @@ def carry_out(task, say):
         return
     with tempfile.TemporaryDirectory(prefix="saltus-campaign-") as folder:
         words = [program_saltus(), *task["words"], "--out", folder]
-        done = subprocess.run(words, capture_output=True, text=True, check=False)
+        done = subprocess.run(words, capture_output=True, text=True, check=False, preexec_fn=end_with_parent)
         base = {"problem": task["problem"], "instance": 1, "solver": "saltus"}
         if task["result"] == MAP_ROWS:
             with open(os.path.join(folder, MAP_ROWS), encoding="utf-8", newline="") as file:
@@ -196,6 +198,15 @@ def write_map(records, folder):
     writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    for name, content in ((MAP_ROWS, text.getvalue()), ("config.yaml", settings)):
-        with open(os.path.join(folder, name), "w", encoding="utf-8") as file:
-            file.write(content)
+    table, kept = os.path.join(folder, MAP_ROWS), os.path.join(folder, "config.yaml")
+    with open(table, "a", encoding="utf-8") as held:
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)  # as a map that is at work does
+        except OSError:
+            raise CampaignError(f"another map is being made in '{folder}': name another folder with --folder") from None
+        if os.path.exists(kept):
+            with open(kept, encoding="utf-8") as file:
+                if file.read() != settings:
+                    raise CampaignError(f"'{folder}' holds a map of other settings: name another folder with --folder")
+        write_text(kept, settings)
+        write_text(table, text.getvalue())

@@ -3,7 +3,10 @@
 import json
 import os
 
+from package import whole_file
+
 FORMAT = "saltus-bench 1"
+LONGEST = 1 << 28  # characters
 
 
 class RecordsError(Exception):
@@ -40,9 +43,11 @@ def _is_line(line):
 def read(path):
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
-            raw = file.read()
+            raw = file.read(LONGEST + 1)
     except OSError as error:
         raise RecordsError(f"'{path}' cannot be read: {error.strerror}") from None
+    if len(raw) > LONGEST:
+        raise RecordsError(f"'{path}' has more than {LONGEST >> 20} MB, which no results of ours have")
     lines = raw.splitlines()
     try:
         head = json.loads(lines[0])
@@ -84,13 +89,11 @@ def append(path, task, lines):
 
 def write(path, records, order):
     """In the order of the matrix, whoever came first."""
-    partial = path + ".partial"
-    with open(partial, "w", encoding="utf-8") as file:
+    with whole_file(path) as partial, open(partial, "w", encoding="utf-8") as file:
         file.write(json.dumps(records.head) + "\n")
         for task in order:
             if task in records.tasks:
                 file.write(task_text(task, records.tasks[task]))
-    os.replace(partial, path)
 
 
 def without_times(line):

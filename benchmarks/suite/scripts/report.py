@@ -3,12 +3,12 @@
 import html
 import io
 import math
-import os
 import statistics
 
 import figures
 import matrix
 import table
+from package import write_text
 from task import OURS
 
 STYLE = """
@@ -267,12 +267,12 @@ def not_first(records, cells):
 def notes(names, packages):
     for peer in matrix.all_peers():
         if peer.name in names:
-            of = f" ({peer.package} {packages.get(peer.package)})" if peer.package else ""
+            of = f" ({peer.package} {html.escape(str(packages.get(peer.package)))})" if peer.package else ""
             yield f"<b>{peer.name}</b>{of}: {html.escape(peer.about)}."
 
 
 def counted(count, what):
-    return f"{count} {what}" + ("" if count == 1 else "s")
+    return f"{html.escape(str(count))} {what}" + ("" if count == 1 else "s")
 
 
 def write_report(records, path):
@@ -280,14 +280,14 @@ def write_report(records, path):
     present = [s for s in table.solvers_of(records) if any(key[1] == s for key in cells)]
     colours = colour_of(present)
     head, matrix = records.head, records.head["matrix"]
-    saltus = head["saltus"]
+    saltus, machine = ({key: html.escape(str(value)) for key, value in head[part].items()} for part in ("saltus", "machine"))
     profiles = [(performance_profile({key: lines for key, lines in cells.items() if key[0] in tasks}, colours), tasks)
                 for tasks in table.groups(records)]
     parts = [f"""<!DOCTYPE html><html lang="en"><meta charset="utf-8"><title>Benchmark suite</title>
 <meta name="viewport" content="width=device-width, initial-scale=1"><style>{STYLE}</style>
 <h1>Solvers on optimal control problems</h1>
-<p>Saltus {saltus['version']} ({saltus['commit']}), {html.escape(saltus['compiler'])}, {saltus['type']}, -march={saltus['march']};
-{html.escape(head['machine']['processor'])}, {html.escape(head['machine']['system'])}.
+<p>Saltus {saltus['version']} ({saltus['commit']}), {saltus['compiler']}, {saltus['type']}, -march={saltus['march']};
+{machine['processor']}, {machine['system']}.
 At most {counted(matrix['instances'], 'instance')} of a problem, {counted(matrix['repetitions'], 'repetition')} in turns.
 An answer counts as solved if its KKT residual, recomputed from the problem, is at most {matrix['tolerance']:g}, whatever
 its solver says. Times are of the thread's processor or by the solver's own timer, whichever is less; set-up is apart.</p>""",
@@ -324,7 +324,4 @@ its solver says. Times are of the thread's processor or by the solver's own time
         parts.append("<h2>Not run</h2><ul>" + "".join(
             f"<li>{html.escape(solver)}: {html.escape(why)}</li>" for solver, why in missing)
                      + "</ul>")
-    partial = path + ".partial"
-    with open(partial, "w", encoding="utf-8") as file:
-        file.write("\n".join(parts) + "\n</html>\n")
-    os.replace(partial, path)
+    write_text(path, "\n".join(parts) + "\n</html>\n")

@@ -22,6 +22,7 @@ import nonlinear_peers
 import peers
 from cache import cache_folder
 from nonlinear_program import NoFile, read_nonlinear
+from package import end_with_parent
 from program import Program, ProgramError
 from quadratic_program import kkt_residual, read_program
 from toy import Endless, Toy
@@ -308,6 +309,7 @@ def run_task(task):
 
 
 def main(words):
+    end_with_parent()
     try:
         task = json.loads(words[0])
         if task.get("kind") == "command":

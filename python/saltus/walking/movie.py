@@ -16,6 +16,7 @@ import sys
 import tempfile
 
 from ..on_folder import on_folder
+from ..whole_file import whole_file
 
 RATE = 20  # pictures per second
 SIZE = (640, 532)  # of the window, pixels; 52 of them are the replay's bar
@@ -84,9 +85,8 @@ def main(folder):
     pictures = pictures_of(page, begin, end)
     has_ffmpeg = shutil.which("ffmpeg") is not None
     name = "movie.mp4" if has_ffmpeg else "movie.gif"
-    partial = os.path.join(folder, "." + name)
-    (write_mp4 if has_ffmpeg else write_gif)(pictures, partial)
-    os.replace(partial, os.path.join(folder, name))
+    with whole_file(os.path.join(folder, name)) as partial:
+        (write_mp4 if has_ffmpeg else write_gif)(pictures, partial)
     print(f"{len(pictures)} pictures, {len(pictures) / RATE:.1f} s: {os.path.join(folder, name)}")
 
 

@@ -93,7 +93,8 @@ def licence():
 
 
 def json_text(value):
-    return json.dumps(value, separators=(",", ":")).replace("</", "<\\/")
+    """For a script element, which no "<" of a name can end or hide."""
+    return json.dumps(value, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def step_plans(folder):

@@ -13,6 +13,7 @@ FINEST_CELL = 0.002  # m
 MOST_TRIANGLES = 120000  # of all meshes together: at most 1.5 MB in the page
 MOST_CORNERS = 65535  # of one mesh: indices have 16 bits
 LEVELS = 65535
+LONGEST = 1 << 26  # bytes of a mesh, as in robots/model/mesh.cpp
 REMEDY = "name the folder that holds it in ROS_PACKAGE_PATH"
 
 
@@ -43,11 +44,16 @@ def lies_in(folder, path):
     return os.path.commonpath([folder, path]) == folder
 
 
-def folders_of_robot(urdf):
-    """That of the URDF and the two above it, as long as they hold no more than a robot."""
-    own, *above = list(parents(os.path.dirname(urdf)))[:3]
+def folders_around(urdf):
+    """That of the URDF and those above it, but none at the top of the file system, which hold more than robots."""
+    own, *above = parents(os.path.dirname(urdf))
     return [own] + [folder for folder in above
                     if os.path.dirname(os.path.dirname(folder)) != os.path.dirname(folder)]
+
+
+def folders_of_robot(urdf):
+    """That of the URDF and the two above it, where packages keep robots/NAME/ beside meshes/."""
+    return folders_around(urdf)[:3]
 
 
 def find(reference, urdf, environment=os.environ):
@@ -62,7 +68,7 @@ def find(reference, urdf, environment=os.environ):
     tries = []  # files, with the folders of which one must hold them
     if parts:
         name, rest = parts.groups()
-        for folder in [*parents(os.path.dirname(urdf)), *named_folders(environment)]:
+        for folder in [*folders_around(urdf), *named_folders(environment)]:
             packages = [os.path.join(folder, name), os.path.join(folder, "share", name)]
             if os.path.basename(os.path.normpath(folder)) == name:
                 packages.append(folder)
@@ -86,9 +92,11 @@ def read_stl(path):
                         "install python3-numpy and use /usr/bin/python3") from None
     try:
         with open(path, "rb") as file:
-            data = file.read()
+            data = file.read(LONGEST + 1)
     except OSError as error:
         raise MeshError(f"cannot be read ({error.strerror}); check {path}") from None
+    if len(data) > LONGEST:
+        raise MeshError(f"has more than {LONGEST >> 20} MB; export it with fewer triangles")
     count = int.from_bytes(data[80:84], "little")
     if len(data) >= 84 and len(data) == 84 + 50 * count:
         record = numpy.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("byte", "<u2")])

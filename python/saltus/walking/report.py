@@ -13,6 +13,7 @@ import sys
 
 from . import replay
 from ..on_folder import on_folder
+from ..whole_file import write_text
 
 PICTURES = [  # file, caption
     ("capture_point.png", "Capture point and hull"),
@@ -245,18 +246,6 @@ def report(folder, summary, with_replay):
 """
 
 
-def write(folder, name, text):
-    partial = os.path.join(folder, "." + name)
-    try:
-        with open(partial, "w", encoding="utf-8") as file:
-            file.write(text)
-        os.replace(partial, os.path.join(folder, name))
-    except OSError as error:
-        if os.path.exists(partial):
-            os.remove(partial)
-        raise OSError(error.errno, os.strerror(error.errno), os.path.join(folder, name)) from None
-
-
 def main(folder):
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
@@ -268,8 +257,8 @@ def main(folder):
             print(f"no replay: {error.filename} is missing (package libjs-three has three.js)",
                   file=sys.stderr)
     if page is not None:
-        write(folder, "replay.html", page)
-    write(folder, "report.html", report(folder, summary, page is not None))
+        write_text(os.path.join(folder, "replay.html"), page)
+    write_text(os.path.join(folder, "report.html"), report(folder, summary, page is not None))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,9 @@
+"""What the package saltus has for files and processes: it lies beside these scripts, in a clone as where they are installed."""
+
+import os
+import sys
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../../python"))
+
+from saltus.children import end_with_parent  # noqa: E402, F401
+from saltus.whole_file import whole_file, write_text  # noqa: E402, F401

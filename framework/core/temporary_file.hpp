@@ -1,0 +1,24 @@
+// Names under which files and folders are begun that shall only be seen whole.
+#pragma once
+
+#include <filesystem>
+#include <system_error>
+
+namespace saltus {
+
+/// .NAME.RANDOM.PROCESS.part beside `path`: nobody guesses it, and whose process is over is known
+/// (remove_orphans()).
+std::filesystem::path temporary_beside(const std::filesystem::path& path);
+
+/// Makes an empty file that nobody else can open, and false if that cannot be done, or if anything
+/// is there already, a link included; errno says why.
+bool make_private_file(const std::filesystem::path& file);
+
+/// Gives the file the rights that new files of the process have, and the name, in one step.
+void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& file,
+                  std::error_code& error);
+
+/// Removes what processes of this machine that were killed had begun in the folder.
+void remove_orphans(const std::filesystem::path& folder);
+
+}  // namespace saltus

@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Files that are written whole or not at all, and processes that end with their parents."""
+
+import os
+import signal
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+PACKAGE = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "python"))
+sys.path.insert(0, PACKAGE)
+from saltus.tables import read_table  # noqa: E402
+from saltus.walking.replay import json_text  # noqa: E402
+from saltus.whole_file import whole_file, write_text  # noqa: E402
+
+
+class WholeFile(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.path = os.path.join(self.folder, "a.html")
+
+    def content(self):
+        with open(self.path, encoding="utf-8") as file:
+            return file.read()
+
+    def test_appears_at_the_end_with_the_rights_of_new_files(self):
+        with whole_file(self.path) as partial:
+            self.assertEqual(os.stat(partial).st_mode & (stat.S_IRWXG | stat.S_IRWXO), 0)
+            with open(partial, "w", encoding="utf-8") as file:
+                file.write("all of it")
+            self.assertFalse(os.path.exists(self.path))
+        self.assertEqual(self.content(), "all of it")
+        self.assertEqual(os.listdir(self.folder), ["a.html"])
+        with open(os.path.join(self.folder, "other"), "w", encoding="utf-8"):
+            pass
+        self.assertEqual(os.stat(self.path).st_mode, os.stat(os.path.join(self.folder, "other")).st_mode)
+
+    def test_what_was_there_stays_when_writing_fails(self):
+        write_text(self.path, "before")
+        for error in (KeyboardInterrupt, ValueError):
+            with self.assertRaises(error), whole_file(self.path) as partial:
+                with open(partial, "w", encoding="utf-8") as file:
+                    file.write("half")
+                raise error
+        self.assertEqual(self.content(), "before")
+        self.assertEqual(os.listdir(self.folder), ["a.html"])
+        with self.assertRaises(OSError) as caught:
+            write_text(os.path.join(self.folder, "none", "b"), "")
+        self.assertTrue(caught.exception.filename.endswith("none/b"))
+
+    def test_two_at_a_time_do_not_meet(self):
+        with whole_file(self.path) as one, whole_file(self.path) as two:
+            self.assertNotEqual(one, two)
+            for partial, text in ((one, "first, and longer"), (two, "second")):
+                with open(partial, "w", encoding="utf-8") as file:
+                    file.write(text)
+        self.assertEqual(self.content(), "first, and longer")
+
+    def test_a_device_is_no_table(self):
+        with self.assertRaisesRegex(ValueError, "is no file"):
+            read_table("/dev/zero")
+
+    def test_no_name_ends_or_hides_a_script(self):
+        text = json_text({"name": "</script><!--<script>"})
+        self.assertNotIn("<", text)
+        self.assertIn("\\u003c/script>", text)
+
+
+def state_of(process):
+    try:
+        with open(f"/proc/{process}/stat", encoding="utf-8") as file:
+            return file.read().rpartition(") ")[2][:1]
+    except OSError:
+        return ""
+
+
+@unittest.skipIf(sys.platform != "linux", "prctl is Linux's")
+class Children(unittest.TestCase):
+    def test_end_with_their_parent_however_it_ends(self):
+        child = "import time; time.sleep(60)"
+        parent = ("import subprocess, sys; from saltus.children import end_with_parent; "
+                  f"c = subprocess.Popen([sys.executable, '-c', {child!r}], preexec_fn=end_with_parent); print(c.pid, flush=True); c.wait()")
+        process = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": PACKAGE})
+        number = int(process.stdout.readline())
+        process.send_signal(signal.SIGKILL)
+        process.communicate()
+        for _ in range(100):  # 5 s
+            if state_of(number) in ("", "Z"):  # gone, or nobody has asked for its status yet
+                return
+            time.sleep(0.05)
+        os.kill(number, signal.SIGKILL)
+        self.fail("the child goes on")
+
+
+if __name__ == "__main__":
+    unittest.main()
