@@ -22,6 +22,23 @@ void minimum_jerk(double goal, double T, double dt, double& p, double& v, double
   a += dt * jerk;
 }
 
+// Whether the quintic from a height (m, above the ground) to rest on the ground in T stays above
+// it. In s = t / T it is (1 - s)^3 (h (1 - s)^2 + 5 b s (1 - s) + 10 c s^2).
+bool stays_above(double h, double v, double a, double T) {
+  const double b = h + 0.2 * T * v, c = h + 0.4 * T * v + 0.05 * T * T * a;
+  return c >= 0.0 && (b >= 0.0 || 25.0 * b * b <= 40.0 * h * c);
+}
+
+// The longest time to the ground, at most T: told late to land much later, a foot that comes down
+// would dip below the ground. It rests there until it is time.
+double time_down(double h, double v, double a, double T) {
+  if (h <= 0.0 || stays_above(h, v, a, T)) return T;
+  double down = 0.0;
+  for (double step = 0.5 * T; step > shortest; step *= 0.5)
+    if (stays_above(h, v, a, down + step)) down += step;
+  return down;
+}
+
 }  // namespace
 
 void SwingFoot::hold(const Eigen::Isometry3d& pose) {
@@ -59,7 +76,9 @@ void SwingFoot::advance(double t) {
     minimum_jerk(place_[2] + options_.clearance, apex_time_ - t, dt, position_[2], velocity_[2],
                  acceleration_[2]);
   } else if (t < landing_time_) {
-    minimum_jerk(place_[2], landing_time_ - t, dt, position_[2], velocity_[2], acceleration_[2]);
+    const double down =
+        time_down(position_[2] - place_[2], velocity_[2], acceleration_[2], landing_time_ - t);
+    minimum_jerk(place_[2], down, dt, position_[2], velocity_[2], acceleration_[2]);
   } else {
     position_[2] -= options_.late_speed * dt;
     velocity_[2] = -options_.late_speed;

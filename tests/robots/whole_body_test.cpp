@@ -211,6 +211,26 @@ TEST(SwingFoot, DoesNotTurnUpWhenItShallLandLater) {
   EXPECT_LT(height, 1e-4);
 }
 
+// Nor does it dip below the ground, however late it is told and however much later it shall land.
+TEST(SwingFoot, StaysAboveTheGroundWhenItShallLandMuchLater) {
+  for (const int told : {110, 130, 150, 170, 185, 195, 199})
+    for (const double later : {0.02, 0.1, 0.3, 1.0}) {
+      SwingFoot swing;
+      swing.hold(Eigen::Isometry3d::Identity());
+      swing.start(0.0, 0.4);
+      double fastest = 0.0, before = 0.0;
+      for (int k = 1; 0.002 * k < 0.4 + later - 0.001; ++k) {
+        swing.aim(k < told ? 0.4 : 0.4 + later, {0.1, 0.0, 0.0});
+        swing.advance(0.002 * k);
+        ASSERT_GE(swing.reference()[2], -1e-6) << told << " " << later << " " << k;
+        if (k > told) fastest = std::max(fastest, std::abs(swing.reference()[2] - before) / 0.002);
+        before = swing.reference()[2];
+      }
+      EXPECT_LT(swing.reference()[2], 1e-4);
+      EXPECT_LT(fastest, 0.3);  // m/s, of a rise of 3 cm in 0.2 s and back
+    }
+}
+
 // Told on the way that it lands in half of the time, it comes down as slowly as if it had known.
 TEST(SwingFoot, TurnsDownSoonerWhenItShallLandSooner) {
   const auto fastest_descent = [](double first_landing) {
