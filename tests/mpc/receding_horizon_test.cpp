@@ -377,7 +377,8 @@ class Watching final : public RealTimeSolver {
 // begins: also the guess of durations that are free.
 TEST(RecedingHorizon, BeginsWithTheProblemsGuessAtAnyTime) {
   Phase<2, 1> swing{"swing", Pendulum{}, between(0.0, 2.0)}, rest{"rest", Pendulum{}, exactly(1.0)};
-  swing.guess_duration(0.8).guess_state({0.5, 0.0}, {0.0, 0.1});
+  swing.guess_duration(0.8).guess_state(
+      Guess::interpolate(Vec<double, 2>{0.5, 0.0}, Vec<double, 2>{0.0, 0.1}));
   OptimalControlProblem ocp("swing and rest");
   ocp.start_at({0.5, 0.0}).then(swing).then(rest);
   MultipleShooting shooting(std::move(ocp),
