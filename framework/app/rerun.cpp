@@ -47,7 +47,9 @@ std::string content_of(const fs::path& file) {
   constexpr std::size_t longest_table = std::size_t{1} << 32U;  // 100 MB a minute
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error))
-    throw InputError(fmt::format("rerun: '{}' cannot be read: there is no such file", file.string()));
+    throw InputError(fmt::format(
+        "rerun: '{}' cannot be read: {}", file.string(),
+        std::filesystem::exists(file, error) ? "it is no file" : "there is no such file"));
   return file_content(file, file.extension() == ".csv" ? longest_table : longest_file);
 }
 

@@ -105,6 +105,15 @@ void add_corners(const aiScene& scene, const aiNode& node, const aiMatrix4x4& pa
     add_corners(scene, *node.mChildren[c], pose, corners);
 }
 
+// With the file's name in place of the one that Assimp gives to memory.
+std::string complaint(const Assimp::Importer& importer, const fs::path& file) {
+  std::string text = importer.GetErrorString();
+  const std::size_t begin = text.find("$$$___magic___$$$");
+  if (begin != std::string::npos)
+    text.replace(begin, text.find(' ', begin) - begin, file.filename().string());
+  return shortened(text);
+}
+
 bool before(const Vec<double, 3>& a, const Vec<double, 3>& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
@@ -187,6 +196,8 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
         fmt::format("{}: the mesh has {} MB, more than {}; export it with fewer triangles",
                     file.string(), size >> 20U, largest_mesh >> 20U));
   const std::string content = file_content(file, largest_mesh);
+  if (content.empty())
+    throw InputError(fmt::format("{}: the mesh is an empty file; export it again", file.string()));
   const auto doubt = extension == "dae" ? nesting_doubt(content) : std::nullopt;
   if (doubt) throw InputError(fmt::format("{}: {}; export it again as STL", file.string(), *doubt));
   Assimp::Importer importer;
@@ -198,7 +209,7 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
                                   aiProcess_Triangulate | aiProcess_SortByPType, extension.c_str());
   if (scene == nullptr || scene->mRootNode == nullptr)
     throw InputError(fmt::format("{}: the mesh cannot be read ({}); export it again as STL",
-                                 file.string(), shortened(importer.GetErrorString())));
+                                 file.string(), complaint(importer, file)));
   std::vector<Vec<double, 3>> corners;
   add_corners(*scene, *scene->mRootNode, aiMatrix4x4(), corners);
   if (corners.empty() || !std::all_of(corners.begin(), corners.end(),
