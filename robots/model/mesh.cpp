@@ -13,11 +13,13 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
+#include <cstring>
 #include <numbers>
 #include <sstream>
 #include <string_view>
 
 #include "saltus/core/file_content.hpp"
+#include "saltus/core/isolated_call.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/robots/model/xml_nesting.hpp"
 
@@ -118,6 +120,35 @@ bool before(const Vec<double, 3>& a, const Vec<double, 3>& b) {
   return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
 
+constexpr char corners_follow = 'c', complaint_follows = 'e';
+
+// Corners of all triangles as bytes, or why there are none.
+std::string corners_or_complaint(const std::string& content, const std::string& extension,
+                                 const fs::path& file) {
+  Assimp::Importer importer;
+  importer.SetIOHandler(new NoOtherFiles);  // which the importer owns from now on
+  // As simulators and viewers of ROS take Collada: its axes as they are, its unit respected.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  const aiScene* scene =
+      importer.ReadFileFromMemory(content.data(), content.size(),
+                                  aiProcess_Triangulate | aiProcess_SortByPType, extension.c_str());
+  if (scene == nullptr || scene->mRootNode == nullptr)
+    return complaint_follows + fmt::format("the mesh cannot be read ({}); export it again as STL",
+                                           complaint(importer, file));
+  std::vector<Vec<double, 3>> corners;
+  add_corners(*scene, *scene->mRootNode, aiMatrix4x4(), corners);
+  if (corners.empty() || !std::all_of(corners.begin(), corners.end(),
+                                      [](const Vec<double, 3>& p) { return p.allFinite(); }))
+    return complaint_follows +
+           std::string(
+               "the mesh has no triangles, or corners that are not finite; export it again");
+  std::sort(corners.begin(), corners.end(), before);
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  std::string bytes(1 + corners.size() * sizeof(Vec<double, 3>), corners_follow);
+  std::memcpy(bytes.data() + 1, corners.data(), bytes.size() - 1);
+  return bytes;
+}
+
 // On both ends of a shape along z.
 std::vector<Vec<double, 3>> prism(const Vec<double, 3>& size) {
   constexpr int sides = 16;
@@ -200,25 +231,19 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
     throw InputError(fmt::format("{}: the mesh is an empty file; export it again", file.string()));
   const auto doubt = extension == "dae" ? nesting_doubt(content) : std::nullopt;
   if (doubt) throw InputError(fmt::format("{}: {}; export it again as STL", file.string(), *doubt));
-  Assimp::Importer importer;
-  importer.SetIOHandler(new NoOtherFiles);  // which the importer owns from now on
-  // As simulators and viewers of ROS take Collada: its axes as they are, its unit respected.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene =
-      importer.ReadFileFromMemory(content.data(), content.size(),
-                                  aiProcess_Triangulate | aiProcess_SortByPType, extension.c_str());
-  if (scene == nullptr || scene->mRootNode == nullptr)
-    throw InputError(fmt::format("{}: the mesh cannot be read ({}); export it again as STL",
-                                 file.string(), complaint(importer, file)));
-  std::vector<Vec<double, 3>> corners;
-  add_corners(*scene, *scene->mRootNode, aiMatrix4x4(), corners);
-  if (corners.empty() || !std::all_of(corners.begin(), corners.end(),
-                                      [](const Vec<double, 3>& p) { return p.allFinite(); }))
-    throw InputError(fmt::format(
-        "{}: the mesh has no triangles, or corners that are not finite; export it again",
-        file.string()));
-  std::sort(corners.begin(), corners.end(), before);
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  // Assimp's readers of text can be led outside of their arrays.
+  constexpr int longest = 20;  // s of processor time
+  const auto answer =
+      isolated_call([&] { return corners_or_complaint(content, extension, file); }, longest);
+  if (!answer || answer->empty())
+    throw InputError(
+        fmt::format("{}: the mesh cannot be read (its reader broke down); export it again as STL",
+                    file.string()));
+  const std::string_view rest = std::string_view(*answer).substr(1);
+  if (answer->front() == complaint_follows)
+    throw InputError(fmt::format("{}: {}", file.string(), rest));
+  std::vector<Vec<double, 3>> corners(rest.size() / sizeof(Vec<double, 3>));
+  std::memcpy(corners.data(), rest.data(), corners.size() * sizeof(Vec<double, 3>));
   return corners;
 }
 

@@ -118,8 +118,13 @@ void urdf(Bytes bytes) {
   describe(model, named);
 }
 
+// Of the format that its beginning looks like.
 void mesh(Bytes bytes) {
-  require(!mesh_corners(file_with(bytes, "mesh.stl")).empty(), "a mesh without a corner was taken");
+  const std::string text = text_of(bytes.first(std::min<std::size_t>(bytes.size(), 2)));
+  const char* name = text.starts_with('<')                             ? "mesh.dae"
+                     : text.starts_with("v ") || text.starts_with('#') ? "mesh.obj"
+                                                                       : "mesh.stl";
+  require(!mesh_corners(file_with(bytes, name)).empty(), "a mesh without a corner was taken");
 }
 
 void npz(Bytes bytes) { library::read_npz(file_with(bytes, "arrays.npz").string()); }

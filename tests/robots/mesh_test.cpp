@@ -117,6 +117,15 @@ TEST(Mesh, CornersAreReadFromThreeFormatsAndFromNothingElse) {
                        "nested more than 100 deep"));
 }
 
+// Found by the fuzzer: Assimp's reader of OBJ writes where it has no memory.
+TEST(Mesh, AReaderThatBreaksDownIsASentence) {
+  const TemporaryFolder folder;
+  const std::filesystem::path input =
+      std::filesystem::path(SALTUS_FUZZ_CORPUS) / "mesh/leads_assimp_astray.obj";
+  std::filesystem::copy_file(input, folder / "m.obj");
+  EXPECT_TRUE(contains(complaint_of([&] { mesh_corners(folder / "m.obj"); }), "m.obj: the mesh"));
+}
+
 TEST(Mesh, WhatCannotBeReadIsNamed) {
   const TemporaryFolder folder;
   const auto broken = folder.file("broken.stl", "solid nothing\nendsolid\n");
