@@ -163,7 +163,7 @@ int CvodesMemory::sensitivity_rate(int count, sunrealtype s, N_Vector y, N_Vecto
 bool CvodesMemory::evaluate_jacobian(double s, const double* x) {
   field_->argument(s, x, z_.data());
   field_->jacobian(z_.data(), phi_.data(), entries_.data());
-  return all_finite(entries_.data(), static_cast<int>(entries_.size()));
+  return all_finite(entries_.data(), field_->entries());
 }
 
 int CvodesMemory::begin(double s, const double* w, bool sensitivities) {

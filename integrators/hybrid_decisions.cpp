@@ -111,6 +111,7 @@ IntegrationStatus HybridIntegrator::choose_mode() {
     return IntegrationStatus::success;
   }
   mode_ = first;
+  if (given >= 0 && h_ == 0.0) return IntegrationStatus::success;  // no time for an event
   return given >= 0 ? catch_up() : fail(IntegrationStatus::beyond_guard);
 }
 

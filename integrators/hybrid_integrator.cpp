@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 
@@ -109,22 +110,19 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   t0_ = w[index.t0()];
   h_ = w[index.h()];
   s_ = 0.0;
-  events_ = 0;
-  remembered_ = false;
   modes_.load(w);
   stepper_->load(w);
   for (auto& of_mode : repetitions_) std::fill(of_mode.begin(), of_mode.end(), Repetition{});
-  std::copy_n(w, states(), y_.begin());
-  std::fill(y_.begin() + states(), y_.end(), 0.0);
-  total_.setZero();
-  for (int i = 0; i < states(); ++i) total_(i, i) = 1.0;
-  std::fill(moving_.begin(), moving_.end(), 0.0);
+  stand_at(w);
   mode_ = 0;
   if (!all_finite(w, index.size())) return fail(IntegrationStatus::not_finite);
   if (h_ < 0.0) return fail(IntegrationStatus::backward);
   if (h_ == 0.0) {  // the identity; only the derivative with respect to h needs the field
+    std::vector<HybridEvent>* recorded = std::exchange(recorded_, nullptr);
     const IntegrationStatus status = choose_mode();
+    recorded_ = recorded;
     if (status != IntegrationStatus::success) mode_ = 0;
+    stand_at(w);  // what happens at once happens in the interval that follows
     if (taping_) {
       tape_.clear();
       note_flow();
@@ -143,6 +141,16 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
     status = flow(finished);
   if (status == IntegrationStatus::success) remember();
   return status;
+}
+
+void HybridIntegrator::stand_at(const double* w) {
+  events_ = 0;
+  remembered_ = false;
+  std::copy_n(w, states(), y_.begin());
+  std::fill(y_.begin() + states(), y_.end(), 0.0);
+  total_.setZero();
+  for (int i = 0; i < states(); ++i) total_(i, i) = 1.0;
+  std::fill(moving_.begin(), moving_.end(), 0.0);
 }
 
 // The state that holds the mode's number, once events have changed it: a number that nothing moves.

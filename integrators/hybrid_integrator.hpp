@@ -54,6 +54,7 @@ class HybridIntegrator final : public EventIntegrator {
   // What is on hand at the present instant s_: y_, and with sensitivities its total derivative
   // total_ and the derivative moving_ of s_ itself.
   IntegrationStatus run(const double* w, bool sensitivities);
+  void stand_at(const double* w);  // nothing has happened yet
   IntegrationStatus choose_mode();
   IntegrationStatus catch_up();
   bool is_on_surface(int sliding);

@@ -99,7 +99,7 @@ LocatedCrossing EventLocator::search_part(double a, double b) {
   LocatedCrossing first;
   for (std::size_t k = 0; k < mode_->guards.size(); ++k) {
     const LocatedCrossing found = search_guard(static_cast<int>(k), a, b);
-    if (found.status != IntegrationStatus::success) return found;
+    // A failure counts where it is: behind an event the mode's flow is not what happens.
     if (found.guard >= 0 && (first.guard < 0 || found.s < first.s)) first = found;
   }
   return first;

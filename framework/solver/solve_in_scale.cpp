@@ -18,6 +18,21 @@ KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
   return kkt_residual(in_scale, in_scale.to_scaled(point));
 }
 
+// While it lives the solver tells its observer costs in the problem's scale.
+class ObserverInScale {
+ public:
+  ObserverInScale(Solver& solver, double cost) : solver_(&solver), before_(solver.observer()) {
+    solver.set_observer(with_cost_times(before_, 1.0 / cost));
+  }
+  ~ObserverInScale() { solver_->set_observer(before_); }  // formulas may throw
+  ObserverInScale(const ObserverInScale&) = delete;
+  ObserverInScale& operator=(const ObserverInScale&) = delete;
+
+ private:
+  Solver* solver_;
+  SolveObserver before_;
+};
+
 NlpResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramScale& scale,
                      const NlpPoint& start, bool warm, KktResidual& residual) {
   if (scale.is_one()) {
@@ -26,10 +41,11 @@ NlpResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramSca
     return result;
   }
   ScaledProgram in_scale(program, scale);
-  const SolveObserver observer = solver.observer();
-  solver.set_observer(with_cost_times(observer, 1.0 / scale.cost));
-  NlpResult result = solver.solve(in_scale, in_scale.to_scaled(start), warm);
-  solver.set_observer(observer);
+  NlpResult result;
+  {
+    const ObserverInScale observed(solver, scale.cost);
+    result = solver.solve(in_scale, in_scale.to_scaled(start), warm);
+  }
   residual = result.kkt;
   result.point = in_scale.from_scaled(std::move(result.point));
   if (!program.objective(result.point.w.data(), result.objective) && is_success(result.status))

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "saltus/ocp/windows_of.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -105,11 +106,13 @@ BetweenNodes look_between_nodes(const MultipleShooting& shooting, const Trajecto
       if (grid.interval(j, k).is_empty()) continue;
       const TrajectoryPiece& here = *piece++;
       double& largest = result.intervals.emplace_back(0.0);
+      if (!(here.length > 0.0)) continue;  // of a phase that has vanished
       in_force.clear();
       for (PathConstraint& c : constraints)
         if (grid.interval_in(j, k, c.window)) in_force.push_back(&c);
       for (int s = 1; s <= samples && !in_force.empty(); ++s) {
         const double t = here.start + here.length * s / (samples + 1);
+        if (&trajectory.piece_at(t) != &here) continue;  // shorter than time can be told
         z << t, trajectory.state(t), trajectory.input(t), trajectory.phases()[j].parameters;
         for (PathConstraint* c : in_force) {
           const Reading reading = c->read(z, phase.sizes);
@@ -181,13 +184,13 @@ std::vector<double> worst_of_inputs(const Mesh& mesh, const Trajectory& trajecto
 // and the phase is refined as a whole.
 bool needs_equal_intervals(const PhaseDefinition& phase) {
   if (!phase.has_free_duration()) return false;
-  const auto cuts = [](const Window& w) { return w.from.has_value() || w.to.has_value(); };
-  return std::any_of(phase.terms.begin(), phase.terms.end(),
-                     [&](const Term& t) { return cuts(t.window); }) ||
-         std::any_of(phase.input_bounds.begin(), phase.input_bounds.end(),
-                     [&](const ComponentBounds& b) { return cuts(b.window); }) ||
-         std::any_of(phase.state_bounds.begin(), phase.state_bounds.end(),
-                     [&](const ComponentBounds& b) { return cuts(b.window); });
+  bool cuts = false;
+  for_each_window(phase, [&](const Window& window, const auto&) {
+    for (const std::optional<Instant>* limit : {&window.from, &window.to})
+      cuts = cuts ||
+             (*limit && std::isfinite((*limit)->seconds()) && (*limit)->seconds() > same_instant);
+  });
+  return cuts;
 }
 
 // How many times each interval misses what is asked of it, and whether the plan passes an obstacle
@@ -227,6 +230,12 @@ bool refine(const MultipleShooting& shooting, const Trajectory& trajectory, cons
     if (needs_equal_intervals(shooting.problem().phases()[j])) {
       const int factor = std::min(most, options.most_intervals / mesh.intervals);
       if (factor < 2) continue;
+      if (!mesh.holds.empty()) {  // what one input acts on stays so
+        std::vector<char> holds(static_cast<std::size_t>(mesh.intervals * factor) + 1, 1);
+        for (int i = 0; i <= mesh.intervals; ++i)
+          holds[static_cast<std::size_t>(i * factor)] = mesh.holds_input(i) ? 1 : 0;
+        mesh.holds = std::move(holds);
+      }
       mesh.intervals *= factor;
       changed = true;
       continue;

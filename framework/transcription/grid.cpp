@@ -259,7 +259,9 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
   }
   grid.offsets.push_back(grid.duration);
   grid.event_node.push_back(0);
-  grid.held_node.assign(grid.offsets.size(), 0);
+  grid.held_node.clear();
+  for (std::size_t i = 0; i < grid.offsets.size(); ++i)
+    grid.held_node.push_back(grid.mesh.holds_input(static_cast<int>(i)) ? 1 : 0);
 }
 
 PhaseWindow Grid::resolve(int phase, const Window& window) const {

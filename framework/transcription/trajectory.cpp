@@ -33,7 +33,8 @@ VectorXd Trajectory::input_in(const TrajectoryPiece& piece, double t) const {
   const IntervalProblem& problem = phases_[piece.phase].integrator->problem();
   const int nu = problem.arguments.nu;
   if (problem.shape == InputShape::constant) return piece.coefficients;
-  const double s = std::clamp((t - piece.start) / piece.length, 0.0, 1.0);
+  const double s =
+      piece.length > 0.0 ? std::clamp((t - piece.start) / piece.length, 0.0, 1.0) : 0.0;
   return (1.0 - s) * piece.coefficients.head(nu) + s * piece.coefficients.tail(nu);
 }
 

@@ -54,6 +54,45 @@ TEST_P(HybridEdges, APairOfCrossingsWithinOneStepIsFound) {
   EXPECT_TRUE(below.events.empty());
 }
 
+// An interval without length is the identity: what a state behind a guard asks for happens once, in
+// the interval that follows.
+TEST_P(HybridEdges, NothingHappensInAnIntervalWithoutLength) {
+  const HybridSimulation sim =
+      run(thrown(0.3), vec({0.5, 5.0, 0.0}), vec({0.0, 0.0, 0.01}), VectorXd(), "low");
+  ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
+  EXPECT_EQ(sim.events.size(), 1u);
+  EXPECT_EQ(sim.states(2, 1), 0.0);
+  EXPECT_NEAR(sim.states(2, 2), 1.0, 1e-14);
+}
+
+// Behind an event the flow of the mode is not what happens: that it grazes another guard there, or
+// that one has no value there, is nothing.
+TEST_P(HybridEdges, WhatFailsBehindAnEventIsNotMet) {
+  const auto ahead = [](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0]};
+  };
+  const auto leaves = [](const auto&, const auto& x) { return x[0] - 0.3; };
+  const auto grazes = [](const auto&, const auto& x) { return -(x[0] - 0.6) * (x[0] - 0.6); };
+  const auto ends = [](const auto&, const auto& x) {
+    using std::sqrt;
+    return -sqrt(0.8 - x[0]);
+  };
+  for (const bool is_first : {true, false}) {
+    Automaton<1> system;
+    system.mode("here", ahead).mode("there", ahead).mode("nowhere", ahead);
+    if (is_first) system.event("leaves", "here", "there", leaves, Crossing::rising);
+    system.event("grazes", "here", "nowhere", grazes, Crossing::rising)
+        .event("ends", "here", "nowhere", ends, Crossing::rising);
+    if (!is_first) system.event("leaves", "here", "there", leaves, Crossing::rising);
+    const HybridSimulation sim =
+        run(hybrid_problem(system), vec({0.0}), vec({0.0, 1.0}), VectorXd(), "here");
+    ASSERT_EQ(sim.status, IntegrationStatus::success) << sim.message;
+    ASSERT_EQ(sim.events.size(), 1u);
+    EXPECT_NEAR(sim.events[0].time, 0.3, 1e-11);
+    EXPECT_NEAR(sim.states(0, 1), 1.0, 1e-11);
+  }
+}
+
 TEST_P(HybridEdges, GrazingIsReported) {
   const HybridSimulation sim = run(thrown(1.25), vec({0.0, 5.0, 0.0}), vec({0.0, 0.8}));
   EXPECT_EQ(sim.status, IntegrationStatus::grazing) << sim.message;
@@ -449,6 +488,39 @@ TEST(HybridModes, AModeWithoutACostHasThatOfTheInterval) {
     // A hundred times the tolerance of a step, of the size of x.
     EXPECT_NEAR(end[0], 6.5, 6.5e-8) << scheme->name();
     EXPECT_NEAR(end[1], 3.0 + 1.0, 6.5e-8) << scheme->name();
+  }
+}
+
+// A Jacobian with an entry that has no value is the mode's whose it is, and of that call.
+TEST(HybridModes, AJacobianWithoutValuesIsForgotten) {
+  Automaton<3> system;
+  const auto level = [](const auto&, const auto& x) { return x[0] - 1.0; };
+  system
+      .mode("full",
+            [](const auto&, const auto& x) {
+              using std::sqrt;
+              return std::decay_t<decltype(x)>{0.1 * x[1] + x[2], x[2] - x[1], sqrt(x[2])};
+            })
+      .mode("empty",
+            [](const auto&, const auto& x) {
+              return std::decay_t<decltype(x)>{-x[0], 0.0 * x[1], 0.0 * x[2]};
+            })
+      .event("up", "full", "empty", level, Crossing::rising)
+      .event("down", "empty", "full", level, Crossing::falling);
+  for (const CvodesMethod method : {CvodesMethod::BDF, CvodesMethod::Adams}) {
+    const IntegratorChoice scheme = cvodes({.method = method, .tolerance = 1e-9});
+    const auto used = scheme->make(hybrid_problem(system)),
+               fresh = scheme->make(hybrid_problem(system));
+    VectorXd end(3), expected(3);
+    MatrixXd derivative(3, used->arguments().size()), known = derivative;
+    EXPECT_NE(used->jacobian(vec({0.0, 0.0, 0.0, 0.0, 0.1}).data(), end.data(), derivative),
+              IntegrationStatus::success);
+    const VectorXd w = vec({5.0, 0.0, 1.0, 0.0, 0.1});
+    ASSERT_EQ(fresh->jacobian(w.data(), expected.data(), known), IntegrationStatus::success);
+    ASSERT_EQ(used->jacobian(w.data(), end.data(), derivative), IntegrationStatus::success)
+        << used->failure();
+    EXPECT_EQ(end, expected);
+    EXPECT_EQ(derivative, known);
   }
 }
 

@@ -98,6 +98,25 @@ TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
   EXPECT_NEAR(last, s.cost, 1e-6 * s.cost);
 }
 
+// A solve that ends by what its observer throws leaves the solver as it was.
+TEST(Observer, CostsStayThoseOfTheProgramAfterAnException) {
+  OptimalControlProblem ocp = pendulum();
+  ocp.editable_phase(0).terms.front().weight *= 1e6;
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 20, .integrator = runge_kutta4()});
+  const std::unique_ptr<Solver> solver = make_sqp();
+  double last = 0.0;
+  bool throws = true;
+  solver->set_observer({.report = [&](const SolverIteration& it) {
+    last = it.cost;
+    if (throws) throw std::runtime_error("enough");
+  }});
+  EXPECT_THROW(solve(shooting, *solver), std::runtime_error);
+  throws = false;
+  const Solution s = solve(shooting, *solver);
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(last, s.cost, 1e-6 * s.cost);
+}
+
 TEST(Observer, ATableHasItsHeaderAgainAndAgain) {
   std::vector<std::string> lines;
   const auto table =

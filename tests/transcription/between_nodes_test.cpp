@@ -74,6 +74,33 @@ TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
   EXPECT_LT(s.between_nodes->amount, 1e-8);
 }
 
+// Of a phase that has vanished there is nothing between its nodes, and the next one's states are
+// not its own.
+TEST(BetweenNodes, APhaseThatHasVanishedHasNone) {
+  Phase<2, 1> out{"out", Cart{}, between(0.0, 1.0)}, back{"back", Cart{}, exactly(1.0)};
+  out.keep("forward", speed, at_least(0.0)).minimise("effort", effort);
+  back.minimise("effort", effort);
+  OptimalControlProblem ocp("turn");
+  ocp.start_at({0, 1}).then(out).then(back, jump<2>("turn", [](const auto&, const auto& x) {
+                                        return std::decay_t<decltype(x)>{x[0], -x[1]};
+                                      }));
+  MultipleShooting shooting(ocp, intervals(4));
+  shooting.set_remaining(exactly(0.0), {});
+  const Solution s = solve(shooting, *ipopt());
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_EQ(s.between_nodes->amount, 0.0);
+
+  Phase<2, 1> last{"last", Cart{}, between(0.0, 1.0)};
+  last.inputs(InputParametrisation::piecewise_linear).minimise("effort", effort);
+  OptimalControlProblem stays("stays");
+  stays.start_at({0, 1}).then(last);
+  MultipleShooting none(stays, intervals(4));
+  none.set_remaining(exactly(0.0), {});
+  const Solution nothing = solve(none, *ipopt());
+  ASSERT_TRUE(nothing.ok()) << nothing.message;
+  EXPECT_TRUE(nothing.trajectory.input(nothing.trajectory.end_time()).allFinite());
+}
+
 TEST(BetweenNodes, ControlLoopsDoNotMeasure) {
   MultipleShooting shooting(bryson_denham(block()), intervals(5));
   const NlpResult result = ipopt()->solve(shooting.nlp(), shooting.initial_guess(), false);
@@ -95,6 +122,22 @@ TEST(Refinement, ReachesTheOptimumFromBelow) {
     before = r.solution.cost;
     bulge = r.violations.back();
   }
+}
+
+// A window from the start on cuts nothing: a graded mesh is refined where it has to be.
+TEST(Refinement, OfAFreePhaseWithAGradedMeshAndAWindowFromTheStart) {
+  Phase<2, 1> phase{"block", Cart{}, between(0.9, 1.1)};
+  phase.inputs(InputParametrisation::piecewise_linear_continuous)
+      .minimise("effort", effort)
+      .reach("ground", height, exactly(0.0))
+      .reach("landing speed", speed, exactly(-1.0))
+      .keep("ceiling", height, at_most(0.2), Window{.from = 0.0})
+      .guess_duration(1.0);
+  ShootingOptions options = intervals(6);
+  options.meshes = {graded_mesh(6, 3.0)};
+  const RefinedSolution r = solve_refined(bryson_denham(phase), options, *ipopt());
+  EXPECT_TRUE(r.reached) << r.message;
+  EXPECT_GT(r.intervals[0], 6);
 }
 
 TEST(Refinement, SaysWhatWasReached) {

@@ -148,6 +148,16 @@ TEST(Mesh, RampsGoOnOverHeldNodesAlone) {
   EXPECT_EQ(found, 10);
 }
 
+TEST(Mesh, HoldsInputsOfAFreePhaseWhateverItsNodes) {
+  for (const std::vector<double>& nodes :
+       {std::vector<double>{}, std::vector<double>{0.0, 0.25, 0.5, 0.75, 1.0}}) {
+    MultipleShooting shooting(cart(between(0.5, 2.0)),
+                              on({Mesh{.intervals = 4, .nodes = nodes, .holds = {0, 1, 0, 1, 0}}}));
+    for (int node = 0; node <= 4; ++node)
+      EXPECT_EQ(shooting.grid().holds_input(0, node), node % 2 == 1) << nodes.size() << " " << node;
+  }
+}
+
 TEST(Mesh, AnEventEndsWhatIsHeld) {
   const Mesh held = Mesh{.intervals = 2}.divided({{2, true}, {2, true}});
   OptimalControlProblem ocp = cart(exactly(1.0), {.from = 0.25});
