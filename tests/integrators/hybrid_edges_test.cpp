@@ -507,7 +507,7 @@ TEST(HybridModes, AJacobianWithoutValuesIsForgotten) {
             })
       .event("up", "full", "empty", level, Crossing::rising)
       .event("down", "empty", "full", level, Crossing::falling);
-  for (const CvodesMethod method : {CvodesMethod::BDF, CvodesMethod::Adams}) {
+  for (const CvodesMethod method : {CvodesMethod::Bdf, CvodesMethod::Adams}) {
     const IntegratorChoice scheme = cvodes({.method = method, .tolerance = 1e-9});
     const auto used = scheme->make(hybrid_problem(system)),
                fresh = scheme->make(hybrid_problem(system));
