@@ -72,10 +72,10 @@ TEST_P(HybridEdges, WhatFailsBehindAnEventIsNotMet) {
     return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0]};
   };
   const auto leaves = [](const auto&, const auto& x) { return x[0] - 0.3; };
-  const auto grazes = [](const auto&, const auto& x) { return -(x[0] - 0.6) * (x[0] - 0.6); };
+  const auto grazes = [](const auto&, const auto& x) { return -(x[0] - 0.31) * (x[0] - 0.31); };
   const auto ends = [](const auto&, const auto& x) {
     using std::sqrt;
-    return -sqrt(0.8 - x[0]);
+    return -sqrt(0.33 - x[0]);
   };
   for (const bool is_first : {true, false}) {
     Automaton<1> system;
