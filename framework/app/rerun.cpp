@@ -54,9 +54,15 @@ std::string content_of(const fs::path& file) {
 }
 
 std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+  std::vector<std::string> cells(1);
+  bool is_quoted = false;
+  for (const char c : line) {
+    if (c == '"') is_quoted = !is_quoted;
+    if (c == ',' && !is_quoted)
+      cells.emplace_back();
+    else
+      cells.back() += c;
+  }
   return cells;
 }
 
@@ -78,14 +84,13 @@ FileComparison compare_tables(const std::string& name, const std::string& before
     ++rows;
     if (line == other_line) continue;
     const std::vector<std::string> cells = cells_of(line), other_cells = cells_of(other_line);
-    for (std::size_t i = 0; i < columns.size(); ++i) {
-      const std::string was = i < cells.size() ? cells[i] : "";
-      const std::string is = i < other_cells.size() ? other_cells[i] : "";
-      if (was != is && !is_of_computing(columns[i]))
+    if (cells.size() != columns.size() || other_cells.size() != columns.size())
+      return {name, false, fmt::format("has other cells than columns in row {}", rows)};
+    for (std::size_t i = 0; i < columns.size(); ++i)
+      if (cells[i] != other_cells[i] && !is_of_computing(columns[i]))
         return {name, false,
                 fmt::format("differs first in row {}, column '{}': {} was {}", rows,
-                            shortened(columns[i]), shortened(is), shortened(was))};
-    }
+                            shortened(columns[i]), shortened(other_cells[i]), shortened(cells[i]))};
   }
   const bool is_timed = std::ranges::any_of(columns, is_of_computing);
   return {name, true,
@@ -106,6 +111,13 @@ std::string first_difference(const Json& before, const Json& after, const std::s
     for (const auto& [key, value] : after.items())
       if (!before.contains(key) && !is_of_computing(key))
         return fmt::format("{}.{} is new", way, key);
+    return {};
+  }
+  if (before.is_array() && after.is_array() && before.size() == after.size()) {
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      std::string found = first_difference(before[i], after[i], fmt::format("{}[{}]", way, i));
+      if (!found.empty()) return found;
+    }
     return {};
   }
   if (before.dump() == after.dump()) return {};

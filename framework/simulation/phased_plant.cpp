@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -85,6 +86,22 @@ VectorXd PhasedPlant::fitted(const VectorRef& input) const {
 }
 
 bool PhasedPlant::advance(const VectorRef& input, double length) {
+  const auto moment = [this] {
+    return std::tie(phase_, time_, entered_, state_, over_since_, cost_, has_begun_, passed_guard_,
+                    at_ends_, on_the_way_, events_);
+  };
+  auto before = std::apply([](const auto&... part) { return std::make_tuple(part...); }, moment());
+  try {
+    if (advance_from_here(input, length)) return true;
+  } catch (...) {
+    moment() = std::move(before);
+    throw;
+  }
+  moment() = std::move(before);
+  return false;
+}
+
+bool PhasedPlant::advance_from_here(const VectorRef& input, double length) {
   const double until = time_ + length;
   if (!has_begun_) begin_phase(fitted(input));
   while (!is_over() && time_ < until) {

@@ -76,6 +76,7 @@ class PhasedPlant final : public LoopPlant {
   VectorXd fitted(const VectorRef& input) const;
   VectorXd argument(const VectorRef& input) const;
   IntegrationStatus integrate(const VectorRef& input, double length);
+  bool advance_from_here(const VectorRef& input, double length);
   bool move(const VectorRef& input, double length);
   double guard(const VectorRef& input) const;
   void end_phase(const VectorRef& input);

@@ -27,8 +27,11 @@ void visit_side(Bounds& bounds, Side side, const Visit& visit) {
   }
 }
 
-void visit_bounds(std::vector<Bounds>& bounds, const ProblemChange& change, const Visit& visit) {
-  const std::size_t i = bounds.size() > 1 ? static_cast<std::size_t>(change.component) : 0;
+// `rows` of them: one that serves all becomes one for each.
+void visit_bounds(std::vector<Bounds>& bounds, int rows, const ProblemChange& change,
+                  const Visit& visit) {
+  if (bounds.size() == 1) bounds.resize(static_cast<std::size_t>(rows), bounds.front());
+  const auto i = static_cast<std::size_t>(change.component);
   if (i < bounds.size()) visit_side(bounds[i], change.side, visit);
 }
 
@@ -44,8 +47,7 @@ void visit_parameter(OptimalControlProblem& problem, const ProblemChange& change
     for (ParameterBlock& block : problem.editable_phase(static_cast<int>(j)).parameters) {
       if (block.name != change.name || change.component >= block.value.size()) continue;
       if (block.unknown)
-        visit_side(block.bounds[block.bounds.size() > 1 ? change.component : 0], change.side,
-                   visit);
+        visit_bounds(block.bounds, static_cast<int>(block.value.size()), change, visit);
       else
         visit(block.value[change.component], true);
     }
@@ -68,7 +70,7 @@ void visit_number(OptimalControlProblem& problem, const ProblemChange& change, c
     case Kind::term:
       for (Term& term : phase.terms)
         if (term.kind == TermKind::constraint && term.name == change.name)
-          visit_bounds(term.bounds, change, visit);
+          visit_bounds(term.bounds, term.function.outputs(), change, visit);
       return;
     case Kind::state:
       return visit_component(phase.state_bounds, change, visit);
@@ -76,12 +78,14 @@ void visit_number(OptimalControlProblem& problem, const ProblemChange& change, c
       return visit_component(phase.input_bounds, change, visit);
     case Kind::integral:
       for (IntegralConstraint& integral : phase.integrals)
-        if (integral.name == change.name) visit_bounds(integral.limits.bounds, change, visit);
+        if (integral.name == change.name)
+          visit_bounds(integral.limits.bounds, integral.function.outputs(), change, visit);
       return;
     case Kind::link:
       for (std::size_t l = 0; l < problem.links().size(); ++l)
         if (problem.links()[l].name == change.name)
-          visit_bounds(problem.editable_link(static_cast<int>(l)).limits.bounds, change, visit);
+          visit_bounds(problem.editable_link(static_cast<int>(l)).limits.bounds,
+                       problem.links()[l].function.outputs(), change, visit);
       return;
     case Kind::duration:
       visit_side(phase.duration, change.side, visit);

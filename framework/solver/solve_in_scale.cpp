@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "saltus/solver/scaled_program.hpp"
+#include "saltus/solver/scoped_observer.hpp"
 
 namespace saltus {
 namespace {
@@ -18,21 +19,6 @@ KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
   return kkt_residual(in_scale, in_scale.to_scaled(point));
 }
 
-// While it lives the solver tells its observer costs in the problem's scale.
-class ObserverInScale {
- public:
-  ObserverInScale(Solver& solver, double cost) : solver_(&solver), before_(solver.observer()) {
-    solver.set_observer(with_cost_times(before_, 1.0 / cost));
-  }
-  ~ObserverInScale() { solver_->set_observer(before_); }  // formulas may throw
-  ObserverInScale(const ObserverInScale&) = delete;
-  ObserverInScale& operator=(const ObserverInScale&) = delete;
-
- private:
-  Solver* solver_;
-  SolveObserver before_;
-};
-
 NlpResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramScale& scale,
                      const NlpPoint& start, bool warm, KktResidual& residual) {
   if (scale.is_one()) {
@@ -43,7 +29,7 @@ NlpResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramSca
   ScaledProgram in_scale(program, scale);
   NlpResult result;
   {
-    const ObserverInScale observed(solver, scale.cost);
+    const ScopedObserver observed(solver, with_cost_times(solver.observer(), 1.0 / scale.cost));
     result = solver.solve(in_scale, in_scale.to_scaled(start), warm);
   }
   residual = result.kkt;

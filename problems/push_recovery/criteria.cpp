@@ -85,9 +85,7 @@ LimitsOnTheWay limits_on_the_way(const Config& config, const RobotDescription& r
 Verdict judge(const Config& config, const RunLog& log) {
   const std::vector<Push> pushes = all_pushes(config.push, config.more_pushes);
   double settled_from = log.last_touchdown() < infinity ? log.last_touchdown() : 0.0;
-  for (const Push& push : pushes)
-    if (pushes.size() > 1 || log.touchdown == infinity)
-      settled_from = std::max(settled_from, push.end());
+  for (const Push& push : pushes) settled_from = std::max(settled_from, push.end());
   Verdict v = figures_of(log, settled_from, pushes);
   const LimitsOnTheWay limits = limits_on_the_way(config, log.robot);
   const double momentum = limits.momentum / angular_momentum_limit;  // that of iCub is 1

@@ -74,6 +74,9 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
   }
   const bool on_two_feet = log.touchdown < infinity || log.samples.back().two_feet();
   const Scene& scene = log.final_scene;
+  const Push push = settings.more_pushes.rate > 0.0  // which take the first one's place
+                        ? all_pushes(settings.push, settings.more_pushes).front()
+                        : settings.push;
   Json json = {
       {"recovered", verdict.recovered},
       {"reason", verdict.reason},
@@ -90,12 +93,11 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"solver_name", log.solver},
       {"stance", name_of(scene.side)},
       {"stepping", settings.step.allowed},
-      {"push_impulse_ns", settings.push.impulse},
-      {"push_direction",
-       Json(std::vector<double>(settings.push.direction.begin(), settings.push.direction.end()))},
-      {"push_start_s", settings.push.start},
-      {"push_duration_s", settings.push.duration},
-      {"push_shape", describe(settings.push.shape)},
+      {"push_impulse_ns", push.impulse},
+      {"push_direction", Json(std::vector<double>(push.direction.begin(), push.direction.end()))},
+      {"push_start_s", push.start},
+      {"push_duration_s", push.duration},
+      {"push_shape", describe(push.shape)},
       {"touchdown_s", log.touchdown},  // null without a step
       {"end_s", log.samples.back().time},
       {"final_com_error_m", verdict.final_com_error},

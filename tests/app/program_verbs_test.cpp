@@ -102,6 +102,28 @@ TEST_F(VerbsTest, rerun_says_whether_it_is_the_same) {
   EXPECT_TRUE(contains(complaint, "first.again' exists already; --out names another folder"));
 }
 
+TEST_F(VerbsTest, rerun_compares_every_cell_and_every_entry) {
+  const auto is_same = [&](const char* file, const std::string& one, const std::string& other) {
+    for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
+    folder.file(std::string("one/") + file, one);
+    folder.file(std::string("other/") + file, other);
+    const std::vector<FileComparison> found = compare_runs(folder / "one", folder / "other");
+    for (const char* run : {"one", "other"}) fs::remove_all(folder / run);
+    return found.size() == 1 && found.front().is_same;
+  };
+  const std::string head = "t [s],mode,x,u\n";
+  EXPECT_TRUE(is_same("a.csv", head + "0,\"a, b\",1,2\n", head + "0,\"a, b\",1,2\n"));
+  EXPECT_FALSE(is_same("a.csv", head + "0,\"a, b\",1,2\n", head + "0,\"a, b\",1,3\n"));
+  EXPECT_FALSE(is_same("a.csv", head + "0,a,1,2\n", head + "0,a,1,2,3\n"));
+  const auto unmet = [](const char* seconds, const char* cost) {
+    return std::string(R"({"unmet": [{"explanation": {"seconds": )") + seconds + R"(, "cost": )" +
+           cost + "}}]}";
+  };
+  EXPECT_TRUE(is_same("summary.json", unmet("0.1", "1"), unmet("0.2", "1")));
+  EXPECT_FALSE(is_same("summary.json", unmet("0.1", "1"), unmet("0.1", "2")));
+  EXPECT_FALSE(is_same("summary.json", R"({"a": [1]})", R"({"a": [1, 1]})"));
+}
+
 TEST_F(VerbsTest, rerun_refuses_what_is_no_run) {
   EXPECT_EQ(run({"rerun"}), 2);
   EXPECT_EQ(run({"rerun", folder / "nothing"}), 2);

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "problems/push_recovery/criteria.hpp"
+#include "saltus/robots/icub/icub.hpp"
 
 namespace saltus::push_recovery {
 namespace {
@@ -44,6 +45,32 @@ RunLog still() {
     log.body.push_back(b);
   }
   return log;
+}
+
+// A robot that a push holds off its target is judged when that is over, also where it has stepped
+// long before.
+TEST(Verdict, ALongPushIsOverBeforeRestIsAskedFor) {
+  Config config;
+  config.push.start = 1.0;
+  config.push.duration = 10.0;
+  RunLog log;
+  log.robot = icub();
+  log.touchdown = 1.6;
+  log.final_scene.stance_foot = {between(-0.05, 0.1), between(-0.03, 0.04)};
+  for (int i = 0; i <= 320; ++i) {
+    Sample s;
+    s.time = 0.05 * i;
+    s.gamma.setZero();
+    s.gamma[2] = log.robot.default_posture().com[2];
+    s.gamma[0] = s.time > 1.0 && s.time < 11.0 ? 0.03 : 0.0;
+    s.capture_point = s.gamma.head<2>();
+    s.wrenches.setZero();
+    s.push.setZero();
+    log.samples.push_back(s);
+  }
+  EXPECT_TRUE(judge(config, log).recovered) << judge(config, log).reason;
+  config.push.duration = 0.1;  // then it stands beside its target for no reason
+  EXPECT_FALSE(judge(config, log).recovered);
 }
 
 constexpr double rounding = 1e-12;

@@ -357,6 +357,14 @@ TEST(MapCommandLine, TakesWhatIsAsked) {
   EXPECT_EQ(parse({"--impulses", "4,2.5"}).grid.impulses, (std::vector<double>{2.5, 4.0}));
 }
 
+TEST(MapCommandLine, PushesAtRandomAreRefused) {
+  const auto random = [] {
+    parse({"--set", "push.random.rate=0.1", "--set", "push.random.until=60"});
+  };
+  EXPECT_TRUE(
+      contains(complaint_of(random), "push.random.rate: the map pushes once in every cell"));
+}
+
 TEST(MapCommandLine, SaysWhatIsWrong) {
   const auto complaint = [](const Words& words) { return complaint_of([&] { parse(words); }); };
   EXPECT_TRUE(contains(complaint({"--direction", "8"}), "did you mean '--directions'?"));

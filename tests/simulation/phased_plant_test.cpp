@@ -53,6 +53,29 @@ TEST(PhasedPlant, AGuardEndsAPhaseWhereItIsZero) {
               1e-12);
 }
 
+// What cannot be integrated to its end has not begun.
+TEST(PhasedPlant, StandsWhereItWasWhenAPieceFails) {
+  const auto root = [](const auto&, const auto& x, const auto& u) {
+    using std::sqrt;
+    return std::decay_t<decltype(x)>{sqrt(-1.0 - x[0] * x[0]), u[0]};
+  };
+  Phase<2, 1> first{"first", Cart{}, between(0.1, 0.9)}, second{"second", root, exactly(1.0)};
+  first.minimise("effort", effort).guess_duration(0.5);
+  OptimalControlProblem ocp("into nothing");
+  ocp.start_at({1, 0}).then(first).then(second);
+  PhasedPlant plant(ocp, runge_kutta4());
+  plant.end_phase_at(0, 0.5);
+  EXPECT_FALSE(plant.advance(VectorXd::Ones(1), 1.0));
+  EXPECT_NE(plant.failure(), "");
+  EXPECT_EQ(plant.time(), 0.0);
+  EXPECT_EQ(plant.phase(), 0);
+  EXPECT_EQ(plant.cost(), 0.0);
+  EXPECT_TRUE(plant.take_events().empty());
+  ASSERT_TRUE(plant.advance(VectorXd::Ones(1), 0.4));  // a shorter piece
+  EXPECT_EQ(plant.time(), 0.4);
+  EXPECT_NEAR(plant.state()[1], 0.4, 1e-12);
+}
+
 TEST(PhasedPlant, EndsWhereThePlanSaysAndCountsCostsAndMisses) {
   PhasedPlant plant(bounce(true), runge_kutta4());
   const VectorXd thrust = VectorXd::Constant(1, 2.0);

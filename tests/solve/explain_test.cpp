@@ -215,5 +215,20 @@ TEST(ProblemChange, MovesOneNumberAndLeavesTheOriginal) {
                DefinitionError);
 }
 
+// One bound that serves both rows of a link is moved for the row that is meant.
+TEST(ProblemChange, MovesOneRowOfALinkWhoseBoundServesAll) {
+  Phase<2, 1> drive{"drive",
+                    [](const auto&, const auto& x, const auto& u) {
+                      return std::decay_t<decltype(x)>{x[1], u[0]};
+                    },
+                    exactly(1.0)};
+  OptimalControlProblem problem("drive");
+  problem.start_at({0, 0}).then(drive).link(
+      "stands", [](const auto& end) { return end.x; }, exactly(0.0), end_of(drive));
+  const OptimalControlProblem moved = changed(
+      problem, {.kind = ProblemChange::Kind::link, .name = "stands", .component = 1, .by = 2.0});
+  EXPECT_EQ(moved.links()[0].limits.bounds, (std::vector<Bounds>{exactly(0.0), exactly(2.0)}));
+}
+
 }  // namespace
 }  // namespace saltus

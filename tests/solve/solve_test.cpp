@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <stdexcept>
 
 #include "saltus/solver/ipopt.hpp"
 
@@ -49,6 +50,22 @@ TEST(Solve, GridIntegratorSolverAndGuessAreReplaceable) {
   EXPECT_NEAR(finer.cost, 20.0, 1e-6);
   EXPECT_EQ(finer.trajectory.pieces().size(), 24u);
   EXPECT_THROW(solve(race(), {.intervals = {24, 24}}), DefinitionError);
+}
+
+// The observer of one solve is not that of the next, however the one has ended.
+TEST(Solve, AnObserverThatThrowsIsNotAskedAgain) {
+  const std::shared_ptr<Solver> solver = make_sqp();
+  int heard = 0;
+  SolveOptions watched{.solver = solver};
+  watched.observer.report = [&](const SolverIteration&) {
+    ++heard;
+    throw std::runtime_error("enough");
+  };
+  EXPECT_THROW(solve(race(), watched), std::runtime_error);
+  EXPECT_EQ(heard, 1);
+  EXPECT_TRUE(solve(race(), {.solver = solver}).ok());
+  EXPECT_EQ(heard, 1);
+  EXPECT_FALSE(solver->observer().report);
 }
 
 TEST(Solve, ARefusedLimitIsAResult) {
