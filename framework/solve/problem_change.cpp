@@ -78,8 +78,7 @@ void visit_number(OptimalControlProblem& problem, const ProblemChange& change, c
       return visit_component(phase.input_bounds, change, visit);
     case Kind::integral:
       for (IntegralConstraint& integral : phase.integrals)
-        if (integral.name == change.name)
-          visit_bounds(integral.limits.bounds, integral.function.outputs(), change, visit);
+        if (integral.name == change.name) visit_bounds(integral.limits.bounds, 1, change, visit);
       return;
     case Kind::link:
       for (std::size_t l = 0; l < problem.links().size(); ++l)
