@@ -161,7 +161,8 @@ TYPED_TEST(KktSystemOf, ProductsFitTogether) {
     for (int i = 0; i < system.equalities(); ++i)
       near(at_a.y[i], of_a.y[i] + at_zero.y[i], size_of(at_a.y));
     for (int i = 0; i < system.sides(); ++i) near(at_a.side[i], of_a.side[i], size_of(at_a.side));
-    near(system.cost(a.v.data()), 0.5 * dot(of_a.v, a.v) + dot(at_zero.v, a.v), in_all);
+    const double in_cost = in_all + size_of(at_zero.v) * static_cast<double>(a.v.size());
+    near(system.cost(a.v.data()), 0.5 * dot(of_a.v, a.v) + dot(at_zero.v, a.v), in_cost);
   });
 }
 
