@@ -54,8 +54,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
                        PATH_MAX));
   // Permissions alone do not tell (read-only file systems, root): try, and take it back.
   const fs::path probe = temporary_beside(existing / "saltus_probe");
-  const bool writable =
-      make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();
+  const bool writable = make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();
   fs::remove(probe, error);
   if (!writable) refuse("is not writable");
   remove_orphans(path_);

@@ -39,9 +39,8 @@ SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& f
     return data[name].size() == 0 || is_of(name, rows_of_it, cols);
   };
   if (n == 0 || !is_of("P", n, n) || !is_of("q", n, 1) || !is_absent_or("G", G.rows(), n) ||
-      !is_absent_or("A", A.rows(), n) ||
-      data["h"].size() != G.rows() || data["b"].size() != A.rows() || !is_absent_or("lb", n, 1) ||
-      !is_absent_or("ub", n, 1))
+      !is_absent_or("A", A.rows(), n) || data["h"].size() != G.rows() ||
+      data["b"].size() != A.rows() || !is_absent_or("lb", n, 1) || !is_absent_or("ub", n, 1))
     throw InputError(fmt::format("'{}': P, q, G, h, A, b, lb and ub do not fit together", file));
   MatrixXd J(rows, n);
   J << G, A;
@@ -90,8 +89,7 @@ MpcQp read_line(const std::string& line, const std::filesystem::path& data) {
   program.cost = number(field[5]);
   // A vanishing cost and a singular P: the optimum of the quadruped has ties.
   const bool is_unique = std::abs(program.cost) > 1e-12;
-  for (std::size_t i = 7; is_unique && i < field.size(); ++i)
-    program.x.push_back(number(field[i]));
+  for (std::size_t i = 7; is_unique && i < field.size(); ++i) program.x.push_back(number(field[i]));
   return program;
 }
 

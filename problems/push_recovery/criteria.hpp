@@ -26,9 +26,10 @@ LimitsOnTheWay limits_on_the_way(const Config& config, const RobotDescription& r
 /// `touchdown` until a foot has landed.
 double end_time(double push_end, double landing, double touchdown);
 
-/// Over the whole run CoM height and angular momentum, and from `rest_after` the last landing or the
-/// end of the last push, whichever is later, on rest at the target; on the whole body no planted foot slips
-/// by `planted_slip`. The reason is the cause that came first; a fall's tells both.
+/// Over the whole run CoM height and angular momentum, and from `rest_after` the last landing or
+/// the end of the last push, whichever is later, on rest at the target; on the whole body no
+/// planted foot slips by `planted_slip`. The reason is the cause that came first; a fall's tells
+/// both.
 Verdict judge(const Config& config, const RunLog& log);
 
 }  // namespace saltus::push_recovery

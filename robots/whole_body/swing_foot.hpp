@@ -14,7 +14,8 @@ struct SwingOptions {
 };
 
 /// Minimum jerk towards a place and a landing time that may change while the foot is under way; the
-/// sole stays level and lands with zero velocity, before its time if it would dip otherwise. World axes, m, s.
+/// sole stays level and lands with zero velocity, before its time if it would dip otherwise. World
+/// axes, m, s.
 class SwingFoot {
  public:
   /// Not under way.
