@@ -243,7 +243,8 @@ std::vector<Vec<double, 3>> mesh_corners(const fs::path& file) {
   if (answer->front() == complaint_follows)
     throw InputError(fmt::format("{}: {}", file.string(), rest));
   std::vector<Vec<double, 3>> corners(rest.size() / sizeof(Vec<double, 3>));
-  std::memcpy(corners.data(), rest.data(), corners.size() * sizeof(Vec<double, 3>));
+  std::memcpy(static_cast<void*>(corners.data()), rest.data(),
+              corners.size() * sizeof(Vec<double, 3>));
   return corners;
 }
 
