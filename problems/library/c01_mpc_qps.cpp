@@ -43,7 +43,8 @@ SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& f
       data["b"].size() != A.rows() || !is_absent_or("lb", n, 1) || !is_absent_or("ub", n, 1))
     throw InputError(fmt::format("'{}': P, q, G, h, A, b, lb and ub do not fit together", file));
   MatrixXd J(rows, n);
-  J << G, A;
+  if (G.size() > 0) J.topRows(G.rows()) = G;
+  if (A.size() > 0) J.bottomRows(A.rows()) = A;
   std::vector<std::pair<int, int>> hessian, jacobian;
   for (int i = 0; i < n; ++i)
     for (int j = 0; j <= i; ++j)
@@ -56,8 +57,8 @@ SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& f
   qp.hessian_pattern.for_each([&](int i, int j, int e) { qp.hessian[e] = P(i, j); });
   qp.row_pattern.for_each([&](int i, int j, int e) { qp.rows[e] = J(i, j); });
   qp.gradient = data["q"];
-  qp.row_upper << data["h"], data["b"];
-  qp.row_lower.tail(A.rows()) = data["b"];
+  if (G.size() > 0) qp.row_upper.head(G.rows()) = data["h"];
+  if (A.size() > 0) qp.row_lower.tail(A.rows()) = qp.row_upper.tail(A.rows()) = data["b"];
   if (data["lb"].size() > 0) qp.lower = data["lb"];
   if (data["ub"].size() > 0) qp.upper = data["ub"];
   return qp;
