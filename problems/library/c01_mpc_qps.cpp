@@ -36,7 +36,7 @@ SparseQp to_sparse_qp(std::map<std::string, MatrixXd> data, const std::string& f
     return m.rows() == rows_of_it && m.cols() == cols;
   };
   const auto is_absent_or = [&](const char* name, Eigen::Index rows_of_it, Eigen::Index cols) {
-    return data[name].size() == 0 || is_of(name, rows_of_it, cols);
+    return data[name].rows() == 0 || is_of(name, rows_of_it, cols);
   };
   if (n == 0 || !is_of("P", n, n) || !is_of("q", n, 1) || !is_absent_or("G", G.rows(), n) ||
       !is_absent_or("A", A.rows(), n) || data["h"].size() != G.rows() ||
