@@ -14,7 +14,7 @@ PACKAGE = os.path.join(ROOT, "python")
 sys.path.append(PACKAGE)
 
 from saltus.children import end_with_parent  # noqa: E402
-from saltus.whole_file import whole_file, write_text  # noqa: E402, F401
+from saltus.whole_file import write_text  # noqa: E402
 
 
 class NotHere(Exception):

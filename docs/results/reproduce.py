@@ -27,9 +27,11 @@ import tempfile
 from comparisons import COMPARISONS
 from other_tables import OTHER_TABLES
 from pictures import PICTURES
-from programs import ROOT, NotHere, Programs, whole_file, write_text
+from programs import ROOT, NotHere, Programs
 from sentences import SENTENCES
 from tables import TABLES
+
+from saltus.whole_file import whole_file, write_text  # programs.py has said where it is
 
 ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES}
 DIFFERENT = 3

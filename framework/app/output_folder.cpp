@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <climits>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -62,22 +61,11 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
 
 void OutputFolder::write(std::string_view name, std::string_view content) const {
   const fs::path file = path_ / name;
-  const fs::path temporary = temporary_beside(file);
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  errno = 0;
-  std::ofstream stream;
-  if (make_private_file(temporary)) stream.open(temporary, std::ios::binary | std::ios::trunc);
-  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
-  stream.close();
-  if (!stream.good())
-    error = {errno, std::generic_category()};
-  else if (publish_file(temporary, file, error); !error)
-    return;
-  std::error_code ignored;
-  fs::remove(temporary, ignored);
-  throw InputError(fmt::format("cannot write '{}'{}", file.string(),
-                               error ? ": " + error.message() : std::string()));
+  write_whole(file, content, error);
+  if (!error) return;
+  throw InputError(fmt::format("cannot write '{}': {}", file.string(), error.message()));
 }
 
 void OutputFolder::write(std::string_view name, const nlohmann::ordered_json& value) const {

@@ -17,6 +17,7 @@
 #include <system_error>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/write_all.hpp"
 
 namespace saltus {
 namespace {
@@ -27,15 +28,6 @@ constexpr std::string_view done_mark = "\x01done\x02";
 constexpr std::string_view refused_mark = "\x01refused\x02";
 constexpr std::string_view threw_mark = "\x01threw\x02";
 constexpr std::string_view end_mark = "\x03";  // whole, not cut off
-
-void write_all(int file, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t n = ::write(file, text.data(), text.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return;
-    text.remove_prefix(static_cast<std::size_t>(n));
-  }
-}
 
 // The whole life of a child.
 [[noreturn]] void serve(int pipe, const std::function<std::string()>& work) {

@@ -13,6 +13,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include "saltus/core/write_all.hpp"
+
 namespace saltus {
 namespace {
 
@@ -43,12 +45,7 @@ double data_in_use() {
   const rlimit memory{static_cast<rlim_t>(data), static_cast<rlim_t>(data)};
   if (data < 4.0 * more_memory) ::setrlimit(RLIMIT_DATA, &memory);
   try {
-    const std::string text = work() + whole;
-    for (std::size_t sent = 0; sent < text.size();) {
-      const ssize_t n = ::write(pipe, text.data() + sent, text.size() - sent);
-      if (n < 0 && errno != EINTR) break;
-      if (n > 0) sent += static_cast<std::size_t>(n);
-    }
+    write_all(pipe, work() + whole);
   } catch (...) {  // what is missing tells it
   }
   ::_exit(0);  // no destructors of the parent's objects

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <random>
 #include <string>
 #include <system_error>
@@ -28,12 +29,24 @@ bool make_private_file(const fs::path& file) {
   return descriptor >= 0 && ::close(descriptor) == 0;
 }
 
-void publish_file(const fs::path& temporary, const fs::path& file, std::error_code& error) {
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  std::error_code has_no_rights;  // a file system of another kind
-  fs::permissions(temporary, static_cast<fs::perms>(0666U & ~mask), has_no_rights);
-  fs::rename(temporary, file, error);
+void write_whole(const fs::path& file, std::string_view content, std::error_code& error) {
+  const fs::path temporary = temporary_beside(file);
+  error.clear();
+  errno = 0;
+  std::ofstream stream;
+  if (make_private_file(temporary)) stream.open(temporary, std::ios::binary | std::ios::trunc);
+  stream.write(content.data(), static_cast<std::streamsize>(content.size()));
+  stream.close();
+  std::error_code ignored;
+  if (!stream.good()) {
+    error = {errno != 0 ? errno : EIO, std::generic_category()};
+  } else {
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    fs::permissions(temporary, static_cast<fs::perms>(0666U & ~mask), ignored);  // where it has any
+    fs::rename(temporary, file, error);
+  }
+  if (error) fs::remove(temporary, ignored);
 }
 
 void remove_orphans(const fs::path& folder) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 namespace saltus {
@@ -14,9 +15,10 @@ std::filesystem::path temporary_beside(const std::filesystem::path& path);
 /// is there already, a link included; errno says why.
 bool make_private_file(const std::filesystem::path& file);
 
-/// Gives the file the rights that new files of the process have, and the name, in one step.
-void publish_file(const std::filesystem::path& temporary, const std::filesystem::path& file,
-                  std::error_code& error);
+/// Writes a file whole or not at all, whoever writes at the same time; with an error what was there
+/// stays. It gets the rights that new files of the process have.
+void write_whole(const std::filesystem::path& file, std::string_view content,
+                 std::error_code& error);
 
 /// Removes what processes of this machine that were killed had begun in the folder.
 void remove_orphans(const std::filesystem::path& folder);

@@ -141,7 +141,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
 
   /// Whether the last input was of a plan, or one was adopted since.
-  bool has_plan() const { return tick_.provenance != Provenance::fallback; }
+  bool follows_plan() const { return tick_.provenance != Provenance::fallback; }
   /// Of all ticks so far.
   const LoopStatistics& statistics() const { return statistics_; }
   /// Of what solves the ticks.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -21,12 +20,7 @@ Bounds what_is_left(const Bounds& duration, double elapsed) {
 
 // Whether the window begins or ends within the phase, by the phase's clock.
 bool counts_from_the_start(const Window& window) {
-  const auto is_inside = [](const std::optional<Instant>& limit, double least_seconds) {
-    return limit && !limit->is_event() && std::isfinite(limit->seconds()) &&
-           limit->seconds() > least_seconds;
-  };
-  return window.clock == Clock::phase &&
-         (is_inside(window.from, same_instant) || is_inside(window.to, -infinity));
+  return window.clock == Clock::phase && (is_after_start(window.from) || is_number(window.to));
 }
 
 }  // namespace
@@ -85,7 +79,8 @@ void ShrinkingHorizonController::enter(int phase, double t) {
         fmt::format("controller: phase {} cannot follow phase {}", phase, phase_));
   Trajectory plan;
   try {
-    if (rests_[phase_].has_plan()) plan = rests_[phase_].report().trajectory.after(phase - phase_);
+    if (rests_[phase_].follows_plan())
+      plan = rests_[phase_].report().trajectory.after(phase - phase_);
   } catch (...) {  // formulas: there is no plan to take over
   }
   phase_ = phase;

@@ -3,11 +3,23 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <optional>
 #include <string>
 
 #include "saltus/ocp/phase_definition.hpp"
 
 namespace saltus {
+
+/// Whether a window's limit is a number of seconds, and not an event or as good as none.
+inline bool is_number(const std::optional<Instant>& limit) {
+  return limit && !limit->is_event() && std::isfinite(limit->seconds());
+}
+
+/// Whether it is one after the start of its clock: of a phase's clock it cuts the phase in two.
+inline bool is_after_start(const std::optional<Instant>& limit) {
+  return is_number(limit) && limit->seconds() > same_instant;
+}
 
 /// visit(window, describe) for terms and bounds; describe() makes the name of whose it is.
 template <class Visit>

@@ -186,9 +186,7 @@ bool needs_equal_intervals(const PhaseDefinition& phase) {
   if (!phase.has_free_duration()) return false;
   bool cuts = false;
   for_each_window(phase, [&](const Window& window, const auto&) {
-    for (const std::optional<Instant>* limit : {&window.from, &window.to})
-      cuts = cuts ||
-             (*limit && std::isfinite((*limit)->seconds()) && (*limit)->seconds() > same_instant);
+    cuts = cuts || is_after_start(window.from) || is_after_start(window.to);
   });
   return cuts;
 }

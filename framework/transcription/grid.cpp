@@ -49,7 +49,7 @@ void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const
                               "duration of the phase is free; use phase time");
     } else {
       const double s = instant->seconds();
-      if (grid.is_free && s > same_instant && std::isfinite(s) && s >= phase.duration.lower)
+      if (grid.is_free && is_after_start(instant) && s >= phase.duration.lower)
         throw DefinitionError(
             fmt::format("{}: its window has a limit at {} s, but the phase may "
                         "last only {} s",

@@ -93,8 +93,7 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
   if (first.has_free_duration())  // as when the grid was made
     for_each_window(first, [&](const Window& window, const auto& describe) {
       for (const std::optional<Instant>* limit : {&window.from, &window.to})
-        if (*limit && !(*limit)->is_event() && (*limit)->seconds() > same_instant &&
-            std::isfinite((*limit)->seconds()) && (*limit)->seconds() >= first_phase.lower)
+        if (is_after_start(*limit) && (*limit)->seconds() >= first_phase.lower)
           throw DefinitionError(fmt::format(
               "phase '{}', {}: its window has a limit at {} s, but what is left of the phase may "
               "last only {} s",

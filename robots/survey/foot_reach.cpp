@@ -154,18 +154,11 @@ void round_to_file(FootReach& reach) {
 void write(const std::filesystem::path& path, const FootReach& reach) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
-  const std::filesystem::path part = temporary_beside(path);
-  bool is_written = false;
-  {
-    std::ofstream file;
-    if (make_private_file(part)) file.open(part);
-    for (const std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
-      for (const Point2& corner : *corners)
-        file << fmt::format("{:.6f} {:.6f}\n", corner[0], corner[1]);
-    is_written = file.flush().good();
-  }
-  if (is_written) publish_file(part, path, error);
-  if (!is_written || error) std::filesystem::remove(part, error);
+  std::string text;
+  for (const std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
+    for (const Point2& corner : *corners)
+      text += fmt::format("{:.6f} {:.6f}\n", corner[0], corner[1]);
+  write_whole(path, text, error);
 }
 
 }  // namespace

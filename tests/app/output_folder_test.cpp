@@ -57,9 +57,11 @@ TEST(OutputFolder, begun_files_are_private) {
   fs::create_symlink(mine, two);
   EXPECT_FALSE(make_private_file(two)) << "a link";
   std::error_code error;
-  publish_file(one, file, error);
+  write_whole(file, "all of it", error);
   EXPECT_FALSE(error);
-  EXPECT_TRUE(fs::exists(file) && !fs::exists(one));
+  EXPECT_EQ(file_content(file), "all of it");
+  write_whole(folder / "none/x.txt", "", error);
+  EXPECT_EQ(error, std::errc::no_such_file_or_directory);
   const mode_t mask = ::umask(0);
   ::umask(mask);
   EXPECT_EQ(fs::status(file).permissions(), static_cast<fs::perms>(0666U & ~mask));

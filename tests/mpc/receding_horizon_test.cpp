@@ -405,7 +405,7 @@ TEST(RecedingHorizon, AnAdoptedPlanIsWhereTheNextSolveStartsWhateverFailedBefore
   succeeds = false;
   for (const double t : {0.0, 0.0}) controller.tick(t, x);  // every other one begins anew
   controller.adopt_plan(0.0, plan);
-  EXPECT_TRUE(controller.has_plan());
+  EXPECT_TRUE(controller.follows_plan());
   controller.tick(0.0, x);
   const VectorXd adopted = controller.shooting().guess_from(plan).w;
   EXPECT_LT((guess - adopted).norm(), 1e-12);  // interpolated at its own nodes

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "saltus/integrators/runge_kutta.hpp"
@@ -86,11 +87,16 @@ TEST(Observer, EndsASolveWithWhatThereIs) {
   }
 }
 
-TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
-  // A cost of 1e6 times as much is divided before it is solved.
+// A cost of 1e6 times as much is divided before it is solved.
+MultipleShooting dear_swing() {
   OptimalControlProblem ocp = pendulum();
   ocp.editable_phase(0).terms.front().weight *= 1e6;
-  MultipleShooting shooting(ocp, {.intervals_per_phase = 20, .integrator = runge_kutta4()});
+  return MultipleShooting(std::move(ocp),
+                          {.intervals_per_phase = 20, .integrator = runge_kutta4()});
+}
+
+TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
+  MultipleShooting shooting = dear_swing();
   const std::unique_ptr<Solver> solver = make_sqp();
   double last = 0.0;
   solver->set_observer({.report = [&](const SolverIteration& it) { last = it.cost; }});
@@ -101,9 +107,7 @@ TEST(Observer, CostsAreThoseOfTheProgramWhateverItsScale) {
 
 // A solve that ends by what its observer throws leaves the solver as it was.
 TEST(Observer, CostsStayThoseOfTheProgramAfterAnException) {
-  OptimalControlProblem ocp = pendulum();
-  ocp.editable_phase(0).terms.front().weight *= 1e6;
-  MultipleShooting shooting(ocp, {.intervals_per_phase = 20, .integrator = runge_kutta4()});
+  MultipleShooting shooting = dear_swing();
   const std::unique_ptr<Solver> solver = make_sqp();
   double last = 0.0;
   bool throws = true;
