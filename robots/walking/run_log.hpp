@@ -68,10 +68,12 @@ struct BodyEstimate {
 
 /// What the whole body does at the instant of the sample with the same index.
 struct BodySample {
-  WholeBodyState state;                     ///< as it is
-  VectorXd torques;                         ///< Nm
-  Vec<double, 12> planned;                  ///< wrenches of the plan, left and right, sole axes
-  Vec<double, 6> left, right;               ///< measured (force | torque), world axes
+  WholeBodyState state;     ///< as it is
+  VectorXd torques;         ///< Nm
+  Vec<double, 12> planned;  ///< wrenches of the plan, left and right, sole axes
+  /// Measured (force | torque), world axes: the mean over the engine's steps since the sample
+  /// before, so that their sum is the ground's impulse.
+  Vec<double, 6> left, right;
   Eigen::Isometry3d left_sole, right_sole;  ///< contact frames
   std::optional<BodyEstimate> estimate;     ///< with measured senses
 };

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -201,6 +202,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     was_control_due_ = is_control_due();
     plant_->step();
     ++steps_;
+    add_contacts();
     if (truth_of_plant_.state().is_finite()) return {};
     return fmt::format("the plant could not be integrated at {:.3f} s", from);
   }
@@ -216,8 +218,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     b.planned = tasks_.wrenches;
     b.state = before_;
     b.torques = command_->torques;
-    b.left = truth_of_plant_.contact(Side::left).wrench;
-    b.right = truth_of_plant_.contact(Side::right).wrench;
+    b.left = felt_[0] / static_cast<double>(felt_steps_);
+    b.right = felt_[1] / static_cast<double>(felt_steps_);
     b.left_sole = true_dynamics().sole(Side::left).pose;
     b.right_sole = true_dynamics().sole(Side::right).pose;
     if (estimates_)
@@ -241,6 +243,18 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
  private:
   bool is_control_due() const { return steps_ % per_control_ == 0; }
   bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
+  // Wrenches of the engine's steps since the last sample: it may have far higher ones for a single
+  // step.
+  void add_contacts() {
+    if (is_sample_taken_) {
+      felt_ = {Vec<double, 6>::Zero(), Vec<double, 6>::Zero()};
+      felt_steps_ = 0;
+    }
+    felt_[0] += truth_of_plant_.contact(Side::left).wrench;
+    felt_[1] += truth_of_plant_.contact(Side::right).wrench;
+    ++felt_steps_;
+    is_sample_taken_ = was_control_due_;
+  }
   // The controllers' model at what is measured; the truth, for the log, where that differs.
   void update_dynamics() {
     {
@@ -270,7 +284,9 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   double earliest_landing_ = infinity, sensed_at_ = 0.0;
   WholeBodyTasks tasks_;
   WholeBodyState before_, estimate_before_;  // of the last step
-  bool was_control_due_ = false;
+  bool was_control_due_ = false, is_sample_taken_ = true;
+  std::array<Vec<double, 6>, 2> felt_;  // summed since the last sample, left and right
+  long felt_steps_ = 0;
   const WholeBodyCommand* command_ = nullptr;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
   long calls_ = 0, failures_ = 0, cuts_ = 0;

@@ -23,6 +23,19 @@ TEST_F(FullBody, StepCatchesAPush) {
   EXPECT_LT(stance.norm(), 0.01);  // the stance foot did not slip
   for (std::size_t i = 0; i < log.body.size(); ++i)
     ASSERT_LT(log.body[i].torques.cwiseAbs().maxCoeff(), 56.0) << log.samples[i].time;  // Nm
+  // What the ground gives, and weight and push, are what the momentum gained: nothing is left out
+  // between two samples. The first has one step of the engine behind it.
+  const double mass = log.floating.total_mass, engine_step = config.plant.step;
+  const double period = config.control.period;
+  Vec<double, 3> impulse = Vec<double, 3>::Zero();
+  for (std::size_t i = 0; i < log.body.size(); ++i) {
+    const double span = i == 0 ? engine_step : period;
+    impulse += span * (log.body[i].left.head<3>() + log.body[i].right.head<3>() +
+                       log.samples[i].push - Vec<double, 3>(0.0, 0.0, mass * standard_gravity));
+  }
+  const Vec<double, 3> gained =
+      mass * (log.samples.back().gamma - log.samples.front().gamma).segment<3>(3);
+  EXPECT_LT((impulse - gained).norm(), 0.01 * config.push.impulse) << impulse.transpose();  // N s
 }
 
 TEST_F(FullBody, MomentumControlStepsToo) {
