@@ -18,7 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // As long as any that a run writes, with the parts of a temporary one.
-constexpr const char* longest_file_name = ".latency_by_provenance.json.01234567.4194304.part";
+constexpr const char* longest_file_name =
+    ".latency_by_provenance.json.01234567.sixteen-long-host.4194304.part";
 
 // The folder itself, or the nearest of its parents that exists.
 fs::path nearest_existing(fs::path folder) {

@@ -5,9 +5,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <random>
 #include <string>
@@ -17,10 +19,24 @@ namespace saltus {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// Of the machine, without dots and at most 16 characters long; whole_file.py has the same.
+std::string short_host_name() {
+  char name[256] = {};
+  if (::gethostname(name, sizeof(name) - 1) != 0 || name[0] == '\0') return "host";
+  std::string host(name, std::min<std::size_t>(std::strlen(name), 16));
+  std::replace(host.begin(), host.end(), '.', '-');
+  return host;
+}
+
+}  // namespace
+
 fs::path temporary_beside(const fs::path& path) {
   std::random_device random;
+  const std::string name = path.filename().string().substr(0, 160);  // with the rest below NAME_MAX
   return path.parent_path() /
-         fmt::format(".{}.{:08x}.{}.part", path.filename().string(), random(), ::getpid());
+         fmt::format(".{}.{:08x}.{}.{}.part", name, random(), short_host_name(), ::getpid());
 }
 
 bool make_private_file(const fs::path& file) {
@@ -54,8 +70,11 @@ void remove_orphans(const fs::path& folder) {
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with('.') || !name.ends_with(".part")) continue;
-    const fs::path number = entry.path().stem().extension();  // .NAME.RANDOM.PROCESS.part
-    const int process = std::atoi(number.c_str() + (number.empty() ? 0 : 1));
+    const fs::path of_process = entry.path().stem();  // .NAME.RANDOM.HOST.PROCESS
+    const std::string number = of_process.extension().string();
+    const std::string host = of_process.stem().extension().string();
+    if (host != "." + short_host_name() || number.empty()) continue;
+    const int process = std::atoi(number.c_str() + 1);
     const bool is_over = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
     if (is_over) fs::remove(entry.path(), error);
   }

@@ -7,8 +7,8 @@
 
 namespace saltus {
 
-/// .NAME.RANDOM.PROCESS.part beside `path`: nobody guesses it, and whose process is over is known
-/// (remove_orphans()).
+/// .NAME.RANDOM.HOST.PROCESS.part beside `path`: nobody guesses it, and whose process is over is
+/// known on that machine (remove_orphans()).
 std::filesystem::path temporary_beside(const std::filesystem::path& path);
 
 /// Makes an empty file that nobody else can open, and false if that cannot be done, or if anything
@@ -20,7 +20,8 @@ bool make_private_file(const std::filesystem::path& file);
 void write_whole(const std::filesystem::path& file, std::string_view content,
                  std::error_code& error);
 
-/// Removes what processes of this machine that were killed had begun in the folder.
+/// Removes what processes of this machine that were killed had begun in the folder; not those of
+/// others that share the disk.
 void remove_orphans(const std::filesystem::path& folder);
 
 }  // namespace saltus

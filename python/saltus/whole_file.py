@@ -3,6 +3,7 @@
 import contextlib
 import os
 import secrets
+import socket
 
 
 @contextlib.contextmanager
@@ -10,10 +11,11 @@ def whole_file(path):
     """The name of an empty file beside `path`, of this user alone: what stands there at the end becomes `path` in one step.
 
     With an error or an interruption `path` is as it was. OSError names `path`. What a killed process leaves is hidden, and
-    ends with its number and .part: the next run into the folder clears it.
+    ends with its machine's name, its number and .part: the next run into the folder on that machine clears it.
     """
     folder, name = os.path.split(os.path.abspath(path))
-    partial = os.path.join(folder, f".{name}.{secrets.token_hex(4)}.{os.getpid()}.part")
+    host = socket.gethostname()[:16].replace(".", "-") or "host"  # as framework/core/temporary_file.cpp has it
+    partial = os.path.join(folder, f".{name[:40]}.{secrets.token_hex(4)}.{host}.{os.getpid()}.part")
     try:
         try:
             os.close(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))

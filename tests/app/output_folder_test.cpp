@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
 #include <charconv>
@@ -65,6 +67,35 @@ TEST(OutputFolder, begun_files_are_private) {
   const mode_t mask = ::umask(0);
   ::umask(mask);
   EXPECT_EQ(fs::status(file).permissions(), static_cast<fs::perms>(0666U & ~mask));
+}
+
+// On a shared disk a process of another machine may be at work that has no number here.
+TEST(OutputFolder, what_was_left_half_is_removed_if_its_process_is_over_on_this_machine) {
+  const TemporaryFolder folder;
+  const pid_t child = ::fork();
+  if (child == 0) ::_exit(0);
+  ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+  const std::string mine = temporary_beside(folder / "x.txt").filename();
+  const std::string process = std::to_string(::getpid()) + ".part",
+                    over = std::to_string(child) + ".part";
+  ASSERT_TRUE(mine.ends_with("." + process));
+  const std::string of_the_child = mine.substr(0, mine.size() - process.size()) + over;
+  folder.file(mine, "");
+  folder.file(of_the_child, "");
+  folder.file(".x.txt.01234567.elsewhere." + over, "");
+  folder.file(".x.txt.01234567." + over, "");
+  remove_orphans(folder.path());
+  EXPECT_TRUE(fs::exists(folder / mine));
+  EXPECT_FALSE(fs::exists(folder / of_the_child));
+  EXPECT_TRUE(fs::exists(folder / (".x.txt.01234567.elsewhere." + over)));
+  EXPECT_TRUE(fs::exists(folder / (".x.txt.01234567." + over)));
+}
+
+TEST(OutputFolder, long_names_can_be_written) {
+  const TemporaryFolder folder;
+  std::error_code error;
+  write_whole(folder / std::string(255, 'x'), "all", error);
+  EXPECT_FALSE(error) << error.message();
 }
 
 TEST(OutputFolder, unusable_folders_are_refused) {
