@@ -135,6 +135,12 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
                              {"touchdown_s", step.touchdown},  // null: it never landed
                              {"place_m", {step.place[0], step.place[1]}},
                              {"landed_at_m", {step.landed_at[0], step.landed_at[1]}}});
+  json["ground"] = Json::array();  // what stands from when on
+  for (const GroundRecord& record : log.ground)
+    json["ground"].push_back({{"from_s", record.from},
+                              {"left", record.left},
+                              {"right", record.right},
+                              {"corners", points(record.polygon)}});
   if (!log.plans.empty()) json["step_plans"] = step_plans(log);
   const Vec<double, 2> target = scene.target_point();
   json["target"] = {target[0], target[1]};

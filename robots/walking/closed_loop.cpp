@@ -64,6 +64,7 @@ class ClosedLoop {
     foot(other(scene_.side)) = {scene_.two_feet, scene_.two_feet, scene_.swing.position};
     for (const Push& push : pushes_) push_end_ = std::max(push_end_, push.end());
     log_.robot = robot;
+    note_ground(0.0);
   }
 
   RunLog run(const Observer& observer) {
@@ -166,6 +167,7 @@ class ClosedLoop {
     record.foot = step.foot;
     record.lift_off = t;
     log_.steps.push_back(record);
+    note_ground(t);
   }
 
   void find_landing(double t) {
@@ -179,6 +181,24 @@ class ClosedLoop {
     scene_.swing.position = landing->measured;
     swing_ = nullptr;
     contacts_.confirm(impact, t);
+    note_ground(t);
+  }
+
+  // For pictures, if it is another one than before.
+  void note_ground(double t) {
+    const auto placed = [this](Side side) {
+      SoleFrame sole = scene_.sole(side);
+      sole.position = foot(side).stood_at;
+      return PlacedFoot{sole, scene_.rectangle(side)};
+    };
+    const bool left = foot(Side::left).stands, right = foot(Side::right).stands;
+    if (!log_.ground.empty() && log_.ground.back().left == left &&
+        log_.ground.back().right == right)
+      return;
+    const SupportPolygon polygon =
+        left && right ? SupportPolygon::under({placed(Side::left), placed(Side::right)})
+                      : SupportPolygon::under({placed(left ? Side::left : Side::right)});
+    log_.ground.push_back({t, left, right, polygon});
   }
 
   void plan(double t) {

@@ -38,6 +38,13 @@ struct StepRecord {
   Vec<double, 3> landed_at = Vec<double, 3>::Zero();  ///< really, m
 };
 
+/// What stands from an instant on, until the next record.
+struct GroundRecord {
+  double from = 0.0;                 ///< s
+  bool left = false, right = false;  ///< whether that foot stands
+  SupportPolygon polygon;            ///< of the soles that stand, where they really are
+};
+
 /// What the planner of steps said in one tick.
 struct PlanRecord {
   double time = 0.0;     ///< s
@@ -89,6 +96,7 @@ struct RunLog {
   double ground_friction = infinity;  ///< Coulomb's coefficient
   std::vector<TickRecord> ticks;      ///< one per solve
   std::vector<StepRecord> steps;      ///< one per step
+  std::vector<GroundRecord> ground;   ///< from the start on, one more at each lift-off and landing
   std::vector<PlanRecord> plans;      ///< of ticks in which steps are planned or compared
   /// Of ticks in which a planner could not keep to all that is asked: of each planner the first and
   /// the worst.

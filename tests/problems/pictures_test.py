@@ -6,6 +6,7 @@ body if SALTUS_ICUB_URDF names a file, and on the centroidal model. Exits with 7
 matplotlib is missing.
 """
 
+import json
 import os
 import re
 import resource
@@ -24,6 +25,8 @@ LEAST_PICTURE = 5000  # bytes: an empty page of this size compresses to less
 PNG = b"\x89PNG\r\n\x1a\n"
 
 program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
+sys.path.insert(0, os.path.join(source, "python"))
+from saltus.walking import ground  # noqa: E402
 folder = tempfile.TemporaryDirectory(prefix="saltus-pictures-")
 
 
@@ -39,8 +42,9 @@ def script(name, *arguments, **how):
 
 def simulate(name, *settings):
     """A push at 0.1 s; the folder of its results."""
+    push = [] if "--push.impulse" in settings else ["--push.impulse", "6"]
     command = [program, "run", "push_recovery", "--out", path(name), "--pictures", "false",
-               "--push.start", "0.1", "--push.impulse", "6", *settings]
+               "--push.start", "0.1", *push, *settings]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)}: {done.stdout}{done.stderr}")
@@ -101,6 +105,24 @@ class Pictures(unittest.TestCase):
             page = file.read()
         self.assertEqual(page.count("<img"), 5)
         self.assertIn("places considered and chosen", page)
+
+    def test_of_two_steps_every_ground_is_told(self):
+        simulate("two_steps", "--step.planner", "ocp", "--step.most", "3", "--push.impulse", "18", "--push.direction", "[-1, 0, 0]")
+        with open(path("two_steps", "summary.json"), encoding="utf-8") as file:
+            summary = json.load(file)
+        self.assertGreater(len(summary["steps"]), 1)
+        grounds = summary["ground"]
+        self.assertEqual(ground.stood_at_first(summary), "left foot")
+        self.assertLess(max(abs(x) for x, _ in grounds[0]["corners"]), 0.2)  # at the origin, before any step
+        for one, other in zip(grounds, grounds[1:]):
+            self.assertNotEqual((one["left"], one["right"]), (other["left"], other["right"]))
+            self.assertLess(one["from_s"], other["from_s"])
+        landings = [step["touchdown_s"] for step in summary["steps"]]
+        self.assertEqual([g["from_s"] for g in grounds if g["left"] and g["right"]], landings)
+        pieces = list(ground.intervals(summary, 0.0, 10.0))
+        self.assertEqual([piece[1] for piece in pieces[:-1]], [piece[0] for piece in pieces[1:]])
+        self.is_drawn(script("plot_run", path("two_steps")))
+        self.is_picture("two_steps", "capture_point.png")
 
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_a_run_on_the_whole_body(self):

@@ -13,6 +13,7 @@ import sys
 
 from ..drawing import plt, save_picture
 from ..tables import read_by_names
+from . import ground
 
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}
@@ -90,17 +91,18 @@ def draw_both(axes, runs, column, label, begin, end):
 
 
 def draw_edges(axes, run, style, end):
-    """The stance sole until the landing, the hull from there on."""
-    color, line = style
-    sole = [point[1] for point in run.summary[run.summary["stance"] + "_sole"]]
-    until = end if run.touchdown is None else run.touchdown
-    axes.hlines([min(sole), max(sole)], run.trajectory["t"][0], until, colors="tab:green", linestyles=":")
-    if run.touchdown is not None:
-        hull = [point[1] for point in run.summary["hull"]]
-        axes.hlines([min(hull), max(hull)], until, end, colors=color, linestyles=":",
-                    label=f"hull, {run.name}")
+    """Of what stands: one sole, or the hull of two."""
+    color, _ = style
+    is_named = False
+    for first, last, feet, corners in ground.intervals(run.summary, run.trajectory["t"][0], end):
+        extent = [f(point[1] for point in corners) for f in (min, max)]
+        if feet == 1:
+            axes.hlines(extent, first, last, colors="tab:green", linestyles=":")
+            continue
+        axes.hlines(extent, first, last, colors=color, linestyles=":", label=None if is_named else f"hull, {run.name}")
+        is_named = True
         low, high = axes.get_ylim()
-        axes.set_ylim(min(low, min(hull) - 0.01), max(high, max(hull) + 0.01))
+        axes.set_ylim(min(low, extent[0] - 0.01), max(high, extent[1] + 0.01))
 
 
 def main(folders, picture):

@@ -13,9 +13,10 @@ import os
 from ..drawing import plt, save_picture
 from ..on_folder import on_folder
 from ..tables import read_by_names
+from . import ground
 
-
-SWING = {"left": ("right", "tab:orange"), "right": ("left", "tab:blue")}  # by the stance foot
+FEET = (("left", "tab:blue"), ("right", "tab:orange"))
+STANDING = {1: ("stance sole", ":"), 2: ("hull of both soles", "--")}  # by the number of feet
 
 
 def mark_events(axes, summary):
@@ -62,16 +63,18 @@ def draw_measured_forces(body, summary, folder, begin, end, what):
 
 def draw_feet(body, summary, folder, begin, end, what):
     figure, panels = plt.subplots(4, 1, figsize=(6.4, 7.4), sharex=True, constrained_layout=True)
-    swing, swing_color = SWING[summary["stance"]]
-    labels = (f"{swing} sole y [m]", f"{swing} sole x [m]", "height [mm]", "slip [mm]")
+    stepped = {step["foot"] for step in summary["steps"]} or {"left", "right"}
+    one = f"{min(stepped)} sole" if len(stepped) == 1 else "sole"
+    labels = (f"{one} y [m]", f"{one} x [m]", "height [mm]", "slip [mm]")
     for axes, label in zip(panels, labels):
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
         mark_events(axes, summary)
     panels[0].set_title(f"Soles, {what}")
-    panels[0].plot(body["t"], body[f"{swing}_sole_y"], color=swing_color)
-    panels[1].plot(body["t"], body[f"{swing}_sole_x"], color=swing_color)
-    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+    for foot, color in FEET:
+        for axes, axis in ((panels[0], "y"), (panels[1], "x")):
+            if foot in stepped:
+                axes.plot(body["t"], body[f"{foot}_sole_{axis}"], color=color)
         for axes, quantity in ((panels[2], "sole_z"), (panels[3], "slip")):
             axes.plot(body["t"], [1e3 * v for v in body[f"{foot}_{quantity}"]], color=color,
                       label=foot)
@@ -116,26 +119,25 @@ def draw_estimate(table, body, summary, folder, begin, end, what):
 def draw_capture_point(table, summary, folder, begin, end, what):
     """Lateral and forward, with the extent of what stands in that direction."""
     t = table["t"]
-    stance_sole = summary[summary["stance"] + "_sole"]
+    standing = list(ground.intervals(summary, begin, end))
     figure, panels = plt.subplots(2, 1, figsize=(6.4, 6.4), sharex=True, constrained_layout=True)
     panels[0].set_title(f"Capture point, {what}")
     panels[1].set_xlabel("t [s]")
-    until = summary["touchdown_s"] or end
     for axes, axis, label, entry in ((panels[0], "y", "to the left, y [m]", 1),
                                      (panels[1], "x", "forward, x [m]", 0)):
         axes.set_ylabel(label)
         axes.grid(alpha=0.3)
         axes.plot(t, table["icp_" + axis], color="tab:blue", label="capture point")
         axes.plot(t, table["com_" + axis], color="tab:gray", linewidth=1, label="CoM")
-        sole = [p[entry] for p in stance_sole]
-        hull = [p[entry] for p in summary.get("hull", stance_sole)]
-        axes.hlines([min(sole), max(sole)], begin, until, colors="tab:green", linestyles=":",
-                    label="stance sole")
-        if "hull" in summary:
-            axes.hlines([min(hull), max(hull)], until, end, colors="tab:green", linestyles="--",
-                        label="hull of both soles")
+        edges, named = [], set()
+        for first, last, feet, corners in standing:
+            extent = [f(p[entry] for p in corners) for f in (min, max)]
+            name, line = STANDING[feet]
+            axes.hlines(extent, first, last, colors="tab:green", linestyles=line, label=None if name in named else name)
+            named.add(name)
+            edges += extent
         mark_events(axes, summary)
-        shown = hull + [v for s, v in zip(t, table["icp_" + axis]) if begin <= s <= end]
+        shown = edges + [v for s, v in zip(t, table["icp_" + axis]) if begin <= s <= end]
         axes.set_ylim(max(min(shown) - 0.03, -1.0), min(max(shown) + 0.05, 1.0))
     save(figure, panels[0], folder, "capture_point.png", begin, end)
 

@@ -85,9 +85,8 @@ function polygon(corners, color, height, opacity) {
   world.add(group);
   return group;
 }
-const stance_sole = scene_data[scene_data.stance + "_sole"];
-const hull_standing = polygon(stance_sole, 0xa5d6a7, 0.003, 0.6);
-const hull_both = polygon(scene_data.hull || stance_sole, 0xa5d6a7, 0.003, 0.6);
+// What stands, one record after the other.
+const grounds = scene_data.ground.map(record => polygon(record.corners, 0xa5d6a7, 0.003, 0.6));
 
 // ---- Robot: a frame per joint, and in it the link that the joint turns ------------------------
 const light_grey = new THREE.MeshLambertMaterial({ color: 0xdfe3e8 });
@@ -378,9 +377,10 @@ const figures = document.getElementById("figures");
 const newtons = f => String(Math.round(f)).padStart(4, "\u2007") + " N";  // figure spaces
 function show(position) {
   pose(position);
-  const two_feet = value("two_feet", Math.floor(position)) > 0.5;
-  hull_standing.visible = !two_feet;
-  hull_both.visible = two_feet;
+  const standing = scene_data.ground.findLastIndex(
+    record => record.from_s < time_of(position) + 1e-6);
+  grounds.forEach((group, index) => { group.visible = index === standing; });
+  const { left, right } = scene_data.ground[standing];
   const com = vector("com_", position);
   com_mark.position.copy(com);
   plumb.position.copy(com);
@@ -401,7 +401,7 @@ function show(position) {
     `left foot  ${newtons(forces[0])}, planned ${planned("left")}\n` +
     `right foot ${newtons(forces[1])}, planned ${planned("right")}\n` +
     (push.length() > 0.5 ? `push ${push.length().toFixed(0)} N` :
-     two_feet ? "both feet stand" : `${scene_data.stance} foot stands`) +
+     left && right ? "both feet stand" : `${left ? "left" : "right"} foot stands`) +
     show_plan(time_of(position));
   show_unmet(time_of(position));
 }

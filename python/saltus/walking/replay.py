@@ -137,8 +137,7 @@ def page(folder, summary):
     outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]
     engine = summary["plant"].split(",")[0]
     title = f"{summary['robot']}, {summary['push_impulse_ns']:g} N s, {engine}: {outcome}"
-    scene = {key: summary.get(key) for key in ("stance", "left_sole", "right_sole", "hull", "target",
-                                               "touchdown_s", "push_start_s", "push_duration_s",
+    scene = {key: summary.get(key) for key in ("ground", "target", "touchdown_s", "push_start_s", "push_duration_s",
                                                "push_body", "push_point")}
     scene["unmet"] = [[entry["t_s"], entry["text"]] for entry in summary.get("unmet", []) if "text" in entry]
     scene["plans"] = step_plans(folder) if "step_plans" in summary else []

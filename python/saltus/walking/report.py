@@ -11,7 +11,7 @@ import json
 import os
 import sys
 
-from . import replay
+from . import ground, replay
 from ..on_folder import on_folder
 from ..whole_file import write_text
 
@@ -32,7 +32,7 @@ ESTIMATE_PICTURES = [("estimate.png", "Error of the estimate")]
 # Title, then key of summary.json ("body." of its section), text, unit, factor, decimals.
 FIGURES = [
     ("The run", [
-        ("stance", "Stance foot", "", 1, 0),
+        ("stood_on", "Stands on at the start", "", 1, 0),
         ("touchdown_s", "Touch-down", "s", 1, 3),
         ("end_s", "Length of the run", "s", 1, 2),
         ("com_height_min_m", "Lowest CoM", "m", 1, 3),
@@ -216,6 +216,7 @@ def provenance(summary):
 
 
 def report(folder, summary, with_replay):
+    summary = summary | {"stood_on": ground.stood_at_first(summary)}
     verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
     title = f"Push recovery: {summary['push_impulse_ns']:g} N s"
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
