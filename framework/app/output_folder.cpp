@@ -55,6 +55,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   // Permissions alone do not tell (read-only file systems, root): try, and take it back.
   const fs::path probe = temporary_beside(existing / "saltus_probe");
   const bool writable = make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();
+  begin_ = fs::last_write_time(probe, error);  // by the clock of the disk, which may be another one
   fs::remove(probe, error);
   if (!writable) refuse("is not writable");
   remove_orphans(path_);
@@ -65,7 +66,12 @@ void OutputFolder::write(std::string_view name, std::string_view content) const 
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
   write_whole(file, content, error);
-  if (!error) return;
+  if (!error) {
+    written_.emplace(name);
+    for (const std::string& earlier : std::exchange(earlier_, {}))
+      if (earlier != name) fs::remove(path_ / earlier, error);
+    return;
+  }
   throw InputError(fmt::format("cannot write '{}': {}", file.string(), error.message()));
 }
 

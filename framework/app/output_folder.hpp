@@ -3,8 +3,11 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "saltus/app/csv_table.hpp"
 
@@ -21,6 +24,14 @@ class OutputFolder {
   /// The folder.
   const std::filesystem::path& path() const { return path_; }
 
+  /// These files of an earlier run go as soon as one is written: what two runs leave never lies
+  /// side by side, and a run that writes nothing takes nothing.
+  void clear_when_written(std::vector<std::string> names) { earlier_ = std::move(names); }
+  /// Names of what was written, in alphabetical order.
+  const std::set<std::string>& written() const { return written_; }
+  /// When this folder was opened, by the clock of files.
+  std::filesystem::file_time_type begin() const { return begin_; }
+
   /// A text as it is.
   void write(std::string_view name, std::string_view content) const;
   /// Indented JSON; numbers that are not finite become null, as JSON has no word for them.
@@ -30,6 +41,9 @@ class OutputFolder {
 
  private:
   std::filesystem::path path_;
+  std::filesystem::file_time_type begin_;
+  mutable std::vector<std::string> earlier_;
+  mutable std::set<std::string> written_;
 };
 
 /// The folder of a file that `flag` names, proved writable before the work begins that fills the

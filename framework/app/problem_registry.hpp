@@ -37,8 +37,11 @@ struct RunContext {
   const std::string& effective_config;  ///< all settings as YAML, to be kept beside the results
 };
 
+/// What the run before left in the folder, by its run.json, goes as soon as this one writes.
+void replace_earlier_run(OutputFolder& output);
+
 /// Leaves run.json in the folder, if the run left anything there: what `saltus rerun` needs to know
-/// beside config.yaml.
+/// beside config.yaml, and which files are of this run.
 void note_run(const OutputFolder& output, const std::string& problem);
 
 /// The usual entry. `declare` binds the keys to the fields of a Config, whose values are the
@@ -75,10 +78,11 @@ ProblemEntry problem_entry(std::string name, std::string summary,
       return ExitStatus::ok;
     }
     OutputFolder output(request.out);
+    replace_earlier_run(output);
     const std::string effective_config = settings.to_yaml();
     const ExitStatus status = run(config, RunContext{request, output, effective_config});
-    note_run(output, name);
     const bool logged = write_logs(logs, output.path());
+    note_run(output, name);
     return logged || status != ExitStatus::ok ? status : ExitStatus::not_applicable;
   };
   const auto with_settings = [declare](const std::function<void(const Settings&)>& use) {

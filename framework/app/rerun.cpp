@@ -137,6 +137,32 @@ FileComparison compare_summaries(const std::string& name, const std::string& bef
                              : "differs first at " + shortened(difference)};
 }
 
+// May it be removed when another run takes the folder? Run.json can come from anywhere.
+bool is_of_a_run(const fs::path& name) {
+  static const std::set<std::string> kinds{".csv",  ".html", ".json", ".mat",
+                                           ".mcap", ".png",  ".txt",  ".yaml"};
+  return name == name.filename() && kinds.contains(name.extension().string());
+}
+
+// Of the run whose run.json lies in the folder; empty if it does not tell.
+std::vector<std::string> files_of_run(const fs::path& folder) {
+  std::vector<std::string> files;
+  std::error_code unknown;
+  const fs::path file = folder / run_file;
+  if (!fs::is_regular_file(file, unknown)) return files;
+  try {
+    const std::string text = file_content(file, longest_file);
+    refuse_deep_json(text, file.string());
+    const Json run = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+    if (!run.is_object() || !run.contains("files") || !run["files"].is_array()) return files;
+    for (const Json& name : run["files"])
+      if (name.is_string() && is_of_a_run(name.get<std::string>())) files.push_back(name);
+  } catch (const InputError&) {
+    files.clear();  // of no run that could be known
+  }
+  return files;
+}
+
 Json saltus_json() { return {{"version", version()}, {"commit", commit()}}; }
 
 // What run.json says; InputError naming what is missing.
@@ -161,20 +187,38 @@ Json read_run_file(const fs::path& folder) {
 
 }  // namespace
 
+void replace_earlier_run(OutputFolder& output) {
+  output.clear_when_written(files_of_run(output.path()));
+}
+
 void note_run(const OutputFolder& output, const std::string& problem) {
   std::error_code unknown;
   if (!fs::exists(output.path() / "config.yaml", unknown)) return;
+  std::set<std::string> files = output.written();
+  files.insert(run_file);
+  // What Python added: pictures, pages, other formats.
+  for (const fs::directory_entry& entry : fs::directory_iterator(output.path(), unknown))
+    if (is_of_a_run(entry.path().filename()) && entry.is_regular_file(unknown) &&
+        entry.last_write_time(unknown) >= output.begin())
+      files.insert(entry.path().filename().string());
   output.write(run_file, Json{{"problem", problem},
                               {"folder", fs::current_path(unknown).string()},
-                              {"saltus", saltus_json()}});
+                              {"saltus", saltus_json()},
+                              {"files", files}});
 }
 
 std::vector<FileComparison> compare_runs(const fs::path& before, const fs::path& after) {
   std::set<std::string> names;
-  for (const fs::path& folder : {before, after})
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-      if (entry.path().extension() == ".csv" || entry.path().filename() == "summary.json")
-        names.insert(entry.path().filename().string());
+  for (const fs::path& folder : {before, after}) {
+    const std::vector<std::string> files = files_of_run(folder);
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+      const std::string name = entry.path().filename().string();
+      const bool is_of_the_run =
+          files.empty() || std::find(files.begin(), files.end(), name) != files.end();
+      if (is_of_the_run && (entry.path().extension() == ".csv" || name == "summary.json"))
+        names.insert(name);
+    }
+  }
   std::vector<FileComparison> comparisons;
   for (const std::string& name : names) {
     if (!fs::exists(before / name) || !fs::exists(after / name)) {

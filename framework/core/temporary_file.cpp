@@ -72,8 +72,8 @@ void remove_orphans(const fs::path& folder) {
     if (!name.starts_with('.') || !name.ends_with(".part")) continue;
     const fs::path of_process = entry.path().stem();  // .NAME.RANDOM.HOST.PROCESS
     const std::string number = of_process.extension().string();
-    const std::string host = of_process.stem().extension().string();
-    if (host != "." + short_host_name() || number.empty()) continue;
+    const std::string host = of_process.stem().extension().string();  // with its dot
+    if (number.empty() || host.empty() || host.substr(1) != short_host_name()) continue;
     const int process = std::atoi(number.c_str() + 1);
     const bool is_over = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;
     if (is_over) fs::remove(entry.path(), error);

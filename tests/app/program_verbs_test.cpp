@@ -35,6 +35,7 @@ ExitStatus drop(const DropConfig& config, const RunContext& context) {
   for (const double t : {0.0, 0.1})
     table.add_row(std::vector<double>{t, config.height - 4.9 * t * t + drift * t, 1e-3 * runs});
   context.output.write("trajectory.csv", table);
+  if (config.ground == "soft") context.output.write("marks.csv", table);
   context.output.write("summary.json", nlohmann::ordered_json{{"cost", config.height},
                                                               {"seconds", 1e-3 * runs},
                                                               {"plans", {{"processor_us", runs}}}});
@@ -100,6 +101,30 @@ TEST_F(VerbsTest, rerun_says_whether_it_is_the_same) {
   EXPECT_TRUE(fs::exists(folder / "first.again/trajectory.csv"));
   EXPECT_EQ(run({"rerun", out}), 2);
   EXPECT_TRUE(contains(complaint, "first.again' exists already; --out names another folder"));
+}
+
+// What the run before left is neither drawn nor compared; what others left stays.
+TEST_F(VerbsTest, a_run_takes_the_place_of_the_one_before) {
+  const fs::path out = folder / "first";
+  ASSERT_EQ(run({"run", "drop", "--ground", "soft", "--out", out}), 0);
+  EXPECT_TRUE(fs::exists(out / "marks.csv"));
+  folder.file("first/mine.csv", "mine");
+  fs::last_write_time(out / "mine.csv",
+                      fs::last_write_time(out / "run.json") - std::chrono::hours(1));
+  ASSERT_EQ(run({"run", "drop", "--drop.height=-1", "--out", out}), 2);
+  EXPECT_TRUE(fs::exists(out / "marks.csv")) << "of a run that wrote nothing";
+  ASSERT_EQ(run({"run", "drop", "--out", out}), 0);
+  EXPECT_FALSE(fs::exists(out / "marks.csv"));
+  for (const char* kept : {"mine.csv", "trajectory.csv", "summary.json", "run.json"})
+    EXPECT_TRUE(fs::exists(out / kept)) << kept;
+  EXPECT_EQ(run({"rerun", out}), 0) << printed << "mine.csv is of no run";
+
+  // A run.json of elsewhere removes nothing outside of the folder, and nothing that no run writes.
+  const fs::path beside = folder.file("beside.csv", "mine"),
+                 tool = folder.file("first/tool.sh", "mine");
+  folder.file("first/run.json", R"({"files": ["../beside.csv", "tool.sh", "..", "", 7, {}]})");
+  ASSERT_EQ(run({"run", "drop", "--out", out}), 0);
+  EXPECT_TRUE(fs::exists(beside) && fs::exists(tool));
 }
 
 TEST_F(VerbsTest, rerun_compares_every_cell_and_every_entry) {
