@@ -118,6 +118,16 @@ Vec<double, 3> RobotOnGround::force_of_leg(int leg, const State<double>& x,
   return force;
 }
 
+// Its sum over the pieces is the impulse, wherever the push begins and ends.
+Vec<double, 3> RobotOnGround::mean_push(double from, double to) const {
+  constexpr double rounding = 1e-9;  // of the ticks' times, s
+  const double begin = settings_.push_begin, end = begin + settings_.push_duration;
+  const Vec<double, 3> force = settings_.push_impulse / settings_.push_duration;
+  const double within = std::min(to, end) - std::max(from, begin);
+  if (within < rounding) return Vec<double, 3>::Zero();
+  return within > to - from - rounding ? force : Vec<double, 3>(force * (within / (to - from)));
+}
+
 bool RobotOnGround::advance(const VectorRef& forces, double length) {
   const VectorXd now = inner_->state();
   const State<double> x = now.head<states>();
@@ -128,10 +138,7 @@ bool RobotOnGround::advance(const VectorRef& forces, double length) {
     u.segment<3>(3 * leg) = forces_.col(leg);
     u.segment<3>(3 * legs + 3 * leg) = commands_[leg].velocity;
   }
-  const double since = time() + 1e-9 - settings_.push_begin;  // rounding of the ticks' times
-  u.tail<3>().setZero();
-  if (since >= 0.0 && since < settings_.push_duration)
-    u.tail<3>() = settings_.push_impulse / settings_.push_duration;
+  u.tail<3>() = mean_push(time(), time() + length);
   return inner_->advance(u, length);
 }
 

@@ -59,6 +59,7 @@ class RobotOnGround final : public LoopPlant {
   double height() const;
 
  private:
+  Vec<double, 3> mean_push(double from, double to) const;
   Vec<double, 3> force_of_leg(int leg, const State<double>& x, const Vec<double, 3>& foot,
                               const Vec<double, 3>& planned) const;
 

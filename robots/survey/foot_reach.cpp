@@ -9,6 +9,7 @@
 #include <functional>
 #include <numbers>
 #include <string_view>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/temporary_file.hpp"
@@ -24,15 +25,20 @@ constexpr double between_limbs = 0.005;  // m
 constexpr double farthest = 0.8;         // of the trunk's height: beyond any step
 constexpr int halvings = 5;              // of that: to 1 cm
 
+// With the shapes of its limbs, if it has any: without, joint limits alone tell.
+FloatingRobot body_with_limbs(const UrdfModel& model, const RobotDescription& robot) {
+  FloatingRobot body = floating_robot(model, robot);
+  try {
+    add_capsules(body, model, robot);
+  } catch (const InputError&) {
+  }
+  return body;
+}
+
 class Search {
  public:
-  Search(const UrdfModel& model, const RobotDescription& robot)
-      : model_(model), robot_(robot), body_(floating_robot(model, robot)) {
-    try {
-      add_capsules(body_, model, robot);
-    } catch (const InputError&) {  // no shapes: joint limits alone
-    }
-  }
+  Search(const UrdfModel& model, const RobotDescription& robot, FloatingRobot body)
+      : model_(model), robot_(robot), body_(std::move(body)) {}
 
   std::optional<FootReach> run() {
     const auto standing = std::find_if(robot_.postures.begin(), robot_.postures.end(),
@@ -45,8 +51,11 @@ class Search {
     FootReach reach;
     const Point2 beside(0.0, apart_), beneath(0.0, 0.5 * apart_);
     const auto from_foot = [&](const Point2& to) { return reaches(to, 0.5 * to); };
-    // The foot that stands is the one that reaches: the CoM moves away from it.
-    const auto from_com = [&](const Point2& to) { return reaches(to + beneath, to); };
+    // The foot that stands is the one that reaches: the CoM goes backwards where it shall be ahead.
+    const auto from_com = [&](const Point2& to) {
+      const Point2 com(-to[0], to[1]);
+      return reaches(com + beneath, com);
+    };
     if (!from_foot(beside) || !from_com(beneath)) return std::nullopt;
     for (int i = 0; i < reach_directions; ++i) {
       const double angle = 2.0 * std::numbers::pi * i / reach_directions;
@@ -109,9 +118,10 @@ class Fingerprint {
   std::uint64_t hash_ = 0xcbf29ce484222325ULL;
 };
 
-std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot) {
+std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
+                          const FloatingRobot& body) {
   Fingerprint print;
-  print.add("reach 1 ");  // of the method: another one counts anew
+  print.add("reach 2 ");  // of the method: another one counts anew
   std::ifstream file(model.source(), std::ios::binary);
   print.add(std::string(std::istreambuf_iterator<char>(file), {}));
   print.add(robot.left_sole);
@@ -129,6 +139,17 @@ std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot)
       print.add(joint);
       print.add(q);
     }
+  // Limbs, from the description or from meshes that may come later.
+  for (const FloatingRobot::Body& limb : body.bodies)
+    for (const LinkCapsule& c : limb.capsules) {
+      for (const Vec<double, 3>& end : {c.capsule.from, c.capsule.to})
+        for (const double coordinate : end) print.add(coordinate);
+      print.add(c.capsule.radius);
+    }
+  for (const auto& [one, other] : body.apart) {
+    print.add(one);
+    print.add(other);
+  }
   return print.value();
 }
 
@@ -164,16 +185,17 @@ void write(const std::filesystem::path& path, const FootReach& reach) {
 }  // namespace
 
 std::optional<FootReach> find_foot_reach(const UrdfModel& model, const RobotDescription& robot) {
-  return Search(model, robot).run();
+  return Search(model, robot, body_with_limbs(model, robot)).run();
 }
 
 std::optional<FootReach> cached_foot_reach(const UrdfModel& model, const RobotDescription& robot,
                                            const std::filesystem::path& folder) {
+  FloatingRobot body = body_with_limbs(model, robot);
   const std::filesystem::path path =
-      folder / fmt::format("reach-{:016x}.txt", fingerprint(model, robot));
+      folder / fmt::format("reach-{:016x}.txt", fingerprint(model, robot, body));
   FootReach cached;
   if (read(path, cached)) return cached;
-  std::optional<FootReach> found = find_foot_reach(model, robot);
+  std::optional<FootReach> found = Search(model, robot, std::move(body)).run();
   if (found) {
     round_to_file(*found);
     write(path, *found);

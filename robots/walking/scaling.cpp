@@ -31,6 +31,7 @@ void scale(BipedSettings& settings, const RobotScale& scale) {
   body.angular_momentum /= M * M * L * L;
   body.wrench /= M * M;
   body.posture *= L * L;  // angular accelerations go with 1 / L
+  settings.plant.estimation.standing_force *= M;
   MomentumOptions& momentum = settings.control.momentum;
   momentum.linear_momentum /= M * M;
   momentum.angular_momentum /= M * M * L * L;

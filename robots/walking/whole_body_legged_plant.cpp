@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -17,8 +18,8 @@
 namespace saltus::walking {
 namespace {
 
-// A foot has landed when the ground carries this much, N.
-constexpr double landed_force = 20.0;
+// A foot has landed when the ground carries this share of the weight: 20 N of iCub's.
+constexpr double landed_share = 20.0 / (33.0616727 * standard_gravity);
 
 // With capsules where limbs may not pass through each other, and where they cost nothing to have.
 FloatingRobot make_body(const UrdfModel& model, const RobotDescription& description,
@@ -66,7 +67,10 @@ Senses make_senses(std::unique_ptr<Plant> engine, const FloatingRobot& nominal, 
 // A controller that knows how late the velocities are that it sees.
 WholeBodyControl control_by(WholeBodyControl control, const PlantSettings& settings) {
   if (settings.sensors == SensorChoice::measured)
-    control.gains.velocity_age = settings.sensor.encoder.delay + settings.estimation.velocity_lag;
+    // Differences of two readings are half a period old at least.
+    control.gains.velocity_age =
+        settings.sensor.encoder.delay +
+        std::max(settings.estimation.velocity_lag, 0.5 / settings.sensor.encoder.rate);
   return control;
 }
 
@@ -83,6 +87,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
                        const PlantSettings& settings, const UrdfModel& model)
       : step_(settings.step),
         friction_(settings.friction),
+        landed_force_(landed_share * start.robot.mass * standard_gravity),
         per_control_(std::lround(options.control.period / settings.step)),
         per_plan_(std::lround(start.period / settings.step)),
         swing_side_(other(start.scene.side)),
@@ -158,7 +163,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   std::optional<Landing> find_landing(double t) override {
     if (!swing_.is_under_way() || stands(swing_side_)) return std::nullopt;
     const FootContact& contact = plant_->contact(swing_side_);
-    if (t < earliest_landing_ || contact.wrench[2] < landed_force) return std::nullopt;
+    if (t < earliest_landing_ || contact.wrench[2] < landed_force_) return std::nullopt;
     stands(swing_side_) = true;
     return Landing{dynamics_->sole(swing_side_).pose.translation(),
                    true_dynamics().sole(swing_side_).pose.translation()};
@@ -266,7 +271,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   const DynamicsModel& true_dynamics() const { return truth_ != nullptr ? *truth_ : *dynamics_; }
 
   double step_;
-  double friction_;  // of the ground
+  double friction_;      // of the ground
+  double landed_force_;  // N
   long per_control_, per_plan_, steps_ = 0;
   Side swing_side_;
   FloatingRobot body_;

@@ -49,6 +49,26 @@ TEST(Quadruped, AFreeBodyKeepsItsAngularMomentum) {
   EXPECT_GT((end.tail<3>() - x.tail<3>()).norm(), 0.1);  // it tumbles
 }
 
+// In the air: all that the CoM gains sideways is of the push, whatever the pieces are.
+TEST(Quadruped, APushHasItsImpulseWhereverItBegins) {
+  for (const double begin : {1.0, 1.01, 1.013})
+    for (const double duration : {0.1, 0.05, 0.01, 0.003}) {
+      PlantSettings settings;
+      settings.push_begin = begin;
+      settings.push_duration = duration;
+      settings.push_impulse = {1.0, -2.0, 0.0};
+      RobotOnGround robot(settings, Ground(), 0.29);
+      std::array<LegCommand, legs> up;
+      for (LegCommand& command : up) command = {true, {0.0, 0.0, 5.0}};
+      robot.command(up);
+      for (int k = 0; k < 60; ++k)
+        ASSERT_TRUE(robot.advance(VectorXd::Zero(3 * legs), 0.02)) << robot.failure();
+      const Vec<double, 3> gained = settings.body.mass * robot.state().segment<3>(3);
+      EXPECT_NEAR(gained[0], 1.0, 1e-9) << begin << " s, for " << duration << " s";
+      EXPECT_NEAR(gained[1], -2.0, 1e-9) << begin << " s, for " << duration << " s";
+    }
+}
+
 // FL and RR lift at 0.3 s and are due at 0.5025 s; FR and RL lift at 0.525 s.
 Gait after(double seconds, bool blind, const Touching& at_the_end) {
   GaitSettings settings;

@@ -39,6 +39,12 @@ TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
   EXPECT_FALSE(from_foot.contains(Point2(0.0, -0.05)));
   EXPECT_FALSE(from_foot.contains(Point2(0.6, 0.14)));
 
+  // What is ahead of the CoM is ahead of it: iCub's legs reach farther back than forward.
+  const SupportPolygon from_com = hull_of(found->from_com);
+  const Point2 back(-0.215, 0.285);
+  EXPECT_TRUE(from_com.contains(back));
+  EXPECT_FALSE(from_com.contains(Point2(-back[0], back[1])));
+
   // Who finds it and who reads it have the same, to the bit.
   const auto read = cached_foot_reach(*urdf, description, folder);
   ASSERT_TRUE(read);

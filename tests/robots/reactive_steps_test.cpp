@@ -132,6 +132,19 @@ TEST(Pushes, AListAddsToTheFirst) {
   EXPECT_NEAR(pushes[2].direction[1], 1.0, 1e-12);
 }
 
+// push.impulse=0 says that there is no first push: nothing begins with it, and none is in its way.
+TEST(Pushes, OfNothingIsNoneUnlessThereIsNoOther) {
+  Push none;
+  none.impulse = 0.0;
+  EXPECT_EQ(all_pushes(none, {}).size(), 1u);
+  MorePushes more;
+  more.list = "3 7 270; 4 0 90; 2.45 5 0";
+  const std::vector<Push> pushes = all_pushes(none, more);
+  ASSERT_EQ(pushes.size(), 2u);
+  EXPECT_EQ(pushes[0].start, 2.45);
+  EXPECT_EQ(pushes[1].start, 3.0);
+}
+
 TEST(Pushes, RandomOnesAreApartAndTheSameForASeed) {
   MorePushes more;
   more.rate = 1.0 / 6.0;

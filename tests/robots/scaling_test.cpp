@@ -32,6 +32,7 @@ TEST(Scaling, WeightsOfSquaresGoWithTheSquareOfWhatTheyWeigh) {
   EXPECT_EQ(after.contact.normal_force_min, M * before.contact.normal_force_min);
   EXPECT_EQ(after.contact.normal_force_max, M * before.contact.normal_force_max);
   EXPECT_EQ(after.contact.torsional_friction, L * before.contact.torsional_friction);
+  EXPECT_EQ(after.plant.estimation.standing_force, M * before.plant.estimation.standing_force);
   const auto expect_scaled = [](const auto& scaled, const auto& original) {
     EXPECT_EQ(scaled.linear_momentum * M * M, original.linear_momentum);
     EXPECT_EQ(scaled.angular_momentum * M * M * L * L, original.angular_momentum);
