@@ -26,17 +26,19 @@ class SaltusError(RuntimeError):
 class Table(collections.abc.Mapping):
     """Columns of a CSV file by name, in their order: arrays of numbers (what is empty is NaN) or of texts.
 
-    `table["height"]` and `table["height [m]"]` are the same column, and `table.units["height"]` is "m".
+    `table["height"]` and `table["height [m]"]` are the same column, and `table.units["height"]` is "m". Columns that
+    differ by their unit alone keep it in their names.
     """
 
     def __init__(self, columns):
-        self.units, self._columns = {}, {}
+        self.units, self._columns, self._full = {}, {}, {}
+        matches = {full: _WITH_UNIT.match(full) for full in columns}
+        short = {full: match.group(1) if match else full for full, match in matches.items()}
         for full, values in columns.items():
-            match = _WITH_UNIT.match(full)
-            name = match.group(1) if match else full
-            self.units[name] = match.group(2) if match else ""
+            name = short[full] if list(short.values()).count(short[full]) == 1 else full
+            self.units[name] = matches[full].group(2) if matches[full] else ""
             self._columns[name] = np.asarray(values)
-        self._full = dict(zip(columns, self._columns))
+            self._full[full] = name
 
     def __getitem__(self, name):
         return self._columns[self._full.get(name, name)]

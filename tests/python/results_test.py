@@ -59,6 +59,15 @@ class Results(unittest.TestCase):
         with self.assertRaisesRegex(FileNotFoundError, "no folder of a run"):
             saltus.load(self.path("nothing"))
 
+    def test_columns_that_differ_by_their_unit_alone(self):
+        self.write("trajectory.csv", "t [s],v [m/s],v [rad/s],u [N]\n0,1,2,3\n")
+        table = saltus.load(self.run_folder).trajectory
+        self.assertEqual(list(table), ["t", "v [m/s]", "v [rad/s]", "u"])
+        self.assertEqual([table[name][0] for name in ("v [m/s]", "v [rad/s]", "u", "u [N]")], [1.0, 2.0, 3.0, 3.0])
+        self.assertEqual(table.units["v [rad/s]"], "rad/s")
+        with self.assertRaises(KeyError):
+            table["v"]
+
     def test_mat_is_read_back(self):
         try:
             import h5py
