@@ -22,6 +22,7 @@ class Suite:
     readme: str = "README.md"
     quick: bool = True
     timed: Tuple[str, ...] = ()
+    exact: Tuple[str, ...] = ()
     titles = ("case", "value", "reference", "digits", "between", "status")
 
     def runs(self):
@@ -51,6 +52,7 @@ class Solvers:
     readme: str = "README.md"
     quick: bool = False
     timed: Tuple[str, ...] = ()
+    exact: Tuple[str, ...] = ("cases that it can take", "within tolerance")
     names = ("ipopt", "sparse", "riccati")
     titles = ("solver", "cases that it can take", "within tolerance")
 
@@ -112,6 +114,11 @@ class Map:
     def shape(self):
         return ["towards", *(title for title, *_ in self._columns())], self.directions
 
+    @property
+    def exact(self):
+        """Cells of a map."""
+        return self.shape()[0][1:]
+
     def make(self, programs):
         folder = programs.survival_map(*self.arguments)
         programs.pictures[self.picture] = folder + "/map.png"
@@ -145,6 +152,11 @@ class Lost:
         return ["towards", "preset paper, MPC",
                 *(f"preset robot, {senses} senses, of {tried}" for senses in self.senses)], len(COMPASS)
 
+    @property
+    def exact(self):
+        """Cells of a map."""
+        return self.shape()[0][1:]
+
     def make(self, programs):
         rows = rows_of(programs.survival_map(*OTHER_TABLES["map_dart"].arguments))
         lines = []
@@ -169,6 +181,7 @@ class StepMap:
     readme: str = README
     quick: bool = False
     timed: Tuple[str, ...] = ()
+    exact: Tuple[str, ...] = ()
     variants = {"fixed": "time and place fixed", "place": "place free", "time": "time free", "both": "both",
                 "steps": "up to three steps", "bound_0": "bound: no step", "bound_1": "one step",
                 "bound_3": "three steps"}
@@ -199,6 +212,7 @@ class Humanoids:
     readme: str = "robots/README.md"
     quick: bool = False
     timed: Tuple[str, ...] = ()
+    exact: Tuple[str, ...] = ()
     robots = (("Unitree G1", "example-robot-data", "robots/g1_description/urdf/g1_29dof_rev_1_0.urdf"),
               ("Talos", "example-robot-data", "robots/talos_data/robots/talos_reduced.urdf"),
               ("JVRC1", "jvrc-description", "jvrc_description/urdf/jvrc1.urdf"))
@@ -233,6 +247,7 @@ class Freedoms:
     readme: str = STEP_PLANNING
     quick: bool = False
     timed: Tuple[str, ...] = ()
+    exact: Tuple[str, ...] = ("forward, N s", "to the right", "back", "to the left")
     directions = 8
     most = {"formula": 16, "ocp": 24}  # N s, by planner: not survived by anybody
     told = {"step.planner": "formula", "step.known": "true", "step.duration": 0.6}
@@ -299,6 +314,7 @@ class Agreement:
     readme: str = STEP_PLANNING
     quick: bool = False
     timed: Tuple[str, ...] = ()
+    exact: Tuple[str, ...] = ("N s",)
     border = {0: 17, 45: 8, 90: 6, 135: 8, 180: 13, 225: 14, 270: 16, 315: 20}  # N s, the largest recovered in DART
     engines = {"dart": "DART", "mujoco": "MuJoCo"}
 
@@ -343,6 +359,7 @@ class RandomPushes:
     readme: str = STEP_PLANNING
     quick: bool = False
     timed: Tuple[str, ...] = ()
+    exact: Tuple[str, ...] = ()
     seeds = range(1, 21)
     starts = {"left": "the left foot", "both": "two feet"}
     conditions = {"ideal senses": {"sensors": "ideal"},

@@ -7,7 +7,7 @@ PROGRAM is saltus. Without names all are made, with --quick those that take seco
 N the one whose turn it is (N modulo their number, tables and sentences). A table stands in its README between the marks
 <!-- table: NAME --> and <!-- end of table -->; what was made goes to docs/results/NAME.md, with
 machine, versions and date. Two cells agree if their words do and their numbers do to one unit of the last printed digit
-(times: within a factor of three). `pictures` draws the READMEs' pictures again and says how many of their
+(times: within a factor of three; counts, cells of a map and the names of rows: to the letter). `pictures` draws the READMEs' pictures again and says how many of their
 points differ; `sentences` compares numbers in the prose (each has a name, too). What of the READMEs is made by what, and
 which numbers are none of measurements, says inventory.py. Status 3 if something differs, 2 for a mistake on the command
 line. What needs a package that is not there is skipped with a sentence. --write puts what was made into the READMEs,
@@ -37,6 +37,7 @@ ALL = {**TABLES, **COMPARISONS, **OTHER_TABLES}
 DIFFERENT = 3
 INTERRUPTED = 130  # as shells have it
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+SHARE = re.compile(r"(?<![\d.])\d+ of \d+(?![\d.])")  # so many of so many
 TIMED_FACTOR = 3.0
 
 
@@ -73,12 +74,15 @@ def unit_of(number):
     return 10.0 ** (int(exponent or 0) - decimals)
 
 
-def agree(there, here, timed):
+def agree(there, here, timed, exact=False):
+    """Measured numbers to one unit of the last digit. Counts have none: shares, and where it is `exact` all without a point."""
     if there == here:
         return True
-    if NUMBER.sub("#", there) != NUMBER.sub("#", here):
+    if NUMBER.sub("#", there) != NUMBER.sub("#", here) or SHARE.findall(there) != SHARE.findall(here):
         return False
     for a, b in zip(NUMBER.findall(there), NUMBER.findall(here)):
+        if exact and "." not in a + b and float(a) != float(b):
+            return False
         if timed:
             low, high = sorted((abs(float(a)), abs(float(b))))
             if high > TIMED_FACTOR * low + unit_of(a):
@@ -97,8 +101,8 @@ def differences(name, table, made):
         return [f"{table.readme}, {name}: {len(old)} rows are printed, {len(new)} were made"]
     found = []
     for old_row, new_row in zip(old[1:], new[1:]):
-        for title, a, b in zip(old[0], old_row, new_row):
-            if not agree(a, b, title in table.timed):
+        for column, (title, a, b) in enumerate(zip(old[0], old_row, new_row)):
+            if a != b if column == 0 else not agree(a, b, title in table.timed, title in table.exact):
                 found.append(f"{table.readme}, {name}, {old_row[0]}, {title}: "
                              f"printed '{a}', made '{b}'")
     return found
@@ -207,7 +211,8 @@ def make_sentence(name, programs, is_written):
         return [f"{sentence.readme} does not say ({name}): {said}"]
     printed_words = " ".join(there.group().split())
     found = []
-    if not agree(printed_words, " ".join(said.split()), sentence.timed):
+    is_so = agree(printed_words, " ".join(said.split()), sentence.timed)
+    if not is_so or sentence.counts(there.groups()) != sentence.counts(pieces):
         found.append(f"{sentence.readme} says ({name}): {printed_words}; made: {said}")
     if is_written:
         for group in range(len(pieces), 0, -1):

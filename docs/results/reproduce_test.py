@@ -6,6 +6,7 @@ import os
 import sys
 import tempfile
 import unittest
+from unittest import mock
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import reproduce  # noqa: E402
@@ -25,6 +26,14 @@ class Agreement(unittest.TestCase):
         self.assertFalse(reproduce.agree("12 mm", "12 N", False))
         self.assertFalse(reproduce.agree("", "0.1", False))
 
+    def test_counts_have_no_rounding(self):
+        self.assertFalse(reproduce.agree("23 of 24", "24 of 24", False))
+        self.assertFalse(reproduce.agree("0 of 3, 0.41 to 0.45", "1 of 3, 0.41 to 0.45", True))
+        self.assertTrue(reproduce.agree("3 of 3, 0.41 to 0.45", "3 of 3, 0.41 to 0.46", False))
+        self.assertTrue(reproduce.agree("takes 1.4 of 5.0", "takes 1.5 of 5.1", False))
+        self.assertFalse(reproduce.agree("55", "54", False, exact=True))
+        self.assertTrue(reproduce.agree("18.1", "18.2", False, exact=True))
+
     def test_times_may_be_three_times_as_long(self):
         self.assertTrue(reproduce.agree("0.10 s", "0.29 s", True))
         self.assertFalse(reproduce.agree("0.10 s", "0.40 s", True))
@@ -43,6 +52,22 @@ class Tables(unittest.TestCase):
             titles, count = table.shape()
             self.assertEqual(rows[0], [title.strip() for title in titles], name)
             self.assertEqual(len(rows) - 1, count, name)
+
+    def test_a_column_that_is_exact_stands_in_its_table(self):
+        for name, table in reproduce.ALL.items():
+            self.assertLessEqual({*table.exact, *table.timed}, set(table.shape()[0]), name)
+
+    def test_counts_and_names_of_rows_differ_by_one(self):
+        for name, before, after, title in (("solvers", "| riccati | 54 | 54 |", "| riccati | 54 | 53 |", "within tolerance"),
+                                           ("map_dart", "| back | 8 | 7 | 6 |", "| back | 7 | 7 | 6 |", "MPC"),
+                                           ("dart", "| 8 N s |", "| 7 N s |", "push")):
+            table = reproduce.ALL[name]
+            there = reproduce.printed(name, table)
+            self.assertIn(before, there)
+            self.assertEqual(reproduce.differences(name, table, there), [])
+            found = reproduce.differences(name, table, there.replace(before, after))
+            self.assertEqual(len(found), 1, name)
+            self.assertIn(f", {title}: printed", found[0])
 
     def test_every_picture_is_there(self):
         for path in reproduce.PICTURES:
@@ -70,6 +95,20 @@ class OfASentence(unittest.TestCase):
     def test_its_lines_may_be_broken_anywhere(self):
         there = self.sentence.look_up("As said, it does. It settles\n  in 0.14 s after\nthe landing.")
         self.assertEqual(there.groups(), ("0.14", ""))
+
+    def test_its_counts_are_told(self):
+        counted = Sentence("With {:.1f} N s {:d} of 8 stand{}", [{}], lambda s: [14.0, 6, ""])
+        self.assertEqual(counted.counts(counted.look_up("With 14.0 N s 7 of 8 stand").groups()), ["7"])
+        self.assertEqual(counted.counts(["14.0", "6", ""]), ["6"])
+
+    def test_a_count_that_is_one_less_differs(self):
+        class Made:
+            def run(self, settings):
+                return {}
+        name, there = "lines_of_the_car", reproduce.SENTENCES["lines_of_the_car"]
+        counted = Sentence(there.words, [{}], lambda s: [there.numbers(None)[0] - 1], readme=there.readme)
+        with mock.patch.dict(reproduce.SENTENCES, {name: counted}), mock.patch.object(reproduce, "save_sentence"):
+            self.assertEqual(len(reproduce.make_sentence(name, Made(), False)), 1)
 
     def test_other_words_are_another_sentence(self):
         self.assertIsNone(self.sentence.look_up("It settles in 0.14 s before the landing"))

@@ -207,8 +207,8 @@ OF_PUSH_RECOVERY = {
     "time_of_the_map": Sentence("takes {:.0f} s of processor time,", [], lambda programs: of_the_map(programs)[3:],
                                 quick=False, timed=True),
     "ends_of_rays": Sentence(
-        "forward, 15 N s, a corner of the stance sole slips by {:d} mm; to the swing side the foot is at the limit of its "
-        "reach; back right a corner slips by more than a centimetre (7 N s: {:d} mm, 9: {:d} mm)", [], slips_of_the_map,
+        "forward, 15 N s, a corner of the stance sole slips by {:.0f} mm; to the swing side the foot is at the limit of its "
+        "reach; back right a corner slips by more than a centimetre (7 N s: {:.0f} mm, 9: {:.0f} mm)", [], slips_of_the_map,
         quick=False),
     "stairs": Sentence(
         "with steps of up to {:.2f} in cost at 10 ms and {:.2f} at 50 ms", [], stairs, quick=False),

@@ -31,6 +31,7 @@ class Table:
     readme: str = README
     quick: bool = True
     timed: Tuple[str, ...] = ()  # columns that are times
+    exact: Tuple[str, ...] = ()  # columns whose whole numbers are counts
 
     def runs(self):
         return sum(len(row.runs) for row in self.rows)
