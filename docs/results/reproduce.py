@@ -173,15 +173,23 @@ def share_of_points(there, here):
     return float((abs(a - b).max(axis=-1) > 0.1).mean())
 
 
+def make_each(names, make_one):
+    """What differs of several, and how many were skipped in words."""
+    found, skipped = [], 0
+    for name in names:
+        try:
+            found += make_one(name)
+        except NotHere as why:
+            print(f"{name}: skipped; {why}")
+            skipped += 1
+    if skipped == len(names):
+        raise NotHere(f"all {skipped}")
+    return found, f", {skipped} of {len(names)} skipped" if skipped else ""
+
+
 def make_pictures(programs, is_written):
     """The maps' pictures are made with their tables."""
-    made = {}
-    for path, draw in PICTURES.items():
-        try:
-            made[path] = draw(programs)
-        except NotHere as why:
-            print(f"{path}: skipped; {why}")
-    return compare_pictures(made, is_written)
+    return make_each(PICTURES, lambda path: compare_pictures({path: PICTURES[path](programs)}, is_written))
 
 
 def compare_pictures(made, is_written):
@@ -222,25 +230,20 @@ def make_sentence(name, programs, is_written):
 
 
 def make_sentences(programs, is_written):
-    found = []
-    for name in SENTENCES:
-        try:
-            found += make_sentence(name, programs, is_written)
-        except NotHere as why:
-            print(f"{name}: skipped; {why}")
-    return found
+    return make_each(SENTENCES, lambda name: make_sentence(name, programs, is_written))
 
 
 def make(name, programs, is_written):
+    """What differs, a line each, and what was skipped, in words. Throws NotHere if all was."""
     if name == "pictures":
         return make_pictures(programs, is_written)
     if name == "sentences":
         return make_sentences(programs, is_written)
     if name in SENTENCES:
-        return make_sentence(name, programs, is_written)
+        return make_sentence(name, programs, is_written), ""
     found = make_table(name, programs, is_written)
     drawn, programs.pictures = programs.pictures, {}
-    return found + compare_pictures(drawn, is_written)
+    return found + compare_pictures(drawn, is_written), ""
 
 
 def chosen(arguments):
@@ -297,11 +300,11 @@ def main():
             for done, name in enumerate(names):
                 print(f"{name} ...", flush=True)
                 try:
-                    new = make(name, programs, arguments.write)
+                    new, skipped = make(name, programs, arguments.write)
                 except NotHere as why:
                     print(f"{name}: skipped; {why}")
                     continue
-                print(f"{name}: " + ("as printed" if not new else f"{len(new)} differ"), flush=True)
+                print(f"{name}: " + (f"{len(new)} differ" if new else "as printed") + skipped, flush=True)
                 found += new
     except KeyboardInterrupt:
         tell(found)

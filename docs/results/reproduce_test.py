@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """Does reproduce.py see what differs from a printed table, and nothing else?"""
 
+import contextlib
+import io
 import json
 import os
 import sys
@@ -77,6 +79,34 @@ class Tables(unittest.TestCase):
         for name, sentence in reproduce.SENTENCES.items():
             with open(reproduce.readme_of(sentence), encoding="utf-8") as file:
                 self.assertIsNotNone(sentence.look_up(file.read()), name)
+
+
+class Skipped(unittest.TestCase):
+    def told(self, pictures, points=0.0):
+        """Of pictures that are drawn or not here: status and what is printed."""
+        def draw(is_here):
+            def picture(programs):
+                if not is_here:
+                    raise reproduce.NotHere("no program")
+                return "drawn.png"
+            return picture
+        out = io.StringIO()
+        with mock.patch.object(reproduce, "PICTURES", {f"README{k}.md": draw(here) for k, here in enumerate(pictures)}), \
+                mock.patch.object(reproduce, "share_of_points", lambda *_: points), \
+                mock.patch.object(os.path, "exists", lambda _: True), \
+                mock.patch.object(sys, "argv", ["reproduce.py", "saltus", "pictures"]), contextlib.redirect_stdout(out):
+            return reproduce.main(), out.getvalue()
+
+    def test_what_was_not_looked_at_is_not_as_printed(self):
+        self.assertIn("pictures: as printed\n", self.told([True, True])[1])
+        self.assertIn("pictures: as printed, 1 of 2 skipped\n", self.told([True, False])[1])
+        status, told = self.told([False, False])
+        self.assertEqual(status, 0)
+        self.assertIn("pictures: skipped; all 2", told)
+        self.assertNotIn("as printed", told)
+        status, told = self.told([True, False], 0.5)
+        self.assertEqual(status, reproduce.DIFFERENT)
+        self.assertIn("pictures: 1 differ, 1 of 2 skipped\n", told)
 
 
 class Kept(unittest.TestCase):

@@ -172,6 +172,15 @@ class Scripts(unittest.TestCase):
         self.assertIn("LOW:HIGH", self.bench("pushes", "--impulse", "5", status=2).stderr)
         self.assertIn("did you mean 'centroidal'", self.bench("reproduce", "centroid", status=2).stderr)
 
+    def test_a_table_that_differs_is_told_beside_what_was_skipped(self):
+        sys.path.insert(0, SCRIPTS)
+        import campaign
+        for status, told, verdict in (
+                (0, "pictures ...\npictures: as printed\n", "as printed"), (3, "b.png: skipped; no program\npictures: 1 differ\n", "differs"),
+                (0, "b.png: skipped; no program\npictures: as printed, 1 of 2 skipped\n", "partly skipped"),
+                (0, "pictures: skipped; all 2\n", "skipped"), (1, "b.png: skipped; no program\n", "crashed")):
+            self.assertEqual(campaign.verdict_on_table("pictures", status, told), verdict)
+
     def test_what_is_not_there_is_named(self):
         for words, sentence in ((["--solvers", "ricati"], "did you mean 'riccati'"),
                                 (["--problems", "recipe/kI=8"], "did you mean 'recipe/kI=7'"),

@@ -145,7 +145,7 @@ def reproduce(arguments):
     done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "reproduce"), arguments)
     for line in done.lines():
         print(f"{line['problem']}: {line['verdict']}")
-        if line["verdict"] in ("differs", "crashed"):
+        if line["verdict"] != "as printed":
             print(line["claimed"])
     return status_of(done) or (DIFFERENT if any(l["verdict"] == "differs" for l in done.lines()) else OK)
 

@@ -46,14 +46,21 @@ def reproduce_script():
     return script
 
 
+def verdict_on_table(name, status, told):
+    """By the status and what reproduce.py prints last of that name."""
+    if status == 0:
+        last = next((line for line in reversed(told.splitlines()) if line.startswith(name + ": ")), "")
+        is_all, is_part = last.startswith(name + ": skipped;"), last.endswith(" skipped")
+        return "skipped" if is_all else "partly skipped" if is_part else "as printed"
+    return "differs" if status == 3 else "crashed"
+
+
 def carry_out(task, say):
     """One command of `saltus`; `say` takes its lines."""
     if task["result"] == TABLE:
         done = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), *task["words"],
                                "--jobs", "1"], capture_output=True, text=True, check=False, preexec_fn=end_with_parent)
-        verdict = {0: "as printed", 3: "differs"}.get(done.returncode, "crashed")
-        if "skipped;" in done.stdout:
-            verdict = "skipped"
+        verdict = verdict_on_table(task["problem"], done.returncode, done.stdout)
         say({"problem": task["problem"], "instance": 1, "solver": "saltus", "verdict": verdict,
              "claimed": (done.stdout + (done.stderr if verdict == "crashed" else ""))[-2000:]})
         return
