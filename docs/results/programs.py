@@ -35,6 +35,17 @@ def draw(module, *arguments):
          environment={**os.environ, "PYTHONPATH": PACKAGE, "PYTHONSAFEPATH": "1"})
 
 
+UNKNOWN = "kept, of a version that is not known"
+
+
+def read_bytes(path):
+    """None if there is no such file."""
+    if not os.path.exists(path):
+        return None
+    with open(path, "rb") as file:
+        return file.read()
+
+
 def is_whole(folder):
     """Whether a run has ended there by itself: what was interrupted keeps its results, too."""
     try:
@@ -60,17 +71,15 @@ class Programs:
     def version(self):
         return call([self.program, "--version"]).stdout.strip()
 
-    def _note_version(self, note, is_kept):
-        """Maps and tables do not say which program made them, so a file beside them does."""
-        if not is_kept:
-            write_text(note, self.version())
+    def _noted(self, note):
+        """Maps and tables do not say which programs made them, so a file beside them does: a line each."""
+        if not os.path.exists(note):
+            return {UNKNOWN}
+        with open(note, encoding="utf-8") as file:
+            return set(file.read().splitlines())
 
-    def _add_version(self, note):
-        if os.path.exists(note):
-            with open(note, encoding="utf-8") as file:
-                self.versions.add(file.read())
-        else:
-            self.versions.add("kept, of a version that is not known")
+    def _note(self, note, versions):
+        write_text(note, "\n".join(sorted(versions)))
 
     def made_by(self):
         """The versions of what was looked at since the last time: a run that was kept has its own."""
@@ -108,18 +117,25 @@ class Programs:
         if not os.path.exists(out):
             call([self.program, "suite", "--set", f"solver={solver}", "--json", out]
                  + (["--only", only] if only else []))
+            self._note(out + ".made_by", {self.version()})
+        self.versions |= self._noted(out + ".made_by")
         with open(out, encoding="utf-8") as file:
             return json.load(file)
 
     def survival_map(self, *arguments):
-        """The folder of a map: map.csv and map.png."""
+        """The folder of a map: map.csv and map.png. A map that was cut off goes on, and is then of two programs."""
         out = self._folder("map", arguments)
+        table, note = os.path.join(out, "map.csv"), os.path.join(out, "made_by")
         if out not in self.maps:
-            is_kept = os.path.exists(os.path.join(out, "map.csv"))
+            before = read_bytes(table)
+            known = set() if before is None else self._noted(note)
+            os.makedirs(out, exist_ok=True)
+            self._note(note, known | {self.version()})  # before a cell is run: it may be cut off again
             call([self.program, "map", *arguments, "--out", out, "--jobs", str(self.jobs)])
-            self._note_version(os.path.join(out, "made_by"), is_kept)
+            if read_bytes(table) == before:
+                self._note(note, known)
             self.maps.add(out)
-        self._add_version(os.path.join(out, "made_by"))
+        self.versions |= self._noted(note)
         return out
 
     def beside(self, name, *arguments):
@@ -130,8 +146,8 @@ class Programs:
             if not os.path.exists(program):
                 raise NotHere(f"the program {name} is not built (a target of the build)")
             write_text(table, call([program, *arguments], good=(0,)).stdout)
-            self._note_version(table + ".made_by", is_kept=False)
-        self._add_version(table + ".made_by")
+            self._note(table + ".made_by", {self.version()})
+        self.versions |= self._noted(table + ".made_by")
         return table
 
     def drawn(self, name, module):

@@ -12,7 +12,7 @@ from unittest import mock
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import reproduce  # noqa: E402
-from programs import is_whole  # noqa: E402
+from programs import Programs, is_whole  # noqa: E402
 from sentence import Sentence  # noqa: E402
 
 
@@ -117,6 +117,35 @@ class Kept(unittest.TestCase):
                 with open(os.path.join(folder, "summary.json"), "w", encoding="utf-8") as file:
                     json.dump({"reason": reason}, file)
                 self.assertEqual(is_whole(folder), whole, reason)
+
+    def test_what_is_kept_is_credited_to_the_programs_that_made_it(self):
+        """A program of a version, that runs so many cells of a map at a time."""
+        with tempfile.TemporaryDirectory() as folder:
+            def look(version, cells, what):
+                path = os.path.join(folder, "saltus")
+                with open(path, "w", encoding="utf-8") as file:
+                    file.write(f"""#!{sys.executable}
+import os, sys
+words = sys.argv[1:]
+if words == ["--version"]:
+    print("{version}")
+elif words[0] == "suite":
+    open(words[words.index("--json") + 1], "w").write("[]")
+else:
+    out = os.path.join(words[words.index("--out") + 1], "map.csv")
+    done = open(out).read().count("cell") if os.path.exists(out) else 0
+    open(out, "w").write("cell\\n" * min(3, done + {cells}))
+""")
+                os.chmod(path, 0o755)
+                programs = Programs(path, folder, 1)
+                what(programs)
+                return programs.made_by()
+            self.assertEqual(look("old", 0, lambda p: p.suite("ipopt")), "old")
+            self.assertEqual(look("new", 0, lambda p: p.suite("ipopt")), "old")
+            self.assertEqual(look("old", 2, lambda p: p.survival_map()), "old")
+            self.assertEqual(look("none", 0, lambda p: p.survival_map()), "old")
+            self.assertEqual(look("new", 2, lambda p: p.survival_map()), "new, old")
+            self.assertEqual(look("newer", 2, lambda p: p.survival_map()), "new, old")
 
 
 class OfASentence(unittest.TestCase):
