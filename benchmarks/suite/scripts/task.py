@@ -205,6 +205,17 @@ def choose_tolerance(runs, programs, accepted):
     return best, best_count
 
 
+# From good to bad: of several repetitions the worst is told.
+SEVERITY = ("", "solved", "worse optimum", "gave up", "wrong", "judges disagree", "error")
+
+
+def keep_worst(known, answer, found):
+    """A repetition's answer in place of those before, unless they were worse."""
+    if SEVERITY.index(found) >= SEVERITY.index(known["verdict"]):
+        known.update(answer)
+        known["verdict"] = found
+
+
 def say(line):
     print(json.dumps(line), flush=True)
 
@@ -219,8 +230,7 @@ def measure(task, solver, runs, programs, results):
     for number, run in runs.items():
         answer, times = run.run(programs[number], results[number]["asked"])
         known = results[number]
-        known.update(answer)
-        known["verdict"] = verdict(answer, task["tolerance"])
+        keep_worst(known, answer, verdict(answer, task["tolerance"]))
         known.setdefault("times", {}).setdefault("setup_us", times["setup_us"])
         for key in ("cpu_us", "own_us"):
             if times[key] is not None:
