@@ -115,6 +115,60 @@ class Scripts(unittest.TestCase):
         write("alone slower", 16.0, None)
         self.assertIn("without solvers of others in both", self.bench("compare", "alone", "alone slower", status=1).stdout)
 
+    def records(self, name, cells, matrix, **more):
+        """A file of results: (task, solver) -> verdicts by instance."""
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            print(json.dumps({"format": "saltus-bench 1", "saltus": {}, "machine": {}, "packages": {},
+                              "matrix": {"tasks": [task for task, _ in cells], "solvers": ["riccati", "saltus"], **matrix}}), file=file)
+            for (task, solver), verdicts in cells.items():
+                for instance, verdict in verdicts.items():
+                    print(json.dumps({"problem": task, "solver": solver, "instance": instance, "verdict": verdict,
+                                      "times": {"cpu_us": [1.0]}, **more}), file=file)
+                print(json.dumps({"done": task}), file=file)
+
+    def test_compare_counts_the_instances_that_both_have(self):
+        key = "box/4x1 cold", "riccati"
+        self.records("ten", {key: dict.fromkeys(range(1, 11), "solved")}, {"tolerance": 1e-8})
+        self.records("three", {key: dict.fromkeys((1, 2, 3), "solved")}, {"tolerance": 1e-8})
+        self.records("lost", {key: {1: "solved", 2: "wrong", 3: "solved"}}, {"tolerance": 1e-8})
+        self.records("others", {key: {11: "solved"}}, {"tolerance": 1e-8})
+        self.records("crashed", {key: {0: "crashed"}}, {"tolerance": 1e-8})
+        self.records("loose", {key: dict.fromkeys(range(1, 11), "solved")}, {"tolerance": 1e-6})
+        self.assertIn("0 worse, 0 better", self.bench("compare", "ten", "three").stdout)
+        self.assertIn("0 worse, 0 better", self.bench("compare", "three", "ten").stdout)
+        self.assertIn("3 of 3 solved, now 2 of 3", self.bench("compare", "ten", "lost", status=1).stdout)
+        self.assertIn("10 of 10 solved, now 0 of 1", self.bench("compare", "ten", "crashed", status=1).stdout)
+        self.assertIn("nothing can be compared", self.bench("compare", "ten", "others", status=2).stderr)
+        self.assertIn("other tolerances, 1e-08 and 1e-06", self.bench("compare", "ten", "loose", status=2).stderr)
+
+    def test_compare_tells_what_a_campaign_lost(self):
+        self.records("a", {("push 1", "saltus"): {1: "recovered"}}, {"campaign": "pushes"}, drawn={"push.impulse": 5.0})
+        self.records("b", {("push 1", "saltus"): {1: "not recovered"}}, {"campaign": "pushes"}, drawn={"push.impulse": 5.0})
+        self.records("c", {("push 1", "saltus"): {1: "recovered"}}, {"campaign": "pushes"}, drawn={"push.impulse": 6.0})
+        self.assertIn("WORSE  push 1, saltus: 1 of 1 recovered, now 0 of 1", self.bench("compare", "a", "b", status=1).stdout)
+        self.assertIn("better push 1", self.bench("compare", "b", "a").stdout)
+        self.assertIn("'push 1' was drawn otherwise", self.bench("compare", "a", "c", status=2).stderr)
+        self.records("d", {("dart", "saltus"): {1: "as printed"}}, {"campaign": "reproduce"})
+        self.records("e", {("dart", "saltus"): {1: "differs"}}, {"campaign": "reproduce"})
+        self.assertIn("1 of 1 as printed, now 0 of 1", self.bench("compare", "d", "e", status=1).stdout)
+
+    def test_the_worst_of_the_repetitions_is_told(self):
+        sys.path.insert(0, SCRIPTS)
+        import task
+
+        class Wavering:
+            kkt = iter((1e-10, 1e-3, 1e-10))
+
+            def run(self, qp, tolerance):
+                return {"kkt": {"stationarity": next(self.kkt)}, "says_solved": True}, {"cpu_us": 1.0, "own_us": None, "setup_us": 1.0}
+        results = {1: {"verdict": "", "asked": 1e-8}}
+        for _ in range(3):
+            task.measure({"tolerance": 1e-8}, "wavering", {1: Wavering()}, {1: None}, results)
+        self.assertEqual(results[1]["verdict"], "wrong")
+        self.assertEqual(results[1]["kkt"], {"stationarity": 1e-3})
+        import figures
+        self.assertIsNone(figures.time_of(results[1]))
+
     def test_nonlinear_problems_are_judged_by_the_program(self):
         self.bench("run", "--problems", "library/brachistochrone,library/switch_of_speed", "--solvers",
                    "riccati,sparse,ipopt,piqp", "--repetitions", "1", "--out", self.path("n.jsonl"))

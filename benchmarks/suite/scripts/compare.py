@@ -1,5 +1,6 @@
 """`bench compare A B`: what got better or worse from A to B beyond noise. Status 1 on a regression."""
 
+import json
 import math
 import statistics
 
@@ -9,6 +10,8 @@ import records
 FLOOR = 0.05  # changes below are never told: clocks wander
 OURS = ("riccati", "sparse", "ipopt")
 REFERENCES = 20  # cells of others, of the same versions, from which the machine's own change is told
+GOOD = {None: ("solved",), "pushes": ("recovered",), "map": ("recovered",),
+        "reproduce": ("as printed", "partly skipped")}  # verdicts, by campaign
 IN_TURNS = 2  # of them in one task, from which that of the task is
 
 
@@ -44,24 +47,51 @@ class Machine:
         return self._of.get(task, self.all)
 
 
+def in_both(cell, other):
+    """Lines of the instances that the other has, too. A task that failed as a whole (instance 0) stands for all of them."""
+    there = {line["instance"] for line in other}
+    return [line for line in cell if line["instance"] in there or 0 in (line["instance"], *there)]
+
+
+def refuse_what_cannot_be_compared(before, after, old, new):
+    accepted = [records_.head["matrix"].get("tolerance") for records_ in (before, after)]
+    if accepted[0] != accepted[1]:
+        raise records.RecordsError(f"the two were judged by other tolerances, {accepted[0]} and {accepted[1]}: "
+                                   "nothing can be compared")
+    for key in old:
+        drawn = [{json.dumps(line["drawn"]) for line in cells.get(key, []) if "drawn" in line} for cells in (old, new)]
+        if all(drawn) and drawn[0] != drawn[1]:
+            raise records.RecordsError(f"'{key[0]}' was drawn otherwise in the two (seed, ranges, plant): nothing can be compared")
+    if not any(in_both(old[key], new[key]) for key in old if key in new):
+        raise records.RecordsError("the two have no problem and solver in common: nothing can be compared")
+
+
 def compare(before, after, out):
     old, new = figures.by_cell(before), figures.by_cell(after)
+    refuse_what_cannot_be_compared(before, after, old, new)
+    good = GOOD.get(before.head["matrix"].get("campaign"), GOOD[None])
     machine = Machine(before, after, old, new)
     if machine.is_known:
         print(f"solvers of others took {math.exp(machine.all):.2f} times as long at the median, beside which theirs wander by "
               f"{math.exp(machine.noise):.2f}: so much is the machine's, and ratios are told without it", file=out)
-    worse = better = 0
+    worse = better = compared = 0
+    only = [key for key in (*old, *new) if key not in old or key not in new]
     are_times_told = False
     for key in old:
         if key not in new:
             continue
         task, solver = key
-        solved = [sum(line["verdict"] == "solved" for line in cell) for cell in (old[key], new[key])]
+        both = in_both(old[key], new[key]), in_both(new[key], old[key])
+        if not all(both):
+            only.append(key)
+            continue
+        compared += 1
+        solved = [sum(line["verdict"] in good for line in cell) for cell in both]
         if solved[0] != solved[1]:
             lost = solved[1] < solved[0]
             worse, better = worse + lost, better + (not lost)
             print(f"{'WORSE ' if lost else 'better'} {task}, {solver}: {solved[0]} of "
-                  f"{len(old[key])} solved, now {solved[1]} of {len(new[key])}", file=out)
+                  f"{len(both[0])} {good[0]}, now {solved[1]} of {len(both[1])}", file=out)
         found = figures.change(old[key], new[key], before.head.get("floor", FLOOR))
         if found is None:
             continue
@@ -73,13 +103,11 @@ def compare(before, after, out):
             are_times_told = are_times_told or what == "time"
             print(f"{'WORSE ' if slower else 'better'} {task}, {solver}: {ratio:.2f} times the "
                   f"{what}, noise {noise:.2f}", file=out)
-    only = sorted(set(old) ^ set(new))
     if only:
-        print(f"{len(only)} cells are in one of the two only, {only[0][0]}, {only[0][1]} "
+        example = min(only)
+        print(f"{len(only)} cells are in one of the two only, {example[0]}, {example[1]} "
               "for example", file=out)
-    if not set(old) & set(new):
-        raise records.RecordsError("the two have no problem and solver in common: nothing can be compared")
-    print(f"{len(set(old) & set(new))} cells compared: {worse} worse, {better} better", file=out)
+    print(f"{compared} cells compared: {worse} worse, {better} better", file=out)
     if are_times_told and not machine.is_known:
         print("without solvers of others in both, what the machine did meanwhile is not told from what the program did: "
               "on a busy one compare two runs of the same program first", file=out)

@@ -3,7 +3,7 @@
 import math
 import statistics
 
-NO_RESULT = ("missing", "not applicable")
+NO_RESULT = ("missing", "not applicable", "skipped", "settings")
 
 
 def time_of(line):

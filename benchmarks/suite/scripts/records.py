@@ -36,7 +36,8 @@ def _is_line(line):
     if "done" in line:
         return isinstance(line["done"], str)
     times = line.get("times", {})
-    return (all(isinstance(line.get(key), str) for key in ("problem", "solver", "verdict")) and isinstance(times, dict)
+    return (all(isinstance(line.get(key), str) for key in ("problem", "solver", "verdict"))
+            and isinstance(line.get("instance"), int) and isinstance(times, dict)
             and all(isinstance(values, (list, float, int)) for values in times.values()))
 
 
