@@ -235,6 +235,37 @@ class Scripts(unittest.TestCase):
                 (0, "pictures: skipped; all 2\n", "skipped"), (1, "b.png: skipped; no program\n", "crashed")):
             self.assertEqual(campaign.verdict_on_table("pictures", status, told), verdict)
 
+    def test_what_is_said_wins_over_quick(self):
+        for words, instances, repetitions in (([], 3, 1), (["--instances", "1"], 1, 1), (["--instances", "2", "--repetitions", "2"], 2, 2)):
+            out = f"quick{len(words)}.jsonl"
+            self.bench("run", "--quick", "--problems", "recipe/no-impact", "--start", "cold", "--solvers", "riccati", *words, "--out", self.path(out))
+            matrix = self.lines(out)[0]["matrix"]
+            self.assertEqual((matrix["instances"], matrix["repetitions"]), (instances, repetitions))
+            self.assertEqual(sum(line.get("solver") == "riccati" for line in self.lines(out)), instances)
+
+    MAP = ["map", "--plant", "centroidal", "--directions", "1", "--impulses", "3", "--step-times", "0.3,0.6", "--set", "push.start=0.2",
+           "--jobs", "2"]
+
+    @unittest.skipUnless(os.access(os.path.join(os.path.dirname(PROGRAM), "saltus"), os.X_OK),
+                         "needs the program saltus")
+    def test_a_map_has_each_cell_once_and_can_be_read_again(self):
+        self.bench(*self.MAP, "--controllers", "none", "--out", self.path("map.jsonl"), "--folder", self.path("map"))
+        self.bench("map", "--merged", self.path("map.jsonl"), "--folder", self.path("again"))
+        with open(self.path("map/map.csv"), encoding="utf-8") as file:
+            rows = file.read().splitlines()
+        self.assertEqual(len(rows), 2)  # titles and the one cell
+        with open(self.path("again/map.csv"), encoding="utf-8") as file:
+            self.assertEqual(file.read().splitlines(), rows)
+
+    def test_a_map_without_steps_is_run_once_for_all_step_times(self):
+        sys.path.insert(0, SCRIPTS)
+        import argparse
+        import campaign
+        tasks = campaign.map_tasks(argparse.Namespace(plant="dart", directions=4, impulses="3,4", step_times="0.3,0.6",
+                                                      controllers="mpc,none", set=None))
+        self.assertEqual([t["id"] for t in tasks], ["mpc 0.3 s 3 N s", "mpc 0.3 s 4 N s", "mpc 0.6 s 3 N s", "mpc 0.6 s 4 N s",
+                                                    "none 3 N s", "none 4 N s"])
+
     def test_what_is_not_there_is_named(self):
         for words, sentence in ((["--solvers", "ricati"], "did you mean 'riccati'"),
                                 (["--problems", "recipe/kI=8"], "did you mean 'recipe/kI=7'"),
@@ -257,6 +288,25 @@ class Scripts(unittest.TestCase):
                 words = ["bad.jsonl"] * (2 if verb == "compare" else 1)
                 self.assertIn(sentence, self.bench(verb, *words, status=2).stderr)
             self.assertIn(sentence, self.run_small("bad.jsonl", status=2).stderr)
+
+    def test_results_of_another_kind_are_named(self):
+        self.records("run", {("box/4x1 cold", "riccati"): {1: "solved"}},
+                     {"tolerance": 1e-8, "instances": 1, "repetitions": 1, "horizons": {"box/4x1 cold": 20}})
+        self.records("pushes", {("push 1", "saltus"): {1: "recovered"}}, {"campaign": "pushes"})
+        self.records("map", {("none 3 N s", "saltus"): {1: "recovered"}}, {"campaign": "map"})
+        self.records("none", {}, {"campaign": "pushes"})
+        self.records("half", {("box/4x1 cold", "riccati"): {1: "solved"}}, {})
+        for words, sentence in ((["report", "pushes"], "'pushes' holds results of `bench pushes`, not of `bench run`"),
+                                (["report", "half"], "its matrix lacks instances"),
+                                (["pushes", "--merged", "run"], "'run' holds results of `bench run`, not of `bench pushes`"),
+                                (["pushes", "--merged", "pushes"], "does not say how large its push was"),
+                                (["pushes", "--merged", "none"], "no run is known"),
+                                (["map", "--merged", "run"], "'run' holds results of `bench run`, not of `bench map`"),
+                                (["map", "--merged", "pushes"], "'pushes' holds results of `bench pushes`, not of `bench map`"),
+                                (["map", "--merged", "map"], "no cell of the map is known")):
+            done = self.bench(*words, status=2)
+            self.assertIn(sentence, done.stderr)
+            self.assertEqual(done.stderr.count("\n"), 1)
 
     def test_results_that_were_changed_by_hand_are_refused(self):
         self.run_small("a.jsonl")

@@ -104,8 +104,10 @@ def begin_or_resume(path, head):
 def run(arguments):
     import matrix
     description = describe()
+    instances, repetitions = (3, 1) if arguments.quick else (10, 3)
+    arguments.instances = arguments.instances or instances
+    arguments.repetitions = arguments.repetitions or repetitions
     if arguments.quick:
-        arguments.instances, arguments.repetitions = 3, 1
         there = [p["name"] for p in description["problems"]]
         arguments.problems = arguments.problems or ",".join(n for n in QUICK if n in there)
     tasks = matrix.tasks_of(description, arguments)
@@ -118,7 +120,7 @@ def pushes(arguments):
     import table
     if arguments.merged:
         import records
-        done = records.read(arguments.merged)
+        done = records.read_of(arguments.merged, "pushes")
     else:
         tasks = campaign.push_tasks(arguments)
         done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "pushes"), arguments)
@@ -130,7 +132,7 @@ def survival_map(arguments):
     import campaign
     if arguments.merged:
         import records
-        done = records.read(arguments.merged)
+        done = records.read_of(arguments.merged, "map")
     else:
         tasks = campaign.map_tasks(arguments)
         done = carry_out(tasks, head_of_campaign(asked_of_program(), arguments, tasks, "map"), arguments)
@@ -211,7 +213,7 @@ def compare(arguments):
 def report(arguments):
     import records
     from report import write_report
-    one = records.read(arguments.results)
+    one = records.read_of(arguments.results, None)
     if one.cut_off:
         print(f"'{arguments.results}' is cut off; its complete tasks are shown", file=sys.stderr)
     target = arguments.out or os.path.splitext(arguments.results)[0] + ".html"
@@ -272,9 +274,9 @@ def parser():
     p.add_argument("--solvers", metavar="NAME,...")
     p.add_argument("--start", metavar="cold,warm")
     p.add_argument("--tolerance", type=float, default=1e-8, help="largest KKT residual that the judge accepts")
-    p.add_argument("--instances", type=int, default=10)
-    p.add_argument("--repetitions", type=int, default=3)
-    p.add_argument("--quick", action="store_true", help="few problems, few instances")
+    p.add_argument("--instances", type=int, help="of a problem at most; 10 unless said")
+    p.add_argument("--repetitions", type=int, help="3 unless said")
+    p.add_argument("--quick", action="store_true", help="few problems, 3 instances once, unless said otherwise")
     add_engine(p, "bench.jsonl")
     p = verbs.add_parser("pushes", help="Monte Carlo of push recovery: pushes, senses, masses and friction drawn")
     p.set_defaults(do=pushes)
@@ -324,7 +326,8 @@ def main(words):
     arguments = parser().parse_args(words)
     try:
         for name in ("instances", "repetitions", "runs", "jobs"):
-            if getattr(arguments, name, 1) < 1:
+            given = getattr(arguments, name, None)
+            if given is not None and given < 1:
                 raise ValueError(f"--{name} is at least 1")
         if not 0.0 < getattr(arguments, "tolerance", 1.0) < math.inf:
             raise ValueError(f"--tolerance is a number above 0, not {arguments.tolerance}")

@@ -69,13 +69,15 @@ def carry_out(task, say):
         done = subprocess.run(words, capture_output=True, text=True, check=False, preexec_fn=end_with_parent)
         base = {"problem": task["problem"], "instance": 1, "solver": "saltus"}
         if task["result"] == MAP_ROWS:
+            if not os.path.exists(os.path.join(folder, MAP_ROWS)):
+                raise ProgramError(done.stderr.strip() or f"saltus ended with status {done.returncode}")
             with open(os.path.join(folder, MAP_ROWS), encoding="utf-8", newline="") as file:
                 reader = csv.DictReader(file)
                 rows, columns = list(reader), reader.fieldnames
             with open(os.path.join(folder, "config.yaml"), encoding="utf-8") as file:
                 settings = file.read()
             for number, row in enumerate(rows, 1):
-                times = {"seconds": row.pop("seconds")} if "seconds" in row else {}
+                times = {"seconds": float(row.pop("seconds"))} if "seconds" in row else {}
                 say({**base, "instance": number, "verdict": row.get("outcome", ""), "row": row, "times": times})
             say({**base, "instance": len(rows) + 1, "verdict": "settings", "settings": settings,
                  "columns": columns})
@@ -136,11 +138,13 @@ def map_tasks(arguments):
     """A survival map, every cell of it: a task is all directions of one impulse, step time and controller."""
     tasks = []
     fixed = [word for text in arguments.set or () for word in ("--set", text)]
+    all_times = arguments.step_times.split(",")
     for controller in arguments.controllers.split(","):
-        for step_time in arguments.step_times.split(","):
+        takes_no_step = controller == "none"  # its cells are the same whatever a step would take
+        for step_time in all_times[:1] if takes_no_step else all_times:
             for impulse in arguments.impulses.split(","):
                 tasks.append(task_of(
-                    f"{controller} {step_time} s {impulse} N s",
+                    f"none {impulse} N s" if takes_no_step else f"{controller} {step_time} s {impulse} N s",
                     ["map", "--all", "--jobs", "1", "--plant", arguments.plant, "--directions",
                      str(arguments.directions), "--impulses", impulse, "--step-times", step_time,
                      "--controllers", controller, "--set", "pictures=false", *fixed], MAP_ROWS))
@@ -170,7 +174,11 @@ def wilson(successes, count, z=1.96):
 
 def push_table(records):
     """Rows: share of recoveries by size of the push, with bounds at 95 %, and the errors of those that recovered."""
-    lines = [line for line in records.lines() if line.get("solver") == "saltus"]
+    lines = [line for line in records.lines() if line["verdict"] != "crashed"]
+    if not all("push.impulse" in line.get("drawn", {}) for line in lines):
+        raise CampaignError("a run does not say how large its push was")
+    if not lines:
+        raise CampaignError("no run is known")
     yield ["push, N s", "runs", "recovered", "share", "at 95 %", "CoM error, mm, median", "settling, s, median"]
     groups = {}
     for line in lines:
@@ -198,7 +206,7 @@ def write_map(records, folder):
                 row["seconds"] = line["times"]["seconds"]
             rows.append(row)
         settings, columns = line.get("settings", settings), line.get("columns", columns)
-    if not rows:
+    if not rows or columns is None or settings is None:
         raise CampaignError("no cell of the map is known")
     os.makedirs(folder, exist_ok=True)
     text = io.StringIO()

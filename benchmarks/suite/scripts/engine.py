@@ -75,7 +75,7 @@ def settle(task, outcome, again):
             raise EngineError(outcome["error"].strip())
         before = task.get("ended", {})
         if trying is None or trying in before:
-            return sorted_lines([{"problem": task["problem"], "start": task["start"],
+            return sorted_lines([{"problem": task["problem"], "start": task.get("start"),
                                   "solver": name, "instance": 0, "verdict": "crashed",
                                   "claimed": "the task ended with status "
                                              f"{outcome['status']}: {outcome['error'][-300:]}"}

@@ -76,6 +76,21 @@ def read(path):
     return Records(head, tasks, cut_off=bool(open_lines) or (bool(raw) and raw[-1] != "\n"))
 
 
+MADE_BY = {None: "`bench run`", "pushes": "`bench pushes`", "map": "`bench map`", "reproduce": "`bench reproduce`"}
+
+
+def read_of(path, campaign):
+    """Results of that campaign, or of `bench run` (None), whole enough to be told. Throws RecordsError."""
+    found = read(path)
+    matrix, kind = found.head["matrix"], found.head["matrix"].get("campaign")
+    if kind != campaign:
+        raise RecordsError(f"'{path}' holds results of {MADE_BY.get(kind, 'something else')}, not of {MADE_BY[campaign]}")
+    if campaign is None and not (isinstance(matrix.get("tolerance"), (int, float)) and isinstance(matrix.get("horizons"), dict)
+                                 and {"instances", "repetitions"} <= set(matrix)):
+        raise RecordsError(f"'{path}' does not say what was run: its matrix lacks instances, repetitions, horizons or tolerance")
+    return found
+
+
 def task_text(task, lines):
     return "".join(json.dumps(line) + "\n" for line in [*lines, {"done": task}])
 
