@@ -2,6 +2,7 @@
 """What Doxygen is given for what stands in a header, and which links count as dead."""
 
 import os
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -70,6 +71,24 @@ class Pages(unittest.TestCase):
         self.assertEqual(page.words("`[a](b)`"), "`[a](b)`")
         page.words("[a](nowhere.md)")
         self.assertEqual(len(lacking), 1)
+
+
+class Script(unittest.TestCase):
+    def refused(self, folder, out):
+        """What ./saltus docs says, called in that folder with a word too many."""
+        done = subprocess.run([os.path.join(make.ROOT, "saltus"), "docs", "--out", out, "one-too-many"], cwd=folder, text=True,
+                              capture_output=True, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        return done.stderr
+
+    def test_a_folder_is_of_where_the_caller_stands(self):
+        with tempfile.TemporaryDirectory() as folder:
+            os.makedirs(os.path.join(folder, "mine"))
+            self.assertIn("one-too-many", self.refused(folder, "mine"))
+            self.assertIn("one-too-many", self.refused(folder, "docs"))  # there is one in the clone
+            with open(os.path.join(folder, "mine/a.txt"), "w", encoding="utf-8") as file:
+                file.write("a")
+            self.assertIn("something else is there", self.refused(folder, "mine"))
 
 
 if __name__ == "__main__":
