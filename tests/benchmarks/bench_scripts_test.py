@@ -325,6 +325,71 @@ class Scripts(unittest.TestCase):
         self.assertIn("its matrix differs",
                       self.run_small("a.jsonl", "--tolerance", "1e-6", status=2).stderr)
 
+    def own_problem(self, gradient):
+        """A file of SALTUS_BENCH_PROGRAMS: min 1/2 w^2 + gradient w on [0, 4]."""
+        os.makedirs(self.path("own"), exist_ok=True)
+        entry = {"row": [0], "col": [0], "value": [1.0]}
+        with open(self.path("own/one.json"), "w", encoding="utf-8") as file:
+            json.dump({"format": "saltus-qp 1", "problem": "own/one", "instance": 1, "variables": 1, "rows": 0, "hessian": entry,
+                       "jacobian": {"row": [], "col": [], "value": []}, "gradient": [gradient], "constant": 0.0, "lower": [0.0],
+                       "upper": [4.0], "row_lower": [], "row_upper": [], "stages": []}, file)
+
+    def test_results_of_other_inputs_are_not_told_as_these(self):
+        """The data, a library and the program's own file: what changed is named, and what was kept is counted."""
+        self.own_problem(-1.0)
+        words = ["run", "--problems", "own/one", "--solvers", "sparse,hpipm", "--repetitions", "1", "--out", self.path("a.jsonl")]
+        own = {"SALTUS_BENCH_PROGRAMS": self.path("own"), "SALTUS_HPIPM": ""}
+        self.assertNotIn("already", self.bench(*words, **own).stderr)
+        self.assertEqual(list(self.lines("a.jsonl")[0]["inputs"]), ["own/one"])
+        self.assertIn("1 of 1 tasks were in 'PATH' already: nothing is run".replace("PATH", self.path("a.jsonl")),
+                      self.bench(*words, **own).stderr)
+        with open(self.path("libhpipm.so"), "w", encoding="utf-8") as file:
+            file.write("no library")
+        self.assertIn("its inputs differ (SALTUS_HPIPM)",
+                      self.bench(*words, status=2, **{**own, "SALTUS_HPIPM": self.path("libhpipm.so")}).stderr)
+        self.own_problem(-2.0)
+        self.assertIn("its inputs differ (own/one)", self.bench(*words, status=2, **own).stderr)
+        self.own_problem(-1.0)
+        head, *lines = self.lines("a.jsonl")
+        self.assertEqual(len(head["saltus"]["program"]), 64)
+        head["saltus"]["program"] = "another"
+        with open(self.path("a.jsonl"), "w", encoding="utf-8") as file:
+            file.writelines(json.dumps(line) + "\n" for line in (head, *lines))
+        self.assertIn("its saltus differs (program)", self.bench(*words, status=2, **own).stderr)
+
+    def test_shards_of_several_machines_are_told(self):
+        def part(name, task, **more):
+            head = {"format": "saltus-bench 1", "saltus": {"commit": "abc", "program": "1"}, "machine": {"processor": "A", "processors": 2},
+                    "packages": {"piqp": "1"}, "inputs": {"own/one": "1"}, "matrix": {"tasks": ["one", "two"], "solvers": ["riccati"]}}
+            with open(self.path(name), "w", encoding="utf-8") as file:
+                for line in ({**head, **more}, {"problem": task, "solver": "riccati", "instance": 1, "verdict": "solved", "times": {}},
+                             {"done": task}):
+                    print(json.dumps(line), file=file)
+        part("1", "one")
+        part("2", "two")
+        self.assertEqual(self.bench("merge", "1", "2", "--out", "whole").stderr, "")
+        part("2", "two", machine={"processor": "B", "processors": 2}, saltus={"commit": "abc", "program": "2"})
+        done = self.bench("merge", "1", "2", "--out", "whole")
+        self.assertIn("several machines (A; B)", done.stderr)
+        self.assertIn("several builds of the commit abc", done.stderr)
+        self.assertEqual(self.lines("whole")[0]["machine"], {"processor": "A; B", "processors": 2})
+        for more, sentence in (({"packages": {"piqp": "2"}}, "its packages differ (piqp)"), ({"inputs": {"own/one": "2"}}, "its inputs differ (own/one)"),
+                               ({"saltus": {"commit": "abd", "program": "1"}}, "its saltus differs (commit)")):
+            part("2", "two", **more)
+            self.assertIn(sentence, self.bench("merge", "1", "2", "--out", "whole", status=2).stderr)
+
+    def test_files_that_a_campaign_depends_on_are_among_its_inputs(self):
+        sys.path.insert(0, SCRIPTS)
+        import campaign
+        import inputs
+        with open(self.path("robot.yaml"), "w", encoding="utf-8") as file:
+            file.write("name: r\n")
+        self.assertEqual(list(inputs.of_campaign("pushes", ["config=" + self.path("robot.yaml"), "push.start=1"])), [self.path("robot.yaml")])
+        os.environ["SALTUS_PROGRAM"] = PROGRAM
+        if os.access(os.path.join(os.path.dirname(PROGRAM), "saltus"), os.X_OK):
+            found = inputs.of_campaign("reproduce", None)
+            self.assertLess({"README.md", "problems/push_recovery/README.md", "docs/results/tables.py"}, set(found))
+
     def fake_package(self, name, code):
         folder = self.path("fake")
         os.makedirs(os.path.join(folder, f"{name}-9.dist-info"))

@@ -53,17 +53,21 @@ def list_all(arguments):
     return OK
 
 
+def saltus_of(description, program):
+    return {"version": description["version"], "commit": description["commit"], **description["build"],
+            "lanes": description["machine"]["lanes"], "program": program}
+
+
 def head_of(description, arguments, tasks):
+    import inputs
     import matrix
     import peers
     import records
-    saltus = {"version": description["version"], "commit": description["commit"],
-              **description["build"], "lanes": description["machine"]["lanes"]}
     packages = {p.package: peers.version_of(p.package) for p in matrix.all_peers() if p.package}
     solvers = {s for t in tasks for s in t["solvers"]}
-    return {"format": records.FORMAT, "saltus": saltus,
+    return {"format": records.FORMAT, "saltus": saltus_of(description, inputs.of_the_suite()),
             "machine": {"processor": description["machine"]["cpu"], **describe_machine()},
-            "packages": packages,
+            "packages": packages, "inputs": inputs.of_run(tasks),
             "matrix": {"tasks": [t["id"] for t in tasks], "horizons": {t["id"]: t["horizon"]
                                                                        for t in tasks},
                        "solvers": [s for s in (*matrix.solver_names(), *matrix.HIDDEN) if s in solvers],
@@ -73,12 +77,12 @@ def head_of(description, arguments, tasks):
 
 
 def head_of_campaign(description, arguments, tasks, what):
+    import campaign
+    import inputs
     import records
-    saltus = {"version": description["version"], "commit": description["commit"],
-              **description["build"], "lanes": description["machine"]["lanes"]}
-    return {"format": records.FORMAT, "saltus": saltus,
+    return {"format": records.FORMAT, "saltus": saltus_of(description, inputs.digest(campaign.program_saltus())),
             "machine": {"processor": description["machine"]["cpu"], **describe_machine()},
-            "packages": {}, "matrix": {"campaign": what, "tasks": [t["id"] for t in tasks],
+            "packages": {}, "inputs": inputs.of_campaign(what, getattr(arguments, "set", None)), "matrix": {"campaign": what, "tasks": [t["id"] for t in tasks],
                                        "commands": [t["words"] for t in tasks], "solvers": ["saltus"]},
             "shard": arguments.shard}
 
@@ -90,11 +94,9 @@ def begin_or_resume(path, head):
         done = records.Records(head)
     else:
         done = records.read(path)
-        for key in ("saltus", "machine", "packages", "matrix", "shard"):
-            if done.head.get(key) != head[key]:
-                raise records.RecordsError(
-                    f"'{path}' is of another run: its {key} differs; give --out another name, or "
-                    "remove it")
+        other = records.what_differs(done.head, head, ("saltus", "machine", "packages", "inputs", "matrix", "shard"))
+        if other:
+            raise records.RecordsError(f"'{path}' is of another run: its {other}; give --out another name, or remove it")
         if done.cut_off:
             print(f"'{path}' was cut off; its last task is run again", file=sys.stderr)
     records.write(path, done, list(done.tasks))
@@ -165,6 +167,9 @@ def carry_out(tasks, whole, arguments):
         tasks = matrix.shard(tasks, arguments.shard)
     done = begin_or_resume(arguments.out, whole)
     left = [t for t in tasks if t["id"] not in done.tasks]
+    if len(left) < len(tasks):
+        print(f"{len(tasks) - len(left)} of {len(tasks)} tasks were in '{arguments.out}' already"
+              + ("" if left else ": nothing is run"), file=sys.stderr)
     progress = engine.Progress(len(tasks), len(tasks) - len(left), sys.stderr)
 
     def take(task, lines):
@@ -224,7 +229,9 @@ def report(arguments):
 
 def merge(arguments):
     import records
-    merged = records.merge(arguments.shards)
+    merged, notes = records.merge(arguments.shards)
+    for note in notes:
+        print(note, file=sys.stderr)
     records.write(arguments.out, merged, merged.head["matrix"]["tasks"])
     absent = [t for t in merged.head["matrix"]["tasks"] if t not in merged.tasks]
     if absent:

@@ -5,11 +5,13 @@ program (of `reproduce`: the clone of the sources, at the same place everywhere)
 import csv
 import difflib
 import fcntl
+import glob
 import io
 import json
 import math
 import os
 import random
+import re
 import statistics
 import subprocess
 import tempfile
@@ -151,11 +153,26 @@ def map_tasks(arguments):
     return tasks
 
 
-def table_tasks(arguments):
-    """A table (or all sentences, all pictures) of the READMEs each."""
+def listed_tables():
+    """Lines that begin with a name and end with the page that the table stands in."""
     listed = subprocess.run(["/usr/bin/python3", "-B", reproduce_script(), program_saltus(), "--list"],
                             capture_output=True, text=True, check=False)
-    names = [line.split()[0] for line in listed.stdout.splitlines()]
+    return listed.stdout.splitlines()
+
+
+def files_of_tables():
+    """What tables depend on besides `saltus`, by name."""
+    folder = os.path.dirname(reproduce_script())
+    root = os.path.dirname(os.path.dirname(folder))
+    pages = set(re.findall(r"\((\S+\.md)\)$", "\n".join(listed_tables()), re.MULTILINE))
+    scripts = {os.path.relpath(path, root) for path in glob.glob(os.path.join(folder, "*.py"))}
+    beside = {name: os.path.join(os.path.dirname(program_saltus()), name) for name in ("impact_sweep", "step_map")}
+    return {**{name: os.path.join(root, name) for name in pages | scripts}, **beside}
+
+
+def table_tasks(arguments):
+    """A table (or all sentences, all pictures) of the READMEs each."""
+    names = [line.split()[0] for line in listed_tables()]
     for name in arguments.names:
         if name not in names:
             near = difflib.get_close_matches(name, names, 1, 0.4)

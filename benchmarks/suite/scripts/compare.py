@@ -30,7 +30,7 @@ class Machine:
 
     def __init__(self, before, after, old, new):
         by_task = {}
-        if before.head.get("packages", {}) == after.head.get("packages", {}):
+        if not records.what_differs(before.head, after.head, ("packages", "inputs")):
             for key in old:
                 change = figures.change(old[key], new[key], FLOOR) if key in new and key[1] not in OURS else None
                 if change:
@@ -111,6 +111,9 @@ def compare(before, after, out):
     if are_times_told and not machine.is_known:
         print("without solvers of others in both, what the machine did meanwhile is not told from what the program did: "
               "on a busy one compare two runs of the same program first", file=out)
+    other = records.what_differs(before.head, after.head, ("inputs",))
+    if other:
+        print(f"their {other}: so may the programs that were solved", file=out)
     if before.head["machine"] != after.head["machine"]:
         print("the machines differ: times say little", file=out)
     return 1 if worse else 0

@@ -30,6 +30,13 @@ def is_data(problem):
     return problem.startswith((PUBLIC, OWN, BOX))
 
 
+def source_of(problem):
+    """The file that a problem is read from, with what else is known of it; None if it is made by programs."""
+    if problem.startswith(OWN):
+        return (_own()[problem[len(OWN):]],)
+    return _public()[problem[len(PUBLIC):]] if problem.startswith(PUBLIC) else None
+
+
 def write(problem, instance, path):
     """As the program writes its own."""
     if problem.startswith(BOX):
@@ -38,9 +45,9 @@ def write(problem, instance, path):
             json.dump(_box(problem, nx, nu, instance), file)
         return
     if problem.startswith(OWN):
-        shutil.copyfile(_own()[problem[len(OWN):]], path)
+        shutil.copyfile(source_of(problem)[0], path)
         return
-    source, optimum = _public()[problem[len(PUBLIC):]]
+    source, optimum = source_of(problem)
     with open(path, "w", encoding="utf-8") as file:
         json.dump(_convert(problem, source, optimum), file)
 

@@ -25,6 +25,12 @@ def package_library():
     return file if os.path.exists(file) else None
 
 
+def libraries_of(file):
+    """What is opened with it, by name: BLASFEO may lie beside."""
+    beside = os.path.join(os.path.dirname(file), "libblasfeo.so")
+    return {OWN_LIBRARY: file, f"{OWN_LIBRARY}, libblasfeo.so": beside} if file else {}
+
+
 class Library:
     """Functions d_ocp_qp_NAME as attributes."""
 

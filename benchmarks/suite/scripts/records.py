@@ -7,6 +7,7 @@ from package import whole_file
 
 FORMAT = "saltus-bench 1"
 LONGEST = 1 << 28  # characters
+NAMED = 4  # of what differs
 
 
 class RecordsError(Exception):
@@ -117,15 +118,52 @@ def without_times(line):
     return {key: value for key, value in line.items() if key != "times"}
 
 
+def what_differs(head, other, keys):
+    """Of two heads, in words: `matrix differs (tolerance)`. Nothing if they are the same."""
+    told = []
+    for key in keys:
+        a, b = head.get(key) or {}, other.get(key) or {}
+        if a == b:
+            continue
+        parts = []
+        if isinstance(a, dict) and isinstance(b, dict):
+            parts = sorted(part for part in {*a, *b} if a.get(part) != b.get(part))
+        if len(parts) > NAMED:
+            parts[NAMED:] = [f"{len(parts) - NAMED} more"]
+        told.append(f"{key} differ" + ("" if key.endswith("s") and key != "saltus" else "s")
+                    + (f" ({', '.join(parts)})" if parts else ""))
+    return ", its ".join(told)
+
+
+def all_of(parts):
+    """Of several machines or programs as one: where they differ, each."""
+    found = {}
+    for key in parts[0]:
+        values = list(dict.fromkeys(str(part.get(key, "")) for part in parts))
+        found[key] = parts[0][key] if len(values) == 1 else "; ".join(values)
+    return found
+
+
+def without_program(head):
+    """Every machine may have built the program for itself: of one commit its file need not be the same."""
+    known = head["saltus"].get("commit", "unknown") != "unknown"
+    return {**head, "saltus": {**head["saltus"], "program": ""}} if known else head
+
+
 def merge(paths):
-    """Shards of one matrix as one. Throws RecordsError."""
+    """Shards of one matrix as one, and sentences on what was not the same for all. Throws RecordsError."""
     all_records = [read(path) for path in paths]
-    head = all_records[0].head
-    merged = Records({**head, "shard": None})
-    for path, records in zip(paths, all_records):
-        for key in ("matrix", "saltus"):
-            if records.head[key] != head[key]:
-                raise RecordsError(f"'{path}' is not of the same run as '{paths[0]}': "
-                                   f"their {key} differs")
+    heads = [records.head for records in all_records]
+    for path, head in zip(paths, heads):
+        other = what_differs(*map(without_program, (heads[0], head)), ("matrix", "saltus", "packages", "inputs"))
+        if other:
+            raise RecordsError(f"'{path}' is not of the same run as '{paths[0]}': its {other}")
+    machine, saltus = (all_of([head[key] for head in heads]) for key in ("machine", "saltus"))
+    merged, notes = Records({**heads[0], "machine": machine, "saltus": saltus, "shard": None}), []
+    for records in all_records:
         merged.tasks.update(records.tasks)
-    return merged
+    if machine != heads[0]["machine"]:
+        notes.append(f"the parts are of several machines ({machine.get('processor')}): times of one say little of those of another")
+    if saltus != heads[0]["saltus"]:
+        notes.append(f"the parts are of several builds of the commit {saltus.get('commit')}: their program files differ")
+    return merged, notes
