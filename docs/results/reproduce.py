@@ -7,8 +7,9 @@ PROGRAM is saltus. Without names all are made, with --quick those that take seco
 N the one whose turn it is (N modulo their number, tables and sentences). A table stands in its README between the marks
 <!-- table: NAME --> and <!-- end of table -->; what was made goes to docs/results/NAME.md, with
 machine, versions and date. Two cells agree if their words do and their numbers do to one unit of the last printed digit
-(times: within a factor of three; counts, cells of a map and the names of rows: to the letter). `pictures` draws the READMEs' pictures again and says how many of their
-points differ; `sentences` compares numbers in the prose (each has a name, too). What of the READMEs is made by what, and
+(times: within a factor of three; counts, cells of a map and the names of rows: to the letter). `pictures` draws the
+READMEs' pictures again and says how many of their points differ; `sentences` compares numbers in the prose (each has a
+name, too). What of the READMEs is made by what, and
 which numbers are none of measurements, says inventory.py. Status 3 if something differs, 2 for a mistake on the command
 line. What needs a package that is not there is skipped with a sentence. --write puts what was made into the READMEs,
 --keep leaves the runs in a folder, where they are not made again.

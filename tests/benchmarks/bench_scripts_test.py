@@ -118,8 +118,8 @@ class Scripts(unittest.TestCase):
     def records(self, name, cells, matrix, **more):
         """A file of results: (task, solver) -> verdicts by instance."""
         with open(self.path(name), "w", encoding="utf-8") as file:
-            print(json.dumps({"format": "saltus-bench 1", "saltus": {}, "machine": {}, "packages": {},
-                              "matrix": {"tasks": [task for task, _ in cells], "solvers": ["riccati", "saltus"], **matrix}}), file=file)
+            matrix = {"tasks": [task for task, _ in cells], "solvers": ["riccati", "saltus"], **matrix}
+            print(json.dumps({"format": "saltus-bench 1", "saltus": {}, "machine": {}, "packages": {}, "matrix": matrix}), file=file)
             for (task, solver), verdicts in cells.items():
                 for instance, verdict in verdicts.items():
                     print(json.dumps({"problem": task, "solver": solver, "instance": instance, "verdict": verdict,
@@ -160,7 +160,8 @@ class Scripts(unittest.TestCase):
             kkt = iter((1e-10, 1e-3, 1e-10))
 
             def run(self, qp, tolerance):
-                return {"kkt": {"stationarity": next(self.kkt)}, "says_solved": True}, {"cpu_us": 1.0, "own_us": None, "setup_us": 1.0}
+                return ({"kkt": {"stationarity": next(self.kkt)}, "says_solved": True},
+                        {"cpu_us": 1.0, "own_us": None, "setup_us": 1.0})
         results = {1: {"verdict": "", "asked": 1e-8}}
         for _ in range(3):
             task.measure({"tolerance": 1e-8}, "wavering", {1: Wavering()}, {1: None}, results)
@@ -230,15 +231,18 @@ class Scripts(unittest.TestCase):
         sys.path.insert(0, SCRIPTS)
         import campaign
         for status, told, verdict in (
-                (0, "pictures ...\npictures: as printed\n", "as printed"), (3, "b.png: skipped; no program\npictures: 1 differ\n", "differs"),
+                (0, "pictures ...\npictures: as printed\n", "as printed"),
+                (3, "b.png: skipped; no program\npictures: 1 differ\n", "differs"),
                 (0, "b.png: skipped; no program\npictures: as printed, 1 of 2 skipped\n", "partly skipped"),
                 (0, "pictures: skipped; all 2\n", "skipped"), (1, "b.png: skipped; no program\n", "crashed")):
             self.assertEqual(campaign.verdict_on_table("pictures", status, told), verdict)
 
     def test_what_is_said_wins_over_quick(self):
-        for words, instances, repetitions in (([], 3, 1), (["--instances", "1"], 1, 1), (["--instances", "2", "--repetitions", "2"], 2, 2)):
+        for words, instances, repetitions in (([], 3, 1), (["--instances", "1"], 1, 1),
+                                              (["--instances", "2", "--repetitions", "2"], 2, 2)):
             out = f"quick{len(words)}.jsonl"
-            self.bench("run", "--quick", "--problems", "recipe/no-impact", "--start", "cold", "--solvers", "riccati", *words, "--out", self.path(out))
+            self.bench("run", "--quick", "--problems", "recipe/no-impact", "--start", "cold", "--solvers", "riccati", *words,
+                       "--out", self.path(out))
             matrix = self.lines(out)[0]["matrix"]
             self.assertEqual((matrix["instances"], matrix["repetitions"]), (instances, repetitions))
             self.assertEqual(sum(line.get("solver") == "riccati" for line in self.lines(out)), instances)
@@ -341,8 +345,7 @@ class Scripts(unittest.TestCase):
         own = {"SALTUS_BENCH_PROGRAMS": self.path("own"), "SALTUS_HPIPM": ""}
         self.assertNotIn("already", self.bench(*words, **own).stderr)
         self.assertEqual(list(self.lines("a.jsonl")[0]["inputs"]), ["own/one"])
-        self.assertIn("1 of 1 tasks were in 'PATH' already: nothing is run".replace("PATH", self.path("a.jsonl")),
-                      self.bench(*words, **own).stderr)
+        self.assertIn(f"1 of 1 tasks were in '{self.path('a.jsonl')}' already: nothing is run", self.bench(*words, **own).stderr)
         with open(self.path("libhpipm.so"), "w", encoding="utf-8") as file:
             file.write("no library")
         self.assertIn("its inputs differ (SALTUS_HPIPM)",
@@ -359,11 +362,12 @@ class Scripts(unittest.TestCase):
 
     def test_shards_of_several_machines_are_told(self):
         def part(name, task, **more):
-            head = {"format": "saltus-bench 1", "saltus": {"commit": "abc", "program": "1"}, "machine": {"processor": "A", "processors": 2},
-                    "packages": {"piqp": "1"}, "inputs": {"own/one": "1"}, "matrix": {"tasks": ["one", "two"], "solvers": ["riccati"]}}
+            head = {"format": "saltus-bench 1", "saltus": {"commit": "abc", "program": "1"},
+                    "machine": {"processor": "A", "processors": 2}, "packages": {"piqp": "1"}, "inputs": {"own/one": "1"},
+                    "matrix": {"tasks": ["one", "two"], "solvers": ["riccati"]}}
+            result = {"problem": task, "solver": "riccati", "instance": 1, "verdict": "solved", "times": {}}
             with open(self.path(name), "w", encoding="utf-8") as file:
-                for line in ({**head, **more}, {"problem": task, "solver": "riccati", "instance": 1, "verdict": "solved", "times": {}},
-                             {"done": task}):
+                for line in ({**head, **more}, result, {"done": task}):
                     print(json.dumps(line), file=file)
         part("1", "one")
         part("2", "two")
@@ -373,7 +377,8 @@ class Scripts(unittest.TestCase):
         self.assertIn("several machines (A; B)", done.stderr)
         self.assertIn("several builds of the commit abc", done.stderr)
         self.assertEqual(self.lines("whole")[0]["machine"], {"processor": "A; B", "processors": 2})
-        for more, sentence in (({"packages": {"piqp": "2"}}, "its packages differ (piqp)"), ({"inputs": {"own/one": "2"}}, "its inputs differ (own/one)"),
+        for more, sentence in (({"packages": {"piqp": "2"}}, "its packages differ (piqp)"),
+                               ({"inputs": {"own/one": "2"}}, "its inputs differ (own/one)"),
                                ({"saltus": {"commit": "abd", "program": "1"}}, "its saltus differs (commit)")):
             part("2", "two", **more)
             self.assertIn(sentence, self.bench("merge", "1", "2", "--out", "whole", status=2).stderr)
@@ -384,7 +389,8 @@ class Scripts(unittest.TestCase):
         import inputs
         with open(self.path("robot.yaml"), "w", encoding="utf-8") as file:
             file.write("name: r\n")
-        self.assertEqual(list(inputs.of_campaign("pushes", ["config=" + self.path("robot.yaml"), "push.start=1"])), [self.path("robot.yaml")])
+        settings = ["config=" + self.path("robot.yaml"), "push.start=1"]
+        self.assertEqual(list(inputs.of_campaign("pushes", settings)), [self.path("robot.yaml")])
         os.environ["SALTUS_PROGRAM"] = PROGRAM
         if os.access(os.path.join(os.path.dirname(PROGRAM), "saltus"), os.X_OK):
             found = inputs.of_campaign("reproduce", None)

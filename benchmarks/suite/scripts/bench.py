@@ -82,8 +82,9 @@ def head_of_campaign(description, arguments, tasks, what):
     import records
     return {"format": records.FORMAT, "saltus": saltus_of(description, inputs.digest(campaign.program_saltus())),
             "machine": {"processor": description["machine"]["cpu"], **describe_machine()},
-            "packages": {}, "inputs": inputs.of_campaign(what, getattr(arguments, "set", None)), "matrix": {"campaign": what, "tasks": [t["id"] for t in tasks],
-                                       "commands": [t["words"] for t in tasks], "solvers": ["saltus"]},
+            "packages": {}, "inputs": inputs.of_campaign(what, getattr(arguments, "set", None)),
+            "matrix": {"campaign": what, "tasks": [t["id"] for t in tasks], "commands": [t["words"] for t in tasks],
+                       "solvers": ["saltus"]},
             "shard": arguments.shard}
 
 

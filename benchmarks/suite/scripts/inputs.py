@@ -42,6 +42,6 @@ def of_run(tasks):
 
 
 def of_campaign(what, settings):
-    """Files that settings name; of tables also the scripts that make them, the pages that they stand in and the programs beside `saltus`."""
+    """Files that settings name; of tables also their scripts, the pages that they stand in and the programs beside `saltus`."""
     named = [text.partition("=")[2] for text in settings or ()]
     return of_files({**{name: name for name in named}, **(campaign.files_of_tables() if what == "reproduce" else {})})

@@ -163,7 +163,8 @@ def merge(paths):
     for records in all_records:
         merged.tasks.update(records.tasks)
     if machine != heads[0]["machine"]:
-        notes.append(f"the parts are of several machines ({machine.get('processor')}): times of one say little of those of another")
+        notes.append(f"the parts are of several machines ({machine.get('processor')}): times of one say little of "
+                     "those of another")
     if saltus != heads[0]["saltus"]:
         notes.append(f"the parts are of several builds of the commit {saltus.get('commit')}: their program files differ")
     return merged, notes
