@@ -314,6 +314,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     const std::vector<ModeSet> sets = sets_of(node.path);
     node.point = std::make_shared<StagePoint>(point_);
     node.point_path = node.path;
+    node.point_is_shifted = false;
     node.dual = nullptr;
     if (complete) {
       accept(node.path, solved.objective, best);
@@ -619,7 +620,8 @@ std::vector<SequenceSearch::Node> SequenceSearch::leaves_to_move() {
   for (Node& leaf : leaves_) {
     if (!leaf.path.empty() && leaf.path.front() != best_.front()) continue;
     if (leaf.path.size() < 2) return {};  // all sequences may follow: nothing is known of them
-    if (!leaf.dual && !leaf.proof && leaf.point && !leaf.point_path.empty()) {
+    if (!leaf.dual && !leaf.proof && leaf.point && !leaf.point_is_shifted &&
+        !leaf.point_path.empty()) {
       std::shared_ptr<const Dual>& dual = duals[leaf.point.get()];
       if (!dual) dual = dual_of(*leaf.point, leaf.point_path);
       leaf.dual = dual;
@@ -644,6 +646,7 @@ std::vector<SequenceSearch::Node> SequenceSearch::shifted(std::vector<Node> leav
       std::shared_ptr<const StagePoint>& to = points[node.point.get()];
       if (!to) to = shifted_point(*node.point);
       node.point = to;
+      node.point_is_shifted = true;
       node.point_path.erase(node.point_path.begin());
     }
     if (node.proof) {

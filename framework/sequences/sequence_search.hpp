@@ -38,6 +38,8 @@ class SequenceSearch {
   SequenceResult solve_next(const VectorRef& state);
   /// After so many seconds the best so far is handed out, with its gap.
   void set_deadline(double seconds) { options_.deadline = seconds; }
+  /// The same after so many programs, which is the same on every machine.
+  void set_max_nodes(long nodes) { options_.max_nodes = nodes; }
 
   /// What is searched.
   const ModeGraph& graph() const { return graph_; }
@@ -61,6 +63,7 @@ class SequenceSearch {
     double bound = -infinity;
     std::shared_ptr<const StagePoint> point;  // of the last ancestor that was solved
     std::vector<int> point_path;              // its modes
+    bool point_is_shifted = false;            // its last phase is invented: no dual comes of it
     std::shared_ptr<const Dual> dual;         // what was moved from the last tick; else of `point`
     std::shared_ptr<const StagePoint> proof;  // multipliers that say why it is infeasible
   };
