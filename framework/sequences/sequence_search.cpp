@@ -198,7 +198,16 @@ void SequenceSearch::accept(const std::vector<int>& path, double cost, SequenceR
 
 // --- the search ----------------------------------------------------------------------------------
 
+void SequenceSearch::check(const VectorRef& state) const {
+  if (state.size() != stages_->states())
+    throw DefinitionError(fmt::format("modes '{}': the state has {} entries, expected {}",
+                                      graph_.name(), state.size(), stages_->states()));
+  if (!state.allFinite())
+    throw DefinitionError(fmt::format("modes '{}': the state is not finite", graph_.name()));
+}
+
 SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before) {
+  check(state);
   const auto begin = WallClock::now();
   start_ = stages_->scaled(state);
   before_ = before;
@@ -208,6 +217,7 @@ SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before)
 }
 
 SequenceResult SequenceSearch::solve_next(const VectorRef& state) {
+  check(state);
   if (best_.empty()) return solve(state);
   const int applied = best_.front();
   const ModeHistory before{applied, before_.mode == applied ? before_.phases + 1 : 1};

@@ -30,7 +30,8 @@ class SequenceSearch {
   SequenceSearch& operator=(SequenceSearch&&) noexcept;
   ~SequenceSearch();
 
-  /// From nothing but the state, and what was applied `before`: its mode goes on or is left.
+  /// From nothing but the state, and what was applied `before`: its mode goes on or is left. Throws
+  /// DefinitionError when the state has another size or is not finite, as solve_next() does.
   SequenceResult solve(const VectorRef& state, ModeHistory before = {});
   /// One phase later: the first mode of the last result was applied and led to `state`. Takes over
   /// the tree of the last solve; without one, or where ends or entries are limited (what was ruled
@@ -85,6 +86,7 @@ class SequenceSearch {
   std::vector<double> shares(const SetStage& stage, const StagePoint::AtStage& point) const;
   void accept(const std::vector<int>& path, double cost, SequenceResult& best) const;
   void finish(SequenceResult& result);
+  void check(const VectorRef& state) const;
 
   ModeGraph graph_;
   SearchOptions options_;

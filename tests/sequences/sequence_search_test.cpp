@@ -271,6 +271,31 @@ TEST(SequenceSearch, BoundsHoldAfterTicksThatWereStopped) {
   }
 }
 
+TEST(SequenceSearch, RefusesAStateThatIsNone) {
+  const VectorXd x = Vec<double, 3>(20.0, 20.0, 20.0);
+  SequenceSearch loop(thermostats(x), {.phases = 3, .confirm = false});
+  const auto message = [&](const VectorXd& state) -> std::string {
+    std::string text;
+    for (const bool next : {false, true}) {
+      try {
+        next ? loop.solve_next(state) : loop.solve(state);
+      } catch (const DefinitionError& e) {
+        text += e.what();
+      }
+    }
+    return text;
+  };
+  ASSERT_TRUE(loop.solve(x).found());
+  const std::string size = "the state has 2 entries, expected 3", nan = "the state is not finite";
+  for (const auto& [state, words] :
+       {std::pair{VectorXd(x.head(2)), size}, {VectorXd(x * std::nan("")), nan}}) {
+    const std::string text = message(state);
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+    EXPECT_NE(text.find(words), text.rfind(words)) << "twice, by both, in: " << text;
+  }
+  EXPECT_GT(loop.solve_next(x).reused, 0) << "what was refused changes nothing";
+}
+
 // x' = -x + u or x' = x - u, |u| <= 1: a problem that is not convex is refused by name.
 TEST(SequenceSearch, SaysWhyAProblemIsNotConvexInSampledTime) {
   const auto reason = [](auto dynamics, Bounds duration) -> std::string {
