@@ -56,6 +56,12 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
   if (!stages_->reason().empty())
     throw DefinitionError(fmt::format("modes '{}': no convex problem in sampled time: {}",
                                       graph_.name(), stages_->reason()));
+  const double phase = graph_.mode(0).duration.lower, total = options_.phases * phase;
+  if (const std::optional<Bounds>& asked = graph_.total_time();
+      asked && (total < asked->lower - same_instant || total > asked->upper + same_instant))
+    throw DefinitionError(
+        fmt::format("modes '{}': {} phases of {} s last {:.6g} s, but the total time is [{}, {}] s",
+                    graph_.name(), options_.phases, phase, total, asked->lower, asked->upper));
   qp_ = stages_->capacity(options_.phases, true);
   solver_ = solver_for(qp_, options_.tolerance);
   point_ = StagePoint(qp_);

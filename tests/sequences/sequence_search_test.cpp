@@ -298,12 +298,13 @@ TEST(SequenceSearch, RefusesAStateThatIsNone) {
 
 // x' = -x + u or x' = x - u, |u| <= 1: a problem that is not convex is refused by name.
 TEST(SequenceSearch, SaysWhyAProblemIsNotConvexInSampledTime) {
-  const auto reason = [](auto dynamics, Bounds duration) -> std::string {
+  const auto reason = [](auto dynamics, Bounds duration,
+                         Bounds total = unbounded()) -> std::string {
     Phase<1, 1> phase{"only", dynamics, duration};
     phase.guess_duration(0.5).minimise(
         "effort", [](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
     ModeGraph graph;
-    graph.mode(phase).all_transitions().start_at({1.0});
+    graph.mode(phase).all_transitions().start_at({1.0}).total_time(total);
     try {
       SequenceSearch(graph, {.phases = 3});
     } catch (const DefinitionError& e) {
@@ -318,6 +319,12 @@ TEST(SequenceSearch, SaysWhyAProblemIsNotConvexInSampledTime) {
     return std::decay_t<decltype(x)>(u[0] - x[0] * x[0] * x[0]);
   };
   EXPECT_EQ(reason(linear, exactly(0.1)), "");
+  EXPECT_EQ(reason(linear, exactly(0.1), exactly(0.3)), "");  // but for rounding
+  EXPECT_NE(reason(linear, exactly(0.1), exactly(0.2))
+                .find("3 phases of 0.1 s last 0.3 s, but the total time is [0.2, 0.2] s"),
+            std::string::npos)
+      << reason(linear, exactly(0.1), exactly(0.2));
+  EXPECT_NE(reason(linear, exactly(0.1), at_least(0.4)), "");
   EXPECT_NE(reason(linear, between(0.1, 1.0)).find("'only' has a free duration"),
             std::string::npos);
   EXPECT_NE(reason(cubic, exactly(0.1)).find("'only' is not affine"), std::string::npos);
