@@ -224,7 +224,7 @@ SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before)
 
 SequenceResult SequenceSearch::solve_next(const VectorRef& state) {
   check(state);
-  if (best_.empty()) return solve(state);
+  if (best_.empty()) return solve(state, before_);
   const int applied = best_.front();
   const ModeHistory before{applied, before_.mode == applied ? before_.phases + 1 : 1};
   if (graph_.limits_end() || graph_.limits_entries()) return solve(state, before);

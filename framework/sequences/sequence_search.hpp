@@ -35,7 +35,7 @@ class SequenceSearch {
   SequenceResult solve(const VectorRef& state, ModeHistory before = {});
   /// One phase later: the first mode of the last result was applied and led to `state`. Takes over
   /// the tree of the last solve; without one, or where ends or entries are limited (what was ruled
-  /// out by them may be allowed now), as solve().
+  /// out by them may be allowed now), as solve(). After a solve that found nothing `before` stays.
   SequenceResult solve_next(const VectorRef& state);
   /// After so many seconds the best so far is handed out, with its gap.
   void set_deadline(double seconds) { options_.deadline = seconds; }

@@ -271,6 +271,19 @@ TEST(SequenceSearch, BoundsHoldAfterTicksThatWereStopped) {
   }
 }
 
+// The mode that was applied and how long it has lasted outlive a tick in which nothing is found.
+TEST(SequenceSearch, RemembersWhatWasAppliedAfterATickWithoutAResult) {
+  const VectorXd x = Vec<double, 3>(20.0, 20.0, 20.0), hopeless = Vec<double, 3>(10.0, 10.0, 10.0);
+  SequenceSearch loop(thermostats(x), {.phases = 5, .confirm = false});
+  ASSERT_TRUE(loop.solve(x, {.mode = 0, .phases = 1}).found());
+  ASSERT_FALSE(loop.solve_next(hopeless).found());
+  const ModeHistory before = loop.before();
+  ASSERT_GE(before.mode, 0);
+  loop.solve_next(x);
+  EXPECT_EQ(loop.before().mode, before.mode);
+  EXPECT_EQ(loop.before().phases, before.phases);
+}
+
 TEST(SequenceSearch, RefusesAStateThatIsNone) {
   const VectorXd x = Vec<double, 3>(20.0, 20.0, 20.0);
   SequenceSearch loop(thermostats(x), {.phases = 3, .confirm = false});
