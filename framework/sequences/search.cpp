@@ -185,9 +185,10 @@ class Enumeration {
         [&](int k, PhaseDefinition& phase) {
           if (is_decided && phase.has_free_duration()) {
             const double rest = graph_.total_time()->lower - fixed;
-            if (rest < phase.duration.lower || rest > phase.duration.upper)
+            const Bounds& allowed = phase.duration;
+            if (rest < allowed.lower - same_instant || rest > allowed.upper + same_instant)
               throw DefinitionError(fmt::format("phase '{}' would last {} s", phase.name, rest));
-            phase.duration = exactly(rest);
+            phase.duration = exactly(std::clamp(rest, allowed.lower, allowed.upper));
           }
           if (!start.durations.empty() && phase.has_free_duration())
             phase.duration_guess =

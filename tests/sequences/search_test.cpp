@@ -132,6 +132,31 @@ TEST(Search, LimitsAnIntegralAlongTheWholeSequence) {
   EXPECT_NEAR(found.solution.integrals.back().value, 1.0, 1e-8);
 }
 
+// Three ticks of a tenth leave 0.2 s to the rest but for rounding, and it lasts 0.2 s at least.
+TEST(Search, TimesThatMissABoundByRoundingAreMet) {
+  const auto drift = [](double speed) {
+    return [speed](const auto&, const auto& x) { return speed + 0.0 * x[0]; };
+  };
+  Phase<1, 0> tick{"tick", drift(1.0), exactly(0.1)}, rest{"rest", drift(-1.0), between(0.2, 1.0)};
+  rest.guess_duration(0.3);
+  ModeGraph graph("ticks");
+  for (auto* phase : {&tick, &rest}) {
+    phase->minimise("off", [](const auto&, const auto& x) { return x[0] * x[0]; });
+    graph.mode(*phase);
+  }
+  graph.transition("tick", "tick")
+      .transition("tick", "rest")
+      .begin_in({"tick"})
+      .end_in({"rest"})
+      .start_at({-0.3})
+      .total_time(exactly(0.5))
+      .costs(CostRule::integrated);
+  const SequenceResult found = search(graph, {.at_most = 4, .intervals_per_phase = 3});
+  ASSERT_EQ(found.guarantee, Guarantee::enumerated) << found.message;
+  EXPECT_EQ(found.sequence.size(), 4u) << found.message;
+  EXPECT_NEAR(found.cost, (0.3 * 0.3 * 0.3 + 0.2 * 0.2 * 0.2) / 3.0, 1e-9);
+}
+
 TEST(Search, StoppedItClaimsNothing) {
   const SequenceResult found = search(
       pushes(),
