@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/phase_definition.hpp"
@@ -16,7 +17,7 @@ namespace {
 // that is flat in places is not taken for one that never moves.
 class SeededPoints {
  public:
-  explicit SeededPoints(const PhaseDefinition& phase) : phase_(phase) {}
+  SeededPoints(const PhaseDefinition& phase, const Bounds& start) : phase_(phase), start_(start) {}
 
   VectorXd next() {
     constexpr double spreads[] = {1.0, 10.0, 100.0};  // in nominal magnitudes
@@ -26,7 +27,7 @@ class SeededPoints {
     const double fraction = 0.5 * (1.0 + symmetric());
     const double longest =
         std::isfinite(phase_.duration.upper) ? phase_.duration.upper : phase_.duration_guess;
-    z[a.t()] = fraction * longest;
+    z[a.t()] = begin(spread * longest) + fraction * longest;
     const auto values = [&](const Guess& guess, int size) -> VectorXd {
       return guess.is_given() ? guess.at(fraction) : VectorXd::Zero(size);
     };
@@ -40,15 +41,22 @@ class SeededPoints {
     int p = 0;
     for (const ParameterBlock& block : phase_.parameters)
       for (int i = 0; i < block.value.size(); ++i, ++p)
-        z[a.p(p)] = block.unknown
-                        ? within(block.value[i] + block.nominal[i] * symmetric(), block.bounds[i])
-                        : block.value[i];
+        // Data change between solves, within no bounds.
+        z[a.p(p)] = within(block.value[i] + block.nominal[i] * symmetric(),
+                           block.unknown ? block.bounds[i] : unbounded());
     return z;
   }
 
  private:
   // In [-1, 1]; the distributions of the standard library differ between libraries.
   double symmetric() { return 2.0 * (random_() / 4294967295.0) - 1.0; }
+  // When the phase begins; `room`: how far from the other end an open end is taken to be.
+  double begin(double room) {
+    double first = start_.lower, last = start_.upper;
+    if (first == -infinity) first = std::min(last, 0.0) - room;
+    if (last == infinity) last = std::max(first, 0.0) + room;
+    return first + 0.5 * (1.0 + symmetric()) * (last - first);
+  }
   static Bounds whole(const std::vector<ComponentBounds>& list, int component) {
     Bounds all;
     for (const ComponentBounds& b : list)
@@ -63,6 +71,7 @@ class SeededPoints {
   }
 
   const PhaseDefinition& phase_;
+  Bounds start_;
   std::mt19937 random_{20};
   int count_ = 0;
 };
@@ -71,9 +80,10 @@ class SeededPoints {
 
 bool GuardRate::grazes() const { return !(std::abs(value) > grazing_fraction * scale); }
 
-GuardRate guard_rate(const PhaseDefinition& phase, const Function& guard, const VectorRef& z) {
+GuardRate guard_rate(const PhaseDefinition& phase, const Function& dynamics, const Function& guard,
+                     const VectorRef& z) {
   const Arguments& a = phase.sizes;
-  const VectorXd f = phase.dynamics(z);
+  const VectorXd f = dynamics(z);
   const MatrixXd slopes = guard.dense_jacobian(z);
   const Eigen::RowVectorXd g_x = slopes.row(0).segment(a.x(), a.nx);
   GuardRate rate;
@@ -84,7 +94,7 @@ GuardRate guard_rate(const PhaseDefinition& phase, const Function& guard, const 
   return rate;
 }
 
-void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard) {
+void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const Bounds& start) {
   const auto fail = [&](const std::string& what) {
     throw DefinitionError(fmt::format("phase '{}', event '{}': {}", phase.name, guard.event, what));
   };
@@ -97,16 +107,22 @@ void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard) {
                     phase.duration.lower));
   constexpr int tried = 48;
   constexpr double rounding = 1e-12;  // of sums of a few products
-  SeededPoints points(phase);
+  std::vector<Function> fields;       // any of them may be in force where the phase ends
+  for (const SwitchingSystem::Mode& mode : phase.switching.modes) fields.push_back(mode.dynamics);
+  if (fields.empty()) fields.push_back(phase.dynamics);
+  SeededPoints points(phase, start);
   int finite = 0, moving = 0;
   double lowest = infinity, highest = -infinity;
   for (int i = 0; i < tried; ++i) {
-    const GuardRate rate = guard_rate(phase, guard.guard, points.next());
-    if (!std::isfinite(rate.value) || !std::isfinite(rate.scale)) continue;  // outside its domain
-    ++finite;
-    if (std::abs(rate.value) > rounding * rate.scale) ++moving;
-    lowest = std::min(lowest, rate.value);
-    highest = std::max(highest, rate.value);
+    const VectorXd z = points.next();
+    for (const Function& field : fields) {
+      const GuardRate rate = guard_rate(phase, field, guard.guard, z);
+      if (!std::isfinite(rate.value) || !std::isfinite(rate.scale)) continue;  // outside its domain
+      ++finite;
+      if (std::abs(rate.value) > rounding * rate.scale) ++moving;
+      lowest = std::min(lowest, rate.value);
+      highest = std::max(highest, rate.value);
+    }
   }
   if (finite == 0) return;  // nothing can be said before the solve; the solution reports the rate
   if (moving == 0)

@@ -10,6 +10,7 @@
 
 #include <string>
 
+#include "saltus/core/bounds.hpp"
 #include "saltus/model/crossing.hpp"
 #include "saltus/model/function.hpp"
 
@@ -36,12 +37,14 @@ struct GuardRate {
   /// Whether the guard touches zero without passing through.
   bool grazes() const;
 };
-/// At z = (t | x- | u | p) of the phase. Allocates.
-GuardRate guard_rate(const PhaseDefinition& phase, const Function& guard, const VectorRef& z);
+/// At z = (t | x- | u | p) of the phase, with the field that is in force there. Allocates.
+GuardRate guard_rate(const PhaseDefinition& phase, const Function& dynamics, const Function& guard,
+                     const VectorRef& z);
 
 /// Throws DefinitionError naming phase and event when the guard cannot end the phase: its duration
 /// is fixed, the guard is not one number, or it never crosses zero in that direction because the
-/// dynamics do not move it (tried at seeded points around the guesses, within the bounds).
-void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard);
+/// dynamics, of no mode, move it (tried at seeded points around the guesses, within the bounds).
+/// `start`: when the phase may begin, s.
+void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const Bounds& start);
 
 }  // namespace saltus

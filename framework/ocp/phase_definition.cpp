@@ -129,7 +129,7 @@ int PhaseDefinition::integral_index(const std::string& integral) const {
   return -1;
 }
 
-void PhaseDefinition::check() const {
+void PhaseDefinition::check(const Bounds& start) const {
   if (name.empty()) throw DefinitionError("a phase has no name");
   if (dynamics.outputs() != sizes.nx)
     fail(*this, fmt::format("the dynamics return {} entries, but the phase has {} states",
@@ -196,7 +196,7 @@ void PhaseDefinition::check() const {
     fail(*this, fmt::format("it ends at event '{}' and at event '{}', but one guard decides when a "
                             "phase ends; state the other one with reach()",
                             end_guards[0].event, end_guards[1].event));
-  for (const EndGuard& guard : end_guards) check_end_guard(*this, guard);
+  for (const EndGuard& guard : end_guards) check_end_guard(*this, guard, start);
   std::vector<int> group_of(sizes.nu, -1);
   for (const int first : resultants) {
     if (resultant_size < 1 || first < 0 || first + resultant_size > sizes.nu)

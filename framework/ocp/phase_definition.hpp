@@ -104,8 +104,9 @@ struct PhaseDefinition {
     return input_parametrisation == InputParametrisation::piecewise_constant ? InputShape::constant
                                                                              : InputShape::linear;
   }
-  /// Throws DefinitionError with the phase, the term, the expected size and the given one.
-  void check() const;
+  /// Throws DefinitionError with the phase, the term, the expected size and the given one. `start`:
+  /// when the phase may begin, s.
+  void check(const Bounds& start = exactly(0.0)) const;
 };
 
 // What the methods of a Phase come down to, compiled once. What is moved from is taken by

@@ -247,8 +247,10 @@ OptimalControlProblem::OptimalControlProblem(std::string name) : name_(std::move
 void OptimalControlProblem::check() const {
   if (phases_.empty())
     throw DefinitionError(fmt::format("problem '{}' has no phase; add one with then()", name_));
+  Bounds start = start_time_bounds_.value_or(exactly(start_time_));  // of each phase, s
   for (const PhaseDefinition& phase : phases_) {
-    phase.check();
+    phase.check(start);
+    start = {start.lower + phase.duration.lower, start.upper + phase.duration.upper};
     for (const Term& term : phase.terms)
       check_window(phase, term.window, schedule_, "term '" + term.name + "'");
     for (const ComponentBounds& b : phase.input_bounds)

@@ -409,6 +409,7 @@ void ModeGraph::check(bool limited_phases) const {
       const Transition* entry = find(i, j);
       OptimalControlProblem pair(name_);
       pair.start_at(VectorXd(VectorXd::Zero(modes_[i].sizes.nx)))
+          .start_time(at_least(start_time_), start_time_)  // it may be any phase of the sequence
           .then(ErasedPhase(left_by(modes_[i], entry)))
           .then(ErasedPhase(modes_[j]), entry != nullptr ? entry->jump : Jump{})
           .check();

@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace saltus {
 namespace {
 
 // What counts as being on a side of zero: a fraction of the largest value that the guard takes in
-// the phase. After a jump it often starts at zero, and a solver leaves it there within its
-// tolerance.
+// the phase, or of what it is made of. After a jump it often starts at zero, and a solver leaves it
+// there within its tolerance.
 constexpr double side_share = 1e-6;
 
 VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorXd& u,
@@ -33,6 +34,28 @@ void find_early_crossing(const std::vector<std::pair<double, double>>& samples, 
     c.early_amount = g;
     c.early_time = t;
   }
+}
+
+// The field in force: of the mode that is remembered, or of the first one inside all its guards
+// (framework/design/events.md). Nothing on a guard, where a mode begins, ends or slides.
+const Function* field_at(const PhaseDefinition& phase, const VectorXd& z) {
+  const SwitchingSystem& s = phase.switching;
+  if (s.modes.size() < 2) return &phase.dynamics;
+  const int modes = static_cast<int>(s.modes.size());
+  std::vector<char> is_left(modes, 0);
+  for (const SwitchingSystem::Transition& t : s.transitions) {
+    const double g = t.guard(z)[0];
+    const VectorXd slopes = t.guard.dense_jacobian(z).row(0);
+    if (std::abs(g) <= side_share * slopes.cwiseAbs().dot((z.array().abs() + 1.0).matrix()))
+      return nullptr;
+    if (crossing_sign(t.direction) * g > 0.0) is_left[t.from] = 1;
+  }
+  if (s.memory >= 0) {
+    const auto mode = static_cast<int>(std::lround(z[phase.sizes.x(s.memory)]));
+    return &s.modes[std::clamp(mode, 0, modes - 1)].dynamics;
+  }
+  const auto inside = std::ranges::find(is_left, 0);
+  return inside == is_left.end() ? nullptr : &s.modes[inside - is_left.begin()].dynamics;
 }
 
 }  // namespace
@@ -61,9 +84,13 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
     c.time = last->end();
     const VectorXd z =
         argument(phase.sizes, c.time, last->end_state, last->coefficients.tail(nu), p);
-    const GuardRate rate = guard_rate(phase, guard.guard, z);
-    c.rate = rate.value;
-    c.grazes = rate.grazes();
+    if (const Function* field = field_at(phase, z)) {
+      const GuardRate rate = guard_rate(phase, *field, guard.guard, z);
+      c.rate = rate.value;
+      c.grazes = rate.grazes();
+    } else {
+      c.rate = std::numeric_limits<double>::quiet_NaN();
+    }
     crossings.push_back(std::move(c));
   }
   return crossings;

@@ -33,17 +33,19 @@ struct PathViolation {
 
 /// How the guard that ends a phase passed zero there.
 struct GuardCrossing {
-  std::string phase, event;   ///< where and what
-  Crossing declared = {};     ///< the direction asked for
-  double time = 0.0;          ///< s, end of the phase
-  double rate = 0.0;          ///< g_t + g_x f at x-, in the guard's units per second
+  std::string phase, event;  ///< where and what
+  Crossing declared = {};    ///< the direction asked for
+  double time = 0.0;         ///< s, end of the phase
+  /// g_t + g_x f at x-, in the guard's units per second; NaN: of a phase with modes where the state
+  /// does not tell which one is in force.
+  double rate = 0.0;
   bool grazes = false;        ///< the rate is as good as zero: the time is not well defined
   double early_amount = 0.0;  ///< above zero: it had passed zero that way before, by so much
   double early_time = 0.0;    ///< s, where that was
 
   /// Whether the guard passes zero in the declared direction.
   bool is_as_declared() const {
-    return !grazes && crossing_sign(declared) * rate > 0.0 && early_amount == 0.0;
+    return !grazes && !(crossing_sign(declared) * rate < 0.0) && early_amount == 0.0;
   }
 };
 

@@ -107,6 +107,21 @@ TEST(ModeGraph, ACycleInWhichNoTimeNeedPass) {
   EXPECT_EQ(message_of(limited, false), "");
 }
 
+// What turns at 10 s passes the guard then, whichever phase of a sequence that is.
+TEST(ModeGraph, AGuardThatIsPassedLateIsAGuard) {
+  const auto turning = [](const auto& t, const auto& x) {
+    return select(t - 10.0, 0.0 * x[0] - 1.0, 0.0 * x[0] + 1.0);
+  };
+  Phase<1, 0> tide{"tide", turning, between(0.5, 2.0)};
+  tide.guess_duration(1.0);
+  ModeGraph graph("tides");
+  graph.mode(tide)
+      .transition_when<1>(
+          "tide", "tide", "low", [](const auto&, const auto& x) { return x[0]; }, Crossing::falling)
+      .start_at({1.0});
+  EXPECT_EQ(message_of(graph), "");
+}
+
 TEST(ModeGraph, RulesThatContradictOneAnother) {
   ModeGraph excluded = up_and_down();
   excluded.all_transitions().transition("up", "down").no_transition("up", "down");

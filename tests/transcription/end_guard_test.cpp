@@ -104,6 +104,96 @@ TEST(EndGuard, ThatHadBeenCrossedBeforeIsSaid) {
   EXPECT_NE(s.message.find("not the first"), std::string::npos) << s.message;
 }
 
+// x' = rate, for every x.
+struct Drift {
+  double rate;
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>& x) const {
+    return Vec<S, 1>(rate + 0.0 * x[0]);
+  }
+};
+auto level(double at) {
+  return [at](const auto&, const auto& x) { return x[0] - at; };
+}
+
+// A room of 20 degrees is heated by one degree per second to 22, and cooled to 18 from there on.
+TEST(EndGuard, OfAPhaseWithModesIsThatOfTheModeInForce) {
+  const auto heat = [](double rate) {
+    return [rate](const auto&, const auto& x) {
+      return std::decay_t<decltype(x)>{rate + 0.0 * x[0], 0.0 * x[1]};
+    };
+  };
+  Automaton<2> thermostat;
+  thermostat.mode("heat", heat(1.0)).mode("cool", heat(-1.0)).remember_in(1);
+  thermostat.event("hot", "heat", "cool", level(22.0), Crossing::rising)
+      .event("cold", "cool", "heat", level(16.0), Crossing::falling);
+  Phase<2, 0> room{"room", thermostat, between(3.0, 7.0)};
+  room.ends_when("is 18", level(18.0), Crossing::falling)
+      .guess_duration(5.5)
+      .guess_state(Guess::simulate());
+  OptimalControlProblem ocp("thermostat");
+  const Solution s = solve_by_ipopt(ocp.start_at({20.0, 0.0}).then(room));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.durations[0], 6.0, 1e-8);
+  EXPECT_NEAR(s.crossings.front().rate, -1.0, 1e-8);
+  EXPECT_TRUE(s.crossings.front().is_as_declared()) << s.message;
+}
+
+// Up for a second, down from then on: what is in force at the end is not the first field.
+TEST(EndGuard, OfAPhaseThatSwitchesIsThatOfTheFieldInForce) {
+  const auto clock = [](const auto& t, const auto&) { return t - 1.0; };
+  Phase<1, 0> there{"there", Drift{1.0}, between(1.2, 3.0)};
+  there.switch_at("turn", clock, Drift{-1.0})
+      .ends_when("back", level(0.5), Crossing::falling)
+      .guess_duration(1.7)
+      .guess_state(Guess::simulate());
+  OptimalControlProblem ocp("there and back");
+  const Solution s = solve_by_ipopt(ocp.start_at({0.0}).then(there));
+  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_NEAR(s.durations[0], 1.5, 1e-8);
+  EXPECT_NEAR(s.crossings.front().rate, -1.0, 1e-8);
+  EXPECT_TRUE(s.crossings.front().is_as_declared()) << s.message;
+}
+
+// The first mode rests, the second one goes there.
+TEST(EndGuard, IsMovedByAnyMode) {
+  const auto clock = [](const auto& t, const auto& x) { return t - 1.0 + 0.0 * x[0]; };
+  Automaton<1> late;
+  late.mode("rest", Drift{0.0}).mode("move", Drift{1.0});
+  late.event("go", "rest", "move", clock, Crossing::rising);
+  Phase<1, 0> phase{"late", late, between(1.5, 9.0)};
+  phase.ends_when("there", level(3.0), Crossing::rising).guess_duration(3.5);
+  OptimalControlProblem ocp("late");
+  EXPECT_NO_THROW(ocp.start_at({0.0}).then(phase).check());
+}
+
+// Formulas read absolute time: what turns at 10 s turns within a second phase.
+TEST(EndGuard, IsTriedAtTheTimesOfItsPhase) {
+  const auto turning = [](const auto& t, const auto& x) {
+    return std::decay_t<decltype(x)>(select(t - 10.0, 0.0 * t - 1.0, 0.0 * t + 1.0));
+  };
+  const auto falls = [&](Bounds first) {
+    Phase<1, 0> a{"first", Drift{1.0}, first}, b{"second", turning, between(0.1, 5.0)};
+    b.ends_when("falls", level(10.0), Crossing::falling);
+    OptimalControlProblem ocp("turning");
+    ocp.start_at({0.0}).then(a.guess_duration(12.0)).then(b).check();
+  };
+  EXPECT_NO_THROW(falls(exactly(12.0)));
+  EXPECT_NO_THROW(falls(at_least(1.0)));
+  EXPECT_THROW(falls(exactly(2.0)), DefinitionError);  // it rises all the while
+}
+
+// Data are what they are only for now.
+TEST(EndGuard, MayBeMovedByData) {
+  const auto blown = [](const auto&, const auto&, const auto&, const auto& p) { return p[0]; };
+  for (const double wind : {0.0, -1.0}) {
+    Phase<1, 0, 1> sail{"sail", blown, between(0.1, 10.0)};
+    sail.data("wind", Vec<double, 1>(wind)).ends_when("there", level(1.0), Crossing::rising);
+    OptimalControlProblem ocp("sail");
+    EXPECT_NO_THROW(ocp.start_at({0.0}).then(sail).check()) << wind;
+  }
+}
+
 // Two ways of going, of which only the fast one is worth its time: the slow phase vanishes.
 TEST(FreeDurations, APhaseThatVanishedIsSaid) {
   const auto at_speed = [](double rate) {
