@@ -225,6 +225,14 @@ void PhasedPlant::begin_phase(const VectorRef& input) {
   has_begun_ = true;
   entered_ = time_;
   count_once(TermDomain::phase_start, input);
+  if (definition().end_guards.empty()) return;
+  // On the guard or beyond it the motion decides: it goes on, or comes back first, as a ball does
+  // that bounces and that rounding put below the ground.
+  const EndGuard& end = definition().end_guards.front();
+  const GuardRate rate =
+      guard_rate(definition(), definition().dynamics, end.guard, argument(input));
+  const double g = guard(input), growth = crossing_sign(end.crossing) * rate.value;
+  passed_guard_ = passed_guard_ || (g > 0.0 && growth >= 0.0) || (g == 0.0 && growth > 0.0);
 }
 
 void PhasedPlant::end_phase(const VectorRef& input) {
@@ -263,7 +271,7 @@ void PhasedPlant::disturb(const VectorRef& change) {
   const bool has_guard = !definition().end_guards.empty();
   const bool was_before = has_guard && guard(u) < 0.0;
   state_ += change;
-  passed_guard_ = passed_guard_ || (was_before && guard(u) >= 0.0);
+  passed_guard_ = (passed_guard_ || was_before) && guard(u) >= 0.0;
 }
 
 }  // namespace saltus

@@ -95,7 +95,7 @@ class PhasedPlant final : public LoopPlant {
   std::optional<double> over_since_;
   double cost_ = 0.0;
   bool has_begun_ = false;
-  bool passed_guard_ = false;  // by a disturbance: the phase ends with the next piece
+  bool passed_guard_ = false;  // at the start or by a push: the phase ends with the next piece
   std::vector<Miss> at_ends_, on_the_way_;
   std::vector<HybridEvent> events_;
 };

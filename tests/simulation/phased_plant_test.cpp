@@ -110,6 +110,56 @@ TEST(PhasedPlant, ADisturbancePastTheGuardEndsThePhase) {
   EXPECT_TRUE(plant.misses_on_the_way().empty());
 }
 
+TEST(PhasedPlant, ADisturbancePastTheGuardAndBackChangesNothing) {
+  PhasedPlant plant(bounce(), runge_kutta4());
+  ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.2));
+  plant.disturb(VectorXd{{-2.0, 0.0}});
+  plant.disturb(VectorXd{{2.0, 0.0}});
+  ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.01));
+  EXPECT_EQ(plant.phase(), 0);
+}
+
+// x' = 1, up to 1, to 2 and on; a hop takes it from 1 to 1 + hop.
+double end_of_the_second(double hop) {
+  const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
+  const auto level = [](double at) {
+    return [at](const auto&, const auto& x) { return x[0] - at; };
+  };
+  Phase<1, 0> a{"a", ramp, between(0.1, 2.0)}, b{"b", ramp, between(0.0, 2.0)},
+      c{"c", ramp, between(0.1, 9.0)};
+  a.ends_when("one", level(1.0), Crossing::rising).guess_duration(1.0);
+  b.ends_when("two", level(2.0), Crossing::rising).guess_duration(1.0);
+  OptimalControlProblem ocp("hop");
+  ocp.start_at({0.0}).then(a).then(
+      b, jump<1>("hop", [hop](const auto&, const auto& x) { return x[0] + hop; }));
+  ocp.then(c.guess_duration(1.0));
+  PhasedPlant plant(ocp, runge_kutta4());
+  for (int k = 0; k < 30; ++k) plant.advance(VectorXd(0), 0.1);
+  const std::vector<HybridEvent> events = plant.take_events();
+  return events.size() == 2 ? events[1].time : infinity;
+}
+
+TEST(PhasedPlant, APhaseThatBeginsOnItsGuardOrBeyondEndsAtOnceIfItGoesOn) {
+  EXPECT_NEAR(end_of_the_second(0.5), 1.5, 1e-12);
+  EXPECT_NEAR(end_of_the_second(1.0), 1.0, 1e-12);
+  EXPECT_NEAR(end_of_the_second(1.5), 1.0, 1e-12);
+}
+
+// On the ground, where rounding may put it a little below, and on its way up.
+TEST(PhasedPlant, ABallThatLeavesTheGroundFliesUntilItIsBack) {
+  for (const double height_at_first : {0.0, -1e-17, 1e-17}) {
+    Phase<2, 1> fly{"fly", Ball{}, between(0.1, 2.0)}, rest{"rest", Ball{}, between(0.1, 2.0)};
+    fly.ends_when("impact", height, Crossing::falling).guess_duration(0.5);
+    OptimalControlProblem ocp("throw");
+    ocp.start_at({height_at_first, gravity / 4.0}).then(fly).then(rest.guess_duration(0.5));
+    PhasedPlant plant(ocp, runge_kutta4());
+    for (int k = 0; k < 6; ++k) ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.1));
+    const std::vector<HybridEvent> events = plant.take_events();
+    ASSERT_EQ(events.size(), 1u) << height_at_first;
+    EXPECT_NEAR(events[0].time, 0.5, 1e-12);
+  }
+}
+
 TEST(PhasedPlant, EventsInsideAPhaseAreForAnotherPlant) {
   Phase<2, 1> phase{"fall", Ball{}, exactly(1.0)};
   phase.on("impact", height, Crossing::falling, [](auto, auto x, auto) { return x; });
