@@ -1,6 +1,10 @@
 #include "saltus/ocp/guess.hpp"
 
+#include <fmt/format.h>
+
 #include <utility>
+
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 
@@ -17,6 +21,10 @@ Guess Guess::constant(VectorXd value) {
 }
 
 Guess Guess::interpolate(VectorXd first, VectorXd last) {
+  if (first.size() != last.size())
+    throw DefinitionError(
+        fmt::format("guess: it leads from {} entries to {}; both ends need as many", first.size(),
+                    last.size()));
   return Guess([a = std::move(first), b = std::move(last)](double s) -> VectorXd {
     return a + s * (b - a);
   });

@@ -319,6 +319,11 @@ const std::vector<Mistake>& mistakes() {
          m.guess_state(Guess::constant(Vec<double, 3>{1.0, 2.0, 3.0}));
        }),
        {"phase 'motion'", "guess of the state", "3 entries", "expected 1"}},
+      {"EndsOfAGuessWithOtherSizes",
+       phase([](Motion& m) {
+         m.guess_state(Guess::interpolate(Vec<double, 1>{1.0}, Vec<double, 2>{1.0, 2.0}));
+       }),
+       {"guess", "from 1 entries to 2"}},
       {"InputGuessNan",
        phase([](Motion& m) { m.guess_input(Guess::constant(Vec<double, 1>{nan})); }),
        {"phase 'motion'", "guess of the input", "not finite"}},
