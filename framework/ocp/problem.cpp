@@ -98,6 +98,11 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
           "problem '{}': link '{}' joins phases that are over to what is left", name_, link.name));
     return over > 0;
   });
+  // An unknown keeps the bounds that phases which are over gave it.
+  for (PhaseDefinition& phase : rest.phases_)
+    for (ParameterBlock& block : phase.parameters)
+      for (int i = 0; block.unknown && i < block.value.size(); ++i)
+        block.bounds[i] = bounds_of_unknown(block.name, i);
   rest.phases_.erase(rest.phases_.begin(), rest.phases_.begin() + phases);
   rest.jumps_.erase(rest.jumps_.begin(), rest.jumps_.begin() + phases);
   // An equality stays one: what of it is left is known once the phases are over.

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "saltus/ocp/phase.hpp"
+#include "saltus/ocp/problem.hpp"
 #include "tests/support/point_mass.hpp"
 
 namespace saltus {
@@ -19,6 +20,19 @@ TEST(Bounds, EachRowKeepsItsOwn) {
   ASSERT_EQ(end.bounds.size(), 2u);
   EXPECT_EQ(end.bounds[0], exactly(1.0));
   EXPECT_EQ(end.bounds[1], exactly(0.0));
+}
+
+// A phase that is over has bounded the unknown that the next one reads, too.
+TEST(Bounds, OfAnUnknownOutliveThePhaseThatGaveThem) {
+  const auto driven = [](const auto&, const auto&, const auto& u, const auto& p) {
+    return std::decay_t<decltype(u)>(p[0] * u[0]);
+  };
+  Phase<1, 1, 1> a{"a", driven, exactly(1.0)}, b{"b", driven, exactly(1.0)};
+  a.unknown("gain", Vec<double, 1>(0.5), between(0.0, 1.0));
+  b.unknown("gain", Vec<double, 1>(0.5), between(-1.0, 5.0));
+  OptimalControlProblem ocp("gain");
+  ocp.start_at({0.0}).then(a).then(b);
+  EXPECT_EQ(ocp.after(1).bounds_of_unknown("gain", 0), between(0.0, 1.0));
 }
 
 }  // namespace
