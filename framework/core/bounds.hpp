@@ -16,8 +16,8 @@ struct Bounds {
   bool is_equality() const { return lower == upper; }
   /// Whether every value is allowed.
   bool is_free() const { return lower == -infinity && upper == infinity; }
-  /// Whether no value is allowed; also true for NaN.
-  bool is_empty() const { return !(lower <= upper); }  // also true for NaN
+  /// Whether no finite value is allowed; also true for NaN.
+  bool is_empty() const { return !(lower <= upper) || lower == infinity || upper == -infinity; }
   friend bool operator==(const Bounds&, const Bounds&) = default;
 };
 

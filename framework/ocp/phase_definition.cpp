@@ -144,11 +144,11 @@ void PhaseDefinition::check(const Bounds& start) const {
          fmt::format("the duration has no lower bound, and it cannot be negative; write {}",
                      duration.upper < infinity ? fmt::format("between(0.0, {})", duration.upper)
                                                : "at_least(0.0) and guess it by guess_duration()"));
+  if (duration.lower == infinity) fail(*this, "the shortest duration must be finite");
   if (duration.is_empty() || duration.lower < 0.0)
     fail(*this, fmt::format("the duration [{}, {}] s is empty or negative", duration.lower,
                             duration.upper));
   if (duration.upper == 0.0) fail(*this, "the duration is 0 s, so that nothing can happen in it");
-  if (duration.lower == infinity) fail(*this, "the shortest duration must be finite");
   if (has_free_duration() && !(duration_guess > 0.0 && std::isfinite(duration_guess)))
     fail(*this, fmt::format("the free duration needs a positive guess, but it is {} s; use "
                             "guess_duration()",
@@ -212,8 +212,8 @@ void PhaseDefinition::check(const Bounds& start) const {
     if (input_change_weight.size() != sizes.nu)
       fail(*this, fmt::format("penalise_change has {} weights, but there are {} inputs",
                               input_change_weight.size(), sizes.nu));
-    if (!(input_change_weight.array() >= 0.0).all())
-      fail(*this, "penalise_change has a weight that is negative or NaN");
+    if (!(input_change_weight.array() >= 0.0).all() || !input_change_weight.allFinite())
+      fail(*this, "penalise_change has a weight that is negative or not finite");
     if (input_parametrisation != InputParametrisation::piecewise_constant)
       fail(*this, "penalise_change is for piecewise constant inputs");
   }

@@ -211,14 +211,15 @@ void check_order(const PhaseDefinition& phase, const Window& window, const Sched
 void check_reach(const PhaseDefinition& phase, const Window& window, const std::string& what) {
   if (window.clock != Clock::phase) return;
   const double longest = phase.duration.upper;
-  if (window.from && !window.from->is_event() && window.from->seconds() > longest)
+  const double latest = window.to ? longest - same_instant : longest;  // of it the end is left
+  if (window.from && !window.from->is_event() && window.from->seconds() > latest)
     throw DefinitionError(
         fmt::format("phase '{}', {}: the window begins at {} s, but the phase lasts {} s at most",
                     phase.name, what, window.from->seconds(), longest));
-  if (window.to && !window.to->is_event() && window.to->seconds() < 0.0)
+  if (window.to && !window.to->is_event() && window.to->seconds() < same_instant)
     throw DefinitionError(
-        fmt::format("phase '{}', {}: the window ends at {} s, before the phase begins", phase.name,
-                    what, window.to->seconds()));
+        fmt::format("phase '{}', {}: the window ends at {} s, when the phase has not begun",
+                    phase.name, what, window.to->seconds()));
 }
 
 void check_window(const PhaseDefinition& phase, const Window& window, const Schedule& schedule,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -27,6 +28,9 @@ Reference::Reference(std::vector<double> times, MatrixXd values)
     if (!(times_[i] > times_[i - 1]))
       throw DefinitionError(fmt::format("reference: time {} ({} s) is not after time {} ({} s)", i,
                                         times_[i], i - 1, times_[i - 1]));
+  if (!std::isfinite(times_.front()) || !std::isfinite(times_.back()))
+    throw DefinitionError(fmt::format("reference: its times are {} s to {} s, but must be finite",
+                                      times_.front(), times_.back()));
 }
 
 int Reference::segment(double t) const {

@@ -207,6 +207,7 @@ void Schedule::hold(std::string_view event, double now, double lead) {
 }
 
 void Schedule::shift(double elapsed) {
+  if (!std::isfinite(elapsed)) fail(fmt::format("it cannot be shifted by {} s", elapsed));
   for (std::size_t i = 0; i < count_; ++i) events_[i].time -= elapsed;
 }
 

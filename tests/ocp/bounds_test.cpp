@@ -22,6 +22,14 @@ TEST(Bounds, EachRowKeepsItsOwn) {
   EXPECT_EQ(end.bounds[1], exactly(0.0));
 }
 
+TEST(Bounds, ThatLeaveNoFiniteValueAreEmpty) {
+  for (const Bounds& b : {exactly(infinity), at_least(infinity), at_most(-infinity),
+                          exactly(-infinity), between(2.0, 1.0)})
+    EXPECT_TRUE(b.is_empty()) << b.lower << " to " << b.upper;
+  for (const Bounds& b : {unbounded(), at_least(1.0), at_most(-1.0), exactly(0.0)})
+    EXPECT_FALSE(b.is_empty()) << b.lower << " to " << b.upper;
+}
+
 // A phase that is over has bounded the unknown that the next one reads, too.
 TEST(Bounds, OfAnUnknownOutliveThePhaseThatGaveThem) {
   const auto driven = [](const auto&, const auto&, const auto& u, const auto& p) {

@@ -187,6 +187,9 @@ const std::vector<Mistake>& mistakes() {
       {"NanBounds",
        phase([](Motion& m) { m.keep("lane", state, at_most(nan)); }),
        {"phase 'motion'", "term 'lane'", "nan"}},
+      {"BoundsWithoutAFiniteValue",
+       phase([](Motion& m) { m.reach("far", state, at_least(infinity)); }),
+       {"phase 'motion'", "term 'far'", "[inf, inf]", "row 0"}},
       {"NumberOfBounds",
        phase([](Motion& m) {
          m.keep("lane", two, {at_most(1.0), at_most(1.0), at_most(1.0)});
@@ -260,6 +263,12 @@ const std::vector<Mistake>& mistakes() {
       {"WindowBeforeThePhase",
        phase([](Motion& m) { m.bound_state(0, at_most(1.0), {.to = -0.5}); }),
        {"phase 'motion'", "state 0", "ends at -0.5 s"}},
+      {"WindowThatEndsAtTheStart",
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.to = 0.0}); }),
+       {"phase 'motion'", "term 'lane'", "ends at 0 s"}},
+      {"WindowBetweenTheEndAndLater",
+       phase([](Motion& m) { m.keep("lane", state, at_most(1.0), {.from = 1.0, .to = 2.0}); }),
+       {"phase 'motion'", "term 'lane'", "begins at 1 s", "lasts 1 s"}},
       {"EventsThatPassOneAnother",
        [] {
          const Schedule s({"a", "b", "c"}, {{"land", 0.4}, {"lift", 0.2}});
@@ -292,6 +301,9 @@ const std::vector<Mistake>& mistakes() {
       {"EmptyInputBounds",
        phase([](Motion& m) { m.bound_input(0, between(1.0, 0.0)); }),
        {"phase 'motion'", "input 0", "[1, 0]"}},
+      {"InfiniteStateBounds",
+       phase([](Motion& m) { m.bound_state(0, exactly(infinity)); }),
+       {"phase 'motion'", "state 0", "[inf, inf]"}},
       {"InputBoundsExcludeOneAnother",
        phase([](Motion& m) {
          m.bound_input(0, at_least(1.0)).bound_input(0, exactly(0.0), {.from = 0.5});
@@ -335,6 +347,9 @@ const std::vector<Mistake>& mistakes() {
          m.penalise_change(Vec<double, 2>{1.0, 1.0});
        }),
        {"phase 'motion'", "2 weights", "1 inputs"}},
+      {"InfiniteChangeWeight",
+       phase([](Motion& m) { m.penalise_change(Vec<double, 1>{infinity}); }),
+       {"phase 'motion'", "penalise_change", "not finite"}},
       {"ChangeOfLinearInputs",
        phase([](Motion& m) {
          m.inputs(InputParametrisation::piecewise_linear).penalise_change(Vec<double, 1>{1.0});
@@ -489,6 +504,9 @@ const std::vector<Mistake>& mistakes() {
       {"StartNan",
        problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({nan}).then(m); }),
        {"problem 'errors'", "start state 0"}},
+      {"StartInfinite",
+       problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({infinity}).then(m); }),
+       {"problem 'errors'", "start state 0", "[inf, inf]"}},
       {"JumpMissing",
        problem([](OptimalControlProblem& ocp, Motion& m) {
          const Phase<2, 1> wide{"wide", [](const auto&, const auto& x) { return x; }, exactly(1.0)};
@@ -536,6 +554,12 @@ const std::vector<Mistake>& mistakes() {
          ocp.start_at({1}).then(m).total_time(exactly(3.0));
        }),
        {"problem 'errors'", "total time [3, 3]", "1 to 1 s"}},
+      {"InfiniteTotalTime",
+       problem([](OptimalControlProblem& ocp, Motion&) {
+         Motion open{"motion", Velocity{}, at_least(1.0)};
+         ocp.start_at({1}).then(open.guess_duration(2.0)).total_time(exactly(infinity));
+       }),
+       {"problem 'errors'", "total time [inf, inf]"}},
       {"NoIntegrator",
        problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({1}).then(m); },
                {.intervals_per_phase = 10, .integrator = nullptr}),

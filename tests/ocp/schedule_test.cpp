@@ -68,6 +68,9 @@ TEST(Schedule, ShiftMovesAllEventsAndKeepsInfinity) {
   s.shift(0.2);
   EXPECT_DOUBLE_EQ(s.time_of("land"), 0.3);
   EXPECT_EQ(s.time_of("lift"), never);
+  for (const double nowhere : {std::nan(""), never})
+    expect_in("cannot be shifted", message_of([&] { s.shift(nowhere); }));
+  EXPECT_DOUBLE_EQ(s.time_of("land"), 0.3);
 }
 
 // "left 0.5:land both 0.8:lift right"
@@ -220,6 +223,8 @@ TEST(Reference, RefusesSamplesThatAreNone) {
             }));
   expect_in("not after", message_of([] { Reference({1.0, 1.0}, MatrixXd::Zero(1, 2)); }));
   expect_in("not after", message_of([] { Reference({0.0, std::nan("")}, MatrixXd::Zero(1, 2)); }));
+  expect_in("finite", message_of([] { Reference({-never, 0.0}, MatrixXd::Zero(1, 2)); }));
+  expect_in("finite", message_of([] { Reference({0.0, never}, MatrixXd::Zero(1, 2)); }));
 }
 
 }  // namespace
