@@ -109,6 +109,11 @@ std::uint64_t Schedule::mask_of(std::span<const std::string> modes) const {
 
 double Schedule::time_of(std::string_view event) const { return events_[index_of(event)].time; }
 
+const std::string& Schedule::mode(int i) const {
+  if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  return (*names_)[sequence_[i]];
+}
+
 const std::string& Schedule::mode_at(double t) const {
   int i = 0;
   while (i < static_cast<int>(count_) && events_[i].time <= t) ++i;

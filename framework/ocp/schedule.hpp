@@ -46,8 +46,8 @@ class Schedule {
   std::span<const Event> events() const { return {events_.data(), count_}; }
   /// How many events there is room for.
   int capacity() const { return static_cast<int>(events_.size()); }
-  /// Mode i lies between events i - 1 and i.
-  const std::string& mode(int i) const { return (*names_)[sequence_[i]]; }
+  /// Mode i lies between events i - 1 and i. Throws DefinitionError where there is no mode.
+  const std::string& mode(int i) const;
   /// All modes that there may be, each once: its position is its number.
   const std::vector<std::string>& known_modes() const { return *names_; }
   /// Of the mode behind event i - 1.
@@ -55,11 +55,11 @@ class Schedule {
 
   /// Time of the named event (s). Throws DefinitionError naming the nearest known event.
   double time_of(std::string_view event) const;
-  /// Of the event; -1: there is none of the name.
+  /// Position of the named event. Throws DefinitionError naming the nearest known event.
   int index_of(std::string_view event) const;
   /// Whether there is an event of the name.
   bool contains(std::string_view event) const;
-  /// The mode in force at time t; at the event itself the new mode.
+  /// The mode in force at time t; at the event itself the new mode. Throws as mode().
   const std::string& mode_at(double t) const;
   /// Bit m is set for mode m. Throws DefinitionError naming the nearest known mode.
   std::uint64_t mask_of(std::span<const std::string> modes) const;

@@ -204,6 +204,12 @@ TEST(Schedule, RefusesWhatIsNoSchedule) {
             }));
 }
 
+TEST(Schedule, WithoutModesSaysSo) {
+  expect_in("no mode yet", message_of([] { Schedule().mode(0); }));
+  expect_in("no mode yet", message_of([] { Schedule().mode_at(1.0); }));
+  expect_in("no event 'land'", message_of([] { Schedule().index_of("land"); }));
+}
+
 TEST(Reference, IsLinearBetweenSamplesAndConstantOutside) {
   const Reference r({1.0, 2.0, 4.0}, Mat<double, 1, 3>{3.0, 5.0, 1.0});
   EXPECT_DOUBLE_EQ(r.at(0.0, 0), 3.0);
