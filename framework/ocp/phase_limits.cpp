@@ -35,6 +35,7 @@ class Entry final : public FunctionBody {
     jacobian_pattern_ = SparsityPattern::from_pairs(1, inputs, {{0, i}});
     hessian_pattern_ = SparsityPattern::from_pairs(inputs, inputs, {});
   }
+  bool is_reentrant() const override { return true; }
   int degree(int, const std::vector<char>& variable) const override { return variable[i_] ? 1 : 0; }
   void value(const double* z, double* y) const override { *y = z[i_]; }
   void jacobian(const double* z, double* y, double* entries) const override {

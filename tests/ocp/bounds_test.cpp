@@ -43,5 +43,12 @@ TEST(Bounds, OfAnUnknownOutliveThePhaseThatGaveThem) {
   EXPECT_EQ(ocp.after(1).bounds_of_unknown("gain", 0), between(0.0, 1.0));
 }
 
+// Evaluated by several threads at once, as formulas are.
+TEST(Bounds, ThatAreSoftAreReentrant) {
+  Phase<2, 1> phase{"block", Cart{}, exactly(1.0)};
+  phase.bound_state(1, at_most(1.0), {}, soft("speed", 1.0));
+  EXPECT_TRUE(phase.definition().terms.front().function.is_reentrant());
+}
+
 }  // namespace
 }  // namespace saltus
