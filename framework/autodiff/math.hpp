@@ -7,7 +7,7 @@
 //   min, max of equals the mean of both derivatives, so that max(x, -x) agrees with abs(x)
 //   sqrt, norm, hypot at 0; asin, acos at +-1; x^c at 0 with c < 1
 //                      derivative 0 in place of infinity, so that norm() of a body at rest is flat
-//   atan2(0, 0)        value 0, derivatives 0
+//   atan2(0, 0)        value 0, derivatives 0; these also nearer to it than 1e-150
 //   x^y with x <= 0    the derivative with respect to y is 0 (it is undefined for x < 0)
 // Outside a function's domain the value is NaN as in <cmath>.
 #pragma once
@@ -125,9 +125,13 @@ Dual<T, N> max(const Dual<T, N>& a, const Dual<T, N>& b) {
 }
 template <class T, int N>
 Dual<T, N> atan2(const Dual<T, N>& y, const Dual<T, N>& x) {
-  const T square = x.value * x.value + y.value * y.value;
-  return chain(y, x, T(atan2(y.value, x.value)), detail::divide_or_zero(x.value, square),
-               detail::divide_or_zero(T(-y.value), square));
+  // Divided twice: the square of a length leaves the range of doubles long before the length does.
+  // Where its inverse does, second derivatives would not be finite.
+  const T length = hypot(x.value, y.value);
+  const auto over_square = [&](const T& v) {
+    return primal(length) < 1e-150 ? T(0.0) : T(T(v / length) / length);
+  };
+  return chain(y, x, T(atan2(y.value, x.value)), over_square(x.value), over_square(T(-y.value)));
 }
 template <class T, int N>
 Dual<T, N> hypot(const Dual<T, N>& a, const Dual<T, N>& b) {
@@ -143,12 +147,11 @@ Dual<T, N> pow(const Dual<T, N>& x, double exponent) {
 }
 template <class T, int N>
 Dual<T, N> pow(const Dual<T, N>& x, const Dual<T, N>& exponent) {
+  // No derivative along the exponent, mixed ones included: a constant.
+  if (!(primal(x) > 0.0)) return pow(x, primal(exponent));
   const T f = pow(x.value, exponent.value);
-  const bool positive = primal(x) > 0.0;
-  const bool infinite = primal(x) == 0.0 && primal(exponent) < 1.0;
-  const T df_dx = infinite ? T(0.0) : T(exponent.value * pow(x.value, T(exponent.value - 1.0)));
-  const T df_dy = positive ? T(f * log(x.value)) : T(0.0);
-  return chain(x, exponent, f, df_dx, df_dy);
+  return chain(x, exponent, f, T(exponent.value * pow(x.value, T(exponent.value - 1.0))),
+               T(f * log(x.value)));
 }
 
 // One of two arguments a constant. ActiveScalar covers the tracer as well.

@@ -165,6 +165,35 @@ TEST(Math, conventions_where_users_fall) {
   is("select at 0", [](auto x) { return select(x, 2.0 * x, -x); }, 0.0, {0, 2, 0});
 }
 
+// d2/dx dy, in the order of either nesting: the inner direction is x, the outer one y, or reversed.
+template <class F>
+void mixed_is(const char* name, F f, double x, double y, double expected) {
+  SCOPED_TRACE(name);
+  Second inner(first(x), Second::Tangent::zero()), outer(First(y), Second::Tangent::zero());
+  outer.tangent.set(0, First(1.0));
+  EXPECT_EQ(f(inner, outer).tangent[0].tangent[0], expected);
+  inner = Second(First(x), Second::Tangent::zero());
+  inner.tangent.set(0, First(1.0));
+  outer = Second(first(y), Second::Tangent::zero());
+  EXPECT_EQ(f(inner, outer).tangent[0].tangent[0], expected);
+}
+
+TEST(Math, of_powers_without_a_slope_along_the_exponent_the_mixed_derivative_is_zero) {
+  const auto power = [](auto x, auto y) { return pow(x, y); };
+  mixed_is("(-2)^3", power, -2.0, 3.0, 0.0);
+  mixed_is("0^1", power, 0.0, 1.0, 0.0);
+  mixed_is("0^2", power, 0.0, 2.0, 0.0);
+  mixed_is("1^3", power, 1.0, 3.0, 1.0);  // x^(y-1) (1 + y log x)
+}
+
+// Where x^2 + y^2 leaves the range of doubles.
+TEST(Math, atan2_has_slopes_however_far) {
+  const auto angle = [](double y) { return [y](auto x) { return atan2(x, decltype(x)(y)); }; };
+  for (const double r : {1e-140, 1e-3, 1e160})
+    EXPECT_NEAR(angle(r)(first(r)).tangent[0] * r, 0.5, 1e-15) << r;
+  is("atan2 beside (0, 0)", angle(1e-170), 1e-170, {std::atan2(1.0, 1.0), 0, 0});
+}
+
 TEST(Math, norm_of_a_vector_at_rest_is_flat) {
   using S = Dual<Dual<double, 3>, 1>;
   Vec<S, 3> v = Vec<S, 3>::Zero();
