@@ -50,7 +50,6 @@ class InteriorPoint {
   QpResult solve(System& system, const QpOptions& options, WallClock::time_point deadline,
                  bool warm) {
     newton_.reset();  // not between the two attempts: lifts that the first has come to are kept
-    certificates_.best_radius = 0.0;
     const QpResult first = attempt(system, options, deadline, warm);
     if (first.status != QpStatus::numerical_failure) return first;
     constexpr double far_from_the_sides = 1.0;
@@ -61,13 +60,6 @@ class InteriorPoint {
     std::fill_n(point_.v.data(), system.variables(), 0.0);
     QpResult second = attempt(system, other, deadline, false);
     second.iterations += first.iterations;
-    const bool broke =
-        second.status == QpStatus::numerical_failure || second.status == QpStatus::iteration_limit;
-    if (broke && certificates_.best_radius > certified_radius_at_end) {
-      second.status = QpStatus::infeasible;
-      std::copy_n(certificates_.best_y.data(), system.equalities(), point_.y.data());
-      std::copy_n(certificates_.best_lambda.data(), system.sides(), point_.lambda.data());
-    }
     return second;
   }
 
@@ -155,8 +147,8 @@ class InteriorPoint {
                           WallClock::time_point deadline) {
     if (active_set_rounds_ == 0 || !options.convex) return false;
     const bool found = active_set_.solve(
-        system, convergence_.tolerance(), active_set_rounds_, work_, point_,
-        [&] { return is_late(deadline); }, [&] { return starts_at_optimum(system); });
+        system, convergence_.tolerance(), active_set_rounds_, work_, point_, [&] { return is_late(deadline); },
+        [&] { return starts_at_optimum(system); });
     rounds_ = active_set_.rounds();
     if (!found) system.multiply(point_.v.data(), work_.data());
     return found;

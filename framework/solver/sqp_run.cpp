@@ -183,7 +183,8 @@ std::optional<SolveStatus> SqpRun::step(bool warm) {
     const QpResult r = solve_model(is_elastic, care >= 0, warm);
     if (r.status == QpStatus::deadline) return SolveStatus::time_limit;
     if (r.status == QpStatus::invalid_problem) return SolveStatus::numerical_failure;
-    if (r.status == QpStatus::unbounded) status = SolveStatus::unbounded;
+    // Of models that need not be convex it proves nothing.
+    if (r.status == QpStatus::unbounded && care >= 0) status = SolveStatus::unbounded;
     if (!serves(r)) continue;
     if (is_elastic && is_stuck()) {
       if (care >= 0) return SolveStatus::infeasible;

@@ -208,7 +208,7 @@ TEST(Certificates, TwoSidesThatExcludeOneAnotherAreOne) {
     v[0] = 0.25;
     lambda[0] = lambda[1] = 2.0;
     EXPECT_TRUE(is_infeasible(at.system, v, y, lambda, space)) << cost;
-    EXPECT_EQ(space.best_lambda[0], 2.0);
+    EXPECT_EQ(space.lambda[0], 2.0);
     // One side alone proves nothing, nor does a multiplier that pulls.
     lambda[1] = 0.0;
     EXPECT_FALSE(is_infeasible(at.system, v, y, lambda, space)) << cost;

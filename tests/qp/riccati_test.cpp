@@ -522,5 +522,35 @@ TEST_F(OneStagedProgram, DataThatAreNoProgramAreRefused) {
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 
+// A mass that is moved by 1 m within 0.1 s.
+StageQp pushed_mass(double mass, double weight) {
+  constexpr double dt = 0.01;
+  StageQp qp(std::vector<StageCapacity>(11, {2, 1, {}}));
+  for (int k = 0; k < qp.intervals(); ++k) {
+    Stage& s = qp.stages[k];
+    s.A << 1.0, dt, 0.0, 1.0;
+    s.B << 0.5 * dt * dt / mass, dt / mass;
+  }
+  for (Stage& s : qp.stages) s.R << weight;
+  return qp;
+}
+
+TEST(RiccatiSolver, LargeForcesProveNothing) {
+  StageQp heavy = pushed_mass(1e5, 1.0);  // takes 5e7 N
+  for (Stage& s : heavy.stages) {
+    s.u_lower[0] = -1e9;
+    s.u_upper[0] = 1e9;
+  }
+  heavy.stages.back().x_lower << 1.0, 0.0;
+  heavy.stages.back().x_upper << 1.0, 0.0;
+  StagePoint point;
+  EXPECT_NE(solve_cold(heavy, point).status, QpStatus::infeasible);
+
+  StageQp cheap = pushed_mass(1.0, 1e-9);
+  cheap.stages.back().q << -1.0, 0.0;
+  cheap.stages[0].u_lower[0] = 0.0;
+  EXPECT_EQ(solve_cold(cheap, point).status, QpStatus::optimal);
+}
+
 }  // namespace
 }  // namespace saltus

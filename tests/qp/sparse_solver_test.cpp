@@ -174,5 +174,89 @@ TEST(SparseSolver, ProgramsOfOnlyEquationsAndOfNothing) {
   }
 }
 
+// min 1/2 h |w|^2 + g'w with full patterns and without bounds.
+SparseQp in_the_plane(double h, double gx, double gy, const std::vector<double>& rows) {
+  const int count = static_cast<int>(rows.size()) / 2;
+  SparseQp qp(SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 1}}),
+              SparsityPattern::dense(count, 2));
+  qp.hessian.setConstant(h);
+  qp.gradient << gx, gy;
+  qp.rows = Eigen::Map<const VectorXd>(rows.data(), 2 * count);
+  return qp;
+}
+
+// An optimum that is far away, or that a row of small coefficients holds, is one nevertheless.
+TEST(SparseSolver, DistanceProvesNothing) {
+  SparseQp far = in_the_plane(1.0, 0.0, 0.0, {0.1, 0.0});  // x >= 3e5, twice
+  far.lower[0] = 3e5;
+  far.row_lower[0] = 3e4;
+  SparseQp flat = in_the_plane(1.0, 0.0, 0.0, {1.0, -1e-6});  // x = 1e-6 y
+  flat.row_lower[0] = flat.row_upper[0] = 0.0;
+  flat.lower << 1.0, 0.0;
+  flat.upper[0] = 2.0;
+  SparseQp cheap = in_the_plane(1e-6, -1.0, -1.0, {1.0, -1.0});  // optimum (1e6, 1e6)
+  cheap.row_lower[0] = 0.0;
+  cheap.lower.setZero();
+  SparseQp linear = in_the_plane(0.0, -1.0, 0.0, {1e-6, 1.0});
+  linear.row_upper[0] = 1.0;
+  linear.lower.setZero();
+  SparseQp along = in_the_plane(0.0, 0.0, 1.0, {1.0, -1e-7});  // x = 1e-7 y, x >= 1
+  along.row_lower[0] = along.row_upper[0] = 0.0;
+  along.lower[0] = 1.0;
+  const SparseQp* all[] = {&far, &flat, &cheap, &linear, &along};
+  const double optima[][2] = {{3e5, 0.0}, {1.0, 1e6}, {1e6, 1e6}, {1e6, 0.0}, {1.0, 1e7}};
+  for (int i = 0; i < 5; ++i)
+    for (const QpStart start : {QpStart::least_squares, QpStart::guess}) {
+      const SparseQp& qp = *all[i];
+      const auto solver =
+          make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.start = start});
+      PrimalDualPoint point = origin(qp);
+      const QpResult result = solver->solve(qp, point, false);
+      EXPECT_EQ(result.status, QpStatus::optimal) << i << ": " << describe(result.status);
+      const double scale = std::max(1.0, point.w.lpNorm<Eigen::Infinity>());
+      EXPECT_NEAR(point.w[0], optima[i][0], 1e-6 * scale) << i;
+      EXPECT_NEAR(point.w[1], optima[i][1], 1e-6 * scale) << i;
+    }
+}
+
+// Convex by far, with room about a point of size 1e6. Certificates of differences between large
+// gradients once called one in three of them infeasible.
+TEST(SparseSolver, LargeProgramsAreFeasibleToo) {
+  for (int seed = 1; seed <= seeds; ++seed) {
+    Random random(seed);
+    constexpr int n = 3;
+    const VectorXd inside = 1e6 * random.vector(n);
+    SparseQp qp(SparsityPattern::from_pairs(n, n, {{0, 0}, {1, 1}, {2, 2}}),
+                SparsityPattern::dense(n, n));
+    qp.hessian.setConstant(2.0);
+    qp.gradient = random.vector(n);
+    qp.rows = random.vector(n * n);
+    VectorXd values = VectorXd::Zero(n);
+    qp.row_pattern.for_each([&](int i, int j, int e) { values[i] += qp.rows[e] * inside[j]; });
+    qp.row_lower = values.array() - 0.5;
+    qp.row_upper[0] = values[0] + 0.5;
+    qp.lower = inside.array() - 0.5;
+    qp.upper[1] = inside[1] + 0.5;
+    PrimalDualPoint point = origin(qp);
+    const auto solver = make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern);
+    EXPECT_EQ(solver->solve(qp, point, false).status, QpStatus::optimal) << seed;
+    point = origin(qp);
+    EXPECT_EQ(solver->solve(qp, point, true).status, QpStatus::optimal) << seed;
+  }
+}
+
+// 1/2 x^2 - 1/2 y^2 + y falls along y however that bends.
+TEST(SparseSolver, NegativeCurvatureWithoutASideIsUnbounded) {
+  SparseQp qp = in_the_plane(1.0, 0.0, 1.0, {});
+  qp.hessian[1] = -1.0;
+  PrimalDualPoint point = origin(qp);
+  const auto solver = make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern, {.convex = false});
+  EXPECT_EQ(solver->solve(qp, point, false).status, QpStatus::unbounded);
+  qp.lower[1] = -1e3;
+  qp.upper[1] = 1e3;
+  point = origin(qp);
+  EXPECT_EQ(solver->solve(qp, point, false).status, QpStatus::optimal);
+}
+
 }  // namespace
 }  // namespace saltus
