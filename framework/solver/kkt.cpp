@@ -52,13 +52,16 @@ KktResidual KktCheck::operator()(NonlinearProgram& program, const NlpPoint& poin
     return result;
   }
 
-  double worst = 0.0;
+  double worst = 0.0, sum = point.lambda.lpNorm<1>();
+  int multipliers = m;
   for (int i = 0; i < n; ++i) {
     const double lower = program.lower()[i], upper = program.upper()[i];
     if (lower != upper) {
       result.stationarity = std::max(result.stationarity, std::abs(stationarity_[i] + point.z[i]));
       result.complementarity =
           std::max(result.complementarity, complementarity(point.z[i], point.w[i], lower, upper));
+      sum += std::abs(point.z[i]);
+      ++multipliers;
     }
     const double v = violation(point.w[i], lower, upper);
     if (v > worst) {
@@ -79,9 +82,8 @@ KktResidual KktCheck::operator()(NonlinearProgram& program, const NlpPoint& poin
     }
   }
   result.feasibility = worst;
-  const double sum = point.lambda.lpNorm<1>() + point.z.lpNorm<1>();
   constexpr double usual = 100.0;  // multipliers up to this size need no scaling
-  result.multiplier_scale = std::max(usual, sum / std::max(1, n + m)) / usual;
+  result.multiplier_scale = std::max(usual, sum / std::max(1, multipliers)) / usual;
   return result;
 }
 

@@ -77,5 +77,15 @@ TEST_F(AtTheOptimum, WhatIsNoNumberOrMissingIsNotOverlooked) {
   EXPECT_LT(check(program, point).scaled(), 1e-14);  // nothing is left of it
 }
 
+// What holds a fixed variable is free, however much that is, and excuses nothing elsewhere.
+TEST_F(AtTheOptimum, AMultiplierOfAFixedVariableDoesNotScale) {
+  program.lower_[0] = 0.5;
+  point.z[0] = 1e12;
+  point.w[1] = 0.5;
+  const KktResidual r = kkt_residual(program, point);
+  EXPECT_EQ(r.multiplier_scale, 1.0);
+  EXPECT_NEAR(r.scaled(), 50.0, 1e-12);
+}
+
 }  // namespace
 }  // namespace saltus
