@@ -12,6 +12,7 @@
 namespace saltus {
 namespace {
 
+using barrier::epsilon;
 using barrier::largest;
 using barrier::largest_estimate;
 
@@ -45,6 +46,7 @@ SolveStatus BarrierRun::restore() {
     trial_.x.head(n_) = w.head(n_);  // without the relaxation's own
     for (int i = 0; i < m_; ++i)
       trial_.x[n_ + i] = row_kind_[i] == Row::inequality ? slacks[i] : 0.0;
+    keep_slacks_inside(trial_.x);
     return evaluate(trial_) && trial_.violation <= restored * from.violation &&
            is_acceptable(from, trial_, 0.0);
   };
@@ -66,9 +68,11 @@ SolveStatus BarrierRun::restore() {
   trial_.x.head(n_) = end.w.head(n_);
   for (int i = 0; i < m_; ++i)
     trial_.x[n_ + i] = row_kind_[i] == Row::inequality ? run.slacks()[i] : 0.0;
-  if (!evaluate(trial_)) return SolveStatus::evaluation_failed;
+  keep_slacks_inside(trial_.x);
+  const bool ended = status == SolveStatus::optimal || status == SolveStatus::acceptable;
+  if (!evaluate(trial_)) return ended ? SolveStatus::evaluation_failed : status;
   const bool feasible = largest(trial_.rows) <= options_.tolerance;
-  if (status == SolveStatus::optimal || status == SolveStatus::acceptable) {
+  if (ended) {
     const bool accepted = trial_.violation <= restored * from.violation;
     std::swap(now_, trial_);
     if (!accepted && !feasible) {
@@ -87,6 +91,15 @@ SolveStatus BarrierRun::restore() {
   }
   std::swap(now_, trial_);
   return status;
+}
+
+// The restoration has wider sides: its barrier is a larger one.
+void BarrierRun::keep_slacks_inside(VectorXd& x) const {
+  for (int i = n_; i < n_ + m_; ++i) {
+    const double l = lower_[i], u = upper_[i];
+    if (l > -infinity) x[i] = std::max(x[i], l + epsilon * std::max(1.0, std::abs(l)));
+    if (u < infinity) x[i] = std::min(x[i], u - epsilon * std::max(1.0, std::abs(u)));
+  }
 }
 
 }  // namespace saltus

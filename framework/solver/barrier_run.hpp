@@ -125,6 +125,7 @@ class BarrierRun {
   void add_to_filter(const Reference& from);
   void accept(Trial& trial, double alpha, double dual_alpha);
   SolveStatus restore();
+  void keep_slacks_inside(VectorXd& x) const;
   void keep(double error);
   bool return_to_best();
 

@@ -208,5 +208,71 @@ TEST(SqpStatus, WhatIsNoProblemIsSaidToBeNone) {
   EXPECT_EQ(sqp()->solve(other, point_at(0, 0), false).status, SolveStatus::optimal);
 }
 
+// min |w|^2 in a disc and beyond a line that does not meet it.
+class DiscAndLine : public NonlinearProgram {
+ public:
+  int variables() const override { return 2; }
+  int rows() const override { return 2; }
+  const VectorXd& lower() const override { return lower_; }
+  const VectorXd& upper() const override { return upper_; }
+  const VectorXd& row_lower() const override { return row_lower_; }
+  const VectorXd& row_upper() const override { return row_upper_; }
+  const SparsityPattern& jacobian_pattern() const override { return jacobian_; }
+  const SparsityPattern& hessian_pattern() const override { return hessian_; }
+  bool supports(Curvature) const override { return true; }
+  bool objective(const double* w, double& f) override {
+    f = w[0] * w[0] + w[1] * w[1];
+    return true;
+  }
+  bool gradient(const double* w, double* g) override {
+    g[0] = 2.0 * w[0];
+    g[1] = 2.0 * w[1];
+    return true;
+  }
+  bool constraints(const double* w, double* g) override {
+    g[0] = w[0] * w[0] + w[1] * w[1];
+    g[1] = w[0] + w[1];
+    return true;
+  }
+  bool jacobian(const double* w, double* entries) override {
+    entries[0] = 2.0 * w[0];
+    entries[1] = 2.0 * w[1];
+    entries[2] = entries[3] = 1.0;
+    return true;
+  }
+  bool hessian(const double*, double sigma, const double* lambda, double* entries,
+               Curvature) override {
+    entries[0] = entries[2] = 2.0 * (sigma + lambda[0]);
+    entries[1] = 0.0;
+    return true;
+  }
+  std::string describe_variable(int i) const override { return "variable " + std::to_string(i); }
+  std::string describe_row(int i) const override { return "row " + std::to_string(i); }
+
+ private:
+  VectorXd lower_ = VectorXd::Constant(2, -infinity), upper_ = VectorXd::Constant(2, infinity);
+  VectorXd row_lower_ = Vec<double, 2>{-infinity, 3.0};
+  VectorXd row_upper_ = Vec<double, 2>{1.0, infinity};
+  SparsityPattern jacobian_ = SparsityPattern::dense(2, 2);
+  SparsityPattern hessian_ = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
+};
+
+TEST(SqpStatus, ARestorationThatIsStoppedSaysWhatStoppedIt) {
+  for (int most = 0; most < 60; ++most) {
+    DiscAndLine program;
+    const NlpResult r = sqp({.max_iterations = most})->solve(program, point_at(1, -2), false);
+    EXPECT_TRUE(r.status == SolveStatus::iteration_limit || r.status == SolveStatus::infeasible)
+        << most << ": " << describe(r.status);
+    EXPECT_LE(r.iterations, most);
+    int asked = 0;
+    const auto solver = sqp();
+    solver->set_observer({.should_stop = [&] { return ++asked > most; }});
+    const NlpResult stopped = solver->solve(program, point_at(1, -2), false);
+    EXPECT_TRUE(stopped.status == SolveStatus::interrupted ||
+                stopped.status == SolveStatus::infeasible)
+        << most << ": " << describe(stopped.status);
+  }
+}
+
 }  // namespace
 }  // namespace saltus
