@@ -16,7 +16,9 @@ namespace saltus {
 /// What became of the numbers of a sparse program.
 enum class StageFill {
   filled,
-  infeasible,  ///< a row of which every variable has equal bounds is violated
+  /// A row of which every variable has equal bounds is violated, or a given start is outside the
+  /// bounds of its variable.
+  infeasible,
   /// Not expressible with these numbers: a row of the dynamics that is no equality, a slack with an
   /// upper bound or a negative weight, or two variables carried into one stage as one state.
   not_staged

@@ -147,7 +147,7 @@ struct StageMap::Lists {
   StageFill write_dynamics(const SparseQp& qp, int stage);
   StageFill write_groups(const SparseQp& qp, int stage);
   void write_bounds(const SparseQp& qp, int stage);
-  void write_start(const SparseQp& qp);
+  StageFill write_start(const SparseQp& qp);
   const Slack& slack_of(const Part& part) const {
     const SoftRow& soft = soft_rows[soft_of_row[part.row]];
     return part.side < 0 ? soft.below : soft.above;

@@ -8,7 +8,7 @@
 namespace saltus {
 namespace {
 
-// A row without variables may be missed by the rounding of its terms.
+// A row without variables, or a bound of a given value, may be missed by the rounding of its terms.
 constexpr double constant_row_tolerance = 1e-9;
 
 }  // namespace
@@ -25,8 +25,8 @@ StageFill StageMap::Lists::write(const SparseQp& qp) {
     write_bounds(qp, k);
   }
   stages.stages.front().constant += qp.constant;
-  write_start(qp);
-  return result;
+  const StageFill start = write_start(qp);
+  return result == StageFill::filled ? start : result;
 }
 
 void StageMap::Lists::write_cost(const SparseQp& qp, int k) {
@@ -143,8 +143,10 @@ void StageMap::Lists::write_bounds(const SparseQp& qp, int k) {
   }
 }
 
-// Rows of the start: values if all are equalities, else bounds beside those of the variables.
-void StageMap::Lists::write_start(const SparseQp& qp) {
+// Rows of the start: values if all are equalities, else bounds beside those of the variables. What
+// is given is no variable of the stages: whether it is within its bounds is seen here.
+StageFill StageMap::Lists::write_start(const SparseQp& qp) {
+  StageFill result = StageFill::filled;
   Stage& first = stages.stages.front();
   stages.fixed_start = true;
   for (const int row : structure.start_rows)
@@ -159,10 +161,14 @@ void StageMap::Lists::write_start(const SparseQp& qp) {
       first.x_lower[i] = lower;
       first.x_upper[i] = upper;
     } else {
+      const double miss = std::max(first.x_lower[i] - lower, lower - first.x_upper[i]);
+      if (stages.fixed_start && miss > constant_row_tolerance * (1.0 + std::abs(lower)))
+        result = StageFill::infeasible;
       first.x_lower[i] = std::max(first.x_lower[i], lower);
       first.x_upper[i] = std::min(first.x_upper[i], upper);
     }
   }
+  return result;
 }
 
 }  // namespace saltus

@@ -315,5 +315,21 @@ TEST(StagedSolver, SolvesSparseProgramsByTheirStages) {
   EXPECT_EQ(solver->solve(other, point, true).status, QpStatus::invalid_problem);
 }
 
+TEST(StageMap, AGivenStartOutsideTheBoundsOfItsVariableIsInfeasible) {
+  for (const double sign : {1.0, -1.0}) {
+    Small small;  // x0 = 1/2
+    small.qp.rows[0] = sign;
+    small.qp.row_lower[0] = small.qp.row_upper[0] = 0.5 * sign;
+    StageMap map(small.qp, small.structure);
+    small.qp.upper[0] = 0.5;
+    EXPECT_EQ(map.fill(small.qp), StageFill::filled);
+    small.qp.upper[0] = 0.4;
+    EXPECT_EQ(map.fill(small.qp), StageFill::infeasible);
+    small.qp.upper[0] = infinity;
+    small.qp.lower[0] = 0.6;
+    EXPECT_EQ(map.fill(small.qp), StageFill::infeasible);
+  }
+}
+
 }  // namespace
 }  // namespace saltus
