@@ -48,8 +48,14 @@ bool Packing::add_group(int k, int g, bool equalities) {
     column[own_columns] = at.offset;
     user_column[own_columns++] = c;
   }
-  // Rows that touch the fixed start only cannot be influenced.
-  if (own_columns == 0) return others;
+  // Rows that touch the fixed start only cannot be influenced; those of nothing are zero.
+  if (own_columns == 0) {
+    constexpr double agreement = 1e-9;
+    for (int i = 0; i < rows && all_columns == 0 && !group.soft; ++i)
+      if (group.lower[source[i]] > agreement || group.upper[source[i]] < -agreement)
+        to.contradiction = true;
+    return others;
+  }
   const int columns = part > 0 ? p.sweep.nu : own_columns;
   if (part > 0)
     for (int c = 0; c < columns; ++c) column[c] = c;

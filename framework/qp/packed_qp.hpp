@@ -68,7 +68,7 @@ struct PackedQp {
   AlignedArray wanted;                ///< per entry of y: e of the equality rows, else 0
   int variables = 0, equalities = 0, sides = 0, first_soft = 0;  ///< sizes, padding included
   bool has_equality_rows = false;                                ///< besides the dynamics
-  bool contradiction = false;  ///< a hard row of a fixed start alone does not hold
+  bool contradiction = false;  ///< a hard row of a fixed start alone, or of nothing, fails
   int reduced_stages = 0;      ///< stages whose inputs were reduced to their resultant
 
   /// Largest sizes of any program within the capacity; of `work` a stage or block of rows needs.

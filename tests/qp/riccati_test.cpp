@@ -522,6 +522,27 @@ TEST_F(OneStagedProgram, DataThatAreNoProgramAreRefused) {
   EXPECT_EQ(solve().status, QpStatus::optimal);
 }
 
+// One step of a row without columns that has to be 1.
+TEST(RiccatiSolver, AHardRowOfNothingHoldsOrContradicts) {
+  for (const bool fixed : {true, false}) {
+    StageQp qp({{1, 1, {{1, 1, false}}}, {1, 1, {{1, 1, false}}}, {1, 0, {}}});
+    qp.fixed_start = fixed;
+    for (Stage& s : qp.stages) {
+      s.R.setIdentity();
+      s.Q.setIdentity();
+      if (!s.groups.empty()) s.groups[0].rows = 1;
+    }
+    StagePoint point;
+    qp.stages[1].groups[0].lower[0] = -1.0;
+    EXPECT_EQ(solve_cold(qp, point).status, QpStatus::optimal);
+    qp.stages[1].groups[0].lower[0] = 1.0;
+    EXPECT_EQ(solve_cold(qp, point).status, QpStatus::infeasible);
+    qp.stages[1].groups[0].lower[0] = -infinity;
+    qp.stages[0].groups[0].upper[0] = -1.0;
+    EXPECT_EQ(solve_cold(qp, point).status, QpStatus::infeasible);
+  }
+}
+
 // A mass that is moved by 1 m within 0.1 s.
 StageQp pushed_mass(double mass, double weight) {
   constexpr double dt = 0.01;
