@@ -70,7 +70,7 @@ PackedQp::PackedQp(const StageQp& largest, std::span<const RiccatiKernel> kernel
 }
 
 bool PackedQp::pack(const StageQp& qp) {
-  if (qp.stages.size() != stages.size()) return false;
+  if (stages.empty() || qp.stages.size() != stages.size()) return false;
   storage.numbers.reset();
   storage.integers.reset();
   has_equality_rows = false;

@@ -543,6 +543,12 @@ TEST(RiccatiSolver, AHardRowOfNothingHoldsOrContradicts) {
   }
 }
 
+TEST(RiccatiSolver, ProgramsWithoutStagesAreRefused) {
+  const StageQp nothing;
+  StagePoint point;
+  EXPECT_EQ(solve_cold(nothing, point).status, QpStatus::invalid_problem);
+}
+
 // A mass that is moved by 1 m within 0.1 s.
 StageQp pushed_mass(double mass, double weight) {
   constexpr double dt = 0.01;
