@@ -57,6 +57,7 @@ class InteriorPoint {
     other.start =
         !warm && options.start == QpStart::least_squares ? QpStart::guess : QpStart::least_squares;
     other.start_barrier = std::max(options.start_barrier, far_from_the_sides);
+    other.max_iterations = std::max(0, options.max_iterations - first.iterations);
     std::fill_n(point_.v.data(), system.variables(), 0.0);
     QpResult second = attempt(system, other, deadline, false);
     second.iterations += first.iterations;
@@ -91,7 +92,7 @@ class InteriorPoint {
           !goes_on || last_step_ < suspicious_step || caution_ > 0 || convergence_.has_run_away();
       if (suspicious && has_no_solution(system, result.status)) break;
       const bool late = is_late(deadline);
-      const bool last = iteration == options.max_iterations;
+      const bool last = result.iterations >= options.max_iterations;
       if (!late && !last && goes_on && advance(system)) continue;
       if (convergence_.has_best()) {
         convergence_.restore(point_, result.residual, result.violation);
@@ -145,9 +146,10 @@ class InteriorPoint {
   // In work_ are the values of the sides: see starts_at_optimum().
   bool ends_by_active_set(System& system, const QpOptions& options,
                           WallClock::time_point deadline) {
-    if (active_set_rounds_ == 0 || !options.convex) return false;
+    const int most = std::min(active_set_rounds_, options.max_iterations);
+    if (most <= 0 || !options.convex) return false;
     const bool found = active_set_.solve(
-        system, convergence_.tolerance(), active_set_rounds_, work_, point_, [&] { return is_late(deadline); },
+        system, convergence_.tolerance(), most, work_, point_, [&] { return is_late(deadline); },
         [&] { return starts_at_optimum(system); });
     rounds_ = active_set_.rounds();
     if (!found) system.multiply(point_.v.data(), work_.data());

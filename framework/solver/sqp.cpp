@@ -80,8 +80,12 @@ class SqpSolver final : public Solver {
       const bool gave_up = result.status == SolveStatus::numerical_failure ||
                            result.status == SolveStatus::unbounded;
       if (!gave_up || !options_.qp.make_newton) return result;
-      return after(result, solve_by_barrier(program, start, curvature, options_.max_iterations,
-                                            deadline, result.iterations));
+      NlpResult other = solve_by_barrier(program, start, curvature, left_after(result), deadline,
+                                         result.iterations);
+      // What was proven stays so.
+      if (result.status == SolveStatus::unbounded && has_given_up(other.status))
+        other.status = SolveStatus::unbounded;
+      return after(result, std::move(other));
     }
     if (!warm || start.lambda.size() != program.rows())
       return refined(
@@ -96,9 +100,17 @@ class SqpSolver final : public Solver {
                           result.status == SolveStatus::interrupted ||
                           result.iterations >= options_.max_iterations;
     if (is_final) return result;
-    return after(result, solve_by_barrier(program, start, curvature,
-                                          options_.max_iterations - result.iterations, deadline,
+    return after(result, solve_by_barrier(program, start, curvature, left_after(result), deadline,
                                           result.iterations));
+  }
+
+  int left_after(const NlpResult& before) const {
+    return std::max(0, options_.max_iterations - before.iterations);
+  }
+  // Of its own accord, and without having found that there is no feasible point.
+  static bool has_given_up(SolveStatus status) {
+    return !is_success(status) && status != SolveStatus::time_limit &&
+           status != SolveStatus::interrupted && status != SolveStatus::infeasible;
   }
 
   // With the effort of what was tried before.
@@ -119,7 +131,7 @@ class SqpSolver final : public Solver {
       return result;
     }
     SqpOptions few = options_;
-    few.max_iterations = refining_models;
+    few.max_iterations = std::min(refining_models, left_after(result));
     NlpResult better =
         SqpRun(program, few, curvature, *engine_, deadline, observer(), result.iterations)
             .solve(result.point, true);

@@ -579,5 +579,16 @@ TEST(RiccatiSolver, LargeForcesProveNothing) {
   EXPECT_EQ(solve_cold(cheap, point).status, QpStatus::optimal);
 }
 
+TEST(RiccatiSolver, RoundsOfTheActiveSetAreIterationsToo) {
+  const RandomQp random = random_qp(7);
+  for (const int most : {0, 1, 2}) {
+    RiccatiOptions options;
+    options.max_iterations = most;
+    StagePoint point(random.qp);
+    EXPECT_LE(make_riccati_solver(random.qp, options)->solve(random.qp, point, true).iterations,
+              most);
+  }
+}
+
 }  // namespace
 }  // namespace saltus

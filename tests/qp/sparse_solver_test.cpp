@@ -258,5 +258,18 @@ TEST(SparseSolver, NegativeCurvatureWithoutASideIsUnbounded) {
   EXPECT_EQ(solver->solve(qp, point, false).status, QpStatus::optimal);
 }
 
+TEST(SparseSolver, TheIterationLimitHoldsForBothAttempts) {
+  SparseQp qp = in_the_plane(1.0, -1.0, -1.0, {1.0, 1.0});
+  qp.row_upper[0] = 1.0;
+  for (const int most : {-1, 0, 3, 100}) {
+    PrimalDualPoint point = origin(qp);
+    const QpResult result = make_sparse_qp_solver(qp.hessian_pattern, qp.row_pattern,
+                                                  {.tolerance = 0.0, .max_iterations = most})
+                                ->solve(qp, point, false);
+    EXPECT_LE(result.iterations, std::max(most, 0));
+    EXPECT_NE(result.status, QpStatus::optimal);
+  }
+}
+
 }  // namespace
 }  // namespace saltus

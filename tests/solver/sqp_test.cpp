@@ -274,5 +274,42 @@ TEST(SqpStatus, ARestorationThatIsStoppedSaysWhatStoppedIt) {
   }
 }
 
+TEST(SqpStatus, TheIterationLimitHoldsForWhatIsRefined) {
+  for (int most = 0; most < 40; ++most) {
+    Rosenbrock program;
+    const NlpResult r = sqp({.tolerance = 1e-14, .max_iterations = most})
+                            ->solve(program, point_at(-1.2, 1.0), false);
+    EXPECT_LE(r.iterations, most);
+  }
+}
+
+// min a, which one model proves to be unbounded.
+class Slope final : public Rosenbrock {
+ public:
+  bool is_linear_quadratic() const override { return true; }
+  bool objective(const double* w, double& f) override {
+    f = w[0];
+    return true;
+  }
+  bool gradient(const double*, double* g) override {
+    g[0] = 1.0;
+    g[1] = 0.0;
+    return true;
+  }
+  bool hessian(const double*, double, const double*, double* entries, Curvature) override {
+    entries[0] = entries[1] = entries[2] = 0.0;
+    return true;
+  }
+};
+
+TEST(SqpStatus, AProofOfUnboundednessIsKept) {
+  for (int most = 18; most < 40; ++most) {
+    Slope program;
+    const NlpResult r = sqp({.max_iterations = most})->solve(program, point_at(0, 0), false);
+    EXPECT_EQ(r.status, most < 20 ? SolveStatus::iteration_limit : SolveStatus::unbounded) << most;
+    EXPECT_LE(r.iterations, most);
+  }
+}
+
 }  // namespace
 }  // namespace saltus
