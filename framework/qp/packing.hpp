@@ -107,7 +107,8 @@ struct Sides {
   }
 };
 
-inline bool crossed(double l, double u) { return std::isnan(l) || std::isnan(u) || l > u; }
+/// True for NaN as well, and where only an infinite value would do.
+inline bool crossed(double l, double u) { return !(l <= u && l < infinity && u > -infinity); }
 inline bool without_sides(double l, double u) { return l == -infinity && u == infinity; }
 
 /// The kernel made for this size, or the last one, which fits any.

@@ -13,7 +13,7 @@ enum class QpStatus {
   iteration_limit,
   deadline,  ///< wall clock; the point is the last iterate
   numerical_failure,
-  invalid_problem,  ///< NaN in the data, or a lower bound above its upper one
+  invalid_problem,  ///< NaN in the data, or bounds that no number satisfies
 };
 /// One sentence.
 const char* describe(QpStatus status);

@@ -172,8 +172,13 @@ class SqpSolver final : public Solver {
 
   static bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
     return start.w.size() == program.variables() && start.w.allFinite() &&
-           (program.lower().array() <= program.upper().array()).all() &&
-           (program.row_lower().array() <= program.row_upper().array()).all();
+           are_bounds(program.lower(), program.upper()) &&
+           are_bounds(program.row_lower(), program.row_upper());
+  }
+  // False for NaN as well. An infinite value cannot be attained.
+  static bool are_bounds(const VectorXd& lower, const VectorXd& upper) {
+    return (lower.array() <= upper.array()).all() && (lower.array() < infinity).all() &&
+           (upper.array() > -infinity).all();
   }
   static NlpResult refuse(const NonlinearProgram& program) {
     NlpResult result;

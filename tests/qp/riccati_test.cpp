@@ -515,6 +515,8 @@ TEST_F(OneStagedProgram, DataThatAreNoProgramAreRefused) {
   qp.stages[1].x_lower[0] = 1.0;
   qp.stages[1].x_upper[0] = 0.0;
   refuses("crossed bounds");
+  qp.stages[0].u_lower[0] = qp.stages[0].u_upper[0] = infinity;
+  refuses("a value that cannot be attained");
   for (Stage& s : qp.stages)
     for (RowGroup& g : s.groups)
       if (g.rows > 0) g.M(0, 0) = nan;

@@ -204,6 +204,9 @@ TEST(SqpStatus, WhatIsNoProblemIsSaidToBeNone) {
             SolveStatus::invalid_problem);
   EXPECT_EQ(sqp()->solve(other, point_at(std::nan(""), 0), false).status,
             SolveStatus::invalid_problem);
+  other.row_lower_[0] = infinity;
+  EXPECT_EQ(sqp()->solve(other, point_at(0, 0), false).status, SolveStatus::invalid_problem);
+  other.row_lower_[0] = -infinity;
   other.has_curvature = false;  // differences of the first derivatives serve
   EXPECT_EQ(sqp()->solve(other, point_at(0, 0), false).status, SolveStatus::optimal);
 }
