@@ -269,7 +269,7 @@ class Writer {
       throw DefinitionError(
           fmt::format("the integrator '{}' has no fixed explicit steps", scheme_.name()));
     std::vector<FormulaSteps> costs;
-    if (program_.problem().cost_rule() == CostRule::integrated)
+    if (program_.problem().cost_rule(j) == CostRule::integrated)
       for (const Term& term : phase.terms)
         if (term.kind != TermKind::constraint && term.domain == TermDomain::running)
           costs.push_back(cost_steps(term));

@@ -185,7 +185,8 @@ class Phase {
   }
 
   // --- costs -------------------------------------------------------------------------------
-  /// Integral of the scalar formula over the window.
+  /// The scalar formula over the window, per second: by default summed at the nodes, an integral
+  /// only by costs(CostRule::integrated) (saltus/ocp/problem.hpp).
   template <class F>
   Phase& minimise(std::string name, F formula, Window window = {}) {
     add_cost(d_, std::move(name), TermDomain::running, erased("term", name, std::move(formula)),
@@ -199,7 +200,8 @@ class Phase {
              {});
     return *this;
   }
-  /// Integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
+  /// 1/2 |residual - reference|^2_W over the window, per second, W = diag(weights); summed or
+  /// integrated as in minimise().
   template <class F>
   Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
@@ -225,7 +227,9 @@ class Phase {
   }
 
   // --- inputs, parameters, scaling, guesses --------------------------------------------------
-  /// Constant over an interval (if nothing is said) or linear.
+  /// How inputs run over an interval: InputParametrisation::piecewise_constant (if nothing is
+  /// said), piecewise_linear or piecewise_linear_continuous. Where they are linear, running costs
+  /// are integrated, whatever CostRule says.
   Phase& inputs(InputParametrisation parametrisation) {
     d_.input_parametrisation = parametrisation;
     return *this;

@@ -55,6 +55,10 @@ OptimalControlProblem& OptimalControlProblem::costs(CostRule rule) {
   return *this;
 }
 
+CostRule OptimalControlProblem::cost_rule(int phase) const {
+  return phases_[phase].input_shape() == InputShape::linear ? CostRule::integrated : cost_rule_;
+}
+
 OptimalControlProblem& OptimalControlProblem::total_time(Bounds bounds) {
   total_time_ = bounds;
   return *this;

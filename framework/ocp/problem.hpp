@@ -15,9 +15,12 @@
 
 namespace saltus {
 
-/// How running costs are summed over an interval.
+/// How running costs are summed over an interval. The sum at the nodes is off by the order of an
+/// interval's length (1 to 2 % with ten intervals where integrated costs are off by 0.1 %), so that
+/// a cost to be compared with one by hand wants `integrated`. Inputs that are linear in an interval
+/// are always charged by the integral: at its start alone their other end would be free.
 enum class CostRule {
-  nodes,      ///< length of the interval times the cost at its start, as MPC papers do
+  nodes,      ///< the default: length of the interval times the cost at its start, as MPC papers do
   integrated  ///< the integral, by the integrator, together with the dynamics
 };
 
@@ -71,7 +74,7 @@ class OptimalControlProblem {
 
   /// Events to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
-  /// Where running costs are taken: integrated, or at the nodes.
+  /// Where running costs are taken: integrated, or at the nodes (the default).
   OptimalControlProblem& costs(CostRule rule);
   /// Bounds on the sum of all durations, s.
   OptimalControlProblem& total_time(Bounds bounds);
@@ -114,6 +117,8 @@ class OptimalControlProblem {
   const Schedule& schedule() const { return schedule_; }
   /// Where running costs are taken.
   CostRule cost_rule() const { return cost_rule_; }
+  /// The rule in force in a phase: where inputs are linear in an interval, costs are integrated.
+  CostRule cost_rule(int phase) const;
   /// Of all durations together, s.
   Bounds total_time() const { return total_time_; }
   /// Bounds on entry i of an unknown: those of all phases that declare it.

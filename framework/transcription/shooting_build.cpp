@@ -71,7 +71,7 @@ void ShootingProgram::build_start() {
 
 void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   const PhaseDefinition& phase = problem_.phases()[j];
-  const bool integrated = problem_.cost_rule() == CostRule::integrated;
+  const bool integrated = problem_.cost_rule(j) == CostRule::integrated;
   std::vector<Function> running;
   if (integrated)
     for (const int t : running_costs(phase)) running.push_back(cost_function(phase.terms[t]));

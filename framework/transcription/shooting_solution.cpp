@@ -165,6 +165,16 @@ std::string describe_vanished(const OptimalControlProblem& problem,
   return names.empty() ? names : "given no time, and so without effect: " + names;
 }
 
+const char* describe_costs(const OptimalControlProblem& problem) {
+  int integrated = 0;
+  const int phases = static_cast<int>(problem.phases().size());
+  for (int j = 0; j < phases; ++j)
+    integrated += problem.cost_rule(j) == CostRule::integrated ? 1 : 0;
+  return integrated == phases ? "costs integrated"
+         : integrated == 0    ? "costs summed at the nodes"
+                              : "costs summed at the nodes, integrated where inputs are linear";
+}
+
 }  // namespace
 
 Solution::Solution() = default;
@@ -198,10 +208,8 @@ Solution MultipleShooting::interpret(NlpResult result) {
   solution.kkt = result.kkt;
   solution.iterations = result.iterations;
   solution.seconds = result.seconds;
-  solution.method = fmt::format(
-      "{}, {}, {} Hessian", options_.integrator->name(),
-      problem().cost_rule() == CostRule::nodes ? "costs summed at the nodes" : "costs integrated",
-      result.hessian);
+  solution.method = fmt::format("{}, {}, {} Hessian", options_.integrator->name(),
+                                describe_costs(problem()), result.hessian);
   const VectorXd& w = result.point.w;
   if (w.size() == program_->variables()) {
     solution.trajectory = trajectory(w);

@@ -74,6 +74,29 @@ TEST(InputParametrisation, BoundsHoldOverTheWholeInterval) {
   }
 }
 
+// 1 m in 2 s from rest to rest costs 3/4, with a force that is linear in time. Charged where its
+// intervals begin, it would be pushed there by nothing and in between by anything.
+TEST(InputParametrisation, LinearInputsAreChargedByTheIntegralWhateverTheRule) {
+  const auto cart = [](const auto&, const auto& x, const auto& u) {
+    return std::decay_t<decltype(x)>{x[1], u[0]};
+  };
+  for (const CostRule rule : {CostRule::nodes, CostRule::integrated})
+    for (const InputParametrisation parametrisation :
+         {InputParametrisation::piecewise_linear,
+          InputParametrisation::piecewise_linear_continuous}) {
+      Phase<2, 1> ride{"ride", cart, exactly(2.0)};
+      ride.inputs(parametrisation)
+          .track("effort", input, VectorXd::Ones(1))
+          .reach("there", state, {exactly(1.0), exactly(0.0)});
+      OptimalControlProblem ocp("ride");
+      MultipleShooting shooting(ocp.start_at({0, 0}).then(ride).costs(rule), ten);
+      const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
+      ASSERT_TRUE(s.ok()) << s.message;
+      EXPECT_NEAR(s.cost, 0.75, 1e-8);
+      EXPECT_NE(s.method.find("costs integrated"), std::string::npos) << s.method;
+    }
+}
+
 TEST(InputParametrisation, DerivativesAreExactForEveryCourse) {
   for (const InputParametrisation parametrisation :
        {InputParametrisation::piecewise_constant, InputParametrisation::piecewise_linear,
