@@ -46,7 +46,8 @@ class OptimalControlProblem {
   /// The time of the start is the solver's to decide within bounds; `guess` starts the search, s.
   OptimalControlProblem& start_time(Bounds bounds, double guess);
 
-  /// Appends a phase behind what there is; its first state is that before.
+  /// Appends a copy of the phase behind what there is; its first state is that before. What the
+  /// phase is told afterwards does not reach the problem.
   template <int nx, int nu, int np, int nz>
   OptimalControlProblem& then(const Phase<nx, nu, np, nz>& phase) {
     return append(Jump{}, phase.definition());
