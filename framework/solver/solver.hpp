@@ -20,7 +20,7 @@ enum class SolveStatus {
   feasible,    ///< one step was taken: within all rows and bounds, but not shown to be an optimum
   step_taken,  ///< one step was taken, and nobody knows yet, or has seen, that it meets the rows
   /// An optimum of the program, but not of the problem: its grid is too coarse. Path constraints
-  /// are violated between the nodes.
+  /// are violated between the nodes, or the integration is far off.
   coarse_grid,
   /// The first-order conditions hold, but the cost falls from here along a direction and along its
   /// negative: a saddle or a maximum.

@@ -168,6 +168,10 @@ void judge_grid(const MultipleShooting& shooting, Solution& solution) {
   }
   if (solution.integration && solution.integration->states > accuracy.integration) {
     const IntegrationError& e = *solution.integration;
+    if (solution.ok() && e.states > accuracy.integration_limit) {
+      solution.status = SolveStatus::coarse_grid;
+      solution.message = describe(solution.status);
+    }
     solution.message += fmt::format(
         "; {} is off by {:.1e} of the states' magnitudes, most in state {} of phase '{}' at t = "
         "{:.6g} s: take more intervals or steps, or a smaller tolerance",

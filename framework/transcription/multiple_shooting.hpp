@@ -20,12 +20,16 @@ namespace saltus {
 
 class ShootingProgram;
 
-/// What a grid is asked for. Beyond it the message of a solution says so.
+/// What a grid is asked for. Beyond it the message of a solution says so, and where a plan is worth
+/// nothing its status is coarse_grid.
 struct GridAccuracy {
   /// Violations of path constraints between the nodes, relative to PathViolation::scale. A plan
   /// with more is no solution: its status is coarse_grid.
   double between_nodes = 1e-2;
   double integration = 1e-3;  ///< IntegrationError::states
+  /// The same, beyond which a plan is no solution, being off by more than its states are large: its
+  /// status is coarse_grid.
+  double integration_limit = 1.0;
 };
 
 /// How a problem is transcribed.

@@ -114,6 +114,29 @@ TEST(IntegrationErrorOf, AGridThatIsTooCoarseIsSaid) {
   EXPECT_LT(worst, 1.2 * truth.from_nodes);
 }
 
+// x' = -lambda (x - u): Runge-Kutta of order 4 with steps of 1/30 s is stable up to lambda = 83.
+TEST(IntegrationErrorOf, APlanThatIsFarOffIsNoOptimum) {
+  for (const double lambda : {1.0, 200.0}) {
+    Phase<1, 1> phase{
+        "stiff", [lambda](auto, auto x, auto u) { return decltype(x){-lambda * (x[0] - u[0])}; },
+        exactly(2.0)};
+    phase.bound_input(0, between(-1.0, 1.0))
+        .track(
+            "follow", [](auto t, auto x) { return x[0] - sin(t); }, VectorXd::Ones(1));
+    OptimalControlProblem ocp("stiff");
+    MultipleShooting shooting(
+        ocp.start_at({1.0}).then(phase),
+        {.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 2})});
+    const Solution s = solve(shooting, *make_ipopt());
+    ASSERT_TRUE(s.integration.has_value());
+    const bool is_far_off = lambda > 100.0;
+    EXPECT_EQ(s.integration->states > GridAccuracy{}.integration_limit, is_far_off);
+    EXPECT_EQ(s.status, is_far_off ? SolveStatus::coarse_grid : SolveStatus::optimal) << s.message;
+    EXPECT_EQ(s.message.find("of the states' magnitudes") != std::string::npos, is_far_off)
+        << s.message;
+  }
+}
+
 // x' = +-(x_1, x_0): the flow is cosh and sinh, its columns lean towards or away from each other.
 TEST(Replay, TellsHowMuchTheFlowGrows) {
   for (const double sign : {1.0, -1.0}) {
