@@ -242,7 +242,8 @@ class Phase {
     d_.resultant_size = size;
     return *this;
   }
-  /// Parameters in the order of declaration make up p. Data: given per solve.
+  /// Parameters in the order of declaration make up p. Data: given per solve; the same name in
+  /// several phases is the same data, and has one value.
   Phase& data(std::string name, const VectorXd& value) {
     add_parameter(d_, std::move(name), value, {});
     return *this;

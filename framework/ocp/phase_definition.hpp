@@ -19,7 +19,8 @@
 
 namespace saltus {
 
-/// A named block of a phase's parameters. Blocks of the same name in several phases are one.
+/// A named block of a phase's parameters. Blocks of the same name in several phases are one: data
+/// have the same value in all of them.
 struct ParameterBlock {
   std::string name;            ///< the same name in two phases is the same parameter
   VectorXd value;              ///< data, or the guess of an unknown

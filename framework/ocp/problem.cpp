@@ -272,35 +272,79 @@ void OptimalControlProblem::check() const {
     check_jump(phases_[j - 1], jumps_[j], phases_[j]);
   if (closing_) check_jump(phases_.back(), *closing_, phases_.front());
 
+  check_start();
+  check_parameters();
+  check_integrals();
+  check_links();
+  check_times();
+}
+
+void OptimalControlProblem::check_start() const {
   const PhaseDefinition& first = phases_.front();
-  if (static_cast<int>(start_bounds_.size()) != first.sizes.nx ||
-      start_guess_.size() != first.sizes.nx)
+  if (static_cast<int>(start_bounds_.size()) != first.sizes.nx)
     throw DefinitionError(
         fmt::format("problem '{}': the start has {} entries, but phase '{}' has {} states; use "
                     "start_at() or start_within()",
                     name_, start_bounds_.size(), first.name, first.sizes.nx));
-  for (int i = 0; i < first.sizes.nx; ++i)
-    if (start_bounds_[i].is_empty())
+  if (start_guess_.size() != first.sizes.nx)
+    throw DefinitionError(
+        fmt::format("problem '{}': the guess of the start has {} entries, but phase '{}' has {} "
+                    "states",
+                    name_, start_guess_.size(), first.name, first.sizes.nx));
+  for (int i = 0; i < first.sizes.nx; ++i) {
+    const Bounds& b = start_bounds_[i];
+    if (std::isnan(b.lower) || std::isnan(b.upper) || std::isnan(start_guess_[i]))
+      throw DefinitionError(fmt::format("problem '{}': start state {} is no number", name_, i));
+    if (b.is_empty())
       throw DefinitionError(
           fmt::format("problem '{}': start state {} has the empty bounds [{}, {}]", name_, i,
-                      start_bounds_[i].lower, start_bounds_[i].upper));
+                      b.lower, b.upper));
+    if (start_guess_[i] < b.lower || start_guess_[i] > b.upper)
+      throw DefinitionError(
+          fmt::format("problem '{}': the guess of start state {}, {}, lies outside its bounds [{}, "
+                      "{}]",
+                      name_, i, start_guess_[i], b.lower, b.upper));
+  }
+  const int memory = first.switching.memory;
+  if (first.switching.empty() || memory < 0) return;
+  const Bounds& mode = start_bounds_[memory];
+  const int modes = static_cast<int>(first.switching.modes.size());
+  if (mode.is_equality() &&
+      !(mode.lower >= 0.0 && mode.lower < modes && mode.lower == std::floor(mode.lower)))
+    throw DefinitionError(
+        fmt::format("problem '{}': start state {} remembers the mode of phase '{}', but it is {}, "
+                    "and the modes are 0 to {}",
+                    name_, memory, first.name, mode.lower, modes - 1));
+}
 
-  std::map<std::string, const ParameterBlock*> blocks;
+void OptimalControlProblem::check_parameters() const {
+  struct Known {
+    const ParameterBlock* block;
+    const PhaseDefinition* phase;
+  };
+  std::map<std::string, Known> blocks;
   for (const PhaseDefinition& phase : phases_)
     for (const ParameterBlock& block : phase.parameters) {
-      const auto [it, is_new] = blocks.emplace(block.name, &block);
-      if (!is_new &&
-          (it->second->value.size() != block.value.size() || it->second->unknown != block.unknown ||
-           it->second->nominal != block.nominal ||
-           !std::ranges::equal(it->second->entries, block.entries)))
+      const auto [it, is_new] = blocks.emplace(block.name, Known{&block, &phase});
+      if (is_new) continue;
+      const auto& [other, other_phase] = it->second;
+      if (other->value.size() != block.value.size() || other->unknown != block.unknown ||
+          other->nominal != block.nominal || !std::ranges::equal(other->entries, block.entries))
         throw DefinitionError(
             fmt::format("phase '{}': parameter '{}' is declared differently in "
                         "an earlier phase",
                         phase.name, block.name));
+      for (int i = 0; !block.unknown && i < block.value.size(); ++i)
+        if (other->value[i] != block.value[i])
+          throw DefinitionError(fmt::format(
+              "data '{}'{} is {} in phase '{}' and {} in phase '{}', but the same name is the same "
+              "data: give it one value, or two names",
+              block.name, block.value.size() > 1 ? fmt::format(", entry {},", i) : "",
+              other->value[i], other_phase->name, block.value[i], phase.name));
     }
 
-  for (const auto& [name, block] : blocks)
-    for (int i = 0; block->unknown && i < block->value.size(); ++i) {
+  for (const auto& [name, known] : blocks)
+    for (int i = 0; known.block->unknown && i < known.block->value.size(); ++i) {
       const Bounds all = bounds_of_unknown(name, i);
       if (all.is_empty())
         throw DefinitionError(
@@ -308,10 +352,6 @@ void OptimalControlProblem::check() const {
                         "{} exclude one another: [{}, {}]",
                         name, i, all.lower, all.upper));
     }
-
-  check_integrals();
-  check_links();
-  check_times();
 }
 
 void OptimalControlProblem::check_times() const {

@@ -136,6 +136,8 @@ class OptimalControlProblem {
   OptimalControlProblem& append(Jump jump, const PhaseDefinition& phase);
   OptimalControlProblem& add_link(Link&& link);
   void check_times() const;
+  void check_start() const;
+  void check_parameters() const;
   void check_integrals() const;
   void check_links() const;
 

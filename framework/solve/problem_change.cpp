@@ -46,10 +46,14 @@ void visit_parameter(OptimalControlProblem& problem, const ProblemChange& change
   for (std::size_t j = 0; j < problem.phases().size(); ++j)  // blocks of one name are one
     for (ParameterBlock& block : problem.editable_phase(static_cast<int>(j)).parameters) {
       if (block.name != change.name || change.component >= block.value.size()) continue;
-      if (block.unknown)
+      if (block.unknown) {
         visit_bounds(block.bounds, static_cast<int>(block.value.size()), change, visit);
-      else
+        const Bounds& moved = block.bounds[change.component];
+        double& guess = block.value[change.component];
+        guess = std::min(std::max(guess, moved.lower), moved.upper);
+      } else {
         visit(block.value[change.component], true);
+      }
     }
 }
 
@@ -59,7 +63,8 @@ void visit_start(OptimalControlProblem& problem, const ProblemChange& change, co
   Bounds& moved = bounds.at(change.component);
   const bool is_given = moved.is_equality();
   visit_side(moved, change.side, visit);
-  if (is_given) guess[change.component] = moved.lower;
+  double& begin = guess[change.component];
+  begin = is_given ? moved.lower : std::min(std::max(begin, moved.lower), moved.upper);
   problem.start_within(std::move(bounds), std::move(guess));
 }
 

@@ -17,12 +17,15 @@ namespace {
 // Cuts [lower, upper], in multiples of `nominal`, to what further bounds leave of it.
 void intersect(double& lower, double& upper, const Bounds& bounds, double nominal,
                const PhaseDefinition& phase, const char* what, int component) {
+  const double lower_before = lower, upper_before = upper;
   lower = std::max(lower, bounds.lower / nominal);
   upper = std::min(upper, bounds.upper / nominal);
   if (!(lower <= upper))
     throw DefinitionError(fmt::format(
-        "phase '{}', {} {}: bounds that act at the same time exclude one another: [{}, {}]",
-        phase.name, what, component, lower * nominal, upper * nominal));
+        "phase '{}', {} {}: bounds that act at the same time exclude one another: [{}, {}] and "
+        "[{}, {}]",
+        phase.name, what, component, lower_before * nominal, upper_before * nominal, bounds.lower,
+        bounds.upper));
 }
 
 }  // namespace

@@ -68,6 +68,29 @@ struct Thrust {
 
 const auto first = [](const auto&, const auto& x) { return x[0]; };
 
+struct Velocity1 {  // x' = p u
+  template <class S>
+  Vec<S, 1> operator()(const S&, const Vec<S, 1>&, const Vec<S, 1>& u, const Vec<S, 1>& p) const {
+    return Vec<S, 1>(p[0] * u[0]);
+  }
+};
+
+// Two modes, of which state 1 keeps the number; it must not change by itself.
+Automaton<2, 0> remembering(double rate) {
+  const auto drift = [rate](const auto& t, const auto&) {
+    using S = std::decay_t<decltype(t)>;
+    return Vec<S, 2>{S(1.0), S(rate)};
+  };
+  Automaton<2, 0> automaton;
+  automaton.mode("off", drift)
+      .mode("on", drift)
+      .event(
+          "warm", "off", "on", [](const auto&, const auto& x) { return x[0] - 5.0; },
+          Crossing::rising)
+      .remember_in(1);
+  return automaton;
+}
+
 const std::vector<Mistake>& mistakes() {
   static const std::vector<Mistake> list{
       // --- entries that are not there
@@ -308,7 +331,7 @@ const std::vector<Mistake>& mistakes() {
        phase([](Motion& m) {
          m.bound_input(0, at_least(1.0)).bound_input(0, exactly(0.0), {.from = 0.5});
        }),
-       {"phase 'motion'", "input 0", "exclude one another"}},
+       {"phase 'motion'", "input 0", "exclude one another", "[1, inf] and [0, 0]"}},
       {"StateBoundsExcludeOneAnother",
        phase([](Motion& m) {
          m.bound_state(0, at_least(1.0)).bound_state(0, at_most(0.0), {.from = 0.5});
@@ -549,6 +572,46 @@ const std::vector<Mistake>& mistakes() {
          ocp.start_at({1}).then(m).then(m, jump<1>("kick", two));
        }),
        {"jump 'kick'", "returns 2 states", "has 1"}},
+      {"StartGuessOfAnotherSize",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_within({between(0.0, 1.0)}, VectorXd::Zero(2)).then(m);
+       }),
+       {"guess of the start has 2 entries", "phase 'motion' has 1 states"}},
+      {"StartThatIsNoNumber",
+       problem([](OptimalControlProblem& ocp, Motion& m) { ocp.start_at({nan}).then(m); }),
+       {"start state 0 is no number"}},
+      {"StartGuessOutsideItsBounds",
+       problem([](OptimalControlProblem& ocp, Motion& m) {
+         ocp.start_within({between(0.0, 1.0)}, VectorXd{{3.0}}).then(m);
+       }),
+       {"guess of start state 0, 3,", "bounds [0, 1]"}},
+      {"UnknownGuessOutsideItsBounds",
+       problem([](OptimalControlProblem& ocp, Motion&) {
+         Phase<1, 1, 1> pulled{"pulled", Velocity1{}, exactly(1.0)};
+         pulled.unknown("pull", VectorXd{{3.0}}, between(0.0, 1.0));
+         ocp.start_at({1}).then(pulled);
+       }),
+       {"phase 'pulled'", "guess of unknown 'pull', 3,", "bounds [0, 1]"}},
+      {"DataOfTwoValues",
+       problem([](OptimalControlProblem& ocp, Motion&) {
+         Phase<1, 1, 1> a{"a", Velocity1{}, exactly(1.0)}, b{"b", Velocity1{}, exactly(1.0)};
+         a.data("gain", VectorXd{{1.0}});
+         b.data("gain", VectorXd{{2.0}});
+         ocp.start_at({1}).then(a).then(b);
+       }),
+       {"data 'gain' is 1 in phase 'a' and 2 in phase 'b'"}},
+      {"ModeThatIsNone",
+       problem([](OptimalControlProblem& ocp, Motion&) {
+         const Phase<2, 0> phase{"room", remembering(0.0), exactly(1.0)};
+         ocp.start_at({1, 7}).then(phase);
+       }),
+       {"start state 1", "the mode of phase 'room', but it is 7", "0 to 1"}},
+      {"RememberedModeThatMoves",
+       problem([](OptimalControlProblem& ocp, Motion&) {
+         const Phase<2, 0> phase{"room", remembering(1.0), exactly(1.0)};
+         ocp.start_at({1, 0}).then(phase);
+       }),
+       {"phase 'room'", "state 1 remembers the mode", "its rate must be the number 0"}},
       {"TotalTime",
        problem([](OptimalControlProblem& ocp, Motion& m) {
          ocp.start_at({1}).then(m).total_time(exactly(3.0));
