@@ -75,6 +75,7 @@ class Warnings {
     }
     look_at_states();
     look_at_parameters();
+    look_for_a_cost();
     return std::move(found_);
   }
 
@@ -125,6 +126,25 @@ class Warnings {
     else
       add("{}: this cost is the same for every trajectory, for it reads no state, input or unknown",
           where);
+  }
+
+  // A duration that inputs may stretch and nothing pays for is whatever the search came upon.
+  void look_for_a_cost() {
+    const PhaseDefinition* undecided = nullptr;
+    for (const PhaseDefinition& phase : problem_.phases()) {
+      if (phase.input_change_weight.size() > 0) return;
+      for (const Term& term : phase.terms)
+        if (term.kind != TermKind::constraint || term.soft) return;
+      for (const IntegralConstraint& integral : phase.integrals)
+        if (integral.limits.soft) return;
+      if (phase.has_free_duration() && phase.sizes.nu > 0 && phase.end_guards.empty() && !undecided)
+        undecided = &phase;
+    }
+    for (const Link& link : problem_.links())
+      if (link.limits.soft) return;
+    if (undecided)
+      add("no cost: the duration of phase '{}' is arbitrary within what the constraints allow",
+          undecided->name);
   }
 
   static bool is_the_number_zero(const Function& f) {
