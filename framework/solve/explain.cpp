@@ -6,6 +6,7 @@
 #include "saltus/solve/remedies.hpp"
 #include "saltus/solve/soft_terms.hpp"
 #include "saltus/solve/what_is_asked.hpp"
+#include "saltus/transcription/violation.hpp"
 
 namespace saltus {
 namespace {
@@ -33,6 +34,7 @@ Explanation explain(const OptimalControlProblem& problem, const ExplainOptions& 
       if (options.remedies > 0)
         explanation.remedies = find_remedies(problem, relaxed, gives, options.remedies, solves);
       explanation.shortages = std::move(gives.shortages);
+      explanation.events_in = phase_with_events(problem);
     } else if (options.soft_terms) {
       explain_soft_terms(problem, options.remedies, solves, explanation);
     }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "saltus/transcription/violation.hpp"
+
 namespace saltus {
 namespace {
 
@@ -50,7 +52,10 @@ std::string Shortage::miss() const {
                      bound);
 }
 
-std::string Shortage::text() const { return fmt::format("{} cannot be met: {}", name(), miss()); }
+std::string Shortage::text() const {
+  return fmt::format("{} {}: {}", name(),
+                     is_certain ? "cannot be met" : "was not met near the guess", miss());
+}
 
 std::string SoftShortage::text() const {
   return fmt::format("{} is soft and gives way: {}, for {:.4g} of the cost", missed.name(),
@@ -64,6 +69,8 @@ std::string Explanation::text() const {
         status == SolveStatus::evaluation_failed ? "; check(problem) says where" : "");
   std::string text;
   for (const Shortage& shortage : shortages) text += shortage.text() + "\n";
+  if (!shortages.empty() && !events_in.empty())
+    text += fmt::format("{}\n", saltus::events_hint(events_in));
   if (!shortages.empty()) return text + remedies_text(*this, "it would fit ");
   text = gives_way.empty() ? "the constraints can be met, near the guess at least\n"
                            : "the hard constraints can be met, near the guess at least\n";

@@ -26,6 +26,9 @@ struct Shortage {
   double value = 0.0;                                     ///< there
   double bound = 0.0;                                     ///< that it misses
   bool is_exact = false;                                  ///< both bounds are one
+  /// Whether it is missing wherever one looks: the program is linear-quadratic. Else it is missing
+  /// near the guess.
+  bool is_certain = false;
 
   /// "phase 'ride', term 'there'"
   std::string name() const;
@@ -80,6 +83,8 @@ struct Explanation {
   /// The least effort first; then the shortages themselves. Where nothing but soft terms cannot
   /// hold, what would let them.
   std::vector<Remedy> remedies;
+  /// A phase whose own events make the motion jump, so that another guess may do; empty: none.
+  std::string events_in;
   Trajectory trajectory;  ///< with the least relaxation; where soft terms give way, the optimum
   int solves = 0;         ///< of elastic programs and of changed problems
   double seconds = 0.0;   ///< wall clock

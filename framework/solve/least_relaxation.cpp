@@ -136,7 +136,8 @@ WhatGives what_gives(LeastRelaxation& relaxed) {
            .time = at.program.time_of(asked.points[held], &at.w),
            .value = value * unit,
            .bound = (is_low ? lower : upper) * unit,
-           .is_exact = lower == upper});
+           .is_exact = lower == upper,
+           .is_certain = at.program.is_linear_quadratic()});
     }
   }
   std::ranges::stable_sort(gives.shortages, std::ranges::greater{},

@@ -18,7 +18,7 @@ const char* describe(SolveStatus status) {
     case SolveStatus::no_minimum:
       return "the point is stationary but no minimum: a saddle or a maximum";
     case SolveStatus::infeasible:
-      return "the constraints cannot all be met, not even near the point reached";
+      return "no point that meets all constraints was found near the guess";
     case SolveStatus::unbounded:
       return "the cost decreases without limit within the constraints";
     case SolveStatus::iteration_limit:

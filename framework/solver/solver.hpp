@@ -25,7 +25,7 @@ enum class SolveStatus {
   /// The first-order conditions hold, but the cost falls from here along a direction and along its
   /// negative: a saddle or a maximum.
   no_minimum,
-  infeasible,  ///< converged to a point where the constraints cannot be met
+  infeasible,  ///< near the point reached nothing meets the constraints; where convex, nowhere
   unbounded,   ///< the cost falls without limit
   iteration_limit,
   time_limit,         ///< wall clock

@@ -187,7 +187,9 @@ Solution::~Solution() = default;
 Solution MultipleShooting::interpret(NlpResult result) {
   Solution solution;
   solution.status = result.status;
-  solution.message = describe(result.status);
+  solution.message = result.status == SolveStatus::infeasible && program_->is_linear_quadratic()
+                         ? "the constraints cannot all be met"
+                         : describe(result.status);
   if (!solution.ok() && result.point.w.size() == program_->variables()) {
     std::string reason;
     if (result.status == SolveStatus::invalid_problem)
@@ -197,6 +199,8 @@ Solution MultipleShooting::interpret(NlpResult result) {
     if (result.status == SolveStatus::infeasible) {
       const std::string conflict = name_conflict(*program_, result.point.lambda, reason);
       if (!conflict.empty()) solution.message += "; " + conflict;
+      if (const std::string phase = phase_with_events(problem()); !phase.empty())
+        solution.message += "; " + events_hint(phase);
     }
     if (result.status == SolveStatus::evaluation_failed) {
       std::string failure = name_integration_failure(*program_, result.point.w);

@@ -172,4 +172,16 @@ std::string name_violation(ShootingProgram& program, const VectorXd& w) {
   return fmt::format("{} misses its bounds by {:.3g}", named.what, named.amount);
 }
 
+std::string phase_with_events(const OptimalControlProblem& problem) {
+  for (const PhaseDefinition& phase : problem.phases())
+    if (!phase.switching.empty()) return phase.name;
+  return {};
+}
+
+std::string events_hint(const std::string& phase) {
+  return fmt::format(
+      "phase '{}': its events make the problem jump: try another guess, fewer intervals, or phases",
+      phase);
+}
+
 }  // namespace saltus

@@ -21,4 +21,9 @@ std::string name_violation(ShootingProgram& program, const VectorXd& w);
 std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda,
                           const std::string& violated);
 
+/// The first phase with events inside (on(), switch_at(), an automaton), or an empty string.
+std::string phase_with_events(const OptimalControlProblem& problem);
+/// What such events do to a search that found no point, one clause.
+std::string events_hint(const std::string& phase);
+
 }  // namespace saltus

@@ -39,6 +39,29 @@ const Remedy* find(const Explanation& e, ProblemChange::Kind kind) {
   return nullptr;
 }
 
+// What is not convex is known near the guess only; events make it jump.
+TEST(Explain, SaysWhereItHasLooked) {
+  const auto spring = [](const auto&, const auto& x, const auto& u) {
+    return std::decay_t<decltype(x)>{x[1], u[0] - x[0] * x[0] * x[0]};
+  };
+  for (const bool has_events : {false, true}) {
+    Phase<2, 1> phase{"pull", spring, exactly(1.0)};
+    phase.bound_input(0, between(-1.0, 1.0)).reach("there", position, exactly(3.0));
+    if (has_events)
+      phase.on(
+          "wall", [](const auto&, const auto& x) { return x[0] - 9.0; }, Crossing::rising,
+          [](const auto&, const auto& x) {
+            return std::decay_t<decltype(x)>{x[0], -x[1]};
+          });
+    OptimalControlProblem problem("pull");
+    const std::string text =
+        explain(problem.start_at({0.0, 0.0}).then(phase), {.remedies = 0}).text();
+    EXPECT_NE(text.find("term 'there' was not met near the guess: "), std::string::npos) << text;
+    EXPECT_EQ(text.find("its events make the problem jump") != std::string::npos, has_events)
+        << text;
+  }
+}
+
 TEST(Explain, AmountsAndRemediesAreThoseOfTheClosedForm) {
   const Explanation e = explain(ride(4.5), exact);
   ASSERT_TRUE(e.is_infeasible());
@@ -49,6 +72,7 @@ TEST(Explain, AmountsAndRemediesAreThoseOfTheClosedForm) {
   EXPECT_NEAR(s.amount, 2.5, 1e-5);  // rho
   EXPECT_NEAR(s.time, 2.0, 1e-12);
   EXPECT_TRUE(s.is_exact);
+  EXPECT_NE(e.text().find("'there' cannot be met: 2.5 too little"), std::string::npos) << e.text();
   // 1/2 a T^2 = 4.5: T = 3 s, or a = 2.25 m/s^2; twice 1 % and the rounding to three digits beyond.
   const Remedy* longer = find(e, ProblemChange::Kind::duration);
   ASSERT_NE(longer, nullptr) << e.text();

@@ -270,6 +270,38 @@ const std::vector<Mistake>& mistakes() {
        ride(
            [](Ride& r) { r.bound_input(0, between(-1.0, 1.0)).keep("slow", speed, at_most(0.5)); }),
        {"the constraints cannot all be met", "phase 'ride', term '", "misses its bounds by"}},
+      {"OutOfReachOfWhatIsNotConvex",
+       [] {
+         Ride r{"ride",
+                [](auto, auto x, auto u) {
+                  return decltype(x){x[1], u[0] - 0.2 * x[1] * sqrt(x[1] * x[1] + 0.01)};
+                },
+                exactly(2.0)};
+         r.bound_input(0, between(-3.0, 3.0))
+             .minimise("effort", effort)
+             .reach("there", position, exactly(5.0));
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"no point that meets all constraints was found near the guess", "term 'there'"}},
+      {"OutOfReachWithEvents",
+       [] {
+         const auto bounce = [](auto, auto x) { return decltype(x){x[0], -0.5 * x[1]}; };
+         Ride r{"ride", Cart{}, exactly(1.0)};
+         r.bound_input(0, between(-1.0, 1.0))
+             .minimise("effort", effort)
+             .on(
+                 "wall", [](auto, auto x) { return x[0] - 10.0; }, Crossing::rising, bounce)
+             .reach("there", position, exactly(5.0));
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"phase 'ride': its events make the problem jump", "fewer intervals"}},
+      {"DurationThatNothingPaysFor",
+       [] {
+         Ride r{"ride", Cart{}, between(1.0, 3.0)};
+         r.bound_input(0, between(-9.0, 9.0)).reach("there", position, exactly(1.0));
+         return message_of(OptimalControlProblem("cart").start_at({0, 0}).then(r));
+       },
+       {"no cost: the duration of phase 'ride' is arbitrary"}},
       {"CostWithoutLowerLimit",
        [] {
          Ride r{"ride", Cart{}, exactly(1.0)};
