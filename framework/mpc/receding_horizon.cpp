@@ -66,11 +66,25 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   if (!(options_.deadline > 0.0))
     throw DefinitionError(
         fmt::format("controller: the deadline is {} s, expected more than 0", options_.deadline));
+  if (std::isfinite(options_.deadline) && options_.deadline > options_.period + same_instant)
+    throw DefinitionError(
+        fmt::format("controller: the deadline of {} s is longer than the period of {} s",
+                    options_.deadline, options_.period));
+  double horizon = 0.0;
+  for (const PhaseDefinition& phase : shooting_->problem().phases())
+    horizon += phase.duration.upper;
+  if (options_.period > horizon + same_instant)
+    throw DefinitionError(
+        fmt::format("controller: the period of {} s is longer than the horizon of {} s",
+                    options_.period, horizon));
   for (const auto& [name, tolerance] :
        {std::pair{"optimality", options_.optimality}, {"feasibility", options_.feasibility}})
     if (!(tolerance > 0.0))
       throw DefinitionError(fmt::format(
           "controller: the tolerance '{}' is {}, expected more than 0", name, tolerance));
+  if (!(options_.longest_shift >= 0.0))
+    throw DefinitionError(fmt::format("controller: the longest shift is {} s, expected 0 or more",
+                                      options_.longest_shift));
   if (options_.fallback_input.size() == 0) options_.fallback_input = VectorXd::Zero(first.sizes.nu);
   if (options_.fallback_input.size() != first.sizes.nu || !options_.fallback_input.allFinite())
     throw DefinitionError(
@@ -143,12 +157,19 @@ void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
   guess_ = plan_;
   tick_.provenance = Provenance::shifted;
   has_plan_ = true;
+  made_at_ = t;
   failures_ = 0;  // of the plan before
   has_multipliers_ = is_prepared_ = false;
 }
 
 bool RecedingHorizonController::is_measured(const VectorRef& state) const {
   return state.size() == shooting_->problem().phases().front().sizes.nx && state.allFinite();
+}
+
+// Where the input comes from if the tick makes no plan.
+Provenance RecedingHorizonController::without_solve() const {
+  const bool is_too_old = now_ - made_at_ > options_.longest_shift + same_instant;
+  return has_plan_ && !is_too_old ? Provenance::shifted : Provenance::fallback;
 }
 
 void RecedingHorizonController::prepare(double t) noexcept {
@@ -194,21 +215,25 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
   tick_.time = now_;
   tick_.status = SolveStatus::invalid_problem;
   tick_.iterations = 0;
-  tick_.objective = tick_.check = 0.0;
-  tick_.kkt = tick_.violation = infinity;
-  tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
+  tick_.check = 0.0;
+  tick_.objective = tick_.kkt = tick_.violation = infinity;
+  tick_.provenance = without_solve();
   is_of_model_ = false;
-  const bool can_be_solved = is_measured(state) && !has_bad_data_ && !has_bad_grid_;
+  const bool is_known = is_measured(state);
+  bad_measurement_ = is_known ? -1 : state.allFinite() ? state.size() : -2;
+  const bool can_be_solved = is_known && !has_bad_data_ && !has_bad_grid_;
   try {
     if (can_be_solved) solve(state, begin);
   } catch (...) {  // of a program that cannot even be posed
-    tick_.provenance = has_plan_ ? Provenance::shifted : Provenance::fallback;
+    tick_.provenance = without_solve();
   }
   const bool accepted = is_of_this_tick(tick_.provenance);
+  if (!accepted) tick_.objective = infinity;
   if (accepted) {
     std::swap(plan_, point_);
     shift_.remember(shooting_->program(), plan_.w);
     has_plan_ = has_multipliers_ = true;
+    made_at_ = now_;
     failures_ = 0;
   } else if (can_be_solved && tick_.status != SolveStatus::time_limit) {
     ++failures_;
@@ -339,6 +364,12 @@ Solution RecedingHorizonController::report() {
   result.kkt = check_(shooting_->nlp(), result.point);
   const KktResidual kkt = result.kkt;
   Solution solution = shooting_->interpret(std::move(result));
+  if (bad_measurement_ == -2) {
+    solution.message = "the measurement is not a number";
+  } else if (bad_measurement_ >= 0) {
+    solution.message = fmt::format("the measurement has {} entries, expected {}", bad_measurement_,
+                                   shooting_->problem().phases().front().sizes.nx);
+  }
   if (accepted && solution.status != SolveStatus::optimal)
     solution.message += fmt::format("; scaled KKT residual {:.3g}, largest violation {:.3g}",
                                     kkt.scaled(), kkt.feasibility);

@@ -23,8 +23,8 @@ namespace saltus {
 enum class Provenance {
   optimal,   ///< of the plan made in this tick, an optimum
   feasible,  ///< of the plan made in this tick, within all rows and bounds, but no optimum
-  shifted,   ///< the plan of an earlier tick goes on
-  fallback,  ///< there is no plan: what the user supplied for that case
+  shifted,   ///< the plan of an earlier tick goes on, where it is over its last input
+  fallback,  ///< there is no plan, or none that is new enough: what the user supplied for that case
   step       ///< of the plan made in this tick, a step towards the optimum that is neither yet
 };
 inline constexpr int provenances = 5;  ///< how many kinds there are
@@ -44,8 +44,8 @@ struct ControlTick {
   SolveStatus status = SolveStatus::invalid_problem;
   int iterations = 0;  ///< of the solver
   // Of the program at the plan of this tick; where only a model of it was solved (see `check`)
-  // they are infinite until the check, and if formulas fail there.
-  double objective = 0.0;       ///< cost of the plan
+  // they are infinite until the check, and if formulas fail there; and where no plan was made.
+  double objective = infinity;  ///< cost of the plan
   double kkt = infinity;        ///< scaled residual, see KktResidual
   double violation = infinity;  ///< largest one of a row or bound, in scaled variables
   // Wall clock, s.
@@ -66,6 +66,10 @@ struct ControllerOptions {
   /// them. What solves the program itself has a tolerance of its own.
   double optimality = 1e-6;
   double feasibility = 1e-6;  ///< largest violation of a "feasible" plan, in scaled variables
+  /// How long a plan goes on where solves fail, s since the tick that made it; then the fallback
+  /// acts until there is a plan again. The horizon's length is a good choice: behind it the last
+  /// input of the plan is held, for ever if nothing is said.
+  double longest_shift = infinity;
   /// The moment to apply the input: called as soon as it stands, before the plan is checked, so
   /// that a step on a nonlinear program is still a `step` here. Must not allocate if the tick must
   /// not; what it throws is dropped. Without it the input is there when the tick returns, which is
@@ -151,6 +155,11 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// The plan behind the last tick's input with all its costs and residuals recomputed: outside the
   /// loop, before anything is changed. Its status is the tick's, so that ok() is false where the
   /// plan is not known to be within its constraints. Allocates, and formulas that throw are heard.
+  ///
+  /// Where the tick came to no plan, status, iterations and the first words of the message are of
+  /// its solve; trajectory, costs, residuals and what the message says of terms are of what the
+  /// input was taken from: the plan of an earlier tick moved on to the grid of this one, which does
+  /// not begin at the measurement, or the fallback held all along.
   Solution report();
 
  private:
@@ -160,6 +169,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   void check_plan() noexcept;
   void fall_back(const VectorRef& state);
   bool is_measured(const VectorRef& state) const;
+  Provenance without_solve() const;
 
   std::unique_ptr<MultipleShooting> shooting_;
   std::unique_ptr<RealTimeSolver> solver_;
@@ -173,9 +183,12 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   bool has_bad_grid_ = false;  // of the last prepare()
   bool has_time_ = false;      // now_ is of the next tick: prepare() was told
   bool is_of_model_ = false;   // what the present tick knows of its plan
-  int failures_ = 0;           // solves in a row that came to nothing, for want of time apart
-  bool begins_anew_ = false;   // where the problem's guess is, not where the last plan is
-  double preparation_ = 0.0;   // s, of the last prepare()
+  double made_at_ = 0.0;       // s, the tick that made the plan
+  // What was wrong with the last measurement: its size, or -1: nothing, -2: an entry.
+  Eigen::Index bad_measurement_ = -1;
+  int failures_ = 0;          // solves in a row that came to nothing, for want of time apart
+  bool begins_anew_ = false;  // where the problem's guess is, not where the last plan is
+  double preparation_ = 0.0;  // s, of the last prepare()
   double now_ = 0.0;
   long ticks_ = 0;
   VectorXd fallback_;

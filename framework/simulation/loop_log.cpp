@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include "saltus/core/error.hpp"
@@ -48,7 +49,8 @@ std::string LoopLog::ticks_csv() const {
     table.number(tick.time);
     if (tick.provenance) {
       table.word(describe(*tick.provenance)).word(describe(tick.status)).integer(tick.iterations);
-      table.number(tick.objective).number(tick.kkt).number(tick.violation);
+      std::isfinite(tick.objective) ? table.number(tick.objective) : table.empty();
+      table.number(tick.kkt).number(tick.violation);
     } else {
       table.word("feedback law");
       for (int i = 0; i < 5; ++i) table.empty();

@@ -20,7 +20,7 @@ struct LoopTick {
   std::optional<Provenance> provenance;
   SolveStatus status = SolveStatus::invalid_problem;  ///< of the tick's program
   int iterations = 0;                                 ///< of the solver
-  double objective = 0.0;                             ///< cost of the plan
+  double objective = 0.0;                             ///< cost of the plan; infinite: there is none
   double kkt = 0.0;                                   ///< residual of the optimality conditions
   double violation = 0.0;                             ///< largest of the constraints
   double seconds = 0.0;      ///< wall clock of the controller, from the measurement to the input

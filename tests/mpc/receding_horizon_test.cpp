@@ -232,6 +232,43 @@ TEST(RecedingHorizon, GoesOnWithTheLastPlanWhenASolveFails) {
   EXPECT_NEAR(tick.input[0].length, step, 1e-12);
 }
 
+// A plan is followed for so long; then it is the fallback's turn, until there is a plan again.
+TEST(RecedingHorizon, APlanIsFollowedNoLongerThanIsSaid) {
+  RecedingHorizonController controller =
+      controller_for(gate(0.0), Back::stages,
+                     {.period = step,
+                      .longest_shift = step * intervals,
+                      .fallback_input = VectorXd::Constant(1, -1.5)});
+  const VectorXd x = VectorXd::Constant(1, 0.15);
+  const ControlTick& tick = controller.tick(0.0, x);
+  ASSERT_TRUE(is_of_this_tick(tick.provenance));
+  for (int k = 1; k <= intervals; ++k) {
+    const testing::AllocationCount count;
+    controller.tick(step * k, unknown);
+    EXPECT_EQ(count.made(), 0);
+    EXPECT_EQ(tick.provenance, Provenance::shifted) << k;
+  }
+  controller.tick(step * (intervals + 1), unknown);
+  EXPECT_EQ(tick.provenance, Provenance::fallback);
+  EXPECT_EQ(tick.input[0].input()[0], -1.5);
+  controller.tick(step * (intervals + 2), x);
+  EXPECT_TRUE(is_of_this_tick(tick.provenance));
+  controller.tick(step * (intervals + 3), unknown);
+  EXPECT_EQ(tick.provenance, Provenance::shifted);
+}
+
+TEST(RecedingHorizon, AMeasurementThatIsNoneIsSaid) {
+  RecedingHorizonController controller = controller_for(gate(0.0), Back::stages);
+  const ControlTick& tick = controller.tick(0.0, unknown);
+  EXPECT_TRUE(std::isinf(tick.objective));  // there is no plan whose cost it could be
+  EXPECT_EQ(controller.report().message, "the measurement is not a number");
+  controller.tick(step, VectorXd::Zero(3));
+  EXPECT_EQ(controller.report().message, "the measurement has 3 entries, expected 1");
+  controller.tick(2 * step, far_away);
+  EXPECT_EQ(controller.report().message.find("measurement"), std::string::npos);
+  EXPECT_TRUE(std::isfinite(tick.objective));
+}
+
 TEST(RecedingHorizon, FallsBackOnWhatTheUserSuppliesWithinTheBounds) {
   ControllerOptions options{.period = step, .fallback_input = VectorXd::Constant(1, -1.5)};
   RecedingHorizonController constant = controller_for(gate(0.05), Back::riccati, options);
@@ -258,6 +295,12 @@ TEST(RecedingHorizon, BadOptionsAreRefusedAtSetUp) {
   EXPECT_THROW(
       controller_for(gate(0.0), Back::ipopt, {.period = step, .fallback_input = VectorXd::Zero(2)}),
       DefinitionError);
+  EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = step, .deadline = 2 * step}),
+               DefinitionError);
+  EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = step * (intervals + 1)}),
+               DefinitionError);
+  EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = step, .longest_shift = -1.0}),
+               DefinitionError);
 }
 
 TEST(RecedingHorizon, PreparedOrNotTheAnswerIsTheSame) {
