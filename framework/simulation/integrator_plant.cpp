@@ -76,6 +76,10 @@ IntegrationStatus IntegratorPlant::evaluate(double length) {
 
 bool IntegratorPlant::advance(const VectorRef& input, double length) {
   expect_size("the input", input.size(), inputs());
+  if (!(length >= 0.0)) {
+    failure_ = describe_bad_length(length);
+    return false;
+  }
   w_ << state_, input, parameters_, time_, length;
   if (!integrate(length)) return false;
   state_ = end_.head(state_.size());

@@ -34,4 +34,7 @@ class LoopPlant {
   virtual std::string name() const { return "plant"; }
 };
 
+/// Why advance() refuses a length below 0 or that is no number, a sentence.
+std::string describe_bad_length(double length);
+
 }  // namespace saltus

@@ -86,6 +86,10 @@ VectorXd PhasedPlant::fitted(const VectorRef& input) const {
 }
 
 bool PhasedPlant::advance(const VectorRef& input, double length) {
+  if (!(length >= 0.0)) {
+    failure_ = describe_bad_length(length);
+    return false;
+  }
   const auto moment = [this] {
     return std::tie(phase_, time_, entered_, state_, over_since_, cost_, has_begun_, passed_guard_,
                     at_ends_, on_the_way_, events_);

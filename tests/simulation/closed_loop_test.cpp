@@ -394,6 +394,16 @@ TEST(ClosedLoop, AnInfeasibleStartLeadsToTheFallback) {
   EXPECT_LT(log.final_state()[0], 2.0);
 }
 
+TEST(ClosedLoop, APlantDoesNotGoBack) {
+  IntegratorPlant plant = drift();
+  for (const double length : {-0.1, std::nan("")}) {
+    EXPECT_FALSE(plant.advance(VectorXd::Ones(1), length));
+    EXPECT_NE(plant.failure().find("expected 0 or more"), std::string::npos) << plant.failure();
+    EXPECT_EQ(plant.time(), 0.0);
+  }
+  EXPECT_TRUE(plant.advance(VectorXd::Ones(1), 0.0));
+}
+
 // The user's own plant: four functions.
 class Counter final : public LoopPlant {
  public:

@@ -76,6 +76,13 @@ TEST(PhasedPlant, StandsWhereItWasWhenAPieceFails) {
   EXPECT_NEAR(plant.state()[1], 0.4, 1e-12);
 }
 
+TEST(PhasedPlant, DoesNotGoBack) {
+  PhasedPlant plant(bounce(), runge_kutta4());
+  EXPECT_FALSE(plant.advance(VectorXd::Zero(plant.inputs()), -0.1));
+  EXPECT_NE(plant.failure().find("-0.1 s"), std::string::npos) << plant.failure();
+  EXPECT_EQ(plant.time(), 0.0);
+}
+
 TEST(PhasedPlant, EndsWhereThePlanSaysAndCountsCostsAndMisses) {
   PhasedPlant plant(bounce(true), runge_kutta4());
   const VectorXd thrust = VectorXd::Constant(1, 2.0);
