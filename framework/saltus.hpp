@@ -23,4 +23,5 @@
 #include "saltus/solver/observer.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/present_problem.hpp"
 #include "saltus/transcription/replay.hpp"
