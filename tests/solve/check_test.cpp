@@ -227,7 +227,7 @@ const Spoilt all_spoilt[] = {
     {"unreachable_end",
      ride([](Ride& r) { r.reach("far", position, at_least(100.0)); }),
      "reach",
-     {"cannot", "phase 'ride'"}},
+     {"no point that meets all constraints was found", "phase 'ride', term 'far'"}},
     {"end_beyond_the_inputs",
      [] {
        Ride short_ride{"ride", Cart{}, exactly(0.5)};
