@@ -174,13 +174,6 @@ void PhaseDefinition::check(const Bounds& start) const {
     if (!block.value.allFinite())
       fail(*this, fmt::format("parameter '{}' is not finite", block.name));
     for (const Bounds& b : block.bounds) check_bounds(*this, "parameter '" + block.name + "'", b);
-    for (std::size_t i = 0; i < block.bounds.size(); ++i) {
-      const Bounds& b = block.bounds[i];
-      const double guess = block.value[static_cast<Eigen::Index>(i)];
-      if (guess < b.lower || guess > b.upper)
-        fail(*this, fmt::format("the guess of unknown '{}', {}, lies outside its bounds [{}, {}]",
-                                block.name, guess, b.lower, b.upper));
-    }
     check_positive(*this, "the nominal parameter", block.nominal,
                    static_cast<int>(block.value.size()));
   }

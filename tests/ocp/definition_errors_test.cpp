@@ -585,13 +585,6 @@ const std::vector<Mistake>& mistakes() {
          ocp.start_within({between(0.0, 1.0)}, VectorXd{{3.0}}).then(m);
        }),
        {"guess of start state 0, 3,", "bounds [0, 1]"}},
-      {"UnknownGuessOutsideItsBounds",
-       problem([](OptimalControlProblem& ocp, Motion&) {
-         Phase<1, 1, 1> pulled{"pulled", Velocity1{}, exactly(1.0)};
-         pulled.unknown("pull", VectorXd{{3.0}}, between(0.0, 1.0));
-         ocp.start_at({1}).then(pulled);
-       }),
-       {"phase 'pulled'", "guess of unknown 'pull', 3,", "bounds [0, 1]"}},
       {"DataOfTwoValues",
        problem([](OptimalControlProblem& ocp, Motion&) {
          Phase<1, 1, 1> a{"a", Velocity1{}, exactly(1.0)}, b{"b", Velocity1{}, exactly(1.0)};
