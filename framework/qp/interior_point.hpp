@@ -50,6 +50,7 @@ class InteriorPoint {
   QpResult solve(System& system, const QpOptions& options, WallClock::time_point deadline,
                  bool warm) {
     newton_.reset();  // not between the two attempts: lifts that the first has come to are kept
+    certificates_.best_multiple = 0.0;
     const QpResult first = attempt(system, options, deadline, warm);
     if (first.status != QpStatus::numerical_failure) return first;
     constexpr double far_from_the_sides = 1.0;
@@ -61,6 +62,13 @@ class InteriorPoint {
     std::fill_n(point_.v.data(), system.variables(), 0.0);
     QpResult second = attempt(system, other, deadline, false);
     second.iterations += first.iterations;
+    const bool broke =
+        second.status == QpStatus::numerical_failure || second.status == QpStatus::iteration_limit;
+    if (broke && certificates_.best_multiple > certified_multiple_at_end) {
+      second.status = QpStatus::infeasible;
+      std::copy_n(certificates_.best_y.data(), system.equalities(), point_.y.data());
+      std::copy_n(certificates_.best_lambda.data(), system.sides(), point_.lambda.data());
+    }
     return second;
   }
 

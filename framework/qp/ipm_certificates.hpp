@@ -1,13 +1,16 @@
 // Proofs that a quadratic program has no solution, looked for when the iterates run away.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "saltus/qp/ipm_iterate.hpp"
 
 namespace saltus::qp {
 
-/// Work space of the two checks. In `lambda` are the multipliers of the last one.
+/// Work space of the two checks, and the multipliers that came nearest to a proof that there is no
+/// feasible point. In `lambda` are those of the last one.
 struct CertificateSpace {
   CertificateSpace(int variables, int equalities, int sides)
       : zero_v(variables),
@@ -19,14 +22,20 @@ struct CertificateSpace {
         direction(variables),
         equality(equalities),
         side(sides),
-        row_size(sides) {}
+        row_size(sides),
+        best_y(equalities),
+        best_lambda(sides) {}
   AlignedArray zero_v, zero_y, zero_lambda, lambda, cost_gradient, gradient, direction;
   AlignedArray equality, side, row_size;
+  AlignedArray best_y, best_lambda;
+  double best_multiple = 0.0;  ///< within this multiple of the size they leave no point
 };
 
 /// No point within this radius about the iterate satisfies the rows: taken as infeasible. At least
 /// the first, and the second as a multiple of the size that v has or must have for a single row.
 inline constexpr double certified_radius = 1e8, certified_multiple = 1e5;
+/// Once every attempt to find an optimum has broken down: of that size, or of that of the sides.
+inline constexpr double certified_multiple_at_end = 1e3;
 
 /// Whether these multipliers may pass is_infeasible() at all: what the residuals of the iterate,
 /// with slacks s, tell of lambda'beta - y'e seen from there. As a rule it is far below zero.
@@ -61,13 +70,14 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
                   w.equality.data(), w.side.data());
   system.row_sizes(w.row_size.data());
   // Seen from v: lambda'(beta - G v) + y'(E v - e) > (E'y - G'lambda)'d for all d of the ball.
-  double value = 0.0, rest = 0.0, size = 1.0, multipliers = 0.0;
+  double value = 0.0, rest = 0.0, size = 1.0, multipliers = 0.0, sides = 0.0;
   for (int i = 0; i < system.first_soft(); ++i) {
     const double missing = system.beta()[i] - w.side[i];
     value += w.lambda[i] * missing;
     multipliers += w.lambda[i];
-    if (system.active()[i] != 0.0 && w.row_size[i] > 0.0)
-      size = std::fmax(size, missing / w.row_size[i]);
+    if (system.active()[i] == 0.0 || !(w.row_size[i] > 0.0)) continue;
+    size = std::fmax(size, missing / w.row_size[i]);
+    sides = std::fmax(sides, std::fabs(system.beta()[i]) / w.row_size[i]);
   }
   for (int i = 0; i < system.equalities(); ++i) {
     value += y[i] * w.equality[i];
@@ -81,6 +91,14 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
   // Where the rows hold up to rounding there is nothing to prove.
   constexpr double held = 1e-9;
   if (!(value > held * size * multipliers)) return false;
+  // Sides that are far away tell that v may be, too.
+  const double expected = std::fmax(size, sides);
+  const double multiple = value / (expected * std::fmax(rest, std::numeric_limits<double>::min()));
+  if (multiple > w.best_multiple) {
+    w.best_multiple = multiple;
+    std::copy_n(y.data(), system.equalities(), w.best_y.data());
+    std::copy_n(w.lambda.data(), system.sides(), w.best_lambda.data());
+  }
   const double radius = std::fmax(certified_radius, certified_multiple * size);
   return value > radius * rest;
 }
