@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 
@@ -50,6 +51,32 @@ TEST(Solve, GridIntegratorSolverAndGuessAreReplaceable) {
   EXPECT_NEAR(finer.cost, 20.0, 1e-6);
   EXPECT_EQ(finer.trajectory.pieces().size(), 24u);
   EXPECT_THROW(solve(race(), {.intervals = {24, 24}}), DefinitionError);
+}
+
+// min int x^2 + u^2 with x' = x + u from 1 in one second: by hand sinh / (sqrt(2) cosh - sinh) at
+// sqrt(2). What the README says of the rules is this problem.
+TEST(Solve, ARuleOfCostsIsAsFarOffAsTheReadmeSays) {
+  const auto dynamics = [](const auto&, const auto& x, const auto& u) {
+    return std::decay_t<decltype(x)>{x[0] + u[0]};
+  };
+  Phase<1, 1> phase{"phase", dynamics, exactly(1.0)};
+  const auto both = [](const auto&, const auto& x, const auto& u) {
+    return x[0] * x[0] + u[0] * u[0];
+  };
+  phase.minimise("both", both);
+  OptimalControlProblem ocp("regulator");
+  ocp.start_at({1.0}).then(phase);
+  const double r = std::sqrt(2.0);
+  constexpr double printed = 6e-5;
+  EXPECT_NEAR(std::sinh(r) / (r * std::cosh(r) - std::sinh(r)), 1.68950, printed);
+  const int intervals[] = {10, 30, 100};
+  const double nodes[] = {1.6601, 1.6804, 1.6868}, integrated[] = {1.69203, 1.68978, 1.68952};
+  for (int i = 0; i < 3; ++i) {
+    ocp.costs(CostRule::nodes);
+    EXPECT_NEAR(solve(ocp, {.intervals_per_phase = intervals[i]}).cost, nodes[i], printed);
+    ocp.costs(CostRule::integrated);
+    EXPECT_NEAR(solve(ocp, {.intervals_per_phase = intervals[i]}).cost, integrated[i], printed);
+  }
 }
 
 // The observer of one solve is not that of the next, however the one has ended.
