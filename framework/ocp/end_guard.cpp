@@ -108,6 +108,7 @@ void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const 
   constexpr int tried = 48;
   constexpr double rounding = 1e-12;  // of sums of a few products
   std::vector<Function> fields;       // any of them may be in force where the phase ends
+  fields.reserve(phase.switching.modes.size() + 1);
   for (const SwitchingSystem::Mode& mode : phase.switching.modes) fields.push_back(mode.dynamics);
   if (fields.empty()) fields.push_back(phase.dynamics);
   SeededPoints points(phase, start);
