@@ -40,7 +40,7 @@ TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
   EXPECT_FALSE(from_foot.contains(Point2(0.6, 0.14)));
 
   // What is ahead of the CoM is ahead of it: iCub's legs reach farther back than forward.
-  const SupportPolygon from_com = hull_of(found->from_com);
+  const SupportPolygon from_com = hull_of(found ? found->from_com : std::vector<Point2>{});
   const Point2 back(-0.215, 0.285);
   EXPECT_TRUE(from_com.contains(back));
   EXPECT_FALSE(from_com.contains(Point2(-back[0], back[1])));

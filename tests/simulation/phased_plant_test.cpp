@@ -143,7 +143,8 @@ double end_of_the_second(double hop) {
   PhasedPlant plant(ocp, runge_kutta4());
   for (int k = 0; k < 30; ++k) plant.advance(VectorXd(0), 0.1);
   const std::vector<HybridEvent> events = plant.take_events();
-  return events.size() == 2 ? events[1].time : infinity;
+  if (events.size() == 2) return events[1].time;
+  return infinity;
 }
 
 TEST(PhasedPlant, APhaseThatBeginsOnItsGuardOrBeyondEndsAtOnceIfItGoesOn) {
