@@ -67,7 +67,6 @@ void OutputFolder::write(std::string_view name, std::string_view content) const 
   fs::create_directories(file.parent_path(), error);
   write_whole(file, content, error);
   if (!error) {
-    written_.emplace(name);
     for (const std::string& earlier : std::exchange(earlier_, {}))
       if (earlier != name) fs::remove(path_ / earlier, error);
     return;

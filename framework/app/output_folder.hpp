@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -27,8 +26,6 @@ class OutputFolder {
   /// These files of an earlier run go as soon as one is written: what two runs leave never lies
   /// side by side, and a run that writes nothing takes nothing.
   void clear_when_written(std::vector<std::string> names) { earlier_ = std::move(names); }
-  /// Names of what was written, in alphabetical order.
-  const std::set<std::string>& written() const { return written_; }
   /// When this folder was opened, by the clock of files.
   std::filesystem::file_time_type begin() const { return begin_; }
 
@@ -43,7 +40,6 @@ class OutputFolder {
   std::filesystem::path path_;
   std::filesystem::file_time_type begin_;
   mutable std::vector<std::string> earlier_;
-  mutable std::set<std::string> written_;
 };
 
 /// The folder of a file that `flag` names, proved writable before the work begins that fills the

@@ -144,21 +144,23 @@ bool is_of_a_run(const fs::path& name) {
   return name == name.filename() && kinds.contains(name.extension().string());
 }
 
+// Discarded where it is no JSON; InputError where it cannot be read or is nested too deep.
+Json parsed_run_file(const fs::path& folder) {
+  const fs::path file = folder / run_file;
+  const std::string text = content_of(file);
+  refuse_deep_json(text, file.string());
+  return Json::parse(text, nullptr, /*allow_exceptions=*/false);
+}
+
 // Of the run whose run.json lies in the folder; empty if it does not tell.
 std::vector<std::string> files_of_run(const fs::path& folder) {
   std::vector<std::string> files;
-  std::error_code unknown;
-  const fs::path file = folder / run_file;
-  if (!fs::is_regular_file(file, unknown)) return files;
   try {
-    const std::string text = file_content(file, longest_file);
-    refuse_deep_json(text, file.string());
-    const Json run = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+    const Json run = parsed_run_file(folder);
     if (!run.is_object() || !run.contains("files") || !run["files"].is_array()) return files;
     for (const Json& name : run["files"])
       if (name.is_string() && is_of_a_run(name.get<std::string>())) files.push_back(name);
-  } catch (const InputError&) {
-    files.clear();  // of no run that could be known
+  } catch (const InputError&) {  // of no run that could be known
   }
   return files;
 }
@@ -175,9 +177,7 @@ Json read_run_file(const fs::path& folder) {
       throw InputError(
           fmt::format("rerun: there is no {} in '{}'; the folder of a finished run has it", name,
                       folder.string()));
-  const std::string text = content_of(folder / run_file);
-  refuse_deep_json(text, (folder / run_file).string());
-  Json run = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  Json run = parsed_run_file(folder);
   if (run.is_discarded() || !run.contains("problem") || !run["problem"].is_string() ||
       !run.contains("folder") || !run["folder"].is_string())
     throw InputError(
@@ -194,9 +194,7 @@ void replace_earlier_run(OutputFolder& output) {
 void note_run(const OutputFolder& output, const std::string& problem) {
   std::error_code unknown;
   if (!fs::exists(output.path() / "config.yaml", unknown)) return;
-  std::set<std::string> files = output.written();
-  files.insert(run_file);
-  // What Python added: pictures, pages, other formats.
+  std::set<std::string> files{run_file};
   for (const fs::directory_entry& entry : fs::directory_iterator(output.path(), unknown))
     if (is_of_a_run(entry.path().filename()) && entry.is_regular_file(unknown) &&
         entry.last_write_time(unknown) >= output.begin())

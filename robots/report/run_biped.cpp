@@ -54,7 +54,6 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
                "the centroidal model "
                "they do nothing (use --plant dart)\n");
 
-  const auto begin = std::filesystem::file_time_type::clock::now();
   Progress progress(stdout, isatty(fileno(stdout)) != 0);
   int signal = 0;
   const RunLog log = [&] {
@@ -131,7 +130,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
         log.plant, log.plan_seconds / simulated, log.control_seconds / simulated,
         log.plant_seconds / simulated, log.control_failures, log.control_calls);
   }
-  fmt::print("{}", results_text(context.output.path(), begin));
+  fmt::print("{}", results_text(context.output.path(), context.output.begin()));
   if (signal != 0) {
     fmt::print("interrupted: these are the results up to {:.2f} s\n", log.samples.back().time);
     std::fflush(nullptr);
