@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/core/bounds.hpp"
 #include "saltus/qp/side_residual.hpp"
 
 namespace saltus::qp {
@@ -45,14 +46,10 @@ bool SparseSystem::load(const SparseQp& qp) {
       qp.rows.size() != rows_.size() || qp.row_lower.size() != m_)
     return false;
   if (!qp.hessian.allFinite() || !qp.rows.allFinite() || !qp.gradient.allFinite()) return false;
-  // False for NaN as well. An infinite value cannot be attained.
-  const auto is_interval = [](double lower, double upper) {
-    return lower <= upper && lower < infinity && upper > -infinity;
-  };
   for (int i = 0; i < n_; ++i)
-    if (!is_interval(qp.lower[i], qp.upper[i])) return false;
+    if (Bounds{qp.lower[i], qp.upper[i]}.is_empty()) return false;
   for (int i = 0; i < m_; ++i)
-    if (!is_interval(qp.row_lower[i], qp.row_upper[i])) return false;
+    if (Bounds{qp.row_lower[i], qp.row_upper[i]}.is_empty()) return false;
 
   for (int i = 0; i < n_; ++i) {
     is_fixed_[i] = qp.lower[i] == qp.upper[i];

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
+#include "saltus/solver/well_posed.hpp"
 
 // The folder (coin/ before Ipopt 3.14, coin-or/ since) comes from the package's own flags.
 #include <IpIpoptApplication.hpp>
@@ -210,13 +211,6 @@ bool set_named(coin::OptionsList& options, const std::string& name, const std::s
   return !value.empty() && *end == '\0' && options.SetNumericValue(name, number);
 }
 
-// What Ipopt reports as an internal error, or does not look at.
-bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
-  return start.w.size() == program.variables() &&
-         (program.lower().array() <= program.upper().array()).all() &&
-         (program.row_lower().array() <= program.row_upper().array()).all();
-}
-
 // What Ipopt derives its own problem from: patterns, bounded sides, fixed variables.
 class Structure {
  public:
@@ -256,7 +250,7 @@ class IpoptSolver final : public Solver {
     const bool limited_memory = !program.supports(options_.curvature);
     SolveStatus status = SolveStatus::invalid_problem;
     NlpResult result;
-    if (is_well_posed(program, start)) {
+    if (is_well_posed(program, start)) {  // Ipopt: an internal error, or not looked at
       if (!engine_.fits(program, warm)) engine_ = open(program, warm, limited_memory);
       if (IsValid(engine_.application)) {
         engine_.adapter->begin(start);

@@ -9,6 +9,7 @@
 #include "saltus/solver/differenced_program.hpp"
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/sqp_run.hpp"
+#include "saltus/solver/well_posed.hpp"
 
 namespace saltus {
 namespace {
@@ -53,7 +54,7 @@ class SqpSolver final : public Solver {
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
-    if (!is_well_posed(program, start)) return refuse(program);
+    if (!is_well_posed(program, start) || !start.w.allFinite()) return refuse(program);
     Curvature curvature = options_.curvature;
     if (!program.supports(curvature))
       curvature = curvature == Curvature::exact ? Curvature::gauss_newton : Curvature::exact;
@@ -170,16 +171,6 @@ class SqpSolver final : public Solver {
     return result;
   }
 
-  static bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start) {
-    return start.w.size() == program.variables() && start.w.allFinite() &&
-           are_bounds(program.lower(), program.upper()) &&
-           are_bounds(program.row_lower(), program.row_upper());
-  }
-  // False for NaN as well. An infinite value cannot be attained.
-  static bool are_bounds(const VectorXd& lower, const VectorXd& upper) {
-    return (lower.array() <= upper.array()).all() && (lower.array() < infinity).all() &&
-           (upper.array() > -infinity).all();
-  }
   static NlpResult refuse(const NonlinearProgram& program) {
     NlpResult result;
     result.point = {VectorXd::Zero(program.variables()), VectorXd::Zero(program.rows()),

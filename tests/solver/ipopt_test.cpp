@@ -103,6 +103,12 @@ TEST(IpoptStatus, BoundsThatExcludeOneAnotherAreAnInvalidProblem) {
   EXPECT_EQ(run(program).status, SolveStatus::invalid_problem);
 }
 
+TEST(IpoptStatus, BoundsThatOnlyInfinitySatisfiesAreAnInvalidProblem) {
+  Rosenbrock program;
+  program.row_lower_[0] = infinity;
+  EXPECT_EQ(run(program).status, SolveStatus::invalid_problem);
+}
+
 TEST(IpoptStatus, AStartOfTheWrongSizeIsAnInvalidProblem) {
   Rosenbrock program;
   const NlpResult result =
