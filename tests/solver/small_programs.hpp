@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <string>
 #include <thread>
 
 #include "saltus/core/bounds.hpp"
@@ -10,25 +11,42 @@
 
 namespace saltus::testing_support {
 
-/// min (a - 1)^2 + 100 (b - a^2)^2 with one row: row_lower <= a + b <= row_upper. Everything that a
-/// test wants to change is public.
-class Rosenbrock : public NonlinearProgram {
+/// Two variables and some rows that read both. The bounds, none at first, are public.
+class OfTwoVariables : public NonlinearProgram {
  public:
+  explicit OfTwoVariables(int rows)
+      : row_lower_(VectorXd::Constant(rows, -infinity)),
+        row_upper_(VectorXd::Constant(rows, infinity)),
+        jacobian_(SparsityPattern::dense(rows, 2)) {}
   VectorXd lower_ = VectorXd::Constant(2, -infinity), upper_ = VectorXd::Constant(2, infinity);
-  VectorXd row_lower_ = VectorXd::Constant(1, -infinity);
-  VectorXd row_upper_ = VectorXd::Constant(1, infinity);
-  double seconds_per_evaluation = 0.0;
-  bool fails = false;
-  bool has_curvature = true;
+  VectorXd row_lower_, row_upper_;
 
   int variables() const override { return 2; }
-  int rows() const override { return 1; }
+  int rows() const override { return static_cast<int>(row_lower_.size()); }
   const VectorXd& lower() const override { return lower_; }
   const VectorXd& upper() const override { return upper_; }
   const VectorXd& row_lower() const override { return row_lower_; }
   const VectorXd& row_upper() const override { return row_upper_; }
   const SparsityPattern& jacobian_pattern() const override { return jacobian_; }
   const SparsityPattern& hessian_pattern() const override { return hessian_; }
+  bool supports(Curvature) const override { return true; }
+  std::string describe_variable(int i) const override { return "variable " + std::to_string(i); }
+  std::string describe_row(int i) const override { return "row " + std::to_string(i); }
+
+ private:
+  SparsityPattern jacobian_;
+  SparsityPattern hessian_ = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
+};
+
+/// min (a - 1)^2 + 100 (b - a^2)^2 with one row: row_lower <= a + b <= row_upper. Everything that a
+/// test wants to change is public.
+class Rosenbrock : public OfTwoVariables {
+ public:
+  Rosenbrock() : OfTwoVariables(1) {}
+  double seconds_per_evaluation = 0.0;
+  bool fails = false;
+  bool has_curvature = true;
+
   bool supports(Curvature) const override { return has_curvature; }
 
   bool objective(const double* w, double& f) override {
@@ -57,12 +75,6 @@ class Rosenbrock : public NonlinearProgram {
     entries[2] = sigma * 200.0;
     return !fails;
   }
-  std::string describe_variable(int i) const override { return "variable " + std::to_string(i); }
-  std::string describe_row(int i) const override { return "row " + std::to_string(i); }
-
- private:
-  SparsityPattern jacobian_ = SparsityPattern::dense(1, 2);
-  SparsityPattern hessian_ = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
 };
 
 }  // namespace saltus::testing_support

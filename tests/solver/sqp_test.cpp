@@ -212,17 +212,12 @@ TEST(SqpStatus, WhatIsNoProblemIsSaidToBeNone) {
 }
 
 // min |w|^2 in a disc and beyond a line that does not meet it.
-class DiscAndLine : public NonlinearProgram {
+class DiscAndLine : public OfTwoVariables {
  public:
-  int variables() const override { return 2; }
-  int rows() const override { return 2; }
-  const VectorXd& lower() const override { return lower_; }
-  const VectorXd& upper() const override { return upper_; }
-  const VectorXd& row_lower() const override { return row_lower_; }
-  const VectorXd& row_upper() const override { return row_upper_; }
-  const SparsityPattern& jacobian_pattern() const override { return jacobian_; }
-  const SparsityPattern& hessian_pattern() const override { return hessian_; }
-  bool supports(Curvature) const override { return true; }
+  DiscAndLine() : OfTwoVariables(2) {
+    row_upper_[0] = 1.0;
+    row_lower_[1] = 3.0;
+  }
   bool objective(const double* w, double& f) override {
     f = w[0] * w[0] + w[1] * w[1];
     return true;
@@ -249,15 +244,6 @@ class DiscAndLine : public NonlinearProgram {
     entries[1] = 0.0;
     return true;
   }
-  std::string describe_variable(int i) const override { return "variable " + std::to_string(i); }
-  std::string describe_row(int i) const override { return "row " + std::to_string(i); }
-
- private:
-  VectorXd lower_ = VectorXd::Constant(2, -infinity), upper_ = VectorXd::Constant(2, infinity);
-  VectorXd row_lower_ = Vec<double, 2>{-infinity, 3.0};
-  VectorXd row_upper_ = Vec<double, 2>{1.0, infinity};
-  SparsityPattern jacobian_ = SparsityPattern::dense(2, 2);
-  SparsityPattern hessian_ = SparsityPattern::from_pairs(2, 2, {{0, 0}, {1, 0}, {1, 1}});
 };
 
 TEST(SqpStatus, ARestorationThatIsStoppedSaysWhatStoppedIt) {
