@@ -13,7 +13,10 @@
 
 namespace saltus::walking {
 
-/// A robot's size against iCub's, whose figures the defaults of the settings are.
+/// kg, of iCub, whose figures the defaults of the settings are (icub.yaml).
+inline constexpr double mass_of_the_defaults = 33.0616727;
+
+/// A robot's size against iCub's.
 struct RobotScale {
   double mass = 1.0;    ///< ratio of the masses
   double length = 1.0;  ///< ratio of the heights of the CoM

@@ -125,9 +125,9 @@ std::vector<Push> all_pushes(const Push& first, const MorePushes& more) {
     if (text.find_first_not_of(" \t\n") != std::string::npos)
       pushes.push_back(read_push(text, first));
   // A first push of nothing is how one says that there is none; nothing is counted from it.
-  const auto is_none = [](const Push& push) { return push.impulse == 0.0; };
-  if (!std::all_of(pushes.begin(), pushes.end(), is_none)) std::erase_if(pushes, is_none);
-  if (std::all_of(pushes.begin(), pushes.end(), is_none)) pushes.resize(1);
+  const Push none = pushes.front();
+  std::erase_if(pushes, [](const Push& push) { return push.impulse == 0.0; });
+  if (pushes.empty()) pushes.push_back(none);
   std::stable_sort(pushes.begin(), pushes.end(),
                    [](const Push& a, const Push& b) { return a.start < b.start; });
   for (std::size_t i = 1; i < pushes.size(); ++i)

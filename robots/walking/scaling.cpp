@@ -11,8 +11,9 @@ double rounded(double ratio) { return std::round(100.0 * ratio) / 100.0; }
 }  // namespace
 
 RobotScale scale_of(const RobotDescription& robot) {
-  constexpr double icub_mass = 33.0616727, icub_height = 0.5578762015;  // icub.yaml: kg, m
-  return {rounded(robot.mass / icub_mass), rounded(robot.default_posture().com.z() / icub_height)};
+  constexpr double icub_height = 0.5578762015;  // icub.yaml, m
+  return {rounded(robot.mass / mass_of_the_defaults),
+          rounded(robot.default_posture().com.z() / icub_height)};
 }
 
 void scale(BipedSettings& settings, const RobotScale& scale) {

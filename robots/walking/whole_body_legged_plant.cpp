@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -9,6 +8,7 @@
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
+#include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
 #include "saltus/robots/walking/legged_plant.hpp"
 #include "saltus/robots/whole_body/collision_shapes.hpp"
@@ -19,7 +19,7 @@ namespace saltus::walking {
 namespace {
 
 // A foot has landed when the ground carries this share of the weight: 20 N of iCub's.
-constexpr double landed_share = 20.0 / (33.0616727 * standard_gravity);
+constexpr double landed_share = 20.0 / (mass_of_the_defaults * standard_gravity);
 
 // With capsules where limbs may not pass through each other, and where they cost nothing to have.
 FloatingRobot make_body(const UrdfModel& model, const RobotDescription& description,
@@ -204,10 +204,13 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     }
     before_ = truth_of_plant_.state();
     if (estimates_) estimate_before_ = plant_->state();
+    if (was_control_due_) felt_ = {};  // the sample has them
     was_control_due_ = is_control_due();
     plant_->step();
     ++steps_;
-    add_contacts();
+    felt_.left += truth_of_plant_.contact(Side::left).wrench;
+    felt_.right += truth_of_plant_.contact(Side::right).wrench;
+    ++felt_.steps;
     if (truth_of_plant_.state().is_finite()) return {};
     return fmt::format("the plant could not be integrated at {:.3f} s", from);
   }
@@ -223,8 +226,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     b.planned = tasks_.wrenches;
     b.state = before_;
     b.torques = command_->torques;
-    b.left = felt_[0] / static_cast<double>(felt_steps_);
-    b.right = felt_[1] / static_cast<double>(felt_steps_);
+    b.left = felt_.left / static_cast<double>(felt_.steps);
+    b.right = felt_.right / static_cast<double>(felt_.steps);
     b.left_sole = true_dynamics().sole(Side::left).pose;
     b.right_sole = true_dynamics().sole(Side::right).pose;
     if (estimates_)
@@ -248,18 +251,6 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
  private:
   bool is_control_due() const { return steps_ % per_control_ == 0; }
   bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
-  // Wrenches of the engine's steps since the last sample: it may have far higher ones for a single
-  // step.
-  void add_contacts() {
-    if (is_sample_taken_) {
-      felt_ = {Vec<double, 6>::Zero(), Vec<double, 6>::Zero()};
-      felt_steps_ = 0;
-    }
-    felt_[0] += truth_of_plant_.contact(Side::left).wrench;
-    felt_[1] += truth_of_plant_.contact(Side::right).wrench;
-    ++felt_steps_;
-    is_sample_taken_ = was_control_due_;
-  }
   // The controllers' model at what is measured; the truth, for the log, where that differs.
   void update_dynamics() {
     {
@@ -290,9 +281,13 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   double earliest_landing_ = infinity, sensed_at_ = 0.0;
   WholeBodyTasks tasks_;
   WholeBodyState before_, estimate_before_;  // of the last step
-  bool was_control_due_ = false, is_sample_taken_ = true;
-  std::array<Vec<double, 6>, 2> felt_;  // summed since the last sample, left and right
-  long felt_steps_ = 0;
+  bool was_control_due_ = false;
+  // Wrenches of the engine's steps since the last sample: it may have far higher ones for a single
+  // step.
+  struct {
+    Vec<double, 6> left = Vec<double, 6>::Zero(), right = Vec<double, 6>::Zero();
+    int steps = 0;
+  } felt_;
   const WholeBodyCommand* command_ = nullptr;
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
   long calls_ = 0, failures_ = 0, cuts_ = 0;

@@ -46,7 +46,7 @@ def save(figure, axes, folder, name, begin, end):
 
 def draw_measured_forces(body, summary, folder, begin, end, what):
     figure, axes = new_axes(f"Vertical forces, {what}", "force [N]")
-    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+    for foot, color in FEET:
         axes.plot(body["t"], body[f"{foot}_measured_fz"], color=color, alpha=0.25, linewidth=0.7)
         axes.plot(body["t"], body[f"{foot}_filtered_fz"], color=color,
                   label=f"{foot}, mean over 20 ms")
@@ -154,7 +154,7 @@ def draw_from_above(table, summary, folder, begin, end, what):
     axes.set_xlabel("y [m]")
     axes.set_ylabel("x, forward [m]")
     axes.grid(alpha=0.3)
-    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+    for foot, color in FEET:
         corners = summary.get(foot + "_sole")
         if corners:
             x, y = closed(corners)
@@ -217,7 +217,7 @@ def draw_step_plans(plans, summary, folder, begin, end, what):
     above.set_title(f"Plans of steps, {what}")
     above.set_xlabel("y [m]")
     above.set_ylabel("x, forward [m]")
-    for foot, color in (("left", "tab:blue"), ("right", "tab:orange")):
+    for foot, color in FEET:
         is_right = 1.0 if foot == "right" else 0.0
         corners = summary.get(foot + "_sole")
         if corners:
