@@ -266,7 +266,9 @@ TEST(SequenceSearch, BoundsHoldAfterTicksThatWereStopped) {
       const SequenceResult alone = fresh.solve(x, loop.before());
       const double most = alone.cost * (1.0 + same_cost);
       EXPECT_LE(next.lower_bound, most) << "seed " << seed << ", tick " << tick;
-      if (all) EXPECT_LE(next.cost, most) << "seed " << seed << ", tick " << tick;
+      if (all) {
+        EXPECT_LE(next.cost, most) << "seed " << seed << ", tick " << tick;
+      }
     }
   }
 }
