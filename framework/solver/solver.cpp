@@ -15,6 +15,8 @@ const char* describe(SolveStatus status) {
       return "one step towards the optimum was taken, and the constraints are not known to be met";
     case SolveStatus::coarse_grid:
       return "an optimum on the grid was found, but between its nodes the plan is not one";
+    case SolveStatus::wrong_crossing:
+      return "an optimum was found, but a phase of it does not end by the event that was declared";
     case SolveStatus::no_minimum:
       return "the point is stationary but no minimum: a saddle or a maximum";
     case SolveStatus::infeasible:

@@ -24,9 +24,8 @@ VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorX
 
 // The furthest that the guard had been beyond zero after having been before it: t and amount.
 void find_early_crossing(const std::vector<std::pair<double, double>>& samples, GuardCrossing& c) {
-  double largest = 0.0;
-  for (const auto& [t, g] : samples) largest = std::max(largest, std::abs(g));
-  const double side = side_share * largest;
+  for (const auto& [t, g] : samples) c.largest = std::max(c.largest, std::abs(g));
+  const double side = side_share * c.largest;
   bool was_before = false;
   for (const auto& [t, g] : samples) {
     was_before = was_before || g < -side;
@@ -96,27 +95,24 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
   return crossings;
 }
 
-std::string describe_doubtful(const std::vector<GuardCrossing>& crossings) {
-  for (const GuardCrossing& c : crossings) {
-    if (c.is_as_declared()) continue;
-    const std::string where =
-        fmt::format("event '{}' that ends phase '{}' at t = {:.6g} s", c.event, c.phase, c.time);
-    if (c.grazes)
-      return fmt::format(
-          "{} grazes its guard (rate {:.3g} per second): its time is not well "
-          "defined",
-          where, c.rate);
-    if (crossing_sign(c.declared) * c.rate < 0.0)
-      return fmt::format(
-          "{} is crossed the wrong way: the guard changes by {:.3g} per second, but "
-          "is declared {}",
-          where, c.rate, describe(c.declared));
+std::string describe_doubtful(const GuardCrossing& c) {
+  if (c.is_as_declared()) return {};
+  const std::string where =
+      fmt::format("event '{}' that ends phase '{}' at t = {:.6g} s", c.event, c.phase, c.time);
+  if (c.grazes)
     return fmt::format(
-        "{} is not the first: the guard had passed zero {} before, by {:.3g} at "
-        "t = {:.6g} s",
-        where, describe(c.declared), c.early_amount, c.early_time);
-  }
-  return {};
+        "{} grazes its guard (rate {:.3g} per second): its time is not well "
+        "defined",
+        where, c.rate);
+  if (c.is_the_wrong_way())
+    return fmt::format(
+        "{} is crossed the wrong way: the guard changes by {:.3g} per second, but "
+        "is declared {}",
+        where, c.rate, describe(c.declared));
+  return fmt::format(
+      "{} is not the first: the guard had passed zero {} before, by {:.3g} at "
+      "t = {:.6g} s",
+      where, describe(c.declared), c.early_amount, c.early_time);
 }
 
 }  // namespace saltus

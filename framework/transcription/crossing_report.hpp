@@ -16,7 +16,7 @@ namespace saltus {
 std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
                                            const Trajectory& trajectory);
 
-/// One clause for the first crossing that is not what was declared, or an empty string.
-std::string describe_doubtful(const std::vector<GuardCrossing>& crossings);
+/// One clause for a crossing that is not what was declared, or an empty string.
+std::string describe_doubtful(const GuardCrossing& crossing);
 
 }  // namespace saltus

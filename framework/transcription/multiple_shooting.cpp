@@ -11,6 +11,7 @@
 #include "saltus/solver/second_order.hpp"
 #include "saltus/solver/solve_in_scale.hpp"
 #include "saltus/transcription/between_nodes.hpp"
+#include "saltus/transcription/crossing_report.hpp"
 #include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
@@ -148,7 +149,19 @@ void MultipleShooting::set_penalty_weight(std::string_view weight_name, double w
 
 namespace {
 
-// What the program cannot know of its own solution.
+// What the program cannot know of its own solution: first whether phases end by the event that was
+// declared, for a plant leaves a phase at the first one.
+void judge_crossings(const GridAccuracy& accuracy, Solution& solution) {
+  if (!solution.ok()) return;
+  const auto wrong = std::ranges::find_if(solution.crossings, [&](const GuardCrossing& c) {
+    return c.is_the_wrong_way() || c.early_amount > accuracy.between_nodes * c.largest;
+  });
+  if (wrong == solution.crossings.end()) return;
+  solution.status = SolveStatus::wrong_crossing;
+  solution.message = fmt::format("{}; {}", describe(solution.status), describe_doubtful(*wrong));
+}
+
+// Then whether the grid is fine enough.
 void judge_grid(const MultipleShooting& shooting, Solution& solution) {
   const GridAccuracy& accuracy = shooting.options().accuracy;
   const auto violations = violations_between_nodes(shooting, solution.trajectory);
@@ -250,6 +263,7 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
   if (!solution.trajectory.empty()) {
     judge_descent(shooting, start, solution);
     judge_curvature(shooting, solution);
+    judge_crossings(shooting.options().accuracy, solution);
     judge_grid(shooting, solution);
   }
   solution.warnings = shooting.problem().warnings();

@@ -229,8 +229,10 @@ Solution MultipleShooting::interpret(NlpResult result) {
              w[last + static_cast<int>(i)] * phase.integrals[i].magnitude});
     }
     solution.crossings = guard_crossings(problem(), solution.trajectory);
-    const std::string doubt = describe_doubtful(solution.crossings);
-    if (solution.ok() && !doubt.empty()) solution.message += "; " + doubt;
+    const auto doubtful =
+        std::ranges::find_if_not(solution.crossings, &GuardCrossing::is_as_declared);
+    if (solution.ok() && doubtful != solution.crossings.end())
+      solution.message += "; " + describe_doubtful(*doubtful);
     const std::string vanished = describe_vanished(problem(), solution.durations);
     if (solution.ok() && !vanished.empty()) solution.message += "; " + vanished;
   }

@@ -42,11 +42,13 @@ struct GuardCrossing {
   bool grazes = false;        ///< the rate is as good as zero: the time is not well defined
   double early_amount = 0.0;  ///< above zero: it had passed zero that way before, by so much
   double early_time = 0.0;    ///< s, where that was
+  double largest = 0.0;       ///< magnitude of the guard along the phase
 
   /// Whether the guard passes zero in the declared direction.
   bool is_as_declared() const {
-    return !grazes && !(crossing_sign(declared) * rate < 0.0) && early_amount == 0.0;
+    return !grazes && !is_the_wrong_way() && early_amount == 0.0;
   }
+  bool is_the_wrong_way() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
 };
 
 /// What an integral of a phase (Phase::bound_integral) has come to at its end.
