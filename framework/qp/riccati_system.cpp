@@ -20,6 +20,9 @@ namespace {
 // them.
 constexpr double least_equality_weight = 1e9, most_equality_weight = 1e15;
 constexpr double equality_weight_per_weight = 10.0;
+// What a solve may leave of the rows; wanted, where it leaves more; and what is rounding, relative
+// to the step.
+constexpr double largest_rest = 1e-3, wanted_rest = 1e-6, rounding = 1e-12;
 // Added to the Hessian when a step is computed, never to the problem: a proximal term.
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
@@ -114,6 +117,11 @@ void RiccatiSystem::join_parts(PackedStage& p) {
                        w.M + w.nx * (w.ld + 1), w.ld, true);
 }
 
+bool RiccatiSystem::pack(const StageQp& qp) {
+  least_equality_weight_ = least_equality_weight;
+  return packed_.pack(qp);
+}
+
 bool RiccatiSystem::factor(const double* weights) {
   if (packed_.has_equality_rows) {
     Lanes most{};
@@ -121,8 +129,8 @@ bool RiccatiSystem::factor(const double* weights) {
       store(&weights_[i], load(weights + i));
       most = larger(most, load(weights + i));
     }
-    equality_weight_ = std::clamp(equality_weight_per_weight * largest(most), least_equality_weight,
-                                  most_equality_weight);
+    equality_weight_ = std::clamp(equality_weight_per_weight * largest(most),
+                                  least_equality_weight_, most_equality_weight);
   }
   const double* P = nullptr;
   int ld_P = 0;
@@ -191,26 +199,62 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
     sweep(gradient, equality, dv, dy);
     return;
   }
-  solve_with_rows(gradient, equality, dv, dy);
-  // The penalty on equality rows is steep: what rounding loses is won back by a second solve.
-  for (int round = 0; round < 2; ++round) {
-    products<false>(dv, dy, residual_v_.data(), residual_y_.data());
-    multiply(dv, side_work_.data());
-    for (int i = 0; i < packed_.sides; i += lanes)
-      store(&side_work_[i], load(&side_work_[i]) * load(&weights_[i]));
-    add_sides<1>(side_work_.data(), residual_v_.data());
-    for (int i = 0; i < packed_.variables; i += lanes)
-      store(&residual_v_[i],
-            load(&residual_v_[i]) + load(gradient + i) + load(dv + i) * broadcast(shift_));
-    for (int i = 0; i < packed_.equalities; i += lanes)
-      store(&residual_y_[i], load(&residual_y_[i]) + load(equality + i));
-    solve_with_rows(residual_v_.data(), residual_y_.data(), correction_v_.data(),
-                    correction_y_.data());
-    for (int i = 0; i < packed_.variables; i += lanes)
-      store(dv + i, load(dv + i) + load(&correction_v_[i]));
-    for (int i = 0; i < packed_.equalities; i += lanes)
-      store(dy + i, load(dy + i) + load(&correction_y_[i]));
-  }
+  double first = 0.0, second = 0.0;
+  do {
+    solve_with_rows(gradient, equality, dv, dy);
+    // The penalty on equality rows is steep: what rounding loses is won back by a second solve.
+    for (int round = 0; round < 2; ++round) {
+      products<false>(dv, dy, residual_v_.data(), residual_y_.data());
+      multiply(dv, side_work_.data());
+      for (int i = 0; i < packed_.sides; i += lanes)
+        store(&side_work_[i], load(&side_work_[i]) * load(&weights_[i]));
+      add_sides<1>(side_work_.data(), residual_v_.data());
+      for (int i = 0; i < packed_.variables; i += lanes)
+        store(&residual_v_[i],
+              load(&residual_v_[i]) + load(gradient + i) + load(dv + i) * broadcast(shift_));
+      for (int i = 0; i < packed_.equalities; i += lanes)
+        store(&residual_y_[i], load(&residual_y_[i]) + load(equality + i));
+      (round == 0 ? first : second) = missed_rows();
+      solve_with_rows(residual_v_.data(), residual_y_.data(), correction_v_.data(),
+                      correction_y_.data());
+      for (int i = 0; i < packed_.variables; i += lanes)
+        store(dv + i, load(dv + i) + load(&correction_v_[i]));
+      for (int i = 0; i < packed_.equalities; i += lanes)
+        store(dy + i, load(dy + i) + load(&correction_y_[i]));
+    }
+    if (second <= std::fmax(largest_rest * first, rounding * size_of_step(dv))) return;
+  } while (raise_equality_weight(second / first));
+}
+
+// Largest magnitude in v.
+double RiccatiSystem::size_of_step(const double* dv) const {
+  Lanes most{};
+  for (int i = 0; i < packed_.variables; i += lanes) most = larger(most, magnitude(load(dv + i)));
+  return largest(most);
+}
+
+// Of a step whose residuals are in residual_y_: the largest of the equality rows.
+double RiccatiSystem::missed_rows() const {
+  double most = 0.0;
+  for (const PackedStage& p : packed_.stages)
+    for (const RowBlock& b : p.rows)
+      for (int i = 0; b.equality_at >= 0 && i < b.rows; ++i)
+        most = std::fmax(most, std::fabs(residual_y_[b.equality_at + i]));
+  return most;
+}
+
+// Of what rows miss a solve leaves about 1 / (1 + weight / stiffness), `left`, with the stiffness
+// that the Hessian has in the directions in which the rows can be met: large where inputs of
+// thousands move states a little. False if there is nothing more to be had.
+bool RiccatiSystem::raise_equality_weight(double left) {
+  if (!(equality_weight_ < most_equality_weight) || !std::isfinite(left)) return false;
+  const double before = least_equality_weight_;
+  least_equality_weight_ =
+      std::fmin(equality_weight_ * std::fmin(left, 1.0) / wanted_rest, most_equality_weight);
+  if (factor(weights_.data())) return true;
+  least_equality_weight_ = before;
+  factor(weights_.data());
+  return false;
 }
 
 // Equality rows E dv = -equality as a penalty: dy = weight (E dv + equality).

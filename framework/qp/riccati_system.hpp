@@ -18,7 +18,7 @@ class RiccatiSystem {
   RiccatiSystem(const StageQp& capacity, std::span<const RiccatiKernel> kernels);
 
   /// False if it is no problem: see PackedQp::pack().
-  bool pack(const StageQp& qp) { return packed_.pack(qp); }
+  bool pack(const StageQp& qp);
   const PackedQp& packed() const { return packed_; }
   /// Replaces the states in v by those that the dynamics give for its inputs.
   void roll_out(double* v);
@@ -55,11 +55,14 @@ class RiccatiSystem {
   void join_parts(PackedStage& stage);
   void sweep(const double* gradient, const double* equality, double* dv, double* dy);
   void solve_with_rows(const double* gradient, const double* equality, double* dv, double* dy);
+  double size_of_step(const double* dv) const;
+  double missed_rows() const;
+  bool raise_equality_weight(double left);
 
   PackedQp packed_;
   AlignedArray weights_, side_work_, work_, row_work_, sum_;
   AlignedArray gradient_, residual_v_, residual_y_, correction_v_, correction_y_;
-  double equality_weight_ = 0.0;
+  double equality_weight_ = 0.0, least_equality_weight_ = 0.0;
   double shift_ = 0.0;
   bool expects_convex_ = true;
 };

@@ -67,6 +67,43 @@ TEST(RiccatiSolver, FindsTenThousandKnownOptima) {
   for (int seed = 1; seed <= programs; ++seed) expect_optimum(random_qp(seed), seed);
 }
 
+// A mass (kg) is brought to a place and to rest, or held at a speed from half of the time on: what
+// its input of thousands does to the states of an interval is small, and the rows stiff.
+StageQp mass_to_hold(double mass, double interval, bool held) {
+  constexpr int intervals = 20;
+  std::vector<StageCapacity> sizes(intervals + 1, {2, 1, {}});
+  sizes.back() = {2, 0, {}};
+  StageQp qp(sizes);
+  qp.start = Vec<double, 2>(0.2, 0.1);
+  for (int k = 0; k <= intervals; ++k) {
+    Stage& s = qp.stages[k];
+    s.Q = MatrixXd::Identity(2, 2) * interval;
+    if (held && k > intervals / 2) s.x_lower[1] = s.x_upper[1] = 0.15;
+    if (k == intervals) continue;
+    s.A = MatrixXd::Identity(2, 2);
+    s.A(0, 1) = interval;
+    s.B = Vec<double, 2>(0.5 * interval * interval / mass, interval / mass);
+    s.R = MatrixXd::Constant(1, 1, interval);
+  }
+  if (!held) qp.stages.back().x_lower = qp.stages.back().x_upper = Vec<double, 2>(0.3, 0.0);
+  return qp;
+}
+
+TEST(RiccatiSolver, HoldsHeavyMassesAtEqualBounds) {
+  for (const double interval : {0.1, 0.01, 0.001})
+    for (const double mass : {1.0, 1e2, 1e3, 1e4})
+      for (const bool held : {true, false}) {
+        SCOPED_TRACE(fmt::format("{} kg, {} s, held {}", mass, interval, held));
+        const StageQp qp = mass_to_hold(mass, interval, held);
+        StagePoint point;
+        const QpResult structured = solve_cold(qp, point), sparse = solve_sparse(qp);
+        ASSERT_EQ(structured.status, QpStatus::optimal);
+        ASSERT_EQ(sparse.status, QpStatus::optimal);
+        EXPECT_LE(kkt_residual(qp, point).feasibility, required);
+        EXPECT_NEAR(structured.objective, sparse.objective, 1e-6 * sparse.objective);
+      }
+}
+
 TEST(RiccatiSolver, AgreesWithTheSparseSolver) {
   for (int seed = 1; seed <= programs; seed += one_in_for_sparse(8)) {
     const RandomQp random = random_qp(seed);
