@@ -35,13 +35,15 @@ Vec<S, n> capture_point(const Vec<S, n>& position, const Vec<S, n>& velocity, co
 }
 
 /// The capture point once the angular momentum H about the CoM (Nms) is given back: a flywheel that
-/// is stopped pushes the CoM, m z dv = (-dH_y, dH_x), back where its spinning up had held it.
+/// is stopped pushes the CoM, m z dv = (-dH_y, dH_x), back where its spinning up had held it. The
+/// height z above the ground is that of omega, whatever the ground's in the world.
 inline Vec<double, 2> capture_point_at_rest(const Vec<double, 3>& com,
                                             const Vec<double, 3>& velocity,
                                             const Vec<double, 3>& angular_momentum, double mass,
                                             double omega) {
   const Vec<double, 2> lent(-angular_momentum[1], angular_momentum[0]);
-  return com.head<2>() + (velocity.head<2>() - lent / (mass * com[2])) / omega;
+  const double height = standard_gravity / (omega * omega);
+  return com.head<2>() + (velocity.head<2>() - lent / (mass * height)) / omega;
 }
 
 /// xi after the time t with the centre of pressure constant: p + (xi - p) e^(omega t).

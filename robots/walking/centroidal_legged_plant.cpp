@@ -26,7 +26,7 @@ class CentroidalLeggedPlant final : public LeggedPlant {
                        .absolute_tolerance = plant_tolerance})) {
     plant_.foot(start.scene.side) = {start.scene.stance, true};
     plant_.foot(swing_side_) = {swing_sole_, start.scene.two_feet};
-    applied_[start.scene.side == Side::left ? 2 : 8] = start.robot.mass * standard_gravity;
+    applied_ = start.scene.standing_wrenches(start.robot.mass, plant_.state().head<3>());
   }
 
   double tick_time(long k) const override { return static_cast<double>(k) * period_; }

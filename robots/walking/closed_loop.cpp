@@ -295,19 +295,20 @@ class ClosedLoop {
 
   void record(double t, const Vec<double, 3>& push) {
     const Vec<double, 9> gamma = plant_.truth();
-    const double omega = frequency_of_height(gamma[2]);
-    log_.samples.push_back(
-        {t, gamma, capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega),
-         plant_.applied(), push, foot(Side::left).stands, foot(Side::right).stands});
+    log_.samples.push_back({t, gamma, true_capture_point(gamma), plant_.applied(), push,
+                            foot(Side::left).stands, foot(Side::right).stands});
+  }
+  // The pendulum stands on the ground below the stance foot.
+  Vec<double, 2> true_capture_point(const Vec<double, 9>& gamma) const {
+    const double omega = frequency_of_height(gamma[2] - scene_.stance.position[2]);
+    return capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega);
   }
 
   LoopState state(double t) const {
     const Vec<double, 9> gamma = plant_.truth();
     const SupportPolygon ground = on_two_feet() ? scene_.hull() : scene_.stance_polygon();
-    const double omega = frequency_of_height(gamma[2]);
     LoopState state{t, gamma[2]};
-    state.margin = -ground.signed_distance(
-        capture_point<double, 2>(gamma.head<2>(), gamma.segment<2>(3), omega));
+    state.margin = -ground.signed_distance(true_capture_point(gamma));
     const bool pushed = std::any_of(pushes_.begin(), pushes_.end(), [t](const Push& push) {
       return t > push.start - same_instant && t < push.end();
     });

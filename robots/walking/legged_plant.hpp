@@ -28,7 +28,8 @@ struct SwingTarget {
 
 /// At each instant the loop calls: sense, lift_off, swing and find_landing, command (these four in
 /// any number), step. States are (CoM position m, velocity m/s, angular momentum about it Nms),
-/// world axes; wrenches of left and right foot in the axes of their soles, N and Nm.
+/// world axes; wrenches of left and right foot in the axes of their soles as if these were level
+/// (x forwards, z up), N and Nm.
 class LeggedPlant {
  public:
   virtual ~LeggedPlant() = default;

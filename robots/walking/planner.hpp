@@ -24,7 +24,7 @@ struct Measurement {
   double time = 0.0;                              ///< s
   Vec<double, 9> gamma = Vec<double, 9>::Zero();  ///< CoM m, velocity m/s, angular momentum Nms
   Vec<double, 12> applied =
-      Vec<double, 12>::Zero();               ///< wrenches applied last, sole axes, left and right
+      Vec<double, 12>::Zero();  ///< wrenches applied last, level sole axes, left and right
   bool left_bore = true, right_bore = true;  ///< did that foot stand before now, to have one?
   Vec<double, 3> contact_force = Vec<double, 3>::Zero();  ///< their sum, world axes, N
 };

@@ -19,8 +19,8 @@ struct Sample {
   double time = 0.0;             ///< s
   Vec<double, 9> gamma;          ///< CoM m, velocity m/s, angular momentum Nms
   Vec<double, 2> capture_point;  ///< m
-  /// Applied from this instant on, left and right, sole axes; on the whole body those that its
-  /// controller expects (what is measured stands in BodySample).
+  /// Applied from this instant on, left and right, level sole axes; on the whole body those that
+  /// its controller expects (what is measured stands in BodySample).
   Vec<double, 12> wrenches;
   Vec<double, 3> push;                           ///< N
   bool left_stands = true, right_stands = true;  ///< whether that foot stands
@@ -77,7 +77,7 @@ struct BodyEstimate {
 struct BodySample {
   WholeBodyState state;     ///< as it is
   VectorXd torques;         ///< Nm
-  Vec<double, 12> planned;  ///< wrenches of the plan, left and right, sole axes
+  Vec<double, 12> planned;  ///< wrenches of the plan, left and right, axes of the soles as they are
   /// Measured (force | torque), world axes: the mean over the engine's steps since the sample
   /// before, so that their sum is the ground's impulse.
   Vec<double, 6> left, right;

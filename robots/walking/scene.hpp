@@ -49,6 +49,9 @@ struct Scene {
   SupportPolygon hull() const;
   /// Of the stance sole, in world axes.
   SupportPolygon stance_polygon() const;
+  /// What the feet bear of a body that stands still with its CoM (m) there: left and right, level
+  /// sole axes, N and Nm; of two feet by the law of the lever, without torques.
+  Vec<double, 12> standing_wrenches(double mass, const Vec<double, 3>& com) const;
   /// Where the CoM shall come to rest, world x and y, m.
   Vec<double, 2> target_point() const;
 };

@@ -80,6 +80,24 @@ Vec<double, 9> gamma(const DynamicsModel& model) {
   return g;
 }
 
+// Planners take soles to be level, whole-body controllers as they are: axes of the first, in the
+// world.
+Mat<double, 3, 3> heading(const Eigen::Isometry3d& sole) {
+  const double yaw = std::atan2(sole.linear()(1, 0), sole.linear()(0, 0));
+  return Eigen::AngleAxisd(yaw, Vec<double, 3>::UnitZ()).toRotationMatrix();
+}
+// Components along the level axes to components along those of the sole.
+Mat<double, 3, 3> from_level(const Eigen::Isometry3d& sole) {
+  return sole.linear().transpose() * heading(sole);
+}
+// Force and torque of this foot.
+void turn(const Mat<double, 3, 3>& rotation, Side foot, Vec<double, 12>& wrenches) {
+  for (const int part : {0, 3}) {
+    auto vector = wrenches.segment<3>((foot == Side::left ? 0 : 6) + part);
+    vector = (rotation * vector).eval();
+  }
+}
+
 // Counts steps of the engine: times are multiples of its step, periods whole numbers of them.
 class WholeBodyLeggedPlant final : public LeggedPlant {
  public:
@@ -118,7 +136,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     swing_.hold(dynamics_->sole(swing_side_).pose);
     stands(swing_side_) = start.scene.two_feet;
     tasks_.posture = state.q;
-    applied_[start.scene.side == Side::left ? 2 : 8] = nominal_.total_mass * standard_gravity;
+    applied_ = start.scene.standing_wrenches(nominal_.total_mass, dynamics_->com());
     stands(other(swing_side_)) = true;
   }
 
@@ -142,10 +160,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   }
   const Vec<double, 12>& applied() const override { return applied_; }
   Vec<double, 3> contact_force() const override {
-    Vec<double, 3> force = Vec<double, 3>::Zero();
-    force += dynamics_->sole(Side::left).pose.linear() * applied_.segment<3>(0);
-    force += dynamics_->sole(Side::right).pose.linear() * applied_.segment<3>(6);
-    return force;
+    return heading(dynamics_->sole(Side::left).pose) * applied_.segment<3>(0) +
+           heading(dynamics_->sole(Side::right).pose) * applied_.segment<3>(6);
   }
   bool lands_on_time() const override { return false; }
 
@@ -179,6 +195,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
       const int first = side == Side::left ? 0 : 6;
       if (side == swing_side_ && !stands(swing_side_)) tasks_.wrenches.segment<6>(first).setZero();
       const SoleMotion& sole = dynamics_->sole(side);
+      turn(from_level(sole.pose), side, tasks_.wrenches);
       const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
       tasks_.force += f;
       tasks_.torque += sole.pose.linear() * tasks_.wrenches.segment<3>(first + 3) +
@@ -194,6 +211,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     command_ = &command;
     plant_->set_torques(command.torques);
     applied_ = command.wrenches;
+    for (const Side side : {Side::left, Side::right})
+      turn(from_level(dynamics_->sole(side).pose).transpose(), side, applied_);
   }
 
   std::string step(double from, double to) override {

@@ -59,6 +59,11 @@ TEST(CapturePoint, AtRestTakesBackWhatAFlywheelLent) {
   const Vec<double, 2> spinning =
       capture_point_at_rest(com, velocity + impulse / mass, arm.cross(impulse), mass, omega);
   EXPECT_LT((spinning - still).norm(), exact);
+  // On a step of the ground the height that counts is above it.
+  const Vec<double, 3> raised(com[0], com[1], com[2] + 0.1);
+  const Vec<double, 2> on_a_step =
+      capture_point_at_rest(raised, velocity + impulse / mass, arm.cross(impulse), mass, omega);
+  EXPECT_LT((on_a_step - still).norm(), exact);
 }
 
 TEST(CapturePoint, MarginsOfNSteps) {
