@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "saltus/app/option_parser.hpp"
@@ -25,9 +27,11 @@ std::string results_text(const std::filesystem::path& results,
   };
   std::string text = fmt::format("results in {}\n", results.string());
   std::vector<std::string> pictures;
-  for (const char* name : {"capture_point.png", "from_above.png", "com.png", "forces.png",
-                           "measured_forces.png", "feet.png", "torques.png"})
-    if (is_new(name)) pictures.emplace_back(name);
+  for (const fs::directory_entry& entry : fs::directory_iterator(results, absent)) {
+    const std::string name = entry.path().filename().string();
+    if (entry.path().extension() == ".png" && is_new(name.c_str())) pictures.push_back(name);
+  }
+  std::ranges::sort(pictures);
   const auto add = [&text](const std::string& names, const char* what) {
     text += fmt::format("  {:<31} {}\n", names, what);
   };

@@ -28,6 +28,9 @@ TEST(ResultsText, NamesWhatThisRunLeftAndNoMore) {
   EXPECT_TRUE(contains(alone, "needs no network: xdg-open " + (folder / "report.html").string()));
   EXPECT_FALSE(contains(alone, "replay"));
 
+  leave("estimate.png", std::chrono::seconds(1));
+  EXPECT_TRUE(contains(results_text(folder.path(), begin), "  com.png, estimate.png\n"));
+
   leave("body.csv", std::chrono::seconds(1));
   leave("replay.html", std::chrono::seconds(1));
   const std::string both = results_text(folder.path(), begin);
