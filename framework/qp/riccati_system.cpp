@@ -22,7 +22,7 @@ constexpr double least_equality_weight = 1e9, most_equality_weight = 1e15;
 constexpr double equality_weight_per_weight = 10.0;
 // What a solve may leave of the rows; wanted, where it leaves more; and what is rounding, relative
 // to the step.
-constexpr double largest_rest = 1e-3, wanted_rest = 1e-6, rounding = 1e-12;
+constexpr double largest_rest = 1e-3, wanted_rest = 1e-6, lost_in_rounding = 1e-12;
 // Added to the Hessian when a step is computed, never to the problem: a proximal term.
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
@@ -222,7 +222,7 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
       for (int i = 0; i < packed_.equalities; i += lanes)
         store(dy + i, load(dy + i) + load(&correction_y_[i]));
     }
-    if (second <= std::fmax(largest_rest * first, rounding * size_of_step(dv))) return;
+    if (second <= std::fmax(largest_rest * first, lost_in_rounding * size_of_step(dv))) return;
   } while (raise_equality_weight(second / first));
 }
 
