@@ -20,9 +20,10 @@ namespace {
 // them.
 constexpr double least_equality_weight = 1e9, most_equality_weight = 1e15;
 constexpr double equality_weight_per_weight = 10.0;
-// What a solve may leave of the rows; wanted, where it leaves more; and what is rounding, relative
-// to the step.
-constexpr double largest_rest = 1e-3, wanted_rest = 1e-6, lost_in_rounding = 1e-12;
+// What solves may leave of missed rows, one after the other and altogether; wanted of one, where
+// they leave more; and what is no miss.
+constexpr double largest_rest = 1e-3, largest_rest_of_all = 1e-6, wanted_rest = 1e-6;
+constexpr double least_miss = 1e-9;
 // Added to the Hessian when a step is computed, never to the problem: a proximal term.
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
@@ -199,6 +200,7 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
     sweep(gradient, equality, dv, dy);
     return;
   }
+  const double missed = largest_of_rows(equality);
   double first = 0.0, second = 0.0;
   do {
     solve_with_rows(gradient, equality, dv, dy);
@@ -214,7 +216,7 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
               load(&residual_v_[i]) + load(gradient + i) + load(dv + i) * broadcast(shift_));
       for (int i = 0; i < packed_.equalities; i += lanes)
         store(&residual_y_[i], load(&residual_y_[i]) + load(equality + i));
-      (round == 0 ? first : second) = missed_rows();
+      (round == 0 ? first : second) = largest_of_rows(residual_y_.data());
       solve_with_rows(residual_v_.data(), residual_y_.data(), correction_v_.data(),
                       correction_y_.data());
       for (int i = 0; i < packed_.variables; i += lanes)
@@ -222,24 +224,18 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
       for (int i = 0; i < packed_.equalities; i += lanes)
         store(dy + i, load(dy + i) + load(&correction_y_[i]));
     }
-    if (second <= std::fmax(largest_rest * first, lost_in_rounding * size_of_step(dv))) return;
+    if (missed <= least_miss) return;
+    if (second <= std::fmax(largest_rest * first, largest_rest_of_all * missed)) return;
   } while (raise_equality_weight(second / first));
 }
 
-// Largest magnitude in v.
-double RiccatiSystem::size_of_step(const double* dv) const {
-  Lanes most{};
-  for (int i = 0; i < packed_.variables; i += lanes) most = larger(most, magnitude(load(dv + i)));
-  return largest(most);
-}
-
-// Of a step whose residuals are in residual_y_: the largest of the equality rows.
-double RiccatiSystem::missed_rows() const {
+// Largest magnitude of what equality rows have in y.
+double RiccatiSystem::largest_of_rows(const double* y) const {
   double most = 0.0;
   for (const PackedStage& p : packed_.stages)
     for (const RowBlock& b : p.rows)
       for (int i = 0; b.equality_at >= 0 && i < b.rows; ++i)
-        most = std::fmax(most, std::fabs(residual_y_[b.equality_at + i]));
+        most = std::fmax(most, std::fabs(y[b.equality_at + i]));
   return most;
 }
 
@@ -247,7 +243,9 @@ double RiccatiSystem::missed_rows() const {
 // that the Hessian has in the directions in which the rows can be met: large where inputs of
 // thousands move states a little. False if there is nothing more to be had.
 bool RiccatiSystem::raise_equality_weight(double left) {
-  if (!(equality_weight_ < most_equality_weight) || !std::isfinite(left)) return false;
+  const bool is_for_sides = equality_weight_ > least_equality_weight_;  // and high enough, then
+  if (is_for_sides || !(equality_weight_ < most_equality_weight) || !std::isfinite(left))
+    return false;
   const double before = least_equality_weight_;
   least_equality_weight_ =
       std::fmin(equality_weight_ * std::fmin(left, 1.0) / wanted_rest, most_equality_weight);

@@ -55,8 +55,7 @@ class RiccatiSystem {
   void join_parts(PackedStage& stage);
   void sweep(const double* gradient, const double* equality, double* dv, double* dy);
   void solve_with_rows(const double* gradient, const double* equality, double* dv, double* dy);
-  double size_of_step(const double* dv) const;
-  double missed_rows() const;
+  double largest_of_rows(const double* y) const;
   bool raise_equality_weight(double left);
 
   PackedQp packed_;
