@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -51,8 +52,9 @@ ParsedNumber parse_number(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size() || text.empty()) return {};
+  // Too large, or too small to be told from 0.
   if (error == std::errc::result_out_of_range) {
-    return {true, std::numeric_limits<double>::infinity()};
+    return {true, std::strtod(std::string(text).c_str(), nullptr)};
   }
   return {error == std::errc{}, value};
 }
@@ -134,11 +136,12 @@ Settings::Value Settings::parse(const Setting& setting, const Assignment& given)
     if (text.empty() || end != text.data() + text.size() || error == std::errc::invalid_argument) {
       reject(given, key, "a whole number");
     }
-    if (error == std::errc::result_out_of_range || !setting.range.contains(value)) {
+    if (error == std::errc::result_out_of_range) {
       reject(given, key,
-             setting.range.is_free() ? "a whole number of usual size"
-                                     : setting.range.text(setting.unit));
+             fmt::format("a whole number from {} to {}", std::numeric_limits<int>::min(),
+                         std::numeric_limits<int>::max()));
     }
+    if (!setting.range.contains(value)) reject(given, key, setting.range.text(setting.unit));
     return value;
   };
   const auto parse_flag = [&]() -> bool {

@@ -190,7 +190,8 @@ void declare_settings(Settings& s, Push& push) {
 
 void declare_point_of_push(Settings& s, Push& push) {
   s.text("push.link", push.link, "whole body: the link that is pushed (the centroidal model: CoM)");
-  s.vector("push.point", push.point, "m", "whole body: where on that link, in its frame");
+  s.vector("push.point", push.point, "m", "whole body: where on that link, in its frame",
+           between(-10.0, 10.0));
 }
 
 }  // namespace saltus::walking

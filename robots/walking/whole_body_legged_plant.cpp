@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/model/capture_point.hpp"
@@ -66,11 +67,14 @@ Senses make_senses(std::unique_ptr<Plant> engine, const FloatingRobot& nominal, 
 
 // A controller that knows how late the velocities are that it sees.
 WholeBodyControl control_by(WholeBodyControl control, const PlantSettings& settings) {
-  if (settings.sensors == SensorChoice::measured)
-    // Differences of two readings are half a period old at least.
+  if (settings.sensors == SensorChoice::measured) {
+    const double step = settings.step;
+    const double period = sample_period(settings.sensor.encoder.rate, step);
+    const double delay = step * std::round(settings.sensor.encoder.delay / step);
+    // Differences of two readings are half a period old at least, and held until the next.
     control.gains.velocity_age =
-        settings.sensor.encoder.delay +
-        std::max(settings.estimation.velocity_lag, 0.5 / settings.sensor.encoder.rate);
+        delay + std::max(settings.estimation.velocity_lag, 0.5 * period) + 0.5 * (period - step);
+  }
   return control;
 }
 
@@ -133,6 +137,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     plant_->reset(state);
     controller_->stand(state);
     update_dynamics();
+    expect_room(start, settings);
     swing_.hold(dynamics_->sole(swing_side_).pose);
     stands(swing_side_) = start.scene.two_feet;
     tasks_.posture = state.q;
@@ -268,6 +273,28 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   }
 
  private:
+  // Where the ground's step begins no foot may stand, nor be within it.
+  void expect_room(const PlantStart& start, const PlantSettings& settings) const {
+    constexpr double slack = 1e-3;  // m
+    if (settings.ground_step == 0.0) return;
+    const double edge =
+        start.scene.side == Side::left ? -settings.ground_edge : settings.ground_edge;
+    for (const Side side : {Side::left, Side::right}) {
+      const bool standing = side == start.scene.side || start.scene.two_feet;
+      const SoleFrame at = sole(side);
+      const Mat<double, 4, 3> corners = foot_corners_3d(at, start.robot.foot(side));
+      for (int i = 0; i < 4; ++i) {
+        const bool is_beyond = corners(i, 1) / edge > 1.0;
+        if (!is_beyond || (!standing && corners(i, 2) > settings.ground_step - slack)) continue;
+        throw InputError(
+            fmt::format("simulator.ground_edge: {} m from the origin the {} sole {} the ground's "
+                        "step of {} m (its corner is at y = {:.3f} m)",
+                        settings.ground_edge, side == Side::left ? "left" : "right",
+                        standing ? "stands on" : "is within", settings.ground_step, corners(i, 1)));
+      }
+    }
+  }
+
   bool is_control_due() const { return steps_ % per_control_ == 0; }
   bool& stands(Side foot) { return foot == Side::left ? tasks_.left_stands : tasks_.right_stands; }
   // The controllers' model at what is measured; the truth, for the log, where that differs.

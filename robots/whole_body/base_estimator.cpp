@@ -150,6 +150,7 @@ void BaseEstimator::plant(Side side, const SoleReading& reading) {
   P_.block<3, 3>(f, d) += noise.bottomLeftCorner<3, 3>();
   P_.block<3, 3>(f, f) += noise.bottomRightCorner<3, 3>();
   stands(side) = true;
+  if (side == pin_) pin(side);  // by whose place all others are told
 }
 
 // Of mismatch(), world axes.

@@ -4,32 +4,43 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "saltus/core/error.hpp"
 
 namespace saltus {
 namespace {
 
-// Before the first force is read the pin is known to stand, s: time for the contact to build up.
-constexpr double certain_stand = 0.05;
+// Before the first force is read the pin is known to stand, s: at least the time for the contact to
+// build up.
+constexpr double least_certain_stand = 0.05;
 
 // A sole rests when its centre of pressure is so far from its edges, m: beyond what the biases of
 // the force sensors make of it.
 constexpr double off_the_edge = 0.005;
 
-// What touches the ground, less that.
+// What touches the ground, less that: between the lowest corners of the foot's boxes, however they
+// are turned.
 FootRectangle resting_area(const FloatingRobot& robot, const FloatingRobot::Frame& sole) {
-  FootRectangle area{{infinity, -infinity}, {infinity, -infinity}};
+  constexpr double as_low = 1e-4;  // m
+  std::vector<Vec<double, 3>> corners;
+  double lowest = infinity;
   for (const UrdfBox& box : robot.bodies[static_cast<std::size_t>(sole.body)].boxes)
-    for (int corner = 0; corner < 4; ++corner) {
-      const Vec<double, 3> half(corner % 2 == 0 ? 0.5 : -0.5, corner < 2 ? 0.5 : -0.5, -0.5);
-      const Vec<double, 3> point =
-          sole.pose.inverse() * (box.pose * Vec<double, 3>(half.cwiseProduct(box.size)));
-      area.x = {std::min(area.x.lower, point.x() + off_the_edge),
-                std::max(area.x.upper, point.x() - off_the_edge)};
-      area.y = {std::min(area.y.lower, point.y() + off_the_edge),
-                std::max(area.y.upper, point.y() - off_the_edge)};
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec<double, 3> half(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5,
+                                corner & 4 ? 0.5 : -0.5);
+      corners.emplace_back(sole.pose.inverse() *
+                           (box.pose * Vec<double, 3>(half.cwiseProduct(box.size))));
+      lowest = std::min(lowest, corners.back().z());
     }
+  FootRectangle area{{infinity, -infinity}, {infinity, -infinity}};
+  for (const Vec<double, 3>& corner : corners) {
+    if (corner.z() > lowest + as_low) continue;
+    area.x = {std::min(area.x.lower, corner.x() + off_the_edge),
+              std::max(area.x.upper, corner.x() - off_the_edge)};
+    area.y = {std::min(area.y.lower, corner.y() + off_the_edge),
+              std::max(area.y.upper, corner.y() - off_the_edge)};
+  }
   return area;
 }
 
@@ -56,6 +67,8 @@ EstimatedPlant::EstimatedPlant(std::unique_ptr<Plant> plant, const FloatingRobot
                                double step)
     : PlantAround(std::move(plant)),
       step_(step),
+      certain_stand_(std::max(least_certain_stand,
+                              1.0 / sensors.force_torque.rate + sensors.force_torque.delay + step)),
       first_pin_(pin),
       pin_(pin),
       options_(options),
@@ -113,7 +126,7 @@ void EstimatedPlant::step() {
       const Vec<double, 6>& wrench = side == Side::left ? r.left : r.right;
       sole.stands = wrench[2] > (sole.stands ? 0.5 : 1.0) * options_.standing_force;
       sole.rests = sole.stands && presses_within(resting_[side == Side::left ? 0 : 1], wrench);
-      if (side == pin_ && plant_->time() < certain_stand) sole.stands = true;
+      if (side == pin_ && plant_->time() < certain_stand_) sole.stands = true;
       base_.correct(side, sole);
     }
   }

@@ -38,6 +38,7 @@ class EstimatedPlant final : public PlantAround {
   void publish();
 
   double step_;
+  double certain_stand_;  // s: until then the pin is known to stand
   Side first_pin_, pin_;  // where the robot stands at a reset, and now
   EstimationOptions options_;
   Sensors sensors_;

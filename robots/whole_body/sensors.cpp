@@ -49,7 +49,7 @@ long steps_between(double rate, double step) {
 
 SensorDevice inertial(const InertialOptions& o, const char* name, double step, std::uint64_t seed) {
   check(name, o.rate, {{"noise", o.noise}, {"bias", o.bias}, {"delay", o.delay}});
-  const double rate = 1.0 / (static_cast<double>(steps_between(o.rate, step)) * step);
+  const double rate = 1.0 / sample_period(o.rate, step);
   return {{o.rate, o.delay, 0.0, VectorXd::Constant(3, o.noise * std::sqrt(rate)),
            VectorXd::Constant(3, o.bias), true},
           step,
@@ -76,6 +76,10 @@ std::uint64_t seed_of(const SensorOptions& options, std::uint64_t device) {
 }
 
 }  // namespace
+
+double sample_period(double rate, double step) {
+  return static_cast<double>(steps_between(rate, step)) * step;
+}
 
 SensorDevice::SensorDevice(Options options, double step, std::uint64_t seed)
     : options_(std::move(options)),

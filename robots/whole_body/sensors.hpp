@@ -22,6 +22,9 @@ struct SensorReadings {
   bool has_new_positions = false;  ///< did `q` arrive in this step?
 };
 
+/// Of a device in whole steps of the engine, at least one, s.
+double sample_period(double rate, double step);
+
 /// One device: takes a value in every step of the engine, hands over what it has measured.
 class SensorDevice {
  public:

@@ -30,8 +30,9 @@ class SwingFoot {
   /// Whether it is in the air.
   bool is_under_way() const { return under_way_; }
 
-  /// Moves the reference on to t, with the time to go from t on: about one call ahead of the minimum
-  /// jerk (2 mm in mid-swing at 2 ms). Feet follow late, and without the lead they land harder.
+  /// Moves the reference on to t, with the time to go from t on: about one call ahead of the
+  /// minimum jerk (2 mm in mid-swing at 2 ms). Feet follow late, and without the lead they land
+  /// harder.
   void advance(double t);
   /// d twist / dt (angular | linear) that follows the reference from the motion measured.
   Vec<double, 6> acceleration(const SoleMotion& sole) const;

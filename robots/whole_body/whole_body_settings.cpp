@@ -86,7 +86,7 @@ void declare_settings(Settings& s, MeasurementNoise& n) {
 
 void declare_settings(Settings& s, SensorOptions& o, EstimationOptions& e) {
   const auto device = [&s](const std::string& name, double& rate, double& delay) {
-    s.number("sensor." + name + ".rate", rate, "Hz", "measured senses", above(0.0));
+    s.number("sensor." + name + ".rate", rate, "Hz", "measured senses", between(1.0, 1e5));
     s.number("sensor." + name + ".delay", delay, "s", "whole steps of the engine",
              between(0.0, 1.0));
   };

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
+#include <utility>
 
 #include "saltus/core/error.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
@@ -447,6 +449,43 @@ TEST_F(Estimated, ASoleThatIsPressedInsideItsEdgesTellsTheBiasOfTheGyroscope) {
     const double inwards = edge < y ? 1.0 : -1.0;
     EXPECT_LT(turns(x, edge + inwards * inside), known) << edge;
     EXPECT_GT(turns(x, edge + inwards * outside), unknown) << edge;
+  }
+}
+
+// The same sole as a box that lies on its side, and with a wider one above it.
+TEST_F(Estimated, HowTheBoxesOfASoleLieDoesNotMatter) {
+  FloatingRobot turned = robot, topped = robot;
+  for (const FloatingRobot::Frame* sole : {&robot.left_sole, &robot.right_sole}) {
+    for (UrdfBox& box : turned.bodies[sole->body].boxes) {
+      box.pose.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vec<double, 3>::UnitX()));
+      std::swap(box.size[1], box.size[2]);
+    }
+    UrdfBox above = robot.bodies[sole->body].boxes.front();
+    above.size *= 2.0;
+    above.pose =
+        Eigen::Translation3d(sole->pose.linear() * Vec<double, 3>(0.0, 0.0, 0.2)) * above.pose;
+    topped.bodies[sole->body].boxes.push_back(above);
+  }
+  SensorOptions sensors;
+  sensors.gyroscope.bias = 0.01;  // rad/s
+  const auto after_a_second = [&](const FloatingRobot& body) {
+    EstimatedPlant plant(std::make_unique<PuppetPlant>(start), body, Side::left, sensors, {}, dt);
+    for (int k = 0; k < 1000; ++k) plant.step();
+    return plant.state().base_twist;
+  };
+  const Vec<double, 6> twist = after_a_second(robot);
+  EXPECT_LT((after_a_second(turned) - twist).norm(), 1e-9);
+  EXPECT_LT((after_a_second(topped) - twist).norm(), 1e-9);
+}
+
+// Forces that are read late do not make the foot that it stands on go.
+TEST_F(Estimated, StandsUntilTheFirstForceCanBeRead) {
+  SensorOptions sensors;
+  sensors.force_torque.delay = 0.1;
+  EstimatedPlant plant(std::make_unique<PuppetPlant>(start), robot, Side::left, sensors, {}, dt);
+  for (int k = 0; k < 300; ++k) {
+    plant.step();
+    ASSERT_TRUE(plant.base().stands(Side::left)) << k;
   }
 }
 

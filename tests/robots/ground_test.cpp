@@ -27,6 +27,12 @@ TEST(Ground, IsLevelByDefault) {
   for (const double y : {-9.0, -0.2, 0.0, 0.2, 9.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
 }
 
+// At a quarter of a metre per second.
+TEST(Ground, IsThereAfterAnHourOfWalking) {
+  for (const double y : {-900.0, 900.0}) EXPECT_NEAR(height_at({}, y), 0.0, rounding);
+  EXPECT_EQ(ground_boxes({}).front().size[0], ground_boxes({}).front().size[1]);
+}
+
 TEST(Ground, StepBeginsAtItsEdgeOnEitherSide) {
   PlantOptions options;
   for (const double step : {-0.02, 0.02})

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "tests/app/support.hpp"
@@ -90,6 +91,22 @@ TEST_F(LeggedPlants, AWholeBodyTurnsWrenchesIntoSolesThatTilt) {
     ASSERT_LT((expected - plant->contact_force()).norm(), 1e-9) << t;
   }
   EXPECT_GT(tilt, 0.05);  // rad
+}
+
+// No foot may be where the ground's step is at the start.
+TEST_F(LeggedPlants, AStepOfTheGroundUnderAFootIsRefused) {
+  const double beside = std::abs(start().scene.swing.position[1]);
+  PlantSettings settings;
+  settings.choice = PlantChoice::dart;
+  settings.ground_step = 0.03;
+  settings.ground_edge = beside;
+  const auto make = [&] { make_whole_body_legged_plant(start(), {urdf, {}, {}}, settings); };
+  EXPECT_THROW(make(), InputError);
+  settings.ground_edge = beside + 0.2;
+  EXPECT_NO_THROW(make());
+  settings.ground_edge = beside;
+  settings.ground_step = -0.03;  // below the foot in the air
+  EXPECT_NO_THROW(make());
 }
 
 // On two feet by the lever, on one all of it.

@@ -37,7 +37,7 @@ class RestingPlant final : public Plant {
   FootContact contact_;
 };
 
-// From 1 to 3 Nm.
+// From 1 to 3 Nm: what acts in the last of the steps, the mean over it.
 double after(const MotorOptions& options, int steps) {
   double acting = 0.0;
   const auto plant = with_motors(std::make_unique<RestingPlant>(acting), options, step);
@@ -52,14 +52,33 @@ double after(const MotorOptions& options, int steps) {
 TEST(Motors, FollowWithTheirBandwidth) {
   constexpr double bandwidth = 20.0;
   for (const int steps : {1, 8, 40}) {
-    const double decay = std::exp(-2.0 * std::numbers::pi * bandwidth * steps * step);
+    const double lags = 2.0 * std::numbers::pi * bandwidth * step;
+    const double decay = (std::exp(-lags * (steps - 1)) - std::exp(-lags * steps)) / lags;
     EXPECT_NEAR(after({bandwidth, 0.0}, steps), 3.0 - 2.0 * decay, rounding);
+  }
+}
+
+// A first-order lag is behind a ramp by 1 / (2 pi bandwidth), whatever the engine's step; what is
+// asked for in steps is half of one behind on average.
+TEST(Motors, AreBehindARampByTheLag) {
+  constexpr double rate = 100.0;  // Nm/s
+  for (const double bandwidth : {20.0, 50.0, 200.0}) {
+    double acting = 0.0;
+    const auto plant = with_motors(std::make_unique<RestingPlant>(acting), {bandwidth, 0.0}, step);
+    double wanted = 0.0;
+    for (int k = 0; k < 300; ++k) {
+      wanted = rate * (k + 0.5) * step;
+      plant->set_torques(VectorXd::Constant(1, wanted));
+      plant->step();
+    }
+    const double lag = 1.0 / (2.0 * std::numbers::pi * bandwidth);
+    EXPECT_NEAR((wanted - acting) / rate, lag, 1e-2 * lag + 1e-4 * step) << bandwidth;
   }
 }
 
 TEST(Motors, ChangeNoFasterThanTheirRate) {
   constexpr double rate = 100.0;
-  EXPECT_NEAR(after({0.0, rate}, 7), 1.7, rounding);
+  EXPECT_NEAR(after({0.0, rate}, 7), 1.65, rounding);
   EXPECT_NEAR(after({0.0, rate}, 25), 3.0, rounding);
 }
 
