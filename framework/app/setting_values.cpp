@@ -137,9 +137,11 @@ Settings::Value Settings::parse(const Setting& setting, const Assignment& given)
       reject(given, key, "a whole number");
     }
     if (error == std::errc::result_out_of_range) {
+      constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
       reject(given, key,
-             fmt::format("a whole number from {} to {}", std::numeric_limits<int>::min(),
-                         std::numeric_limits<int>::max()));
+             setting.range.is_free() ? fmt::format("a whole number from {} to {}", least, most)
+                                     : fmt::format("{}, and a whole number of at most {}",
+                                                   setting.range.text(setting.unit), most));
     }
     if (!setting.range.contains(value)) reject(given, key, setting.range.text(setting.unit));
     return value;

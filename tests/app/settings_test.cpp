@@ -157,7 +157,7 @@ TEST_F(SettingsTest, wrong_types) {
   EXPECT_TRUE(contains(complaint_about_file("push.impulse:\n"), "but has no value"));
   EXPECT_TRUE(contains(complaint_about_file("push.impulse: [1, 2]\n"), "not '[1, 2]'"));
   EXPECT_TRUE(contains(complaint_about({"horizon.intervals=15.5"}), "must be a whole number"));
-  EXPECT_TRUE(contains(complaint_about({"horizon.intervals=3000000000"}), "to 2147483647"));
+  EXPECT_TRUE(contains(complaint_about({"horizon.intervals=3000000000"}), "of at most 2147483647"));
   EXPECT_TRUE(contains(complaint_about({"horizon.intervals=99999999999"}), "must be at least 1"));
   EXPECT_TRUE(contains(complaint_about({"stepping=maybe"}), "must be true or false, not 'maybe'"));
   EXPECT_TRUE(contains(complaint_about({"push.direction=[0, 1]"}), "a list of 3 numbers"));
