@@ -41,6 +41,10 @@ Json points(const SupportPolygon& polygon) {
   return list;
 }
 
+Json direction(const Push& push) {
+  return std::vector<double>(push.direction.begin(), push.direction.end());
+}
+
 }  // namespace
 
 Json latency(const LatencyHistogram& h) {
@@ -74,9 +78,8 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
   }
   const bool on_two_feet = log.touchdown < infinity || log.samples.back().two_feet();
   const Scene& scene = log.final_scene;
-  const Push push = settings.more_pushes.rate > 0.0  // which take the first one's place
-                        ? all_pushes(settings.push, settings.more_pushes).front()
-                        : settings.push;
+  const std::vector<Push> pushes = all_pushes(settings.push, settings.more_pushes);
+  const Push& push = pushes.front();
   Json json = {
       {"recovered", verdict.recovered},
       {"reason", verdict.reason},
@@ -94,7 +97,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"stance", name_of(scene.side)},
       {"stepping", settings.step.allowed},
       {"push_impulse_ns", push.impulse},
-      {"push_direction", Json(std::vector<double>(push.direction.begin(), push.direction.end()))},
+      {"push_direction", direction(push)},
       {"push_start_s", push.start},
       {"push_duration_s", push.duration},
       {"push_shape", describe(push.shape)},
@@ -127,6 +130,12 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
         points(SupportPolygon::under({{scene.swing, scene.swing_foot}}));
     json["hull"] = points(scene.hull());
   }
+  json["pushes"] = Json::array();  // all of them; the keys above are of the first
+  for (const Push& each : pushes)
+    json["pushes"].push_back({{"start_s", each.start},
+                              {"duration_s", each.duration},
+                              {"impulse_ns", each.impulse},
+                              {"direction", direction(each)}});
   json["steps"] = Json::array();
   for (const StepRecord& step : log.steps)
     json["steps"].push_back({{"foot", name_of(step.foot)},

@@ -26,7 +26,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
 sys.path.insert(0, os.path.join(source, "python"))
-from saltus.walking import ground  # noqa: E402
+from saltus.walking import events, ground  # noqa: E402
 folder = tempfile.TemporaryDirectory(prefix="saltus-pictures-")
 
 
@@ -49,6 +49,20 @@ def simulate(name, *settings):
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)}: {done.stdout}{done.stderr}")
     return path(name)
+
+
+def summary_of(results):
+    with open(os.path.join(results, "summary.json"), encoding="utf-8") as file:
+        return json.load(file)
+
+
+def page_about(results):
+    """The report, made again."""
+    done = script("report", results)
+    if done.returncode != 0:
+        raise RuntimeError(done.stderr)
+    with open(os.path.join(results, "report.html"), encoding="utf-8") as file:
+        return file.read()
 
 
 class Pictures(unittest.TestCase):
@@ -95,6 +109,35 @@ class Pictures(unittest.TestCase):
         self.assertIn("Planned vertical force, left foot", page)
         self.assertNotIn("Measured vertical force", page)
         self.assertFalse(os.path.exists(path("baseline", "replay.html")))
+
+    # A first push of nothing is none; old results tell of the first one alone.
+    def test_pushes_are_those_that_were_given(self):
+        pushed = simulate("list", "--push.impulse", "0", "--pushes", "0.5 3 90; 2 4 0 0.2")
+        summary = summary_of(pushed)
+        self.assertEqual([(p["start_s"], p["impulse_ns"], p["duration_s"]) for p in summary["pushes"]],
+                         [(0.5, 3, 0.1), (2, 4, 0.2)])
+        self.assertEqual((summary["push_start_s"], summary["push_impulse_ns"]), (0.5, 3))
+        self.assertEqual(events.impulse_in_words(summary), "2 pushes of 3 to 4 N s")
+        begin, end = events.span(summary, before=0.4, after=2.0)
+        self.assertAlmostEqual(begin, 0.1)
+        self.assertAlmostEqual(end, 4.2)
+        self.is_drawn(script("plot_run", pushed))
+        self.is_picture("list", "from_above.png")
+        self.assertIn("push of 3 N s in 0.1 s at 0.5 s towards (0, 1, 0); push of 4 N s in 0.2 s at 2 s towards (1, 0, 0)",
+                      page_about(pushed))
+        with open(os.path.join(pushed, "summary.json"), "w", encoding="utf-8") as file:
+            json.dump({key: value for key, value in summary.items() if key != "pushes"}, file)
+        self.is_drawn(script("plot_run", pushed))
+        self.assertIn("push of 3 N s in 0.1 s at 0.5 s towards (0, 1, 0); controller", page_about(pushed))
+
+    def test_without_a_push_none_is_told(self):
+        stands = simulate("stands", "--push.impulse", "0")
+        self.assertEqual(events.pushes(summary_of(stands)), [])
+        self.is_drawn(script("plot_run", stands))
+        page = page_about(stands)
+        self.assertIn("<title>Push recovery: no push</title>", page)
+        self.assertNotIn("push of", page)
+        self.is_drawn(script("compare_runs", stands, stands, path("stand.png")))
 
     def test_plans_of_steps(self):
         simulate("planned", "--step.planner", "ocp")

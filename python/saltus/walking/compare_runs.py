@@ -13,7 +13,7 @@ import sys
 
 from ..drawing import plt, save_picture
 from ..tables import read_by_names
-from . import ground
+from . import events, ground
 
 NAMES = {"mpc": "MPC", "capture_point": "capture point"}
 COLORS = {"left": "tab:blue", "right": "tab:orange"}
@@ -40,7 +40,7 @@ class Run:
         self.touchdown = self.summary["touchdown_s"]
         self.name = NAMES[self.summary["controller"]]
         engine = self.summary["plant"].split(",")[0]
-        self.title = f"{self.name}, {self.summary['push_impulse_ns']:g} N s, {engine}"
+        self.title = f"{self.name}, {events.impulse_in_words(self.summary)}, {engine}"
 
 
 def mean_of_the_end(times, values):
@@ -107,13 +107,11 @@ def draw_edges(axes, run, style, end):
 
 def main(folders, picture):
     runs = [Run(folder) for folder in folders]
-    push = runs[0].summary["push_start_s"]
-    begin = max(0.0, push - 0.2)
-    landings = [run.touchdown for run in runs if run.touchdown is not None]
-    end = min(run.times[-1] for run in runs)
-    end = min(end, max(landings, default=push + 0.6) + 2.0)
-    if any(abs(run.summary["push_start_s"] - push) > 1e-9 for run in runs):
+    pushed_at, pushed_there = ([push["start_s"] for push in events.pushes(run.summary)] for run in runs)
+    if len(pushed_at) != len(pushed_there) or any(abs(a - b) > 1e-9 for a, b in zip(pushed_at, pushed_there)):
         sys.exit("the pushes of the two runs do not begin at the same time")
+    begins, ends = zip(*(events.span(run.summary, before=0.2, after=2.0) for run in runs))
+    begin, end = min(begins), min(max(ends), *(run.times[-1] for run in runs))
 
     figure, panels = plt.subplots(4, 1, figsize=(6.8, 9.0), sharex=True, constrained_layout=True)
     draw_forces(panels[0], runs[0], begin, end)
@@ -123,7 +121,8 @@ def main(folders, picture):
     for run, style in zip(runs, STYLES):
         draw_edges(panels[3], run, style, end)
     for axes, own in zip(panels, ([runs[0]], [runs[1]], runs, runs)):
-        axes.axvline(push, color="tab:red", linestyle=":")
+        for start in pushed_at:
+            axes.axvline(start, color="tab:red", linestyle=":")
         for run in own:
             if run.touchdown is not None:
                 axes.axvline(run.touchdown, color="black", linestyle="--", linewidth=0.8)

@@ -15,13 +15,14 @@ import subprocess
 import sys
 import tempfile
 
+from . import events
 from ..on_folder import on_folder
 from ..whole_file import whole_file
 
 RATE = 20  # pictures per second
 SIZE = (640, 532)  # of the window, pixels; 52 of them are the replay's bar
 PATIENCE = 20  # s for each picture; without a graphics card it takes about one
-BEFORE, AFTER = 0.5, 2.0  # s of the push, and of the landing or the push's end, that are shown
+BEFORE, AFTER = 0.5, 2.0  # s of the first push, and of the last landing or push, that are shown
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 
@@ -29,8 +30,7 @@ def span(folder):
     """Of the run what is worth seeing, in s."""
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
-    landed = summary["touchdown_s"] or summary["push_start_s"] + summary["push_duration_s"]
-    return max(0.0, summary["push_start_s"] - BEFORE), min(summary["end_s"], landed + AFTER)
+    return events.span(summary, BEFORE, AFTER)
 
 
 def pictures_of(page, begin, end, rate=RATE):

@@ -13,19 +13,18 @@ import os
 from ..drawing import plt, save_picture
 from ..on_folder import on_folder
 from ..tables import read_by_names
-from . import ground
+from . import events, ground
 
 FEET = (("left", "tab:blue"), ("right", "tab:orange"))
 STANDING = {1: ("stance sole", ":"), 2: ("hull of both soles", "--")}  # by the number of feet
 
 
 def mark_events(axes, summary):
-    axes.axvline(summary["push_start_s"], color="tab:red", linestyle=":", label="push")
-    if summary["touchdown_s"] is not None:
-        axes.axvline(summary["touchdown_s"], color="black", linestyle="--", label="impact")
-    for step in summary.get("steps", [])[1:]:
-        if step["touchdown_s"] is not None:
-            axes.axvline(step["touchdown_s"], color="black", linestyle="--", linewidth=0.8)
+    for number, push in enumerate(events.pushes(summary)):
+        axes.axvline(push["start_s"], color="tab:red", linestyle=":", label="push" if number == 0 else None)
+    for number, landing in enumerate(events.landings(summary)):
+        axes.axvline(landing, color="black", linestyle="--", linewidth=1.5 if number == 0 else 0.8,
+                     label="impact" if number == 0 else None)
 
 
 def new_axes(title, ylabel):
@@ -181,14 +180,19 @@ def draw_from_above(table, summary, folder, begin, end, what):
               for entry in (0, 1)] if len(steps) > 1 else [
                   sum(p[entry] for p in corners) / len(corners) for entry in (0, 1)]
     reach = max(0.25, *(abs(p[entry] - middle[entry]) + 0.05 for p in corners for entry in (0, 1)))
-    push = summary.get("push_direction")
-    length = sum(v * v for v in push[:2]) ** 0.5 if push else 0.0
-    if length > 0.0:
-        along = [0.3 * reach * v / length for v in push[:2]]
-        tail = [table["com_" + axis][shown[0]] - v for axis, v in zip("xy", along)]
-        axes.annotate("", xy=(tail[1] + along[1], tail[0] + along[0]), xytext=(tail[1], tail[0]),
+    is_named = False
+    for push in events.pushes(summary):  # an arrow to where the CoM was, along the ground
+        length = sum(v * v for v in push["direction"][:2]) ** 0.5 if push["direction"] else 0.0
+        if length == 0.0:
+            continue
+        at = min(shown, key=lambda i, start=push["start_s"]: abs(table["t"][i] - start))
+        com = [table["com_" + axis][at] for axis in "xy"]
+        tail = [c - 0.3 * reach * v / length for c, v in zip(com, push["direction"])]
+        axes.annotate("", xy=(com[1], com[0]), xytext=(tail[1], tail[0]),
                       arrowprops={"arrowstyle": "->", "color": "tab:red", "linewidth": 1.5})
-        axes.plot([], [], color="tab:red", marker=r"$\rightarrow$", linestyle="", label="push")
+        if not is_named:
+            axes.plot([], [], color="tab:red", marker=r"$\rightarrow$", linestyle="", label="push")
+        is_named = True
     axes.plot([], [], "o", color="0.5", markersize=4, label="begin")
     axes.plot([], [], "s", color="0.5", markersize=5, label="end")
     axes.set_aspect("equal")
@@ -268,13 +272,9 @@ def main(folder):
     with open(os.path.join(folder, "summary.json"), encoding="utf-8") as file:
         summary = json.load(file)
     t = table["t"]
-    is_pushed = summary["push_impulse_ns"] > 0.0
-    begin = max(t[0], summary["push_start_s"] - 0.4) if is_pushed else t[0]
-    landings = [s["touchdown_s"] for s in summary.get("steps", []) if s["touchdown_s"] is not None]
-    landed = max(landings, default=summary["touchdown_s"] or summary["push_start_s"] + 0.6)
-    end = min(t[-1], landed + 2.0)
+    begin, end = events.span(summary, before=0.4, after=2.0)
     outcome = "recovered" if summary["recovered"] else "not recovered"
-    what = f"{summary['push_impulse_ns']:g} N s, {outcome}"
+    what = f"{events.impulse_in_words(summary)}, {outcome}"
 
     figure, axes = new_axes(f"Centre of mass, {what}", "position [m]")
     for axis in "xyz":

@@ -13,7 +13,7 @@ import os
 import re
 import sys
 
-from . import replay_meshes
+from . import events, replay_meshes
 from ..tables import without_unit
 
 FRAME_RATE = 100.0  # 1/s
@@ -136,9 +136,8 @@ def page(folder, summary):
     table, data = pack(channels_of(robot, body, trajectory), indices)
     outcome = "recovered" if summary["recovered"] else "not recovered: " + summary["reason"]
     engine = summary["plant"].split(",")[0]
-    title = f"{summary['robot']}, {summary['push_impulse_ns']:g} N s, {engine}: {outcome}"
-    scene = {key: summary.get(key) for key in ("ground", "target", "touchdown_s", "push_start_s", "push_duration_s",
-                                               "push_body", "push_point")}
+    title = f"{summary['robot']}, {events.impulse_in_words(summary)}, {engine}: {outcome}"
+    scene = {key: summary.get(key) for key in ("ground", "target", "touchdown_s", "push_body", "push_point")}
     scene["unmet"] = [[entry["t_s"], entry["text"]] for entry in summary.get("unmet", []) if "text" in entry]
     scene["plans"] = step_plans(folder) if "step_plans" in summary else []
     motion = {"start": times[0], "rate": FRAME_RATE, "frames": len(indices), "channels": table}

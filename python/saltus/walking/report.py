@@ -11,7 +11,7 @@ import json
 import os
 import sys
 
-from . import ground, replay
+from . import events, ground, replay
 from ..on_folder import on_folder
 from ..whole_file import write_text
 
@@ -196,14 +196,17 @@ def picture(folder, name, caption):
             f"<figcaption>{html.escape(caption)}</figcaption></figure>\n")
 
 
-def direction(summary):
-    """Where the push goes and what it meets."""
-    text = ""
-    if "push_direction" in summary:
-        text += " towards (" + ", ".join(f"{v:g}" for v in summary["push_direction"]) + ")"
-    if "push_link" in summary:
-        text += f" on {html.escape(summary['push_link'])}"
-    return text
+def pushes(summary):
+    """How large, when, where to and on what."""
+    told = []
+    for push in events.pushes(summary):
+        text = f"push of {push['impulse_ns']:g} N s in {push['duration_s']:g} s at {push['start_s']:g} s"
+        if push["direction"]:
+            text += " towards (" + ", ".join(f"{round(v, 3) + 0.0:g}" for v in push["direction"]) + ")"
+        told.append(text)
+    if told and "push_link" in summary:
+        told[-1] += f" on {html.escape(summary['push_link'])}"
+    return "; ".join(told) or "no push"
 
 
 def provenance(summary):
@@ -218,7 +221,7 @@ def provenance(summary):
 def report(folder, summary, with_replay):
     summary = summary | {"stood_on": ground.stood_at_first(summary)}
     verdict = "Recovered" if summary["recovered"] else f"Not recovered: {summary['reason']}"
-    title = f"Push recovery: {summary['push_impulse_ns']:g} N s"
+    title = f"Push recovery: {events.impulse_in_words(summary)}"
     link = '<p><a href="replay.html">Watch the robot move</a></p>' if with_replay else ""
     figures = "".join(figure_group(summary, *group) for group in FIGURES)
     drawn = PICTURES + (BODY_PICTURES if "body" in summary else [])
@@ -231,8 +234,7 @@ def report(folder, summary, with_replay):
 <h1>{html.escape(title)}</h1>
 <p class="verdict {'good' if summary['recovered'] else 'bad'}">{html.escape(verdict)}</p>
 <p>{html.escape(summary['robot'])}, {summary['mass_kg']:.2f} kg, in
-{html.escape(summary['plant'])}; push of {summary['push_impulse_ns']:g} N s in
-{summary['push_duration_s']:g} s at {summary['push_start_s']:g} s{direction(summary)}; controller
+{html.escape(summary['plant'])}; {pushes(summary)}; controller
 {html.escape(summary['controller'])}, solver {html.escape(summary['solver_name'])}, stepping
 {'allowed' if summary['stepping'] else 'not allowed'}.</p>
 {link}
