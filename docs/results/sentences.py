@@ -59,7 +59,7 @@ def mean_iterations(summary):
 
 
 def planned(summary):
-    """When the planned forces of both feet have settled, s after the touch-down."""
+    """When the planned forces of both feet have settled, s after the last landing."""
     return max(summary["force_settling"][f"planned_{foot}_s"] for foot in ("left", "right"))
 
 

@@ -27,9 +27,10 @@ std::string settling_text(const RunLog& log, const Verdict& verdict, const Force
   const auto seconds = [](double t) {
     return t < infinity ? fmt::format("{:.2f} s", t) : std::string("never");
   };
-  std::string text =
-      fmt::format("touch-down at {:.3f} s; after it settle: capture point {}, planned forces {}",
-                  log.touchdown, seconds(verdict.icp_settling), seconds(forces.planned.maxCoeff()));
+  std::string text = fmt::format(
+      "touch-down at {:.3f} s; from {:.3f} s on settle: capture point {}, planned forces {}",
+      log.touchdown, verdict.settled_from, seconds(verdict.icp_settling),
+      seconds(forces.planned.maxCoeff()));
   if (!log.body.empty()) text += fmt::format(", measured {}", seconds(forces.measured.maxCoeff()));
   return text + "\n";
 }
@@ -67,7 +68,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   }();
   progress.finish();
   const Verdict verdict = problem.judge(log);
-  const ForceSettling settling = force_settling(log);
+  const ForceSettling settling = force_settling(log, verdict.settled_from);
   Json json = summary(settings, log, verdict);
   json["force_settling"] = to_json(settling);
   json["changed_settings"] = changed_settings(context.effective_config, default_config);

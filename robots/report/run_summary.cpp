@@ -105,6 +105,7 @@ Json summary(const BipedSettings& settings, const RunLog& log, const Verdict& ve
       {"end_s", log.samples.back().time},
       {"final_com_error_m", verdict.final_com_error},
       {"icp_settling_s", verdict.icp_settling},
+      {"icp_settling_from_s", verdict.settled_from},  // force_settling too
       {"com_height_min_m", verdict.com_height_min},
       {"com_height_max_m", verdict.com_height_max},
       {"angular_momentum_max", verdict.angular_momentum_max},

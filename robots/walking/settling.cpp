@@ -36,7 +36,7 @@ double settling_time(std::span<const double> times, std::span<const double> valu
   return std::max(0.0, times[settled] - begin);
 }
 
-ForceSettling force_settling(const RunLog& log) {
+ForceSettling force_settling(const RunLog& log, double from) {
   ForceSettling settling;
   if (log.touchdown == infinity || log.stopped_early) return settling;
   const double band = force_settled_within * log.robot.mass * standard_gravity;
@@ -49,10 +49,10 @@ ForceSettling force_settling(const RunLog& log) {
     const int fz = 6 * foot + 2;
     for (std::size_t i = 0; i < values.size(); ++i)
       values[i] = has_body ? log.body[i].planned[fz] : log.samples[i].wrenches[fz];
-    settling.planned[foot] = settling_time(times, values, log.touchdown, band);
+    settling.planned[foot] = settling_time(times, values, from, band);
     if (!has_body) continue;
     for (std::size_t i = 0; i < values.size(); ++i) values[i] = measured[i][fz];
-    settling.measured[foot] = settling_time(times, values, log.touchdown, band);
+    settling.measured[foot] = settling_time(times, values, from, band);
   }
   return settling;
 }

@@ -25,6 +25,7 @@ Verdict figures_of(const RunLog& log, double settled_from, std::span<const Push>
   }
   const Sample& last = log.samples.back();
   v.final_com_error = (last.gamma.head<2>() - log.final_scene.target_point()).norm();
+  v.settled_from = settled_from;
   v.icp_settling = 0.0;
   for (const Sample& s : log.samples)
     if (s.time >= settled_from &&

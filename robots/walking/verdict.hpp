@@ -13,9 +13,10 @@ namespace saltus::walking {
 
 /// Whether a run was a success, and figures of it.
 struct Verdict {
-  bool recovered = false;                                        ///< all criteria are met
-  std::string reason;                                            ///< when not: the first one
-  double final_com_error = 0.0, icp_settling = infinity;         ///< m, s
+  bool recovered = false;                                 ///< all criteria are met
+  std::string reason;                                     ///< when not: the first one
+  double final_com_error = 0.0, icp_settling = infinity;  ///< m, s
+  double settled_from = 0.0;  ///< capture point and forces settle from then on: counted from it, s
   double com_height_min = infinity, com_height_max = -infinity;  ///< m
   double angular_momentum_max = 0.0;                             ///< Nms
   bool fell_before_push = false;    ///< whatever came of it says nothing about the push

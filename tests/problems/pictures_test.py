@@ -26,8 +26,10 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
 sys.path.insert(0, os.path.join(source, "python"))
+from saltus.tables import read_by_names  # noqa: E402
 from saltus.walking import events, ground  # noqa: E402
 folder = tempfile.TemporaryDirectory(prefix="saltus-pictures-")
+printed = {}  # by runs
 
 
 def path(*parts):
@@ -48,6 +50,7 @@ def simulate(name, *settings):
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)}: {done.stdout}{done.stderr}")
+    printed[name] = done.stdout
     return path(name)
 
 
@@ -166,6 +169,19 @@ class Pictures(unittest.TestCase):
         self.assertEqual([piece[1] for piece in pieces[:-1]], [piece[0] for piece in pieces[1:]])
         self.is_drawn(script("plot_run", path("two_steps")))
         self.is_picture("two_steps", "capture_point.png")
+        # Capture point and forces settle from the same instant on.
+        self.assertEqual(summary["icp_settling_from_s"], landings[-1])
+        self.assertIn(f"; from {landings[-1]:.3f} s on settle: capture point", printed["two_steps"])
+        self.assertIn("Settling, from the last landing or push on", page_about(path("two_steps")))
+        table = read_by_names(os.path.join(path("two_steps"), "trajectory.csv"))
+        band = 0.05 * summary["mass_kg"] * 9.81  # N
+        for foot in ("left", "right"):
+            forces = list(zip(table["t"], table[foot + "_fz"]))
+            at_the_end = [f for t, f in forces if summary["end_s"] - 1.0 - 1e-6 < t < summary["end_s"] - 1e-6]
+            mean = sum(at_the_end) / len(at_the_end)
+            outside = [t for t, f in forces if abs(f - mean) > band and t >= landings[-1]]
+            settled = landings[-1] + summary["force_settling"][f"planned_{foot}_s"]
+            self.assertAlmostEqual(settled, outside[-1] + 0.01)  # a period later
 
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_a_run_on_the_whole_body(self):

@@ -87,11 +87,14 @@ RunLog landing_at(double touchdown) {
   return log;
 }
 
-TEST(Settling, ForcesOfACentroidalRunCountFromTheTouchdown) {
+TEST(Settling, ForcesOfACentroidalRunCountFromTheInstantThatIsGiven) {
   RunLog log = landing_at(2.0);
-  ForceSettling settling = force_settling(log);
+  ForceSettling settling = force_settling(log, 2.0);
   EXPECT_NEAR(settling.planned[0], 0.5, rounding);
   EXPECT_NEAR(settling.planned[1], 0.2, rounding);
+  const ForceSettling later = force_settling(log, 2.3);  // after another landing, or a push
+  EXPECT_NEAR(later.planned[0], 0.2, rounding);
+  EXPECT_EQ(later.planned[1], 0.0);
   EXPECT_EQ(settling.measured[0], infinity);  // nothing is measured without a body
   settling.measured << 0.7, 0.9;
   const auto json = to_json(settling);
@@ -100,10 +103,10 @@ TEST(Settling, ForcesOfACentroidalRunCountFromTheTouchdown) {
   EXPECT_EQ(json["measured_left_s"], 0.7);
   EXPECT_EQ(json["measured_right_s"], 0.9);
   log.stopped_early = true;
-  EXPECT_EQ(force_settling(log).planned[0], infinity);
+  EXPECT_EQ(force_settling(log, 2.0).planned[0], infinity);
   log.stopped_early = false;
   log.touchdown = infinity;
-  EXPECT_EQ(force_settling(log).planned[0], infinity);
+  EXPECT_EQ(force_settling(log, 2.0).planned[0], infinity);
 }
 
 // On the whole body what was planned stands with the body, and what is measured as a mean over the
@@ -126,7 +129,7 @@ TEST(Settling, ForcesOfAWholeBodyArePlannedAndMeasured) {
     b.left_sole = b.right_sole = Eigen::Isometry3d::Identity();
     log.body.push_back(b);
   }
-  const ForceSettling settling = force_settling(log);
+  const ForceSettling settling = force_settling(log, 2.0);
   // Two samples are in the filter: with the second of them the mean is in the band.
   EXPECT_NEAR(settling.planned[0], 0.3, rounding);
   EXPECT_NEAR(settling.planned[1], 0.4, rounding);

@@ -38,6 +38,7 @@ class Run:
             self.times = self.trajectory["t"]
             self.planned = {foot: self.trajectory[f"{foot}_fz"] for foot in COLORS}
         self.touchdown = self.summary["touchdown_s"]
+        self.settled_from = self.summary.get("icp_settling_from_s", self.touchdown)  # older ones: touch-down
         self.name = NAMES[self.summary["controller"]]
         engine = self.summary["plant"].split(",")[0]
         self.title = f"{self.name}, {events.impulse_in_words(self.summary)}, {engine}"
@@ -65,12 +66,12 @@ def draw_forces(axes, run, begin, end):
             f"{foot}, never settled"
         if run.touchdown is not None:
             mean = mean_of_the_end(run.times, forces)
-            axes.fill_between([run.touchdown, end], mean - band, mean + band, color=color,
+            axes.fill_between([run.settled_from, end], mean - band, mean + band, color=color,
                               alpha=0.15, linewidth=0)
         if settling is None:
             axes.plot([], [], color=color, label=label)
         else:
-            at = run.touchdown + settling
+            at = run.settled_from + settling
             there = next(f for t, f in zip(run.times, forces) if t > at - 1e-6)
             axes.plot([at], [there], marker="v", color=color, markeredgecolor="black", markersize=8,
                       label=label, zorder=3)

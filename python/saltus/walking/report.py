@@ -43,7 +43,8 @@ FIGURES = [
         ("body.base_tilt_max_rad", "Largest tilt of the base against the start", "rad", 1, 3),
         ("body.base_tilt_end_rad", "Tilt at the end", "rad", 1, 3),
     ]),
-    ("Settling, from the touch-down on", [
+    ("Settling, from the last landing or push on", [
+        ("icp_settling_from_s", "that is, from the time", "s", 1, 3),
         ("icp_settling_s", "Capture point within 1 cm of its final place", "s", 1, 2),
         ("force_settling.planned_left_s", "Planned vertical force, left foot", "s", 1, 2),
         ("force_settling.planned_right_s", "Planned vertical force, right foot", "s", 1, 2),
