@@ -8,6 +8,7 @@
 
 #include "saltus/app/log_formats.hpp"
 #include "saltus/app/option_parser.hpp"
+#include "saltus/app/problem_registry.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -34,7 +35,10 @@ Verb logs_verb() {
               throw InputError(fmt::format("logs: there is no folder '{}'", folder));
             if (!std::filesystem::exists(std::filesystem::path(folder) / "trajectory.csv", absent))
               throw InputError(fmt::format("logs: there is no trajectory.csv in '{}'", folder));
-            return write_logs(formats, folder) ? ExitStatus::ok : ExitStatus::not_applicable;
+            const AddedFiles logs(folder);
+            const bool all = write_logs(formats, folder);
+            logs.note();
+            return all ? ExitStatus::ok : ExitStatus::not_applicable;
           }};
 }
 

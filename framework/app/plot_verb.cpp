@@ -7,6 +7,7 @@
 #include <string>
 
 #include "saltus/app/option_parser.hpp"
+#include "saltus/app/problem_registry.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
 
@@ -28,7 +29,9 @@ Verb plot_verb() {
             std::error_code absent;
             if (!std::filesystem::is_directory(folder, absent))
               throw InputError(fmt::format("plot: there is no folder '{}'", folder));
+            const AddedFiles pictures(folder);
             const bool is_drawn = run_python_module("saltus.plot", folder, "pictures");
+            pictures.note();
             return is_drawn ? ExitStatus::ok : ExitStatus::not_applicable;
           }};
 }

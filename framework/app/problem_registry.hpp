@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -43,6 +45,21 @@ void replace_earlier_run(OutputFolder& output);
 /// Leaves run.json in the folder, if the run left anything there: what `saltus rerun` needs to know
 /// beside config.yaml, and which files are of this run.
 void note_run(const OutputFolder& output, const std::string& problem);
+
+/// What a verb adds to the folder of a run that is over (pictures, other formats) is of that run
+/// from then on, and goes with it. Made before the verb writes.
+class AddedFiles {
+ public:
+  /// Takes note of what lies there.
+  explicit AddedFiles(std::filesystem::path folder);
+  /// Names in run.json what was written since; nothing where run.json does not tell of files.
+  /// Throws InputError if it cannot be written.
+  void note() const;
+
+ private:
+  std::filesystem::path folder_;
+  std::map<std::string, std::filesystem::file_time_type> before_;
+};
 
 /// The usual entry. `declare` binds the keys to the fields of a Config, whose values are the
 /// defaults; `run` is called with what file and command line made of it, after everything has been

@@ -7,9 +7,11 @@
 #include <array>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include "saltus/app/json_text.hpp"
 #include "saltus/app/option_parser.hpp"
@@ -139,9 +141,19 @@ FileComparison compare_summaries(const std::string& name, const std::string& bef
 
 // May it be removed when another run takes the folder? Run.json can come from anywhere.
 bool is_of_a_run(const fs::path& name) {
-  static const std::set<std::string> kinds{".csv",  ".html", ".json", ".mat",
-                                           ".mcap", ".png",  ".txt",  ".yaml"};
+  static const std::set<std::string> kinds{".csv",  ".gif", ".html", ".json", ".mat",
+                                           ".mcap", ".mp4", ".png",  ".txt",  ".yaml"};
   return name == name.filename() && kinds.contains(name.extension().string());
+}
+
+// What may be of a run in a folder, and when it was written.
+std::map<std::string, fs::file_time_type> files_with_times(const fs::path& folder) {
+  std::map<std::string, fs::file_time_type> files;
+  std::error_code unknown;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, unknown))
+    if (is_of_a_run(entry.path().filename()) && entry.is_regular_file(unknown))
+      files[entry.path().filename().string()] = entry.last_write_time(unknown);
+  return files;
 }
 
 // Discarded where it is no JSON; InputError where it cannot be read or is nested too deep.
@@ -195,14 +207,29 @@ void note_run(const OutputFolder& output, const std::string& problem) {
   std::error_code unknown;
   if (!fs::exists(output.path() / "config.yaml", unknown)) return;
   std::set<std::string> files{run_file};
-  for (const fs::directory_entry& entry : fs::directory_iterator(output.path(), unknown))
-    if (is_of_a_run(entry.path().filename()) && entry.is_regular_file(unknown) &&
-        entry.last_write_time(unknown) >= output.begin())
-      files.insert(entry.path().filename().string());
+  for (const auto& [name, written] : files_with_times(output.path()))
+    if (written >= output.begin()) files.insert(name);
   output.write(run_file, Json{{"problem", problem},
                               {"folder", fs::current_path(unknown).string()},
                               {"saltus", saltus_json()},
                               {"files", files}});
+}
+
+AddedFiles::AddedFiles(fs::path folder)
+    : folder_(std::move(folder)), before_(files_with_times(folder_)) {}
+
+void AddedFiles::note() const {
+  const std::vector<std::string> of_the_run = files_of_run(folder_);
+  if (of_the_run.empty()) return;
+  std::set<std::string> files(of_the_run.begin(), of_the_run.end());
+  for (const auto& [name, written] : files_with_times(folder_)) {
+    const auto earlier = before_.find(name);
+    if (earlier == before_.end() || earlier->second != written) files.insert(name);
+  }
+  if (files.size() == of_the_run.size()) return;
+  Json run = parsed_run_file(folder_);
+  run["files"] = files;
+  OutputFolder(folder_).write(run_file, run);
 }
 
 std::vector<FileComparison> compare_runs(const fs::path& before, const fs::path& after) {

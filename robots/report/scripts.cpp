@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "saltus/app/option_parser.hpp"
+#include "saltus/app/problem_registry.hpp"
 #include "saltus/app/python_script.hpp"
 #include "saltus/core/error.hpp"
 
@@ -68,7 +69,9 @@ Verb movie_verb() {
               throw InputError(fmt::format(
                   "movie: {}/replay.html is not there; a run with --plant dart or mujoco draws it",
                   folder));
+            const AddedFiles movie(folder);
             const bool is_drawn = run_python_module("saltus.walking.movie", folder, "movie");
+            movie.note();
             return is_drawn ? ExitStatus::ok : ExitStatus::not_applicable;
           }};
 }

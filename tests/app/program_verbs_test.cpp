@@ -127,6 +127,52 @@ TEST_F(VerbsTest, a_run_takes_the_place_of_the_one_before) {
   EXPECT_TRUE(fs::exists(beside) && fs::exists(tool));
 }
 
+// Pictures, other formats and a movie of the run before would lie beside the tables of this one.
+TEST_F(VerbsTest, what_verbs_add_goes_with_the_run) {
+  const fs::path out = folder / "first";
+  ASSERT_EQ(run({"run", "drop", "--out", out}), 0);
+  folder.file("first/mine.png", "mine");
+  // In place of a python3 that has the packages.
+  fs::create_directories(folder / "python");
+  const std::string folder_name = folder.path();
+  const fs::path writer = folder.file("writer",
+                                      "#!/bin/sh\n"
+                                      "for file in run.mat drawn.png movie.mp4 movie.gif tool.sh; "
+                                      "do echo written > \"$4/$file\"; done\n");
+  fs::permissions(writer, fs::perms::owner_all);
+  {
+    const Variable data("SALTUS_DATA_DIR", folder_name.c_str());
+    const Variable python("SALTUS_PYTHON", writer.c_str());
+    ASSERT_EQ(logs_verb().run(Words{out}), ExitStatus::ok);
+  }
+  ASSERT_TRUE(fs::exists(out / "movie.gif"));
+  EXPECT_EQ(run({"rerun", out}), 0) << printed << complaint;
+  ASSERT_EQ(run({"run", "drop", "--out", out}), 0);
+  for (const char* gone : {"run.mat", "drawn.png", "movie.mp4", "movie.gif"})
+    EXPECT_FALSE(fs::exists(out / gone)) << gone;
+  for (const char* kept : {"mine.png", "tool.sh", "trajectory.csv", "run.json"})
+    EXPECT_TRUE(fs::exists(out / kept)) << kept;
+}
+
+// Whose files a folder has is not known without run.json, or by one of an older version.
+TEST_F(VerbsTest, what_is_added_to_no_run_is_of_none) {
+  const auto add = [&](const char* name) {
+    const AddedFiles added(folder.path());
+    folder.file(name, "written");
+    added.note();
+  };
+  add("one.png");
+  EXPECT_FALSE(fs::exists(folder / "run.json"));
+  const std::string old = R"({"problem": "drop", "folder": "/"})";
+  folder.file("run.json", old);
+  add("two.png");
+  EXPECT_EQ(file_content(folder / "run.json"), old);
+  folder.file("run.json", R"({"problem": "drop", "files": ["run.json"]})");
+  add("three.png");
+  EXPECT_EQ(nlohmann::json::parse(file_content(folder / "run.json")),
+            nlohmann::json::parse(R"({"problem": "drop", "files": ["run.json", "three.png"]})"));
+}
+
 TEST_F(VerbsTest, rerun_compares_every_cell_and_every_entry) {
   const auto is_same = [&](const char* file, const std::string& one, const std::string& other) {
     for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
