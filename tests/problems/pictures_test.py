@@ -24,6 +24,43 @@ URDF = os.environ.get("SALTUS_ICUB_URDF", "")
 LEAST_PICTURE = 5000  # bytes: an empty page of this size compresses to less
 PNG = b"\x89PNG\r\n\x1a\n"
 
+# What the replay's page asks of a browser, doing nothing.
+NO_BROWSER = """
+const nothing = () => {};
+const element = () => ({ style: {}, dataset: {}, clientWidth: 400, clientHeight: 300, appendChild: nothing,
+                         append: nothing, addEventListener: nothing, setAttribute: nothing, getContext: () => null,
+                         getRootNode: () => ({ addEventListener: nothing }) });
+const elements = {};
+globalThis.self = globalThis.window = globalThis;
+globalThis.document = { createElement: element, createElementNS: element, body: element(),
+                        getElementById: name => elements[name] ||= element(), addEventListener: nothing };
+globalThis.addEventListener = globalThis.requestAnimationFrame = nothing;
+globalThis.location = { hash: "#t=0" };
+globalThis.devicePixelRatio = 1;
+globalThis.module = globalThis.exports = globalThis.require = undefined;
+"""
+NOTHING_DRAWN = """
+THREE.WebGLRenderer = function () {
+  return { domElement: element(), shadowMap: {}, render: nothing, setPixelRatio: nothing, setSize: nothing };
+};
+"""
+WALK = """
+const seen = () => vector("com_", 0).project(camera);
+const check = (what, holds) => { if (!holds) throw new Error(what); };
+for (const [axis, way] of [["x", 10], ["y", -3]]) channel["com_" + axis].low += way;
+go(0);
+camera.updateMatrixWorld();
+check("the CoM has left the picture", Math.abs(seen().x) < 0.8 && Math.abs(seen().y) < 0.8);
+check("the grid has left the robot", Math.hypot(grid.position.x - 10, grid.position.y + 3) < 1);
+check("the light has left the robot", Math.hypot(sun.target.position.x - 10, sun.target.position.y + 3) < 0.5);
+look_from("front");
+camera.updateMatrixWorld();
+check("another view leaves the robot", Math.abs(seen().x) < 0.8 && Math.abs(seen().y) < 0.8);
+channel.com_x.low -= 10;
+go(0);
+check("it does not come back", Math.abs(orbit.target.x) < 0.5);
+"""
+
 program, source = sys.argv[1:3] if len(sys.argv) == 3 else ("", "")
 sys.path.insert(0, os.path.join(source, "python"))
 from saltus.tables import read_by_names  # noqa: E402
@@ -183,6 +220,35 @@ class Pictures(unittest.TestCase):
             settled = landings[-1] + summary["force_settling"][f"planned_{foot}_s"]
             self.assertAlmostEqual(settled, outside[-1] + 0.01)  # a period later
 
+    # Ten metres in ten seconds, or a fall of as many.
+    def test_the_capture_point_stays_in_the_picture(self):
+        code = """if True:
+            import types
+            from saltus.walking import compare_runs, plot_run
+            way = [0.1 * i for i in range(101)]
+            table = {name: way for name in ("t", "com_x", "com_y", "icp_x", "icp_y")}
+            def standing(last):
+                return [{"from_s": t, "left": True, "right": True, "corners": [[t - 0.1, t - 0.1], [t + 0.1, t + 0.1]]}
+                        for t in range(last + 1)]
+            def told(last):
+                return {"ground": standing(last), "pushes": [], "touchdown_s": None, "end_s": 10.0}
+            plot_run.save = lambda figure, *_: print(*(limit for axes in figure.axes for limit in axes.get_ylim()))
+            for last in (9, 0):
+                plot_run.draw_capture_point(table, told(last), "", 0.0, 10.0, "")
+                axes = plot_run.plt.figure().gca()
+                run = types.SimpleNamespace(trajectory=table, summary=told(last), name="")
+                compare_runs.draw_both(axes, [run, run], "icp_y", "", 0.0, 10.0)
+                print(*axes.get_ylim())
+        """
+        environment = {**os.environ, "PYTHONPATH": os.path.join(source, "python")}
+        done = subprocess.run([PYTHON, "-B", "-c", code], capture_output=True, text=True, env=environment, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        limits = [[float(word) for word in line.split()] for line in done.stdout.splitlines()]
+        expected = [[-0.13, 10.05, -0.13, 10.05], [-0.01, 10.01], [-0.13, 1.1, -0.13, 1.1], [-0.01, 1.1]]
+        for one, other in zip(limits, expected):
+            for a, b in zip(one, other):
+                self.assertAlmostEqual(a, b)
+
     @unittest.skipUnless(os.path.exists(URDF), "SALTUS_ICUB_URDF names no file")
     def test_a_run_on_the_whole_body(self):
         self.is_drawn(script("plot_run", path("body")))
@@ -215,6 +281,12 @@ class Pictures(unittest.TestCase):
                 file.write(text)
             done = subprocess.run([node, "--check", name], capture_output=True, text=True)
             self.assertEqual(done.returncode, 0, done.stderr)
+        # Who walks ten metres stays in the picture; the page runs without one.
+        with open(path("walk.js"), "w", encoding="utf-8") as file:
+            file.write("\n".join([NO_BROWSER, scripts[0], NOTHING_DRAWN, *scripts[1:], WALK]))
+        as_a_page = "require('vm').runInThisContext(require('fs').readFileSync(process.argv[1], 'utf8'))"
+        done = subprocess.run([node, "-e", as_a_page, path("walk.js")], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr[-2000:])
 
     def test_a_movie_needs_a_replay(self):
         done = subprocess.run([program, "movie", path("baseline")], capture_output=True, text=True)

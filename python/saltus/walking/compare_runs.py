@@ -82,12 +82,15 @@ def draw_forces(axes, run, begin, end):
 
 
 def draw_both(axes, runs, column, label, begin, end):
+    shown, edges = [], []
     for run, (color, line) in zip(runs, STYLES):
-        axes.plot(run.trajectory["t"], run.trajectory[column], color=color, linestyle=line, label=run.name)
-        shown = run.trajectory["t"]
-        shown = [y for t, y in zip(shown, run.trajectory[column]) if begin <= t <= end]
-        low, high = axes.get_ylim() if axes.has_data() and run is not runs[0] else (shown[0],) * 2
-        axes.set_ylim(max(min(shown + [low]) - 0.01, -1.0), min(max(shown + [high]) + 0.01, 1.0))
+        times, values = run.trajectory["t"], run.trajectory[column]
+        axes.plot(times, values, color=color, linestyle=line, label=run.name)
+        shown += [y for t, y in zip(times, values) if begin <= t <= end]
+        edges += [point[1] for piece in ground.intervals(run.summary, begin, end) for point in piece[3]]
+    # Who falls goes far away from what stands.
+    axes.set_ylim(max(min(shown) - 0.01, min(edges, default=0.0) - 1.0),
+                  min(max(shown) + 0.01, max(edges, default=0.0) + 1.0))
     axes.set_ylabel(label)
 
 

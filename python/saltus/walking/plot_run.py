@@ -137,7 +137,9 @@ def draw_capture_point(table, summary, folder, begin, end, what):
             edges += extent
         mark_events(axes, summary)
         shown = edges + [v for s, v in zip(t, table["icp_" + axis]) if begin <= s <= end]
-        axes.set_ylim(max(min(shown) - 0.03, -1.0), min(max(shown) + 0.05, 1.0))
+        # Who falls goes far away from what stands.
+        axes.set_ylim(max(min(shown) - 0.03, min(edges, default=0.0) - 1.0),
+                      min(max(shown) + 0.05, max(edges, default=0.0) + 1.0))
     save(figure, panels[0], folder, "capture_point.png", begin, end)
 
 

@@ -43,9 +43,10 @@ const size = at_frame("com_z", 0) / 0.56;  // of the robot, against iCub's
 const centre = new THREE.Vector3(0, -0.1, 0.42).multiplyScalar(size);
 const cameras = { oblique: [2.1, -1.1, 0.95], front: [2.5, -0.1, 0.55], side: [0.0, -2.6, 0.55],
                   top: [-0.01, -0.1, 2.6] };
+const moved = new THREE.Vector3();  // how far all of this has followed the robot
 function look_from(name) {
-  camera.position.set(...cameras[name]).multiplyScalar(size);
-  orbit.target.copy(centre);
+  camera.position.set(...cameras[name]).multiplyScalar(size).add(moved);
+  orbit.target.copy(centre).add(moved);
   orbit.update();
 }
 
@@ -56,7 +57,7 @@ sun.castShadow = true;
 sun.shadow.mapSize.set(2048, 2048);
 Object.assign(sun.shadow.camera, { left: -1.2 * size, right: 1.2 * size,
                                   top: 1.2 * size, bottom: -1.2 * size });
-world.add(sun);
+world.add(sun, sun.target);
 renderer.shadowMap.enabled = true;
 
 const ground = new THREE.Mesh(new THREE.PlaneGeometry(8, 8),
@@ -64,9 +65,21 @@ const ground = new THREE.Mesh(new THREE.PlaneGeometry(8, 8),
 ground.position.z = -0.002;
 ground.receiveShadow = true;
 world.add(ground);
-const grid = new THREE.GridHelper(4, 40, 0x90a4ae, 0xcfd8dc);  // squares of 0.1 m
+const grid = new THREE.Group();  // squares of 0.1 m and of 1 m
+grid.add(new THREE.GridHelper(4, 40, 0xcfd8dc, 0xcfd8dc), new THREE.GridHelper(4, 4, 0x90a4ae, 0x90a4ae));
 grid.rotation.x = Math.PI / 2;
 world.add(grid);
+
+// Who walks stays in view. Who sways moves in it, and the grid goes by whole metres: both are seen.
+const start = vector("com_", 0), leash = 0.3 * size;
+function follow(com) {
+  const ahead = com.clone().sub(start).sub(moved).setZ(0);
+  const step = ahead.setLength(Math.max(0, ahead.length() - leash));
+  moved.add(step);
+  for (const object of [camera, sun, sun.target, ground]) object.position.add(step);
+  orbit.target.add(step);
+  grid.position.set(Math.round(moved.x), Math.round(moved.y), 0);
+}
 
 // Polygons on the ground, slightly above it.
 function polygon(corners, color, height, opacity) {
@@ -382,6 +395,7 @@ function show(position) {
   grounds.forEach((group, index) => { group.visible = index === standing; });
   const { left, right } = scene_data.ground[standing];
   const com = vector("com_", position);
+  follow(com);
   com_mark.position.copy(com);
   plumb.position.copy(com);
   plumb.scale.z = com.z;
