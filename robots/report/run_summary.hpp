@@ -17,7 +17,7 @@ nlohmann::ordered_json latency(const LatencyHistogram& times);
 nlohmann::ordered_json summary(const BipedSettings& settings, const RunLog& log,
                                const Verdict& verdict);
 
-/// trajectory.csv: a row per sample (s, m, m/s, Nms, N, Nm).
+/// trajectory.csv: a row per sample (s, m, m/s, Nms, N, Nm); the push is its mean until the next.
 CsvTable trajectory_table(const RunLog& log);
 /// steps.csv: a row per foot that stepped (s, m).
 CsvTable step_table(const RunLog& log);

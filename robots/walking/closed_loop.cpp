@@ -259,8 +259,10 @@ class ClosedLoop {
         if (p.start <= t + same_instant) piece = &p;
       plant_.command(t, piece->input());
       const double next = step_end(t, piece->start + piece->length);
-      push_ = total_push_force(pushes_, t, next);
-      if (is_sample) record(t, push_);
+      if (is_sample) {
+        push_ = total_push_force(pushes_, t, plant_.sample_end(next));
+        record(t, push_);
+      }
       const std::string failure = plant_.step(t, next);
       if (!failure.empty()) {
         log_.numerical_failure = true;
@@ -343,7 +345,7 @@ class ClosedLoop {
   PlannedStep under_way_;
   PlannedStep* swing_ = nullptr;  // under_way_, if a foot swings and is to land
   const ControlTick* tick_ = nullptr;
-  Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last step
+  Vec<double, 3> push_ = Vec<double, 3>::Zero();  // of the last sample
   UnmetDecisions unmet_;
   RunLog log_;
 };

@@ -40,6 +40,9 @@ class LeggedPlant {
   virtual double tick_time(long k) const = 0;
   /// Where a step from t on ends: at `limit`, or before.
   virtual double step_end(double t, double limit) const = 0;
+  /// Until when a sample holds that is taken before a step to `end`: longer where several steps are
+  /// made between two measurements.
+  virtual double sample_end(double end) const { return end; }
 
   // --- what the controllers see
 

@@ -22,7 +22,7 @@ struct Sample {
   /// Applied from this instant on, left and right, level sole axes; on the whole body those that
   /// its controller expects (what is measured stands in BodySample).
   Vec<double, 12> wrenches;
-  Vec<double, 3> push;                           ///< N
+  Vec<double, 3> push;                           ///< mean until the next sample, N
   bool left_stands = true, right_stands = true;  ///< whether that foot stands
   /// Whether both stand.
   bool two_feet() const { return left_stands && right_stands; }

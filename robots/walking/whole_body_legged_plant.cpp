@@ -148,6 +148,10 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   double tick_time(long k) const override { return static_cast<double>(k * per_plan_) * step_; }
   double step_end(double, double) const override { return static_cast<double>(steps_ + 1) * step_; }
 
+  double sample_end(double) const override {
+    return static_cast<double>(steps_ + per_control_) * step_;
+  }
+
   bool sense(double t) override {
     if (!is_control_due()) return false;
     update_dynamics();

@@ -1,6 +1,8 @@
 // What the closed loop makes of a plan of steps: told to a plant that does nothing but take note.
 #include <gtest/gtest.h>
 
+#include <initializer_list>
+
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/walking/closed_loop.hpp"
@@ -10,7 +12,7 @@ namespace saltus::walking {
 namespace {
 
 // Stands as at the start; its feet are where they were put.
-class Notebook final : public LeggedPlant {
+class Notebook : public LeggedPlant {
  public:
   Notebook(const RobotDescription& robot, const Scene& scene)
       : mass_(robot.mass), left_(scene.sole(Side::left)), right_(scene.sole(Side::right)) {
@@ -55,6 +57,49 @@ class Notebook final : public LeggedPlant {
   Vec<double, 9> gamma_ = Vec<double, 9>::Zero();
   Vec<double, 12> applied_ = Vec<double, 12>::Zero();
 };
+
+// The same in steps of 1 ms, measured at every fifth.
+class FineNotebook final : public Notebook {
+ public:
+  using Notebook::Notebook;
+  double tick_time(long k) const override { return step_ * static_cast<double>(10 * k); }
+  double step_end(double, double) const override { return step_ * static_cast<double>(steps_ + 1); }
+  double sample_end(double) const override {
+    return step_ * static_cast<double>((steps_ / 5 + 1) * 5);
+  }
+  bool sense(double) override { return steps_ % 5 == 0; }
+  std::string step(double from, double to) override {
+    ++steps_;
+    return Notebook::step(from, to);
+  }
+
+ private:
+  double step_ = 0.001;  // s
+  long steps_ = 0;
+};
+
+// However short it is, and wherever it lies between two samples.
+TEST(ClosedLoopCalls, ThePushOfSamplesHasItsImpulse) {
+  const RobotDescription robot = icub();
+  for (const double start : {2.400, 2.401})
+    for (const double duration : {0.001, 0.003}) {
+      FixedSteps problem({}, 2.43);
+      Push push;
+      push.start = start;
+      push.duration = duration;
+      problem.all = {push};
+      FineNotebook fine(robot, initial_scene(problem, robot));
+      Notebook coarse(robot, initial_scene(problem, robot));
+      for (LeggedPlant* plant : std::initializer_list<LeggedPlant*>{&fine, &coarse}) {
+        const RunLog log = simulate(problem, robot, *plant);
+        Vec<double, 3> impulse = Vec<double, 3>::Zero();
+        for (std::size_t i = 0; i + 1 < log.samples.size(); ++i)
+          impulse += log.samples[i].push * (log.samples[i + 1].time - log.samples[i].time);
+        EXPECT_LT((impulse - push.impulse * push.direction).norm(), 1e-9)
+            << start << " s, " << duration << " s";
+      }
+    }
+}
 
 // Right foot, then left foot; the run ends before the second.
 TEST(ClosedLoopCalls, TheFirstStepOfAPlanIsTakenAtItsTimeAndPlace) {

@@ -58,6 +58,9 @@ TEST_F(LeggedPlants, AWholeBodyIsSensedWhenControlIsDue) {
     plant->command(t, weight());
     EXPECT_EQ(plant->truth_time(), due_last) << t;
     EXPECT_DOUBLE_EQ(plant->step_end(t, 1.0), t + 0.001);
+    if (k % 2 == 0) {
+      EXPECT_EQ(plant->sample_end(t + 0.001), 0.001 * (k + 2)) << t;
+    }
     EXPECT_EQ(plant->step(t, t + 0.001), "");
     EXPECT_EQ(plant->body_sample().has_value(), k % 2 == 0) << t;
   }
