@@ -96,7 +96,7 @@ Json capsules_json(const std::vector<LinkCapsule>& capsules) {
 constexpr double estimate_settled = 0.25;
 
 // How far the estimate is from the truth from then on: of the CoM relative to the stance sole the
-// largest error, of its velocity the root of the mean square.
+// largest error, of its velocity the root of the mean square. Null of a run that ends before.
 Json estimate_figures(const RunLog& log) {
   long count = 0;
   double largest = 0.0, squares = 0.0;
@@ -112,9 +112,10 @@ Json estimate_figures(const RunLog& log) {
         largest, ((gamma.head<3>() - b.estimate->stance_sole) - (truth.head<3>() - sole)).norm());
     squares += (gamma.segment<3>(3) - truth.segment<3>(3)).squaredNorm();
   }
+  if (count == 0)
+    return {{"estimate_com_error_m", nullptr}, {"estimate_velocity_error_m_s", nullptr}};
   return {{"estimate_com_error_m", largest},
-          {"estimate_velocity_error_m_s",
-           std::sqrt(squares / static_cast<double>(std::max(count, 1L)))}};
+          {"estimate_velocity_error_m_s", std::sqrt(squares / static_cast<double>(count))}};
 }
 
 }  // namespace

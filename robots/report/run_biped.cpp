@@ -111,7 +111,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   fmt::print("CoM height {:.3f} to {:.3f} m, |H| up to {:.2f} Nms, final CoM error {:.1f} mm\n",
              verdict.com_height_min, verdict.com_height_max, verdict.angular_momentum_max,
              1e3 * verdict.final_com_error);
-  if (measured)
+  if (measured && json["body"]["estimate_com_error_m"].is_number())
     fmt::print("estimate: CoM within {:.1f} mm of the truth, velocity {:.0f} mm/s rms\n",
                1e3 * json["body"]["estimate_com_error_m"].get<double>(),
                1e3 * json["body"]["estimate_velocity_error_m_s"].get<double>());

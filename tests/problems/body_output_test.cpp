@@ -199,6 +199,11 @@ TEST(BodyOutput, AnEstimateStandsBesideTheTruth) {
     estimate.gamma[3] += 0.1;
     b.estimate = estimate;
   }
+  RunLog early = log;  // over before the filter has found the first tilt: nothing is known
+  for (Sample& s : early.samples) s.time -= 1.0;
+  const auto none = body_figures(early, two_joints());
+  EXPECT_TRUE(none["estimate_com_error_m"].is_null());
+  EXPECT_TRUE(none["estimate_velocity_error_m_s"].is_null());
   const auto figures = body_figures(log, two_joints());
   EXPECT_NEAR(figures["estimate_com_error_m"].get<double>(), 3e-3, rounding);
   EXPECT_NEAR(figures["estimate_velocity_error_m_s"].get<double>(), 0.1, rounding);
