@@ -103,16 +103,17 @@ FileComparison compare_tables(const std::string& name, const std::string& before
 // The way to the first entry that differs, or nothing.
 std::string first_difference(const Json& before, const Json& after, const std::string& way) {
   if (before.is_object() && after.is_object()) {
+    const auto below = [&way](const std::string& key) {
+      return way.empty() ? key : fmt::format("{}.{}", way, key);
+    };
     for (const auto& [key, value] : before.items()) {
       if (is_of_computing(key)) continue;
-      const std::string here = way.empty() ? key : fmt::format("{}.{}", way, key);
-      if (!after.contains(key)) return here + " is missing";
-      std::string found = first_difference(value, after.at(key), here);
+      if (!after.contains(key)) return below(key) + " is missing";
+      std::string found = first_difference(value, after.at(key), below(key));
       if (!found.empty()) return found;
     }
     for (const auto& [key, value] : after.items())
-      if (!before.contains(key) && !is_of_computing(key))
-        return fmt::format("{}.{} is new", way, key);
+      if (!before.contains(key) && !is_of_computing(key)) return below(key) + " is new";
     return {};
   }
   if (before.is_array() && after.is_array() && before.size() == after.size()) {
@@ -234,13 +235,15 @@ void AddedFiles::note() const {
 
 std::vector<FileComparison> compare_runs(const fs::path& before, const fs::path& after) {
   std::set<std::string> names;
+  const bool have_shapes = fs::exists(before / "robot.json") && fs::exists(after / "robot.json");
   for (const fs::path& folder : {before, after}) {
     const std::vector<std::string> files = files_of_run(folder);
     for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
       const bool is_of_the_run =
           files.empty() || std::find(files.begin(), files.end(), name) != files.end();
-      if (is_of_the_run && (entry.path().extension() == ".csv" || name == "summary.json"))
+      if (is_of_the_run && (entry.path().extension() == ".csv" || name == "summary.json" ||
+                            (have_shapes && name == "robot.json")))
         names.insert(name);
     }
   }

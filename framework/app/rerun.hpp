@@ -18,8 +18,8 @@ struct FileComparison {
 };
 
 /// Every table (.csv) of the first folder beside that of the second, but for columns of computing
-/// times ("solve time [s]"), and summary.json but for entries of computing times, version and
-/// commit.
+/// times ("solve time [s]"), summary.json but for entries of computing times, version and commit,
+/// and robot.json where both have it.
 std::vector<FileComparison> compare_runs(const std::filesystem::path& before,
                                          const std::filesystem::path& after);
 

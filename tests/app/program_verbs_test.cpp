@@ -193,6 +193,27 @@ TEST_F(VerbsTest, rerun_compares_every_cell_and_every_entry) {
   EXPECT_TRUE(is_same("summary.json", unmet("0.1", "1"), unmet("0.2", "1")));
   EXPECT_FALSE(is_same("summary.json", unmet("0.1", "1"), unmet("0.1", "2")));
   EXPECT_FALSE(is_same("summary.json", R"({"a": [1]})", R"({"a": [1, 1]})"));
+  EXPECT_TRUE(is_same("robot.json", R"({"mass_kg": 33})", R"({"mass_kg": 33})"));
+  EXPECT_FALSE(is_same("robot.json", R"({"mass_kg": 33})", R"({"mass_kg": 34})"));
+}
+
+TEST_F(VerbsTest, rerun_names_the_entry_that_differs) {
+  const auto difference = [&](const std::string& one, const std::string& other) {
+    for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
+    folder.file("one/summary.json", one);
+    folder.file("other/summary.json", other);
+    return compare_runs(folder / "one", folder / "other").front().text;
+  };
+  EXPECT_EQ(difference("{}", R"({"key": 1})"), "differs first at key is new");
+  EXPECT_EQ(difference(R"({"key": 1})", "{}"), "differs first at key is missing");
+  EXPECT_EQ(difference(R"({"a": {}})", R"({"a": {"key": 1}})"), "differs first at a.key is new");
+}
+
+// Of a run on the whole body that another version made without it.
+TEST_F(VerbsTest, a_robot_is_compared_where_both_have_it) {
+  for (const char* run : {"one", "other"}) fs::create_directories(folder / run);
+  folder.file("one/robot.json", "{}");
+  EXPECT_TRUE(compare_runs(folder / "one", folder / "other").empty());
 }
 
 TEST_F(VerbsTest, rerun_refuses_what_is_no_run) {
