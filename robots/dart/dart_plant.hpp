@@ -13,8 +13,10 @@ enum class DartCollision { dart, fcl, bullet, ode };
 enum class DartLcp { dantzig, pgs };
 /// DART bounds the two tangential forces of a contact one by one: its friction cone is a square
 /// one. `box`: each at most friction times the normal force, together up to sqrt(2) times that.
-/// `inscribed`: each at most 1 / sqrt(2) of it, so that no direction has more than Coulomb's law
-/// allows, and those along the axes less.
+/// `inscribed`: each at most 1 / sqrt(2) of it, so that of a foot that stands no direction has more
+/// than Coulomb's law allows, and those along the axes less. That does not hold for single samples
+/// of a foot that bounces or is being unloaded: bounds are from normal forces of a first pass,
+/// which its final ones may be far below.
 enum class DartFriction { box, inscribed };
 
 /// The plant's options and those of DART alone.

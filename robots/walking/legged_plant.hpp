@@ -55,9 +55,10 @@ class LeggedPlant {
   virtual SoleFrame sole(Side foot) const = 0;
   /// Of the sole's origin as measured, m/s.
   virtual Vec<double, 3> sole_velocity(Side foot) const = 0;
-  /// Wrenches commanded or expected last, and the sum of their forces in world axes, N.
+  /// Wrenches commanded last; on the whole body those that its controller expects: N, Nm.
   virtual const Vec<double, 12>& applied() const = 0;
-  /// Sum over both feet as measured, world axes, N.
+  /// Sum over both feet of what applied() has, world axes, N: on the whole body what its controller
+  /// expects of the ground, not what is measured there.
   virtual Vec<double, 3> contact_force() const = 0;
   /// Does a contact that is due begin exactly then? Otherwise it begins when it is felt.
   virtual bool lands_on_time() const = 0;
