@@ -23,6 +23,7 @@ struct PathConstraint {
   const Term* term = nullptr;
   const ComponentBounds* state = nullptr;
   PhaseWindow window;
+  VectorXd given;  // of every output, where nobody chose the start; empty: of no such interval
   PathViolation worst;
   int worst_output = 0;
   VectorXd at;                  // the argument where it is worst
@@ -30,14 +31,21 @@ struct PathConstraint {
 
   int outputs() const { return state != nullptr ? 1 : term->function.outputs(); }
 
-  Reading read(const VectorXd& z, const Arguments& a) {
+  const VectorXd& evaluate(const VectorXd& z, const Arguments& a) {
     if (state != nullptr)
       value[0] = z[a.x(state->component)];
     else
       term->function.value(z.data(), value.data());
+    return value;
+  }
+
+  // The way back from a given start is within bounds that reach as far as it.
+  Reading read(const VectorXd& z, const Arguments& a) {
+    evaluate(z, a);
     Reading result;
     for (int i = 0; i < value.size(); ++i) {
-      const Bounds& b = state != nullptr ? state->bounds : term->bounds[i];
+      Bounds b = state != nullptr ? state->bounds : term->bounds[i];
+      if (given.size() > 0) b = {std::min(b.lower, given[i]), std::max(b.upper, given[i])};
       least[i] = std::min(least[i], value[i]);
       most[i] = std::max(most[i], value[i]);
       const double beyond = std::isfinite(value[i])
@@ -110,6 +118,15 @@ BetweenNodes look_between_nodes(const MultipleShooting& shooting, const Trajecto
       in_force.clear();
       for (PathConstraint& c : constraints)
         if (grid.interval_in(j, k, c.window)) in_force.push_back(&c);
+      const bool begins_as_given =
+          &here == &trajectory.pieces().front() && shooting.data().has_given_start();
+      for (PathConstraint* c : in_force) {
+        c->given.resize(0);
+        if (!begins_as_given) continue;
+        z << here.start, here.state, trajectory.input(here.start),
+            trajectory.phases()[j].parameters;
+        c->given = c->evaluate(z, phase.sizes);
+      }
       for (int s = 1; s <= samples && !in_force.empty(); ++s) {
         const double t = here.start + here.length * s / (samples + 1);
         if (&trajectory.piece_at(t) != &here) continue;  // shorter than time can be told

@@ -17,7 +17,8 @@ inline constexpr int samples_between_nodes = 20;
 
 /// The largest violation of each hard path constraint (keep(), bound_state()) inside the intervals
 /// where it is in force, along the dense output; only what is violated is listed, the largest
-/// first. Infinite where the trajectory or the formula cannot be evaluated. Bounds on inputs hold
+/// first. On the way back from a given start outside its bounds only what lies further out than the
+/// start counts. Infinite where the trajectory or the formula cannot be evaluated. Bounds on inputs hold
 /// wherever they hold at the ends, inputs being constant or linear in between. Allocates.
 std::vector<PathViolation> violations_between_nodes(const MultipleShooting& shooting,
                                                     const Trajectory& trajectory,

@@ -74,6 +74,49 @@ TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
   EXPECT_LT(s.between_nodes->amount, 1e-8);
 }
 
+// A cart that begins faster than it may is back within the limit at the first node: a given start
+// has no rows, and the way back from it no violation.
+OptimalControlProblem hurried_cart(double speed_at_start) {
+  Phase<2, 1> phase{"go", Cart{}, exactly(2.0)};
+  phase.bound_input(0, between(-5.0, 5.0))
+      .keep("speed", speed, between(-1.0, 1.0))
+      .reach("there", [](const auto&, const auto& x) { return x; }, {exactly(1.0), exactly(0.0)})
+      .minimise("effort", effort);
+  OptimalControlProblem ocp("hurried cart");
+  ocp.start_at({0.0, speed_at_start}).then(phase);
+  return ocp;
+}
+
+TEST(BetweenNodes, TheWayBackFromAGivenStartIsNoViolation) {
+  for (const double v : {1.01, 1.1, 1.3}) {
+    MultipleShooting shooting(hurried_cart(v), intervals(20));
+    const Solution s = solve(shooting, *ipopt());
+    EXPECT_TRUE(s.ok()) << s.message;
+    EXPECT_LT(s.between_nodes->amount, 1e-8);
+    const RefinedSolution r = solve_refined(hurried_cart(v), intervals(20), *ipopt());
+    EXPECT_TRUE(r.reached) << r.message;
+    EXPECT_EQ(r.intervals, std::vector<int>{20});
+  }
+}
+
+// From 0.02 m beyond the wall at 0.9 m/s away from it: within the first interval it goes on
+// outwards.
+TEST(BetweenNodes, WhatLiesFurtherOutThanTheGivenStartIsOne) {
+  Phase<2, 1> phase{"go", Cart{}, exactly(2.0)};
+  phase.bound_state(0, at_most(0.98))
+      .reach("there", height, exactly(0.5))
+      .minimise("effort", effort);
+  OptimalControlProblem ocp("beyond the wall");
+  ocp.start_at({1.0, 0.9}).then(phase);
+  MultipleShooting outwards(ocp, intervals(5));
+  const Solution s = solve(outwards, *ipopt());
+  EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
+  double top = 0.0;
+  for (int i = 0; i <= 400; ++i) top = std::max(top, s.trajectory.state(1e-3 * i)[0]);
+  EXPECT_NEAR(s.between_nodes->amount, top - 1.0, 1e-3);
+  EXPECT_LT(s.between_nodes->time, 0.4);
+}
+
 // Of a phase that has vanished there is nothing between its nodes, and the next one's states are
 // not its own.
 TEST(BetweenNodes, APhaseThatHasVanishedHasNone) {
