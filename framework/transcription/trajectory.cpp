@@ -12,8 +12,11 @@ namespace saltus {
 
 namespace {
 // Ends and starts of neighbours are sums of durations in different order, and so are the times at
-// which callers ask: what differs by rounding only is one instant.
-double rounding(double t) { return 1e-12 * std::max(1.0, std::abs(t)); }
+// which callers ask: what differs by rounding only is one instant. Some units in the last place,
+// for clocks count from an epoch and intervals last milliseconds all the same.
+double rounding(double t) {
+  return std::max(1e-12, 4.0 * std::numeric_limits<double>::epsilon() * std::abs(t));
+}
 }  // namespace
 
 Trajectory::Trajectory() = default;

@@ -103,5 +103,34 @@ TEST_F(Course, CsvHasEveryNodeAndTheEventTwice) {
   EXPECT_EQ(std::stod(lines[1].substr(9)), 0.5);
 }
 
+// On a clock that counts from the epoch an instant is known to 0.2 us: far less than these
+// intervals of 2 ms last.
+TEST(TrajectoryOnAClock, IsTheSameWhateverTheClockCountsFrom) {
+  const auto problem = [](double start) {
+    Phase<1, 1> phase{"growth", Growth{}, exactly(0.012)};
+    phase.track("effort", input, Vec<double, 1>{1.0}).reach("end", state, {exactly(1.0)});
+    OptimalControlProblem ocp("clock");
+    ocp.start_time(start).start_at({0.5}).then(phase);
+    return ocp;
+  };
+  const ShootingOptions options{.intervals_per_phase = 6, .integrator = runge_kutta8()};
+  std::vector<VectorXd> inputs;
+  for (const double start : {0.0, 1.7e9}) {
+    MultipleShooting shooting(problem(start), options);
+    const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
+    ASSERT_TRUE(s.ok()) << s.message;
+    VectorXd& u = inputs.emplace_back(6);
+    for (int k = 0; k < 6; ++k) {
+      u[k] = s.trajectory.input(start + 0.002 * (k + 0.5))[0];
+      EXPECT_EQ(u[k], s.trajectory.pieces()[k].coefficients[0]) << "interval " << k;
+      EXPECT_EQ(s.trajectory.state(start + 0.002 * k), s.trajectory.pieces()[k].state) << k;
+    }
+    const NlpPoint guess = shooting.guess_from(s.trajectory);
+    EXPECT_LT((guess.w - s.point.w).cwiseAbs().maxCoeff(), 1e-9);
+  }
+  // Lengths of intervals are offsets and know nothing of the clock; the solver's tolerance is left.
+  EXPECT_LT((inputs[0] - inputs[1]).cwiseAbs().maxCoeff(), 1e-6 * inputs[0].norm());
+}
+
 }  // namespace
 }  // namespace saltus
