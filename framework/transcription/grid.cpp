@@ -55,7 +55,7 @@ void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const
                         "last only {} s",
                         where, s, phase.duration.lower));
       if (!(s > same_instant) || s >= T - same_instant) return;  // the ends are nodes anyway
-      const double nearest = nearest_base_offset(grid, s);
+      const double nearest = nearest_base_offset(grid.mesh, T, s);
       if (!grid.is_free && std::abs(s - nearest) <= same_instant) {
         grid.marks.push_back(nearest);
         return;
@@ -106,23 +106,29 @@ double Grid::nominal_length(int phase) const {
   return phases_[phase].duration / phases_[phase].mesh.intervals;
 }
 
-// Offset of a base node at the reference duration (s).
-double Grid::base_offset(const PhaseGrid& grid, int node) {
-  const Mesh& mesh = grid.mesh;
-  return mesh.nodes.empty() ? grid.duration * node / mesh.intervals
-                            : grid.duration * mesh.nodes[node];
+// Offset of a base node at a duration (s).
+double Grid::base_offset(const Mesh& mesh, double duration, int node) {
+  return mesh.nodes.empty() ? duration * node / mesh.intervals : duration * mesh.nodes[node];
 }
 
-double Grid::nearest_base_offset(const PhaseGrid& grid, double offset) {
-  const Mesh& mesh = grid.mesh;
+double Grid::nearest_base_offset(const Mesh& mesh, double duration, double offset) {
   if (mesh.nodes.empty())
-    return std::round(offset * mesh.intervals / grid.duration) * grid.duration / mesh.intervals;
-  const auto after = std::upper_bound(mesh.nodes.begin(), mesh.nodes.end(), offset / grid.duration);
-  if (after == mesh.nodes.begin()) return base_offset(grid, 0);
+    return std::round(offset * mesh.intervals / duration) * duration / mesh.intervals;
+  const auto after = std::upper_bound(mesh.nodes.begin(), mesh.nodes.end(), offset / duration);
+  if (after == mesh.nodes.begin()) return base_offset(mesh, duration, 0);
   const int before = static_cast<int>(after - mesh.nodes.begin()) - 1;
   const int next = std::min(before + 1, mesh.intervals);
-  const double lower = base_offset(grid, before), upper = base_offset(grid, next);
+  const double lower = base_offset(mesh, duration, before);
+  const double upper = base_offset(mesh, duration, next);
   return offset - lower <= upper - offset ? lower : upper;
+}
+
+bool Grid::has_node_at(int phase, double limit, double duration) const {
+  const PhaseGrid& grid = phases_[phase];
+  if (limit <= same_instant || limit >= duration - same_instant) return true;
+  for (std::size_t i = 0; i < grid.slots.size(); ++i)
+    if (grid.slots[i] == Instant(limit) && grid.clocks[i] == Clock::phase) return true;
+  return std::abs(limit - nearest_base_offset(grid.mesh, duration, limit)) <= same_instant;
 }
 
 double Grid::instant_offset(const PhaseGrid& grid, const Instant& instant, Clock clock) const {
@@ -134,7 +140,7 @@ double Grid::instant_offset(const PhaseGrid& grid, const Instant& instant, Clock
 double Grid::snap(const PhaseGrid& grid, double offset) {
   if (!std::isfinite(offset)) return offset;
   if (grid.duration > 0.0 && !grid.is_free) {
-    const double node = nearest_base_offset(grid, offset);
+    const double node = nearest_base_offset(grid.mesh, grid.duration, offset);
     if (std::abs(offset - node) <= same_instant) return node;
   }
   return offset;
@@ -176,7 +182,7 @@ void Grid::place_fixed(PhaseGrid& grid) {
   // Base nodes first, then the events; std::stable_sort would allocate, insertion does not.
   std::size_t count = 0;
   for (int i = 0; i <= n; ++i) {
-    grid.offsets[count] = base_offset(grid, i);
+    grid.offsets[count] = base_offset(grid.mesh, grid.duration, i);
     grid.held_node[count] = grid.mesh.holds_input(i) ? 1 : 0;
     grid.event_node[count++] = 0;
   }
@@ -224,7 +230,7 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
       grid.intervals.push_back({0.0, begin, 0.0, grid.mesh.nodes[i + 1] - begin});
     }
     for (int i = 0; i <= grid.mesh.intervals; ++i) {
-      grid.offsets.push_back(base_offset(grid, i));
+      grid.offsets.push_back(base_offset(grid.mesh, grid.duration, i));
       grid.event_node.push_back(0);
       grid.held_node.push_back(grid.mesh.holds_input(i) ? 1 : 0);
     }

@@ -66,8 +66,12 @@ class Grid {
   /// Recomputes the nodes of fixed phases for new event times or a new start time. No allocation.
   void place_events(const Schedule& schedule, double start_time);
   /// Another duration (s) of a fixed phase, for the next place_events(). Limits of windows that
-  /// stood on a node have no slot, and do not move with it.
+  /// stood on a node have no slot: ask has_node_at().
   void set_duration(int phase, double duration) { phases_[phase].duration = duration; }
+
+  /// Whether a limit of a window in phase time (s) is a node if the fixed phase lasts `duration`
+  /// (s): it has a slot, is no longer inside, or a base node stands there.
+  bool has_node_at(int phase, double limit, double duration) const;
 
   /// Throws DefinitionError, naming phase, term and event, when a window names an event that is
   /// not in the schedule.
@@ -109,8 +113,8 @@ class Grid {
   void place_free(PhaseGrid& grid, const PhaseDefinition& phase);
   double instant_offset(const PhaseGrid& grid, const Instant& instant, Clock clock) const;
   static double snap(const PhaseGrid& grid, double offset);
-  static double base_offset(const PhaseGrid& grid, int node);
-  static double nearest_base_offset(const PhaseGrid& grid, double offset);
+  static double base_offset(const Mesh& mesh, double duration, int node);
+  static double nearest_base_offset(const Mesh& mesh, double duration, double offset);
 
   Schedule schedule_;
   std::vector<PhaseGrid> phases_;

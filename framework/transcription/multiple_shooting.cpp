@@ -100,6 +100,17 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
               "last only {} s",
               first.name, describe(), (*limit)->seconds(), first_phase.lower));
     });
+  else  // between two nodes a limit would leave the interval around it out of all windows
+    for_each_window(first, [&](const Window& window, const auto& describe) {
+      if (window.clock != Clock::phase) return;
+      for (const std::optional<Instant>* limit : {&window.from, &window.to})
+        if (is_number(*limit) && !grid().has_node_at(0, (*limit)->seconds(), first_phase.lower))
+          throw DefinitionError(
+              fmt::format("phase '{}', {}: its window has a limit at {} s, which is no node any "
+                          "more where {} s "
+                          "are left of the phase; give the limit as an event or on Clock::absolute",
+                          first.name, describe(), (*limit)->seconds(), first_phase.lower));
+    });
   change([&](ProblemData& next) {
     if (first.has_free_duration())
       next.duration_bounds.front() = first_phase;

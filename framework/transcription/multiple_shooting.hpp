@@ -87,7 +87,8 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// Only the time: the grid moves, the state stays to be given.
   void start_time(double t);
   /// What is left of the first phase, s (equal sides where its duration is fixed), and of all of
-  /// them: for a horizon that shrinks. Windows in phase time count from the new start.
+  /// them: for a horizon that shrinks. Windows in phase time count from the new start;
+  /// DefinitionError where a limit of one has no node any more.
   void set_remaining(Bounds first_phase, Bounds total_time);
   /// set_data() in its forms (saltus/ocp/data_by_name.hpp) comes here.
   void set_entries(std::string_view name, const VectorRef& values,

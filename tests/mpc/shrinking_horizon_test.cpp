@@ -99,6 +99,47 @@ TEST(WhatIsLeft, OfAFreePhaseIsLongerThanItsWindows) {
   }
 }
 
+// Limits at nodes have no slot of their own: where the nodes move away from one, the interval
+// around it would be in neither window, and its input without bounds.
+TEST(WhatIsLeft, OfAFixedPhaseKeepsTheLimitsOfItsWindows) {
+  const auto slow_at_first = [](double limit, Clock clock) {
+    Phase<1, 1> go{
+        "go", [](const auto&, const auto&, const auto& u) { return std::decay_t<decltype(u)>{u}; },
+        exactly(1.0)};
+    go.bound_input(0, between(0.0, 1.0), Window{.to = limit, .clock = clock})
+        .bound_input(0, between(0.0, 2.0), Window{.from = limit, .clock = clock})
+        .minimise_at_end("far", [](const auto&, const auto& x) { return -x[0]; });
+    OptimalControlProblem ocp("go");
+    ocp.start_at({0.0}).then(go);
+    return MultipleShooting(std::move(ocp),
+                            {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  };
+  MultipleShooting on_a_node = slow_at_first(0.3, Clock::phase);
+  try {
+    on_a_node.set_remaining(exactly(0.95), {});
+    ADD_FAILURE() << "a window with a limit between two nodes was taken";
+  } catch (const DefinitionError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("phase 'go', input 0"), std::string::npos) << message;
+    EXPECT_NE(message.find("limit at 0.3 s"), std::string::npos) << message;
+    EXPECT_NE(message.find("event"), std::string::npos) << message;
+  }
+  const auto expect_furthest = [](MultipleShooting& shooting, double limit, double duration) {
+    shooting.set_remaining(exactly(duration), {});
+    const Solution s = solve(shooting, *make_sqp());
+    ASSERT_TRUE(s.ok()) << s.message;
+    const double slow = std::min(limit, duration);
+    EXPECT_NEAR(-s.cost, slow + 2.0 * (duration - slow), 1e-6) << limit << " of " << duration;
+  };
+  for (const double duration : {1.0, 0.5, 0.3, 0.2}) expect_furthest(on_a_node, 0.3, duration);
+  MultipleShooting between_nodes = slow_at_first(0.31, Clock::phase);
+  MultipleShooting absolute = slow_at_first(0.3, Clock::absolute);
+  for (const double duration : {1.0, 0.95, 0.77, 0.25}) {
+    expect_furthest(between_nodes, 0.31, duration);
+    expect_furthest(absolute, 0.3, duration);
+  }
+}
+
 // What of an integral or a link is used when a phase is partly over is not known, and a window that
 // counts from the start of the phase would move on with every tick.
 TEST(ShrinkingHorizon, IntegralsLinksAndWindowsOfThePhaseAreRefusedByName) {
