@@ -34,7 +34,7 @@ Homotopy solve_along(MultipleShooting& shooting, Solver& solver, std::string_vie
       result.reached = at;
       step *= 2.0;
     } else {
-      step *= 0.5;
+      step = 0.5 * (at - result.reached);  // of what was tried: the way may end before a whole step
     }
   }
   shooting.set_data(name, value_at(result.reached));

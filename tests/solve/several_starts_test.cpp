@@ -132,5 +132,33 @@ TEST(Homotopy, CarriesASolutionToTheProblemThatIsWanted) {
                DefinitionError);
 }
 
+// 1.02 m in 1 s at no more than 1 m/s: after half of the way the next step is cut at its end, where
+// the solve fails; the one after is half as far, not the same again.
+TEST(Homotopy, TriesNothingTwiceInARow) {
+  Phase<1, 1, 1> go{"go",
+                    [](const auto&, const auto&, const auto& u, const auto&) {
+                      return std::decay_t<decltype(u)>{u};
+                    },
+                    exactly(1.0)};
+  go.data("goal", VectorXd::Zero(1))
+      .bound_input(0, between(-1.0, 1.0))
+      .reach(
+          "there",
+          [](const auto&, const auto& x, const auto&, const auto& p) { return x[0] - p[0]; },
+          exactly(0.0))
+      .minimise("effort",
+                [](const auto&, const auto&, const auto& u, const auto&) { return u[0] * u[0]; });
+  OptimalControlProblem ocp("too far");
+  ocp.start_at({0.0}).then(go);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+  const auto solver = make_sqp();
+  const Homotopy way =
+      solve_along(shooting, *solver, "goal", VectorXd::Zero(1), VectorXd::Constant(1, 1.02));
+  EXPECT_FALSE(way.ok());
+  EXPECT_NEAR(way.reached, 1.0 / 1.02, 2e-3);  // least_step, and what it is halved from
+  for (std::size_t i = 1; i < way.steps.size(); ++i)
+    EXPECT_NE(way.steps[i].at, way.steps[i - 1].at) << "step " << i;
+}
+
 }  // namespace
 }  // namespace saltus
