@@ -14,6 +14,7 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/quantities.hpp"
 
 namespace saltus {
 namespace {
@@ -77,9 +78,23 @@ NlpPoint point_of(const MultipleShooting& shooting, const StartingPoint& start) 
   return point;
 }
 
-bool is_same(const Solution& a, const Solution& b, const SeveralStartsOptions& options) {
-  return std::abs(a.cost - b.cost) <= options.same_cost * (1.0 + std::abs(a.cost)) &&
-         (a.point.w - b.point.w).cwiseAbs().maxCoeff() <= options.same_point;
+// Sizes are those of the problem, whatever its units; what is smaller than this has the size 1.
+constexpr double least_size = 1e-9;
+double size_of(double magnitude) { return magnitude >= least_size ? magnitude : 1.0; }
+
+// Without nominal magnitudes a variable is as large as its quantity becomes in one of the two.
+bool is_same(const Solution& a, const Solution& b, const Quantities& undeclared,
+             const SeveralStartsOptions& options) {
+  const double cost = size_of(std::max(std::abs(a.cost), std::abs(b.cost)));
+  if (std::abs(a.cost - b.cost) > options.same_cost * cost) return false;
+  VectorXd difference = (a.point.w - b.point.w).cwiseAbs();
+  for (const std::vector<int>& variables : undeclared) {
+    double largest = 0.0;
+    for (const int v : variables)
+      largest = std::max({largest, std::abs(a.point.w[v]), std::abs(b.point.w[v])});
+    for (const int v : variables) difference[v] /= size_of(largest);
+  }
+  return difference.maxCoeff() <= options.same_point;
 }
 
 }  // namespace
@@ -94,7 +109,8 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
       .intervals_per_phase = options.intervals_per_phase,
       .intervals = options.intervals,
       .integrator = options.integrator ? options.integrator : runge_kutta4({.steps = 2})};
-  MultipleShooting(problem, grid);  // what is wrong with the options is said here
+  const MultipleShooting any(problem, grid);  // what is wrong with the options is said here
+  const Quantities undeclared = undeclared_quantities(any.program());
 
   // Programs own scratch memory: each start has its own, and a thread takes the next that is left.
   const std::size_t count = starts.size();
@@ -129,17 +145,14 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
     if (all[i].ok()) order.push_back(i);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return all[a].cost < all[b].cost; });
-  std::vector<std::size_t> first;  // start of each optimum
+  std::vector<std::size_t> cheapest;  // start of each optimum; of equal costs the first
   for (const std::size_t i : order) {
     std::size_t k = 0;
-    while (k < first.size() && !is_same(all[first[k]], all[i], options)) ++k;
-    if (k == first.size())
-      first.push_back(i);
-    else
-      first[k] = std::min(first[k], i);
+    while (k < cheapest.size() && !is_same(all[cheapest[k]], all[i], undeclared, options)) ++k;
+    if (k == cheapest.size()) cheapest.push_back(i);
     result.optimum_of[i] = static_cast<int>(k);
   }
-  for (const std::size_t i : first) result.optima.push_back(all[i]);
+  for (const std::size_t i : cheapest) result.optima.push_back(all[i]);
   for (std::size_t i = 0; i < count; ++i)
     if (!all[i].ok()) result.failed.push_back(std::move(all[i]));
   return result;

@@ -33,15 +33,16 @@ struct SeveralStartsOptions {
   /// Called once for every start; empty: make_sqp().
   std::function<std::unique_ptr<Solver>()> make_solver = {};
   int threads = 0;  ///< 0: as many as there are processors
-  /// Two optima are one where no variable differs by more, in nominal magnitudes, and the costs by
-  /// no more than `same_cost`, relative to 1 + |cost|.
+  /// Two optima are one where no variable differs by more, in nominal magnitudes or, where none are
+  /// declared, relative to the largest of its quantity in both, and the costs by no more than
+  /// `same_cost`, relative to the larger one.
   double same_point = 1e-3;
   double same_cost = 1e-6;  ///< relative: what is closer is one optimum
 };
 
 /// What several starts gave.
 struct SeveralSolutions {
-  /// Distinct ones, the cheapest first; of equal ones that of the first start.
+  /// Distinct ones, the cheapest first; of those that count as one the cheapest.
   std::vector<Solution> optima;
   std::vector<int> optimum_of;   ///< per start: its place in `optima`; -1: the solver found none
   std::vector<Solution> failed;  ///< of these starts, in their order

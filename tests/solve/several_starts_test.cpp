@@ -54,6 +54,56 @@ TEST(SeveralStarts, ListsDistinctOptimaTheCheapestFirst) {
   }
 }
 
+// Around a disc that lies to one side of the straight way: the shorter way and the longer one, in
+// scenes of 1 m and of 0.3 mm, or the same in other units.
+OptimalControlProblem around_a_disc(double size) {
+  Phase<2, 2> go{
+      "go", [](const auto&, const auto&, const auto& u) { return std::decay_t<decltype(u)>{u}; },
+      exactly(1.0)};
+  go.keep(
+        "disc",
+        [size](const auto&, const auto& x) {
+          const auto a = x[0] - 0.5 * size, b = x[1] - 0.1 * size;
+          return a * a + b * b;
+        },
+        at_least(0.09 * size * size))
+      .reach("there", [](const auto&, const auto& x) { return x; }, {exactly(size), exactly(0.0)})
+      .minimise("effort", [](const auto&, const auto&, const auto& u) {
+        return 0.5 * (u[0] * u[0] + u[1] * u[1]);
+      });
+  OptimalControlProblem ocp("around a disc");
+  ocp.start_at({0.0, 0.0}).then(go);
+  return ocp;
+}
+
+TEST(SeveralStarts, AreToldFromOneAnotherInScenesOfAnySize) {
+  std::vector<double> best;
+  for (const double size : {1.0, 3e-4}) {
+    const auto by_way_of = [size](double y) {
+      return StartingPoint{.states = {Guess::interpolate(Vec<double, 2>(0.0, y * size),
+                                                         Vec<double, 2>(size, y * size))}};
+    };
+    const SeveralSolutions found =
+        solve_from(around_a_disc(size), {by_way_of(1.0), by_way_of(-1.0), by_way_of(-0.8)});
+    ASSERT_TRUE(found.failed.empty()) << found.failed.front().message;
+    EXPECT_EQ(found.optimum_of, (std::vector<int>{1, 0, 0})) << size;
+    ASSERT_EQ(found.optima.size(), 2u) << size;
+    EXPECT_LT(found.optima[0].cost, 0.9 * found.optima[1].cost);
+    best.push_back(found.optima[0].cost / (size * size));
+  }
+  EXPECT_NEAR(best[1], best[0], 1e-4 * best[0]);  // the solver's tolerance in small numbers
+}
+
+// With a coarse measure all optima are one: the cheapest stands for them, whichever start found it.
+TEST(SeveralStarts, TheCheapestStandsForThoseThatCountAsOne) {
+  const SeveralSolutions found =
+      solve_from(valleys(), {towards(1.2), towards(-1.2)},
+                 {.intervals_per_phase = 5, .same_point = 10.0, .same_cost = 10.0});
+  ASSERT_EQ(found.optima.size(), 1u);
+  EXPECT_EQ(found.optimum_of, (std::vector<int>{0, 0}));
+  EXPECT_NEAR(found.optima[0].trajectory.final_state()[0], -1.03, 0.01);
+}
+
 TEST(SeveralStarts, AreTheSameToTheBitWithAnyNumberOfThreads) {
   const std::vector<StartingPoint> starts{towards(1.2), towards(-1.2), towards(0.8), towards(-0.7)};
   const auto found_by = [&](int threads) {
