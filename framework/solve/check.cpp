@@ -376,18 +376,18 @@ class Checker {
                                        "solution",
                                        plan.integration->states)
                          : "exact, or nothing finer to compare with");
-    const bool is_out_of_reach = plan.status == SolveStatus::infeasible ||
-                                 plan.status == SolveStatus::invalid_problem ||
-                                 plan.status == SolveStatus::unbounded;
-    const bool is_known = plan.ok() || plan.status == SolveStatus::coarse_grid;
+    const bool is_known_to_be_none =
+        plan.status == SolveStatus::infeasible || plan.status == SolveStatus::invalid_problem ||
+        plan.status == SolveStatus::unbounded || plan.status == SolveStatus::coarse_grid ||
+        plan.status == SolveStatus::wrong_crossing || plan.status == SolveStatus::no_minimum;
     lines_.push_back({"reach",
-                      is_out_of_reach ? CheckVerdict::doubtful
-                      : is_known      ? CheckVerdict::good
-                                      : CheckVerdict::unknown,
-                      is_known ? fmt::format("a first solve meets the constraints after {} "
-                                             "iterations",
-                                             plan.iterations)
-                               : plan.message});
+                      plan.ok()             ? CheckVerdict::good
+                      : is_known_to_be_none ? CheckVerdict::doubtful
+                                            : CheckVerdict::unknown,
+                      plan.ok() ? fmt::format("a first solve meets the constraints after {} "
+                                              "iterations",
+                                              plan.iterations)
+                                : plan.message});
   }
 
   const OptimalControlProblem& problem_;

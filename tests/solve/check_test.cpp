@@ -238,6 +238,53 @@ const Spoilt all_spoilt[] = {
      },
      "reach",
      {"term 'there'"}},
+    {"bulge_between_two_nodes",
+     [] {
+       Ride ride{"ride", Cart{}, exactly(1.0)};
+       ride.minimise("effort", effort)
+           .keep("wall", position, at_most(1.02))
+           .reach("there", position, exactly(1.0))
+           .reach("back", speed, exactly(-1.0));
+       return check(of(ride), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
+     },
+     "reach",
+     {"between its nodes", "term 'wall' of phase 'ride'"}},
+    {"way_across_a_pole",
+     [] {
+       Phase<2, 2> go{"go",
+                      [](auto, auto x, auto u) {
+                        return decltype(x){u[0], u[1]};
+                      },
+                      exactly(1.0)};
+       go.track(
+             "effort", [](auto, auto, auto u) { return u; }, VectorXd::Ones(2))
+           .keep(
+               "pole", [](auto, auto x) { return (x[0] - 0.5) * (x[0] - 0.5) + x[1] * x[1]; },
+               at_least(0.01))
+           .reach("there", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)});
+       OptimalControlProblem problem("around");
+       problem.start_at({0.0, 0.0}).then(go);
+       return check(problem, {.intervals_per_phase = 7, .integrator = runge_kutta4()});
+     },
+     "reach",
+     {"no minimum", "phase 'go'"}},
+    {"event_passed_the_wrong_way",
+     [] {
+       Ride flight{"flight",
+                   [](auto, auto x, auto u) {
+                     return decltype(x){x[1], u[0] - 9.81};
+                   },
+                   between(0.01, 2.0)};
+       flight.ends_when("ground", position, Crossing::rising)
+           .guess_duration(0.3)
+           .minimise("effort", effort)
+           .bound_input(0, between(-1.0, 1.0));
+       OptimalControlProblem problem("flight");
+       problem.start_at({1.0, 0.0}).then(flight);
+       return check(problem);
+     },
+     "reach",
+     {"event 'ground' that ends phase 'flight'"}},
     {"start_outside_its_bounds",
      ride([](Ride& r) { r.bound_state(0, at_least(0.2)); }),
      "bounds",
