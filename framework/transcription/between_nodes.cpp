@@ -219,10 +219,14 @@ Judgement judge(const MultipleShooting& shooting, const BetweenNodes& between,
                 const std::optional<IntegrationError>& integration,
                 const RefinementOptions& options) {
   Judgement result{between.intervals};
-  for (double& e : result.excess) e /= options.tolerance;
-  for (const PathViolation& v : between.terms)
-    result.passes_obstacle =
-        result.passes_obstacle || v.relative() > shooting.options().accuracy.between_nodes;
+  double tolerance = options.tolerance;  // below it, too, a plan may be none
+  for (const PathViolation& v : between.terms) {
+    const double allowed = shooting.options().accuracy.between_nodes;
+    if (v.relative() <= allowed) continue;
+    result.passes_obstacle = true;
+    tolerance = std::min(tolerance, allowed * v.scale);
+  }
+  for (double& e : result.excess) e /= tolerance;
   if (!integration || integration->states <= options.integration) return result;
   const double share = options.integration / static_cast<double>(result.excess.size());
   constexpr double halved = 4.0;  // its error falls faster than a bulge: two pieces will do
@@ -318,7 +322,7 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     result.violations.push_back(largest(between.terms));
     result.message = describe(between.terms.empty() ? PathViolation{} : between.terms.front(),
                               integration, refinement, result.intervals);
-    result.reached = result.violations.back() <= refinement.tolerance &&
+    result.reached = result.solution.ok() && result.violations.back() <= refinement.tolerance &&
                      (!integration || integration->states <= refinement.integration);
     if (result.reached) return result;
     if (round >= refinement.rounds) {
@@ -328,7 +332,8 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     if (!refine(result.shooting, result.solution.trajectory,
                 judge(result.shooting, between, integration, refinement), refinement,
                 options.meshes)) {
-      result.message += fmt::format("; ended at {} intervals per phase", refinement.most_intervals);
+      result.message += fmt::format("; ended with {} per phase, of at most {} intervals",
+                                    fmt::join(result.intervals, ", "), refinement.most_intervals);
       return result;
     }
     MultipleShooting finer(problem, options);

@@ -18,8 +18,8 @@ inline constexpr int samples_between_nodes = 20;
 /// The largest violation of each hard path constraint (keep(), bound_state()) inside the intervals
 /// where it is in force, along the dense output; only what is violated is listed, the largest
 /// first. On the way back from a given start outside its bounds only what lies further out than the
-/// start counts. Infinite where the trajectory or the formula cannot be evaluated. Bounds on inputs hold
-/// wherever they hold at the ends, inputs being constant or linear in between. Allocates.
+/// start counts. Infinite where the trajectory or the formula cannot be evaluated. Bounds on inputs
+/// hold wherever they hold at the ends, inputs being constant or linear in between. Allocates.
 std::vector<PathViolation> violations_between_nodes(const MultipleShooting& shooting,
                                                     const Trajectory& trajectory,
                                                     int samples = samples_between_nodes);
@@ -45,7 +45,7 @@ struct RefinedSolution {
   std::vector<double> violations = {};
   int iterations = 0;        ///< of all solves
   double seconds = 0.0;      ///< of all solves, wall clock
-  bool reached = false;      ///< solved, and within the tolerance
+  bool reached = false;      ///< solution.ok(), and within the tolerances
   std::string message = {};  ///< one sentence: what was reached, or what ended it
 };
 
@@ -54,7 +54,8 @@ struct RefinedSolution {
 /// well; each solve begins with the trajectory before. While an obstacle is passed between two
 /// nodes, inputs are held through the new ones, or the plan would pass the next finer interval:
 /// what is reached is then an optimum for inputs on the intervals before. Ends when the tolerances
-/// are met, a limit is reached or a solve fails, which leaves the last successful one.
+/// are met by a plan that is ok(), a limit is reached or a solve fails, which leaves the last
+/// successful one.
 RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOptions options,
                               Solver& solver, const RefinementOptions& refinement = {});
 

@@ -204,6 +204,31 @@ TEST(Refinement, SaysWhatWasReached) {
       << limited.message;
 }
 
+// A bulge of 27 mm is within a tolerance of 50 mm, but more than 1 % of what the plan does: it is
+// none, and refined until it is one.
+TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
+  Phase<2, 1> phase{"go", Cart{}, exactly(1.0)};
+  phase.keep("wall", height, at_most(1.02))
+      .reach("there", [](const auto&, const auto& x) { return x; }, {exactly(1.0), exactly(-1.0)})
+      .minimise("effort", effort);
+  OptimalControlProblem ocp("wall");
+  ocp.start_at({0, 0}).then(phase);
+  const RefinedSolution none =
+      solve_refined(ocp, intervals(6), *ipopt(), {.tolerance = 0.05, .rounds = 1});
+  EXPECT_EQ(none.solution.status, SolveStatus::coarse_grid);
+  EXPECT_LT(none.violations.back(), 0.05);
+  EXPECT_FALSE(none.reached);
+  const RefinedSolution r = solve_refined(ocp, intervals(6), *ipopt(), {.tolerance = 0.05});
+  EXPECT_TRUE(r.reached) << r.message;
+  EXPECT_TRUE(r.solution.ok()) << r.solution.message;
+  // What is in place is told, beside the limit that does not allow more.
+  const RefinedSolution limited =
+      solve_refined(ocp, intervals(6), *ipopt(), {.tolerance = 1e-6, .most_intervals = 6});
+  EXPECT_FALSE(limited.reached);
+  EXPECT_NE(limited.message.find("ended with 6 per phase, of at most 6"), std::string::npos)
+      << limited.message;
+}
+
 // Two phases, one of which needs it.
 TEST(Refinement, OnlyWhereItIsNeeded) {
   Phase<2, 1> phase = block(), after{"after", Cart{}, exactly(0.5)};
