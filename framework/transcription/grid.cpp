@@ -272,8 +272,10 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
 
 PhaseWindow Grid::resolve(int phase, const Window& window) const {
   const PhaseGrid& grid = phases_[phase];
-  PhaseWindow result{-infinity, infinity};
-  if (window.from) result.from = snap(grid, instant_offset(grid, *window.from, window.clock));
+  PhaseWindow result{0.0, infinity};
+  // No earlier than the phase: one that ends as the phase begins has nothing of it.
+  if (window.from)
+    result.from = std::max(0.0, snap(grid, instant_offset(grid, *window.from, window.clock)));
   if (window.to) result.to = snap(grid, instant_offset(grid, *window.to, window.clock));
   result.modes = schedule_.mask_of(window.modes);
   return result;

@@ -68,6 +68,29 @@ TEST(Window, OfAConstraintWithInputsIsHalfOpen) {
   expect_times(active_times(shooting, "power"), {0.3, 0.4, 0.5});
 }
 
+// [from, to) has nothing where it ends with the start of its phase, which was another mode's end:
+// x+ owes it nothing.
+TEST(Window, ThatEndsBeforeItsPhaseOrAsItBeginsIsEmpty) {
+  for (const double end : {0.8, 1.0 - 5e-7, 1.0, 1.0 + 5e-7, 1.2}) {
+    auto then = second();
+    then.keep("at first", state, at_least(2.0), Window{.to = event("e")})
+        .keep("from before", state, at_least(2.0), Window{.from = event("d"), .to = event("e")})
+        .bound_state(0, at_most(7.0), Window{.to = event("e")})
+        .minimise("time", one, Window{.to = event("e")});
+    OptimalControlProblem ocp("two phases");
+    ocp.schedule(Schedule({"first", "before", "after"}, {{"d", 0.5}, {"e", end}})).start_at({1.0});
+    ocp.then(second()).then(then);
+    MultipleShooting shooting(ocp, ten);
+    const Times in_force = end > 1.1 ? Times{1.0, 1.1, 1.2} : Times{};
+    expect_times(active_times(shooting, "at first"), in_force);
+    expect_times(active_times(shooting, "from before"), in_force);
+    bool is_bounded = false;  // at any node of the second phase
+    for (int k = 0; k <= shooting.grid().intervals(1); ++k)
+      is_bounded |= std::isfinite(shooting.nlp().upper()[shooting.layout().state(1, k)]);
+    EXPECT_EQ(is_bounded, end > 1.1);
+  }
+}
+
 TEST(Window, OffTheGridGetsItsOwnNodes) {
   auto phase = second();
   phase.keep("middle", state, at_most(2.0), Window{.from = 0.33, .to = 0.58});
