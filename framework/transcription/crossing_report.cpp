@@ -60,7 +60,7 @@ const Function* field_at(const PhaseDefinition& phase, const VectorXd& z) {
 }  // namespace
 
 std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
-                                           const Trajectory& trajectory) {
+                                           const Trajectory& trajectory, int samples) {
   std::vector<GuardCrossing> crossings;
   for (std::size_t j = 0; j < problem.phases().size(); ++j) {
     const PhaseDefinition& phase = problem.phases()[j];
@@ -69,17 +69,25 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
     const VectorXd& p = trajectory.phases()[j].parameters;
     const int nu = phase.sizes.nu;
     GuardCrossing c{.phase = phase.name, .event = guard.event, .declared = guard.crossing};
-    std::vector<std::pair<double, double>> samples;  // t, guard with rising as the direction
+    std::vector<std::pair<double, double>> values;  // t, guard with rising as the direction
     const TrajectoryPiece* last = nullptr;
     for (const TrajectoryPiece& piece : trajectory.pieces()) {
       if (piece.phase != static_cast<int>(j)) continue;
       last = &piece;
       const VectorXd z =
           argument(phase.sizes, piece.start, piece.state, piece.coefficients.head(nu), p);
-      samples.emplace_back(piece.start, crossing_sign(guard.crossing) * guard.guard(z)[0]);
+      values.emplace_back(piece.start, crossing_sign(guard.crossing) * guard.guard(z)[0]);
+      for (int s = 1; s <= samples && piece.length > 0.0; ++s) {
+        const double t = piece.start + piece.length * s / (samples + 1);
+        if (&trajectory.piece_at(t) != &piece) continue;  // shorter than time can be told
+        const VectorXd inside =
+            argument(phase.sizes, t, trajectory.state(t), trajectory.input(t), p);
+        const double g = crossing_sign(guard.crossing) * guard.guard(inside)[0];
+        if (std::isfinite(g)) values.emplace_back(t, g);
+      }
     }
     if (last == nullptr) continue;
-    find_early_crossing(samples, c);
+    find_early_crossing(values, c);
     c.time = last->end();
     const VectorXd z =
         argument(phase.sizes, c.time, last->end_state, last->coefficients.tail(nu), p);

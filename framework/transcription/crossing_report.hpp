@@ -12,9 +12,10 @@
 namespace saltus {
 
 /// One entry for every phase that ends by a guard, in order. The guard before the end is looked at
-/// at the nodes of the trajectory.
+/// at the nodes of the trajectory and at so many points inside each interval, along the dense
+/// output.
 std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
-                                           const Trajectory& trajectory);
+                                           const Trajectory& trajectory, int samples = 0);
 
 /// One clause for a crossing that is not what was declared, or an empty string.
 std::string describe_doubtful(const GuardCrossing& crossing);

@@ -215,5 +215,27 @@ TEST(FreeDurations, APhaseThatVanishedIsSaid) {
   EXPECT_EQ(s.message.find("effect: phase 'slow', phase 'fast'"), std::string::npos) << s.message;
 }
 
+// A swing foot from 0.02 m at 0.8 m/s downwards dips into the ground for 0.1 s before it comes down
+// at the end: an earlier touch-down, also where no node lies in the dip.
+TEST(EndGuard, AnEarlierCrossingBetweenTwoNodesIsSeen) {
+  for (const int n : {4, 5, 30}) {
+    Phase<2, 0> swing{"swing",
+                      [](const auto& t, const auto& x) {
+                        return std::decay_t<decltype(x)>{x[1], 10.0 - 24.0 * t};
+                      },
+                      between(0.1, 3.0)};
+    swing
+        .ends_when(
+            "touch-down", [](const auto&, const auto& x) { return x[0]; }, Crossing::falling)
+        .guess_duration(1.0);
+    OptimalControlProblem ocp("swing");
+    ocp.start_at({0.02, -0.8}).then(swing);
+    MultipleShooting shooting(ocp, {.intervals_per_phase = n, .integrator = runge_kutta4()});
+    const Solution s = solve(shooting, *make_ipopt());
+    EXPECT_EQ(s.status, SolveStatus::wrong_crossing) << n << " intervals: " << s.message;
+    EXPECT_LT(s.crossings.front().early_time, 0.2);
+  }
+}
+
 }  // namespace
 }  // namespace saltus
