@@ -343,14 +343,13 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
 
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options) {
   if (!law) throw DefinitionError("closed loop: the feedback law is empty");
-  HeldInput held(1, plant.inputs());
+  HeldInput held;
   const auto answer = [&](double t, const VectorRef& measured) {
-    held.clear();
+    held = HeldInput(1, plant.inputs());  // a later phase of the plant may have more of them
     InputPiece& piece = held.add();
     piece.start = t;
     piece.length = options.period;
     piece.size = plant.inputs();
-    piece.values.setZero();
     law(t, measured, piece.values);
     return Answer{&held, {}};
   };

@@ -41,7 +41,7 @@ struct LoopOptions {
   std::function<bool(double t, const VectorRef& state)> until = {};
 };
 
-/// Fills in the input (nu) for the measured state.
+/// Fills in the input for the measured state: as many numbers as the plant has inputs just then.
 using FeedbackLaw = std::function<void(double t, const VectorRef& measured, VectorOut input)>;
 
 /// Runs from the plant's present time and state. A plant that cannot go on, a law that returns what

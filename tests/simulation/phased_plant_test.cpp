@@ -168,6 +168,37 @@ TEST(PhasedPlant, ABallThatLeavesTheGroundFliesUntilItIsBack) {
   }
 }
 
+// x' = the sum of the inputs, of which the phases have 1, 3 and 2.
+template <int nu>
+Phase<1, nu> summing(const char* name) {
+  const auto sum = [](const auto&, const auto& x, const auto& u) { return u.sum() + 0.0 * x[0]; };
+  return Phase<1, nu>{name, sum, between(0.01, 5.0)}.guess_duration(0.2);
+}
+
+TEST(PhasedPlant, AFeedbackLawFillsTheInputsOfThePresentPhase) {
+  const auto level = [](double at) {
+    return [at](const auto&, const auto& x) { return x[0] - at; };
+  };
+  Phase<1, 1> a = summing<1>("a");
+  Phase<1, 3> b = summing<3>("b");
+  a.ends_when("one", level(0.25), Crossing::rising);
+  b.ends_when("two", level(1.0), Crossing::rising);
+  OptimalControlProblem ocp("sums");
+  ocp.start_at({0.0}).then(a).then(b).then(summing<2>("c"));
+  PhasedPlant plant(ocp, runge_kutta4());
+  std::vector<Eigen::Index> sizes;
+  const FeedbackLaw ones = [&](double, const VectorRef&, VectorOut u) {
+    EXPECT_EQ(u.size(), plant.inputs());
+    if (sizes.empty() || sizes.back() != u.size()) sizes.push_back(u.size());
+    u.setOnes();
+  };
+  const LoopLog log = simulate_closed_loop(ones, plant, {.duration = 1.0, .period = 0.1});
+  ASSERT_TRUE(log.completed) << log.message;
+  EXPECT_EQ(sizes, (std::vector<Eigen::Index>{1, 3, 2}));
+  for (const Sample& sample : log.recording.samples)
+    EXPECT_EQ(sample.input, VectorXd::Ones(sample.input.size())) << sample.time;
+}
+
 TEST(PhasedPlant, EventsInsideAPhaseAreForAnotherPlant) {
   Phase<2, 1> phase{"fall", Ball{}, exactly(1.0)};
   phase.on("impact", height, Crossing::falling, [](auto, auto x, auto) { return x; });
