@@ -14,6 +14,9 @@
 namespace saltus {
 namespace {
 
+// Of a piece: what happens sooner happens where the piece begins.
+constexpr double at_once = 1e-16;
+
 bool is_running_cost(const Term& term) {
   return term.kind != TermKind::constraint && term.domain == TermDomain::running;
 }
@@ -132,6 +135,19 @@ double PhasedPlant::guard(const VectorRef& input) const {
   return crossing_sign(g.crossing) * g.guard(argument(input))[0];
 }
 
+double PhasedPlant::growth(const VectorRef& input) const {
+  const EndGuard& g = definition().end_guards.front();
+  return crossing_sign(g.crossing) *
+         guard_rate(definition(), definition().dynamics, g.guard, argument(input)).value;
+}
+
+// On the guard or beyond it the motion decides: it goes on, or comes back first, as a ball does
+// that bounces and that rounding put below the ground.
+bool PhasedPlant::is_leaving(const VectorRef& input) const {
+  const double g = guard(input), rate = growth(input);
+  return (g > 0.0 && rate >= 0.0) || (g == 0.0 && rate > 0.0);
+}
+
 IntegrationStatus PhasedPlant::integrate(const VectorRef& input, double length) {
   const Phase& p = phases_[phase_];
   VectorXd w(p.integrator->arguments().size());
@@ -159,18 +175,31 @@ bool PhasedPlant::move(const VectorRef& input, double length) {
     return true;
   };
   const bool has_guard = !definition().end_guards.empty();
-  const double before = has_guard ? guard(input) : 0.0;
+  bool inside = has_guard && guard(input) < 0.0;
   if (!go(length)) return false;
-  const bool crossed = has_guard && before < 0.0 && guard(input) >= 0.0;
+  if (has_guard && !std::isfinite(guard(input))) {
+    failure_ = fmt::format("the guard of phase '{}' is no number at t = {:.6g} s",
+                           definition().name, time_);
+    return false;
+  }
+  const bool crossed = has_guard && (inside ? guard(input) >= 0.0 : is_leaving(input));
   if (crossed) {
     double low = 0.0, high = length;
-    // Halving ends at neighbouring numbers: the event is as exact as the integrator.
-    for (double middle = 0.5 * (low + high); middle > low && middle < high;
-         middle = 0.5 * (low + high)) {
-      if (!go(middle)) return false;
-      (guard(input) >= 0.0 ? high : low) = middle;
+    // Halving ends at neighbouring numbers, or at once: the event is as exact as the integrator.
+    const auto go_where_begins = [&](const auto& holds) {
+      for (double middle = 0.5 * (low + high);
+           middle > low && middle < high && high > at_once * length; middle = 0.5 * (low + high)) {
+        if (!go(middle)) return false;
+        (holds() ? high : low) = middle;
+      }
+      return go(high);
+    };
+    if (!inside) {  // it may have come back before it left
+      if (!go_where_begins([&] { return growth(input) >= 0.0; })) return false;
+      inside = guard(input) < 0.0;
+      low = std::exchange(high, length);
     }
-    if (!go(high)) return false;
+    if (inside && !go_where_begins([&] { return guard(input) >= 0.0; })) return false;
   }
   const Phase& p = phases_[phase_];
   for (std::size_t i = 0; i < p.running.size(); ++i)
@@ -230,13 +259,7 @@ void PhasedPlant::begin_phase(const VectorRef& input) {
   entered_ = time_;
   count_once(TermDomain::phase_start, input);
   if (definition().end_guards.empty()) return;
-  // On the guard or beyond it the motion decides: it goes on, or comes back first, as a ball does
-  // that bounces and that rounding put below the ground.
-  const EndGuard& end = definition().end_guards.front();
-  const GuardRate rate =
-      guard_rate(definition(), definition().dynamics, end.guard, argument(input));
-  const double g = guard(input), growth = crossing_sign(end.crossing) * rate.value;
-  passed_guard_ = passed_guard_ || (g > 0.0 && growth >= 0.0) || (g == 0.0 && growth > 0.0);
+  passed_guard_ = passed_guard_ || is_leaving(input);
 }
 
 void PhasedPlant::end_phase(const VectorRef& input) {
@@ -273,9 +296,10 @@ void PhasedPlant::disturb(const VectorRef& change) {
   if (is_over()) return;
   const VectorXd u = VectorXd::Zero(inputs());
   const bool has_guard = !definition().end_guards.empty();
-  const bool was_before = has_guard && guard(u) < 0.0;
+  const bool was_before = has_guard && guard(u) <= 0.0;
   state_ += change;
-  passed_guard_ = (passed_guard_ || was_before) && guard(u) >= 0.0;
+  // On the guard the motion decides, where the next piece begins.
+  passed_guard_ = (passed_guard_ || was_before) && guard(u) > 0.0;
 }
 
 }  // namespace saltus

@@ -29,6 +29,7 @@ class PhasedPlant final : public LoopPlant {
   /// Of the present phase.
   int inputs() const override { return definition().sizes.nu; }
   /// A guard is looked at where the piece ends: one that is crossed twice within it is not noticed.
+  /// A phase that begins on it or beyond it ends at once, or comes back first.
   /// Once the last phase has ended time goes on, and nothing else.
   bool advance(const VectorRef& input, double length) override;
   std::string failure() const override { return failure_; }
@@ -78,7 +79,9 @@ class PhasedPlant final : public LoopPlant {
   IntegrationStatus integrate(const VectorRef& input, double length);
   bool advance_from_here(const VectorRef& input, double length);
   bool move(const VectorRef& input, double length);
-  double guard(const VectorRef& input) const;
+  double guard(const VectorRef& input) const;   // oriented: negative inside the phase
+  double growth(const VectorRef& input) const;  // of the guard, per s
+  bool is_leaving(const VectorRef& input) const;
   void end_phase(const VectorRef& input);
   void begin_phase(const VectorRef& input);
   bool is_in_force(const Window& window, double t) const;

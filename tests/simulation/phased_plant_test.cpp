@@ -168,6 +168,89 @@ TEST(PhasedPlant, ABallThatLeavesTheGroundFliesUntilItIsBack) {
   }
 }
 
+// A throw from the ground or beside it by rounding, also when it is over within one piece.
+TEST(PhasedPlant, AHopEndsOnTheGroundHoweverShortItIs) {
+  for (const double height_at_first : {0.0, 1e-17, -1e-17, 1e-12})
+    for (const double flight : {0.02, 0.05, 0.08, 0.1, 0.13, 0.2, 0.3}) {
+      Phase<2, 1> fly{"fly", Ball{}, between(0.01, 2.0)}, rest{"rest", Cart{}, between(0.1, 2.0)};
+      fly.ends_when("land", height, Crossing::falling).guess_duration(0.1);
+      const auto stop = [](const auto&, const auto& x) { return decltype(x.eval()){x[0], 0.0}; };
+      OptimalControlProblem ocp("hop");
+      ocp.start_at({height_at_first, 0.5 * gravity * flight})
+          .then(fly)
+          .then(rest.guess_duration(0.5), jump<2>("stop", stop));
+      PhasedPlant plant(ocp, runge_kutta4());
+      for (int k = 0; k < 5; ++k) ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.1));
+      const std::vector<HybridEvent> events = plant.take_events();
+      ASSERT_EQ(events.size(), 1u) << height_at_first << ' ' << flight;
+      // 1e-12 m at 0.1 m/s; quadratic in time, so that order four is exact.
+      EXPECT_NEAR(events[0].time, flight, 2e-11) << height_at_first;
+      EXPECT_NEAR(plant.state()[0], 0.0, 1e-12);
+    }
+}
+
+// It comes back from half a metre below the ground, or turns before.
+TEST(PhasedPlant, WhatBeginsBeyondItsGuardComesBackFirstOrEndsWhereItTurns) {
+  const auto run = [](double pull) {
+    const auto field = [pull](const auto&, const auto& x, const auto&) {
+      return decltype(x.eval()){x[1], pull + 0.0 * x[0]};
+    };
+    Phase<2, 1> rise{"rise", field, between(0.01, 5.0)}, rest{"rest", Cart{}, between(0.1, 2.0)};
+    rise.ends_when("down", height, Crossing::falling).guess_duration(0.5);
+    OptimalControlProblem ocp("below");
+    ocp.start_at({-0.5, 1.0}).then(rise).then(rest.guess_duration(0.5));
+    PhasedPlant plant(ocp, runge_kutta4());
+    for (int k = 0; k < 40; ++k) EXPECT_TRUE(plant.advance(VectorXd::Zero(1), 0.1));
+    const std::vector<HybridEvent> events = plant.take_events();
+    return events.size() == 1 ? events[0].time : infinity;
+  };
+  EXPECT_NEAR(run(-0.75), (1.0 + std::sqrt(0.25)) / 0.75, 1e-12);
+  EXPECT_NEAR(run(-2.0), 0.5, 1e-12);  // at -0.25 m
+}
+
+OptimalControlProblem standing(double x0 = 0.0) {
+  Phase<2, 1> stand{"stand", Cart{}, between(0.01, 5.0)}, fly{"fly", Ball{}, between(0.01, 5.0)};
+  stand.ends_when("lift-off", height, Crossing::rising).guess_duration(0.5);
+  OptimalControlProblem ocp("standing");
+  ocp.start_at({x0, 0.0}).then(stand).then(fly.guess_duration(0.5));
+  return ocp;
+}
+
+TEST(PhasedPlant, RestOnTheGuardLastsUntilAPushTakesItOff) {
+  PhasedPlant by_force(standing(), runge_kutta4());
+  for (const double u : {0.0, -0.0, 0.0}) by_force.advance(VectorXd{{u}}, 0.1);
+  EXPECT_EQ(by_force.phase(), 0);
+  ASSERT_TRUE(by_force.advance(VectorXd{{5.0}}, 0.1));
+  EXPECT_EQ(by_force.phase(), 1);
+  EXPECT_NEAR(by_force.take_events().at(0).time, 0.3, 1e-12);
+  for (const double lift : {0.0, 0.1}) {
+    PhasedPlant by_kick(standing(), runge_kutta4());
+    ASSERT_TRUE(by_kick.advance(VectorXd::Zero(1), 0.1));
+    by_kick.disturb(VectorXd{{lift, 1.0}});
+    ASSERT_TRUE(by_kick.advance(VectorXd::Zero(1), 0.1));
+    EXPECT_EQ(by_kick.phase(), 1) << lift;
+    EXPECT_NEAR(by_kick.take_events().at(0).time, 0.1, 1e-12);
+    EXPECT_NEAR(by_kick.state()[1], 1.0 - 0.1 * gravity, 1e-12);
+  }
+}
+
+TEST(PhasedPlant, AGuardThatIsNoNumberIsAFailure) {
+  const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
+  const auto root = [](const auto&, const auto& x) {
+    using std::sqrt;
+    return -sqrt(0.25 - x[0]);
+  };
+  Phase<1, 0> a{"a", ramp, between(0.01, 9.0)}, b{"b", ramp, between(0.01, 9.0)};
+  a.ends_when("edge", root, Crossing::rising).guess_duration(0.2);
+  OptimalControlProblem ocp("edge");
+  ocp.start_at({0.0}).then(a).then(b.guess_duration(0.2));
+  PhasedPlant plant(ocp, runge_kutta4());
+  ASSERT_TRUE(plant.advance(VectorXd(0), 0.2));
+  EXPECT_FALSE(plant.advance(VectorXd(0), 0.1));
+  EXPECT_EQ(plant.failure(), "the guard of phase 'a' is no number at t = 0.3 s");
+  EXPECT_EQ(plant.time(), 0.2);
+}
+
 // x' = the sum of the inputs, of which the phases have 1, 3 and 2.
 template <int nu>
 Phase<1, nu> summing(const char* name) {
