@@ -8,11 +8,14 @@
 namespace saltus {
 namespace {
 
-// Newton's method, sizes relative to nominal + |X|. With the slopes of the present iterate it
-// converges quadratically: a correction this small is followed by rounding. With older ones it
-// contracts by a constant factor, and ends where what is left is rounding.
+// Newton's method. With the slopes of the present iterate it converges quadratically: a correction
+// this small is followed by rounding. With older ones it contracts by a constant factor, and ends
+// where what is left is rounding. Corrections are small relative to nominal + |X| and to the state
+// itself, which may be far below its nominal value; a state whose digits are lost to others' is
+// done where corrections no longer shrink.
 constexpr double last_correction = 1e-9;
 constexpr double rounding = 1e-15;
+constexpr double noise = 1e-12, stalled = 0.5;
 constexpr double slow_contraction = 0.02;  // slopes are evaluated anew
 constexpr int most_corrections = 30;
 
@@ -115,16 +118,22 @@ IntegrationStatus StageSolver::correct(const IntervalField& field, double s, dou
       }
     }
     step.matrix.solve(residual_.data());
-    double size = 0.0;
+    double size = 0.0, own_size = 0.0;
     for (int i = 0; i < count(); ++i)
       for (int r = 0; r < nx_; ++r) {
         double& state = states_[i * nx_ + r];
         state -= residual_[i * nx_ + r];
-        size = std::max(size, std::abs(residual_[i * nx_ + r]) / (nominal_[r] + std::abs(state)));
+        const double change = std::abs(residual_[i * nx_ + r]);
+        if (change == 0.0) continue;
+        size = std::max(size, change / (nominal_[r] + std::abs(state)));
+        own_size = std::max(own_size, change / std::max(std::abs(state), std::abs(x[r])));
       }
     if (!residual_.allFinite()) return IntegrationStatus::not_finite;
     const double contraction = k == 0 ? 1.0 : size / last;
-    if (fresh ? size <= last_correction : contraction < 1.0 && contraction * size <= rounding)
+    const bool only_noise = k > 0 && contraction > stalled && size <= noise;
+    const bool is_last = own_size <= last_correction || only_noise;
+    if (fresh ? size <= last_correction && is_last
+              : contraction < 1.0 && contraction * std::max(size, own_size) <= rounding)
       return IntegrationStatus::success;
     fresh = k > 0 && contraction > slow_contraction;
     last = size;

@@ -54,6 +54,25 @@ VectorXd from(const VectorXd& start, double length) {
   return w;
 }
 
+// x' = -x^2 / c from c: the same for every c, whatever size of state is nominal.
+TEST_P(ImplicitSchemes, SmallStatesHaveTheDigitsOfLargeOnes) {
+  const auto scaled = [&](double c) {
+    const auto field = [c](const auto&, const auto& x) {
+      return std::decay_t<decltype(x)>{-x[0] * x[0] / c};
+    };
+    const auto integrator = scheme(2)->make(autonomous(make_function<1, 0, 0>(field)));
+    const VectorXd w = from(VectorXd{{c}}, 1.0);
+    return std::pair{end_of(*integrator, w)[0] / c, jacobian_of(*integrator, w)(0, 0)};
+  };
+  const auto [end, derivative] = scaled(1.0);
+  for (double c = 0.1; c > 5e-13; c *= 0.1) {
+    const auto [small, small_derivative] = scaled(c);
+    // Rounding of a few products.
+    EXPECT_NEAR(small, end, 1e-14) << c;
+    EXPECT_NEAR(small_derivative, derivative, 1e-13) << c;
+  }
+}
+
 // The simplifying conditions B(order) and C(stages), which define the methods.
 TEST_P(ImplicitSchemes, CoefficientsIntegratePolynomials) {
   const ButcherTableau tableau = family().tableau(stages());
