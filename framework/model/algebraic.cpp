@@ -14,9 +14,12 @@
 namespace saltus {
 namespace {
 
-// Newton's method converges quadratically: a correction this small, relative to nominal + |z|, is
-// followed by rounding.
+// Newton's method converges quadratically: a correction this small is followed by rounding. It is
+// small relative to nominal + |z| and to |z| itself, which may be far below its nominal value;
+// where z ends at zero, or its digits are lost to others', a correction is done that is rounding of
+// the largest z on the way, or after which corrections do not shrink.
 constexpr double last_correction = 1e-9;
+constexpr double rounding = 1e-15;
 constexpr int most_corrections = 100;
 constexpr double shortest_step = 1e-6;
 
@@ -46,6 +49,7 @@ AlgebraicSolution::AlgebraicSolution(int equations, int arguments, int entry_cou
       step(equations),
       next_step(equations),
       before(equations),
+      largest(equations),
       multipliers(equations) {}
 
 AlgebraicEquations::AlgebraicEquations(const Arguments& sizes, Function equations, VectorXd start)
@@ -144,6 +148,14 @@ double AlgebraicEquations::size_of(const std::vector<double>& step,
   return size;
 }
 
+bool AlgebraicEquations::is_last(const AlgebraicSolution& s) const {
+  const double* z = s.argument.data() + 1 + sizes_.nx;
+  for (int j = 0; j < count(); ++j)
+    if (std::abs(s.step[j]) > std::max(last_correction * std::abs(z[j]), rounding * s.largest[j]))
+      return false;
+  return true;
+}
+
 AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolution& s) const {
   const int nz = count(), first = 1 + sizes_.nx;
   double* z = s.argument.data() + first;
@@ -161,30 +173,36 @@ AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolut
     worst_equation();
     return AlgebraicStatus::not_finite;
   }
+  std::fill(s.largest.begin(), s.largest.end(), 0.0);
+  bool is_small = false;
   for (int k = 0; k < most_corrections; ++k) {
     if (const AlgebraicStatus status = factor(s); status != AlgebraicStatus::solved) return status;
     s.step = s.residual;
     s.slope.solve(s.step.data());
     const double size = size_of(s.step, s);
     std::copy_n(z, nz, s.before.begin());
+    for (int j = 0; j < nz; ++j) s.largest[j] = std::max(s.largest[j], std::abs(z[j]));
     // As far as the next correction, with the same factors, is shorter: that measures progress in z
     // and not in equations of any scale.
     double fraction = 1.0;
     for (;; fraction *= 0.5) {
       for (int j = 0; j < nz; ++j) z[j] = s.before[j] - fraction * s.step[j];
       const bool evaluated = evaluate(s);
-      if (evaluated && (affine_ || size <= last_correction)) return AlgebraicStatus::solved;
+      is_small = evaluated && size <= last_correction;
+      if (evaluated && (affine_ || (is_small && is_last(s)))) return AlgebraicStatus::solved;
       if (evaluated) {
         s.next_step = s.residual;
         s.slope.solve(s.next_step.data());
         if (size_of(s.next_step, s) <= (1.0 - 0.25 * fraction) * size) break;
       }
       if (fraction < shortest_step) {
+        if (is_small) return AlgebraicStatus::solved;
         worst_equation();
         return evaluated ? AlgebraicStatus::no_solution : AlgebraicStatus::not_finite;
       }
     }
   }
+  if (is_small) return AlgebraicStatus::solved;
   worst_equation();
   return AlgebraicStatus::no_solution;
 }

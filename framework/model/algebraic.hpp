@@ -39,6 +39,7 @@ struct AlgebraicSolution {
 
   // For Newton's method, and for what is composed with it.
   std::vector<double> residual, step, next_step, before;       ///< one number per equation
+  std::vector<double> largest;                                 ///< |z| so far
   std::vector<double> values, multipliers, gradient, product;  ///< of what is composed with it
 };
 
@@ -77,6 +78,7 @@ class AlgebraicEquations {
   void find_dependencies();
   bool evaluate(AlgebraicSolution& solution) const;
   double size_of(const std::vector<double>& step, const AlgebraicSolution& solution) const;
+  bool is_last(const AlgebraicSolution& solution) const;  // its step, as each z goes
 
   Arguments sizes_;
   Function equations_;

@@ -50,6 +50,34 @@ TEST(Algebraic, StatesMeetTheirEquations) {
   EXPECT_NEAR(z[2], (z[0] + 0.3) / (2.0 + std::cos(z[1])), rounding);
 }
 
+// z + z^2 / c = c: the same for every c, from a start that says nothing of its size.
+TEST(Algebraic, SmallStatesHaveTheDigitsOfLargeOnes) {
+  for (double c = 1.0; c > 5e-13; c *= 0.1) {
+    const auto equation = [c](const auto&, const auto& x) {
+      return Vec<std::decay_t<decltype(x[0])>, 1>{x[1] + x[1] * x[1] / c - x[0]};
+    };
+    const AlgebraicEquations single({1, 0, 0}, make_function<2, 0, 0>(equation), VectorXd{{0.0}});
+    const ConsistentStart start = consistent_start(single, VectorXd{{0.0, c}});
+    ASSERT_TRUE(start.found()) << c << ": " << start.message;
+    EXPECT_NEAR(start.z[0] / c, 0.5 * (std::sqrt(5.0) - 1.0), 1e-15) << c;
+  }
+}
+
+// No digit of zero is right: where z ends there, from whatever start, it is found all the same.
+TEST(Algebraic, StatesThatEndAtZeroAreFound) {
+  for (const double x : {0.0, 1e-30, 1e-12})
+    for (const double guess : {0.0, 0.5, 1.0}) {
+      const auto equation = [](const auto&, const auto& in) {
+        return Vec<std::decay_t<decltype(in[0])>, 1>{in[1] + 0.3 * sin(in[1]) * in[1] - in[0]};
+      };
+      const AlgebraicEquations single({1, 0, 0}, make_function<2, 0, 0>(equation),
+                                      VectorXd{{guess}});
+      const ConsistentStart start = consistent_start(single, VectorXd{{0.0, x}});
+      ASSERT_TRUE(start.found()) << x << ' ' << guess << ": " << start.message;
+      EXPECT_NEAR(start.z[0], x, 1e-15);
+    }
+}
+
 TEST(Algebraic, DerivativesOfFirstAndSecondOrderAreExact) {
   const auto rates = [](const auto& t, const auto& x, const auto& z, const auto& u, const auto& p) {
     return std::decay_t<decltype(x)>{z[0] * z[1] + x[1] * u[0] + p[0],
