@@ -20,6 +20,20 @@ constexpr int regular_gaps = 4;
 constexpr double left_of_interval = 1e-6;
 constexpr int most_projections = 20;
 
+// A value for as long as it lives, also where a formula throws.
+template <class T>
+class Meanwhile {
+ public:
+  Meanwhile(T& variable, T value) : variable_(variable), before_(std::exchange(variable, value)) {}
+  ~Meanwhile() { variable_ = before_; }
+  Meanwhile(const Meanwhile&) = delete;
+  Meanwhile& operator=(const Meanwhile&) = delete;
+
+ private:
+  T& variable_;
+  T before_;
+};
+
 }  // namespace
 
 HybridIntegrator::HybridIntegrator(const IntervalProblem& definition,
@@ -71,6 +85,7 @@ IntegrationStatus HybridIntegrator::jacobian(const double* w, double* end, Matri
 
 IntegrationStatus HybridIntegrator::hessian(const double* w, const double* weights,
                                             MatrixXd& hessian, Curvature curvature) {
+  if (!has_hessian()) return IntegrationStatus::library_failure;
   const IntegrationStatus status = run_on_tape(w);
   return status == IntegrationStatus::success ? second_order(weights, hessian, curvature) : status;
 }
@@ -78,7 +93,7 @@ IntegrationStatus HybridIntegrator::hessian(const double* w, const double* weigh
 IntegrationStatus HybridIntegrator::derivatives(const double* w, const double* weights, double* end,
                                                 MatrixXd& derivative, MatrixXd& hessian,
                                                 Curvature curvature) {
-  if (!has_hessian()) return jacobian(w, end, derivative);
+  if (!has_hessian()) return IntegrationStatus::library_failure;
   const IntegrationStatus status = run_on_tape(w);
   std::copy(y_.begin(), y_.end(), end);
   if (status != IntegrationStatus::success) return status;
@@ -88,10 +103,8 @@ IntegrationStatus HybridIntegrator::derivatives(const double* w, const double* w
 
 IntegrationStatus HybridIntegrator::run_on_tape(const double* w) {
   tape_.clear();
-  taping_ = true;
-  const IntegrationStatus status = run(w, true);
-  taping_ = false;
-  return status;
+  const Meanwhile taping(taping_, true);
+  return run(w, true);
 }
 
 IntegrationStatus HybridIntegrator::second_order(const double* weights, MatrixXd& hessian,
@@ -118,11 +131,12 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   if (!all_finite(w, index.size())) return fail(IntegrationStatus::not_finite);
   if (h_ < 0.0) return fail(IntegrationStatus::backward);
   if (h_ == 0.0) {  // the identity; only the derivative with respect to h needs the field
-    std::vector<HybridEvent>* recorded = std::exchange(recorded_, nullptr);
-    const IntegrationStatus status = choose_mode();
-    recorded_ = recorded;
-    if (status != IntegrationStatus::success) mode_ = 0;
-    stand_at(w);  // what happens at once happens in the interval that follows
+    // What happens at once happens in the interval that follows.
+    {
+      const Meanwhile unrecorded(recorded_, static_cast<std::vector<HybridEvent>*>(nullptr));
+      if (choose_mode() != IntegrationStatus::success) mode_ = 0;
+    }
+    stand_at(w);
     if (taping_) {
       tape_.clear();
       note_flow();

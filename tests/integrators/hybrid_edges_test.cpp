@@ -1,5 +1,7 @@
 // Where events are hard: tangency, pairs inside one step, starts and ends on a guard, sliding on
 // moving surfaces, chains of modes. What cannot be integrated is said, with time, mode and event.
+#include <stdexcept>
+
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/hybrid_integrator.hpp"
 #include "saltus/integrators/hybrid_simulation.hpp"
@@ -7,6 +9,7 @@
 #include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "tests/integrators/hybrid_problems.hpp"
 #include "tests/integrators/support.hpp"
+#include "tests/support/count_allocations.hpp"
 
 namespace saltus {
 namespace {
@@ -15,11 +18,11 @@ using namespace test;
 
 class HybridEdges : public HybridSchemeTest {};
 INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
-                         testing::Values(HybridScheme{"adams", cvodes(tight_options)},
-                                         HybridScheme{"rk4", runge_kutta4({.steps = 1})},
-                                         HybridScheme{"rk8", runge_kutta8({.steps = 7})},
-                                         HybridScheme{"radau5",
-                                                      radau_iia({.stages = 3, .steps = 2})}),
+                         ::testing::Values(HybridScheme{"adams", cvodes(tight_options)},
+                                           HybridScheme{"rk4", runge_kutta4({.steps = 1})},
+                                           HybridScheme{"rk8", runge_kutta8({.steps = 7})},
+                                           HybridScheme{"radau5",
+                                                        radau_iia({.stages = 3, .steps = 2})}),
                          [](const auto& param) { return param.param.name; });
 
 // x = (height, speed, number of visits above the guard): a throw whose top passes `level`.
@@ -554,12 +557,12 @@ TEST(HybridModes, RunThroughAChainWithHysteresis) {
 
 // --- second derivatives ---------------------------------------------------------------------
 
-class HybridSecondOrder : public testing::TestWithParam<HybridScheme> {};
+class HybridSecondOrder : public ::testing::TestWithParam<HybridScheme> {};
 INSTANTIATE_TEST_SUITE_P(Schemes, HybridSecondOrder,
-                         testing::Values(HybridScheme{"rk4", runge_kutta4({.steps = 3})},
-                                         HybridScheme{"gauss2",
-                                                      gauss_legendre({.stages = 1, .steps = 4})},
-                                         HybridScheme{"radau5", radau_iia({.stages = 3})}),
+                         ::testing::Values(HybridScheme{"rk4", runge_kutta4({.steps = 3})},
+                                           HybridScheme{"gauss2",
+                                                        gauss_legendre({.stages = 1, .steps = 4})},
+                                           HybridScheme{"radau5", radau_iia({.stages = 3})}),
                          [](const auto& param) { return param.param.name; });
 
 // Differences of derivatives that are exact to 1e-13, with steps that move events by far less than
@@ -627,6 +630,66 @@ TEST_P(HybridSecondOrder, AtLengthZeroAndWhereSurfacesAreSlidOn) {
   EXPECT_LE((hessian_of(*integrator, w, weights) - at_zero).norm(), 1e-5);
   EXPECT_GT(at_zero.norm(), 0.1);
   EXPECT_FALSE(GetParam().choice->make(moving_surface())->has_hessian());
+}
+
+// Event 'half' at 0.5 on the way up by 1 / s, without jump; a formula that can be told to throw.
+bool throws = false;
+IntervalProblem ramp_with_an_event() {
+  const auto ramp = [](const auto&, const auto& x) {
+    if (throws) throw std::runtime_error("the table ends here");
+    return std::decay_t<decltype(x)>{1.0 + 0.0 * x[0]};
+  };
+  Automaton<1> system;
+  system.mode("first", ramp)
+      .mode("second", ramp)
+      .event(
+          "half", "first", "second", [](const auto&, const auto& x) { return x[0] - 0.5; },
+          Crossing::rising);
+  return hybrid_problem(system);
+}
+
+TEST(HybridModes, WithoutSecondDerivativesNoneAreFilledIn) {
+  const VectorXd w = vec({0.0, 0.0, 1.0}), weight = vec({1.0});
+  VectorXd end(1);
+  MatrixXd first(1, 3), second(3, 3);
+  const auto expect = [&](Integrator& integrator) {
+    ASSERT_FALSE(integrator.has_hessian());
+    EXPECT_EQ(integrator.hessian(w.data(), weight.data(), second, Curvature::exact),
+              IntegrationStatus::library_failure);
+    EXPECT_EQ(integrator.derivatives(w.data(), weight.data(), end.data(), first, second,
+                                     Curvature::exact),
+              IntegrationStatus::library_failure);
+    EXPECT_EQ(integrator.jacobian(w.data(), end.data(), first), IntegrationStatus::success);
+  };
+  expect(*cvodes()->make(ramp_with_an_event()));
+  Automaton<1> surface;
+  surface.mode("below", [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; })
+      .mode("above", [](const auto&, const auto& x) { return -1.0 + 0.0 * x[0]; })
+      .surface("level", "below", "above", [](const auto&, const auto& x) { return x[0] - 0.5; });
+  expect(*runge_kutta4()->make(hybrid_problem(surface)));
+}
+
+// Second derivatives are noted on a tape, which a formula that throws must not leave running.
+TEST(HybridModes, AFormulaThatThrowsLeavesNothingBehind) {
+  const auto integrator = runge_kutta4({.steps = 4})->make(ramp_with_an_event());
+  auto& hybrid = dynamic_cast<EventIntegrator&>(*integrator);
+  const VectorXd w = vec({0.0, 0.0, 1.0}), nowhere = vec({0.0, 0.0, 0.0}), weight = vec({1.0});
+  VectorXd end(1);
+  MatrixXd first(1, 3), second(3, 3);
+  std::vector<HybridEvent> events;
+  hybrid.record(&events);
+  throws = true;
+  EXPECT_THROW(
+      integrator->derivatives(w.data(), weight.data(), end.data(), first, second, Curvature::exact),
+      std::runtime_error);
+  EXPECT_THROW(integrator->value(nowhere.data(), end.data()), std::runtime_error);
+  throws = false;
+  integrator->value(w.data(), end.data());
+  EXPECT_EQ(events.size(), 1u);
+  hybrid.record(nullptr);
+  const testing::AllocationCount allocations;
+  for (int i = 0; i < 100; ++i) integrator->value(w.data(), end.data());
+  EXPECT_EQ(allocations.made(), 0);
 }
 
 TEST(HybridModes, LengthZeroAndNegative) {
