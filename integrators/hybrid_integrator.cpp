@@ -127,6 +127,7 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   stepper_->load(w);
   for (auto& of_mode : repetitions_) std::fill(of_mode.begin(), of_mode.end(), Repetition{});
   stand_at(w);
+  guards_.begin(y_.data());
   mode_ = 0;
   if (!all_finite(w, index.size())) return fail(IntegrationStatus::not_finite);
   if (h_ < 0.0) return fail(IntegrationStatus::backward);

@@ -63,6 +63,7 @@ void EventLocator::begin(const FlowMode& mode, const std::vector<GuardSide>& sid
                          const double* x) {
   mode_ = &mode;
   std::copy_n(sides.begin(), mode.guards.size(), sides_.begin());
+  guards_.begin(x);
   guards_.sample(mode, s, x, before_.data());
 }
 
@@ -89,6 +90,8 @@ LocatedCrossing EventLocator::search() {
     guards_.sample(*mode_, b, y_.data(), after_.data());
     const LocatedCrossing found = search_part(a, b);
     if (found.status != IntegrationStatus::success || found.guard >= 0) return found;
+    stepper_.state_at(b, y_.data());  // elsewhere the search may have looked last
+    guards_.pass(y_.data());
     std::swap(before_, after_);
     a = b;
   }

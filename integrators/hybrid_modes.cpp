@@ -153,6 +153,7 @@ GuardEvaluator::GuardEvaluator(const IntervalProblem& problem, const HybridModes
     : sizes_(problem.arguments),
       nominal_(problem.nominal_state.size() > 0 ? problem.nominal_state
                                                 : VectorXd::Ones(problem.arguments.nx)),
+      reach_(VectorXd::Zero(sizes_.nx)),
       z_(sizes_.size()),
       rates_(sizes_.nx + problem.nq()),
       slope_(1) {
@@ -171,6 +172,16 @@ GuardSample GuardEvaluator::sample(const FlowMode& mode, int guard, double s, co
   return evaluate(mode, mode.guards[guard]);
 }
 
+void GuardEvaluator::begin(const double* x) {
+  reach_.setZero();
+  pass(x);
+}
+
+void GuardEvaluator::pass(const double* x) {
+  for (int i = 0; i < sizes_.nx; ++i)
+    if (std::isfinite(x[i])) reach_[i] = std::max(reach_[i], std::abs(x[i]));
+}
+
 GuardSample GuardEvaluator::evaluate(const FlowMode& mode, const OutgoingGuard& guard) {
   GuardSample sample;
   const SparsityPattern& pattern = guard.function.jacobian_pattern();
@@ -182,8 +193,9 @@ GuardSample GuardEvaluator::evaluate(const FlowMode& mode, const OutgoingGuard& 
   for (int e = 0; e < pattern.entries(); ++e) {
     const int col = pattern.col(e), i = col - sizes_.x();
     const bool state = i >= 0 && i < sizes_.nx;
-    sample.rounding +=
-        on_guard * std::abs(entries_[e]) * (std::abs(z_[col]) + (state ? nominal_[i] : 0.0));
+    const double size =
+        state ? std::max(std::abs(z_[col]), reach_[i]) + nominal_[i] : std::abs(z_[col]);
+    sample.rounding += on_guard * std::abs(entries_[e]) * size;
     if (!state) continue;
     sample.rate += entries_[e] * h * rates_[i];
     gradient += entries_[e] * nominal_[i] * entries_[e] * nominal_[i];

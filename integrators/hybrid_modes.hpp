@@ -76,11 +76,16 @@ class GuardEvaluator {
   void sample(const FlowMode& mode, double s, const double* x, GuardSample* samples);
   GuardSample sample(const FlowMode& mode, int guard, double s, const double* x);
 
+  /// A flow begins at x, or has come to x: a state that is small has the rounding of what it was.
+  void begin(const double* x);
+  void pass(const double* x);
+
  private:
   GuardSample evaluate(const FlowMode& mode, const OutgoingGuard& guard);
 
   Arguments sizes_;
   VectorXd nominal_;
+  VectorXd reach_;  // the largest |x| of the flow so far
   std::vector<double> z_, rates_, entries_, slope_;
 };
 

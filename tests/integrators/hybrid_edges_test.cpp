@@ -1,5 +1,6 @@
 // Where events are hard: tangency, pairs inside one step, starts and ends on a guard, sliding on
 // moving surfaces, chains of modes. What cannot be integrated is said, with time, mode and event.
+#include <random>
 #include <stdexcept>
 
 #include "saltus/core/error.hpp"
@@ -24,6 +25,33 @@ INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
                                            HybridScheme{"radau5",
                                                         radau_iia({.stages = 3, .steps = 2})}),
                          [](const auto& param) { return param.param.name; });
+
+// A ball that bounces once. On the ground its height has the rounding of where it came from.
+TEST_P(HybridEdges, AGuardIsFoundHoweverLargeTheStateWasBefore) {
+  Automaton<2> system;
+  const auto fall = [](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{x[1], -10.0 + 0.0 * x[0]};
+  };
+  const auto bounce = [](const auto&, const auto& x) {
+    return std::decay_t<decltype(x)>{x[0], -0.8 * x[1]};
+  };
+  system.mode("flight", fall)
+      .event(
+          "impact", "flight", "flight", [](const auto&, const auto& x) { return x[0]; },
+          Crossing::falling, bounce);
+  const IntervalProblem problem = hybrid_problem(system);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> factor(0.5, 1.5);
+  for (double scale = 1.0; scale < 2e6; scale *= 10.0)
+    for (int i = 0; i < 50; ++i) {
+      const double height = scale * factor(random), impact = std::sqrt(0.2 * height);
+      const HybridSimulation sim =
+          run(problem, vec({height, 0.0}), vec({0.0, 0.5 * impact, 1.1 * impact, 1.5 * impact}));
+      ASSERT_EQ(sim.status, IntegrationStatus::success) << height << " m: " << sim.message;
+      ASSERT_EQ(sim.events.size(), 1u) << height;
+      EXPECT_NEAR(sim.events[0].time, impact, 1e-9 * impact);
+    }
+}
 
 // x = (height, speed, number of visits above the guard): a throw whose top passes `level`.
 IntervalProblem thrown(double level) {
