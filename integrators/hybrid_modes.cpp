@@ -34,6 +34,22 @@ const Function& running_cost(const IntervalProblem& problem, int mode) {
   return own ? own : problem.running_cost;
 }
 
+// How fast the other states are says nothing of whether a guard is touched or crossed.
+void find_what_counts(const Arguments& sizes, const Function& dynamics, OutgoingGuard& guard) {
+  const auto state = [&](int column) {
+    const int i = column - sizes.x();
+    return i >= 0 && i < sizes.nx ? i : -1;
+  };
+  std::vector<char> read(sizes.nx, 0);
+  guard.function.jacobian_pattern().for_each([&](int, int column, int) {
+    if (const int i = state(column); i >= 0) read[i] = 1;
+  });
+  guard.counts = read;
+  dynamics.jacobian_pattern().for_each([&](int row, int column, int) {
+    if (const int i = state(column); i >= 0 && read[row]) guard.counts[i] = 1;
+  });
+}
+
 }  // namespace
 
 HybridModes::HybridModes(const IntervalProblem& problem)
@@ -54,6 +70,7 @@ HybridModes::HybridModes(const IntervalProblem& problem)
     guard.sign = crossing_sign(t.direction);
     guard.target = t.to;
     guard.reset = t.reset;
+    find_what_counts(problem.arguments, system.modes[t.from].dynamics, guard);
     modes_[t.from].guards.push_back(std::move(guard));
   }
   // Surfaces: the same guard without reset in both directions.
@@ -97,8 +114,8 @@ void HybridModes::add_sliding(const IntervalProblem& problem, int m, int k) {
       problem.shape == InputShape::linear && depends_on_any(guard, sizes.u(), sizes.nu);
   Function cost = cost_m;
   if (cost && !cost_m.is(cost_n)) cost = sliding_mix(sizes, guard, f_m, f_n, cost_m, cost_n);
-  mode.field = std::make_unique<IntervalField>(
-      problem_of_mode(problem, sliding_mix(sizes, guard, f_m, f_n, f_m, f_n), std::move(cost)));
+  const Function dynamics = sliding_mix(sizes, guard, f_m, f_n, f_m, f_n);
+  mode.field = std::make_unique<IntervalField>(problem_of_mode(problem, dynamics, std::move(cost)));
   const auto leave = [&](int target, int partner, const Function& f, double sign) {
     OutgoingGuard out;
     out.name = there.name;
@@ -117,6 +134,7 @@ void HybridModes::add_sliding(const IntervalProblem& problem, int m, int k) {
       mode.guards.back().partner = -1;
       mode.guards.back().slide = -1;
     }
+  for (OutgoingGuard& outgoing : mode.guards) find_what_counts(sizes, dynamics, outgoing);
   modes_.push_back(std::move(mode));
 }
 
@@ -201,6 +219,7 @@ GuardSample GuardEvaluator::evaluate(const FlowMode& mode, const OutgoingGuard& 
     gradient += entries_[e] * nominal_[i] * entries_[e] * nominal_[i];
   }
   for (int i = 0; i < sizes_.nx; ++i) {
+    if (!guard.counts[i]) continue;
     const double r = h * rates_[i] / nominal_[i];
     speed += r * r;
   }

@@ -21,6 +21,8 @@ struct OutgoingGuard {
   int partner = -1;  ///< guard of `target` that is the same surface seen from the other side
   int slide = -1;    ///< mode that slides on it; -1: none
   bool ends_sliding = false;
+  std::vector<char>
+      counts;  ///< per state: the guard reads it, or the rate of one that it reads does
 };
 
 struct FlowMode {
@@ -60,7 +62,7 @@ struct GuardSample {
   double value = 0.0;     ///< oriented: negative inside the mode
   double rate = 0.0;      ///< per unit of scaled time
   double rounding = 0.0;  ///< |value| below which the state counts as on the guard
-  double scale = 0.0;     ///< |g_x| |F| + |g_s|, against which the rate is judged
+  double scale = 0.0;     ///< |g_x| |F| + |g_s|, F of what counts, by which the rate is judged
 
   bool is_on() const;
   /// Whether the motion is along the guard, as far as numbers can tell.

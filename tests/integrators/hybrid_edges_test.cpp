@@ -26,6 +26,31 @@ INSTANTIATE_TEST_SUITE_P(Schemes, HybridEdges,
                                                         radau_iia({.stages = 3, .steps = 2})}),
                          [](const auto& param) { return param.param.name; });
 
+// A tank that runs empty slowly beside a wheel that turns fast: neither knows of the other.
+TEST_P(HybridEdges, ASlowEventBesideFastStatesIsNotTakenForATouch) {
+  for (const double fast : {1.0, 1e2, 1e4, 1e6})
+    for (const double slow : {1e-3, 1e-5, 1e-7}) {
+      const auto field = [fast, slow](const auto&, const auto& x) {
+        return std::decay_t<decltype(x)>{-slow + 0.0 * x[0], fast + 0.0 * x[1]};
+      };
+      Automaton<2> system;
+      system.mode("run", field)
+          .mode("rest", field)
+          .event(
+              "empty", "run", "rest", [](const auto&, const auto& x) { return x[0] - 0.5; },
+              Crossing::falling);
+      const HybridSimulation sim =
+          run(hybrid_problem(system), vec({0.5 + 0.5 * slow, 0.0}), vec({0.0, 1.0}));
+      ASSERT_EQ(sim.status, IntegrationStatus::success) << fast << ' ' << slow << sim.message;
+      ASSERT_EQ(sim.events.size(), 1u) << fast << ' ' << slow;
+      EXPECT_NEAR(sim.events[0].time, 0.5, 1e-15 / slow + 1e-12);  // rounding of 0.5
+      // From the guard itself the event is at once.
+      const HybridSimulation at_once =
+          run(hybrid_problem(system), vec({0.5, 0.0}), vec({0.0, 1.0}), VectorXd(), "run");
+      EXPECT_EQ(at_once.status, IntegrationStatus::success) << at_once.message;
+    }
+}
+
 // A ball that bounces once. On the ground its height has the rounding of where it came from.
 TEST_P(HybridEdges, AGuardIsFoundHoweverLargeTheStateWasBefore) {
   Automaton<2> system;
