@@ -76,13 +76,17 @@ std::vector<double> absolute_tolerances(const IntervalProblem& problem,
   return tolerances;
 }
 
+// The tolerance of a derivative by a parameter of 1e-8 would else be 1e8 times that of states,
+// above all that the derivative is.
+constexpr double smallest_scale = 1e-3;
+
 double direction_scale(const IntervalProblem& problem, const double* w, int column) {
   const IntervalArguments index{problem.arguments.nx, problem.coefficients(), problem.arguments.np};
   double scale = 1.0;
   if (column < index.c()) {
     if (problem.nominal_state.size() > 0) scale = problem.nominal_state[column];
   } else if ((column >= index.p() && column < index.t0()) || column == index.h()) {
-    scale = std::abs(w[column]);
+    scale = w[column] == 0.0 ? 1.0 : std::max(smallest_scale, std::abs(w[column]));
   }
   return scale > 0.0 && std::isfinite(scale) ? std::exp2(std::round(std::log2(scale))) : 1.0;
 }

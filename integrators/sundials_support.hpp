@@ -116,8 +116,8 @@ class KeptException {
 std::vector<double> absolute_tolerances(const IntervalProblem& problem, double relative_to_nominal);
 
 /// Magnitude of an entry of w, by which the absolute tolerance of its sensitivity is divided:
-/// |p| for parameters, |h| for the length, nominal_state for start states, 1 for all others
-/// and instead of zero; rounded to a power of two, so that it seldom changes between calls.
+/// |p| for parameters, |h| for the length, at least 1e-3, nominal_state for start states, 1 for all
+/// others and instead of zero; rounded to a power of two, so that it seldom changes between calls.
 double direction_scale(const IntervalProblem& problem, const double* w, int column);
 
 }  // namespace saltus::sundials

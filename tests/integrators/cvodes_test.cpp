@@ -5,6 +5,8 @@
 
 #include "problems/library/initial_value_problems.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/integrators/arkode.hpp"
+#include "saltus/integrators/idas.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/sundials_support.hpp"
 #include "tests/integrators/support.hpp"
@@ -140,6 +142,29 @@ TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {
   VectorXd scales(5);
   for (int i = 0; i < 5; ++i) scales[i] = sundials::direction_scale(problem, w.data(), i);
   EXPECT_EQ(scales, (VectorXd(5) << 4.0, 1.0, 8.0, 1.0, 0.125).finished());
+}
+
+// x' = -x + p sin 10 t: dx/dp does not depend on p, however small that is.
+TEST(Cvodes, SensitivitiesToSmallParametersAreAsAccurateAsOthers) {
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 1};
+  problem.differentiate_parameter = {true};
+  problem.dynamics =
+      make_function<1, 0, 1>([](const auto& t, const auto& x, const auto&, const auto& p) {
+        return std::decay_t<decltype(x)>{-x[0] + p[0] * sin(10.0 * t)};
+      });
+  const double exact = (std::sin(10.0) - 10.0 * std::cos(10.0) + 10.0 * std::exp(-1.0)) / 101.0;
+  const ArkodeOptions implicit{.method = ArkodeMethod::DiagonallyImplicit, .order = 4};
+  for (const IntegratorChoice& scheme :
+       {cvodes(), cvodes({.method = CvodesMethod::Adams}), idas(), arkode(), arkode(implicit)}) {
+    const auto integrator = scheme->make(problem);
+    for (const double p : {1.0, 1e-3, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12}) {
+      const VectorXd w = (VectorXd(4) << 0.0, p, 0.0, 1.0).finished();
+      // Tolerances of 1e-8, and what a hundred steps make of them.
+      EXPECT_LT(relative_error(jacobian_of(*integrator, w)(0, 1), exact), 1e-6)
+          << scheme->name() << ", p = " << p;
+    }
+  }
 }
 
 #ifdef __GLIBC__
