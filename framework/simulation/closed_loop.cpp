@@ -92,11 +92,15 @@ class Loop {
     for (const VectorXd* deviations :
          {&disturbances_.state_noise, &disturbances_.measurement_noise})
       if (deviations->size() != 0 &&
-          (deviations->size() != nx || !(deviations->array() >= 0.0).all()))
+          (deviations->size() != nx || !deviations->allFinite() || deviations->minCoeff() < 0.0))
         complain(fmt::format("noise has {} entries, expected {} numbers of at least 0",
                              deviations->size(), nx));
+    const VectorXd& first = disturbances_.first_input;
+    if (first.size() != 0 && (first.size() != plant_.inputs() || !first.allFinite()))
+      complain(fmt::format("the first input has {} entries, expected {} numbers", first.size(),
+                           plant_.inputs()));
     const double late = disturbances_.measurement_delay / period;
-    if (!(late >= 0.0) || std::abs(late - std::round(late)) > 1e-6)
+    if (!(late >= 0.0 && std::isfinite(late)) || std::abs(late - std::round(late)) > 1e-6)
       complain(fmt::format("the measurement comes {} s late, expected a multiple of {} s",
                            disturbances_.measurement_delay, period));
     if (!(disturbances_.input_delay >= 0.0 && std::isfinite(disturbances_.input_delay)))

@@ -89,6 +89,10 @@ VectorXd PhasedPlant::fitted(const VectorRef& input) const {
 }
 
 bool PhasedPlant::advance(const VectorRef& input, double length) {
+  const auto fits = [&](const PhaseDefinition& p) { return p.sizes.nu == input.size(); };
+  if (std::ranges::none_of(problem_.phases(), fits))
+    throw DefinitionError(
+        fmt::format("plant: the input has {} entries, expected {}", input.size(), inputs()));
   if (!(length >= 0.0)) {
     failure_ = describe_bad_length(length);
     return false;

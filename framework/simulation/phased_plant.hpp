@@ -30,7 +30,8 @@ class PhasedPlant final : public LoopPlant {
   int inputs() const override { return definition().sizes.nu; }
   /// A guard is looked at where the piece ends: one that is crossed twice within it is not noticed.
   /// A phase that begins on it or beyond it ends at once, or comes back first.
-  /// Once the last phase has ended time goes on, and nothing else.
+  /// Once the last phase has ended time goes on, and nothing else. An input of another phase's size
+  /// is cut off or filled up by zeros, any other size throws DefinitionError.
   bool advance(const VectorRef& input, double length) override;
   std::string failure() const override { return failure_; }
   std::string mode() const override { return definition().name; }

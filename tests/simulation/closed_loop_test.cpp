@@ -468,8 +468,13 @@ TEST(ClosedLoop, RefusesWhatDoesNotFit) {
   refused({.samples_per_tick = 0});
   refused({.disturbances = {.measurement_noise = VectorXd{{1.0, 1.0}}}});
   refused({.disturbances = {.measurement_noise = VectorXd{{-1.0}}}});
+  refused({.disturbances = {.state_noise = VectorXd{{infinity}}}});
+  refused({.disturbances = {.measurement_noise = VectorXd{{std::nan("")}}}});
   refused({.disturbances = {.measurement_delay = 0.015}});
+  refused({.disturbances = {.measurement_delay = infinity}});
   refused({.disturbances = {.input_delay = -1.0}});
+  refused({.disturbances = {.first_input = VectorXd{{1.0, 1.0}}}});
+  refused({.disturbances = {.first_input = VectorXd{{std::nan("")}}}});
   EXPECT_THROW(simulate_closed_loop(FeedbackLaw{}, plant, {}), DefinitionError);
   RecedingHorizonController controller = controller_for(regulator());
   EXPECT_THROW(simulate_closed_loop(controller, plant, {}), DefinitionError);

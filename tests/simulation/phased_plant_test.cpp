@@ -282,6 +282,14 @@ TEST(PhasedPlant, AFeedbackLawFillsTheInputsOfThePresentPhase) {
     EXPECT_EQ(sample.input, VectorXd::Ones(sample.input.size())) << sample.time;
 }
 
+TEST(PhasedPlant, RefusesAnInputOfASizeThatNoPhaseHas) {
+  PhasedPlant plant(bounce(), runge_kutta4());
+  for (const int size : {0, 2})
+    EXPECT_THROW(plant.advance(VectorXd::Zero(size), 0.1), DefinitionError);
+  EXPECT_EQ(plant.time(), 0.0);
+  EXPECT_TRUE(plant.advance(VectorXd::Zero(1), 0.1));
+}
+
 TEST(PhasedPlant, EventsInsideAPhaseAreForAnotherPlant) {
   Phase<2, 1> phase{"fall", Ball{}, exactly(1.0)};
   phase.on("impact", height, Crossing::falling, [](auto, auto x, auto) { return x; });
