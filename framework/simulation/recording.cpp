@@ -23,17 +23,24 @@ void write_cells(TextTable& table, const VectorXd& values, std::size_t columns) 
       table.empty();
 }
 
-// What happens inside a shooting interval whose phase has events.
+// What happens inside a shooting interval whose phase has events. It begins in the mode that is
+// given; -1: that which follows from the state.
 std::vector<HybridEvent> events_inside(EventIntegrator& integrator, const TrajectoryPiece& piece,
-                                       const VectorXd& parameters) {
+                                       const VectorXd& parameters, int mode) {
   VectorXd w(integrator.arguments().size()), end(integrator.outputs());
   w << piece.state, piece.coefficients, parameters, piece.start, piece.length;
   std::vector<HybridEvent> events;
   integrator.record(&events);
-  integrator.start_in(-1);
+  integrator.start_in(mode);
   integrator.value(w.data(), end.data());
   integrator.record(nullptr);
+  integrator.start_in(-1);
   return events;
+}
+
+// Modes behind the declared ones are those that slide on a surface.
+bool is_sliding(const EventIntegrator& integrator, int mode) {
+  return mode >= static_cast<int>(integrator.problem().switching.modes.size());
 }
 
 HybridEvent end_of_phase(const OptimalControlProblem& problem, int phase, double time,
@@ -102,39 +109,47 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
     return has_schedule ? schedule.mode_at(t + same_instant) : std::string();
   };
   const auto add = [&](double t, VectorXd state, const VectorXd& input, const std::string& mode) {
+    // Ends and starts of neighbours differ by rounding.
+    if (!recording.samples.empty()) t = std::max(t, recording.samples.back().time);
     recording.samples.push_back({t, std::move(state), input, mode});
   };
+  int sliding = -1;  // the mode at the end of the piece before, if it slides
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     const TrajectoryPiece& piece = pieces[k];
     const Trajectory::PhaseInfo& phase = trajectory.phases()[piece.phase];
     auto* const hybrid = dynamic_cast<EventIntegrator*>(phase.integrator.get());
     std::vector<HybridEvent> inside;
-    if (hybrid != nullptr) inside = events_inside(*hybrid, piece, phase.parameters);
+    const bool is_new_phase = k == 0 || pieces[k - 1].phase != piece.phase;
+    if (hybrid != nullptr) {
+      inside = events_inside(*hybrid, piece, phase.parameters, is_new_phase ? -1 : sliding);
+      sliding = is_sliding(*hybrid, hybrid->end_mode()) ? hybrid->end_mode() : -1;
+    }
     std::string mode = phase.name;
     if (hybrid != nullptr)
       mode = !inside.empty() ? inside.front().mode_before
-             : recording.samples.empty() || pieces[k - 1].phase != piece.phase
-                 ? hybrid->mode_name(hybrid->end_mode())
-                 : recording.samples.back().mode;
+             : is_new_phase  ? hybrid->mode_name(hybrid->end_mode())
+                             : recording.samples.back().mode;
     else if (has_schedule)
       mode = trajectory.phases().size() == 1 ? scheduled_mode(piece.start)
                                              : phase.name + ", " + scheduled_mode(piece.start);
-    std::size_t next = 0;
     const double last = piece.end();
-    for (int s = 0; s <= samples_per_interval; ++s) {
-      const double t = piece.start + piece.length * s / samples_per_interval;
-      for (; next < inside.size() && inside[next].time <= t; ++next) {
+    const auto add_at = [&](double t, const VectorXd& state) {
+      add(t, state, trajectory.input_in(piece, t), mode);
+    };
+    add_at(piece.start, piece.state);
+    std::size_t next = 0;
+    for (int s = 1; s <= samples_per_interval; ++s) {
+      const bool closes = s == samples_per_interval;
+      const double t = closes ? last : piece.start + piece.length * s / samples_per_interval;
+      for (; next < inside.size() && (closes || inside[next].time <= t); ++next) {
         const HybridEvent& e = inside[next];
-        add(e.time, e.before, trajectory.input(e.time), e.mode_before);
-        add(e.time, e.after, trajectory.input(e.time), mode = e.mode_after);
+        mode = e.mode_before;
+        add_at(e.time, e.before);
+        mode = e.mode_after;
+        add_at(e.time, e.after);
         recording.events.push_back(e);
       }
-      if (s == 0)
-        add(t, piece.state, trajectory.input(piece.start), mode);
-      else if (s < samples_per_interval)
-        add(t, trajectory.state(t), trajectory.input(t), mode);
-      else
-        add(last, piece.end_state, trajectory.input(last - 1e-9 * piece.length), mode);
+      add_at(t, closes ? piece.end_state : trajectory.state_in(piece, t));
     }
     if (k + 1 < pieces.size())
       for (int j = piece.phase; j < pieces[k + 1].phase; ++j)

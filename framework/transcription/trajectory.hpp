@@ -65,6 +65,11 @@ class Trajectory {
   VectorXd state_before(double t) const;
   /// At a time, s; behind a control break.
   VectorXd input(double t) const;
+  /// The same within one of pieces(), whichever piece is in force at t: there is no rounding of
+  /// times at its ends.
+  VectorXd state_in(const TrajectoryPiece& piece, double t) const;
+  /// At its end the left limit.
+  VectorXd input_in(const TrajectoryPiece& piece, double t) const;
   /// Algebraic states, of which a phase may have none; NaN where they cannot be found.
   VectorXd algebraic(double t) const;
 
@@ -76,8 +81,6 @@ class Trajectory {
   void write_csv(std::ostream& out, int samples_per_interval = 1) const;
 
  private:
-  VectorXd input_in(const TrajectoryPiece& piece, double t) const;
-  VectorXd state_in(const TrajectoryPiece& piece, double t) const;
   VectorXd algebraic_in(const TrajectoryPiece& piece, double t) const;
 
   std::vector<PhaseInfo> phases_;

@@ -67,6 +67,105 @@ TEST(Recording, APlanHasItsJumpsTwice) {
   EXPECT_EQ(recording.samples.back().mode, "rise");
 }
 
+Trajectory trajectory_of(std::shared_ptr<Integrator> integrator,
+                         std::vector<TrajectoryPiece> pieces) {
+  return {{{"move", VectorXd(), std::move(integrator)}}, std::move(pieces)};
+}
+
+void expect_order(const Recording& recording) {
+  for (std::size_t i = 1; i < recording.samples.size(); ++i)
+    EXPECT_LE(recording.samples[i - 1].time, recording.samples[i].time) << i;
+}
+
+// x' = u = 0, 1, 2, ... in pieces of so many seconds, also far from where time is counted from.
+TEST(Recording, EveryPieceHasItsOwnInputUpToItsEnd) {
+  const auto moved = [](const auto&, const auto& x, const auto& u) { return u[0] + 0.0 * x[0]; };
+  IntervalProblem problem;
+  problem.arguments = {1, 1, 0};
+  problem.dynamics = make_function<1, 1, 0>(moved);
+  for (const double start : {0.0, 20.0, 100.0, 1e6, 1.7e9})
+    for (const double length : {0.1, 0.01}) {
+      std::vector<TrajectoryPiece> pieces;
+      for (int k = 0; k < 10; ++k)
+        pieces.push_back({0, start + length * k, length, VectorXd{{0.0}}, VectorXd{{double(k)}},
+                          VectorXd{{length * k}}});
+      const Recording recording = record(OptimalControlProblem("move"),
+                                         trajectory_of(runge_kutta4()->make(problem), pieces), 4);
+      ASSERT_EQ(recording.samples.size(), 50u);
+      const double clock = 3e-16 * start;  // rounding of times
+      for (int i = 0; i < 50; ++i) {
+        const int k = i / 5;
+        EXPECT_EQ(recording.samples[i].input[0], k) << start << ", sample " << i;
+        EXPECT_NEAR(recording.samples[i].state[0], k * 0.25 * length * (i % 5),
+                    k * (clock + 1e-15));
+      }
+      expect_order(recording);
+    }
+}
+
+// x' = (1, 1) below 0.35 and (-1, -1) above: on to the end along the surface.
+TEST(Recording, APlanThatSlidesBeginsToDoSoOnce) {
+  Automaton<2> automaton;
+  const auto field = [](double rate) {
+    return [rate](const auto&, const auto& x) {
+      return decltype(x.eval()){rate + 0.0 * x[0], rate + 0.0 * x[1]};
+    };
+  };
+  automaton.mode("below", field(1.0)).mode("above", field(-1.0));
+  automaton.surface("level", "below", "above",
+                    [](const auto&, const auto& x) { return x[0] - 0.35; });
+  IntervalProblem problem;
+  problem.arguments = {2, 0, 0};
+  problem.switching = automaton.system();
+  problem.dynamics = problem.switching.modes.front().dynamics;
+  const std::shared_ptr<Integrator> integrator = runge_kutta4({.steps = 2})->make(problem);
+  std::vector<TrajectoryPiece> pieces;
+  VectorXd state = VectorXd::Zero(2), end(2);
+  for (int k = 0; k < 10; ++k) {
+    VectorXd w(4);
+    w << state, 0.1 * k, 0.1;
+    ASSERT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::success);
+    pieces.push_back({0, 0.1 * k, 0.1, state, VectorXd(), end});
+    state = end;
+  }
+  for (const int samples : {1, 2, 7}) {
+    const Recording recording =
+        record(OptimalControlProblem("slide"), trajectory_of(integrator, pieces), samples);
+    ASSERT_EQ(recording.events.size(), 1u) << recording.events_csv();
+    EXPECT_EQ(recording.events[0].kind, EventKind::slides);
+    EXPECT_NEAR(recording.events[0].time, 0.35, 1e-14);
+    for (const Sample& s : recording.samples)
+      if (std::abs(s.time - 0.35) > 1e-9) EXPECT_EQ(s.mode == "below", s.time < 0.35) << s.time;
+    EXPECT_EQ(recording.samples.back().mode, recording.events[0].mode_after);
+    expect_order(recording);
+  }
+}
+
+// Where an interval ends, seven sevenths of it may end a rounding before.
+TEST(Recording, AnEventWhereAPieceEndsIsKept) {
+  const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
+  const auto reset = [](const auto&, const auto& x) { return x[0] - 5.0; };
+  for (int samples = 1; samples <= 24; ++samples)
+    for (const double length : {0.1, 0.05, 0.07}) {
+      Automaton<1> automaton;
+      automaton.mode("a", ramp).mode("b", ramp).event(
+          "e", "a", "b", [length](const auto&, const auto& x) { return x[0] - length; },
+          Crossing::rising, reset);
+      IntervalProblem problem;
+      problem.arguments = {1, 0, 0};
+      problem.switching = automaton.system();
+      problem.dynamics = problem.switching.modes.front().dynamics;
+      const Recording recording = record(
+          OptimalControlProblem("ramp"),
+          trajectory_of(runge_kutta4()->make(problem),
+                        {{0, 0.0, length, VectorXd{{0.0}}, VectorXd(), VectorXd{{length - 5.0}}}}),
+          samples);
+      ASSERT_EQ(recording.events.size(), 1u) << samples << ' ' << length;
+      EXPECT_EQ(recording.samples.back().mode, "b");
+      expect_order(recording);
+    }
+}
+
 TEST(Recording, ALogWritesItsFiles) {
   const auto folder =
       std::filesystem::temp_directory_path() / ("saltus_loop_" + std::to_string(::getpid()));
