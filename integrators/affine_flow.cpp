@@ -79,6 +79,17 @@ bool is_negligible(int order, double relative, const MatrixJet& term, const Matr
   return true;
 }
 
+double norm_of(const RowMajorMatrix& m) { return m.cwiseAbs().rowwise().sum().maxCoeff(); }
+
+// Rows of what stands behind the states times `row`, its columns times `column`.
+void change_unit(int order, int states, double row, double column, MatrixJet& jet) {
+  for (int k = 0; k <= order; ++k) {
+    const Eigen::Index behind = jet[k].rows() - states;
+    jet[k].bottomRows(behind) *= row;
+    jet[k].rightCols(behind) *= column;
+  }
+}
+
 }  // namespace
 
 void MatrixJet::resize(int size) {
@@ -89,7 +100,8 @@ void MatrixJet::set_zero(int order) {
   for (int k = 0; k <= order; ++k) derivative[k].setZero();
 }
 
-AffineFlow::AffineFlow(int size, int count) : forms(count), integrals(count), form_terms_(count) {
+AffineFlow::AffineFlow(int states, int size, int count)
+    : forms(count), integrals(count), states_(states), form_terms_(count) {
   for (MatrixJet* jet : {&generator, &flow, &term_, &next_}) jet->resize(size);
   settled_.resize(size);
   for (auto* jets : {&forms, &integrals, &form_terms_})
@@ -117,8 +129,18 @@ bool AffineFlow::has_no_cycle(int order) {
   return left == 0;
 }
 
+// That of c, a power of two: changes of units round nothing.
+double AffineFlow::unit_of_columns() const {
+  const auto rates = generator[0].topRows(states_).cwiseAbs();
+  if (rates.size() == 0) return 1.0;
+  const double of_x = rates.leftCols(states_).rowwise().sum().maxCoeff();
+  const double of_c = rates.rightCols(rates.cols() - states_).rowwise().sum().maxCoeff();
+  const double most = std::max(of_x, series_norm);
+  return of_c > most ? std::exp2(std::floor(std::log2(most / of_c))) : 1.0;
+}
+
 bool AffineFlow::compute(int order) {
-  double norm = generator[0].cwiseAbs().rowwise().sum().maxCoeff();
+  double norm = norm_of(generator[0]);
   double finite = norm;
   for (int k = 0; k <= order; ++k) {
     finite += generator[k].cwiseAbs().sum();
@@ -129,6 +151,12 @@ bool AffineFlow::compute(int order) {
   const bool ends = has_no_cycle(order);
   const int longest = ends ? 2 * static_cast<int>(settled_.size()) : longest_series;
   const double negligible = ends ? until_zero : negligible_term;
+  const double unit = ends ? 1.0 : unit_of_columns();
+  if (unit != 1.0) {
+    change_unit(order, states_, 1.0 / unit, unit, generator);
+    for (MatrixJet& form : forms) change_unit(order, states_, unit, unit, form);
+    norm = norm_of(generator[0]);
+  }
   int doublings = 0;
   for (; !ends && norm > series_norm; norm *= 0.5) ++doublings;
   const double tau = std::ldexp(1.0, -doublings);
@@ -169,6 +197,11 @@ bool AffineFlow::compute(int order) {
     next_.set_zero(order);
     add_product(order, 1.0, flow, flow, next_, plain);
     std::swap(flow, next_);
+  }
+  if (unit != 1.0) {
+    change_unit(order, states_, unit, 1.0 / unit, flow);
+    for (MatrixJet& integral : integrals)
+      change_unit(order, states_, 1.0 / unit, 1.0 / unit, integral);
   }
   // Rounding leaves the two triangles a digit apart.
   for (MatrixJet& integral : integrals) {

@@ -9,6 +9,11 @@
 // C. Van Loan, Computing integrals involving the matrix exponential, IEEE TAC 23 (1978) 395-404,
 // without the growing block exp(-M'). When M is a chain of integrators (its graph has no cycle) the
 // series ends by itself and is summed with tau = 1: exact up to the rounding of a few products.
+//
+// xi = (x | c): the rates of the constants and ramps c behind the states do not read x. Their
+// columns may be as large as the unit of c is small; so that tau follows from x alone, c is
+// measured in a power of two in which they are not above |M_xx| (nor, as long as tau = 1 will do,
+// 1/2).
 #pragma once
 
 #include <array>
@@ -31,9 +36,11 @@ struct MatrixJet {
 /// Work space for one size; compute() does not allocate.
 class AffineFlow {
  public:
-  AffineFlow(int size, int forms);
+  /// xi has `size` entries, the first of which are `states`.
+  AffineFlow(int states, int size, int forms);
 
-  /// Inputs: M and the symmetric Q_i, with derivatives up to the order asked for.
+  /// Inputs: M and the symmetric Q_i, with derivatives up to the order asked for. compute() leaves
+  /// them in units of its own.
   MatrixJet generator;
   std::vector<MatrixJet> forms;
 
@@ -45,7 +52,9 @@ class AffineFlow {
 
  private:
   bool has_no_cycle(int order);
+  double unit_of_columns() const;
 
+  int states_;
   MatrixJet term_, next_;
   std::vector<char> settled_;
   std::vector<MatrixJet> form_terms_;

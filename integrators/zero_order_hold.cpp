@@ -156,7 +156,7 @@ class ZeroOrderHold final : public Integrator {
         nq_(problem().nq()),
         linear_(problem().shape == InputShape::linear),
         size_(nx_ + (linear_ ? 2 : 1) * nu_ + 1),
-        work_(size_, nq_) {
+        work_(nx_, size_, nq_) {
     StructureCheck{problem()};
     for (int i = 0; i < sizes_.np; ++i)
       if (problem().differentiate_parameter[i]) parameters_.push_back(i);
