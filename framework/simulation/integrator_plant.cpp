@@ -28,7 +28,7 @@ void expect_size(const char* what, Eigen::Index given, Eigen::Index expected) {
 
 IntegratorPlant::IntegratorPlant(IntervalProblem problem, const IntegratorChoice& scheme,
                                  VectorXd start, VectorXd parameters, double time)
-    : time_(time), state_(std::move(start)), parameters_(std::move(parameters)) {
+    : clock_(time), state_(std::move(start)), parameters_(std::move(parameters)) {
   if (!scheme) throw DefinitionError("plant: no integrator is given");
   if (!problem.dynamics) throw DefinitionError("plant: no dynamics are given");
   expect_size("the start", state_.size(), problem.arguments.nx);
@@ -54,8 +54,8 @@ bool IntegratorPlant::integrate(double length) {
   } catch (...) {
     if (hybrid_ != nullptr) hybrid_->record(nullptr);
     events_.resize(known);
-    failure_ = fmt::format("between t = {:.6g} s and {:.6g} s a formula threw: {}", time_,
-                           time_ + length, describe_exception());
+    failure_ = fmt::format("between t = {:.6g} s and {:.6g} s a formula threw: {}", time(),
+                           time() + length, describe_exception());
   }
   return false;
 }
@@ -80,10 +80,10 @@ bool IntegratorPlant::advance(const VectorRef& input, double length) {
     failure_ = describe_bad_length(length);
     return false;
   }
-  w_ << state_, input, parameters_, time_, length;
+  w_ << state_, input, parameters_, time(), length;
   if (!integrate(length)) return false;
   state_ = end_.head(state_.size());
-  time_ += length;
+  clock_.move_on(length);
   return true;
 }
 
@@ -92,7 +92,7 @@ std::string IntegratorPlant::mode() const {
   if (mode_ >= 0) return hybrid_->mode_name(mode_);
   // Before the first step: what an interval of no length finds.
   VectorXd w(w_.size()), end(end_.size());
-  w << state_, VectorXd::Zero(inputs()), parameters_, time_, 0.0;
+  w << state_, VectorXd::Zero(inputs()), parameters_, time(), 0.0;
   hybrid_->start_in(-1);
   try {
     return hybrid_->value(w.data(), end.data()) == IntegrationStatus::success

@@ -11,6 +11,7 @@
 #include "saltus/model/make_function.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/simulation/loop_plant.hpp"
+#include "saltus/simulation/plant_clock.hpp"
 
 namespace saltus {
 
@@ -25,7 +26,7 @@ class IntegratorPlant final : public LoopPlant {
   IntegratorPlant(IntervalProblem problem, const IntegratorChoice& scheme, VectorXd start,
                   VectorXd parameters = {}, double time = 0.0);
 
-  double time() const override { return time_; }
+  double time() const override { return clock_.time(); }
   VectorXd state() const override { return state_; }
   int inputs() const override { return integrator_->problem().arguments.nu; }
   bool advance(const VectorRef& input, double length) override;
@@ -45,7 +46,7 @@ class IntegratorPlant final : public LoopPlant {
   std::unique_ptr<Integrator> integrator_;
   EventIntegrator* hybrid_ = nullptr;  // the same, if it knows modes
   std::string name_, failure_;
-  double time_ = 0.0;
+  PlantClock clock_;
   VectorXd state_, parameters_, w_, end_;
   int mode_ = -1;  // -1: follows from the state
   std::vector<HybridEvent> events_;

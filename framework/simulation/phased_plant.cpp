@@ -50,8 +50,8 @@ void note(std::vector<PhasedPlant::Miss>& misses, PhasedPlant::Miss miss) {
 
 PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& scheme)
     : problem_(std::move(problem)),
-      time_(problem_.start_time()),
-      entered_(time_),
+      clock_(problem_.start_time()),
+      entered_(time()),
       state_(problem_.start_guess()) {
   if (!scheme) throw DefinitionError("plant: no integrator is given");
   problem_.check();
@@ -76,7 +76,7 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
 
 VectorXd PhasedPlant::argument(const VectorRef& input) const {
   VectorXd z(definition().sizes.size());
-  z << time_, state_, input, phases_[phase_].parameters;
+  z << time(), state_, input, phases_[phase_].parameters;
   return z;
 }
 
@@ -98,7 +98,7 @@ bool PhasedPlant::advance(const VectorRef& input, double length) {
     return false;
   }
   const auto moment = [this] {
-    return std::tie(phase_, time_, entered_, state_, over_since_, cost_, has_begun_, passed_guard_,
+    return std::tie(phase_, clock_, entered_, state_, over_since_, cost_, has_begun_, passed_guard_,
                     at_ends_, on_the_way_, events_);
   };
   auto before = std::apply([](const auto&... part) { return std::make_tuple(part...); }, moment());
@@ -113,20 +113,21 @@ bool PhasedPlant::advance(const VectorRef& input, double length) {
 }
 
 bool PhasedPlant::advance_from_here(const VectorRef& input, double length) {
-  const double until = time_ + length;
+  double left = length;
   if (!has_begun_) begin_phase(fitted(input));
-  while (!is_over() && time_ < until) {
+  while (!is_over() && left > 0.0) {
     if (std::exchange(passed_guard_, false)) {
       end_phase(fitted(input));
       continue;
     }
-    const double planned = definition().end_guards.empty() ? ends_[phase_] : infinity;
-    const double stop = std::clamp(planned, time_, until);
+    const double planned = definition().end_guards.empty() ? ends_[phase_] - time() : infinity;
     const int phase = phase_;
-    if (!move(fitted(input), stop - time_)) return false;
-    if (phase_ == phase && planned <= until + same_instant) end_phase(fitted(input));
+    const std::optional<double> gone = move(fitted(input), std::clamp(planned, 0.0, left));
+    if (!gone) return false;
+    if (phase_ == phase && planned <= left + same_instant) end_phase(fitted(input));
+    left -= *gone;
   }
-  if (is_over()) time_ = until;
+  if (is_over()) clock_.move_on(left);
   return true;
 }
 
@@ -155,19 +156,21 @@ bool PhasedPlant::is_leaving(const VectorRef& input) const {
 IntegrationStatus PhasedPlant::integrate(const VectorRef& input, double length) {
   const Phase& p = phases_[phase_];
   VectorXd w(p.integrator->arguments().size());
-  w << state_, input, p.parameters, time_, length;
+  w << state_, input, p.parameters, time(), length;
   end_.resize(p.integrator->outputs());
   return p.integrator->value(w.data(), end_.data());
 }
 
-// To the end of the piece, or to where the guard passes zero and the next phase begins.
-bool PhasedPlant::move(const VectorRef& input, double length) {
-  if (length <= 0.0) return true;
+// To the end of the piece, or to where the guard passes zero and the next phase begins: how far
+// that is, s; nothing where it fails.
+std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
+  if (length <= 0.0) return 0.0;
   const VectorXd start = state_;
-  const double begin = time_;
+  const PlantClock begin = clock_;
+  double gone = 0.0;
   const auto go = [&](double by) {
     state_ = start;
-    time_ = begin;
+    clock_ = begin;
     const IntegrationStatus status = integrate(input, by);
     if (status != IntegrationStatus::success) {
       failure_ = phases_[phase_].integrator->failure();
@@ -175,16 +178,17 @@ bool PhasedPlant::move(const VectorRef& input, double length) {
       return false;
     }
     state_ = end_.head(start.size());
-    time_ = begin + by;
+    clock_.move_on(by);
+    gone = by;
     return true;
   };
   const bool has_guard = !definition().end_guards.empty();
   bool inside = has_guard && guard(input) < 0.0;
-  if (!go(length)) return false;
+  if (!go(length)) return {};
   if (has_guard && !std::isfinite(guard(input))) {
     failure_ = fmt::format("the guard of phase '{}' is no number at t = {:.6g} s",
-                           definition().name, time_);
-    return false;
+                           definition().name, time());
+    return {};
   }
   const bool crossed = has_guard && (inside ? guard(input) >= 0.0 : is_leaving(input));
   if (crossed) {
@@ -199,19 +203,19 @@ bool PhasedPlant::move(const VectorRef& input, double length) {
       return go(high);
     };
     if (!inside) {  // it may have come back before it left
-      if (!go_where_begins([&] { return growth(input) >= 0.0; })) return false;
+      if (!go_where_begins([&] { return growth(input) >= 0.0; })) return {};
       inside = guard(input) < 0.0;
       low = std::exchange(high, length);
     }
-    if (inside && !go_where_begins([&] { return guard(input) >= 0.0; })) return false;
+    if (inside && !go_where_begins([&] { return guard(input) >= 0.0; })) return {};
   }
   const Phase& p = phases_[phase_];
   for (std::size_t i = 0; i < p.running.size(); ++i)
-    if (is_in_force(definition().terms[p.running[i]].window, begin))
+    if (is_in_force(definition().terms[p.running[i]].window, begin.time()))
       cost_ += end_[start.size() + static_cast<Eigen::Index>(i)];
   look_on_the_way(input);
   if (crossed) end_phase(input);
-  return true;
+  return gone;
 }
 
 // Limits in the midst of a piece count from its next start on.
@@ -236,7 +240,7 @@ void PhasedPlant::count_once(TermDomain domain, const VectorRef& input) {
     } else if (!term.soft) {
       const VectorXd value = term.function(z);
       for (int i = 0; i < value.size(); ++i)
-        note(at_ends_, {definition().name, term.name, time_, outside(value[i], term.bounds[i])});
+        note(at_ends_, {definition().name, term.name, time(), outside(value[i], term.bounds[i])});
     }
   }
 }
@@ -246,21 +250,21 @@ void PhasedPlant::look_on_the_way(const VectorRef& input) {
   const PhaseDefinition& phase = definition();
   for (const Term& term : phase.terms) {
     if (term.kind != TermKind::constraint || term.domain != TermDomain::running || term.soft ||
-        !is_in_force(term.window, time_))
+        !is_in_force(term.window, time()))
       continue;
     const VectorXd value = term.function(z);
     for (int i = 0; i < value.size(); ++i)
-      note(on_the_way_, {phase.name, term.name, time_, outside(value[i], term.bounds[i])});
+      note(on_the_way_, {phase.name, term.name, time(), outside(value[i], term.bounds[i])});
   }
   for (const ComponentBounds& b : phase.state_bounds)
-    if (is_in_force(b.window, time_))
-      note(on_the_way_, {phase.name, fmt::format("bounds of state {}", b.component), time_,
+    if (is_in_force(b.window, time()))
+      note(on_the_way_, {phase.name, fmt::format("bounds of state {}", b.component), time(),
                          outside(state_[b.component], b.bounds)});
 }
 
 void PhasedPlant::begin_phase(const VectorRef& input) {
   has_begun_ = true;
-  entered_ = time_;
+  entered_ = time();
   count_once(TermDomain::phase_start, input);
   if (definition().end_guards.empty()) return;
   passed_guard_ = passed_guard_ || is_leaving(input);
@@ -270,16 +274,16 @@ void PhasedPlant::end_phase(const VectorRef& input) {
   count_once(TermDomain::phase_end, input);
   const PhaseDefinition& ended = definition();
   HybridEvent event;
-  event.time = time_;
+  event.time = time();
   event.before = event.after = state_;
   event.mode_before = event.mode_after = ended.name;
   event.name = ended.end_guards.empty() ? "switch" : ended.end_guards.front().event;
   if (phase_ + 1 == phases()) {
-    over_since_ = time_;
+    over_since_ = time();
     event.name = "end";
   } else {
     const Jump& jump = problem_.jumps()[phase_ + 1];
-    event.after = jump.apply(time_, state_, phases_[phase_].parameters);
+    event.after = jump.apply(time(), state_, phases_[phase_].parameters);
     if (jump.map) {
       event.kind = EventKind::jumps;
       if (ended.end_guards.empty()) event.name = jump.name;

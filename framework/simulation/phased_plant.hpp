@@ -13,6 +13,7 @@
 #include "saltus/model/integrator.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/simulation/loop_plant.hpp"
+#include "saltus/simulation/plant_clock.hpp"
 
 namespace saltus {
 
@@ -24,7 +25,7 @@ class PhasedPlant final : public LoopPlant {
   /// inside: IntegratorPlant is for those.
   PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& scheme);
 
-  double time() const override { return time_; }
+  double time() const override { return clock_.time(); }
   VectorXd state() const override { return state_; }
   /// Of the present phase.
   int inputs() const override { return definition().sizes.nu; }
@@ -79,7 +80,7 @@ class PhasedPlant final : public LoopPlant {
   VectorXd argument(const VectorRef& input) const;
   IntegrationStatus integrate(const VectorRef& input, double length);
   bool advance_from_here(const VectorRef& input, double length);
-  bool move(const VectorRef& input, double length);
+  std::optional<double> move(const VectorRef& input, double length);
   double guard(const VectorRef& input) const;   // oriented: negative inside the phase
   double growth(const VectorRef& input) const;  // of the guard, per s
   bool is_leaving(const VectorRef& input) const;
@@ -94,7 +95,8 @@ class PhasedPlant final : public LoopPlant {
   std::vector<double> ends_;  // s
   std::string name_, failure_;
   int phase_ = 0;
-  double time_, entered_;
+  PlantClock clock_;
+  double entered_;
   VectorXd state_, end_;
   std::optional<double> over_since_;
   double cost_ = 0.0;

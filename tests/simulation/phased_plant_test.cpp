@@ -9,6 +9,7 @@
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/mpc/real_time_solver.hpp"
 #include "saltus/simulation/closed_loop.hpp"
+#include "saltus/simulation/integrator_plant.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "tests/support/point_mass.hpp"
 
@@ -280,6 +281,36 @@ TEST(PhasedPlant, AFeedbackLawFillsTheInputsOfThePresentPhase) {
   EXPECT_EQ(sizes, (std::vector<Eigen::Index>{1, 3, 2}));
   for (const Sample& sample : log.recording.samples)
     EXPECT_EQ(sample.input, VectorXd::Ones(sample.input.size())) << sample.time;
+}
+
+// At 1.7e9 s, which is now, neighbouring numbers are 2.4e-7 s apart.
+TEST(PhasedPlant, TimeFarFromZeroAddsUp) {
+  constexpr double start = 1.7e9;
+  const auto ramp = [](const auto&, const auto& x) { return 1.0 + 0.0 * x[0]; };
+  Phase<1, 0> a{"a", ramp, between(0.01, 9.0)}, b{"b", ramp, between(0.01, 9.0)};
+  a.ends_when(
+      "half", [](const auto&, const auto& x) { return x[0] - 0.5; }, Crossing::rising);
+  OptimalControlProblem ocp("ramp");
+  ocp.start_at({0.0}).then(a.guess_duration(0.5)).then(b.guess_duration(0.5)).start_time(start);
+  PhasedPlant phased(ocp, runge_kutta4());
+  IntervalProblem problem;
+  problem.arguments = {1, 0, 0};
+  problem.dynamics = make_function<1, 0, 0>(ramp);
+  IntegratorPlant plain(problem, runge_kutta4(), VectorXd{{0.0}}, {}, start);
+  for (LoopPlant* plant : {static_cast<LoopPlant*>(&phased), static_cast<LoopPlant*>(&plain)}) {
+    const auto advance = [&](int pieces, double length) {
+      for (int k = 0; k < pieces; ++k) ASSERT_TRUE(plant->advance(VectorXd(0), length));
+    };
+    advance(1000, 1e-3);
+    EXPECT_NEAR(plant->state()[0], 1.0, 1e-12) << plant->name();
+    EXPECT_EQ(plant->time(), start + 1.0);
+    advance(1000, 1e-7);
+    EXPECT_NEAR(plant->state()[0], 1.0001, 1e-12);  // a thousand roundings of 1
+    EXPECT_EQ(plant->time(), start + 1.0001);
+  }
+  const std::vector<HybridEvent> events = phased.take_events();
+  ASSERT_EQ(events.size(), 1u);
+  EXPECT_NEAR(events[0].time, start + 0.5, 2.5e-7);
 }
 
 TEST(PhasedPlant, RefusesAnInputOfASizeThatNoPhaseHas) {
