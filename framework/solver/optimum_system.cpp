@@ -311,7 +311,16 @@ bool OptimumSystem::hold(int variable, OptimumMovement& moved) const {
   if (!solve(rates, moved) || moved.w[variable] == 0.0) return false;
   moved.lambda /= moved.w[variable];
   moved.w /= moved.w[variable];
-  return moved.w.allFinite();
+  if (!moved.w.allFinite()) return false;
+  // Where rows decide the variable nothing moves, and what was divided by is rounding.
+  VectorXd along = VectorXd::Zero(program_->rows()), size = along;
+  program_->jacobian_pattern().for_each([&](int r, int c, int e) {
+    if (unknown_of_row_[r] < 0) return;
+    along[r] += jacobian_[e] * moved.w[c];
+    size[r] += std::abs(jacobian_[e] * moved.w[c]);
+  });
+  constexpr double kept = 1e-6;
+  return (along.array().abs() <= kept * (size.array() + kept)).all();
 }
 
 OptimumRates OptimumSystem::no_rates() const {

@@ -73,7 +73,8 @@ class OptimumSystem {
   OptimumRates no_rates() const;  ///< zeros
   /// False where the system has no solution.
   bool solve(const OptimumRates& rates, OptimumMovement& moved) const;
-  /// Movement when a variable is held at w + 1 in place of where it is.
+  /// Movement when a variable is held at w + 1 in place of where it is. False where rows that hold
+  /// do not let it go.
   bool hold(int variable, OptimumMovement& moved) const;
 
  private:

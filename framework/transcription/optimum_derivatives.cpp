@@ -126,9 +126,9 @@ OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, St
 // L has the term z (w_i - theta / nominal).
 OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
   OptimumDerivative result;
-  result.cost = -system_.point().z[variable] / nominal;
   OptimumMovement moved;
   const bool solved = system_.hold(variable, moved);
+  result.cost = solved ? -system_.point().z[variable] / nominal : unknown;
   finish(result, solved, moved, 1.0 / nominal);
   return result;
 }

@@ -389,6 +389,59 @@ TEST(OptimumDerivatives, NameASideWithoutMultiplier) {
   EXPECT_NE(message.find("term 'end"), std::string::npos) << message;
 }
 
+struct Cart {  // x = (position, speed)
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0] - 0.2 * x[0] * x[1]};
+  }
+};
+
+// The first duration is at its bound, and the limit of the total time leaves nothing to the second.
+TEST(OptimumDerivatives, RefuseADurationThatRowsDecide) {
+  Phase<2, 1> a{"a", Cart{}, between(0.3, 0.5)}, b{"b", Cart{}, between(0.3, 3.0)};
+  for (auto* phase : {&a, &b})
+    phase->guess_duration(0.4)
+        .bound_input(0, between(-9.0, 9.0))
+        .track("effort", input, Vec<double, 1>{1.0});
+  a.reach(
+      "gate", [](auto, auto x) { return x[0]; }, exactly(0.3));
+  b.reach("there", state, {exactly(1.0), exactly(0.0)});
+  OptimalControlProblem ocp("two");
+  ocp.start_at({0, 0}).then(a).then(b).total_time(at_most(1.5));
+  MultipleShooting shooting(ocp, ten);
+  const Solution s = solve(shooting, *make_ipopt(tight));
+  ASSERT_TRUE(s.ok()) << s.message;
+  ASSERT_NEAR(s.durations[0], 0.5, 1e-8);
+  ASSERT_NEAR(s.durations[1], 1.0, 1e-8);
+  OptimumDerivatives derivatives(shooting, s);
+  const OptimumDerivative second = derivatives.wrt_duration(1);
+  EXPECT_FALSE(second.reliable);
+  EXPECT_NE(second.message.find("cannot follow"), std::string::npos) << second.message;
+  EXPECT_TRUE(std::isnan(second.cost));
+  EXPECT_TRUE(second.w.array().isNaN().all());
+}
+
+TEST(OptimumDerivatives, RefuseAnUnknownThatRowsDecide) {
+  Phase<1, 1, 1> phase{"motion", [](auto, auto x, auto u, auto) { return decltype(x){u[0]}; },
+                       exactly(1.0)};
+  phase.unknown("place", Vec<double, 1>{0.3}, between(-9.0, 9.0))
+      .track(
+          "effort", [](auto, auto, auto u, auto) { return u; }, Vec<double, 1>{1.0})
+      .reach(
+          "there", [](auto, auto x, auto, auto p) { return x[0] - p[0]; }, exactly(0.0))
+      .reach(
+          "sum", [](auto, auto x, auto, auto p) { return p[0] + 0.1 * x[0]; }, exactly(0.7));
+  OptimalControlProblem ocp("decided");
+  MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
+  const Solution s = solve(shooting, *make_ipopt(tight));
+  ASSERT_TRUE(s.ok()) << s.message;
+  OptimumDerivatives derivatives(shooting, s);
+  const OptimumDerivative place = derivatives.wrt_parameter("place");
+  EXPECT_FALSE(place.reliable);
+  EXPECT_NE(place.message.find("cannot follow"), std::string::npos) << place.message;
+  EXPECT_TRUE(std::isnan(place.cost));
+}
+
 TEST(OptimumDerivatives, RefuseAPointThatIsNoOptimum) {
   MultipleShooting shooting(swing({}, load, std::nan("")), eight);
   Solution s = solve(shooting, *make_ipopt(tight));
