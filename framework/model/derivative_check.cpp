@@ -13,10 +13,13 @@ namespace saltus {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
+// Of outputs that hardly change with magnitudes of the inputs: sums of size one that cancel out
+// leave rounding, and no derivative.
+constexpr double smallest_change = 1e-5;
 
-// Columns d g / d z_j by central differences at steps h and h / 2, extrapolated to order h^4.
+// Columns d g / d z_j by central differences at steps h_j and h_j / 2, extrapolated to order h_j^4.
 MatrixXd differences(const std::function<VectorXd(const VectorXd&)>& g, const VectorXd& z,
-                     double step) {
+                     const VectorXd& steps) {
   MatrixXd columns(g(z).size(), z.size());
   for (int j = 0; j < z.size(); ++j) {
     const auto central = [&](double h) -> VectorXd {
@@ -25,18 +28,19 @@ MatrixXd differences(const std::function<VectorXd(const VectorXd&)>& g, const Ve
       behind[j] -= h;
       return (g(ahead) - g(behind)) / (ahead[j] - behind[j]);  // the step that rounding left
     };
-    const double h = step * std::max(1.0, std::abs(z[j]));
-    columns.col(j) = (4.0 * central(h / 2.0) - central(h)) / 3.0;
+    columns.col(j) = (4.0 * central(steps[j] / 2.0) - central(steps[j])) / 3.0;
   }
   return columns;
 }
 
+// `unit`: what brings the entry to the scale in which it is compared.
 DerivativeEntry compare(int row, int col, double exact, double difference, double rounding,
-                        bool in_pattern) {
+                        double unit, bool in_pattern) {
   DerivativeEntry entry{row, col, exact, difference, 0.0, in_pattern, 0};
   const double gap = std::abs(exact - difference);
-  entry.error = std::isfinite(gap) ? std::max(0.0, gap - rounding) / std::max(1.0, std::abs(exact))
-                                   : std::numeric_limits<double>::infinity();
+  entry.error = std::isfinite(gap)
+                    ? unit * std::max(0.0, gap - rounding) / std::max(1.0, unit * std::abs(exact))
+                    : std::numeric_limits<double>::infinity();
   return entry;
 }
 
@@ -88,18 +92,22 @@ DerivativeReport check_derivatives(const Function& function, const VectorRef& z,
   report.input_names = options.input_names;
   report.output_names = options.output_names;
 
-  const auto rounding = [&](double magnitude, int j) {
-    return 8.0 * epsilon * magnitude / (options.step * std::max(1.0, std::abs(z[j])));
-  };
+  const bool has_magnitudes = options.magnitudes.size() > 0;
+  const VectorXd magnitudes = has_magnitudes ? options.magnitudes : VectorXd::Ones(z.size());
+  const VectorXd steps = options.step * magnitudes.cwiseMax(z.cwiseAbs());
+  const auto rounding = [&](double size, int j) { return 8.0 * epsilon * size / steps[j]; };
 
   const VectorXd y = function(z);
   const MatrixXd jacobian = function.dense_jacobian(z);
-  const MatrixXd slopes =
-      differences([&](const VectorXd& at) { return function(at); }, z, options.step);
+  const MatrixXd slopes = differences([&](const VectorXd& at) { return function(at); }, z, steps);
+  VectorXd changes = VectorXd::Ones(function.outputs());
+  if (has_magnitudes)
+    changes =
+        (jacobian.cwiseAbs().cwiseMax(slopes.cwiseAbs()) * magnitudes).cwiseMax(smallest_change);
   for (int i = 0; i < function.outputs(); ++i)
     for (int j = 0; j < function.inputs(); ++j)
       note(compare(i, j, jacobian(i, j), slopes(i, j), rounding(std::abs(y[i]), j),
-                   function.jacobian_pattern().contains(i, j)),
+                   magnitudes[j] / changes[i], function.jacobian_pattern().contains(i, j)),
            options.tolerance, report.worst_jacobian, report.jacobian_failures);
 
   VectorXd weights = options.weights;
@@ -107,17 +115,18 @@ DerivativeReport check_derivatives(const Function& function, const VectorRef& z,
     weights.resize(function.outputs());
     for (int i = 0; i < weights.size(); ++i) weights[i] = 1.0 + 0.5 * std::sin(1.0 + i);
   }
+  weights = weights.cwiseQuotient(changes);
   const MatrixXd hessian = function.dense_hessian(z, weights);
   const MatrixXd curvature = differences(
       [&](const VectorXd& at) -> VectorXd {
         return function.dense_jacobian(at).transpose() * weights;
       },
-      z, options.step);
+      z, steps);
   const VectorXd gradient = (jacobian.transpose() * weights).cwiseAbs();
   for (int i = 0; i < function.inputs(); ++i)
     for (int j = 0; j <= i; ++j)
       note(compare(i, j, hessian(i, j), curvature(i, j), rounding(gradient[i], j),
-                   function.hessian_pattern().contains(i, j)),
+                   magnitudes[i] * magnitudes[j], function.hessian_pattern().contains(i, j)),
            options.tolerance, report.worst_hessian, report.hessian_failures);
 
   sort_and_judge(report);

@@ -15,11 +15,14 @@ namespace saltus {
 
 /// Where derivatives are looked at, and how closely.
 struct DerivativeCheckOptions {
-  /// Difference step relative to max(1, |z_j|): near eps^(1/5), where the truncation (h^4) and the
-  /// rounding (eps / h) of extrapolated central differences balance.
+  /// Difference step relative to max(magnitude, |z_j|): near eps^(1/5), where the truncation (h^4)
+  /// and the rounding (eps / h) of extrapolated central differences balance.
   double step = 5e-4;
   /// Largest accepted |exact - difference| / max(1, |exact|), beyond the rounding of differences.
   double tolerance = 1e-7;
+  /// Of each input m_j; empty: ones. Where they are given, entries are those of a function whose
+  /// inputs are divided by them and whose outputs by sum_j |J_ij| m_j.
+  VectorXd magnitudes = {};
   /// Weights of the outputs in the Hessian; empty: distinct numbers near 1.
   VectorXd weights = {};
   /// For the report; may be empty.

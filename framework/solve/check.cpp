@@ -72,6 +72,9 @@ class Checker {
   std::vector<CheckLine> run() {
     if (!define()) return std::move(lines_);
     guess_ = shooting_->initial_guess().w;
+    ProgramSize size(shooting_->nlp(), undeclared_quantities(shooting_->program()));
+    size.look_at(guess_);
+    unit_ = size.to_one().variables;
     const bool can_start = look_at_start();
     look_at_derivatives();
     look_at_jumps();
@@ -150,6 +153,30 @@ class Checker {
     return {};
   }
 
+  // Of arguments (t | x | u | p): nominal ones or, where nobody declared any, those of the guess if
+  // they are small. Large ones are in the values.
+  VectorXd magnitudes_of(int phase) const {
+    const PhaseDefinition& definition = problem_.phases()[phase];
+    const Arguments& sizes = definition.sizes;
+    const Layout& layout = shooting_->layout();
+    const Trajectory guess = shooting_->trajectory(guess_);
+    const auto magnitude = [](double nominal, double size) {
+      return nominal == 1.0 && size > 0.0 ? std::min(1.0, size) : nominal;
+    };
+    VectorXd m(1 + sizes.nx + sizes.nu + sizes.np);
+    m[0] = magnitude(1.0, guess.end_time() - guess.start_time());
+    for (int i = 0; i < sizes.nx; ++i)
+      m[1 + i] = magnitude(definition.nominal_state[i], 1.0 / unit_[layout.state(phase, 0) + i]);
+    for (int i = 0; i < sizes.nu; ++i)
+      m[1 + sizes.nx + i] =
+          magnitude(definition.nominal_input[i], 1.0 / unit_[layout.input(phase, 0) + i]);
+    const VectorXd& parameters = guess.phases()[phase].parameters;
+    for (int i = 0; i < sizes.np; ++i)
+      m[1 + sizes.nx + sizes.nu + i] =
+          magnitude(definition.nominal_parameter(i), std::abs(parameters[i]));
+    return m;
+  }
+
   // Arguments (t | x | u | p) along the guess of a phase.
   std::vector<VectorXd> points_of(int phase, double away) const {
     const PhaseDefinition& definition = problem_.phases()[phase];
@@ -158,17 +185,17 @@ class Checker {
     for (const TrajectoryPiece& piece : guess.pieces())
       if (piece.phase == phase) pieces.push_back(&piece);
     std::vector<VectorXd> points;
+    const VectorXd magnitudes = magnitudes_of(phase);
     Random random(7);
-    const auto noise = [&] { return away * random.uniform(-1.0, 1.0); };
+    const auto noise = [&](int i) { return away * random.uniform(-1.0, 1.0) * magnitudes[i]; };
     for (int k = 0; k < points_per_phase && !pieces.empty(); ++k) {
       const TrajectoryPiece& piece = *pieces[pieces.size() * k / points_per_phase];
       const Arguments& sizes = definition.sizes;
       VectorXd z(1 + sizes.nx + sizes.nu + sizes.np);
-      z[0] = piece.start + noise();
-      for (int i = 0; i < sizes.nx; ++i)
-        z[1 + i] = piece.state[i] + noise() * definition.nominal_state[i];
+      z[0] = piece.start + noise(0);
+      for (int i = 0; i < sizes.nx; ++i) z[1 + i] = piece.state[i] + noise(1 + i);
       for (int i = 0; i < sizes.nu; ++i)
-        z[1 + sizes.nx + i] = piece.coefficients[i] + noise() * definition.nominal_input[i];
+        z[1 + sizes.nx + i] = piece.coefficients[i] + noise(1 + sizes.nx + i);
       z.tail(sizes.np) = guess.phases()[phase].parameters;
       points.push_back(std::move(z));
     }
@@ -177,14 +204,15 @@ class Checker {
 
   // Notes the first entry that is wrong at two points.
   static void compare(const NamedFunction& f, const std::vector<VectorXd>& points,
-                      const Arguments& sizes, std::string& derivatives, std::string& sparsity) {
+                      const VectorXd& magnitudes, const Arguments& sizes, std::string& derivatives,
+                      std::string& sparsity) {
     std::map<std::tuple<bool, int, int>, int> wrong;  // second, row, col: at how many points
     int evaluated = 0;
     for (const VectorXd& z : points) {
       if (f.function.inputs() != z.size() || !f.function(z).allFinite()) continue;
       ++evaluated;
-      const DerivativeReport report =
-          check_derivatives(f.function, z, {.tolerance = derivative_tolerance});
+      const DerivativeReport report = check_derivatives(
+          f.function, z, {.tolerance = derivative_tolerance, .magnitudes = magnitudes});
       const auto take = [&](const DerivativeEntry& e, bool second) {
         // Once may be a kink nearby.
         if (++wrong[{second, e.row, e.col}] < std::min(2, evaluated) ||
@@ -214,7 +242,7 @@ class Checker {
       const std::vector<VectorXd> points = points_of(static_cast<int>(j), distance);
       for (const NamedFunction& f : functions_of(phase)) {
         ++functions;
-        compare(f, points, phase.sizes, derivatives, sparsity);
+        compare(f, points, magnitudes_of(static_cast<int>(j)), phase.sizes, derivatives, sparsity);
       }
     }
     say("derivatives", derivatives,
@@ -225,21 +253,29 @@ class Checker {
 
   // Arguments (t | x- | p) of a jump out of a phase, about the end of its guess.
   std::vector<VectorXd> ends_of(int phase, const Jump& jump, double away) const {
-    const PhaseDefinition& definition = problem_.phases()[phase];
     const Trajectory guess = shooting_->trajectory(guess_);
     const TrajectoryPiece* last = nullptr;
     for (const TrajectoryPiece& piece : guess.pieces())
       if (piece.phase == phase) last = &piece;
     std::vector<VectorXd> points;
+    const VectorXd magnitudes = magnitudes_of(phase);
     Random random(11);
     for (int k = 0; k < points_per_phase && last != nullptr; ++k) {
       VectorXd x = last->end_state;
       for (int i = 0; i < x.size(); ++i)
-        x[i] += away * random.uniform(-1.0, 1.0) * definition.nominal_state[i];
-      points.push_back(jump.argument(last->start + last->length + away * random.uniform(-1.0, 1.0),
-                                     x, guess.phases()[phase].parameters));
+        x[i] += away * random.uniform(-1.0, 1.0) * magnitudes[1 + i];
+      const double t =
+          last->start + last->length + away * random.uniform(-1.0, 1.0) * magnitudes[0];
+      points.push_back(jump.argument(t, x, guess.phases()[phase].parameters));
     }
     return points;
+  }
+
+  // Of the arguments of a jump out of a phase.
+  VectorXd magnitudes_of(int phase, const Jump& jump) const {
+    const Arguments& sizes = problem_.phases()[phase].sizes;
+    const VectorXd m = magnitudes_of(phase);
+    return jump.argument(m[0], m.segment(1, sizes.nx), m.tail(sizes.np));
   }
 
   // What leads from phase to phase, and back to the first; resets where their guards are nearest
@@ -258,7 +294,8 @@ class Checker {
       Arguments sizes = phase.sizes;
       sizes.nu = 0;
       std::string derivatives, sparsity;
-      compare(f, ends_of(from, jump, distance), sizes, derivatives, sparsity);
+      compare(f, ends_of(from, jump, distance), magnitudes_of(from, jump), sizes, derivatives,
+              sparsity);
       if (complaint.empty()) complaint = derivatives.empty() ? sparsity : derivatives;
     };
     for (std::size_t j = 1; j < problem_.phases().size(); ++j)
@@ -394,6 +431,7 @@ class Checker {
   ShootingOptions options_;
   std::optional<MultipleShooting> shooting_;
   VectorXd guess_;
+  VectorXd unit_;  // of each variable: one over the size that the guess or its bounds tell
   std::vector<CheckLine> lines_;
 };
 

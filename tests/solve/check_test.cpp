@@ -29,30 +29,32 @@ const auto effort = [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; };
 class Power final : public FunctionBody {
  public:
   enum class Mistake { none, derivative, pattern, second_derivative, not_a_number };
-  explicit Power(Mistake mistake) : FunctionBody(4, 1), mistake_(mistake) {
+  explicit Power(Mistake mistake, double unit = 1.0)
+      : FunctionBody(4, 1), mistake_(mistake), unit_(unit) {
     jacobian_pattern_ = mistake == Mistake::pattern
                             ? SparsityPattern::from_pairs(1, 4, {{0, 2}})
                             : SparsityPattern::from_pairs(1, 4, {{0, 2}, {0, 3}});
     hessian_pattern_ = SparsityPattern::from_pairs(4, 4, {{2, 2}, {3, 2}});
   }
-  void value(const double* z, double* y) const override { y[0] = z[2] * z[2] * z[3]; }
+  void value(const double* z, double* y) const override { y[0] = unit_ * z[2] * z[2] * z[3]; }
   void jacobian(const double* z, double* y, double* entries) const override {
     value(z, y);
-    entries[0] = (mistake_ == Mistake::derivative ? 1.0 : 2.0) * z[2] * z[3];
+    entries[0] = unit_ * (mistake_ == Mistake::derivative ? 1.0 : 2.0) * z[2] * z[3];
     if (mistake_ == Mistake::not_a_number) entries[0] = std::nan("");
-    if (mistake_ != Mistake::pattern) entries[1] = z[2] * z[2];
+    if (mistake_ != Mistake::pattern) entries[1] = unit_ * z[2] * z[2];
   }
   void hessian(const double* z, const double* weights, double* entries, Curvature) const override {
-    entries[0] = weights[0] * 2.0 * z[3];
-    entries[1] = weights[0] * (mistake_ == Mistake::second_derivative ? -2.0 : 2.0) * z[2];
+    entries[0] = unit_ * weights[0] * 2.0 * z[3];
+    entries[1] = unit_ * weights[0] * (mistake_ == Mistake::second_derivative ? -2.0 : 2.0) * z[2];
   }
 
  private:
   Mistake mistake_;
+  double unit_;
 };
 
-Function power(Power::Mistake mistake) {
-  return Function(std::unique_ptr<const FunctionBody>(std::make_unique<Power>(mistake)));
+Function power(Power::Mistake mistake, double unit = 1.0) {
+  return Function(std::unique_ptr<const FunctionBody>(std::make_unique<Power>(mistake, unit)));
 }
 
 Ride sound() {
@@ -86,6 +88,44 @@ TEST(Check, finds_nothing_in_what_is_sound) {
     for (const char* aspect : {"definition", "start", "derivatives", "sparsity", "jumps", "bounds",
                                "scaling", "ranks", "integration", "reach"})
       EXPECT_EQ(page.line(aspect).verdict, CheckVerdict::good) << page.text();
+  }
+}
+
+// A pendulum whose place is an arc in units of which a radius has one or a ten-thousandth.
+struct Swing {
+  double radius;
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], S(sin(x[0] / radius)) * radius + u[0]};
+  }
+};
+
+TEST(Check, derivatives_are_looked_at_in_the_units_of_the_problem) {
+  for (const double radius : {1.0, 1e-3, 1e-4, 1e-5})
+    for (const bool is_declared : {true, false}) {
+      Ride swing{"swing", Swing{radius}, exactly(1.0)};
+      swing.bound_input(0, between(-12.0 * radius, 12.0 * radius))
+          .track(
+              "upright", [](auto, auto x) { return x; }, VectorXd::Ones(2))
+          .minimise("effort", effort);
+      if (is_declared) swing.nominal(VectorXd{{radius, radius}}, VectorXd{{radius}});
+      OptimalControlProblem problem("swing");
+      problem.start_at({0.5 * radius, 0.0}).then(swing);
+      const ProblemCheck page = check(problem);
+      EXPECT_EQ(page.line("derivatives").verdict, CheckVerdict::good)
+          << radius << (is_declared ? " declared\n" : "\n") << page.text();
+    }
+}
+
+// Watts in place of megawatts: what is wrong is wrong.
+TEST(Check, finds_a_wrong_derivative_of_small_numbers) {
+  for (const auto mistake :
+       {Power::Mistake::derivative, Power::Mistake::second_derivative, Power::Mistake::none}) {
+    const ProblemCheck page =
+        check(spoilt([&](Ride& r) { r.keep("power", power(mistake, 1e-6), at_most(10.0)); }));
+    EXPECT_EQ(page.line("derivatives").verdict,
+              mistake == Power::Mistake::none ? CheckVerdict::good : CheckVerdict::doubtful)
+        << page.text();
   }
 }
 
