@@ -228,7 +228,7 @@ const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
     tick_.provenance = without_solve();
   }
   const bool accepted = is_of_this_tick(tick_.provenance);
-  if (!accepted) tick_.objective = infinity;
+  if (!accepted) tick_.objective = tick_.kkt = tick_.violation = infinity;
   if (accepted) {
     std::swap(plan_, point_);
     shift_.remember(shooting_->program(), plan_.w);

@@ -49,8 +49,8 @@ std::string LoopLog::ticks_csv() const {
     table.number(tick.time);
     if (tick.provenance) {
       table.word(describe(*tick.provenance)).word(describe(tick.status)).integer(tick.iterations);
-      std::isfinite(tick.objective) ? table.number(tick.objective) : table.empty();
-      table.number(tick.kkt).number(tick.violation);
+      for (const double x : {tick.objective, tick.kkt, tick.violation})
+        std::isfinite(x) ? table.number(x) : table.empty();
     } else {
       table.word("feedback law");
       for (int i = 0; i < 5; ++i) table.empty();

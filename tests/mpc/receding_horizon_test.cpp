@@ -130,6 +130,30 @@ TEST_P(EveryBackEnd, GoesOnWithThePlanWhenTheMeasurementIsNoNumber) {
   EXPECT_EQ(controller.tick(0.6, far_away).provenance, Provenance::optimal);
 }
 
+// Beyond what the input can do nothing is planned, and nothing is said of a plan.
+TEST_P(EveryBackEnd, WithoutAPlanNothingIsKnownOfOne) {
+  Phase<1, 1> phase{"reach", Integrator1{}, exactly(step * intervals)};
+  phase.bound_input(0, between(-1.0, 1.0))
+      .track(
+          "effort", [](auto, auto, auto u) { return u; }, VectorXd::Ones(1))
+      .reach(
+          "home", [](auto, auto x) { return x[0]; }, exactly(0.0));
+  OptimalControlProblem ocp("reach");
+  ocp.start_at({0.0}).then(phase);
+  RecedingHorizonController controller = controller_for(
+      MultipleShooting(ocp, {.intervals_per_phase = intervals, .integrator = zero_order_hold()}),
+      GetParam());
+  const ControlTick& tick = controller.tick(0.0, far_away);
+  ASSERT_FALSE(is_of_this_tick(tick.provenance)) << describe(tick.provenance);
+  EXPECT_EQ(tick.objective, infinity);
+  EXPECT_EQ(tick.kkt, infinity);
+  EXPECT_EQ(tick.violation, infinity);
+  controller.tick(0.1, VectorXd::Zero(1));
+  ASSERT_TRUE(is_of_this_tick(tick.provenance)) << describe(tick.status);
+  EXPECT_LT(tick.kkt, 1e-6);
+  EXPECT_LT(tick.violation, 1e-6);
+}
+
 TEST_P(EveryBackEnd, ForcedMissesGoOnWithThePlanAndAreCounted) {
   RecedingHorizonController controller =
       controller_for(gate(0.137), GetParam(),
