@@ -13,6 +13,9 @@
 namespace saltus {
 namespace {
 
+// s. Of a shorter tick nothing of the plan would be left, or a part that is rounded.
+constexpr double shortest_period = 10.0 * same_instant;
+
 // Ends of a solve at a point that is to be used as it is, and ends that leave one worth looking at.
 bool has_arrived(SolveStatus status) {
   return is_success(status) || status == SolveStatus::step_taken;
@@ -60,9 +63,11 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
         "controller: ShootingOptions::threads is {}, but ticks must not wait for other threads: "
         "leave it at 1",
         threads));
-  if (!(options_.period > 0.0 && std::isfinite(options_.period)))
-    throw DefinitionError(
-        fmt::format("controller: the period is {} s, expected more than 0", options_.period));
+  if (!(options_.period > shortest_period && std::isfinite(options_.period)))
+    throw DefinitionError(fmt::format(
+        "controller: the period is {} s, expected more than {:.0e} s: moments nearer than "
+        "{:.0e} s count as one",
+        options_.period, shortest_period, same_instant));
   if (!(options_.deadline > 0.0))
     throw DefinitionError(
         fmt::format("controller: the deadline is {} s, expected more than 0", options_.deadline));

@@ -59,7 +59,7 @@ struct ControlTick {
 
 /// What a controller does besides solving.
 struct ControllerOptions {
-  double period = 0.01;        ///< between ticks, s
+  double period = 0.01;        ///< between ticks, s; more than 1e-5
   double deadline = infinity;  ///< wall clock per tick, s
   /// Largest scaled KKT residual of an "optimal" plan of a real-time iteration on a nonlinear
   /// program: steps end where the model's own tolerance (1e-8) and the motion of the plant let

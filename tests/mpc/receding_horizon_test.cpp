@@ -314,6 +314,10 @@ TEST(RecedingHorizon, FallsBackOnWhatTheUserSuppliesWithinTheBounds) {
 
 TEST(RecedingHorizon, BadOptionsAreRefusedAtSetUp) {
   EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 0.0}), DefinitionError);
+  // As short as what counts as one moment.
+  for (const double period : {5e-7, 1e-6, 1e-5})
+    EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = period}), DefinitionError);
+  EXPECT_NO_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 2e-5}));
   EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = step, .deadline = 0.0}),
                DefinitionError);
   EXPECT_THROW(
