@@ -179,7 +179,10 @@ Provenance RecedingHorizonController::without_solve() const {
 
 void RecedingHorizonController::prepare(double t) noexcept {
   const WallClock::time_point begin = WallClock::now();
-  now_ = std::isfinite(t) ? t : now_ + options_.period;
+  if (std::isfinite(t))
+    now_ = t;
+  else if (!has_time_)
+    now_ += options_.period;
   try {
     shooting_->start_time(now_);
     has_bad_grid_ = false;
@@ -209,7 +212,7 @@ const ControlTick& RecedingHorizonController::feedback(const VectorRef& state) n
 
 const ControlTick& RecedingHorizonController::tick(double t, const VectorRef& state) noexcept {
   const WallClock::time_point begin = WallClock::now();
-  const bool is_due = !is_prepared_ || t != now_;
+  const bool is_due = !is_prepared_ || (std::isfinite(t) && t != now_);
   if (is_due) prepare(t);
   return answer(state, begin, is_due);
 }

@@ -141,7 +141,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   void prepare(double t) noexcept;
   /// The tick at the time prepared for. The result is the controller's and lasts until the next.
   const ControlTick& feedback(const VectorRef& state) noexcept;
-  /// Both.
+  /// Both. A time that is no number stands for the one prepared for or, without any, for one period
+  /// after the last tick.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
 
   /// Whether the last input was of a plan, or one was adopted since.

@@ -315,7 +315,7 @@ TEST(RecedingHorizon, FallsBackOnWhatTheUserSuppliesWithinTheBounds) {
 TEST(RecedingHorizon, BadOptionsAreRefusedAtSetUp) {
   EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 0.0}), DefinitionError);
   // As short as what counts as one moment.
-  for (const double period : {5e-7, 1e-6, 1e-5})
+  for (const double period : {5e-7, 1e-6, 10.0 * same_instant})
     EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = period}), DefinitionError);
   EXPECT_NO_THROW(controller_for(gate(0.0), Back::ipopt, {.period = 2e-5}));
   EXPECT_THROW(controller_for(gate(0.0), Back::ipopt, {.period = step, .deadline = 0.0}),
@@ -343,6 +343,21 @@ TEST(RecedingHorizon, PreparedOrNotTheAnswerIsTheSame) {
     EXPECT_EQ(prepared.input[0].input()[0], at_once.input[0].input()[0]);
     EXPECT_EQ(prepared.iterations, at_once.iterations);
   }
+}
+
+TEST(RecedingHorizon, ATimeThatIsNoNumberIsTheOnePreparedFor) {
+  RecedingHorizonController controller = controller_for(gate(0.137), Back::riccati);
+  controller.tick(0.2, far_away);
+  const double nan = std::nan("");
+  controller.prepare(0.3);
+  EXPECT_EQ(controller.tick(nan, far_away).time, 0.3);
+  EXPECT_EQ(controller.statistics().prepared_ahead, 1);
+  controller.prepare(0.4);
+  controller.retime("open", 0.6);  // what was prepared is no longer of use, its time is
+  EXPECT_EQ(controller.tick(nan, far_away).time, 0.4);
+  EXPECT_NEAR(controller.tick(nan, far_away).time, 0.5, 1e-12);
+  controller.prepare(nan);
+  EXPECT_NEAR(controller.tick(nan, far_away).time, 0.6, 1e-12);
 }
 
 // A pendulum, x = (angle, speed): one iteration per tick follows the optimum.
