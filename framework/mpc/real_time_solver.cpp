@@ -3,9 +3,16 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/solver/solve_in_scale.hpp"
+#include "saltus/transcription/quantities.hpp"
 
 namespace saltus {
 namespace {
+
+Quantities quantities_of(const NonlinearProgram& program) {
+  const auto* shooting = dynamic_cast<const ShootingProgram*>(&program);
+  return shooting != nullptr ? undeclared_quantities(*shooting) : Quantities{};
+}
 
 class FullSolve final : public RealTimeSolver {
  public:
@@ -17,9 +24,13 @@ class FullSolve final : public RealTimeSolver {
   TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
                       WallClock::time_point deadline) noexcept override try {
     solver_->set_deadline(deadline);
-    NlpResult r = solver_->solve(program, point, warm && use_multipliers_);
-    point = std::move(r.point);
-    return {r.status, r.iterations, r.objective, r.kkt.scaled(), r.kkt.feasibility};
+    ScaledResult r =
+        solve_in_scale(*solver_, program, point, warm && use_multipliers_, quantities_of(program));
+    // What meets the tolerance in the units of the program only is no optimum.
+    if (r.is_doubtful) r.nlp.status = SolveStatus::feasible;
+    point = std::move(r.nlp.point);
+    return {r.nlp.status, r.nlp.iterations, r.nlp.objective, r.in_scale.scaled(),
+            r.in_scale.feasibility};
   } catch (const DefinitionError&) {
     return {};     // an invalid problem
   } catch (...) {  // a formula

@@ -36,7 +36,8 @@ class RealTimeSolver {
   virtual std::string name() const = 0;
 };
 
-/// Any solver of nonlinear programs: everything is done after the measurement, and may allocate.
+/// Any solver of nonlinear programs, in units in which numbers are of a usual size as solve() does,
+/// and with residuals in those: everything is done after the measurement, and may allocate.
 /// Interior-point methods for whole programs gain little from multipliers that are only near.
 std::unique_ptr<RealTimeSolver> make_real_time_solver(std::unique_ptr<Solver> solver,
                                                       bool use_multipliers = false);

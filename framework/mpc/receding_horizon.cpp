@@ -8,6 +8,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -23,6 +24,19 @@ bool has_arrived(SolveStatus status) {
 bool was_cut_off(SolveStatus status) {
   return status == SolveStatus::time_limit || status == SolveStatus::iteration_limit ||
          status == SolveStatus::numerical_failure;
+}
+
+// In which plans of steps are checked besides the units of the program: ones where these tell.
+ProgramScale scale_of(MultipleShooting& shooting, const VectorXd& guess) {
+  NonlinearProgram& nlp = shooting.nlp();
+  const ProgramScale as_it_is{1.0, VectorXd::Ones(nlp.rows())};
+  if (nlp.is_linear_quadratic() || !shooting.options().automatic_scale) return as_it_is;
+  try {
+    ProgramSize size(nlp, undeclared_quantities(shooting.program()));
+    if (size.look_at(guess) && !size.is_usual_where_known(as_it_is)) return size.to_one();
+  } catch (...) {  // of formulas, at the guess: nothing is known
+  }
+  return as_it_is;
 }
 
 }  // namespace
@@ -105,6 +119,8 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   initial_.lambda = VectorXd::Zero(nlp.rows());
   initial_.z = VectorXd::Zero(nlp.variables());
   plan_ = guess_ = point_ = initial_;
+  scale_ = scale_of(*shooting_, initial_.w);
+  has_scale_ = !scale_.is_one();
   shift_.remember(shooting_->program(), initial_.w);
   fallback_ = options_.fallback_input;
   now_ = shooting_->data().start_time - options_.period;
@@ -278,6 +294,11 @@ void RecedingHorizonController::check_plan() noexcept {
     if (nlp.objective(plan_.w.data(), tick_.objective)) {
       tick_.kkt = residual.scaled();
       tick_.violation = residual.feasibility;
+      if (has_scale_) {
+        const KktResidual in_scale = check_(nlp, plan_, scale_);
+        tick_.kkt = std::max(tick_.kkt, in_scale.scaled());
+        tick_.violation = std::max(tick_.violation, in_scale.feasibility);
+      }
     }
   } catch (...) {  // of formulas: nothing is known, and the input is out
   }

@@ -13,13 +13,17 @@
 #include "saltus/mpc/latency_histogram.hpp"
 #include "saltus/mpc/real_time_solver.hpp"
 #include "saltus/solver/kkt.hpp"
+#include "saltus/solver/program_scale.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/plan_shift.hpp"
 
 namespace saltus {
 
 /// Where the input of a tick comes from. Of a plan made in the tick: what it is for the program
-/// itself, whatever model of it was solved.
+/// itself, whatever model of it was solved. What counts are residuals in the units of the program
+/// and, where its guess tells at set-up that its numbers are of no usual size, in theirs too.
+/// Only a linear-quadratic program that is solved by an iteration is measured in its own units
+/// alone: weights and magnitudes (nominal) are to be such that 1e-8 is little.
 enum class Provenance {
   optimal,   ///< of the plan made in this tick, an optimum
   feasible,  ///< of the plan made in this tick, within all rows and bounds, but no optimum
@@ -177,6 +181,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   ControllerOptions options_;
   PlanShift shift_;
   KktCheck check_;
+  ProgramScale scale_;  // of its values, where they are not usual
+  bool has_scale_ = false;
   NlpPoint initial_;        // where the first solve starts
   NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
   NlpPoint guess_, point_;  // on the present grid

@@ -5,6 +5,8 @@
 #include <limits>
 #include <vector>
 
+#include "saltus/solver/program_scale.hpp"
+
 namespace saltus {
 namespace {
 
@@ -33,7 +35,9 @@ KktCheck::KktCheck(const NonlinearProgram& program)
       rows_(VectorXd::Zero(program.rows())),
       entries_(program.jacobian_pattern().entries()) {}
 
-KktResidual KktCheck::operator()(NonlinearProgram& program, const NlpPoint& point) {
+// cost' = c cost, g' = D g and w' = S w have the multipliers lambda' = c lambda / D, z' = c z / S.
+KktResidual KktCheck::check(NonlinearProgram& program, const NlpPoint& point,
+                            const ProgramScale* scale) {
   const int n = program.variables();
   const int m = program.rows();
   KktResidual result;
@@ -52,18 +56,24 @@ KktResidual KktCheck::operator()(NonlinearProgram& program, const NlpPoint& poin
     return result;
   }
 
-  double worst = 0.0, sum = point.lambda.lpNorm<1>();
+  const double cost = scale != nullptr ? scale->cost : 1.0;
+  const bool has_units = scale != nullptr && scale->variables.size() > 0;
+  double worst = 0.0;
+  double sum = scale != nullptr ? cost * point.lambda.cwiseQuotient(scale->rows).lpNorm<1>()
+                                : point.lambda.lpNorm<1>();
   int multipliers = m;
   for (int i = 0; i < n; ++i) {
     const double lower = program.lower()[i], upper = program.upper()[i];
+    const double unit = has_units ? scale->variables[i] : 1.0;
     if (lower != upper) {
-      result.stationarity = std::max(result.stationarity, std::abs(stationarity_[i] + point.z[i]));
-      result.complementarity =
-          std::max(result.complementarity, complementarity(point.z[i], point.w[i], lower, upper));
-      sum += std::abs(point.z[i]);
+      result.stationarity =
+          std::max(result.stationarity, cost / unit * std::abs(stationarity_[i] + point.z[i]));
+      result.complementarity = std::max(
+          result.complementarity, cost * complementarity(point.z[i], point.w[i], lower, upper));
+      sum += cost / unit * std::abs(point.z[i]);
       ++multipliers;
     }
-    const double v = violation(point.w[i], lower, upper);
+    const double v = unit * violation(point.w[i], lower, upper);
     if (v > worst) {
       worst = v;
       result.worst_variable = i;
@@ -72,9 +82,9 @@ KktResidual KktCheck::operator()(NonlinearProgram& program, const NlpPoint& poin
   for (int i = 0; i < m; ++i) {
     const double lower = program.row_lower()[i], upper = program.row_upper()[i];
     if (lower != upper)
-      result.complementarity = std::max(result.complementarity,
-                                        complementarity(point.lambda[i], rows_[i], lower, upper));
-    const double v = violation(rows_[i], lower, upper);
+      result.complementarity = std::max(
+          result.complementarity, cost * complementarity(point.lambda[i], rows_[i], lower, upper));
+    const double v = (scale != nullptr ? scale->rows[i] : 1.0) * violation(rows_[i], lower, upper);
     if (v > worst) {
       worst = v;
       result.worst_variable = -1;

@@ -7,6 +7,8 @@
 
 namespace saltus {
 
+struct ProgramScale;
+
 /// First-order optimality, in the variables of the program. Zero at a KKT point.
 struct KktResidual {
   double stationarity = 0.0;     ///< |grad f + J' lambda + z|, largest entry
@@ -31,9 +33,18 @@ class KktCheck {
   /// Evaluates gradient, rows and Jacobian at the point; where that cannot be done, or
   /// entries of the point are missing or no numbers, every residual is infinite. Bound multipliers
   /// of variables with equal bounds are free and ignored.
-  KktResidual operator()(NonlinearProgram& program, const NlpPoint& point);
+  KktResidual operator()(NonlinearProgram& program, const NlpPoint& point) {
+    return check(program, point, nullptr);
+  }
+  /// The same of the program times the scale, whose point is the point times it.
+  KktResidual operator()(NonlinearProgram& program, const NlpPoint& point,
+                         const ProgramScale& scale) {
+    return check(program, point, &scale);
+  }
 
  private:
+  KktResidual check(NonlinearProgram& program, const NlpPoint& point, const ProgramScale* scale);
+
   VectorXd stationarity_, rows_;
   std::vector<double> entries_;
 };

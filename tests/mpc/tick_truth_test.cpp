@@ -12,6 +12,7 @@
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/qp/sparse_solver.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/sqp.hpp"
 #include "tests/support/count_allocations.hpp"
 
 namespace saltus {
@@ -202,6 +203,57 @@ TEST(TickStatus, ASolverOfTheProgramIsTakenAtItsWord) {
   ASSERT_EQ(tick.provenance, Provenance::optimal) << describe(tick.status);
   EXPECT_EQ(tick.check, 0.0);
   EXPECT_LT(controller.report().kkt.scaled(), 1e-6);
+}
+
+// Of the same pendulum in other units: places in lengths, torques in forces, costs in weights.
+struct Units {
+  double length, force, weight;
+};
+struct PendulumIn {
+  Units unit;
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], S(sin(x[0] / unit.length)) * unit.length + u[0] * unit.length / unit.force};
+  }
+};
+
+TEST(TickStatus, AnOptimumIsOneWhateverTheUnits) {
+  for (const Units& unit : {Units{1.0, 1.0, 1.0}, Units{1e-3, 1e-3, 1.0}, Units{1e-5, 1e-5, 1.0},
+                            Units{1.0, 1.0, 1e-9}, Units{1.0, 1e6, 1.0}}) {
+    SCOPED_TRACE(::testing::Message() << unit.length << ", " << unit.force << ", " << unit.weight);
+    Phase<2, 1> phase{"pendulum", PendulumIn{unit}, exactly(10 * step)};
+    phase.bound_input(0, between(-12.0 * unit.force, 12.0 * unit.force))
+        .track(
+            "upright", [](const auto&, const auto& x) { return x; },
+            Vec<double, 2>{10.0 * unit.weight, unit.weight})
+        .track(
+            "torque", [](const auto&, const auto&, const auto& u) { return u; },
+            Vec<double, 1>{0.1 * unit.weight * std::pow(unit.length / unit.force, 2)});
+    OptimalControlProblem ocp("pendulum");
+    const VectorXd start = Vec<double, 2>{0.5 * unit.length, 0.0};
+    ocp.start_at(start).then(phase);
+    const auto shooting = [&] {
+      return MultipleShooting(ocp, {.intervals_per_phase = 10, .integrator = runge_kutta4()});
+    };
+    MultipleShooting whole = shooting();
+    const Solution best = solve(whole, *make_sqp());
+    ASSERT_TRUE(best.ok()) << best.message;
+    for (const bool is_whole : {false, true}) {
+      MultipleShooting mine = shooting();
+      auto solver =
+          is_whole ? make_real_time_solver(make_sqp(), true) : make_real_time_iteration(mine.nlp());
+      RecedingHorizonController controller(std::move(mine), std::move(solver), {.period = step});
+      for (int k = 0; k < 6; ++k) {
+        const ControlTick& tick = controller.tick(0.0, start);
+        if (is_whole || (unit.length == 1.0 && unit.force == 1.0 && unit.weight == 1.0 && k > 3)) {
+          EXPECT_EQ(tick.provenance, Provenance::optimal) << is_whole << k;
+        }
+        if (tick.provenance == Provenance::optimal) {
+          EXPECT_NEAR(tick.objective / best.cost, 1.0, 1e-4) << is_whole << k;
+        }
+      }
+    }
+  }
 }
 
 TEST(TickStatus, TolerancesAreChecked) {
