@@ -16,6 +16,8 @@ using Side = ProblemChange::Side;
 
 constexpr double worth_noting = 1e-9;     // multipliers of nominal values are of order one
 constexpr double difference_step = 1e-4;  // central differences of smooth functions: 1e-8
+// Of nominal values: what rounding leaves of data that are zero, and the size that they have then.
+constexpr double zero = 1e-9, instead_of_zero = 1e-2;
 
 class Sensitivities {
  public:
@@ -192,9 +194,10 @@ class Sensitivities {
         }
       }
     };
-    const double size = std::max(std::abs(block.value[i]), 1e-2);
+    const double value = std::abs(block.value[i]), nominal = block.nominal[i];
+    const double size = value > zero * nominal ? value : instead_of_zero * nominal;
     add({Kind::parameter, j, block.name, i}, rate_along(difference_step * size, move),
-        std::max(std::abs(block.value[i]), block.nominal[i]));
+        std::max(value, nominal));
   }
 
   const OptimalControlProblem& problem_;

@@ -21,7 +21,8 @@ namespace {
 constexpr double step_of_interval = 0.1;
 constexpr double step_of_parameter = 0.05;
 constexpr double smallest_of_parameter = 1e-7;
-constexpr double smallest_magnitude = 1e-3;  // of the nominal value
+// Of the nominal value: taken where the value is zero, up to what rounding leaves.
+constexpr double smallest_magnitude = 1e-3, zero = 1e-9;
 // Above this estimate the differences are not what a derivative should be.
 constexpr double inaccurate = 1e-5;
 
@@ -225,7 +226,9 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
     return by_holding(shooting_->layout().parameter(entries.front().first, entries.front().second),
                       found->nominal[i]);
   const double value = shooting_->data().parameters[entries.front().first][entries.front().second];
-  const double magnitude = std::max(std::abs(value), smallest_magnitude * found->nominal[i]);
+  const double magnitude = std::abs(value) > zero * found->nominal[i]
+                               ? std::abs(value)
+                               : smallest_magnitude * found->nominal[i];
   return by_differences(fmt::format("entry {} of parameter '{}', {}", i, name, value),
                         {step_of_parameter * magnitude, smallest_of_parameter * magnitude},
                         [&](double d, ProblemData& data) {

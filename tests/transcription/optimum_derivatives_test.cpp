@@ -289,6 +289,34 @@ TEST(OptimumDerivatives, FollowFixedDurationsAndData) {
                      "parameter " + std::to_string(i));
 }
 
+// A length in other units: what is small in them has no kink.
+TEST(OptimumDerivatives, FollowDataOfAnySize) {
+  double expected = 0.0;
+  for (const double unit : {1.0, 1e-3, 1e-6}) {
+    Phase<2, 1, 1> phase{
+        "go",
+        [](auto, auto x, auto u, auto p) {
+          return decltype(x){x[1], u[0] - x[0] * x[1] * x[1] / (p[0] * p[0]) - 0.3 * x[1]};
+        },
+        exactly(1.7)};
+    phase.data("length", Vec<double, 1>{0.7 * unit})
+        .nominal(Vec<double, 2>{unit, unit}, Vec<double, 1>{unit})
+        .minimise("effort", [unit](auto, auto, auto u, auto) { return u[0] * u[0] / unit / unit; })
+        .reach(
+            "there", [unit](auto, auto x, auto, auto) { return x[0] / unit; }, exactly(1.0));
+    OptimalControlProblem ocp("go");
+    MultipleShooting shooting(ocp.start_at({0.05 * unit, 0.1 * unit}).then(phase), eight);
+    const Solution s = solve(shooting, *make_ipopt(tight));
+    ASSERT_TRUE(s.ok()) << s.message;
+    OptimumDerivatives derivatives(shooting, s);
+    const OptimumDerivative length = derivatives.wrt_parameter("length");
+    EXPECT_TRUE(length.reliable) << unit << ": " << length.message;
+    if (unit == 1.0) expected = length.cost;
+    EXPECT_NEAR(unit * length.cost, expected, 1e-6 * std::abs(expected)) << unit;
+  }
+  EXPECT_GT(std::abs(expected), 1e-3);
+}
+
 TEST(OptimumDerivatives, FollowWhatTheProgramDecides) {
   const Durations open{between(0.3, 2.0), between(0.3, 0.9)};
   MultipleShooting shooting(swing(open, load, 0.3), eight);
