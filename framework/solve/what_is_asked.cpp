@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "saltus/transcription/quantities.hpp"
+
 namespace saltus {
 namespace {
 
@@ -125,13 +127,25 @@ class Collector {
   std::vector<AskedFor> all_;
 };
 
-// The largest derivative of each row at w, by variables of nominal size.
-VectorXd steepest_of(ShootingProgram& program, const VectorXd& w) {
+// Of each variable: nominal or, where nobody declared one and the point and its bounds tell that it
+// is small, what they tell.
+VectorXd sizes_of(ShootingProgram& program, const VectorXd& w) {
+  constexpr double small = 1e-2;
+  VectorXd sizes = VectorXd::Ones(program.variables());
+  ProgramSize known(program, undeclared_quantities(program));
+  if (!known.look_at(w)) return sizes;
+  const VectorXd told = known.to_one().variables.cwiseInverse();
+  return (told.array() < small).select(told, sizes);
+}
+
+// The largest derivative of each row at w, by variables of these sizes.
+VectorXd steepest_of(ShootingProgram& program, const VectorXd& w, const VectorXd& sizes) {
   VectorXd steepest = VectorXd::Zero(program.rows());
   std::vector<double> entries(program.jacobian_pattern().entries());
   if (program.jacobian(w.data(), entries.data()))
-    program.jacobian_pattern().for_each([&](int r, int, int e) {
-      if (std::isfinite(entries[e])) steepest[r] = std::max(steepest[r], std::abs(entries[e]));
+    program.jacobian_pattern().for_each([&](int r, int c, int e) {
+      if (std::isfinite(entries[e]))
+        steepest[r] = std::max(steepest[r], sizes[c] * std::abs(entries[e]));
     });
   return steepest;
 }
@@ -141,10 +155,11 @@ VectorXd steepest_of(ShootingProgram& program, const VectorXd& w) {
 std::vector<AskedFor> what_is_asked(ShootingProgram& program, const VectorXd& w,
                                     const std::function<bool(const AskedFor&)>& is_negotiable) {
   std::vector<AskedFor> all = Collector(program).run();
-  const VectorXd steepest = steepest_of(program, w);
+  const VectorXd sizes = sizes_of(program, w), steepest = steepest_of(program, w, sizes);
   for (AskedFor& asked : all) {
     double nominal = 0.0;
     for (const int r : asked.group.rows) nominal = std::max(nominal, steepest[r]);
+    for (const int v : asked.group.variables) nominal = std::max(nominal, sizes[v]);
     asked.group.nominal = nominal > 0.0 ? nominal : 1.0;
     asked.gives = !is_negotiable || is_negotiable(asked);
   }

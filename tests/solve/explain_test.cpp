@@ -85,6 +85,24 @@ TEST(Explain, AmountsAndRemediesAreThoseOfTheClosedForm) {
   for (const Remedy& remedy : e.remedies) EXPECT_TRUE(is_success(remedy.status)) << remedy.text;
 }
 
+// The same ride in meters and in lengths of ten micrometers, without nominal magnitudes.
+TEST(Explain, WhatIsMissingDoesNotDependOnTheUnits) {
+  for (const double unit : {1.0, 1e-5})
+    for (const double distance : {1.5, 4.5}) {
+      Phase<2, 1> phase{"ride", cart, exactly(2.0)};
+      phase.bound_input(0, between(-unit, unit))
+          .track("effort", pull, VectorXd::Ones(1))
+          .reach("there", position, exactly(distance * unit));
+      OptimalControlProblem problem("ride");
+      problem.start_at({0.0, 0.0}).then(phase);
+      const Explanation e = explain(problem, exact);
+      EXPECT_EQ(e.is_infeasible(), distance > 2.0) << unit << ", " << distance << "\n" << e.text();
+      if (!(distance > 2.0)) continue;
+      ASSERT_EQ(e.shortages.size(), 1u) << e.text();
+      EXPECT_NEAR(e.shortages.front().amount / unit, 2.5, 1e-3);
+    }
+}
+
 TEST(Explain, NothingIsMissingWhereConstraintsCanBeMet) {
   const Explanation e = explain(ride(1.5), exact);
   EXPECT_TRUE(e.ok());
