@@ -22,8 +22,8 @@ enum class SolveStatus {
   /// An optimum of the program, but not of the problem: its grid is too coarse. Path constraints
   /// are violated between the nodes, or the integration is far off.
   coarse_grid,
-  /// An optimum of the program, but not of the problem: where a phase ends its guard passes zero the
-  /// other way, or it had passed before.
+  /// An optimum of the program, but not of the problem: where a phase ends its guard passes zero
+  /// the other way, or it had passed before.
   wrong_crossing,
   /// The first-order conditions hold, but the cost falls from here along a direction and along its
   /// negative: a saddle or a maximum.

@@ -45,9 +45,7 @@ struct GuardCrossing {
   double largest = 0.0;       ///< magnitude of the guard along the phase
 
   /// Whether the guard passes zero in the declared direction.
-  bool is_as_declared() const {
-    return !grazes && !is_the_wrong_way() && early_amount == 0.0;
-  }
+  bool is_as_declared() const { return !grazes && !is_the_wrong_way() && early_amount == 0.0; }
   bool is_the_wrong_way() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
 };
 
