@@ -27,12 +27,14 @@ bool was_cut_off(SolveStatus status) {
 }
 
 // In which plans of steps are checked besides the units of the program: ones where these tell.
+// Asked of another program of the problem, for this one shall have computed nothing before its
+// first tick.
 ProgramScale scale_of(MultipleShooting& shooting, const VectorXd& guess) {
-  NonlinearProgram& nlp = shooting.nlp();
-  const ProgramScale as_it_is{1.0, VectorXd::Ones(nlp.rows())};
-  if (nlp.is_linear_quadratic() || !shooting.options().automatic_scale) return as_it_is;
+  const ProgramScale as_it_is{1.0, VectorXd::Ones(shooting.nlp().rows())};
+  if (shooting.nlp().is_linear_quadratic() || !shooting.options().automatic_scale) return as_it_is;
   try {
-    ProgramSize size(nlp, undeclared_quantities(shooting.program()));
+    MultipleShooting other(shooting.problem(), shooting.options());
+    ProgramSize size(other.nlp(), undeclared_quantities(other.program()));
     if (size.look_at(guess) && !size.is_usual_where_known(as_it_is)) return size.to_one();
   } catch (...) {  // of formulas, at the guess: nothing is known
   }

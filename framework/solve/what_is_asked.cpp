@@ -127,14 +127,19 @@ class Collector {
   std::vector<AskedFor> all_;
 };
 
-// Of each variable: nominal or, where nobody declared one and the point and its bounds tell that it
-// is small, what they tell.
+// Of each variable: nominal or, where nobody declared any and the point and its bounds tell that
+// all of them are small, what they tell. One that is zero beside others of usual size tells
+// nothing.
 VectorXd sizes_of(ShootingProgram& program, const VectorXd& w) {
   constexpr double small = 1e-2;
   VectorXd sizes = VectorXd::Ones(program.variables());
-  ProgramSize known(program, undeclared_quantities(program));
+  const Quantities undeclared = undeclared_quantities(program);
+  ProgramSize known(program, undeclared);
   if (!known.look_at(w)) return sizes;
   const VectorXd told = known.to_one().variables.cwiseInverse();
+  for (const std::vector<int>& quantity : undeclared)
+    for (const int v : quantity)
+      if (told[v] >= small) return sizes;
   return (told.array() < small).select(told, sizes);
 }
 

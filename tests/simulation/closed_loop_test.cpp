@@ -366,8 +366,8 @@ TEST(ClosedLoop, AModelThatThrowsLeavesTheFallback) {
   EXPECT_TRUE(log.completed) << log.message;
   EXPECT_EQ(log.count(Provenance::fallback), 10);
   EXPECT_TRUE(log.plans.empty());
-  EXPECT_TRUE(std::isinf(log.ticks[0].objective));  // no plan, no cost: its cell is empty
-  EXPECT_NE(log.ticks_csv().find(",,inf,inf,"), std::string::npos) << log.ticks_csv();
+  EXPECT_TRUE(std::isinf(log.ticks[0].objective));  // no plan, no figures of it: empty cells
+  EXPECT_NE(log.ticks_csv().find(",0,,,,"), std::string::npos) << log.ticks_csv();
   EXPECT_NEAR(log.final_state()[0], 0.75, 1e-12);
 }
 
