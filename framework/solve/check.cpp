@@ -418,7 +418,7 @@ class Checker {
     const bool is_known_to_be_none =
         plan.status == SolveStatus::infeasible || plan.status == SolveStatus::invalid_problem ||
         plan.status == SolveStatus::unbounded || plan.status == SolveStatus::coarse_grid ||
-        plan.status == SolveStatus::wrong_crossing || plan.status == SolveStatus::no_minimum;
+        plan.status == SolveStatus::wrong_crossing;
     lines_.push_back({"reach",
                       plan.ok()             ? CheckVerdict::good
                       : is_known_to_be_none ? CheckVerdict::doubtful

@@ -289,25 +289,6 @@ const Spoilt all_spoilt[] = {
      },
      "reach",
      {"between its nodes", "term 'wall' of phase 'ride'"}},
-    {"way_across_a_pole",
-     [] {
-       Phase<2, 2> go{"go",
-                      [](auto, auto x, auto u) {
-                        return decltype(x){u[0], u[1]};
-                      },
-                      exactly(1.0)};
-       go.track(
-             "effort", [](auto, auto, auto u) { return u; }, VectorXd::Ones(2))
-           .keep(
-               "pole", [](auto, auto x) { return (x[0] - 0.5) * (x[0] - 0.5) + x[1] * x[1]; },
-               at_least(0.01))
-           .reach("there", [](auto, auto x) { return x; }, {exactly(1.0), exactly(0.0)});
-       OptimalControlProblem problem("around");
-       problem.start_at({0.0, 0.0}).then(go);
-       return check(problem, {.intervals_per_phase = 7, .integrator = runge_kutta4()});
-     },
-     "reach",
-     {"no minimum", "phase 'go'"}},
     {"event_passed_the_wrong_way",
      [] {
        Ride flight{"flight",
