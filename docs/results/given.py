@@ -62,7 +62,7 @@ GIVEN = {
             "whose controllers count on 1/3", "ground 18 cm beside the stance sole",
             "In DART with `--preset paper`, a step of 0.6 s, 6 N s in 0.1 s", "is 3 mm outside of what the robot stands on",
             "`step.shortest` (0.3 s)", "(preset robot in DART, step of 0.6 s, push at 1 s, seed 1)",
-            "of the encoders (1 ms unless said)", "pushed at 0.5 s in place of 2.4 s",
+            "of the encoders (1 ms unless said)",
             "the largest push (N s, seed 1)", "With a step of 0.3 s nothing is lost", "as they do at 8 N s above",
             "at which the trajectory ends, pushed at 0.5 s", "measured over 20 ms",
             "a straight line through 90 ms",

@@ -46,6 +46,7 @@ struct GuardCrossing {
 
   /// Whether the guard passes zero in the declared direction.
   bool is_as_declared() const { return !grazes && !is_the_wrong_way() && early_amount == 0.0; }
+  /// Whether it passes zero in the other one.
   bool is_the_wrong_way() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
 };
 
