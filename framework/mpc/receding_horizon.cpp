@@ -30,7 +30,7 @@ bool was_cut_off(SolveStatus status) {
 // Asked of another program of the problem, for this one shall have computed nothing before its
 // first tick.
 ProgramScale scale_of(MultipleShooting& shooting, const VectorXd& guess) {
-  const ProgramScale as_it_is{1.0, VectorXd::Ones(shooting.nlp().rows())};
+  ProgramScale as_it_is{1.0, VectorXd::Ones(shooting.nlp().rows())};
   if (shooting.nlp().is_linear_quadratic() || !shooting.options().automatic_scale) return as_it_is;
   try {
     MultipleShooting other(shooting.problem(), shooting.options());

@@ -70,7 +70,7 @@ class Checker {
   }
 
   std::vector<CheckLine> run() {
-    if (!define()) return std::move(lines_);
+    if (!define() || !shooting_) return std::move(lines_);
     guess_ = shooting_->initial_guess().w;
     ProgramSize size(shooting_->nlp(), undeclared_quantities(shooting_->program()));
     size.look_at(guess_);
@@ -158,6 +158,7 @@ class Checker {
   VectorXd magnitudes_of(int phase) const {
     const PhaseDefinition& definition = problem_.phases()[phase];
     const Arguments& sizes = definition.sizes;
+    if (!shooting_) return VectorXd::Ones(sizes.size());
     const Layout& layout = shooting_->layout();
     const Trajectory guess = shooting_->trajectory(guess_);
     const auto magnitude = [](double nominal, double size) {
