@@ -200,33 +200,39 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
     sweep(gradient, equality, dv, dy);
     return;
   }
+  // Rows that are met tell nothing of how steep the penalty has to be.
   const double missed = largest_of_rows(equality);
   double first = 0.0, second = 0.0;
   do {
     solve_with_rows(gradient, equality, dv, dy);
     // The penalty on equality rows is steep: what rounding loses is won back by a second solve.
-    for (int round = 0; round < 2; ++round) {
-      products<false>(dv, dy, residual_v_.data(), residual_y_.data());
-      multiply(dv, side_work_.data());
-      for (int i = 0; i < packed_.sides; i += lanes)
-        store(&side_work_[i], load(&side_work_[i]) * load(&weights_[i]));
-      add_sides<1>(side_work_.data(), residual_v_.data());
-      for (int i = 0; i < packed_.variables; i += lanes)
-        store(&residual_v_[i],
-              load(&residual_v_[i]) + load(gradient + i) + load(dv + i) * broadcast(shift_));
-      for (int i = 0; i < packed_.equalities; i += lanes)
-        store(&residual_y_[i], load(&residual_y_[i]) + load(equality + i));
-      (round == 0 ? first : second) = largest_of_rows(residual_y_.data());
-      solve_with_rows(residual_v_.data(), residual_y_.data(), correction_v_.data(),
-                      correction_y_.data());
-      for (int i = 0; i < packed_.variables; i += lanes)
-        store(dv + i, load(dv + i) + load(&correction_v_[i]));
-      for (int i = 0; i < packed_.equalities; i += lanes)
-        store(dy + i, load(dy + i) + load(&correction_y_[i]));
-    }
+    refine(gradient, equality, dv, dy);
+    if (missed > least_miss) first = largest_of_rows(residual_y_.data());
+    refine(gradient, equality, dv, dy);
     if (missed <= least_miss) return;
+    second = largest_of_rows(residual_y_.data());
     if (second <= std::fmax(largest_rest * first, largest_rest_of_all * missed)) return;
   } while (raise_equality_weight(second / first));
+}
+
+// One more solve, for what the last one left: that is in residual_y_ afterwards.
+void RiccatiSystem::refine(const double* gradient, const double* equality, double* dv, double* dy) {
+  products<false>(dv, dy, residual_v_.data(), residual_y_.data());
+  multiply(dv, side_work_.data());
+  for (int i = 0; i < packed_.sides; i += lanes)
+    store(&side_work_[i], load(&side_work_[i]) * load(&weights_[i]));
+  add_sides<1>(side_work_.data(), residual_v_.data());
+  for (int i = 0; i < packed_.variables; i += lanes)
+    store(&residual_v_[i],
+          load(&residual_v_[i]) + load(gradient + i) + load(dv + i) * broadcast(shift_));
+  for (int i = 0; i < packed_.equalities; i += lanes)
+    store(&residual_y_[i], load(&residual_y_[i]) + load(equality + i));
+  solve_with_rows(residual_v_.data(), residual_y_.data(), correction_v_.data(),
+                  correction_y_.data());
+  for (int i = 0; i < packed_.variables; i += lanes)
+    store(dv + i, load(dv + i) + load(&correction_v_[i]));
+  for (int i = 0; i < packed_.equalities; i += lanes)
+    store(dy + i, load(dy + i) + load(&correction_y_[i]));
 }
 
 // Largest magnitude of what equality rows have in y.

@@ -55,6 +55,7 @@ class RiccatiSystem {
   void join_parts(PackedStage& stage);
   void sweep(const double* gradient, const double* equality, double* dv, double* dy);
   void solve_with_rows(const double* gradient, const double* equality, double* dv, double* dy);
+  void refine(const double* gradient, const double* equality, double* dv, double* dy);
   double largest_of_rows(const double* y) const;
   bool raise_equality_weight(double left);
 

@@ -70,11 +70,10 @@ class Checker {
   }
 
   std::vector<CheckLine> run() {
-    if (!define() || !shooting_) return std::move(lines_);
+    define();
+    if (!shooting_) return std::move(lines_);
     guess_ = shooting_->initial_guess().w;
-    ProgramSize size(shooting_->nlp(), undeclared_quantities(shooting_->program()));
-    size.look_at(guess_);
-    unit_ = size.to_one().variables;
+    find_magnitudes(*shooting_);
     const bool can_start = look_at_start();
     look_at_derivatives();
     look_at_jumps();
@@ -93,8 +92,8 @@ class Checker {
                       complaint.empty() ? praise : complaint});
   }
 
-  // Whether there is a program to look at.
-  bool define() {
+  // If all fits there is a program to look at.
+  void define() {
     std::string complaint;
     try {
       problem_.check();
@@ -105,7 +104,6 @@ class Checker {
       complaint = error.what();
     }
     say("definition", complaint, "phases, terms and sizes fit one another");
-    return shooting_.has_value();
   }
 
   bool look_at_start() {
@@ -153,29 +151,31 @@ class Checker {
     return {};
   }
 
-  // Of arguments (t | x | u | p): nominal ones or, where nobody declared any, those of the guess if
-  // they are small. Large ones are in the values.
-  VectorXd magnitudes_of(int phase) const {
-    const PhaseDefinition& definition = problem_.phases()[phase];
-    const Arguments& sizes = definition.sizes;
-    if (!shooting_) return VectorXd::Ones(sizes.size());
-    const Layout& layout = shooting_->layout();
-    const Trajectory guess = shooting_->trajectory(guess_);
-    const auto magnitude = [](double nominal, double size) {
-      return nominal == 1.0 && size > 0.0 ? std::min(1.0, size) : nominal;
+  // Of arguments (t | x | u | p), per phase: nominal ones or, where nobody declared any, those of
+  // the guess if they are small. Large ones are in the values.
+  void find_magnitudes(MultipleShooting& shooting) {
+    ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
+    size.look_at(guess_);
+    const VectorXd unit = size.to_one().variables;
+    const Layout& layout = shooting.layout();
+    const Trajectory guess = shooting.trajectory(guess_);
+    const auto magnitude = [](double nominal, double told) {
+      return nominal == 1.0 && told > 0.0 ? std::min(1.0, told) : nominal;
     };
-    VectorXd m(1 + sizes.nx + sizes.nu + sizes.np);
-    m[0] = magnitude(1.0, guess.end_time() - guess.start_time());
-    for (int i = 0; i < sizes.nx; ++i)
-      m[1 + i] = magnitude(definition.nominal_state[i], 1.0 / unit_[layout.state(phase, 0) + i]);
-    for (int i = 0; i < sizes.nu; ++i)
-      m[1 + sizes.nx + i] =
-          magnitude(definition.nominal_input[i], 1.0 / unit_[layout.input(phase, 0) + i]);
-    const VectorXd& parameters = guess.phases()[phase].parameters;
-    for (int i = 0; i < sizes.np; ++i)
-      m[1 + sizes.nx + sizes.nu + i] =
-          magnitude(definition.nominal_parameter(i), std::abs(parameters[i]));
-    return m;
+    for (int j = 0; j < static_cast<int>(problem_.phases().size()); ++j) {
+      const PhaseDefinition& phase = problem_.phases()[j];
+      const Arguments& sizes = phase.sizes;
+      VectorXd m(sizes.size());
+      m[0] = magnitude(1.0, guess.end_time() - guess.start_time());
+      for (int i = 0; i < sizes.nx; ++i)
+        m[sizes.x(i)] = magnitude(phase.nominal_state[i], 1.0 / unit[layout.state(j, 0) + i]);
+      for (int i = 0; i < sizes.nu; ++i)
+        m[sizes.u(i)] = magnitude(phase.nominal_input[i], 1.0 / unit[layout.input(j, 0) + i]);
+      for (int i = 0; i < sizes.np; ++i)
+        m[sizes.p(i)] =
+            magnitude(phase.nominal_parameter(i), std::abs(guess.phases()[j].parameters[i]));
+      magnitudes_.push_back(std::move(m));
+    }
   }
 
   // Arguments (t | x | u | p) along the guess of a phase.
@@ -186,7 +186,7 @@ class Checker {
     for (const TrajectoryPiece& piece : guess.pieces())
       if (piece.phase == phase) pieces.push_back(&piece);
     std::vector<VectorXd> points;
-    const VectorXd magnitudes = magnitudes_of(phase);
+    const VectorXd& magnitudes = magnitudes_[phase];
     Random random(7);
     const auto noise = [&](int i) { return away * random.uniform(-1.0, 1.0) * magnitudes[i]; };
     for (int k = 0; k < points_per_phase && !pieces.empty(); ++k) {
@@ -245,7 +245,7 @@ class Checker {
       const std::vector<VectorXd> points = points_of(static_cast<int>(j), distance);
       for (const NamedFunction& f : functions_of(phase)) {
         ++functions;
-        compare(f, points, magnitudes_of(static_cast<int>(j)), phase.sizes, derivatives, sparsity);
+        compare(f, points, magnitudes_[j], phase.sizes, derivatives, sparsity);
       }
     }
     say("derivatives", derivatives,
@@ -261,7 +261,7 @@ class Checker {
     for (const TrajectoryPiece& piece : guess.pieces())
       if (piece.phase == phase) last = &piece;
     std::vector<VectorXd> points;
-    const VectorXd magnitudes = magnitudes_of(phase);
+    const VectorXd& magnitudes = magnitudes_[phase];
     Random random(11);
     for (int k = 0; k < points_per_phase && last != nullptr; ++k) {
       VectorXd x = last->end_state;
@@ -277,7 +277,7 @@ class Checker {
   // Of the arguments of a jump out of a phase.
   VectorXd magnitudes_of(int phase, const Jump& jump) const {
     const Arguments& sizes = problem_.phases()[phase].sizes;
-    const VectorXd m = magnitudes_of(phase);
+    const VectorXd& m = magnitudes_[phase];
     return jump.argument(m[0], m.segment(1, sizes.nx), m.tail(sizes.np));
   }
 
@@ -434,7 +434,7 @@ class Checker {
   ShootingOptions options_;
   std::optional<MultipleShooting> shooting_;
   VectorXd guess_;
-  VectorXd unit_;  // of each variable: one over the size that the guess or its bounds tell
+  std::vector<VectorXd> magnitudes_;  // of the arguments of each phase
   std::vector<CheckLine> lines_;
 };
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "saltus/ocp/window.hpp"
+#include "saltus/robots/model/levelled.hpp"
 #include "saltus/robots/walking/capture_point_controller.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
 
@@ -42,11 +43,6 @@ std::unique_ptr<Planner> planner_of(const BipedProblem& problem, const RobotDesc
     return make_capture_point_controller(settings.baseline, settings.planner, settings.contact,
                                          nominal, scene, problem.contacts(scene));
   return problem.make_planner(nominal, scene);
-}
-
-// With its heading alone.
-SoleFrame levelled(const SoleFrame& sole) {
-  return flat_sole(sole.position, std::atan2(sole.rotation(1, 0), sole.rotation(0, 0)));
 }
 
 class ClosedLoop {

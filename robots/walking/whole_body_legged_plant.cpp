@@ -8,6 +8,7 @@
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/dart/dart_dynamics.hpp"
 #include "saltus/robots/model/capture_point.hpp"
+#include "saltus/robots/model/levelled.hpp"
 #include "saltus/robots/mujoco/mujoco_plant.hpp"
 #include "saltus/robots/walking/biped_problem.hpp"
 #include "saltus/robots/walking/cpu_time.hpp"
@@ -84,15 +85,10 @@ Vec<double, 9> gamma(const DynamicsModel& model) {
   return g;
 }
 
-// Planners take soles to be level, whole-body controllers as they are: axes of the first, in the
-// world.
-Mat<double, 3, 3> heading(const Eigen::Isometry3d& sole) {
-  const double yaw = std::atan2(sole.linear()(1, 0), sole.linear()(0, 0));
-  return Eigen::AngleAxisd(yaw, Vec<double, 3>::UnitZ()).toRotationMatrix();
-}
-// Components along the level axes to components along those of the sole.
-Mat<double, 3, 3> from_level(const Eigen::Isometry3d& sole) {
-  return sole.linear().transpose() * heading(sole);
+// Planners take soles to be level, whole-body controllers as they are: components along the axes of
+// the first to components along those of the second.
+Mat<double, 3, 3> from_level(const SoleFrame& sole) {
+  return sole.rotation.transpose() * levelled(sole).rotation;
 }
 // Force and torque of this foot.
 void turn(const Mat<double, 3, 3>& rotation, Side foot, Vec<double, 12>& wrenches) {
@@ -169,8 +165,8 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
   }
   const Vec<double, 12>& applied() const override { return applied_; }
   Vec<double, 3> contact_force() const override {
-    return heading(dynamics_->sole(Side::left).pose) * applied_.segment<3>(0) +
-           heading(dynamics_->sole(Side::right).pose) * applied_.segment<3>(6);
+    return levelled(sole(Side::left)).rotation * applied_.segment<3>(0) +
+           levelled(sole(Side::right)).rotation * applied_.segment<3>(6);
   }
   bool lands_on_time() const override { return false; }
 
@@ -200,11 +196,13 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     tasks_.wrenches = wrenches;
     tasks_.force = Vec<double, 3>(0.0, 0.0, -nominal_.total_mass * standard_gravity);
     tasks_.torque.setZero();
+    const Mat<double, 3, 3> into_sole[] = {from_level(sole(Side::left)),
+                                           from_level(sole(Side::right))};
     for (const Side side : {Side::left, Side::right}) {
       const int first = side == Side::left ? 0 : 6;
       if (side == swing_side_ && !stands(swing_side_)) tasks_.wrenches.segment<6>(first).setZero();
       const SoleMotion& sole = dynamics_->sole(side);
-      turn(from_level(sole.pose), side, tasks_.wrenches);
+      turn(into_sole[side == Side::right], side, tasks_.wrenches);
       const Vec<double, 3> f = sole.pose.linear() * tasks_.wrenches.segment<3>(first);
       tasks_.force += f;
       tasks_.torque += sole.pose.linear() * tasks_.wrenches.segment<3>(first + 3) +
@@ -221,7 +219,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
     plant_->set_torques(command.torques);
     applied_ = command.wrenches;
     for (const Side side : {Side::left, Side::right})
-      turn(from_level(dynamics_->sole(side).pose).transpose(), side, applied_);
+      turn(into_sole[side == Side::right].transpose(), side, applied_);
   }
 
   std::string step(double from, double to) override {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "saltus/robots/model/levelled.hpp"
+
 namespace saltus {
 namespace {
 
@@ -46,9 +48,7 @@ void SwingFoot::hold(const Eigen::Isometry3d& pose) {
   position_ = place_ = pose.translation();
   velocity_.setZero();
   acceleration_.setZero();
-  // Level, with the heading that it has.
-  const double yaw = std::atan2(pose.linear()(1, 0), pose.linear()(0, 0));
-  rotation_ = Eigen::AngleAxisd(yaw, Vec<double, 3>::UnitZ()).toRotationMatrix();
+  rotation_ = levelled({pose.translation(), pose.linear()}).rotation;
 }
 
 void SwingFoot::start(double t, double landing_time) {
