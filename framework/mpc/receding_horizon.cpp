@@ -26,19 +26,19 @@ bool was_cut_off(SolveStatus status) {
          status == SolveStatus::numerical_failure;
 }
 
-// In which plans of steps are checked besides the units of the program: ones where these tell.
+// In which plans of steps are checked besides the units of the program, where these tell nothing.
 // Asked of another program of the problem, for this one shall have computed nothing before its
 // first tick.
-ProgramScale scale_of(MultipleShooting& shooting, const VectorXd& guess) {
-  ProgramScale as_it_is{1.0, VectorXd::Ones(shooting.nlp().rows())};
-  if (shooting.nlp().is_linear_quadratic() || !shooting.options().automatic_scale) return as_it_is;
+std::optional<ProgramScale> scale_of(MultipleShooting& shooting, const VectorXd& guess) {
+  if (shooting.nlp().is_linear_quadratic() || !shooting.options().automatic_scale) return {};
   try {
     MultipleShooting other(shooting.problem(), shooting.options());
     ProgramSize size(other.nlp(), undeclared_quantities(other.program()));
+    const ProgramScale as_it_is{1.0, VectorXd::Ones(other.nlp().rows())};
     if (size.look_at(guess) && !size.is_usual_where_known(as_it_is)) return size.to_one();
   } catch (...) {  // of formulas, at the guess: nothing is known
   }
-  return as_it_is;
+  return {};
 }
 
 }  // namespace
@@ -122,7 +122,6 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   initial_.z = VectorXd::Zero(nlp.variables());
   plan_ = guess_ = point_ = initial_;
   scale_ = scale_of(*shooting_, initial_.w);
-  has_scale_ = !scale_.is_one();
   shift_.remember(shooting_->program(), initial_.w);
   fallback_ = options_.fallback_input;
   now_ = shooting_->data().start_time - options_.period;
@@ -296,8 +295,8 @@ void RecedingHorizonController::check_plan() noexcept {
     if (nlp.objective(plan_.w.data(), tick_.objective)) {
       tick_.kkt = residual.scaled();
       tick_.violation = residual.feasibility;
-      if (has_scale_) {
-        const KktResidual in_scale = check_(nlp, plan_, scale_);
+      if (scale_) {
+        const KktResidual in_scale = check_(nlp, plan_, *scale_);
         tick_.kkt = std::max(tick_.kkt, in_scale.scaled());
         tick_.violation = std::max(tick_.violation, in_scale.feasibility);
       }

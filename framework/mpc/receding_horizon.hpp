@@ -5,6 +5,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -181,9 +182,8 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   ControllerOptions options_;
   PlanShift shift_;
   KktCheck check_;
-  ProgramScale scale_;  // of its values, where they are not usual
-  bool has_scale_ = false;
-  NlpPoint initial_;        // where the first solve starts
+  std::optional<ProgramScale> scale_;  // of its values, where they are of no usual size
+  NlpPoint initial_;                   // where the first solve starts
   NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
   NlpPoint guess_, point_;  // on the present grid
   bool has_plan_ = false, has_multipliers_ = false, is_prepared_ = false, has_bad_data_ = false;

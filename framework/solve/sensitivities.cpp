@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -16,8 +17,7 @@ using Side = ProblemChange::Side;
 
 constexpr double worth_noting = 1e-9;     // multipliers of nominal values are of order one
 constexpr double difference_step = 1e-4;  // central differences of smooth functions: 1e-8
-// Of nominal values: what rounding leaves of data that are zero, and the size that they have then.
-constexpr double zero = 1e-9, instead_of_zero = 1e-2;
+constexpr double instead_of_zero = 1e-2;  // of the nominal value: the size of data that are zero
 
 class Sensitivities {
  public:
@@ -194,10 +194,9 @@ class Sensitivities {
         }
       }
     };
-    const double value = std::abs(block.value[i]), nominal = block.nominal[i];
-    const double size = value > zero * nominal ? value : instead_of_zero * nominal;
+    const double size = size_of_datum(block.value[i], block.nominal[i], instead_of_zero);
     add({Kind::parameter, j, block.name, i}, rate_along(difference_step * size, move),
-        std::max(value, nominal));
+        std::max(std::abs(block.value[i]), block.nominal[i]));
   }
 
   const OptimalControlProblem& problem_;

@@ -162,11 +162,8 @@ namespace {
 
 // What the program cannot know of its own solution: first whether phases end by the event that was
 // declared, for a plant leaves a phase at the first one.
-void judge_crossings(const MultipleShooting& shooting, Solution& solution) {
+void judge_crossings(const GridAccuracy& accuracy, Solution& solution) {
   if (!solution.ok()) return;
-  const GridAccuracy& accuracy = shooting.options().accuracy;
-  solution.crossings =
-      guard_crossings(shooting.problem(), solution.trajectory, samples_between_nodes);
   const auto wrong = std::ranges::find_if(solution.crossings, [&](const GuardCrossing& c) {
     return c.is_the_wrong_way() || c.early_amount > accuracy.between_nodes * c.largest;
   });
@@ -271,13 +268,13 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
     result.nlp = solver.solve(shooting.nlp(), start, warm);
     result.in_scale = result.nlp.kkt;
   }
-  Solution solution = shooting.interpret(std::move(result.nlp));
+  Solution solution = shooting.interpret(std::move(result.nlp), samples_between_nodes);
   solution.kkt_in_scale = result.in_scale;
   if (result.is_doubtful) judge_scale(solution);
   if (!solution.trajectory.empty()) {
     judge_descent(shooting, start, solution);
     judge_curvature(shooting, solution);
-    judge_crossings(shooting, solution);
+    judge_crossings(shooting.options().accuracy, solution);
     judge_grid(shooting, solution);
   }
   solution.warnings = shooting.problem().warnings();

@@ -113,8 +113,9 @@ class MultipleShooting : public DataByName<MultipleShooting> {
 
   /// Of a point of the program.
   Trajectory trajectory(const VectorXd& w) const;
-  /// Interprets a result of a solver of nlp().
-  Solution interpret(NlpResult result);
+  /// Interprets a result of a solver of nlp(). Guards that end phases are looked at where nodes
+  /// are, and at so many points inside each interval.
+  Solution interpret(NlpResult result, int inside = 0);
 
  private:
   /// Commits an edited copy of the present data.

@@ -11,6 +11,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/transcription/parametric_sensitivity.hpp"
+#include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -21,8 +22,7 @@ namespace {
 constexpr double step_of_interval = 0.1;
 constexpr double step_of_parameter = 0.05;
 constexpr double smallest_of_parameter = 1e-7;
-// Of the nominal value: taken where the value is zero, up to what rounding leaves.
-constexpr double smallest_magnitude = 1e-3, zero = 1e-9;
+constexpr double smallest_magnitude = 1e-3;  // of the nominal value: of data that are zero
 // Above this estimate the differences are not what a derivative should be.
 constexpr double inaccurate = 1e-5;
 
@@ -226,9 +226,7 @@ OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i
     return by_holding(shooting_->layout().parameter(entries.front().first, entries.front().second),
                       found->nominal[i]);
   const double value = shooting_->data().parameters[entries.front().first][entries.front().second];
-  const double magnitude = std::abs(value) > zero * found->nominal[i]
-                               ? std::abs(value)
-                               : smallest_magnitude * found->nominal[i];
+  const double magnitude = size_of_datum(value, found->nominal[i], smallest_magnitude);
   return by_differences(fmt::format("entry {} of parameter '{}', {}", i, name, value),
                         {step_of_parameter * magnitude, smallest_of_parameter * magnitude},
                         [&](double d, ProblemData& data) {

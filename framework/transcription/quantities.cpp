@@ -1,5 +1,6 @@
 #include "saltus/transcription/quantities.hpp"
 
+#include <cmath>
 #include <map>
 #include <string>
 #include <utility>
@@ -41,6 +42,11 @@ Quantities undeclared_quantities(const ShootingProgram& program) {
   for (auto* components : {&states, &inputs})
     for (auto& [component, variables] : *components) list.push_back(std::move(variables));
   return list;
+}
+
+double size_of_datum(double value, double nominal, double share) {
+  constexpr double zero = 1e-9;  // of the nominal magnitude
+  return std::abs(value) > zero * nominal ? std::abs(value) : share * nominal;
 }
 
 }  // namespace saltus

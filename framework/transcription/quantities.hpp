@@ -11,4 +11,8 @@ namespace saltus {
 /// slacks belong to none.
 Quantities undeclared_quantities(const ShootingProgram& program);
 
+/// By what steps of a datum are measured: |value| or, where that is zero but for rounding, a share
+/// of its nominal magnitude.
+double size_of_datum(double value, double nominal, double share);
+
 }  // namespace saltus

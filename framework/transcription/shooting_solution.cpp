@@ -184,7 +184,7 @@ Solution& Solution::operator=(const Solution& other) = default;
 Solution& Solution::operator=(Solution&& other) noexcept = default;
 Solution::~Solution() = default;
 
-Solution MultipleShooting::interpret(NlpResult result) {
+Solution MultipleShooting::interpret(NlpResult result, int inside) {
   Solution solution;
   solution.status = result.status;
   solution.message = result.status == SolveStatus::infeasible && program_->is_linear_quadratic()
@@ -228,7 +228,7 @@ Solution MultipleShooting::interpret(NlpResult result) {
             {phase.name, phase.integrals[i].name,
              w[last + static_cast<int>(i)] * phase.integrals[i].magnitude});
     }
-    solution.crossings = guard_crossings(problem(), solution.trajectory);
+    solution.crossings = guard_crossings(problem(), solution.trajectory, inside);
     const auto doubtful =
         std::ranges::find_if_not(solution.crossings, &GuardCrossing::is_as_declared);
     if (solution.ok() && doubtful != solution.crossings.end())

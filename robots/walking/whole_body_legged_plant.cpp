@@ -290,7 +290,7 @@ class WholeBodyLeggedPlant final : public LeggedPlant {
         if (!is_beyond || (!standing && corners(i, 2) > settings.ground_step - slack)) continue;
         throw InputError(
             fmt::format("simulator.ground_edge: {} m from the origin the {} sole {} the ground's "
-                        "step of {} m (its corner is at y = {:.3f} m)",
+                        "step of {} m (its corner is at y = {:.3f} m); put the edge beyond it",
                         settings.ground_edge, side == Side::left ? "left" : "right",
                         standing ? "stands on" : "is within", settings.ground_step, corners(i, 1)));
       }

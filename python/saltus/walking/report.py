@@ -39,7 +39,7 @@ FIGURES = [
         ("com_height_max_m", "Highest CoM", "m", 1, 3),
         ("angular_momentum_max", "Largest angular momentum", "Nms", 1, 2),
         ("final_com_error_m", "Final CoM error", "mm", 1e3, 1),
-        ("body.standing", "Caught without a step", "", 1, 0),
+        ("body.standing", "Caught without a step, and hardly leaning", "", 1, 0),
         ("body.base_tilt_max_rad", "Largest tilt of the base against the start", "rad", 1, 3),
         ("body.base_tilt_end_rad", "Tilt at the end", "rad", 1, 3),
     ]),
