@@ -94,7 +94,7 @@ TEST(ZeroOrderHold, FastDecayKeepsItsDigits) {
 
 // x' = -x + B u + a, cost x^2 + u^2: B and a say in which units u and 1 are, and nothing else.
 TEST_P(ZeroOrderHoldBothShapes, LargeColumnsLeaveAllDigits) {
-  constexpr double tolerance = 1e-13, x = 0.7;
+  constexpr double tolerance = 1e-13, start = 0.7;
   const double decay = std::exp(-1.0), grown = -std::expm1(-1.0);
   const int nc = GetParam() == InputShape::linear ? 2 : 1;
   for (double B = 1.0; B < 2e12; B *= 10.0) {
@@ -109,18 +109,18 @@ TEST_P(ZeroOrderHoldBothShapes, LargeColumnsLeaveAllDigits) {
     const auto integrator = zero_order_hold()->make(problem);
     for (const double u : {0.0, 0.3, 1.0 / B}) {
       VectorXd w(1 + nc + 2);
-      w << x, VectorXd::Constant(nc, u), 0.0, 1.0;
+      w << start, VectorXd::Constant(nc, u), 0.0, 1.0;
       const VectorXd end = end_of(*integrator, w);
       // x(s) = r + (x - r) exp(-s), with the state of rest r
       const double r = B * u;
-      EXPECT_LE(relative_error(end[0], x * decay + r * grown), tolerance) << B;
-      const double cost =
-          r * r + 2.0 * r * (x - r) * grown - 0.5 * (x - r) * (x - r) * std::expm1(-2.0) + u * u;
-      EXPECT_LE(std::abs(end[1] - cost), tolerance * (r * r + x * x + u * u)) << B;
+      EXPECT_LE(relative_error(end[0], start * decay + r * grown), tolerance) << B;
+      const double cost = r * r + 2.0 * r * (start - r) * grown -
+                          0.5 * (start - r) * (start - r) * std::expm1(-2.0) + u * u;
+      EXPECT_LE(std::abs(end[1] - cost), tolerance * (r * r + start * start + u * u)) << B;
       const MatrixXd slope = jacobian_of(*integrator, w);
       EXPECT_LE(relative_error(slope(0, 0), decay), tolerance) << B;
       EXPECT_LE(relative_error(slope.row(0).segment(1, nc).sum(), B * grown), tolerance) << B;
-      EXPECT_LE(std::abs(slope(0, 2 + nc) - (r - x) * decay), tolerance * (r + x)) << B;
+      EXPECT_LE(std::abs(slope(0, 2 + nc) - (r - start) * decay), tolerance * (r + start)) << B;
     }
     const auto offset = [B](const auto&, const auto& x) { return B - x[0]; };
     IntervalProblem free;
