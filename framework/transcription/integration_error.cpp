@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "saltus/core/bounds.hpp"
+#include "saltus/transcription/plan_magnitudes.hpp"
 
 namespace saltus {
 namespace {
@@ -33,6 +34,7 @@ std::optional<IntegrationError> integration_error(const IntegratorScheme& scheme
   std::vector<VectorXd> sums(integrators.size());  // per phase and state
   for (std::size_t j = 0; j < sums.size(); ++j)
     sums[j] = VectorXd::Zero(integrators[j]->arguments().nx);
+  const std::vector<VectorXd> units = units_of_states(trajectory);
   double worst = -1.0;
   for (const TrajectoryPiece& piece : trajectory.pieces()) {
     const Trajectory::PhaseInfo& phase = trajectory.phases()[piece.phase];
@@ -45,9 +47,8 @@ std::optional<IntegrationError> integration_error(const IntegratorScheme& scheme
         fine.value(w.data(), fine_end.data()) == IntegrationStatus::success && fine_end.allFinite();
     double here = works ? 0.0 : infinity;
     int state = 0;
-    const VectorXd& nominal = fine.problem().nominal_state;
     for (int i = 0; works && i < a.nx; ++i) {
-      const double unit = std::max(nominal.size() > 0 ? nominal[i] : 1.0, std::abs(fine_end[i]));
+      const double unit = std::max(units[piece.phase][i], std::abs(fine_end[i]));
       const double off = std::abs(fine_end[i] - coarse_end[i]) / unit;
       sums[piece.phase][i] += off;
       if (off > here) here = off, state = i;

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/transcription/plan_magnitudes.hpp"
+
 namespace saltus {
 
 Quantities undeclared_quantities(const ShootingProgram& program) {
@@ -18,21 +20,21 @@ Quantities undeclared_quantities(const ShootingProgram& program) {
     const PhaseDefinition& phase = program.problem().phases()[j];
     const int nx = phase.sizes.nx, nu = phase.sizes.nu, intervals = program.grid().intervals(j);
     for (int i = 0; i < nx; ++i) {
-      if (phase.nominal_state[i] != 1.0) continue;
+      if (is_declared(phase.nominal_state[i])) continue;
       for (int k = 0; k <= intervals; ++k) states[{nx, i}].push_back(layout.state(j, k) + i);
     }
     const int coefficients = program.integrators()[j]->arguments().nc;
     for (int c = 0; c < coefficients; ++c) {
-      if (phase.nominal_input[c % nu] != 1.0) continue;
+      if (is_declared(phase.nominal_input[c % nu])) continue;
       for (int k = 0; k < intervals; ++k) inputs[{nu, c % nu}].push_back(layout.input(j, k) + c);
     }
     for (int i = 0; i < program.data().parameters[j].size(); ++i)
-      if (layout.parameter(j, i) >= 0 && phase.nominal_parameter(i) == 1.0)
+      if (layout.parameter(j, i) >= 0 && !is_declared(phase.nominal_parameter(i)))
         list.push_back({layout.parameter(j, i)});
-    if (layout.duration(j) >= 0 && phase.nominal_duration == 1.0)
+    if (layout.duration(j) >= 0 && !is_declared(phase.nominal_duration))
       list.push_back({layout.duration(j)});
     for (std::size_t i = 0; i < phase.integrals.size(); ++i) {
-      if (phase.integrals[i].magnitude != 1.0) continue;
+      if (is_declared(phase.integrals[i].magnitude)) continue;
       for (int k = 0; k <= intervals; ++k)
         integrals[phase.integrals[i].name].push_back(layout.integral(j, k) + static_cast<int>(i));
     }

@@ -5,13 +5,15 @@
 #include <limits>
 #include <vector>
 
+#include "saltus/transcription/plan_magnitudes.hpp"
+
 namespace saltus {
 namespace {
 
-double difference(const VectorXd& a, const VectorXd& b, const VectorXd& nominal) {
+double difference(const VectorXd& a, const VectorXd& b, const VectorXd& unit) {
   double worst = 0.0;
   for (int i = 0; i < a.size(); ++i)
-    worst = std::max(worst, std::abs(a[i] - b[i]) / std::max(nominal[i], std::abs(b[i])));
+    worst = std::max(worst, std::abs(a[i] - b[i]) / std::max(unit[i], std::abs(b[i])));
   return worst;
 }
 
@@ -61,6 +63,7 @@ ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& traj
     interval.differentiate_parameter.assign(interval.arguments.np, false);
     integrators.push_back(choice->make(interval));
   }
+  const std::vector<VectorXd> units = units_of_states(trajectory);
   VectorXd x = trajectory.pieces().front().state;
   MatrixXd flow = MatrixXd::Identity(x.size(), x.size());
   int phase = trajectory.pieces().front().phase;
@@ -74,19 +77,19 @@ ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& traj
     }
     Integrator& integrator = *integrators[piece.phase];
     const IntervalArguments a = integrator.arguments();
-    const VectorXd& nominal = problem.phases()[piece.phase].nominal_state;
+    const VectorXd& unit = units[piece.phase];
     VectorXd w(a.size()), end(integrator.outputs());
     MatrixXd derivative(integrator.outputs(), a.size());
     w << piece.state, piece.coefficients, trajectory.phases()[piece.phase].parameters, piece.start,
         piece.length;
     if (integrator.value(w.data(), end.data()) != IntegrationStatus::success) return report;
-    report.from_nodes = std::max(report.from_nodes, difference(end, piece.end_state, nominal));
+    report.from_nodes = std::max(report.from_nodes, difference(end, piece.end_state, unit));
     w.head(a.nx) = x;
     if (integrator.jacobian(w.data(), end.data(), derivative) != IntegrationStatus::success)
       return report;
     x = end;
     flow = derivative.leftCols(a.nx) * flow;
-    report.from_start = std::max(report.from_start, difference(x, piece.end_state, nominal));
+    report.from_start = std::max(report.from_start, difference(x, piece.end_state, unit));
     report.flow_growth = std::max(report.flow_growth, largest_singular_value(flow));
   }
   report.completed = true;

@@ -7,7 +7,8 @@
 
 namespace saltus {
 
-/// Differences between plan and replay, |difference| / max(nominal, |state|), largest entry.
+/// Differences between plan and replay, |difference| / max(nominal, |state|), largest entry; where
+/// no nominal magnitude is declared, the largest along the plan stands for it if that is below 1.
 struct ReplayReport {
   bool completed = false;    ///< no integration failed
   double from_nodes = 0.0;   ///< every interval from its own planned start

@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "saltus/app/note_signals.hpp"
 #include "saltus/core/error.hpp"
@@ -35,6 +39,26 @@ std::string settling_text(const RunLog& log, const Verdict& verdict, const Force
   return text + "\n";
 }
 
+// What somebody asked for and the centroidal model does not have.
+void note_keys_of_the_body(const Json& changed) {
+  constexpr std::array sections = {
+      "simulator.", "motor.",    "sensors",        "sensor.",
+      "noise.",     "dart.",     "self_collision", "joint_speed_limits",
+      "push.link",  "push.point"};
+  std::vector<std::string> unused;
+  for (const Json& setting : changed) {
+    const std::string key = setting["key"];
+    if (std::ranges::any_of(sections,
+                            [&](const char* section) { return key.starts_with(section); }))
+      unused.push_back(key);
+  }
+  if (!unused.empty())
+    fmt::print(stderr,
+               "of the whole body, and without effect on the centroidal model: {} (use --plant "
+               "dart)\n",
+               fmt::join(unused, ", "));
+}
+
 }  // namespace
 
 ExitStatus run_biped(const BipedProblem& problem, const std::string& default_config,
@@ -49,11 +73,8 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
 
   const bool measured = has_body && settings.plant.sensors == SensorChoice::measured;
   if (measured) fmt::print("senses: measured, seed {}\n", settings.plant.sensor.seed);
-  if (!has_body && settings.plant.disturbs_the_body())
-    fmt::print(stderr,
-               "noise, delay, measured senses and a step in the ground are of the whole body; on "
-               "the centroidal model "
-               "they do nothing (use --plant dart)\n");
+  const Json changed = changed_settings(context.effective_config, default_config);
+  if (!has_body) note_keys_of_the_body(changed);
 
   Progress progress(stdout, isatty(fileno(stdout)) != 0);
   int signal = 0;
@@ -71,7 +92,7 @@ ExitStatus run_biped(const BipedProblem& problem, const std::string& default_con
   const ForceSettling settling = force_settling(log, verdict.settled_from);
   Json json = summary(settings, log, verdict);
   json["force_settling"] = to_json(settling);
-  json["changed_settings"] = changed_settings(context.effective_config, default_config);
+  json["changed_settings"] = changed;
   UnmetReport unmet;
   if (signal == 0)
     unmet = explain_unmet(*problem.unmet_words(robot), log.unmet, settings.explain_limit);

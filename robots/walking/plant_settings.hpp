@@ -33,11 +33,6 @@ struct PlantSettings {
 
   /// Whether a whole body is simulated.
   bool is_whole_body() const { return choice != PlantChoice::centroidal; }
-  /// Does it ask for what only a whole body can be disturbed by?
-  bool disturbs_the_body() const {
-    return !noise.is_zero() || delay_ticks > 0 || ground_step != 0.0 ||
-           sensors == SensorChoice::measured;
-  }
 };
 
 /// `plant`.

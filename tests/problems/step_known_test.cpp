@@ -209,6 +209,19 @@ TEST_F(StepProgramRun, SaysThatNothingMetAllLimitsAndGoesOnWithTheLeastBad) {
   EXPECT_FALSE(contains(easy.printed, "met all limits"));
 }
 
+TEST_F(StepProgramRun, NamesWhatTheCentroidalModelDoesNotHave) {
+  const std::vector<std::string> short_run{"--push.impulse", "2", "--push.start", "0.1"};
+  EXPECT_EQ(run(short_run).complaint, "");
+  std::vector<std::string> words = short_run;
+  words.insert(words.end(), {"--motor.bandwidth", "20", "--simulator.joint_friction", "0.1"});
+  const ProgramRun asked = run(words);
+  EXPECT_EQ(asked.status, 0);
+  EXPECT_TRUE(contains(asked.complaint,
+                       "without effect on the centroidal model: simulator.joint_friction, "
+                       "motor.bandwidth (use --plant dart)"))
+      << asked.complaint;
+}
+
 TEST_F(StepProgramRun, RefusesWhatCannotBeInOneSentenceAndWritesNothing) {
   using Words = std::vector<std::string>;
   const std::vector<std::pair<Words, std::string>> cases{

@@ -137,6 +137,27 @@ TEST(IntegrationErrorOf, APlanThatIsFarOffIsNoOptimum) {
   }
 }
 
+// States of 1e-6 are missed by as much of them as states of 1.
+TEST(IntegrationErrorOf, SmallStatesAreMeasuredByThemselves) {
+  std::vector<double> missed, estimated;
+  for (const double unit : {1.0, 1e-6}) {
+    Phase<1, 1> phase{"decay", [](auto, auto x, auto u) { return decltype(x){-4.0 * x[0] + u[0]}; },
+                      exactly(1.0)};
+    phase.minimise("effort", [](auto, auto, auto u) { return u[0] * u[0]; });
+    OptimalControlProblem ocp("decay");
+    MultipleShooting shooting(ocp.start_at({unit}).then(phase),
+                              {.intervals_per_phase = 2, .integrator = runge_kutta4()});
+    const Solution s = solve(shooting, *make_ipopt());
+    ASSERT_TRUE(s.integration.has_value());
+    estimated.push_back(s.integration->states);
+    missed.push_back(replay(ocp, s.trajectory, cvodes({.tolerance = 1e-11})).from_nodes);
+  }
+  EXPECT_GT(missed[0], 0.1);
+  EXPECT_NEAR(missed[1], missed[0], 1e-3 * missed[0]);
+  EXPECT_GT(estimated[0], 0.1);
+  EXPECT_NEAR(estimated[1], estimated[0], 1e-3 * estimated[0]);
+}
+
 // x' = +-(x_1, x_0): the flow is cosh and sinh, its columns lean towards or away from each other.
 TEST(Replay, TellsHowMuchTheFlowGrows) {
   for (const double sign : {1.0, -1.0}) {
