@@ -4,6 +4,7 @@ a signal, blame itself (status 1) or leave half a file. The table is docs/bad_in
   bad_inputs.py SALTUS PAGE            as tests do: outcomes that differ from the page's, status 1
   bad_inputs.py SALTUS PAGE --write    writes the page
   bad_inputs.py SALTUS --only TEXT     those whose kind has the text, on the terminal
+  bad_inputs.py ... --sanitized        of a program that the address sanitizer reserves terabytes of addresses for
 """
 
 import argparse
@@ -433,7 +434,7 @@ class Outcome:
         self.case, self.status, self.text, self.faults, self.seconds = case, status, text, faults, seconds
 
 
-def outcome_of(program, case):
+def outcome_of(program, case, addresses):
     folder = tempfile.mkdtemp(prefix="saltus-bad-")
     try:
         for name, content in case.files.items():
@@ -454,7 +455,7 @@ def outcome_of(program, case):
         def before():
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-            resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+            resource.setrlimit(resource.RLIMIT_AS, (addresses, addresses))
             for what, limit in case.how.get("limits", {}).items():
                 resource.setrlimit(what, (limit, limit))
             for number in case.how.get("closed", ()):
@@ -529,11 +530,13 @@ def main():
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--only", default="")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--sanitized", action="store_true")
     args = parser.parse_args()
+    addresses = resource.RLIM_INFINITY if args.sanitized else MEMORY
     program = os.path.abspath(args.program)
     wanted = [case for case in cases() if args.only in f"{case.group}: {case.kind}"]
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        outcomes = list(pool.map(lambda case: outcome_of(program, case), wanted))
+        outcomes = list(pool.map(lambda case: outcome_of(program, case, addresses), wanted))
     wrong = [o for o in outcomes if o.faults]
     for o in outcomes if args.only else wrong:
         print(f"{o.case.group}: {o.case.kind}: {', '.join(o.faults) or 'as it should'} [{o.status}, {o.seconds:.1f} s]: {o.text[:300]}")

@@ -67,7 +67,7 @@ def main(words):
     parser.add_argument("--later", action="store_true", help="also with the test programs of other layers")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once (one per processor)")
     parser.add_argument("--only-parse", action="store_true", help=argparse.SUPPRESS)
-    arguments = parser.parse_args(words)
+    arguments = parser.parse_intermixed_args(words)  # layers may stand behind options
     if arguments.only_parse:
         return 0
     folder = arguments.build.resolve()
