@@ -160,7 +160,7 @@ class Checker {
     const Layout& layout = shooting.layout();
     const Trajectory guess = shooting.trajectory(guess_);
     const auto magnitude = [](double nominal, double told) {
-      return nominal == 1.0 && told > 0.0 ? std::min(1.0, told) : nominal;
+      return !is_declared(nominal) && told > 0.0 ? std::min(1.0, told) : nominal;
     };
     for (int j = 0; j < static_cast<int>(problem_.phases().size()); ++j) {
       const PhaseDefinition& phase = problem_.phases()[j];

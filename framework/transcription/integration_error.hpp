@@ -13,7 +13,7 @@ namespace saltus {
 
 /// An estimate, by the difference to IntegratorScheme::refined(). Errors of states are relative to
 /// their magnitude, |difference| / max(nominal, |state|); where no nominal magnitude is declared,
-/// the largest along the plan stands for it.
+/// the largest along the plan stands for it if that is below 1.
 struct IntegrationError {
   /// The errors of the single intervals added up, of the state where that is most: what the plan as
   /// a whole is off by where the dynamics neither damp nor enlarge errors. Infinite where the finer

@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "saltus/transcription/quantities.hpp"
+
 namespace saltus {
 
 std::vector<VectorXd> units_of_states(const Trajectory& trajectory) {

@@ -8,9 +8,6 @@
 
 namespace saltus {
 
-/// Whether somebody declared a magnitude: 1 is what stands where nobody did.
-inline bool is_declared(double nominal) { return nominal != 1.0; }
-
 /// What errors of the states of each phase are relative to where the states are not larger: the
 /// nominal magnitudes or, where none is declared, the largest at the nodes of the plan (of all
 /// phases with as many states) if that is below 1. What stays below 1e-9 counts as 1e-9. Allocates.

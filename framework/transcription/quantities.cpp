@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/transcription/plan_magnitudes.hpp"
-
 namespace saltus {
 
 Quantities undeclared_quantities(const ShootingProgram& program) {

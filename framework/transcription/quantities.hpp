@@ -7,8 +7,10 @@
 
 namespace saltus {
 
-/// Variables of each quantity whose nominal magnitude is 1, as it is where nobody declared one;
-/// slacks belong to none.
+/// Whether somebody declared a nominal magnitude: 1 is what stands where nobody did.
+inline bool is_declared(double nominal) { return nominal != 1.0; }
+
+/// Variables of each quantity whose nominal magnitude nobody declared; slacks belong to none.
 Quantities undeclared_quantities(const ShootingProgram& program);
 
 /// By what steps of a datum are measured: |value| or, where that is zero but for rounding, a share
