@@ -25,7 +25,7 @@ class FullSolve final : public RealTimeSolver {
                       WallClock::time_point deadline) noexcept override try {
     solver_->set_deadline(deadline);
     ScaledResult r =
-        solve_in_scale(*solver_, program, point, warm && use_multipliers_, quantities_of(program));
+        solve_tick_in_scale(*solver_, program, point, warm && use_multipliers_, quantities_of(program));
     // What meets the tolerance in the units of the program only is no optimum.
     if (r.is_doubtful) r.nlp.status = SolveStatus::feasible;
     point = std::move(r.nlp.point);

@@ -27,6 +27,7 @@ class DifferencedProgram final : public NonlinearProgram {
   bool supports(Curvature curvature) const override { return curvature == Curvature::exact; }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   StageStructure stages() const override { return program_.stages(); }
+  int first_slack() const override { return program_.first_slack(); }
 
   bool objective(const double* w, double& f) override { return program_.objective(w, f); }
   bool gradient(const double* w, double* g) override { return program_.gradient(w, g); }

@@ -241,6 +241,7 @@ class IpoptSolver final : public Solver {
   explicit IpoptSolver(const IpoptOptions& options) : options_(options) {}
 
   std::string name() const override { return "Ipopt"; }
+  double tolerance() const override { return options_.tolerance; }
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {

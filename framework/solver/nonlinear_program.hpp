@@ -42,6 +42,9 @@ class NonlinearProgram {
   virtual bool is_linear_quadratic() const { return false; }
   /// Which variables and rows make up which stage. Throws DefinitionError: it has none.
   virtual StageStructure stages() const;
+  /// Variables from here on only penalise violations of soft rows. Their weights say nothing about
+  /// the size of the cost.
+  virtual int first_slack() const { return variables(); }
   /// Changes whenever something other than bounds does on which evaluations depend; negative:
   /// changes are not counted, and evaluations must be repeated.
   virtual long revision() const { return -1; }

@@ -47,16 +47,11 @@ ProgramSize::ProgramSize(NonlinearProgram& program, Quantities quantities)
       quantities_(std::move(quantities)),
       quantity_of_(program.variables(), -1),
       values_(VectorXd::Zero(quantities_.size())),
-      bounds_(values_),
       gradient_(VectorXd::Zero(program.variables())),
       jacobian_(VectorXd::Zero(program.jacobian_pattern().entries())),
       hessian_(VectorXd::Zero(program.hessian_pattern().entries())) {
   for (int q = 0; q < values_.size(); ++q)
-    for (const int v : quantities_[q]) {
-      quantity_of_[v] = q;
-      for (const double b : {program.lower()[v], program.upper()[v]})
-        if (std::isfinite(b)) bounds_[q] = std::max(bounds_[q], std::abs(b));
-    }
+    for (const int v : quantities_[q]) quantity_of_[v] = q;
 }
 
 bool ProgramSize::look_at(const VectorXd& w) {
@@ -67,6 +62,7 @@ bool ProgramSize::look_at(const VectorXd& w) {
       !jacobian.allFinite())
     return false;
   if (!std::exchange(has_hessian_, true)) look_at_curvature(w);
+  gradient.tail(n - program_.first_slack()).setZero();  // a weight is no size
   gradient_ = gradient_.cwiseMax(gradient.cwiseAbs());
   jacobian_ = jacobian_.cwiseMax(jacobian.cwiseAbs());
   for (int v = 0; v < n; ++v)
@@ -82,12 +78,16 @@ void ProgramSize::look_at_curvature(const VectorXd& w) {
       program_.supports(Curvature::exact) ? Curvature::exact : Curvature::gauss_newton;
   if (program_.supports(curvature) &&
       program_.hessian(w.data(), 1.0, no_rows.data(), hessian.data(), curvature) &&
-      hessian.allFinite())
+      hessian.allFinite()) {
     hessian_ = hessian.cwiseAbs();
+    program_.hessian_pattern().for_each([&](int i, int, int e) {
+      if (i >= program_.first_slack()) hessian_[e] = 0.0;
+    });
+  }
 }
 
 VectorXd ProgramSize::known_sizes() const {
-  return (values_.array() >= least_value).select(values_, bounds_);
+  return (values_.array() >= least_value).select(values_, 0.0);
 }
 
 VectorXd ProgramSize::sizes() const {

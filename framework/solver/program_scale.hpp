@@ -33,8 +33,8 @@ class ProgramSize {
   /// cost or rows cannot be evaluated: then it does not count.
   bool look_at(const VectorXd& w);
 
-  /// Whether all sizes that values or bounds tell, times the scale, are between 1e-2 and 1e2, and a
-  /// change of the variables by their size changes the cost by 1e-3 at least: where it does not, a
+  /// True if all sizes that values tell, times the scale, are between 1e-2 and 1e2, and a change of
+  /// the variables by their size changes the cost by at least 1e-3: where it changes less, a
   /// tolerance is met anywhere.
   bool is_usual_where_known(const ProgramScale& scale) const;
   /// Whether any size, of what is estimated and of derivatives too, is below 1e-4 or above 1e6.
@@ -44,9 +44,9 @@ class ProgramSize {
   /// derivatives is not usual; all else as it is stated.
   ProgramScale usual() const;
   /// Everything divided by its size: in other units the scaled program is the same, up to
-  /// rounding. The size of a quantity is the largest of its values; where they are zero, the
-  /// largest of its bounds; and where it has none, it is estimated: what moves a row as far as
-  /// quantities of known size do.
+  /// rounding. The size of a quantity is the largest of its values. Where they are zero it is
+  /// estimated: what moves a row as far as quantities of known size do. Bounds and penalty weights
+  /// are no sizes: many only stand for "no bound" and "exactly".
   ProgramScale to_one() const;
 
  private:
@@ -57,7 +57,7 @@ class ProgramSize {
   NonlinearProgram& program_;
   Quantities quantities_;
   std::vector<int> quantity_of_;  // each variable, -1: none
-  VectorXd values_, bounds_;      // of quantities
+  VectorXd values_;               // of quantities
   // Largest magnitudes of entries.
   VectorXd gradient_, jacobian_, hessian_;
   bool has_hessian_ = false;

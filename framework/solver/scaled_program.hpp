@@ -31,6 +31,7 @@ class ScaledProgram final : public NonlinearProgram {
   bool supports(Curvature curvature) const override { return program_.supports(curvature); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   StageStructure stages() const override { return program_.stages(); }
+  int first_slack() const override { return program_.first_slack(); }
 
   bool objective(const double* w, double& f) override;
   bool gradient(const double* w, double* gradient) override;

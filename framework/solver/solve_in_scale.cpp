@@ -1,6 +1,7 @@
 #include "saltus/solver/solve_in_scale.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "saltus/solver/scaled_program.hpp"
@@ -19,25 +20,30 @@ KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
   return kkt_residual(in_scale, in_scale.to_scaled(point));
 }
 
-NlpResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramScale& scale,
-                     const NlpPoint& start, bool warm, KktResidual& residual) {
+ScaledResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramScale& scale,
+                        const NlpPoint& start, bool warm) {
+  ScaledResult result;
   if (scale.is_one()) {
-    NlpResult result = solver.solve(program, start, warm);
-    residual = result.kkt;
+    result.nlp = solver.solve(program, start, warm);
+    result.in_scale = result.nlp.kkt;
     return result;
   }
   ScaledProgram in_scale(program, scale);
-  NlpResult result;
   {
     const ScopedObserver observed(solver, with_cost_times(solver.observer(), 1.0 / scale.cost));
-    result = solver.solve(in_scale, in_scale.to_scaled(start), warm);
+    result.nlp = solver.solve(in_scale, in_scale.to_scaled(start), warm);
   }
-  residual = result.kkt;
-  result.point = in_scale.from_scaled(std::move(result.point));
-  if (!program.objective(result.point.w.data(), result.objective) && is_success(result.status))
-    result.status = SolveStatus::evaluation_failed;
-  result.kkt = kkt_residual(program, result.point);
+  result.in_scale = result.nlp.kkt;
+  result.nlp.point = in_scale.from_scaled(std::move(result.nlp.point));
+  if (!program.objective(result.nlp.point.w.data(), result.nlp.objective) &&
+      is_success(result.nlp.status))
+    result.nlp.status = SolveStatus::evaluation_failed;
+  result.nlp.kkt = kkt_residual(program, result.nlp.point);
   return result;
+}
+
+ProgramScale as_stated(const NonlinearProgram& program) {
+  return {1.0, VectorXd::Ones(program.rows())};
 }
 
 bool may_be_mended(SolveStatus status) {
@@ -45,21 +51,103 @@ bool may_be_mended(SolveStatus status) {
          status == SolveStatus::numerical_failure || status == SolveStatus::unbounded;
 }
 
+void add_effort(const ScaledResult& of, ScaledResult& to) {
+  to.nlp.iterations += of.nlp.iterations;
+  to.nlp.seconds += of.nlp.seconds;
+}
+
+// Largest violation over the size of its row or bound.
+double relative_violation(NonlinearProgram& program, const VectorXd& w) {
+  VectorXd g(program.rows());
+  std::vector<double> jacobian(program.jacobian_pattern().entries());
+  if (!w.allFinite() || !program.constraints(w.data(), g.data()) ||
+      !program.jacobian(w.data(), jacobian.data()) || !g.allFinite())
+    return infinity;
+  VectorXd size = VectorXd::Ones(program.rows());
+  program.jacobian_pattern().for_each(
+      [&](int r, int c, int e) { size[r] = std::max(size[r], std::abs(jacobian[e] * w[c])); });
+  double worst = 0.0;
+  const auto look_at = [&](double value, double lower, double upper, double unit) {
+    for (const double side : {lower, upper})
+      if (std::isfinite(side)) unit = std::max(unit, std::abs(side));
+    worst = std::max(worst, std::max(lower - value, value - upper) / unit);
+  };
+  for (int r = 0; r < program.rows(); ++r)
+    look_at(g[r], program.row_lower()[r], program.row_upper()[r], size[r]);
+  for (int i = 0; i < program.variables(); ++i)
+    look_at(w[i], program.lower()[i], program.upper()[i], 1.0);
+  return worst;
+}
+
+bool is_convincing(const ScaledResult& result) {
+  return is_success(result.nlp.status) && !result.is_doubtful;
+}
+
 }  // namespace
+
+void judge(const Solver& solver, NonlinearProgram& program, ScaledResult& result) {
+  const NlpResult& nlp = result.nlp;
+  if (nlp.point.w.size() != program.variables()) return;
+  const bool gave_up = nlp.status == SolveStatus::numerical_failure ||
+                       nlp.status == SolveStatus::unbounded;
+  if (!is_success(nlp.status) && !gave_up) return;
+  result.check = check_optimum(program, nlp.point);
+  result.violation = relative_violation(program, nlp.point.w);
+  result.is_doubtful = is_success(nlp.status) &&
+                       !(result.check.relative_gain() <= most_gain(solver) &&
+                         result.violation <= std::max(most_violation, solver.tolerance()));
+}
+
+double most_gain(const Solver& solver) { return std::max(1e-6, 100.0 * solver.tolerance()); }
 
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities) {
   ProgramSize size(program, quantities);
-  ScaledResult result;
-  if (!size.look_at(start.w)) {
-    result.nlp = solve_once(solver, program, {1.0, VectorXd::Ones(program.rows())}, start, warm,
-                            result.in_scale);
-    return result;
-  }
+  if (!size.look_at(start.w)) return solve_as_stated(solver, program, start, warm);
   ProgramScale scale = size.usual();
-  if (!size.is_usual_where_known(scale)) scale = size.to_one();
-  result.nlp = solve_once(solver, program, scale, start, warm, result.in_scale);
+  ScaledResult best = solve_once(solver, program, scale, start, warm);
+  judge(solver, program, best);
+  for (int attempt = 0; attempt < 2 && !is_convincing(best); ++attempt) {
+    const bool is_solved = is_success(best.nlp.status);
+    if (is_solved ? !size.look_at(best.nlp.point.w)
+                  : !may_be_mended(best.nlp.status) ||
+                        (size.is_usual_where_known(scale) && !size.is_far_from_usual(scale)))
+      break;
+    scale = size.to_one();
+    // What was reached is where to go on; where nothing was, the search begins again.
+    ScaledResult next =
+        solve_once(solver, program, scale, is_solved ? best.nlp.point : start, is_solved || warm);
+    judge(solver, program, next);
+    if (is_solved && !is_convincing(next)) {
+      ScaledResult anew = solve_once(solver, program, scale, start, warm);
+      judge(solver, program, anew);
+      add_effort(next, anew);
+      next = std::move(anew);
+    }
+    const bool is_better = is_convincing(next) || !is_solved;
+    if (!is_better) {
+      add_effort(next, best);
+      break;
+    }
+    add_effort(best, next);
+    best = std::move(next);
+  }
+  return best;
+}
 
+ScaledResult solve_as_stated(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                             bool warm) {
+  ScaledResult result = solve_once(solver, program, as_stated(program), start, warm);
+  judge(solver, program, result);
+  return result;
+}
+
+ScaledResult solve_tick_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                                 bool warm, const Quantities& quantities) {
+  ProgramSize size(program, quantities);
+  if (!size.look_at(start.w)) return solve_once(solver, program, as_stated(program), start, warm);
+  ProgramScale scale = size.usual();
+  ScaledResult result = solve_once(solver, program, scale, start, warm);
   for (const bool is_last : {false, false, true}) {
     const bool is_solved = is_success(result.nlp.status);
     if (is_solved) {
@@ -72,11 +160,9 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
       return result;
     }
     if (is_last) return result;
-    ScaledResult again;
     scale = size.to_one();
-    again.nlp = solve_once(solver, program, scale, start, warm, again.in_scale);
-    again.nlp.iterations += result.nlp.iterations;
-    again.nlp.seconds += result.nlp.seconds;
+    ScaledResult again = solve_once(solver, program, scale, start, warm);
+    add_effort(result, again);
     if (is_solved && !is_success(again.nlp.status)) return result;
     result = std::move(again);
   }

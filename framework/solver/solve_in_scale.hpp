@@ -1,26 +1,49 @@
-// Solving a program in units in which its numbers are of a usual size.
+// Solving a program in the user's units first, and in units of its values where that fails. Success
+// is judged from the program as it is stated, whatever it was divided by.
 #pragma once
 
+#include "saltus/solver/optimum_check.hpp"
 #include "saltus/solver/program_scale.hpp"
 #include "saltus/solver/solver.hpp"
 
 namespace saltus {
 
+/// What a solve gave, and how good it is.
 struct ScaledResult {
-  NlpResult nlp;  ///< of the program as it is: point, cost, residual
-  /// The residual in the scale in which it was solved or, where values at the solution turned out
-  /// to have other sizes, in theirs.
+  NlpResult nlp;  ///< of the program as it is: point, cost, residual; effort of all attempts
+  /// The residual in the scale in which it was solved.
   KktResidual in_scale;
-  /// Whether the point meets the tolerance in the units of the program only.
+  /// Of the program as it is stated. Empty gap (infinite) where nothing was solved.
+  OptimumCheck check;
+  /// Largest |violation| of a row or bound over its size: the largest of 1, its finite sides and
+  /// its largest term.
+  double violation = infinity;
+  /// True if the solver reports success, but the point misses most_gain() or most_violation.
   bool is_doubtful = false;
 };
 
-/// Solves the program as it is stated where what is known of its values at the start has a usual
-/// size (cost and rows with derivatives of unusual size are scaled), and divided by its sizes where
-/// not. If the solver fails on a program whose sizes, estimated ones too, are far from usual,
-/// or values at its solution are not usual and the residual in their scale is large, it is solved
-/// once more, divided by its sizes.
+/// What an optimum may still gain, relative to its cost.
+double most_gain(const Solver& solver);
+/// What an optimum may violate, relative to the size of the row.
+inline constexpr double most_violation = 1e-6;
+
+/// Solves the program as it is stated; only cost and rows whose derivatives are below 1e-2 or above
+/// 5e3 at the start are multiplied by powers of two. If the solver fails, or its result is no
+/// optimum of the program as it is stated, it is solved again with everything divided by its size
+/// (ProgramSize::to_one). Returns the first result that is an optimum, or else the best one.
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities = {});
+
+/// Solves the program exactly as it is stated, once, and judges the result.
+ScaledResult solve_as_stated(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                             bool warm);
+
+/// Judges a result from the program as it is stated: fills in all but `nlp` and `in_scale`.
+void judge(const Solver& solver, NonlinearProgram& program, ScaledResult& result);
+
+/// The same for control loops, where nothing is judged but the residual in the scale of the values
+/// at the solution: `check` and `violation` stay empty.
+ScaledResult solve_tick_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                                 bool warm, const Quantities& quantities);
 
 }  // namespace saltus

@@ -72,6 +72,8 @@ class Solver {
   void set_observer(SolveObserver observer) { observer_ = std::move(observer); }
   /// The one that was set, or one that does nothing.
   const SolveObserver& observer() const { return observer_; }
+  /// The scaled KKT error that it is asked for.
+  virtual double tolerance() const { return 1e-8; }
   /// For messages and results.
   virtual std::string name() const = 0;
 

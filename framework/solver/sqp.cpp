@@ -34,7 +34,7 @@ ProgramScale limit_slopes(NonlinearProgram& program, const VectorXd& w) {
     return scale;
   const auto is_free = [&](int i) { return program.lower()[i] < program.upper()[i]; };
   double slope = 0.0;
-  for (int i = 0; i < gradient.size(); ++i)
+  for (int i = 0; i < program.first_slack(); ++i)
     if (is_free(i)) slope = std::max(slope, std::abs(gradient[i]));
   scale.cost = scale_for(slope);
   VectorXd steepest = VectorXd::Zero(program.rows());
@@ -50,6 +50,8 @@ class SqpSolver final : public Solver {
   explicit SqpSolver(SqpOptions options) : options_(std::move(options)) {}
 
   std::string name() const override { return engine_ ? "SQP with " + engine_->qp->name() : "SQP"; }
+
+  double tolerance() const override { return options_.tolerance; }
 
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 

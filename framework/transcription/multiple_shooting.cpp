@@ -8,12 +8,10 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/windows_of.hpp"
-#include "saltus/solver/second_order.hpp"
-#include "saltus/solver/solve_in_scale.hpp"
 #include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/crossing_report.hpp"
+#include "saltus/transcription/exact_penalties.hpp"
 #include "saltus/transcription/integration_error.hpp"
-#include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "saltus/transcription/shooting_stages.hpp"
 
@@ -205,24 +203,31 @@ void judge_grid(const MultipleShooting& shooting, Solution& solution) {
 
 // First-order conditions hold at saddles and maxima too; and where a solver gave up, a cost that
 // curves downward may be why.
-void judge_curvature(MultipleShooting& shooting, Solution& solution) {
+void judge_curvature(MultipleShooting& shooting, const OptimumCheck& check, double most_gain,
+                     Solution& solution) {
+  using Curvature = OptimumCheck::Curvature;
   const bool gave_up = solution.status == SolveStatus::numerical_failure ||
                        solution.status == SolveStatus::unbounded;
   if (!solution.ok() && !gave_up) return;
-  const SecondOrderCheck check = check_second_order(shooting.nlp(), solution.point);
-  solution.curvature_checked = check.verdict != SecondOrderCheck::Verdict::unknown;
-  if (check.verdict != SecondOrderCheck::Verdict::descent) return;
+  solution.curvature = check.curvature;
+  solution.predicted_gain = check.gap + check.gain;
+  if (check.curvature != Curvature::descent) return;
   const std::string where = shooting.nlp().describe_variable(check.variable);
   if (gave_up) {
     solution.message +=
         fmt::format("; the problem is not convex there: its cost curves downward along {}", where);
     return;
   }
+  if (check.descent <= most_gain * check.magnitude) {
+    solution.curvature = Curvature::inconclusive;
+    return;
+  }
+  solution.predicted_gain = check.descent;
   solution.status = SolveStatus::no_minimum;
   solution.message = fmt::format(
-      "{}; the cost falls when {} is moved to either side (start elsewhere, or bound what it gains "
-      "from)",
-      describe(solution.status), where);
+      "{}; the cost falls by about {:.2g} when {} is moved to either side (start elsewhere, or "
+      "bound what it gains from)",
+      describe(solution.status), check.descent, where);
 }
 
 // A cost that has fallen without end shows as whatever limit was met first, and as gaps that mean
@@ -242,14 +247,18 @@ void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& 
         first, solution.cost);
 }
 
-// Numbers that are small only because of their units meet a tolerance anywhere.
-void judge_scale(Solution& solution) {
+// The solver's own scale was met, the problem's was not.
+void judge_scale(const ScaledResult& result, Solution& solution) {
   solution.status = SolveStatus::numerical_failure;
+  const std::string miss =
+      result.violation > most_violation
+          ? fmt::format("constraints are violated by {:.1e} of their size", result.violation)
+          : fmt::format("the cost may still fall by {:.1e} of its size",
+                        result.check.relative_gain());
   solution.message = fmt::format(
-      "{}; the tolerance is met in the units of the problem, but the residual is {:.1e} in the "
-      "scale of its values: declare the magnitudes of states and inputs (nominal), or write them "
-      "in other units",
-      describe(solution.status), solution.kkt_in_scale.scaled());
+      "{}; the solver's tolerance is met in its own scale, but {}: declare the magnitudes of "
+      "states and inputs (nominal), or ask for a smaller tolerance",
+      describe(solution.status), miss);
 }
 
 }  // namespace
@@ -260,20 +269,14 @@ Solution solve(MultipleShooting& shooting, Solver& solver) {
 
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start) {
   const bool warm = start.lambda.size() == shooting.nlp().rows();
-  ScaledResult result;
-  if (shooting.options().automatic_scale) {
-    result = solve_in_scale(solver, shooting.nlp(), start, warm,
-                            undeclared_quantities(shooting.program()));
-  } else {
-    result.nlp = solver.solve(shooting.nlp(), start, warm);
-    result.in_scale = result.nlp.kkt;
-  }
+  ScaledResult result = solve_with_penalties(solver, shooting.editable_program(), start, warm,
+                                             shooting.options().automatic_scale);
   Solution solution = shooting.interpret(std::move(result.nlp), samples_between_nodes);
   solution.kkt_in_scale = result.in_scale;
-  if (result.is_doubtful) judge_scale(solution);
+  if (result.is_doubtful) judge_scale(result, solution);
   if (!solution.trajectory.empty()) {
     judge_descent(shooting, start, solution);
-    judge_curvature(shooting, solution);
+    judge_curvature(shooting, result.check, most_gain(solver), solution);
     judge_crossings(shooting.options().accuracy, solution);
     judge_grid(shooting, solution);
   }

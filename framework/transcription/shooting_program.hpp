@@ -26,6 +26,7 @@ class ShootingProgram final : public BlockProgram {
   ShootingProgram(OptimalControlProblem problem, const std::vector<Mesh>& meshes,
                   const IntegratorChoice& integrator, int threads = 1);
   StageStructure stages() const override;
+  int first_slack() const override { return first_slack_; }
   /// With the intervals whose integrator has no second derivatives.
   SparsityPattern curvature_pattern() const override;
 
@@ -37,6 +38,13 @@ class ShootingProgram final : public BlockProgram {
   void commit(const ProblemData& next);
   /// Sets every penalty weight of this name; false if there is none.
   bool set_penalty_weight(std::string_view weight_name, double weight);
+
+  /// Lowers the weights of linear penalties to at most this one, while the program is solved;
+  /// infinity: all are as the problem has them. An L1 penalty is exact as long as its weight
+  /// exceeds the multiplier of its row, whatever it is.
+  void limit_linear_weights(double most);
+  /// Slacks whose weight is lowered now.
+  std::vector<int> lowered_slacks() const;
 
   /// What was transcribed.
   const OptimalControlProblem& problem() const { return problem_; }
@@ -161,6 +169,8 @@ class ShootingProgram final : public BlockProgram {
   int closing_row_ = -1;
   int first_slack_ = 0;
   std::vector<int> penalty_blocks_;  // per slack
+  std::vector<char> is_lowered_;     // per slack, whether its weight is
+  double most_linear_weight_ = infinity;
   int total_time_row_ = -1;
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase

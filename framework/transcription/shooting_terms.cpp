@@ -158,6 +158,7 @@ void ShootingProgram::build_slacks() {
     }
   }
   build_limit_slacks();
+  is_lowered_.assign(penalty_blocks_.size(), 0);
 }
 
 }  // namespace saltus

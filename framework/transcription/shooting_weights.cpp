@@ -74,13 +74,28 @@ void ShootingProgram::refresh_rows() {
 
 void ShootingProgram::charge_slack(int slack, const SlackCost& cost, double fraction,
                                    double length) {
-  const double rate = cost.weight * fraction;
+  const bool is_lowered = !cost.is_quadratic && fraction > 0.0 && cost.weight > most_linear_weight_;
+  is_lowered_[slack - first_slack_] = is_lowered ? 1 : 0;
+  const double rate = (is_lowered ? most_linear_weight_ : cost.weight) * fraction;
   if (const int block = penalty_block(slack); block >= 0) {  // the length is in the block
     set_weight(block, 0, rate);
     return;
   }
   const double weight = rate * length;
   set_variable_cost(slack, cost.is_quadratic ? 0.0 : weight, cost.is_quadratic ? weight : 0.0);
+}
+
+void ShootingProgram::limit_linear_weights(double most) {
+  most_linear_weight_ = most;
+  refresh_rows();
+  refresh_limits();
+}
+
+std::vector<int> ShootingProgram::lowered_slacks() const {
+  std::vector<int> slacks;
+  for (std::size_t i = 0; i < is_lowered_.size(); ++i)
+    if (is_lowered_[i]) slacks.push_back(first_slack_ + static_cast<int>(i));
+  return slacks;
 }
 
 void ShootingProgram::refresh_costs() {

@@ -1,11 +1,13 @@
 // What a solve of an optimal control problem returns.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "saltus/model/crossing.hpp"
+#include "saltus/solver/optimum_check.hpp"
 #include "saltus/solver/solver.hpp"
 #include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/trajectory.hpp"
@@ -92,9 +94,12 @@ struct Solution {
   /// How far the integration is from the differential equation; not estimated in control loops, nor
   /// where the integrator offers nothing finer (exact ones have no need).
   std::optional<IntegrationError> integration;
-  /// Whether the solution is a minimum to second order: looked at by solve() where the Hessian is
-  /// exact, not in control loops.
-  bool curvature_checked = false;
+  /// What second derivatives say of the solution: looked at by solve() where the Hessian is exact,
+  /// not in control loops.
+  OptimumCheck::Curvature curvature = OptimumCheck::Curvature::unknown;
+  /// By how much the cost could still fall, as first and second derivatives predict it, in its own
+  /// units. NaN where solve() did not look.
+  double predicted_gain = std::numeric_limits<double>::quiet_NaN();
   KktResidual kkt;  ///< recomputed from the program
   /// The same in the scale in which it was solved, which is what the solver's tolerance is about,
   /// or in that of the values at the solution where they are unusual

@@ -1,0 +1,114 @@
+#include "saltus/transcription/exact_penalties.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "saltus/transcription/quantities.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr double first_weight = 1e3;  // times the largest derivative of the cost
+constexpr double growth = 1e3;        // of weights that did not suffice
+// Part of its weight that the bound of a slack must hold up for the penalty to be exact.
+constexpr double held = 1e-3;
+
+// Lowers weights, and gives them back whatever happens.
+class LoweredWeights {
+ public:
+  explicit LoweredWeights(ShootingProgram& program) : program_(program) {}
+  ~LoweredWeights() { restore(); }
+  LoweredWeights(const LoweredWeights&) = delete;
+  LoweredWeights& operator=(const LoweredWeights&) = delete;
+
+  void lower(double most) {
+    program_.limit_linear_weights(most);
+    are_lowered_ = true;
+  }
+  void restore() {
+    if (are_lowered_) program_.limit_linear_weights(infinity);
+    are_lowered_ = false;
+  }
+
+ private:
+  ShootingProgram& program_;
+  bool are_lowered_ = false;
+};
+
+// Largest derivative of the cost at the start, penalties left out.
+double size_of_cost(ShootingProgram& program, const VectorXd& w) {
+  VectorXd gradient(program.variables());
+  if (w.size() != program.variables() || !program.gradient(w.data(), gradient.data()) ||
+      !gradient.allFinite() || program.first_slack() == 0)
+    return 1.0;
+  return std::max(1.0, gradient.head(program.first_slack()).cwiseAbs().maxCoeff());
+}
+
+// True if every lowered penalty holds with weight to spare.
+bool is_exact(ShootingProgram& program, const std::vector<int>& lowered, const NlpPoint& point) {
+  VectorXd gradient(program.variables());
+  if (point.z.size() != program.variables() ||
+      !program.gradient(point.w.data(), gradient.data()))
+    return false;
+  return std::all_of(lowered.begin(), lowered.end(), [&](int slack) {
+    return -point.z[slack] > held * std::abs(gradient[slack]);
+  });
+}
+
+// The slacks of exact penalties at zero, with the multipliers that balance the problem's weights.
+void complete(ShootingProgram& program, const std::vector<int>& lowered, NlpPoint& point) {
+  for (const int slack : lowered) point.w[slack] = program.lower()[slack];
+  VectorXd balance(program.variables());
+  std::vector<double> jacobian(program.jacobian_pattern().entries());
+  if (!program.gradient(point.w.data(), balance.data()) ||
+      !program.jacobian(point.w.data(), jacobian.data()))
+    return;
+  program.jacobian_pattern().for_each(
+      [&](int r, int c, int e) { balance[c] += point.lambda[r] * jacobian[e]; });
+  for (const int slack : lowered) point.z[slack] = -balance[slack];
+}
+
+}  // namespace
+
+ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, const NlpPoint& start,
+                                  bool warm, bool in_scale) {
+  const Quantities quantities = in_scale ? undeclared_quantities(program) : Quantities{};
+  const auto solve_from = [&](const NlpPoint& point, bool with_multipliers) {
+    return in_scale ? solve_in_scale(solver, program, point, with_multipliers, quantities)
+                    : solve_as_stated(solver, program, point, with_multipliers);
+  };
+  if (program.first_slack() == program.variables()) return solve_from(start, warm);
+  LoweredWeights weights(program);
+  int iterations = 0;
+  double seconds = 0.0;
+  NlpPoint from = start;
+  for (double most = first_weight * size_of_cost(program, start.w);; most *= growth) {
+    weights.lower(most);
+    const std::vector<int> lowered = program.lowered_slacks();
+    if (lowered.empty()) break;
+    ScaledResult result = solve_from(from, warm);
+    iterations += result.nlp.iterations;
+    seconds += result.nlp.seconds;
+    if (!is_success(result.nlp.status) || result.is_doubtful) break;
+    from = result.nlp.point;
+    warm = true;
+    if (!is_exact(program, lowered, result.nlp.point)) continue;
+    weights.restore();
+    complete(program, lowered, result.nlp.point);
+    judge(solver, program, result);
+    result.nlp.kkt = kkt_residual(program, result.nlp.point);
+    program.objective(result.nlp.point.w.data(), result.nlp.objective);
+    result.nlp.iterations = iterations;
+    result.nlp.seconds = seconds;
+    return result;
+  }
+  weights.restore();
+  ScaledResult result = solve_from(from, warm);
+  result.nlp.iterations += iterations;
+  result.nlp.seconds += seconds;
+  return result;
+}
+
+}  // namespace saltus
