@@ -211,15 +211,18 @@ void judge_curvature(MultipleShooting& shooting, const OptimumCheck& check, doub
   if (!solution.ok() && !gave_up) return;
   solution.curvature = check.curvature;
   solution.predicted_gain = check.gap + check.gain;
-  if (check.curvature != Curvature::descent) return;
+  if (check.variable < 0 || check.curvature == Curvature::minimum) return;
   const std::string where = shooting.nlp().describe_variable(check.variable);
+  const bool is_small = check.descent <= most_gain * check.magnitude;
+  if (!gave_up && is_small) {
+    solution.curvature = Curvature::inconclusive;
+    solution.message +=
+        fmt::format("; its curvature is inconclusive: second derivatives vanish along {}", where);
+    return;
+  }
   if (gave_up) {
     solution.message +=
         fmt::format("; the problem is not convex there: its cost curves downward along {}", where);
-    return;
-  }
-  if (check.descent <= most_gain * check.magnitude) {
-    solution.curvature = Curvature::inconclusive;
     return;
   }
   solution.predicted_gain = check.descent;
