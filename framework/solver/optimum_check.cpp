@@ -25,8 +25,9 @@ constexpr double touching = 1e-9;
 constexpr double off_rows = 1e-8;
 // Weight of a side, in the scaled matrix, from which on it holds as an equality would.
 constexpr double holds = 1e9;
-// Of the derivatives of the cost: costs that are smaller are compared with it.
+// A cost near zero is compared with its usual change, or with this where that is larger.
 constexpr double least_magnitude = 1.0;
+constexpr double zero = 1e-7;  // what solvers may leave of a value that is zero
 
 // The side of a variable or row that its multiplier pushes against.
 struct Side {
@@ -96,15 +97,29 @@ bool evaluate(NonlinearProgram& p, const NlpPoint& point, Evaluation& e) {
   return true;
 }
 
-// Largest derivative of the cost, without what only penalises violations: weights are no size.
-double size_of_cost(const NonlinearProgram& p, const Evaluation& e) {
-  double size = p.first_slack() > 0 ? e.gradient.head(p.first_slack()).cwiseAbs().maxCoeff() : 0.0;
-  if (size == 0.0 && e.gradient.size() > 0) size = e.gradient.cwiseAbs().maxCoeff();
+// The size of each variable: the largest value of its quantity; 1 where that is no more than what
+// solvers leave of zero, and for variables of no quantity.
+VectorXd sizes_of(const NonlinearProgram& p, const VectorXd& w, const Quantities& quantities) {
+  VectorXd sizes = VectorXd::Ones(p.variables());
+  for (const std::vector<int>& quantity : quantities) {
+    double largest = 0.0;
+    for (const int v : quantity) largest = std::max(largest, std::abs(w[v]));
+    for (const int v : quantity) sizes[v] = largest > zero ? largest : 1.0;
+  }
+  return sizes;
+}
+
+// Largest change of the cost where one variable moves by its size. Slacks count only where nothing
+// else does: penalty weights are no sizes.
+double change_of_cost(const NonlinearProgram& p, const Evaluation& e, const VectorXd& sizes) {
+  const int first_slack = p.first_slack();
+  VectorXd change = (e.gradient.array() * sizes.array()).abs().matrix();
   if (e.has_hessian)
-    p.hessian_pattern().for_each([&](int i, int, int k) {
-      if (i < p.first_slack()) size = std::max(size, std::abs(e.hessian[k]));
+    p.hessian_pattern().for_each([&](int i, int j, int k) {
+      if (i == j) change[i] += 0.5 * std::abs(e.hessian[k]) * sizes[i] * sizes[i];
     });
-  return size;
+  const double largest = first_slack > 0 ? change.head(first_slack).maxCoeff() : 0.0;
+  return largest > 0.0 || change.size() == 0 ? largest : change.maxCoeff();
 }
 
 // The KKT matrix [H + Z/G + shift, A'; A, -G/L - dependent] of the variables and rows on which
@@ -341,12 +356,15 @@ double fall_along(NonlinearProgram& p, const NlpPoint& point, const Evaluation& 
 
 }  // namespace
 
-OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point) {
+OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
+                           const Quantities& quantities) {
   OptimumCheck result;
   Evaluation at;
   if (!evaluate(program, point, at)) return result;
   result.magnitude =
-      std::max(std::abs(at.cost), std::min(least_magnitude, size_of_cost(program, at)));
+      std::max(std::abs(at.cost),
+               std::min(least_magnitude,
+                        change_of_cost(program, at, sizes_of(program, point.w, quantities))));
   if (!(result.magnitude > 0.0)) result.magnitude = least_magnitude;
   result.gap = 0.0;
   for (const auto* sides : {&at.of_variable, &at.of_row})

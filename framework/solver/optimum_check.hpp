@@ -9,6 +9,7 @@
 
 #include "saltus/core/bounds.hpp"
 #include "saltus/solver/nonlinear_program.hpp"
+#include "saltus/solver/program_scale.hpp"
 
 namespace saltus {
 
@@ -31,15 +32,17 @@ struct OptimumCheck {
   double gap = infinity;
   /// Predicted fall of the cost by a Newton step from the residual of stationarity.
   double gain = 0.0;
-  /// What the two are compared with: |cost|, or its usual size where that is smaller.
+  /// What the two are compared with: |cost| or, where that is larger, the change of the cost when a
+  /// variable moves by its size, at most 1.
   double magnitude = 1.0;
 
   /// How much the cost could still fall by the first-order conditions, relative to its size.
   double relative_gain() const { return (gap + gain) / magnitude; }
 };
 
-/// Judges a point with its multipliers. Allocates and factors one matrix of the program's size;
+/// Judges a point with its multipliers. `quantities` tell which variables have one size. Allocates and factors one matrix of the program's size;
 /// meant for analysis, not for control loops.
-OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point);
+OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
+                           const Quantities& quantities = {});
 
 }  // namespace saltus

@@ -85,13 +85,14 @@ bool is_convincing(const ScaledResult& result) {
 
 }  // namespace
 
-void judge(const Solver& solver, NonlinearProgram& program, ScaledResult& result) {
+void judge(const Solver& solver, NonlinearProgram& program, const Quantities& quantities,
+           ScaledResult& result) {
   const NlpResult& nlp = result.nlp;
   if (nlp.point.w.size() != program.variables()) return;
   const bool gave_up = nlp.status == SolveStatus::numerical_failure ||
                        nlp.status == SolveStatus::unbounded;
   if (!is_success(nlp.status) && !gave_up) return;
-  result.check = check_optimum(program, nlp.point);
+  result.check = check_optimum(program, nlp.point, quantities);
   result.violation = relative_violation(program, nlp.point.w);
   result.is_doubtful = is_success(nlp.status) &&
                        !(result.check.relative_gain() <= most_gain(solver) &&
@@ -103,10 +104,10 @@ double most_gain(const Solver& solver) { return std::max(1e-6, 100.0 * solver.to
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities) {
   ProgramSize size(program, quantities);
-  if (!size.look_at(start.w)) return solve_as_stated(solver, program, start, warm);
+  if (!size.look_at(start.w)) return solve_as_stated(solver, program, start, warm, quantities);
   ProgramScale scale = size.usual();
   ScaledResult best = solve_once(solver, program, scale, start, warm);
-  judge(solver, program, best);
+  judge(solver, program, quantities, best);
   for (int attempt = 0; attempt < 2 && !is_convincing(best); ++attempt) {
     const bool is_solved = is_success(best.nlp.status);
     if (is_solved ? !size.look_at(best.nlp.point.w)
@@ -117,10 +118,10 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     // What was reached is where to go on; where nothing was, the search begins again.
     ScaledResult next =
         solve_once(solver, program, scale, is_solved ? best.nlp.point : start, is_solved || warm);
-    judge(solver, program, next);
+    judge(solver, program, quantities, next);
     if (is_solved && !is_convincing(next)) {
       ScaledResult anew = solve_once(solver, program, scale, start, warm);
-      judge(solver, program, anew);
+      judge(solver, program, quantities, anew);
       add_effort(next, anew);
       next = std::move(anew);
     }
@@ -136,9 +137,9 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
 }
 
 ScaledResult solve_as_stated(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
-                             bool warm) {
+                             bool warm, const Quantities& quantities) {
   ScaledResult result = solve_once(solver, program, as_stated(program), start, warm);
-  judge(solver, program, result);
+  judge(solver, program, quantities, result);
   return result;
 }
 

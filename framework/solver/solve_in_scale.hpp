@@ -36,10 +36,11 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
 
 /// Solves the program exactly as it is stated, once, and judges the result.
 ScaledResult solve_as_stated(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
-                             bool warm);
+                             bool warm, const Quantities& quantities = {});
 
 /// Judges a result from the program as it is stated: fills in all but `nlp` and `in_scale`.
-void judge(const Solver& solver, NonlinearProgram& program, ScaledResult& result);
+void judge(const Solver& solver, NonlinearProgram& program, const Quantities& quantities,
+           ScaledResult& result);
 
 /// The same for control loops, where nothing is judged but the residual in the scale of the values
 /// at the solution: `check` and `violation` stay empty.

@@ -74,10 +74,10 @@ void complete(ShootingProgram& program, const std::vector<int>& lowered, NlpPoin
 
 ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, const NlpPoint& start,
                                   bool warm, bool in_scale) {
-  const Quantities quantities = in_scale ? undeclared_quantities(program) : Quantities{};
+  const Quantities quantities = undeclared_quantities(program);
   const auto solve_from = [&](const NlpPoint& point, bool with_multipliers) {
     return in_scale ? solve_in_scale(solver, program, point, with_multipliers, quantities)
-                    : solve_as_stated(solver, program, point, with_multipliers);
+                    : solve_as_stated(solver, program, point, with_multipliers, quantities);
   };
   if (program.first_slack() == program.variables()) return solve_from(start, warm);
   LoweredWeights weights(program);
@@ -97,7 +97,7 @@ ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, cons
     if (!is_exact(program, lowered, result.nlp.point)) continue;
     weights.restore();
     complete(program, lowered, result.nlp.point);
-    judge(solver, program, result);
+    judge(solver, program, quantities, result);
     result.nlp.kkt = kkt_residual(program, result.nlp.point);
     program.objective(result.nlp.point.w.data(), result.nlp.objective);
     result.nlp.iterations = iterations;

@@ -42,11 +42,9 @@ struct ShootingOptions {
   /// That evaluate intervals and terms, for offline problems of a thousand intervals and more. What
   /// comes out is the same to the bit, whatever their number.
   int threads = 1;
-  /// For solve(): where states, inputs, durations or parameters without a nominal magnitude are
-  /// below 1e-2 or above 1e2 at the start or at the solution, all of them, the cost and all rows
-  /// are divided by their sizes, so that units do not decide what is found; else only cost and rows
-  /// whose derivatives are below 1e-2 or above 5e3 (solver/solve_in_scale.hpp). Off: the program is
-  /// solved as it is stated.
+  /// For solve(): cost and rows whose derivatives at the start are below 1e-2 or above 5e3 are
+  /// multiplied by powers of two, and a program that cannot be solved so is solved again divided by
+  /// the sizes of its values (solver/solve_in_scale.hpp). Off: one attempt, exactly as stated.
   bool automatic_scale = true;
 };
 

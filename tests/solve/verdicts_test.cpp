@@ -1,0 +1,168 @@
+// A verdict holds in the units of the problem: guesses, idle bounds, penalty weights and units do
+// not change what is found, and what is no optimum is not called one.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "saltus/saltus.hpp"
+#include "saltus/solver/any_solver.hpp"
+
+namespace saltus {
+namespace {
+
+const SolverChoice all_solvers[] = {SolverChoice::sparse, SolverChoice::riccati,
+                                    SolverChoice::ipopt};
+
+Solution solved(const OptimalControlProblem& problem, SolverChoice choice, double tolerance = 1e-8) {
+  return solve(problem, {.solver = make_solver(choice, {.tolerance = tolerance})});
+}
+
+struct Gear {  // x = (position m, speed m/s), u = (throttle, brake)
+  double thrust, braking;
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 2>& u) const {
+    return {x[1], thrust * u[0] - braking * u[1] - 0.01 * x[1] * x[1]};
+  }
+};
+
+OptimalControlProblem car(double first_speed) {
+  const auto position = [](auto, auto x) { return x[0]; };
+  const auto speed = [](auto, auto x) { return x[1]; };
+  Phase<2, 2> first{"first gear", Gear{6.0, 8.0}, between(0.5, 10.0)};
+  first.bound_input(0, between(0.0, 1.0)).bound_input(1, exactly(0.0));
+  first.keep("rev limit", speed, at_most(12.0));
+  Phase<2, 2> second{"second gear", Gear{3.0, 8.0}, between(0.5, 20.0)};
+  second.bound_input(0, between(0.0, 1.0)).bound_input(1, between(0.0, 1.0));
+  second.reach("finish line", position, exactly(100.0))
+      .reach("at rest", speed, exactly(0.0))
+      .minimise_at_end("time", [](auto t, auto) { return t; });
+  OptimalControlProblem problem("car");
+  problem.start_at({0.0, first_speed}).then(first).then(second);
+  return problem;
+}
+
+// The time falls by less than 0.2 s per m/s of a head start.
+TEST(Verdicts, AStartNearRestIsNoMagnitude) {
+  for (const SolverChoice choice : all_solvers) {
+    const Solution at_rest = solved(car(0.0), choice);
+    ASSERT_TRUE(at_rest.ok()) << at_rest.message;
+    for (const double speed : {1e-12, 1e-9, 1e-7, 1e-5, 1e-3, 4e-3, 6e-3, 1e-2}) {
+      const Solution plan = solved(car(speed), choice);
+      EXPECT_TRUE(plan.ok()) << name_of(choice) << " at " << speed << ": " << plan.message;
+      EXPECT_NEAR(plan.cost, at_rest.cost, 0.2 * speed + 1e-5) << name_of(choice) << " " << speed;
+    }
+  }
+}
+
+struct DoubleIntegrator {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], u[0] - 0.1 * x[1] * x[1] * is_nonlinear};
+  }
+  double is_nonlinear = 0.0;
+};
+
+OptimalControlProblem with_idle_bounds(double bound, double is_nonlinear) {
+  const auto position = [](auto, auto x) { return x[0]; };
+  Phase<2, 1> phase{"move", DoubleIntegrator{is_nonlinear}, exactly(1.0)};
+  phase.track("effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
+  phase.reach("there", position, exactly(1.0));
+  if (bound < infinity)
+    phase.bound_input(0, between(-bound, bound))
+        .bound_state(1, between(-bound, bound))
+        .keep("above", position, between(-bound, 2.0));
+  OptimalControlProblem problem("idle");
+  problem.start_at({0.0, 0.0}).then(phase);
+  return problem;
+}
+
+TEST(Verdicts, BoundsThatNeverActAreNoMagnitudes) {
+  for (const double is_nonlinear : {0.0, 1.0})
+    for (const SolverChoice choice : all_solvers) {
+      const Solution free = solved(with_idle_bounds(infinity, is_nonlinear), choice);
+      ASSERT_TRUE(free.ok()) << free.message;
+      for (const double bound : {1e3, 1e6, 1e8, 1e10, 1e15, 1e20, 1e30}) {
+        const Solution plan = solved(with_idle_bounds(bound, is_nonlinear), choice);
+        EXPECT_TRUE(plan.ok()) << name_of(choice) << " with " << bound << ": " << plan.message;
+        EXPECT_NEAR(plan.cost, free.cost, 1e-6 * free.cost) << name_of(choice) << " " << bound;
+      }
+    }
+}
+
+// A target and a limit on the way, both soft.
+OptimalControlProblem with_weights(double weight, Penalty::Kind kind, Bounds duration) {
+  const auto position = [](auto, auto x) { return x[0]; };
+  Phase<1, 1> phase{"move", [](auto, const auto&, const auto& u) { return u; }, duration};
+  phase.guess_duration(1.0)
+      .bound_input(0, between(-3.0, 3.0))
+      .reach("there", position, exactly(1.0), soft("there", weight, kind))
+      .keep("slowly", [](auto, auto, auto u) { return u[0]; }, at_most(1.5),
+            soft("slowly", weight, kind))
+      .track("effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1))
+      .minimise_at_end("time", [](auto t, auto) { return 2.0 * t; });
+  OptimalControlProblem problem("soft");
+  problem.start_at(VectorXd::Zero(1)).then(phase);
+  return problem;
+}
+
+// Hard, the cost is 1/(2 T) + 2 T, 2.5 after 1 s and 2 for the best duration of 0.5 s, which the
+// limit of 1.5 forbids: 2.083333 for 2/3 s. An L2 penalty is off by about 1 / weight.
+TEST(Verdicts, PenaltyWeightsAreNoMagnitudes) {
+  for (const bool is_free : {false, true})
+    for (const Penalty::Kind kind : {Penalty::L1, Penalty::L2})
+      for (const double weight : {1e4, 1e6, 1e8, 1e10, 1e12, 1e14})
+        for (const SolverChoice choice : all_solvers) {
+          const OptimalControlProblem problem =
+              with_weights(weight, kind, is_free ? between(0.1, 3.0) : exactly(1.0));
+          const Solution plan = solved(problem, choice);
+          const double hard = is_free ? 0.75 + 4.0 / 3.0 : 2.5;
+          EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << weight << ": " << plan.message;
+          EXPECT_NEAR(plan.cost, hard, 2e-6 * hard + (kind == Penalty::L2 ? 10.0 / weight : 0.0))
+              << name_of(choice) << " " << weight << (is_free ? ", free" : "");
+        }
+}
+
+// An L1 penalty that cannot hold is paid in full, whatever its weight.
+TEST(Verdicts, ALargeWeightThatGivesWayIsPaid) {
+  const auto position = [](auto, auto x) { return x[0]; };
+  for (const double weight : {1e2, 1e6, 1e10})
+    for (const SolverChoice choice : all_solvers) {
+      Phase<1, 1> phase{"move", [](auto, const auto&, const auto& u) { return u; }, exactly(1.0)};
+      phase.bound_input(0, between(-1.0, 1.0))
+          .reach("too far", position, exactly(3.0), soft("far", weight))
+          .track("effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
+      OptimalControlProblem problem("soft");
+      problem.start_at(VectorXd::Zero(1)).then(phase);
+      const Solution plan = solved(problem, choice);
+      EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << weight << ": " << plan.message;
+      EXPECT_NEAR(plan.cost, 2.0 * weight + 0.5, 1e-6 * weight) << name_of(choice) << " " << weight;
+    }
+}
+
+// Rest to rest over 1 m in the least time, 2 s with |u| <= 1, in units of time of 1 / unit s.
+TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
+  for (const double unit : {1e-8, 1e-4, 1.0, 1e4, 1e8})
+    for (const SolverChoice choice : all_solvers) {
+      Phase<2, 1> phase{"move",
+                        [=](auto, const auto& x, const auto& u) {
+                          return std::decay_t<decltype(x)>{x[1] / unit, u[0] / unit};
+                        },
+                        between(0.1 * unit, 10.0 * unit)};
+      phase.guess_duration(unit)
+          .bound_input(0, between(-1.0, 1.0))
+          .reach("rest", [](auto, auto x) { return x; },
+                 std::vector<Bounds>{exactly(1.0), exactly(0.0)})
+          .minimise_at_end("time", [](auto t, auto) { return t; });
+      OptimalControlProblem problem("least time");
+      problem.start_at({0.0, 0.0}).then(phase);
+      const Solution plan = solved(problem, choice, 1e-9);
+      EXPECT_TRUE(plan.ok()) << name_of(choice) << " " << unit << ": " << plan.message;
+      EXPECT_NEAR(plan.cost / unit, 2.0, 1e-5) << name_of(choice) << " " << unit;
+    }
+}
+
+}  // namespace
+}  // namespace saltus
