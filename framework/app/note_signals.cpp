@@ -5,12 +5,25 @@ namespace {
 
 volatile std::sig_atomic_t last_signal = 0;
 
+// Calls only what a signal handler may call. A second signal that arrives meanwhile is blocked
+// (sa_mask) and has its default action when this returns.
+void note_first(int signal) {
+  last_signal = signal;
+  struct sigaction by_default = {};
+  by_default.sa_handler = SIG_DFL;
+  ::sigaction(SIGINT, &by_default, nullptr);
+  ::sigaction(SIGTERM, &by_default, nullptr);
+}
+
 }  // namespace
 
 NoteSignals::NoteSignals() {
   last_signal = 0;
   struct sigaction note = {};
-  note.sa_handler = [](int signal) { last_signal = signal; };  // no SA_RESTART: waits end
+  note.sa_handler = note_first;  // no SA_RESTART: waits end
+  ::sigemptyset(&note.sa_mask);
+  ::sigaddset(&note.sa_mask, SIGINT);
+  ::sigaddset(&note.sa_mask, SIGTERM);
   ::sigaction(SIGINT, &note, &before_int_);
   ::sigaction(SIGTERM, &note, &before_term_);
 }

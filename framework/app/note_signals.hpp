@@ -5,9 +5,10 @@
 
 namespace saltus {
 
-/// While it lives, SIGINT and SIGTERM are only noted. Who works looks at `received` now and then,
-/// keeps what there is, and raises the signal again when this is gone: callers see its status. One
-/// at a time.
+/// While it lives, the first SIGINT or SIGTERM is only noted. The work polls `received`, keeps its
+/// results, and raises the signal again after this object is gone, so that callers see the signal's
+/// status. The second signal of either kind ends the process at once, wherever it is: from the
+/// first on both have their default action, which the system carries out. One object at a time.
 class NoteSignals {
  public:
   NoteSignals();
@@ -15,7 +16,7 @@ class NoteSignals {
   NoteSignals(const NoteSignals&) = delete;
   NoteSignals& operator=(const NoteSignals&) = delete;
 
-  /// The last one since this began, or 0.
+  /// The signal that was noted since the last object was made, or 0.
   static int received();
 
  private:

@@ -22,6 +22,7 @@
 
 #include "saltus/app/completion.hpp"
 #include "saltus/app/data_file.hpp"
+#include "saltus/app/process_limits.hpp"
 #include "saltus/app/rerun.hpp"
 #include "saltus/app/silent_output.hpp"
 #include "saltus/app/version.hpp"
@@ -228,6 +229,7 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
     std::fputs(fmt::format("saltus: {}\n", printable(sentence)).c_str(), stderr);
     return static_cast<int>(status);
   };
+  prepare_process();
   have_standard_streams();
   have_home_folder();
   try {
@@ -240,8 +242,10 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
   } catch (const std::system_error& error) {
     return end_with(ExitStatus::bad_input, fmt::format("the system refuses: {}", error.what()));
   } catch (const std::bad_alloc&) {
-    return end_with(ExitStatus::bad_input,
-                    "there is not enough memory; a smaller problem needs less");
+    // Without fmt::format, which needs memory.
+    std::fflush(stdout);
+    std::fputs("saltus: there is not enough memory; a smaller problem needs less\n", stderr);
+    return static_cast<int>(ExitStatus::bad_input);
   } catch (const std::exception& error) {
     return end_with(ExitStatus::internal_error, fmt::format("internal error: {}", error.what()));
   }

@@ -1,9 +1,14 @@
 #include "saltus/app/python_script.hpp"
 
 #include <fmt/format.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <utility>
@@ -31,6 +36,11 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
+#ifdef __linux__
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a parent that is ended takes it along
+#endif
+    std::signal(SIGINT, SIG_DFL);
+    setenv("OPENBLAS_NUM_THREADS", "1", 0);  // of numpy: drawing needs no more
     setenv("PYTHONPATH", path.c_str(), 1);
     setenv("PYTHONSAFEPATH", "1", 1);
     // The system's own python3 first: that is the one whose packages the set-up installs. By its
@@ -45,8 +55,10 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
     _exit(127);
   }
   int status = 0;
-  const bool ended = child > 0 && waitpid(child, &status, 0) >= 0 && WIFEXITED(status);
-  return ended ? WEXITSTATUS(status) : -1;
+  pid_t ended = -1;
+  while (child > 0 && (ended = waitpid(child, &status, 0)) < 0 && errno == EINTR) {
+  }
+  return ended > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 // `make_words` is given the folder of the package; what it returns names last what is run.

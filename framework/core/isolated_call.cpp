@@ -35,12 +35,13 @@ double data_in_use() {
 #ifdef __linux__
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
 #endif
-  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGPIPE})
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGPIPE, SIGALRM})
     std::signal(signal, SIG_DFL);
   const rlim_t most = static_cast<rlim_t>(seconds);
   const rlimit time{most, most}, core{0, 0};
   ::setrlimit(RLIMIT_CPU, &time);
   ::setrlimit(RLIMIT_CORE, &core);
+  ::alarm(10U * static_cast<unsigned>(seconds) + 10U);  // also where it waits for ever
   const double data = data_in_use() + more_memory;
   const rlimit memory{static_cast<rlim_t>(data), static_cast<rlim_t>(data)};
   if (data < 4.0 * more_memory) ::setrlimit(RLIMIT_DATA, &memory);

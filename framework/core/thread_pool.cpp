@@ -14,9 +14,16 @@ namespace saltus {
 
 struct ThreadPool::State {
   explicit State(int threads) : failures(threads) {
-    for (int k = 1; k < threads; ++k) workers.emplace_back([this, k] { serve(k); });
+    try {
+      for (int k = 1; k < threads; ++k) workers.emplace_back([this, k] { serve(k); });
+    } catch (...) {  // no further thread: those that wait already would be joined for ever
+      end();
+      throw;
+    }
   }
-  ~State() {
+  ~State() { end(); }
+
+  void end() {
     {
       const std::lock_guard lock(mutex);
       is_ending = true;

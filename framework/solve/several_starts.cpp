@@ -7,6 +7,7 @@
 #include <cmath>
 #include <exception>
 #include <optional>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -132,7 +133,10 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
       std::min<std::size_t>(count, options.threads > 0 ? options.threads : processors);
   {
     std::vector<std::jthread> others;
-    for (std::size_t t = 1; t < threads; ++t) others.emplace_back(work);
+    try {
+      for (std::size_t t = 1; t < threads; ++t) others.emplace_back(work);
+    } catch (const std::system_error&) {  // no further thread: those that there are do all
+    }
     work();
   }
   for (const std::exception_ptr& e : thrown)

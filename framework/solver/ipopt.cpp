@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
+#include "saltus/solver/blas_memory.hpp"
 #include "saltus/solver/well_posed.hpp"
 
 // The folder (coin/ before Ipopt 3.14, coin-or/ since) comes from the package's own flags.
@@ -246,6 +247,7 @@ class IpoptSolver final : public Solver {
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     const WallClock::time_point begin = WallClock::now();
+    const BlasMemory memory;
     if (options_.blas_threads > 0 && openblas_set_num_threads != nullptr)
       openblas_set_num_threads(options_.blas_threads);
     const bool limited_memory = !program.supports(options_.curvature);

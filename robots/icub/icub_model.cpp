@@ -1,9 +1,13 @@
 #include "saltus/robots/icub/icub_model.hpp"
 
 #include <fmt/format.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 
@@ -29,6 +33,9 @@ bool run(const fs::path& script, const fs::path& argument) {
   std::fflush(nullptr);
   const pid_t child = fork();
   if (child == 0) {
+#ifdef __linux__
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a parent that is ended takes it along
+#endif
     dup2(STDERR_FILENO, STDOUT_FILENO);
     execl(script.c_str(), script.c_str(), argument.c_str(), static_cast<char*>(nullptr));
     _exit(127);

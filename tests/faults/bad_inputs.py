@@ -453,7 +453,6 @@ def outcome_of(program, case, addresses):
         os.mkdir(cwd)
 
         def before():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
             resource.setrlimit(resource.RLIMIT_AS, (addresses, addresses))
             for what, limit in case.how.get("limits", {}).items():

@@ -21,6 +21,8 @@ RUN = ["run", "push_recovery", "--plant", "centroidal", "--pictures", "false"]
 MAP = ["map", "--plant", "centroidal", "--directions", "4", "--impulses", "1:1:3", "--step-times", "0.6",
        "--controllers", "mpc", "--jobs", "2", "--set", "pictures=false"]
 BENCH = ["bench", "run", "--problems", "sequence,steps/car", "--solvers", "riccati,sparse", "--instances", "4", "--repetitions", "1"]
+SOLVE = ["run", "b01_bryson_denham", "--pictures", "false"]
+LITTLE_TIME = 60  # s, of a program that takes a tenth of a second
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SEED = 19
 DEADLINE = 300  # s, of a program on a crowded machine
@@ -280,7 +282,6 @@ class Stopped(unittest.TestCase):
     def test_disk_is_full(self):
         """No file may grow above 4 kB: what the system says then is what it says of a full disk, but for the word."""
         def limit():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
 
         status, out, error = self.once(RUN, preexec_fn=limit)
@@ -289,6 +290,33 @@ class Stopped(unittest.TestCase):
         self.assertEqual(error.strip().count("\n"), 0, error)
         if os.path.isdir(self.out):
             self.assertEqual(unreadable(self.out), [])
+
+    def test_file_limit_of_any_size(self):
+        """The program itself makes SIGXFSZ an error of the write; Python's Popen leaves the signal at its default."""
+        for size in (0, 1, 512, 1024, 4096, 16384):
+            with self.subTest(size=size):
+                status, out, error = self.once(SOLVE, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
+                self.assertIn(status, (0, 2) if size > 4096 else (2,), out + error)
+                if status == 2:
+                    self.assertRegex(error, r"^saltus: [^\n]*results[^\n]*\n$")
+                if os.path.isdir(self.out):
+                    self.assertEqual(unreadable(self.out), [])
+                    self.assertEqual(list(pathlib.Path(self.out).glob(".*.part")), [])
+
+    def test_little_address_space(self):
+        """Allocations fail in the loader, in OpenBLAS, in Ipopt and in ours: nothing waits for ever, each ends in a sentence."""
+        for megabytes in (50, 75, 100, 125, 150, 175, 200, 225, 250, 300, 350, 400, 500, 700, 1000):
+            for words in (SOLVE, SOLVE + ["--solver", "sparse"], SOLVE + ["--solver", "riccati"], ["list"]):
+                with self.subTest(megabytes=megabytes, words=words):
+                    limit = megabytes << 20
+                    process = subprocess.run([PROGRAM, *words, *([] if words == ["list"] else ["--out", self.out])], text=True, capture_output=True,
+                                             check=False, timeout=LITTLE_TIME, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
+                    # 127: the loader has no room for the libraries, and says so before the program begins.
+                    self.assertIn(process.returncode, (0, 2, 127), process.stdout + process.stderr)
+                    if process.returncode != 0:
+                        self.assertEqual(process.stderr.strip().count("\n"), 0, process.stderr)
+                        self.assertTrue(process.stderr.strip())
+                    self.assertEqual(unreadable(self.out), [])
 
     @unittest.skipIf(os.geteuid() != 0, "mounting a small disk needs root")
     def test_small_disk(self):

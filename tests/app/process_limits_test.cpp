@@ -1,0 +1,138 @@
+// Signals and limits of the system: what ends a process, and in which words.
+#include "saltus/app/process_limits.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <functional>
+#include <new>
+#include <string>
+#include <system_error>
+#include <thread>
+
+#include "saltus/app/note_signals.hpp"
+#include "saltus/core/thread_pool.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr unsigned patience = 10;  // s, after which a child that waits for ever is ended
+
+struct End {
+  int status = 0;
+  std::string error;  // what it wrote to the error stream
+};
+
+// How a child ends that does this.
+End end_of(const std::function<void()>& work) {
+  int ends[2];
+  EXPECT_EQ(::pipe(ends), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::alarm(patience);
+    ::dup2(ends[1], STDERR_FILENO);
+    work();
+    ::_exit(0);
+  }
+  ::close(ends[1]);
+  End end;
+  char piece[256];
+  for (ssize_t n = 0; (n = ::read(ends[0], piece, sizeof piece)) > 0;)
+    end.error.append(piece, static_cast<std::size_t>(n));
+  ::close(ends[0]);
+  EXPECT_EQ(::waitpid(child, &end.status, 0), child);
+  return end;
+}
+
+TEST(NoteSignals, the_second_signal_of_either_kind_ends_the_process) {
+  for (const int first : {SIGINT, SIGTERM}) {
+    for (const int second : {SIGINT, SIGTERM}) {
+      const End end = end_of([&] {
+        const NoteSignals note;
+        std::raise(first);
+        if (NoteSignals::received() != first) ::_exit(1);
+        std::raise(second);
+      });
+      ASSERT_TRUE(WIFSIGNALED(end.status)) << first << ", " << second << ": " << end.status;
+      EXPECT_EQ(WTERMSIG(end.status), second);
+    }
+  }
+}
+
+TEST(NoteSignals, two_signals_that_arrive_at_once_end_the_process) {
+  const End end = end_of([] {
+    const NoteSignals note;
+    sigset_t both;
+    ::sigemptyset(&both);
+    ::sigaddset(&both, SIGINT);
+    ::sigaddset(&both, SIGTERM);
+    ::sigprocmask(SIG_BLOCK, &both, nullptr);
+    std::raise(SIGINT);
+    std::raise(SIGTERM);
+    ::sigprocmask(SIG_UNBLOCK, &both, nullptr);
+  });
+  EXPECT_TRUE(WIFSIGNALED(end.status)) << end.status;
+}
+
+TEST(ProcessLimits, interrupts_end_a_program_whose_caller_left_them_ignored_or_blocked) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const End end = end_of([&] {
+      std::signal(signal, SIG_IGN);
+      sigset_t all;
+      ::sigfillset(&all);
+      ::sigprocmask(SIG_BLOCK, &all, nullptr);
+      prepare_process();
+      std::raise(signal);
+    });
+    ASSERT_TRUE(WIFSIGNALED(end.status)) << signal;
+    EXPECT_EQ(WTERMSIG(end.status), signal);
+  }
+}
+
+TEST(ProcessLimits, a_file_that_may_not_grow_is_an_error_of_the_write) {
+  const End end = end_of([] {
+    std::signal(SIGXFSZ, SIG_DFL);
+    prepare_process();
+    const rlimit none{0, 0};
+    ::setrlimit(RLIMIT_FSIZE, &none);
+    char name[] = "/tmp/saltus-limit-XXXXXX";
+    const int file = ::mkstemp(name);
+    ::unlink(name);
+    ::_exit(::write(file, "x", 1) < 0 && errno == EFBIG ? 3 : 4);
+  });
+  ASSERT_TRUE(WIFEXITED(end.status)) << end.status;
+  EXPECT_EQ(WEXITSTATUS(end.status), 3);
+}
+
+TEST(ProcessLimits, memory_that_runs_out_in_a_thread_ends_with_a_sentence) {
+  const End end = end_of([] {
+    prepare_process();
+    std::jthread([] { throw std::bad_alloc(); }).join();
+  });
+  ASSERT_TRUE(WIFEXITED(end.status)) << end.status;
+  EXPECT_EQ(WEXITSTATUS(end.status), 2);
+  EXPECT_EQ(end.error, "saltus: there is not enough memory; a smaller problem needs less\n");
+}
+
+// Without room for the stack of a further thread, as with a limited number of threads.
+TEST(ThreadPool, threads_that_cannot_be_started_are_an_exception) {
+  const End end = end_of([] {
+    const rlimit addresses{std::size_t{1} << 29U, std::size_t{1} << 29U};
+    ::setrlimit(RLIMIT_AS, &addresses);
+    try {
+      const ThreadPool pool(200);  // 8 MB of stack each
+    } catch (const std::system_error&) {
+      ::_exit(5);
+    }
+  });
+  ASSERT_TRUE(WIFEXITED(end.status)) << "it waits for ever: " << end.status;
+  EXPECT_EQ(WEXITSTATUS(end.status), 5);
+}
+
+}  // namespace
+}  // namespace saltus
