@@ -16,6 +16,7 @@
 #include "benchmarks/latency.hpp"
 #include "benchmarks/suite/answer.hpp"
 #include "saltus/app/data_file.hpp"
+#include "saltus/app/process_limits.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 
@@ -57,6 +58,7 @@ std::vector<fs::path> peer_folders() {
 
 // The process becomes the script.
 [[noreturn]] void run_script(std::span<const std::string> arguments) {
+  if (const std::string refusal = refusal_of_python(); !refusal.empty()) throw InputError(refusal);
   const std::string script = data_file("benchmarks/suite/scripts/bench.py").string();
   const std::vector<fs::path> folders = peer_folders();
   std::vector<std::string> pythons;

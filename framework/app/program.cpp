@@ -234,7 +234,12 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
   have_home_folder();
   try {
     const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
-    return static_cast<int>(dispatch(arguments, problems, more_verbs));
+    const ExitStatus status = dispatch(arguments, problems, more_verbs);
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {  // of what was buffered, too
+      throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(),
+                              "the standard output cannot be written");
+    }
+    return static_cast<int>(status);
   } catch (const InputError& error) {
     return end_with(ExitStatus::bad_input, error.what());
   } catch (const DefinitionError& error) {

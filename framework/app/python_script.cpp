@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "saltus/app/data_file.hpp"
+#include "saltus/app/process_limits.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -65,6 +66,10 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
 template <class MakeWords>
 bool run_python(MakeWords make_words, const std::filesystem::path& results, std::string_view what,
                 std::span<const std::string> more) {
+  if (const std::string refusal = refusal_of_python(); !refusal.empty()) {
+    fmt::print(stderr, "no {}: {}\n", what, refusal);
+    return false;
+  }
   std::vector<std::string> words;
   std::string package;
   try {

@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <new>
@@ -117,6 +118,21 @@ TEST(ProcessLimits, memory_that_runs_out_in_a_thread_ends_with_a_sentence) {
   ASSERT_TRUE(WIFEXITED(end.status)) << end.status;
   EXPECT_EQ(WEXITSTATUS(end.status), 2);
   EXPECT_EQ(end.error, "saltus: there is not enough memory; a smaller problem needs less\n");
+}
+
+TEST(ProcessLimits, too_little_for_python_is_a_sentence) {
+  EXPECT_EQ(refusal_of_python(), "");
+  const End end = end_of([] {
+    const rlimit files{8, 8};
+    ::setrlimit(RLIMIT_NOFILE, &files);
+    std::fputs(refusal_of_python().c_str(), stderr);
+    const rlimit addresses{std::size_t{300} << 20U, std::size_t{300} << 20U};
+    ::setrlimit(RLIMIT_AS, &addresses);
+    std::fputs(("; " + refusal_of_python()).c_str(), stderr);
+  });
+  EXPECT_EQ(end.error,
+            "python3 needs 16 open files, and the limit is 8 (ulimit -n); python3 needs 512 MB of "
+            "memory, and the limit is 300 MB (ulimit -v)");
 }
 
 // Without room for the stack of a further thread, as with a limited number of threads.
