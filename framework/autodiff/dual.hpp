@@ -187,6 +187,12 @@ struct Dual {
   explicit operator Number() const {
     return detail::number_without_derivatives<(sizeof(Number) > 0)>();
   }
+  /// Selected by functions of <cmath> alone, which have an overload for long double. As a template
+  /// it converts to no other type, so that `condition ? x[0] : 1.0` has one meaning.
+  template <std::same_as<long double> Number>
+  operator Number() const {  // NOLINT: implicit
+    return detail::argument_of_standard_function<(sizeof(Number) > 0)>();
+  }
 };
 
 }  // namespace SALTUS_LANES_ABI

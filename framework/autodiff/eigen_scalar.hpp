@@ -1,10 +1,11 @@
 // Lets Eigen's vectors and matrices hold active scalars, and mix with matrices of doubles.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>  // cross products in formulas
-
 #include "saltus/autodiff/scalar.hpp"
+#include "saltus/core/types.hpp"
+
+// After types.hpp, which has to be before any other header of Eigen.
+#include <Eigen/Geometry>  // cross products in formulas
 
 namespace Eigen {
 

@@ -12,11 +12,11 @@
 // Outside a function's domain the value is NaN as in <cmath>.
 #pragma once
 
-#include <Eigen/Core>
 #include <cmath>
 #include <concepts>
 
 #include "saltus/autodiff/dual.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

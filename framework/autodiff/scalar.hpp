@@ -52,6 +52,14 @@ void index_of_a_scalar() {
                 "f(t, x, u, p), with the time t first, and only x, u and p have entries");
 }
 template <bool used>
+long double argument_of_standard_function() {
+  static_assert(!used,
+                "use sin(x), not std::sin(x): functions of <cmath> lose derivatives, so call those "
+                "of saltus without std:: (sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, "
+                "tanh, exp, log, sqrt, pow, hypot, abs, min, max)");
+  return 0.0L;
+}
+template <bool used>
 double number_without_derivatives() {
   static_assert(!used,
                 "a number that carries derivatives does not become a double: declare variables "
@@ -64,6 +72,46 @@ double number_without_derivatives() {
 /// The active type among Ts, or double when there is none.
 template <class... Ts>
 using CommonScalar = typename detail::CommonScalar<Ts...>::Type;
+
+/// A scalar and a number that need not be a double, as in 2 * x.
+template <class A, class B>
+concept ScalarAndNumber = (ActiveScalar<A> && (std::is_arithmetic_v<B> || std::is_enum_v<B>)) ||
+                          (ActiveScalar<B> && (std::is_arithmetic_v<A> || std::is_enum_v<A>));
+
+namespace detail {
+template <class A>
+decltype(auto) operand(const A& a) {
+  if constexpr (ActiveScalar<A>) {
+    return (a);
+  } else {
+    return static_cast<double>(a);
+  }
+}
+}  // namespace detail
+
+// For numbers that are not doubles, which each type of scalar takes itself. They fit better than
+// the operators of the language, for which the scalar would become a long double
+// (argument_of_standard_function()).
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator+(const A& a, const B& b) {
+  return detail::operand(a) + detail::operand(b);
+}
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator-(const A& a, const B& b) {
+  return detail::operand(a) - detail::operand(b);
+}
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator*(const A& a, const B& b) {
+  return detail::operand(a) * detail::operand(b);
+}
+template <class A, class B>
+  requires ScalarAndNumber<A, B>
+CommonScalar<A, B> operator/(const A& a, const B& b) {
+  return detail::operand(a) / detail::operand(b);
+}
 
 // Comparisons are declared, so that the compiler reports the advice above and not a missing
 // operator.

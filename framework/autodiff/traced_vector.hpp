@@ -8,7 +8,6 @@
 // entries more on either side: they stay unwritten, and writing to them is noted.
 #pragma once
 
-#include <Eigen/Core>
 #include <concepts>
 #include <cstddef>
 #include <iterator>
@@ -17,6 +16,7 @@
 
 #include "saltus/autodiff/eigen_scalar.hpp"
 #include "saltus/autodiff/tracer.hpp"
+#include "saltus/core/types.hpp"
 
 namespace saltus {
 

@@ -18,6 +18,10 @@
 
 namespace saltus {
 
+class Tracer;
+template <>
+inline constexpr bool is_active_scalar<Tracer> = true;  ///< a tracer follows dependence
+
 /// Stands in for a double in a formula. Allocates freely: set-up only. Its arithmetic is compiled
 /// once, in tracer.cpp, and not with every formula.
 class Tracer {
@@ -77,6 +81,14 @@ class Tracer {
   friend Tracer operator-(const Tracer& a, const Tracer& b);
   friend Tracer operator*(const Tracer& a, const Tracer& b);
   friend Tracer operator/(const Tracer& a, const Tracer& b);
+  friend Tracer operator+(const Tracer& a, double b) { return a + Tracer(b); }
+  friend Tracer operator+(double a, const Tracer& b) { return Tracer(a) + b; }
+  friend Tracer operator-(const Tracer& a, double b) { return a - Tracer(b); }
+  friend Tracer operator-(double a, const Tracer& b) { return Tracer(a) - b; }
+  friend Tracer operator*(const Tracer& a, double b) { return a * Tracer(b); }
+  friend Tracer operator*(double a, const Tracer& b) { return Tracer(a) * b; }
+  friend Tracer operator/(const Tracer& a, double b) { return a / Tracer(b); }
+  friend Tracer operator/(double a, const Tracer& b) { return Tracer(a) / b; }
 
   /// Declared so that the compiler says what to write (scalar.hpp), as the next two.
   template <class Index>
@@ -95,6 +107,12 @@ class Tracer {
   explicit operator Number() const {
     return detail::number_without_derivatives<(sizeof(Number) > 0)>();
   }
+  /// Selected by functions of <cmath> alone, which have an overload for long double. As a template
+  /// it converts to no other type, so that `condition ? x[0] : 1.0` has one meaning.
+  template <std::same_as<long double> Number>
+  operator Number() const {  // NOLINT: implicit
+    return detail::argument_of_standard_function<(sizeof(Number) > 0)>();
+  }
 
  private:
   static Tracer linear(const Tracer& a, const Tracer& b);
@@ -106,9 +124,6 @@ class Tracer {
   IndexSet inputs_;
   IndexSet pairs_;
 };
-
-template <>
-inline constexpr bool is_active_scalar<Tracer> = true;  ///< a tracer follows dependence
 
 Tracer sin(const Tracer& x);
 Tracer cos(const Tracer& x);

@@ -1,7 +1,37 @@
 // The vector and matrix types in which users write formulas and the framework stores numbers.
 #pragma once
 
+#include <type_traits>
+
+// What Eigen asserts about sizes, in a sentence. Where Eigen was included before, it keeps its own
+// words. SALTUS_ADVICE_x, where there is one for the name x, is a comma and a text.
+#ifndef EIGEN_STATIC_ASSERT
+#define SALTUS_WRONG_NUMBER_OF_ENTRIES                                                         \
+  "a vector is given another number of entries than it has rows: Vec<S, n>{...} takes n; the " \
+  "dynamics of a Phase<nx, nu> must return Vec<S, nx>, one row per state"
+#define SALTUS_DIFFERENT_SIZES                                                                  \
+  "vectors or matrices of different sizes are added, assigned or returned as one another; the " \
+  "dynamics of a Phase<nx, nu> must return Vec<S, nx>, one row per state"
+#define SALTUS_ADVICE_THIS_METHOD_IS_ONLY_FOR_VECTORS_OF_A_SPECIFIC_SIZE \
+  , SALTUS_WRONG_NUMBER_OF_ENTRIES
+#define SALTUS_ADVICE_FLOATING_POINT_ARGUMENT_PASSED__INTEGER_WAS_EXPECTED \
+  , SALTUS_WRONG_NUMBER_OF_ENTRIES
+#define SALTUS_ADVICE_YOU_MIXED_MATRICES_OF_DIFFERENT_SIZES , SALTUS_DIFFERENT_SIZES
+#define SALTUS_ADVICE_YOU_MIXED_VECTORS_OF_DIFFERENT_SIZES , SALTUS_DIFFERENT_SIZES
+#define SALTUS_SECOND_OF(first, second, ...) second
+#define SALTUS_SECOND(...) SALTUS_SECOND_OF(__VA_ARGS__)
+#define EIGEN_STATIC_ASSERT(condition, name) \
+  static_assert(condition, SALTUS_SECOND(SALTUS_ADVICE_##name, #name, ));
+#ifndef EIGEN_PLAINOBJECTBASE_PLUGIN
+#define EIGEN_PLAINOBJECTBASE_PLUGIN "saltus/core/eigen_plain_object.hpp"
+#define SALTUS_INSIDE_PLAIN_OBJECT
+#endif
+#endif
 #include <Eigen/Core>
+#ifdef SALTUS_INSIDE_PLAIN_OBJECT
+#undef SALTUS_INSIDE_PLAIN_OBJECT
+#undef EIGEN_PLAINOBJECTBASE_PLUGIN
+#endif
 
 // Eigen's own default follows -march, and with it the layout of its types.
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16,

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -31,6 +32,8 @@ class Automaton {
   Automaton(Equations equations, const Vec<double, nz>& guess)
     requires(nz > 0)
   {
+    static_assert(returns_rows<Equations, nz>,
+                  "the algebraic equations must return Vec<S, nz>, one row per algebraic state");
     algebraic_.equations = std::make_shared<const AlgebraicEquations>(
         Arguments{nx, nu, np},
         extended("the algebraic equations of", "an automaton", std::move(equations)), guess);
@@ -39,6 +42,8 @@ class Automaton {
   /// A mode and what moves in it.
   template <class Dynamics>
   Automaton& mode(std::string name, Dynamics dynamics) {
+    static_assert(returns_rows<Dynamics, nx>,
+                  "the dynamics of a mode must return Vec<S, nx>, one row per state");
     if constexpr (nz > 0)
       if (!algebraic_.dynamics) algebraic_.dynamics = extended("mode", name, dynamics);
     Function function = erased("mode", name, std::move(dynamics));
@@ -49,6 +54,8 @@ class Automaton {
   template <class Guard>
   Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
                    Crossing direction) {
+    static_assert(returns_rows<Guard, 1>,
+                  "a guard must return a scalar, which is zero at the event");
     Function function = erased("the guard of event", name, std::move(guard));
     return add(std::move(name), from, to, std::move(function), direction, {});
   }
@@ -56,6 +63,10 @@ class Automaton {
   template <class Guard, class Reset>
   Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
                    Crossing direction, Reset reset) {
+    static_assert(returns_rows<Guard, 1>,
+                  "a guard must return a scalar, which is zero at the event");
+    static_assert(returns_rows<Reset, nx>,
+                  "a reset must return the state after the event, Vec<S, nx>");
     Function function = erased("the guard of event", name, std::move(guard));
     Function map = erased("the reset of event", name, std::move(reset));
     return add(std::move(name), from, to, std::move(function), direction, std::move(map));
@@ -65,6 +76,8 @@ class Automaton {
   template <class Guard>
   Automaton& surface(const std::string& name, const std::string& below, const std::string& above,
                      Guard guard) {
+    static_assert(returns_rows<Guard, 1>,
+                  "a guard must return a scalar, which is zero at the event");
     const Function function = erased("the guard of surface", name, std::move(guard));
     add(name, below, above, function, Crossing::rising, {});
     return add(name, above, below, function, Crossing::falling, {});
@@ -84,6 +97,10 @@ class Automaton {
   const AlgebraicPart& algebraic() const { return algebraic_; }
 
  private:
+  template <class F, int rows>
+  static constexpr bool returns_rows =
+      ReturnsRows<std::conditional_t<nz == 0, F, FormulaWithAlgebraic<nx, nz, F>>, rows, nx + nz,
+                  nu, np>;
   template <class F>
   Function erased(const char* what, const std::string& name, F formula) const {
     if constexpr (nz == 0)

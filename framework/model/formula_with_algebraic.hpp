@@ -24,8 +24,15 @@ struct FormulaWithAlgebraic {
       return formula(t, x, z, u);
     } else if constexpr (requires { formula(t, x, z); }) {
       return formula(t, x, z);
-    } else {
+    } else if constexpr (requires { formula(t, x); }) {
       return formula(t, x);
+    } else {
+      static_assert(
+          requires { formula(t, x); },
+          "a formula beside algebraic states must be callable through a const operator() "
+          "as f(t, x), f(t, x, z), f(t, x, z, u) or f(t, x, z, u, p), with t a scalar S "
+          "and x, z, u, p vectors Vec<S, n> of the declared sizes, for every scalar S");
+      return t;
     }
   }
 };

@@ -108,6 +108,10 @@ template <int nx, int nu, int np, class F>
 inline constexpr int outputs_of =
     detail::rows_of_result<detail::ResultOf<F, Dual<double, 0>, nx, nu, np>>();
 
+/// Whether a formula returns so many rows. True of what is no formula: make_function() says that.
+template <class F, int rows, int nx, int nu, int np>
+concept ReturnsRows = !Formula<F, Dual<double, 0>, nx, nu, np> || outputs_of<nx, nu, np, F> == rows;
+
 namespace detail {
 
 /// y = formula(z) for any scalar.

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -73,7 +74,15 @@ struct Joined {
       int next = 0;
       // In braces the ends are read in their order.
       const std::tuple<EndValues<S, nx, np>...> ends{read<S, nx, np>(all, next)...};
-      return std::apply(formula, ends);
+      if constexpr (std::is_invocable_v<const F&, const EndValues<S, nx, np>&...>) {
+        return std::apply(formula, ends);
+      } else {
+        static_assert(std::is_invocable_v<const F&, const EndValues<S, nx, np>&...>,
+                      "the formula of a link must be callable through a const operator() with one "
+                      "EndValues per end, in the order of the ends: f(const auto& a, const auto& "
+                      "b), where a.t, a.duration, a.x and a.p are what it reads");
+        return all[0];
+      }
     }
     template <class S, int n, int m, class All>
     static EndValues<S, n, m> read(const All& all, int& next) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,8 @@ class Phase {
   template <class Dynamics>
     requires(nz == 0)
   Phase(std::string name, Dynamics dynamics, Bounds duration) {
+    static_assert(returns_rows<Dynamics, nx>,
+                  "the dynamics of a Phase<nx, nu> must return Vec<S, nx>, one row per state");
     begin(d_, std::move(name), {nx, nu, np},
           make_function<nx, nu, np>(std::move(dynamics), {name, "the dynamics"}), duration);
   }
@@ -37,6 +40,10 @@ class Phase {
     requires(nz > 0)
   Phase(std::string name, Dynamics dynamics, Equations equations, const Vec<double, nz>& guess,
         Bounds duration) {
+    static_assert(returns_rows<Dynamics, nx>,
+                  "the dynamics of a Phase<nx, nu> must return Vec<S, nx>, one row per state");
+    static_assert(returns_rows<Equations, nz>,
+                  "the algebraic equations must return Vec<S, nz>, one row per algebraic state");
     begin(d_, std::move(name), {nx, nu, np}, {}, duration);
     add_algebraic(d_, extended("the dynamics", {}, std::move(dynamics)),
                   extended("the algebraic equations", {}, std::move(equations)), guess);
@@ -56,6 +63,10 @@ class Phase {
   /// both push onto the surface, the state slides on it (Filippov).
   template <class Guard, class Field>
   Phase& switch_at(const std::string& event, Guard guard, Field above) {
+    static_assert(returns_rows<Guard, 1>,
+                  "a guard must return a scalar, which is zero at the event");
+    static_assert(returns_rows<Field, nx>,
+                  "the dynamics of switch_at() must return Vec<S, nx>, one row per state");
     Function function = erased("the guard of event", event, std::move(guard));
     add_surface(d_, event, std::move(function),
                 erased("the dynamics above event", event, std::move(above)));
@@ -64,6 +75,10 @@ class Phase {
   /// Where the guard crosses zero the state becomes reset(t, x, ...) and the phase goes on.
   template <class Guard, class Reset>
   Phase& on(const std::string& event, Guard guard, Crossing crossing, Reset reset) {
+    static_assert(returns_rows<Guard, 1>,
+                  "a guard must return a scalar, which is zero at the event");
+    static_assert(returns_rows<Reset, nx>,
+                  "a reset must return the state after the event, Vec<S, nx>");
     Function function = erased("the guard of event", event, std::move(guard));
     add_reset(d_, event, std::move(function), crossing,
               erased("the reset of event", event, std::move(reset)));
@@ -170,6 +185,7 @@ class Phase {
   /// limits what has been used up to its end. `magnitude` scales it.
   template <class F>
   Phase& bound_integral(std::string name, F formula, Limits limits, double magnitude = 1.0) {
+    static_assert(returns_rows<F, 1>, "the formula of bound_integral() must return a scalar");
     add_integral(d_, std::move(name), erased("integral", name, std::move(formula)),
                  std::move(limits), magnitude);
     return *this;
@@ -179,6 +195,7 @@ class Phase {
   /// the given direction: a terminal constraint guard = 0 that decides the free duration.
   template <class F>
   Phase& ends_when(std::string event, F guard, Crossing crossing) {
+    static_assert(returns_rows<F, 1>, "a guard must return a scalar, which is zero at the event");
     add_end_guard(d_, std::move(event), erased("the guard of event", event, std::move(guard)),
                   crossing);
     return *this;
@@ -189,6 +206,8 @@ class Phase {
   /// only by costs(CostRule::integrated) (saltus/ocp/problem.hpp).
   template <class F>
   Phase& minimise(std::string name, F formula, Window window = {}) {
+    static_assert(returns_rows<F, 1>,
+                  "a cost must return a scalar; track() takes a vector and squares it");
     add_cost(d_, std::move(name), TermDomain::running, erased("term", name, std::move(formula)),
              std::move(window));
     return *this;
@@ -196,6 +215,8 @@ class Phase {
   /// The scalar formula once, where the phase ends.
   template <class F>
   Phase& minimise_at_end(std::string name, F formula) {
+    static_assert(returns_rows<F, 1>,
+                  "a cost must return a scalar; track_at_end() takes a vector and squares it");
     add_cost(d_, std::move(name), TermDomain::phase_end, erased("term", name, std::move(formula)),
              {});
     return *this;
@@ -305,6 +326,10 @@ class Phase {
       return Vec<S, nx>::Zero();
     }
   };
+  template <class F, int rows>
+  static constexpr bool returns_rows =
+      ReturnsRows<std::conditional_t<nz == 0, F, FormulaWithAlgebraic<nx, nz, F>>, rows, nx + nz,
+                  nu, np>;
   // What takes the name beside the formula takes it by reference, so that it is still there here.
   template <class F>
   Function erased(const char* what, const std::string& name, F formula) {

@@ -76,6 +76,8 @@ class ModeGraph {
   template <int nx, class F>
   ModeGraph& transition_when(std::string from, std::string to, std::string event, F guard,
                              Crossing crossing, Jump jump = Jump{}) {
+    static_assert(ReturnsRows<F, 1, nx, 0, 0>,
+                  "a guard must return a scalar, which is zero at the event");
     Function function =
         make_function<nx, 0, 0>(std::move(guard), {from, "the guard of event", event});
     return transition_when(std::move(from), std::move(to), std::move(event), std::move(function),
@@ -109,6 +111,7 @@ class ModeGraph {
   /// Of (t, x), where the last mode ends, whichever it is.
   template <int nx, class F>
   ModeGraph& minimise_at_end(std::string name, F formula) {
+    static_assert(ReturnsRows<F, 1, nx, 0, 0>, "a cost must return a scalar");
     return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), TermKind::cost, {});
   }
   /// A constraint of (t, x) where the last mode ends, whichever it is.

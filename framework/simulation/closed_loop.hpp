@@ -6,6 +6,7 @@
 //     simulate_closed_loop(controller, plant, {.duration = 5.0}); log.write("results/car");
 #pragma once
 
+#include <concepts>
 #include <functional>
 #include <string>
 #include <vector>
@@ -56,6 +57,15 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
 /// hundredth of a period before that is not made.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options);
+/// Refused by the compiler in one sentence.
+template <std::derived_from<LoopPlant> Plant>
+  requires(!std::derived_from<Plant, PhasedPlant>)
+LoopLog simulate_closed_loop(ShrinkingHorizonController&, Plant&, const LoopOptions&) {
+  static_assert(std::derived_from<Plant, PhasedPlant>,
+                "a ShrinkingHorizonController needs a PhasedPlant, which knows the phases of the "
+                "problem; a LoopPlant of your own goes with a RecedingHorizonController");
+  return {};
+}
 /// The same for a law u(t, x), asked every `period`.
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options);
 

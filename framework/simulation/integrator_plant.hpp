@@ -56,6 +56,8 @@ class IntegratorPlant final : public LoopPlant {
 template <int nx, int nu, int np = 0, class Dynamics>
 IntegratorPlant make_plant(Dynamics dynamics, const IntegratorChoice& scheme, VectorXd start,
                            VectorXd parameters = {}) {
+  static_assert(ReturnsRows<Dynamics, nx, nx, nu, np>,
+                "the dynamics of a plant must return Vec<S, nx>, one row per state");
   IntervalProblem problem;
   problem.arguments = {nx, nu, np};
   problem.dynamics = make_function<nx, nu, np>(std::move(dynamics));

@@ -9,6 +9,7 @@
 // For many solves of one problem with other data, keep a MultipleShooting and a Solver.
 #pragma once
 
+#include <concepts>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,6 +19,8 @@
 #include "saltus/transcription/solution.hpp"
 
 namespace saltus {
+
+struct ShootingOptions;
 
 /// How a problem is transcribed and solved.
 struct SolveOptions {
@@ -38,5 +41,13 @@ struct SolveOptions {
 /// A solve that does not converge is a result: see Solution::status and message. Throws
 /// DefinitionError when the problem or the options are wrong.
 Solution solve(const OptimalControlProblem& problem, const SolveOptions& options = {});
+/// Refused by the compiler in one sentence.
+template <std::same_as<ShootingOptions> Options>
+Solution solve(const OptimalControlProblem& problem, const Options&) {
+  static_assert(!std::same_as<Options, ShootingOptions>,
+                "solve(problem, options) takes SolveOptions; ShootingOptions are those of "
+                "MultipleShooting(problem, options)");
+  return solve(problem);
+}
 
 }  // namespace saltus

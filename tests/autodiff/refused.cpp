@@ -39,6 +39,10 @@ Function f() {
   return make_function<1, 0, 0>([](double, const VectorXd& x) { return x[0]; });
 #elif defined(CASE_standard_sine)
   return make_function<1, 0, 0>([](const auto&, const auto& x) { return std::sin(x[0]); });
+#elif defined(CASE_standard_power)
+  return make_function<1, 0, 0>([](const auto&, const auto& x) { return std::pow(x[0], 2); });
+#elif defined(CASE_standard_absolute_value)
+  return make_function<1, 0, 0>([](const auto&, const auto& x) { return std::abs(2 * x[0]); });
 #elif defined(CASE_standard_maximum)
   return make_function<1, 0, 0>([](const auto&, const auto& x) { return std::max(x[0], 0.0); });
 #elif defined(CASE_standard_maximum_of_two)
@@ -52,6 +56,6 @@ Function f() {
     return Eigen::Matrix<std::decay_t<decltype(t)>, Eigen::Dynamic, 1>(3);
   });
 #else
-  return make_function<2, 0, 0>([](auto, auto x) { return (2.0 * x).eval(); });
+  return make_function<2, 0, 0>([](auto, auto x) { return (2 * x).eval(); });
 #endif
 }
