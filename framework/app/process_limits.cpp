@@ -1,11 +1,11 @@
 #include "saltus/app/process_limits.hpp"
 
-#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -47,24 +47,6 @@ void prepare_process() {
   }
   ::sigprocmask(SIG_UNBLOCK, &interrupts, nullptr);
   std::set_terminate(end_without_handler);
-}
-
-std::string refusal_of_python() {
-  constexpr rlim_t least_memory = rlim_t{512} << 20U;  // bytes; plots need about half of it
-  constexpr rlim_t least_files = 16;
-  rlimit limit{};
-  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
-    if (::getrlimit(resource, &limit) == 0 && limit.rlim_cur < least_memory) {
-      return fmt::format("python3 needs {} MB of memory, and the limit is {} MB (ulimit -{})",
-                         least_memory >> 20U, limit.rlim_cur >> 20U,
-                         resource == RLIMIT_AS ? 'v' : 'd');
-    }
-  }
-  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < least_files) {
-    return fmt::format("python3 needs {} open files, and the limit is {} (ulimit -n)", least_files,
-                       limit.rlim_cur);
-  }
-  return {};
 }
 
 #ifdef __linux__

@@ -1,8 +1,6 @@
 // What a program does about the limits under which the system runs it.
 #pragma once
 
-#include <string>
-
 namespace saltus {
 
 /// Sets the signals of the process so that faults end in a sentence and every interrupt works: a
@@ -14,9 +12,5 @@ namespace saltus {
 /// OPENBLAS_NUM_THREADS=1 where its memory or its processes are limited: the threads that OpenBLAS
 /// starts before main() ask for memory in an endless loop, or end the process if there are none.
 void prepare_process();
-
-/// Why the limits of the process leave no room for python3 and its packages, one sentence; empty if
-/// they do. With less memory numpy's OpenBLAS would wait for ever.
-std::string refusal_of_python();
 
 }  // namespace saltus

@@ -4,6 +4,7 @@
 #ifdef __linux__
 #include <sys/prctl.h>
 #endif
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,7 +16,6 @@
 #include <vector>
 
 #include "saltus/app/data_file.hpp"
-#include "saltus/app/process_limits.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -92,6 +92,24 @@ bool run_python(MakeWords make_words, const std::filesystem::path& results, std:
 }
 
 }  // namespace
+
+std::string refusal_of_python() {
+  constexpr rlim_t least_memory = rlim_t{512} << 20U;  // bytes; plots need about half of it
+  constexpr rlim_t least_files = 16;
+  rlimit limit{};
+  for (const auto resource : {RLIMIT_AS, RLIMIT_DATA}) {
+    if (::getrlimit(resource, &limit) == 0 && limit.rlim_cur < least_memory) {
+      return fmt::format("python3 needs {} MB of memory, and the limit is {} MB (ulimit -{})",
+                         least_memory >> 20U, limit.rlim_cur >> 20U,
+                         resource == RLIMIT_AS ? 'v' : 'd');
+    }
+  }
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < least_files) {
+    return fmt::format("python3 needs {} open files, and the limit is {} (ulimit -n)", least_files,
+                       limit.rlim_cur);
+  }
+  return {};
+}
 
 bool run_python_module(std::string_view module, const std::filesystem::path& results,
                        std::string_view what, std::span<const std::string> more) {

@@ -20,4 +20,8 @@ bool run_python_module(std::string_view module, const std::filesystem::path& res
 bool run_python_script(std::string_view script, const std::filesystem::path& results,
                        std::string_view what);
 
+/// Why the limits of the process leave no room for python3 and its packages, one sentence; empty if
+/// they do. With less memory numpy's OpenBLAS would wait for ever.
+std::string refusal_of_python();
+
 }  // namespace saltus

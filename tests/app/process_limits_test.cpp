@@ -17,6 +17,7 @@
 #include <thread>
 
 #include "saltus/app/note_signals.hpp"
+#include "saltus/app/python_script.hpp"
 #include "saltus/core/thread_pool.hpp"
 
 namespace saltus {
