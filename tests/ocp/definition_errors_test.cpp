@@ -218,9 +218,6 @@ const std::vector<Mistake>& mistakes() {
          m.keep("lane", two, {at_most(1.0), at_most(1.0), at_most(1.0)});
        }),
        {"phase 'motion'", "term 'lane'", "2 rows", "3 bounds"}},
-      {"VectorCost",
-       phase([](Motion& m) { m.minimise("effort", two); }),
-       {"phase 'motion'", "term 'effort'", "one number", "2 rows"}},
       {"WeightSize",
        phase([](Motion& m) {
          m.track("speed", state, Vec<double, 3>{1.0, 1.0, 1.0});
@@ -465,9 +462,6 @@ const std::vector<Mistake>& mistakes() {
       {"GuardOfAFixedPhase",
        phase([](Motion& m) { m.ends_when("landing", first, Crossing::falling); }),
        {"phase 'motion'", "event 'landing'", "fixed at 1 s", "reach()"}},
-      {"GuardWithTwoRows",
-       free_phase([](Motion& m) { m.ends_when("landing", two, Crossing::falling); }),
-       {"phase 'motion'", "event 'landing'", "one number", "2 rows"}},
       {"GuardOfAnInput",
        free_phase([](Motion& m) { m.ends_when("landing", input, Crossing::falling); }),
        {"phase 'motion'", "'landing'", "input"}},

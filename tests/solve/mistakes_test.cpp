@@ -94,9 +94,6 @@ const std::vector<Mistake>& mistakes() {
          return rates;
        }),
        {"phase 'ride', the dynamics: entry 1 of what it returns was never written"}},
-      {"OneDerivativeForTwoStates",
-       with_dynamics([](auto, auto x, auto) { return x[1]; }),
-       {"phase 'ride': the dynamics return 1 entries, but the phase has 2 states"}},
       {"IntegerQuotient",
        ride([](Ride& r) {
          r.minimise("energy", [](auto, auto, auto u) { return 1 / 2 * u[0] * u[0]; });
@@ -193,9 +190,6 @@ const std::vector<Mistake>& mistakes() {
       {"PenaltyOfNothing",
        ride([](Ride& r) { r.keep("lane", position, at_most(0.5), {}, soft("lane", 0.0)); }),
        {"phase 'ride', term 'lane': the penalty weight 'lane' is 0, expected a positive number"}},
-      {"CostOfTwoNumbers",
-       ride([](Ride& r) { r.minimise("both", both); }),
-       {"phase 'ride', term 'both': a cost must be one number, but the formula has 2 rows"}},
       {"WindowAfterTheEnd",
        ride([](Ride& r) { r.keep("lane", position, at_most(2.0), {.from = 2.0}); }),
        {"phase 'ride', term 'lane': the window begins at 2 s, but the phase lasts 1 s at most"}},
