@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/solver/presolve.hpp"
 #include "saltus/solver/solve_in_scale.hpp"
 #include "saltus/transcription/quantities.hpp"
 
@@ -24,8 +25,10 @@ class FullSolve final : public RealTimeSolver {
   TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
                       WallClock::time_point deadline) noexcept override try {
     solver_->set_deadline(deadline);
-    ScaledResult r =
-        solve_tick_in_scale(*solver_, program, point, warm && use_multipliers_, quantities_of(program));
+    const Quantities quantities = quantities_of(program);
+    ScaledResult r = solve_presolved(*solver_, program, point, [&](NonlinearProgram& reduced) {
+      return solve_tick_in_scale(*solver_, reduced, point, warm && use_multipliers_, quantities);
+    });
     // What meets the tolerance in the units of the program only is no optimum.
     if (r.is_doubtful) r.nlp.status = SolveStatus::feasible;
     point = std::move(r.nlp.point);

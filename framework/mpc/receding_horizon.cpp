@@ -8,6 +8,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/real_time_iteration.hpp"
+#include "saltus/solver/presolve.hpp"
 #include "saltus/transcription/quantities.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
@@ -392,6 +393,8 @@ Solution RecedingHorizonController::report() {
   result.hessian = solver_->name();
   shooting_->nlp().objective(result.point.w.data(), result.objective);
   result.kkt = check_(shooting_->nlp(), result.point);
+  if (result.status == SolveStatus::infeasible)
+    result.contradiction = presolve(shooting_->nlp(), result.point.w).contradiction;
   const KktResidual kkt = result.kkt;
   Solution solution = shooting_->interpret(std::move(result));
   if (bad_measurement_ == -2) {

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/model/structure.hpp"
 #include "saltus/ocp/phase_limits.hpp"
@@ -224,9 +225,9 @@ void begin(PhaseDefinition& phase, std::string&& name, const Arguments& sizes, F
   phase.name = std::move(name);
   phase.sizes = sizes;
   phase.dynamics = std::move(dynamics);
-  phase.duration = duration;
+  phase.duration = without_sentinels(duration);
   phase.duration_guess =
-      duration.is_equality() ? duration.lower : 0.5 * (duration.lower + duration.upper);
+      duration.is_equality() ? duration.lower : 0.5 * (phase.duration.lower + phase.duration.upper);
   phase.nominal_state = VectorXd::Ones(sizes.nx);
   phase.nominal_input = VectorXd::Ones(sizes.nu);
 }
@@ -245,13 +246,14 @@ void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equat
 
 void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,
                 Window&& window) {
-  all.push_back({component, bounds, std::move(window)});
+  all.push_back({component, without_sentinels(bounds), std::move(window)});
 }
 
 void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domain,
                     Function&& function, std::vector<Bounds>&& bounds, Window&& window,
                     std::optional<Penalty>&& penalty) {
   if (bounds.size() == 1) bounds.resize(function.outputs(), bounds.front());
+  for (Bounds& b : bounds) b = without_sentinels(b);
   phase.terms.push_back({.name = std::move(name),
                          .kind = TermKind::constraint,
                          .domain = domain,
@@ -304,7 +306,7 @@ void add_parameter(PhaseDefinition& phase, std::string&& name, const VectorXd& v
 void make_unknown(PhaseDefinition& phase, const Bounds& bounds, double magnitude) {
   ParameterBlock& block = phase.parameters.back();
   block.unknown = true;
-  block.bounds.assign(block.value.size(), bounds);
+  block.bounds.assign(block.value.size(), without_sentinels(bounds));
   block.nominal.setConstant(magnitude);
 }
 

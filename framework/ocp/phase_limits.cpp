@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -95,6 +96,7 @@ void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int co
 
 void add_integral(PhaseDefinition& phase, std::string&& name, Function&& integrand, Limits&& limits,
                   double magnitude) {
+  for (Bounds& b : limits.bounds) b = without_sentinels(b);
   phase.integrals.push_back({std::move(name), std::move(integrand), std::move(limits), magnitude});
 }
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {
@@ -29,6 +30,7 @@ OptimalControlProblem& OptimalControlProblem::start_at(std::initializer_list<dou
 OptimalControlProblem& OptimalControlProblem::start_within(std::vector<Bounds> bounds,
                                                            VectorXd guess) {
   start_bounds_ = std::move(bounds);
+  for (Bounds& b : start_bounds_) b = without_sentinels(b);
   start_guess_ = std::move(guess);
   return *this;
 }
@@ -41,7 +43,7 @@ OptimalControlProblem& OptimalControlProblem::start_time(double t) {
 
 OptimalControlProblem& OptimalControlProblem::start_time(Bounds bounds, double guess) {
   start_time_ = guess;
-  start_time_bounds_ = bounds;
+  start_time_bounds_ = without_sentinels(bounds);
   return *this;
 }
 
@@ -60,7 +62,7 @@ CostRule OptimalControlProblem::cost_rule(int phase) const {
 }
 
 OptimalControlProblem& OptimalControlProblem::total_time(Bounds bounds) {
-  total_time_ = bounds;
+  total_time_ = without_sentinels(bounds);
   return *this;
 }
 

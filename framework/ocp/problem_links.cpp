@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/ocp/problem.hpp"
@@ -13,6 +14,7 @@
 namespace saltus {
 
 OptimalControlProblem& OptimalControlProblem::add_link(Link&& link) {
+  for (Bounds& b : link.limits.bounds) b = without_sentinels(b);
   links_.push_back(std::move(link));
   return *this;
 }

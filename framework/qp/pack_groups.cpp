@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/qp/packing.hpp"
 
 namespace saltus::qp {
@@ -50,10 +51,10 @@ bool Packing::add_group(int k, int g, bool equalities) {
   }
   // Rows that touch the fixed start only cannot be influenced; those of nothing are zero.
   if (own_columns == 0) {
-    constexpr double agreement = 1e-9;
-    for (int i = 0; i < rows && all_columns == 0 && !group.soft; ++i)
-      if (group.lower[source[i]] > agreement || group.upper[source[i]] < -agreement)
-        to.contradiction = true;
+    for (int i = 0; i < rows && all_columns == 0 && !group.soft; ++i) {
+      const Bounds b{group.lower[source[i]], group.upper[source[i]]};
+      if (std::max(b.lower, -b.upper) > tolerance_of(b)) to.contradiction = true;
+    }
     return others;
   }
   const int columns = part > 0 ? p.sweep.nu : own_columns;
@@ -219,10 +220,10 @@ bool Packing::is_settled(int k, int g, int row) {
   if (std::isfinite(l)) size = std::max(size, std::fabs(l));
   if (std::isfinite(u)) size = std::max(size, std::fabs(u));
   // Of what is left after the arithmetic that made the rows.
-  constexpr double rounding = 1e-13, agreement = 1e-9;
+  constexpr double rounding = 1e-13;
   if (free > (l == u ? rounding * size : 0.0)) return false;
   const double missing = std::max(l - value, value - u);
-  if (missing > agreement * std::max(1.0, size)) to.contradiction = true;
+  if (missing > tolerance_of({l, u})) to.contradiction = true;
   return true;
 }
 

@@ -148,6 +148,7 @@ void StageMap::Lists::list_groups(const SparseQp& qp, int k) {
     target.M.setZero();
     target.rows = 0;
     target.columns.clear();
+    group.in_force = std::ranges::any_of(group.parts, &Part::active);
     std::fill(position.begin(), position.end(), -1);
     for (Part& part : group.parts) {
       part.group_row = -1;

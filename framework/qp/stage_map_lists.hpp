@@ -49,6 +49,7 @@ struct Fixed {  // values[from] times the value of a vanished variable goes to e
 };
 struct Group {
   bool soft = false;
+  bool in_force = false;  ///< some part is active
   std::vector<Part> parts;
   std::vector<int> variables;  ///< that may be columns
   std::vector<int> entries;    ///< of the rows, slacks left out

@@ -3,15 +3,10 @@
 #include <cmath>
 #include <utility>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/qp/stage_map_lists.hpp"
 
 namespace saltus {
-namespace {
-
-// A row without variables, or a bound of a given value, may be missed by the rounding of its terms.
-constexpr double constant_row_tolerance = 1e-9;
-
-}  // namespace
 
 StageFill StageMap::Lists::write(const SparseQp& qp) {
   StageFill result = StageFill::filled;
@@ -85,7 +80,7 @@ StageFill StageMap::Lists::write_groups(const SparseQp& qp, int k) {
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
     Group& group = plan.groups[g];
     RowGroup& target = stage.groups[g];
-    if (target.rows == 0 && !group.soft && group.fixed.empty()) continue;
+    if (!group.in_force && !group.soft) continue;
     double* M = target.M.data();
     if (direct == nullptr)
       for (const Move& m : group.M) M[m.to] = qp.rows[m.from];
@@ -114,7 +109,7 @@ StageFill StageMap::Lists::write_groups(const SparseQp& qp, int k) {
         const double miss = std::max({lower, -upper, 0.0});
         if (group.soft)
           stage.constant += miss * (part.l1 + 0.5 * part.l2 * miss);
-        else if (!(miss <= constant_row_tolerance * (1.0 + std::abs(shift))))
+        else if (!(miss <= tolerance_of({qp.row_lower[part.row], qp.row_upper[part.row]})))
           result = StageFill::infeasible;
         continue;
       }
@@ -162,8 +157,7 @@ StageFill StageMap::Lists::write_start(const SparseQp& qp) {
       first.x_upper[i] = upper;
     } else {
       const double miss = std::max(first.x_lower[i] - lower, lower - first.x_upper[i]);
-      if (stages.fixed_start && miss > constant_row_tolerance * (1.0 + std::abs(lower)))
-        result = StageFill::infeasible;
+      if (stages.fixed_start && miss > tolerance_of(exactly(lower))) result = StageFill::infeasible;
       first.x_lower[i] = std::max(first.x_lower[i], lower);
       first.x_upper[i] = std::min(first.x_upper[i], upper);
     }

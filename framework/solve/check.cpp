@@ -28,6 +28,8 @@ constexpr double distance = 0.03;
 // Exact derivatives agree to 1e-8, and what is wrong is off by more than this.
 constexpr double derivative_tolerance = 1e-5;
 // solve() divides by sizes beyond 1e2 and 1e-2; a decade beyond that is told.
+// Finite bounds from here on, over the nominal magnitude, are questioned.
+constexpr double huge_side = 1e8;
 constexpr double largest_size = 1e3, smallest_size = 1e-3;
 // Rows of which a dense band is factorised in a moment.
 constexpr int most_rows = 6000;
@@ -360,7 +362,58 @@ class Checker {
     for (int r = 0; r < nlp.rows() && complaint.empty(); ++r)
       if (nlp.row_lower()[r] > nlp.row_upper()[r])
         complaint = nlp.describe_row(r) + ": its bounds exclude one another";
+    if (complaint.empty()) complaint = huge_bound();
     say("bounds", complaint, "no bounds exclude one another, and the start is within them");
+  }
+
+  // The first finite bound that looks as if it stood for none, or nothing.
+  std::string huge_bound() const {
+    std::string complaint;
+    const auto look = [&](const Bounds& b, double magnitude, const auto& describe) {
+      for (const double side : {b.lower, b.upper})
+        if (complaint.empty() && std::isfinite(side) &&
+            std::abs(side) >= huge_side * std::max(1.0, magnitude))
+          complaint = fmt::format(
+              "{} has a bound of {:g}: leave out a bound that never acts (unbounded(), at_least(), "
+              "at_most()); give the magnitude of a quantity that is so large (nominal)",
+              describe(), side);
+    };
+    for (const PhaseDefinition& phase : problem_.phases()) {
+      const auto of_phase = [&](const std::string& what) {
+        return fmt::format("phase '{}', {}", phase.name, what);
+      };
+      for (const ComponentBounds& b : phase.state_bounds)
+        look(b.bounds, phase.nominal_state[b.component],
+             [&] { return of_phase(fmt::format("state {}", b.component)); });
+      for (const ComponentBounds& b : phase.input_bounds)
+        look(b.bounds, phase.nominal_input[b.component],
+             [&] { return of_phase(fmt::format("input {}", b.component)); });
+      for (const Term& term : phase.terms)
+        for (std::size_t i = 0; i < term.bounds.size(); ++i)
+          look(term.bounds[i], 1.0,
+               [&] { return of_phase(fmt::format("term '{}', row {}", term.name, i)); });
+      for (const IntegralConstraint& integral : phase.integrals)
+        for (const Bounds& b : integral.limits.bounds)
+          look(b, integral.magnitude,
+               [&] { return of_phase(fmt::format("integral '{}'", integral.name)); });
+      for (const ParameterBlock& block : phase.parameters)
+        for (std::size_t i = 0; i < block.bounds.size(); ++i)
+          look(block.bounds[i], block.nominal[static_cast<int>(i)],
+               [&] { return of_phase(fmt::format("unknown '{}', entry {}", block.name, i)); });
+      look(phase.duration, phase.nominal_duration, [&] { return of_phase("duration"); });
+    }
+    for (const Link& link : problem_.links())
+      for (const Bounds& b : link.limits.bounds)
+        look(b, 1.0, [&] { return fmt::format("link '{}'", link.name); });
+    const PhaseDefinition& first = problem_.phases().front();
+    for (std::size_t i = 0; i < problem_.start_bounds().size(); ++i)
+      if (!problem_.start_bounds()[i].is_equality())
+        look(problem_.start_bounds()[i], first.nominal_state[static_cast<int>(i)],
+             [&] { return fmt::format("the start of state {}", i); });
+    look(problem_.total_time(), 1.0, [] { return std::string("the total time"); });
+    if (problem_.start_time_bounds())
+      look(*problem_.start_time_bounds(), 1.0, [] { return std::string("the start time"); });
+    return complaint;
   }
 
   void look_at_scaling() {

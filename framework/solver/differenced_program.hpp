@@ -26,6 +26,7 @@ class DifferencedProgram final : public NonlinearProgram {
   const SparsityPattern& hessian_pattern() const override { return hessian_pattern_; }
   bool supports(Curvature curvature) const override { return curvature == Curvature::exact; }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
+  bool is_affine(int row) const override { return program_.is_affine(row); }
   StageStructure stages() const override { return program_.stages(); }
   int first_slack() const override { return program_.first_slack(); }
 

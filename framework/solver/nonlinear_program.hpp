@@ -40,6 +40,11 @@ class NonlinearProgram {
   /// Whether the cost is at most quadratic and every row affine, whatever the data are: one
   /// quadratic program is then the whole problem.
   virtual bool is_linear_quadratic() const { return false; }
+  /// Whether a row is affine in the variables, whatever the data are.
+  virtual bool is_affine(int row) const {
+    (void)row;
+    return is_linear_quadratic();
+  }
   /// Which variables and rows make up which stage. Throws DefinitionError: it has none.
   virtual StageStructure stages() const;
   /// Variables from here on only penalise violations of soft rows. Their weights say nothing about

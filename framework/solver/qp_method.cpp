@@ -16,21 +16,24 @@ QpMethod sparse_qp() {
 }
 
 QpMethod riccati_qp(RiccatiOptions options, std::span<const qp::RiccatiKernel> kernels) {
-  return {[options, kernels](const NonlinearProgram& program, const SparsityPattern& hessian,
-                             const SparsityPattern& rows, const QpOptions& asked) {
-            RiccatiOptions all = options;
-            all.tolerance = asked.tolerance;
-            all.max_iterations = asked.max_iterations;
-            all.convex = asked.convex;
-            return make_sparse_solver_by_stages(
-                SparseQp(hessian, rows), program.stages(), [all, kernels](const StageQp& capacity) {
-                  return make_riccati_solver(capacity, all, kernels);
-                });
-          },
-          [kernels](const NonlinearProgram& program, const SparsityPattern& hessian,
-                    const SparsityPattern& rows) {
-            return make_riccati_newton(hessian, rows, program.stages(), kernels);
-          }};
+  QpMethod method{
+      [options, kernels](const NonlinearProgram& program, const SparsityPattern& hessian,
+                         const SparsityPattern& rows, const QpOptions& asked) {
+        RiccatiOptions all = options;
+        all.tolerance = asked.tolerance;
+        all.max_iterations = asked.max_iterations;
+        all.convex = asked.convex;
+        return make_sparse_solver_by_stages(SparseQp(hessian, rows), program.stages(),
+                                            [all, kernels](const StageQp& capacity) {
+                                              return make_riccati_solver(capacity, all, kernels);
+                                            });
+      },
+      [kernels](const NonlinearProgram& program, const SparsityPattern& hessian,
+                const SparsityPattern& rows) {
+        return make_riccati_newton(hessian, rows, program.stages(), kernels);
+      }};
+  method.by_stages = true;
+  return method;
 }
 
 }  // namespace saltus

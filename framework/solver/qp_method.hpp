@@ -49,6 +49,7 @@ struct QpMethod {
 
   MakeSolver make_solver;  ///< of quadratic models
   MakeNewton make_newton;  ///< of Newton systems
+  bool by_stages = false;  ///< it needs the rows that define the stages of the program
 };
 
 /// Sparse linear algebra, for every program.

@@ -30,6 +30,7 @@ class ScaledProgram final : public NonlinearProgram {
   SparsityPattern curvature_pattern() const override { return program_.curvature_pattern(); }
   bool supports(Curvature curvature) const override { return program_.supports(curvature); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
+  bool is_affine(int row) const override { return program_.is_affine(row); }
   StageStructure stages() const override { return program_.stages(); }
   int first_slack() const override { return program_.first_slack(); }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -47,15 +48,24 @@ inline bool is_success(SolveStatus s) {
   return s == SolveStatus::optimal || s == SolveStatus::acceptable || s == SolveStatus::feasible;
 }
 
+/// Rows and bounds that no choice of the variables meets.
+struct Contradiction {
+  int row = -1;         ///< of the program
+  int other_row = -1;   ///< that `row` contradicts, or
+  int variable = -1;    ///< whose bounds it contradicts; both -1: it reads nothing that is free
+  double amount = 0.0;  ///< by which it misses its bounds while the others hold
+};
+
 /// What a solve gave.
 struct NlpResult {
   SolveStatus status = SolveStatus::invalid_problem;  ///< how it ended
-  NlpPoint point;          ///< the last iterate, also when the solve failed
-  double objective = 0.0;  ///< cost at the point
-  int iterations = 0;      ///< of the solver
-  double seconds = 0.0;    ///< wall clock
-  KktResidual kkt;         ///< recomputed from the program
-  std::string hessian;     ///< "exact", "Gauss-Newton" or "limited-memory BFGS"
+  NlpPoint point;                              ///< the last iterate, also when the solve failed
+  double objective = 0.0;                      ///< cost at the point
+  int iterations = 0;                          ///< of the solver
+  double seconds = 0.0;                        ///< wall clock
+  KktResidual kkt;                             ///< recomputed from the program
+  std::optional<Contradiction> contradiction;  ///< why nothing meets the rows, if that is known
+  std::string hessian;                         ///< "exact", "Gauss-Newton" or "limited-memory BFGS"
 };
 
 /// A solver of sparse nonlinear programs. It may keep work space between solves of programs with
@@ -74,6 +84,8 @@ class Solver {
   const SolveObserver& observer() const { return observer_; }
   /// The scaled KKT error that it is asked for.
   virtual double tolerance() const { return 1e-8; }
+  /// Whether it solves stage by stage, and so needs the rows that define stages.
+  virtual bool keeps_stages() const { return false; }
   /// For messages and results.
   virtual std::string name() const = 0;
 

@@ -52,6 +52,7 @@ class SqpSolver final : public Solver {
   std::string name() const override { return engine_ ? "SQP with " + engine_->qp->name() : "SQP"; }
 
   double tolerance() const override { return options_.tolerance; }
+  bool keeps_stages() const override { return options_.qp.by_stages; }
 
   void set_deadline(WallClock::time_point deadline) override { deadline_ = deadline; }
 

@@ -135,6 +135,7 @@ class BlockProgram : public NonlinearProgram {
     return c == Curvature::exact ? exact_ : gauss_newton_;
   }
   bool is_linear_quadratic() const override { return linear_quadratic_; }
+  bool is_affine(int row) const override { return affine_rows_[row] != 0; }
   long revision() const override { return revision_; }
   /// Counts the changes of bounds, as revision() counts those of everything else.
   long bounds_revision() const { return bounds_revision_; }
@@ -231,6 +232,7 @@ class BlockProgram : public NonlinearProgram {
   bool exact_ = true, gauss_newton_ = true;
 
   bool linear_quadratic_ = false;
+  std::vector<char> affine_rows_;
 
   int threads_ = 1;
   std::unique_ptr<ThreadPool> pool_;      // of more than one thread

@@ -176,10 +176,13 @@ void BlockProgram::finish() {
   for (const int v : quadratic_variables_) quadratic_position_[v] = hessian_pattern_.find(v, v);
   last_w_ = VectorXd::Zero(variables());
   linear_quadratic_ = true;
+  affine_rows_.assign(rows(), 1);
   for (std::size_t i = 0; i < blocks_.size(); ++i)
     for (std::size_t o = 0; o < blocks_[i].outputs.size(); ++o) {
-      const bool is_cost = blocks_[i].outputs[o].row == BlockOutput::objective;
+      const int row = blocks_[i].outputs[o].row;
+      const bool is_cost = row == BlockOutput::objective;
       linear_quadratic_ = linear_quadratic_ && compiled_[i].degrees[o] <= (is_cost ? 2 : 1);
+      if (!is_cost && compiled_[i].degrees[o] > 1) affine_rows_[row] = 0;
     }
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "saltus/solver/presolve.hpp"
 #include "saltus/transcription/quantities.hpp"
 
 namespace saltus {
@@ -76,8 +77,10 @@ ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, cons
                                   bool warm, bool in_scale) {
   const Quantities quantities = undeclared_quantities(program);
   const auto solve_from = [&](const NlpPoint& point, bool with_multipliers) {
-    return in_scale ? solve_in_scale(solver, program, point, with_multipliers, quantities)
-                    : solve_as_stated(solver, program, point, with_multipliers, quantities);
+    return solve_presolved(solver, program, point, [&](NonlinearProgram& reduced) {
+      return in_scale ? solve_in_scale(solver, reduced, point, with_multipliers, quantities)
+                      : solve_as_stated(solver, reduced, point, with_multipliers, quantities);
+    });
   };
   if (program.first_slack() == program.variables()) return solve_from(start, warm);
   LoweredWeights weights(program);

@@ -10,8 +10,8 @@
 
 namespace saltus {
 
-/// solve_in_scale() of the program, or solve_as_stated() where `in_scale` is false, with the
-/// weights of the problem in the result. Leaves the program as it was.
+/// solve_in_scale() of what presolve() leaves of the program, or solve_as_stated() where `in_scale`
+/// is false, with the weights of the problem in the result. Leaves the program as it was.
 ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, const NlpPoint& start,
                                   bool warm, bool in_scale);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/windows_of.hpp"
 #include "saltus/transcription/between_nodes.hpp"
@@ -111,10 +112,10 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
     });
   change([&](ProblemData& next) {
     if (first.has_free_duration())
-      next.duration_bounds.front() = first_phase;
+      next.duration_bounds.front() = without_sentinels(first_phase);
     else
       next.durations.front() = first_phase.lower;
-    next.total_time = total_time;
+    next.total_time = without_sentinels(total_time);
   });
 }
 

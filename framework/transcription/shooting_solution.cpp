@@ -187,16 +187,19 @@ Solution::~Solution() = default;
 Solution MultipleShooting::interpret(NlpResult result, int inside) {
   Solution solution;
   solution.status = result.status;
-  solution.message = result.status == SolveStatus::infeasible && program_->is_linear_quadratic()
+  const bool is_known = program_->is_linear_quadratic() || result.contradiction;
+  solution.message = result.status == SolveStatus::infeasible && is_known
                          ? "the constraints cannot all be met"
                          : describe(result.status);
   if (!solution.ok() && result.point.w.size() == program_->variables()) {
     std::string reason;
     if (result.status == SolveStatus::invalid_problem)
       reason = name_dependent_rows(*program_, result.point.w);
+    if (result.contradiction)
+      reason = name_contradiction(*program_, *result.contradiction, result.point.w);
     if (reason.empty()) reason = name_violation(*program_, result.point.w);
     if (!reason.empty()) solution.message += "; " + reason;
-    if (result.status == SolveStatus::infeasible) {
+    if (result.status == SolveStatus::infeasible && !result.contradiction) {
       const std::string conflict = name_conflict(*program_, result.point.lambda, reason);
       if (!conflict.empty()) solution.message += "; " + conflict;
       if (const std::string phase = phase_with_events(problem()); !phase.empty())

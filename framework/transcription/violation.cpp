@@ -172,6 +172,22 @@ std::string name_violation(ShootingProgram& program, const VectorXd& w) {
   return fmt::format("{} misses its bounds by {:.3g}", named.what, named.amount);
 }
 
+std::string name_contradiction(const ShootingProgram& program, const Contradiction& c,
+                               const VectorXd& w) {
+  if (c.row < 0)
+    return fmt::format("the bounds of {} exclude by {:.3g} those of a variable that equals it",
+                       program.describe_variable(c.variable), c.amount);
+  std::string text =
+      fmt::format("{} misses its bounds by {:.3g}", program.describe_row(c.row, &w), c.amount);
+  if (c.other_row >= 0)
+    text += fmt::format(" where {} holds", program.describe_row(c.other_row, &w));
+  else if (c.variable >= 0)
+    text += fmt::format(" within the bounds of {}", program.describe_variable(c.variable));
+  else
+    text += " whatever is chosen: nothing that is free changes it";
+  return text;
+}
+
 std::string phase_with_events(const OptimalControlProblem& problem) {
   for (const PhaseDefinition& phase : problem.phases())
     if (!phase.switching.empty()) return phase.name;

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "saltus/solver/solver.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -14,6 +15,10 @@ namespace saltus {
 /// norm. Where the gaps are largest they are closed by simulating the inputs from the start, so
 /// that all of it shows in the terms that the user wrote.
 std::string name_violation(ShootingProgram& program, const VectorXd& w);
+
+/// Which row or bounds presolve() found that nothing meets, with the time at w, one clause.
+std::string name_contradiction(const ShootingProgram& program, const Contradiction& c,
+                               const VectorXd& w);
 
 /// What cannot be met together with the term that `violated` names: terms that hold back the least
 /// violation, by its multipliers. "in conflict with phase 'climb', term 'ceiling'", or an empty
