@@ -7,7 +7,8 @@
 namespace saltus {
 namespace {
 
-// A function with dense Jacobian, scratch memory of its own and no second derivatives.
+// A function with dense Jacobian, working memory of its own and no second derivatives. Not
+// re-entrant: it never leaves the integrator that makes it.
 class FirstOrderBody : public FunctionBody {
  public:
   FirstOrderBody(int inputs, int outputs) : FunctionBody(inputs, outputs) {

@@ -77,8 +77,10 @@ IdasMemory::IdasMemory(const IntervalProblem& problem, const IdasOptions& option
       stacked_(RowMajorMatrix::Zero(field.states(), field.directions())),
       rates_(outputs_, field.directions()),
       algebraic_rates_(nz_, field.directions()) {
-  if (algebraic_ != nullptr)
+  if (algebraic_ != nullptr) {
     first_algebraic_entry_ = problem.algebraic.dynamics.jacobian_pattern().entries();
+    solution_ = algebraic_->new_solution();
+  }
   create_state_solver();
   create_sensitivity_solver();
 }
@@ -163,13 +165,12 @@ void IdasMemory::sensitivity_rates(double s) {
 
 // z and its sensitivities that meet their equations, and the slopes of all but those of the latter.
 bool IdasMemory::make_consistent(double s, bool sensitivities) {
-  AlgebraicSolution* solution = nullptr;
+  AlgebraicSolution* const solution = nz_ > 0 ? &*solution_ : nullptr;
   if (nz_ > 0) {
     const int first = 1 + nx_;
     field_->argument(s, y_.data(), z_.data());
     std::copy_n(z_.begin(), first, reduced_.begin());
     std::copy(z_.begin() + first + nz_, z_.end(), reduced_.begin() + first);
-    solution = &algebraic_->work_space();
     if (algebraic_->solve(reduced_.data(), *solution) != AlgebraicStatus::solved ||
         algebraic_->factor(*solution) != AlgebraicStatus::solved)
       return false;

@@ -5,6 +5,7 @@
 #include <idas/idas.h>
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "saltus/integrators/idas.hpp"
@@ -73,6 +74,7 @@ class IdasMemory {
   IdasOptions options_;
   const IntervalField* field_;
   const AlgebraicEquations* algebraic_;
+  std::optional<AlgebraicSolution> solution_;  // of algebraic_, if there are equations
   int nz_, nx_, outputs_, directions_, first_algebraic_entry_ = 0;
   Context context_;  // outlives everything made in it
   std::vector<double> absolute_;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "saltus/core/error.hpp"
+#include "saltus/core/workspace_pool.hpp"
 #include "saltus/model/eliminated.hpp"
 #include "saltus/model/structure.hpp"
 
@@ -49,8 +50,7 @@ AlgebraicSolution::AlgebraicSolution(int equations, int arguments, int entry_cou
       step(equations),
       next_step(equations),
       before(equations),
-      largest(equations),
-      multipliers(equations) {}
+      largest(equations) {}
 
 AlgebraicEquations::AlgebraicEquations(const Arguments& sizes, Function equations, VectorXd start)
     : sizes_(sizes), equations_(std::move(equations)), start_(std::move(start)) {
@@ -120,16 +120,14 @@ void AlgebraicEquations::find_dependencies() {
   }
 }
 
-AlgebraicSolution& AlgebraicEquations::work_space() const {
-  thread_local std::vector<std::unique_ptr<AlgebraicSolution>> all;
-  const int entries = equations_.jacobian_pattern().entries();
-  for (const auto& space : all)
-    if (space->slope.size() == count() &&
-        static_cast<int>(space->argument.size()) == extended().size() &&
-        static_cast<int>(space->entries.size()) == entries)
-      return *space;
-  all.push_back(std::make_unique<AlgebraicSolution>(count(), extended().size(), entries));
-  return *all.back();
+std::shared_ptr<const AlgebraicEquations> AlgebraicEquations::separate(
+    const std::shared_ptr<const AlgebraicEquations>& equations) {
+  const Function own = equations->equations_.separate();
+  if (!own) return nullptr;
+  if (own.is(equations->equations_)) return equations;
+  const auto separated = std::make_shared<AlgebraicEquations>(*equations);
+  separated->equations_ = own;
+  return separated;
 }
 
 bool AlgebraicEquations::evaluate(AlgebraicSolution& s) const {
@@ -235,18 +233,21 @@ namespace {
 //   dF = F_a + F_z Z_a,     d2 (lambda' F) = T' (lambda' F + mu' g)'' T.
 class Eliminated final : public FunctionBody {
  public:
-  Eliminated(Function extended, std::shared_ptr<const AlgebraicEquations> equations)
+  Eliminated(Function extended, std::shared_ptr<const AlgebraicEquations> equations,
+             Lending lending = Lending::shared)
       : FunctionBody(equations->sizes().size(), extended.outputs()),
         extended_(std::move(extended)),
         equations_(std::move(equations)),
         first_(1 + equations_->sizes().nx),
-        nz_(equations_->count()) {
+        nz_(equations_->count()),
+        workspaces_(lending) {
     if (extended_.inputs() != equations_->extended().size())
       throw DefinitionError(
           fmt::format("a function of (t, x, z, u, p) must take {} arguments, but takes {}.",
                       equations_->extended().size(), extended_.inputs()));
     for (int j = 0; j < nz_; ++j) reads_z_ = reads_z_ || extended_.reads(first_ + j);
     find_patterns();
+    workspaces_.add(new_workspace());
   }
 
   AlgebraicPart part() const { return {extended_, equations_}; }
@@ -267,9 +268,16 @@ class Eliminated final : public FunctionBody {
     return extended_.degree(output, moves);
   }
 
-  // The work space is a thread's own.
   bool is_reentrant() const override {
-    return extended_.is_reentrant() && equations_->equations().is_reentrant();
+    return workspaces_.is_shared() && extended_.is_reentrant() &&
+           equations_->equations().is_reentrant();
+  }
+  std::shared_ptr<const FunctionBody> separate() const override {
+    const Function extended = extended_.separate();
+    const auto equations = AlgebraicEquations::separate(equations_);
+    return extended && equations
+               ? std::make_shared<Eliminated>(extended, equations, Lending::exclusive)
+               : nullptr;
   }
 
   bool reads(int input) const override {
@@ -278,24 +286,26 @@ class Eliminated final : public FunctionBody {
   }
 
   void value(const double* a, double* y) const override {
-    AlgebraicSolution& s = equations_->work_space();
+    const Pool::Loan work = lend();
+    AlgebraicSolution& s = work->solution;
     if (!place(a, s)) return spoil(y, outputs());
     extended_.value(s.argument.data(), y);
   }
 
   void jacobian(const double* a, double* y, double* entries) const override {
-    AlgebraicSolution& s = equations_->work_space();
+    const Pool::Loan work = lend();
+    AlgebraicSolution& s = work->solution;
     if (!differentiate(a, s)) {
       spoil(y, outputs());
       return spoil(entries, jacobian_pattern_.entries());
     }
     const SparsityPattern& pattern = extended_.jacobian_pattern();
-    extended_.jacobian(s.argument.data(), y, s.values.data());
+    extended_.jacobian(s.argument.data(), y, work->values.data());
     for (int r = 0; r < outputs(); ++r) {
-      double* row = s.product.data();
+      double* row = work->product.data();
       std::fill_n(row, inputs(), 0.0);
       for (int e = pattern.row_begin(r); e < pattern.row_end(r); ++e)
-        add_row(s, pattern.col(e), s.values[e], row);
+        add_row(s, pattern.col(e), work->values[e], row);
       for (int e = jacobian_pattern_.row_begin(r); e < jacobian_pattern_.row_end(r); ++e)
         entries[e] = row[jacobian_pattern_.col(e)];
     }
@@ -304,32 +314,56 @@ class Eliminated final : public FunctionBody {
   void hessian(const double* a, const double* weights, double* entries,
                Curvature curvature) const override {
     if (hessian_pattern_.entries() == 0) return;
-    AlgebraicSolution& s = equations_->work_space();
+    const Pool::Loan work = lend();
+    AlgebraicSolution& s = work->solution;
     if (!differentiate(a, s)) return spoil(entries, hessian_pattern_.entries());
     const int n = inputs();
-    std::fill_n(s.product.begin(), (n + nz_) * n, 0.0);
+    double *values = work->values.data(), *product = work->product.data();
+    std::fill_n(product, (n + nz_) * n, 0.0);
     const auto add = [&](const Function& f) {  // product += f'' T
       f.hessian_pattern().for_each([&](int r, int c, int e) {
-        add_row(s, c, s.values[e], s.product.data() + r * n);
-        if (r != c) add_row(s, r, s.values[e], s.product.data() + c * n);
+        add_row(s, c, values[e], product + r * n);
+        if (r != c) add_row(s, r, values[e], product + c * n);
       });
     };
     if (reads_z_ && curvature == Curvature::exact) {
-      find_multipliers(weights, s);
-      equations_->equations().hessian(s.argument.data(), s.multipliers.data(), s.values.data());
+      find_multipliers(weights, *work);
+      equations_->equations().hessian(s.argument.data(), work->multipliers.data(), values);
       add(equations_->equations());
     }
-    extended_.hessian(s.argument.data(), weights, s.values.data(), curvature);
+    extended_.hessian(s.argument.data(), weights, values, curvature);
     add(extended_);
     hessian_pattern_.for_each([&](int i, int j, int e) {
-      double sum = s.product[(i < first_ ? i : i + nz_) * n + j];
+      double sum = product[(i < first_ ? i : i + nz_) * n + j];
       for (int k = 0; reads_z_ && k < nz_; ++k)
-        sum += s.direct[k * n + i] * s.product[(first_ + k) * n + j];
+        sum += s.direct[k * n + i] * product[(first_ + k) * n + j];
       entries[e] = sum;
     });
   }
 
  private:
+  struct Workspace {
+    AlgebraicSolution solution;
+    std::vector<double> values;       // entries of derivatives of F or g
+    std::vector<double> product;      // F'' T, rows of (t | x z | u | p); or a row of F'
+    std::vector<double> multipliers;  // mu
+    std::vector<double> outputs;      // F
+  };
+  using Pool = WorkspacePool<Workspace>;
+
+  std::unique_ptr<Workspace> new_workspace() const {
+    const int entries =
+        std::max({extended_.jacobian_pattern().entries(), extended_.hessian_pattern().entries(),
+                  equations_->equations().hessian_pattern().entries()});
+    return std::make_unique<Workspace>(
+        Workspace{equations_->new_solution(), std::vector<double>(entries),
+                  std::vector<double>((inputs() + nz_) * inputs()), std::vector<double>(nz_),
+                  std::vector<double>(outputs())});
+  }
+  Pool::Loan lend() const {
+    return workspaces_.lend([this] { return new_workspace(); });
+  }
+
   void find_patterns() {
     const int n = inputs();
     std::vector<std::pair<int, int>> first, second;
@@ -363,14 +397,6 @@ class Eliminated final : public FunctionBody {
   }
 
   bool differentiate(const double* a, AlgebraicSolution& s) const {
-    const auto grow = [](std::vector<double>& v, int size) {
-      if (static_cast<int>(v.size()) < size) v.resize(size);
-    };
-    grow(s.values,
-         std::max({extended_.jacobian_pattern().entries(), extended_.hessian_pattern().entries(),
-                   equations_->equations().hessian_pattern().entries()}));
-    grow(s.product, (inputs() + nz_) * inputs());
-    grow(s.gradient, outputs());
     if (!place(a, s)) return false;
     if (!reads_z_) return true;
     if (equations_->factor(s) != AlgebraicStatus::solved) return false;
@@ -388,19 +414,22 @@ class Eliminated final : public FunctionBody {
     for (int i = 0; i < inputs(); ++i) row[i] += factor * direct[i];
   }
 
-  void find_multipliers(const double* weights, AlgebraicSolution& s) const {
-    extended_.jacobian(s.argument.data(), s.gradient.data(), s.values.data());
-    std::fill(s.multipliers.begin(), s.multipliers.end(), 0.0);
+  void find_multipliers(const double* weights, Workspace& work) const {
+    const AlgebraicSolution& s = work.solution;
+    extended_.jacobian(s.argument.data(), work.outputs.data(), work.values.data());
+    std::fill(work.multipliers.begin(), work.multipliers.end(), 0.0);
     extended_.jacobian_pattern().for_each([&](int r, int c, int e) {
-      if (c >= first_ && c < first_ + nz_) s.multipliers[c - first_] -= weights[r] * s.values[e];
+      if (c >= first_ && c < first_ + nz_)
+        work.multipliers[c - first_] -= weights[r] * work.values[e];
     });
-    s.slope.solve_transposed(s.multipliers.data());
+    s.slope.solve_transposed(work.multipliers.data());
   }
 
   Function extended_;
   std::shared_ptr<const AlgebraicEquations> equations_;
   int first_, nz_;
   bool reads_z_ = false;
+  Pool workspaces_;
 };
 
 // Some of the entries z of (t | x z | u | p).
@@ -459,7 +488,7 @@ ConsistentStart consistent_start(const AlgebraicEquations& equations, const Vect
     throw DefinitionError(
         fmt::format("a consistent start takes (t, x, u, p) of {} entries, not {}.",
                     equations.sizes().size(), argument.size()));
-  AlgebraicSolution& s = equations.work_space();
+  AlgebraicSolution s = equations.new_solution();
   const VectorXd given = argument;
   ConsistentStart result;
   result.status = equations.solve(given.data(), s);

@@ -25,7 +25,7 @@ enum class AlgebraicStatus {
   no_solution,  ///< Newton's method ends where the equations are not met
 };
 
-/// z at one argument, and what derivatives of it need. Made by AlgebraicEquations::work_space().
+/// z at one argument, and what derivatives of it need. Made by AlgebraicEquations::new_solution().
 struct AlgebraicSolution {
   /// Sized for so many equations, arguments and entries of their Jacobian; nothing is allocated
   /// afterwards.
@@ -38,9 +38,8 @@ struct AlgebraicSolution {
   int equation = -1;             ///< that failed
 
   // For Newton's method, and for what is composed with it.
-  std::vector<double> residual, step, next_step, before;       ///< one number per equation
-  std::vector<double> largest;                                 ///< |z| so far
-  std::vector<double> values, multipliers, gradient, product;  ///< of what is composed with it
+  std::vector<double> residual, step, next_step, before;  ///< one number per equation
+  std::vector<double> largest;                            ///< |z| so far
 };
 
 /// 0 = g(t, x, z, u, p), an equation for each entry of z. z is the solution that Newton's method,
@@ -65,8 +64,14 @@ class AlgebraicEquations {
   /// Whether entry j of z can change with an entry of (t | x | u | p), differentiated.
   bool depends(int j, int argument) const { return depends_[j][argument] != 0; }
 
-  /// Of this thread, for equations of these sizes: allocated at its first use.
-  AlgebraicSolution& work_space() const;
+  /// Memory for a solution; solve(), factor() and differentiate() then allocate nothing.
+  AlgebraicSolution new_solution() const {
+    return {count(), extended().size(), equations_.jacobian_pattern().entries()};
+  }
+  /// The same equations with a separate() function; these if the function needs no memory, null if
+  /// it cannot be separated.
+  static std::shared_ptr<const AlgebraicEquations> separate(
+      const std::shared_ptr<const AlgebraicEquations>& equations);
   /// z at (t | x | u | p), to rounding.
   AlgebraicStatus solve(const double* argument, AlgebraicSolution& solution) const;
   /// Behind solve(): the factors of g_z.
@@ -97,7 +102,7 @@ struct AlgebraicPart {
 };
 
 /// A function of (t | x z | u | p) as one of (t | x | u | p), its sparsity that of the composition.
-/// NaN where z cannot be found. Evaluation allocates in the first call of a thread only.
+/// NaN where z cannot be found.
 Function eliminate(Function extended, std::shared_ptr<const AlgebraicEquations> equations);
 
 /// z itself, or one entry of it, as a function of (t | x | u | p).

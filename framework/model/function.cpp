@@ -38,7 +38,9 @@ void FunctionBody::derivatives(const double* z, const double* weights, double* y
 }
 
 Function Function::separate() const {
-  return !body_ || body_->is_reentrant() ? *this : Function(body_->separate());
+  if (!body_) return {};
+  if (std::shared_ptr<const FunctionBody> own = body_->separate()) return Function(std::move(own));
+  return body_->is_reentrant() ? *this : Function();
 }
 
 VectorXd Function::operator()(const VectorRef& z) const {

@@ -16,9 +16,10 @@ namespace saltus {
 enum class Curvature { exact, gauss_newton };
 
 /// What stands behind a Function: y = f(z), z of `inputs` entries, y of `outputs` entries.
-/// Evaluation neither allocates nor throws. Bodies of formulas (make_function) may be evaluated by
-/// several threads at once; those composed of others own scratch memory: by one at a time, unless
-/// each thread has a separate() one.
+/// Evaluation does not throw by itself. Several threads may evaluate one body at once if
+/// is_reentrant(), as all bodies of this library except interval_function(). A body that needs
+/// working memory makes it at construction (WorkspacePool): evaluation then allocates only while
+/// another thread evaluates the same body. Where that must not happen, take a separate() one.
 class FunctionBody {
  public:
   /// How many numbers it takes and gives.
@@ -55,9 +56,11 @@ class FunctionBody {
                            double* jacobian_entries, double* hessian_entries,
                            Curvature curvature) const;
 
-  /// Whether several threads may evaluate this body at once.
+  /// Whether several threads may evaluate this body at once. False for bodies of your own unless
+  /// you override it: what contains them is then for one thread at a time.
   virtual bool is_reentrant() const { return false; }
-  /// The same with scratch memory of its own, for bodies that are not; null: there is none.
+  /// The same function with working memory of its own, for one thread at a time. Null: it needs
+  /// none or cannot make any.
   virtual std::shared_ptr<const FunctionBody> separate() const { return nullptr; }
 
  protected:
@@ -126,8 +129,9 @@ class Function {
   }
   /// Whether several threads may evaluate it at once.
   bool is_reentrant() const { return body_->is_reentrant(); }
-  /// The same function for another thread, with scratch memory of its own if it has any. Empty
-  /// where its body knows no way to make one.
+  /// The same function with working memory that no other Function uses, for one thread at a time:
+  /// evaluation never allocates, whatever other threads do. Empty if the body is not re-entrant and
+  /// knows no way to make one.
   Function separate() const;
 
   // Convenience for tests and set-up code; these allocate.

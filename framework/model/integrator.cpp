@@ -1,5 +1,6 @@
 #include "saltus/model/integrator.hpp"
 
+#include <map>
 #include <utility>
 
 namespace saltus {
@@ -11,8 +12,31 @@ IntervalProblem& IntervalProblem::operator=(const IntervalProblem& other) = defa
 IntervalProblem& IntervalProblem::operator=(IntervalProblem&& other) noexcept = default;
 IntervalProblem::~IntervalProblem() = default;
 
-Integrator::Integrator(IntervalProblem problem)
-    : problem_(std::move(problem)),
+IntervalProblem IntervalProblem::separate() const {
+  IntervalProblem own = *this;
+  std::map<const void*, Function> separated;  // of each body, so that handles on it stay alike
+  const auto replace = [&](Function& f) {
+    if (!f) return;
+    const auto [at, is_new] = separated.try_emplace(f.identity());
+    if (is_new) at->second = f.separate();
+    if (at->second) f = at->second;
+  };
+  replace(own.dynamics);
+  replace(own.running_cost);
+  replace(own.algebraic.dynamics);
+  for (SwitchingSystem::Mode& mode : own.switching.modes) {
+    replace(mode.dynamics);
+    replace(mode.running_cost);
+  }
+  for (SwitchingSystem::Transition& event : own.switching.transitions) {
+    replace(event.guard);
+    replace(event.reset);
+  }
+  return own;
+}
+
+Integrator::Integrator(const IntervalProblem& problem)
+    : problem_(problem.separate()),
       interval_arguments_{problem_.arguments.nx, problem_.coefficients(), problem_.arguments.np} {
   problem_.differentiate_parameter.resize(problem_.arguments.np, false);
 }

@@ -45,6 +45,10 @@ struct IntervalProblem {
   /// integrators may take that know z themselves. Empty: an ordinary one.
   AlgebraicPart algebraic = {};
 
+  /// The same problem with functions of its own (Function::separate()). Handles on one function
+  /// stay so; a function that cannot be separated is shared.
+  IntervalProblem separate() const;
+
   /// How many running costs.
   int nq() const { return running_cost ? running_cost.outputs() : 0; }
   /// How many numbers stand for the input of an interval.
@@ -92,13 +96,14 @@ enum class IntegrationStatus {
 /// In words, for messages.
 const char* describe(IntegrationStatus status);
 
-/// Integrates one interval. Objects own their work space: no allocation after construction for the
-/// fixed-step schemes, not re-entrant. Length h = 0 is allowed and is the identity with q = 0 (its
-/// derivative with respect to h is f and L at the start).
+/// Integrates one interval, for one thread at a time. Objects own their working memory, including
+/// that of the functions: no allocation after construction for the fixed-step schemes. Length h = 0
+/// is allowed and is the identity with q = 0 (its derivative with respect to h is f and L at the
+/// start).
 class Integrator {
  public:
-  /// Keeps the problem; a scheme makes integrators.
-  explicit Integrator(IntervalProblem problem);
+  /// Keeps the problem, with separate() functions; a scheme makes integrators.
+  explicit Integrator(const IntervalProblem& problem);
   virtual ~Integrator() = default;
   Integrator(const Integrator&) = delete;
   Integrator& operator=(const Integrator&) = delete;

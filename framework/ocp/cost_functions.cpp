@@ -4,6 +4,8 @@
 #include <memory>
 #include <utility>
 
+#include "saltus/core/workspace_pool.hpp"
+
 namespace saltus {
 namespace {
 
@@ -22,21 +24,18 @@ std::vector<int> positions(const SparsityPattern& part, const SparsityPattern& w
 
 class LeastSquares final : public FunctionBody {
  public:
-  LeastSquares(const Function& residual, const MatrixXd& weight, const Reference& reference)
+  LeastSquares(const Function& residual, const MatrixXd& weight, const Reference& reference,
+               Lending lending = Lending::shared)
       : FunctionBody(residual.inputs(), 1),
         residual_(residual),
         weight_(weight),
         reference_(reference),
-        r_(residual.outputs()),
-        weighted_(residual.outputs()),
-        residual_entries_(residual.jacobian_pattern().entries()),
-        curvature_entries_(residual.hessian_pattern().entries()) {
+        workspaces_(lending) {
     Pairs rows;
     append(rows, residual.jacobian_pattern());
     if (reference.varies())
       for (int i = 0; i < residual.outputs(); ++i) rows.emplace_back(i, 0);
     shifted_ = SparsityPattern::from_pairs(residual.outputs(), inputs(), rows);
-    shifted_entries_.resize(shifted_.entries());
     to_shifted_ = positions(residual.jacobian_pattern(), shifted_);
 
     Pairs gradient, hessian;
@@ -54,7 +53,10 @@ class LeastSquares final : public FunctionBody {
       products_.push_back(
           {ei, ej, hessian_pattern_.find(shifted_.col(ei), shifted_.col(ej)), weight_(i, j)});
     });
+    workspaces_.add(new_workspace());
   }
+
+  bool is_reentrant() const override { return residual_.is_reentrant() && workspaces_.is_shared(); }
 
   int degree(int, const std::vector<char>& variable) const override {
     if (reference_.varies() && variable[0]) return 3;
@@ -66,41 +68,63 @@ class LeastSquares final : public FunctionBody {
 
   std::shared_ptr<const FunctionBody> separate() const override {
     const Function residual = residual_.separate();
-    return residual ? std::make_shared<LeastSquares>(residual, weight_, reference_) : nullptr;
+    return residual
+               ? std::make_shared<LeastSquares>(residual, weight_, reference_, Lending::exclusive)
+               : nullptr;
   }
 
   void value(const double* z, double* y) const override {
-    residual_.value(z, r_.data());
-    shift(z);
-    weighted_.noalias() = weight_ * r_;
-    y[0] = 0.5 * r_.dot(weighted_);
+    const Pool::Loan s = lend();
+    residual_.value(z, s->r.data());
+    shift(z, s->r);
+    s->weighted.noalias() = weight_ * s->r;
+    y[0] = 0.5 * s->r.dot(s->weighted);
   }
 
   void jacobian(const double* z, double* y, double* entries) const override {
-    evaluate_residual(z);
-    y[0] = 0.5 * r_.dot(weighted_);
+    const Pool::Loan s = lend();
+    evaluate_residual(z, *s);
+    y[0] = 0.5 * s->r.dot(s->weighted);
     std::fill_n(entries, jacobian_pattern_.entries(), 0.0);
     shifted_.for_each([&](int i, int col, int e) {
       const int position = jacobian_pattern_.find(0, col);
-      if (position >= 0) entries[position] += weighted_[i] * shifted_entries_[e];
+      if (position >= 0) entries[position] += s->weighted[i] * s->shifted[e];
     });
   }
 
   void hessian(const double* z, const double* weights, double* entries,
                Curvature curvature) const override {
-    evaluate_residual(z);
+    const Pool::Loan s = lend();
+    evaluate_residual(z, *s);
     std::fill_n(entries, hessian_pattern_.entries(), 0.0);
     for (const Product& p : products_)
-      entries[p.position] +=
-          weights[0] * p.weight * shifted_entries_[p.ei] * shifted_entries_[p.ej];
-    if (curvature == Curvature::gauss_newton || curvature_entries_.empty()) return;
-    weighted_ *= weights[0];
-    residual_.hessian(z, weighted_.data(), curvature_entries_.data(), curvature);
-    for (std::size_t e = 0; e < curvature_entries_.size(); ++e)
-      entries[to_hessian_[e]] += curvature_entries_[e];
+      entries[p.position] += weights[0] * p.weight * s->shifted[p.ei] * s->shifted[p.ej];
+    if (curvature == Curvature::gauss_newton || s->curvature.empty()) return;
+    s->weighted *= weights[0];
+    residual_.hessian(z, s->weighted.data(), s->curvature.data(), curvature);
+    for (std::size_t e = 0; e < s->curvature.size(); ++e)
+      entries[to_hessian_[e]] += s->curvature[e];
   }
 
  private:
+  struct Workspace {
+    VectorXd r, weighted;  // r - ref(t), W (r - ref(t))
+    // Jacobian of r, that of r - ref(t), and second derivatives of r.
+    std::vector<double> entries, shifted, curvature;
+  };
+  using Pool = WorkspacePool<Workspace>;
+
+  std::unique_ptr<Workspace> new_workspace() const {
+    const int m = residual_.outputs();
+    return std::make_unique<Workspace>(Workspace{
+        VectorXd(m), VectorXd(m), std::vector<double>(residual_.jacobian_pattern().entries()),
+        std::vector<double>(shifted_.entries()),
+        std::vector<double>(residual_.hessian_pattern().entries())});
+  }
+  Pool::Loan lend() const {
+    return workspaces_.lend([this] { return new_workspace(); });
+  }
+
   // One summand W(i, j) r_i' r_j' of the lower triangle: entries of the shifted residual's rows.
   struct Product {
     int ei, ej, position;
@@ -118,21 +142,20 @@ class LeastSquares final : public FunctionBody {
       }
   }
 
-  void shift(const double* z) const {
+  void shift(const double* z, VectorXd& r) const {
     if (reference_.is_zero()) return;
-    for (int i = 0; i < r_.size(); ++i) r_[i] -= reference_.at(z[0], i);
+    for (int i = 0; i < r.size(); ++i) r[i] -= reference_.at(z[0], i);
   }
 
-  void evaluate_residual(const double* z) const {
-    residual_.jacobian(z, r_.data(), residual_entries_.data());
-    shift(z);
-    weighted_.noalias() = weight_ * r_;
-    std::fill(shifted_entries_.begin(), shifted_entries_.end(), 0.0);
-    for (std::size_t e = 0; e < residual_entries_.size(); ++e)
-      shifted_entries_[to_shifted_[e]] = residual_entries_[e];
+  void evaluate_residual(const double* z, Workspace& s) const {
+    residual_.jacobian(z, s.r.data(), s.entries.data());
+    shift(z, s.r);
+    s.weighted.noalias() = weight_ * s.r;
+    std::fill(s.shifted.begin(), s.shifted.end(), 0.0);
+    for (std::size_t e = 0; e < s.entries.size(); ++e) s.shifted[to_shifted_[e]] = s.entries[e];
     if (reference_.varies())
-      for (int i = 0; i < r_.size(); ++i)
-        shifted_entries_[shifted_.find(i, 0)] -= reference_.rate(z[0], i);
+      for (int i = 0; i < s.r.size(); ++i)
+        s.shifted[shifted_.find(i, 0)] -= reference_.rate(z[0], i);
   }
 
   Function residual_;
@@ -141,28 +164,35 @@ class LeastSquares final : public FunctionBody {
   SparsityPattern shifted_;  // Jacobian of r - ref(t)
   std::vector<int> to_shifted_, to_hessian_;
   std::vector<Product> products_;
-  mutable VectorXd r_, weighted_;
-  mutable std::vector<double> residual_entries_, shifted_entries_, curvature_entries_;
+  Pool workspaces_;
 };
 
 class Stack final : public FunctionBody {
  public:
-  explicit Stack(const std::vector<Function>& functions)
-      : FunctionBody(functions.front().inputs(), count_outputs(functions)), functions_(functions) {
+  explicit Stack(const std::vector<Function>& functions, Lending lending = Lending::shared)
+      : FunctionBody(functions.front().inputs(), count_outputs(functions)),
+        functions_(functions),
+        most_curvature_(most_curvature(functions)),
+        workspaces_(lending) {
     Pairs rows, hessian;
-    int first_row = 0, most = 0;
+    int first_row = 0;
     for (const Function& f : functions_) {
       f.jacobian_pattern().for_each(
           [&](int r, int c, int) { rows.emplace_back(first_row + r, c); });
       append(hessian, f.hessian_pattern());
       first_row += f.outputs();
-      most = std::max(most, f.hessian_pattern().entries());
     }
     jacobian_pattern_ = SparsityPattern::from_pairs(outputs(), inputs(), rows);
     hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), hessian);
     for (const Function& f : functions_)
       to_hessian_.push_back(positions(f.hessian_pattern(), hessian_pattern_));
-    scratch_.resize(most);
+    workspaces_.add(new_workspace());
+  }
+
+  bool is_reentrant() const override {
+    return workspaces_.is_shared() &&
+           std::all_of(functions_.begin(), functions_.end(),
+                       [](const Function& f) { return f.is_reentrant(); });
   }
 
   int degree(int output, const std::vector<char>& variable) const override {
@@ -179,7 +209,7 @@ class Stack final : public FunctionBody {
       parts.push_back(f.separate());
       if (!parts.back()) return nullptr;
     }
-    return std::make_shared<Stack>(parts);
+    return std::make_shared<Stack>(parts, Lending::exclusive);
   }
 
   void value(const double* z, double* y) const override {
@@ -201,10 +231,11 @@ class Stack final : public FunctionBody {
   void hessian(const double* z, const double* weights, double* entries,
                Curvature curvature) const override {
     std::fill_n(entries, hessian_pattern_.entries(), 0.0);
+    const auto part = workspaces_.lend([this] { return new_workspace(); });
     for (std::size_t i = 0; i < functions_.size(); ++i) {
-      functions_[i].hessian(z, weights, scratch_.data(), curvature);
+      functions_[i].hessian(z, weights, part->data(), curvature);
       for (std::size_t e = 0; e < to_hessian_[i].size(); ++e)
-        entries[to_hessian_[i][e]] += scratch_[e];
+        entries[to_hessian_[i][e]] += (*part)[e];
       weights += functions_[i].outputs();
     }
   }
@@ -216,9 +247,21 @@ class Stack final : public FunctionBody {
     return n;
   }
 
+  static int most_curvature(const std::vector<Function>& functions) {
+    int most = 0;
+    for (const Function& f : functions) most = std::max(most, f.hessian_pattern().entries());
+    return most;
+  }
+
+  using Workspace = std::vector<double>;  // second derivatives of one part
+  std::unique_ptr<Workspace> new_workspace() const {
+    return std::make_unique<Workspace>(most_curvature_);
+  }
+
   std::vector<Function> functions_;
   std::vector<std::vector<int>> to_hessian_;
-  mutable std::vector<double> scratch_;
+  int most_curvature_;  // largest number of second derivatives of a part
+  WorkspacePool<Workspace> workspaces_;
 };
 
 class TimesLength final : public FunctionBody {
@@ -233,8 +276,9 @@ class TimesLength final : public FunctionBody {
     gradient.emplace_back(0, h);
     jacobian_pattern_ = SparsityPattern::from_pairs(1, inputs(), gradient);
     hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), hessian);
-    gradient_.resize(cost.jacobian_pattern().entries());
   }
+
+  bool is_reentrant() const override { return cost_.is_reentrant(); }
 
   int degree(int, const std::vector<char>& variable) const override {
     const std::vector<char> of_cost(variable.begin(), variable.end() - 1);
@@ -265,14 +309,13 @@ class TimesLength final : public FunctionBody {
     const double weight = weights[0] * z[cost_.inputs()];
     cost_.hessian(z, &weight, entries, curvature);  // the row of h comes last
     double y;
-    cost_.jacobian(z, &y, gradient_.data());
     double* row = entries + cost_.hessian_pattern().entries();
-    for (std::size_t e = 0; e < gradient_.size(); ++e) row[e] = weights[0] * gradient_[e];
+    cost_.jacobian(z, &y, row);
+    for (int e = 0; e < cost_.jacobian_pattern().entries(); ++e) row[e] *= weights[0];
   }
 
  private:
   Function cost_;
-  mutable std::vector<double> gradient_;
 };
 
 class ChangeCosts final : public FunctionBody {

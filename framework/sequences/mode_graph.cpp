@@ -31,6 +31,10 @@ class Widened final : public FunctionBody {
     return input < formula_.inputs() && formula_.reads(input);
   }
   bool is_reentrant() const override { return formula_.is_reentrant(); }
+  std::shared_ptr<const FunctionBody> separate() const override {
+    const Function own = formula_.separate();
+    return own ? std::make_shared<Widened>(own, inputs()) : nullptr;
+  }
   void value(const double* z, double* y) const override { formula_.value(z, y); }
   void jacobian(const double* z, double* y, double* entries) const override {
     formula_.jacobian(z, y, entries);

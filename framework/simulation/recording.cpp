@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "saltus/simulation/text_table.hpp"
 
@@ -113,11 +114,19 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
     if (!recording.samples.empty()) t = std::max(t, recording.samples.back().time);
     recording.samples.push_back({t, std::move(state), input, mode});
   };
+  // One per phase, as they are needed; null: the phase has no events inside.
+  std::vector<std::unique_ptr<Integrator>> integrators(trajectory.phases().size());
+  const auto event_integrator = [&](int phase) {
+    std::unique_ptr<Integrator>& made = integrators[phase];
+    const ReentrantIntegrator& integrator = *trajectory.phases()[phase].integrator;
+    if (!made && !integrator.problem().switching.empty()) made = integrator.make();
+    return dynamic_cast<EventIntegrator*>(made.get());
+  };
   int sliding = -1;  // the mode at the end of the piece before, if it slides
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     const TrajectoryPiece& piece = pieces[k];
     const Trajectory::PhaseInfo& phase = trajectory.phases()[piece.phase];
-    auto* const hybrid = dynamic_cast<EventIntegrator*>(phase.integrator.get());
+    EventIntegrator* const hybrid = event_integrator(piece.phase);
     std::vector<HybridEvent> inside;
     const bool is_new_phase = k == 0 || pieces[k - 1].phase != piece.phase;
     if (hybrid != nullptr) {

@@ -1,7 +1,6 @@
 // Set-up of a BlockProgram: its patterns, and where every derivative of a block goes in them.
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <utility>
 
 #include "saltus/transcription/block_program.hpp"
@@ -61,17 +60,13 @@ void BlockProgram::set_threads(int threads) {
   pool_ = threads == 1 ? nullptr : std::make_unique<ThreadPool>(threads);
 }
 
-// Blocks of one function are dealt out in runs, so that neighbours mostly stay with one thread, and
-// threads other than the calling one get functions of their own.
+// Blocks of one function are dealt out in runs, so that neighbours mostly stay with one thread.
+// Each thread gets functions of its own: nobody else's evaluation makes one of the program wait for
+// memory. The calling thread keeps functions that are not re-entrant, which only this program has.
 void BlockProgram::assign_threads() {
   constexpr int runs_per_thread = 8;
   shares_.assign(threads_, {});
   finite_in_share_.assign(threads_, 1);
-  if (threads_ == 1) {
-    shares_.front().resize(blocks_.size());
-    std::iota(shares_.front().begin(), shares_.front().end(), 0);
-    return;
-  }
   struct Group {
     int count = 0, seen = 0;
     std::vector<Function> separate;  // per thread; empty at first
@@ -87,7 +82,7 @@ void BlockProgram::assign_threads() {
         group.count == 1
             ? alone++ % threads_
             : static_cast<int>(static_cast<long>(group.seen++) * runs / group.count) % threads_;
-    if (thread > 0) {
+    if (thread > 0 || function.is_reentrant()) {
       group.separate.resize(threads_);
       Function& own = group.separate[thread];
       if (!own) own = function.separate();

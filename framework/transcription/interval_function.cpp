@@ -188,26 +188,7 @@ class IntervalFunction final : public FunctionBody {
 
   std::shared_ptr<const FunctionBody> separate() const override {
     if (!scheme_) return nullptr;
-    IntervalProblem problem = integrator_->problem();
-    bool is_complete = true;
-    const auto replace = [&](Function& f) {
-      if (!f) return;
-      f = f.separate();
-      is_complete = is_complete && f;
-    };
-    replace(problem.dynamics);
-    replace(problem.running_cost);
-    replace(problem.algebraic.dynamics);
-    for (SwitchingSystem::Mode& mode : problem.switching.modes) {
-      replace(mode.dynamics);
-      replace(mode.running_cost);
-    }
-    for (SwitchingSystem::Transition& event : problem.switching.transitions) {
-      replace(event.guard);
-      replace(event.reset);
-    }
-    if (!is_complete) return nullptr;
-    return std::make_shared<IntervalFunction>(scheme_->make(problem), scheme_);
+    return std::make_shared<IntervalFunction>(scheme_->make(integrator_->problem()), scheme_);
   }
 
  private:

@@ -53,18 +53,23 @@ MultipleShooting::~MultipleShooting() = default;
 MultipleShooting::MultipleShooting(MultipleShooting&&) noexcept = default;
 MultipleShooting& MultipleShooting::operator=(MultipleShooting&&) noexcept = default;
 
-NonlinearProgram& MultipleShooting::nlp() { return *program_; }
-const OptimalControlProblem& MultipleShooting::problem() const { return program_->problem(); }
-const Grid& MultipleShooting::grid() const { return program_->grid(); }
-const ProblemData& MultipleShooting::data() const { return program_->data(); }
-const Layout& MultipleShooting::layout() const { return program_->layout(); }
-StageStructure MultipleShooting::stages() const { return stage_structure(*program_); }
+ShootingProgram& MultipleShooting::checked() const {
+  if (!program_) throw DefinitionError("multiple shooting: it has been moved from");
+  return *program_;
+}
+
+NonlinearProgram& MultipleShooting::nlp() { return checked(); }
+const OptimalControlProblem& MultipleShooting::problem() const { return checked().problem(); }
+const Grid& MultipleShooting::grid() const { return checked().grid(); }
+const ProblemData& MultipleShooting::data() const { return checked().data(); }
+const Layout& MultipleShooting::layout() const { return checked().layout(); }
+StageStructure MultipleShooting::stages() const { return stage_structure(checked()); }
 
 // --- data of the next solve ---------------------------------------------------------------------
 
 template <class Edit>
 void MultipleShooting::change(Edit&& edit) {
-  next_ = program_->data();
+  next_ = checked().data();
   edit(next_);
   program_->commit(next_);
 }
@@ -152,7 +157,7 @@ void MultipleShooting::set_penalty_weight(std::string_view weight_name, double w
   if (!(weight > 0.0 && std::isfinite(weight)))
     throw DefinitionError(
         fmt::format("penalty weight '{}' is {}, expected a positive number", weight_name, weight));
-  if (!program_->set_penalty_weight(weight_name, weight))
+  if (!checked().set_penalty_weight(weight_name, weight))
     throw DefinitionError(
         fmt::format("problem '{}' has no penalty weight '{}'", problem().name(), weight_name));
 }

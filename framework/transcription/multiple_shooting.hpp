@@ -49,7 +49,8 @@ struct ShootingOptions {
 };
 
 /// Direct multiple shooting. Patterns and sizes are fixed by the constructor; start, data, event
-/// times and penalty weights may change between solves.
+/// times and penalty weights may change between solves. One that was moved from has no program: its
+/// members throw DefinitionError.
 class MultipleShooting : public DataByName<MultipleShooting> {
  public:
   /// Throws DefinitionError when the problem or the options are wrong.
@@ -71,9 +72,9 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// Its variables.
   const Layout& layout() const;
   /// What nlp() is, with the grid points of its terms: for PlanShift.
-  const ShootingProgram& program() const { return *program_; }
+  const ShootingProgram& program() const { return checked(); }
   /// The same, for OptimumDerivatives, which commits data beside the present ones and these again.
-  ShootingProgram& editable_program() { return *program_; }
+  ShootingProgram& editable_program() { return checked(); }
   /// Stages of nlp(): a node of a phase each, with the interval that begins there.
   StageStructure stages() const;
 
@@ -109,13 +110,14 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   /// input go on.
   NlpPoint guess_from(const Trajectory& trajectory) const;
 
-  /// Of a point of the program.
+  /// Of a point of the program. Throws DefinitionError if w has another size.
   Trajectory trajectory(const VectorXd& w) const;
   /// Interprets a result of a solver of nlp(). Guards that end phases are looked at where nodes
   /// are, and at so many points inside each interval.
   Solution interpret(NlpResult result, int inside = 0);
 
  private:
+  ShootingProgram& checked() const;
   /// Commits an edited copy of the present data.
   template <class Edit>
   void change(Edit&& edit);

@@ -64,7 +64,7 @@ void PlanShift::remember(const ShootingProgram& program, const VectorXd& w) {
   bounds_ = program.bounds_revision();
 }
 
-bool PlanShift::is_same_horizon(const ShootingProgram& program, const VectorXd& w) const {
+bool PlanShift::is_same_horizon(const ShootingProgram& program, const VectorXd& w) {
   if (bounds_ != program.bounds_revision()) return false;
   fill_times(program, w, new_);
   const double later = new_.front().front().start - old_.front().front().start;
@@ -114,7 +114,7 @@ int PlanShift::nearest_node(int phase, double t) const {
 }
 
 void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& plan,
-                      PrimalDualPoint& guess) const {
+                      PrimalDualPoint& guess) {
   guess.w = plan.w;
   guess.lambda = plan.lambda;
   guess.z = plan.z;

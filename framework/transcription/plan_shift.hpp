@@ -27,10 +27,9 @@ class PlanShift {
   /// Whether the program's horizon is the remembered one, only later: the same intervals, with the
   /// same rows and bounds in force. Where the optimum hangs on the state alone, the plan as it was
   /// is nearer to it than the plan moved on, which has no end of its own yet.
-  bool is_same_horizon(const ShootingProgram& program, const VectorXd& w) const;
+  bool is_same_horizon(const ShootingProgram& program, const VectorXd& w);
   /// `plan`, made on the remembered grid, on the program's present one. Multipliers may be empty.
-  void apply(const ShootingProgram& program, const PrimalDualPoint& plan,
-             PrimalDualPoint& guess) const;
+  void apply(const ShootingProgram& program, const PrimalDualPoint& plan, PrimalDualPoint& guess);
 
  private:
   struct Interval {
@@ -54,9 +53,9 @@ class PlanShift {
   static void fill_times(const ShootingProgram& program, const VectorXd& w,
                          std::vector<std::vector<Interval>>& times);
 
-  std::vector<std::vector<Interval>> old_;          // per phase
-  long bounds_ = -1;                                // revision of the remembered program's
-  mutable std::vector<std::vector<Interval>> new_;  // scratch
+  std::vector<std::vector<Interval>> old_;  // per phase
+  long bounds_ = -1;                        // revision of the remembered program's
+  std::vector<std::vector<Interval>> new_;  // working memory
   std::vector<Family> families_;
   std::vector<int> first_instance_;  // of each phase among the intervals
   std::vector<char> goes_on_after_;  // whether the next phase is this one's continuation

@@ -91,6 +91,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   } catch (const DefinitionError& e) {
     throw DefinitionError(fmt::format("phase '{}': {}", phase.name, e.what()));
   }
+  reentrant_integrators_.push_back(std::make_shared<const ReentrantIntegrator>(interval, choice));
   if (!integrators_.back()->has_hessian()) {
     set_support(false, supports(Curvature::gauss_newton) && !costs_ride_along);
   }

@@ -8,7 +8,7 @@
 namespace saltus {
 
 NlpPoint MultipleShooting::initial_guess() const {
-  NlpPoint point{VectorXd::Zero(program_->variables()), {}, {}};
+  NlpPoint point{VectorXd::Zero(checked().variables()), {}, {}};
   VectorXd& w = point.w;
   VectorXd start = problem().start_guess();
   for (int i = 0; i < start.size(); ++i)

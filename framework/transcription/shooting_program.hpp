@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "saltus/model/integrator.hpp"
+#include "saltus/model/reentrant_integrator.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/transcription/block_program.hpp"
 #include "saltus/transcription/grid.hpp"
@@ -53,8 +54,12 @@ class ShootingProgram final : public BlockProgram {
   /// Its variables.
   const Layout& layout() const { return layout_; }
 
-  /// One per phase.
+  /// One per phase. They evaluate the program's intervals: for the thread that uses the program.
   const std::vector<std::shared_ptr<Integrator>>& integrators() const { return integrators_; }
+  /// One per phase, for trajectories: what they evaluate is independent of the program.
+  const std::vector<std::shared_ptr<const ReentrantIntegrator>>& reentrant_integrators() const {
+    return reentrant_integrators_;
+  }
   /// What integrates each interval.
   const std::vector<shooting::IntervalInstance>& interval_instances() const { return intervals_; }
   /// Rows of path and point constraints.
@@ -174,6 +179,7 @@ class ShootingProgram final : public BlockProgram {
   int total_time_row_ = -1;
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
+  std::vector<std::shared_ptr<const ReentrantIntegrator>> reentrant_integrators_;  // per phase
   std::vector<shooting::IntervalInstance> intervals_;
   std::vector<shooting::RowInstance> rows_;
   std::vector<shooting::LimitInstance> limits_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "saltus/core/error.hpp"
 #include "saltus/transcription/crossing_report.hpp"
 #include "saltus/transcription/dependent_rows.hpp"
 #include "saltus/transcription/integration_failure.hpp"
@@ -16,11 +17,15 @@ namespace saltus {
 using namespace shooting;
 
 Trajectory MultipleShooting::trajectory(const VectorXd& w) const {
+  if (w.size() != checked().variables())
+    throw DefinitionError(fmt::format("trajectory: a point of {} variables is given, expected {}",
+                                      w.size(), program_->variables()));
   std::vector<Trajectory::PhaseInfo> phases;
   std::vector<TrajectoryPiece> pieces;
   for (int j = 0; j < grid().phases(); ++j) {
     const PhaseDefinition& phase = problem().phases()[j];
-    phases.push_back({phase.name, program_->parameters_of(j, &w), program_->integrators()[j]});
+    phases.push_back(
+        {phase.name, program_->parameters_of(j, &w), program_->reentrant_integrators()[j]});
     const double T = program_->duration_of(j, &w);
     const double start = program_->start_of(j, &w);
     const auto state = [&](int node) -> VectorXd {
@@ -185,6 +190,7 @@ Solution& Solution::operator=(Solution&& other) noexcept = default;
 Solution::~Solution() = default;
 
 Solution MultipleShooting::interpret(NlpResult result, int inside) {
+  checked();
   Solution solution;
   solution.status = result.status;
   const bool is_known = program_->is_linear_quadratic() || result.contradiction;

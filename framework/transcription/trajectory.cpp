@@ -7,6 +7,10 @@
 #include <cmath>
 #include <limits>
 #include <ostream>
+#include <tuple>
+#include <utility>
+
+#include "saltus/core/error.hpp"
 
 namespace saltus {
 
@@ -15,9 +19,49 @@ namespace {
 // which callers ask: what differs by rounding only is one instant. Some units in the last place,
 // for clocks count from an epoch and intervals last milliseconds all the same.
 double rounding(double t) {
+  if (std::isinf(t)) return 0.0;
   return std::max(1e-12, 4.0 * std::numeric_limits<double>::epsilon() * std::abs(t));
 }
+
+// Refuses NaN, except where the times of the plan, of which this is the last, are NaN themselves.
+void check_time(double t, const TrajectoryPiece& last) {
+  if (std::isnan(t) && !std::isnan(last.end()))
+    throw DefinitionError("trajectory: it is asked for a time that is NaN");
+}
+
+const std::vector<TrajectoryPiece>& checked(const std::vector<TrajectoryPiece>& pieces) {
+  if (pieces.empty())
+    throw DefinitionError(
+        "trajectory: it is empty (never filled, moved from, or of a solve without a plan); ask "
+        "empty() first");
+  return pieces;
+}
 }  // namespace
+
+Trajectory::Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces)
+    : phases_(std::move(phases)), pieces_(std::move(pieces)) {
+  for (const PhaseInfo& phase : phases_) {
+    if (!phase.integrator)
+      throw DefinitionError(fmt::format("trajectory: phase '{}' has no integrator", phase.name));
+    if (const int np = phase.integrator->arguments().np; phase.parameters.size() != np)
+      throw DefinitionError(fmt::format("trajectory: phase '{}' has {} parameters, expected {}",
+                                        phase.name, phase.parameters.size(), np));
+  }
+  for (std::size_t k = 0; k < pieces_.size(); ++k) {
+    const TrajectoryPiece& piece = pieces_[k];
+    if (piece.phase < 0 || piece.phase >= static_cast<int>(phases_.size()))
+      throw DefinitionError(fmt::format("trajectory: piece {} is of phase {}, but there are {}", k,
+                                        piece.phase, phases_.size()));
+    const IntervalArguments a = phases_[piece.phase].integrator->arguments();
+    for (const auto& [what, given, expected] : {std::tuple{"state", piece.state.size(), a.nx},
+                                                {"end state", piece.end_state.size(), a.nx},
+                                                {"input", piece.coefficients.size(), a.nc}})
+      if (given != expected)
+        throw DefinitionError(
+            fmt::format("trajectory: piece {} of phase '{}' has {} entries of its {}, expected {}",
+                        k, phases_[piece.phase].name, given, what, expected));
+  }
+}
 
 Trajectory::Trajectory() = default;
 Trajectory::Trajectory(const Trajectory& other) = default;
@@ -26,14 +70,28 @@ Trajectory& Trajectory::operator=(const Trajectory& other) = default;
 Trajectory& Trajectory::operator=(Trajectory&& other) noexcept = default;
 Trajectory::~Trajectory() = default;
 
+double Trajectory::start_time() const { return checked(pieces_).front().start; }
+double Trajectory::end_time() const { return checked(pieces_).back().end(); }
+const VectorXd& Trajectory::final_state() const { return checked(pieces_).back().end_state; }
+
+const Trajectory::PhaseInfo& Trajectory::phase_of(const TrajectoryPiece& piece) const {
+  if (piece.phase < 0 || piece.phase >= static_cast<int>(phases_.size()))
+    throw DefinitionError(
+        fmt::format("trajectory: a piece of phase {} is not one of its pieces; it has {} phases",
+                    piece.phase, phases_.size()));
+  return phases_[piece.phase];
+}
+
 const TrajectoryPiece& Trajectory::piece_at(double t) const {
+  check_time(t, checked(pieces_).back());
   const auto after = std::upper_bound(pieces_.begin(), pieces_.end(), t + rounding(t),
                                       [](double time, const auto& p) { return time < p.start; });
   return after == pieces_.begin() ? pieces_.front() : *(after - 1);
 }
 
 VectorXd Trajectory::input_in(const TrajectoryPiece& piece, double t) const {
-  const IntervalProblem& problem = phases_[piece.phase].integrator->problem();
+  check_time(t, piece);
+  const IntervalProblem& problem = phase_of(piece).integrator->problem();
   const int nu = problem.arguments.nu;
   if (problem.shape == InputShape::constant) return piece.coefficients;
   const double s =
@@ -42,9 +100,11 @@ VectorXd Trajectory::input_in(const TrajectoryPiece& piece, double t) const {
 }
 
 VectorXd Trajectory::state_in(const TrajectoryPiece& piece, double t) const {
+  check_time(t, piece);
+  const PhaseInfo& phase = phase_of(piece);
   if (t <= piece.start) return piece.state;
   if (t >= piece.end()) return piece.end_state;
-  Integrator& integrator = *phases_[piece.phase].integrator;
+  const ReentrantIntegrator& integrator = *phase.integrator;
   const IntervalArguments a = integrator.arguments();
   const int nu = integrator.problem().arguments.nu;
   VectorXd w(a.size());
@@ -52,7 +112,7 @@ VectorXd Trajectory::state_in(const TrajectoryPiece& piece, double t) const {
   w.segment(a.c(), a.nc) = piece.coefficients;
   if (integrator.problem().shape == InputShape::linear)
     w.segment(a.c(nu), nu) = input_in(piece, t);  // the ramp up to t only
-  w.segment(a.p(), a.np) = phases_[piece.phase].parameters;
+  w.segment(a.p(), a.np) = phase.parameters;
   w[a.t0()] = piece.start;
   w[a.h()] = t - piece.start;
   VectorXd end(integrator.outputs());
@@ -63,6 +123,7 @@ VectorXd Trajectory::state_in(const TrajectoryPiece& piece, double t) const {
 
 VectorXd Trajectory::state(double t) const { return state_in(piece_at(t), t); }
 VectorXd Trajectory::state_before(double t) const {
+  check_time(t, checked(pieces_).back());
   const auto piece = std::lower_bound(pieces_.begin(), pieces_.end(), t - rounding(t),
                                       [](const auto& p, double time) { return p.end() < time; });
   return state_in(piece == pieces_.end() ? pieces_.back() : *piece, t);
@@ -72,14 +133,18 @@ VectorXd Trajectory::input(double t) const { return input_in(piece_at(t), t); }
 VectorXd Trajectory::algebraic(double t) const { return algebraic_in(piece_at(t), t); }
 
 VectorXd Trajectory::algebraic_in(const TrajectoryPiece& piece, double t) const {
-  const IntervalProblem& problem = phases_[piece.phase].integrator->problem();
+  const PhaseInfo& phase = phase_of(piece);
+  const IntervalProblem& problem = phase.integrator->problem();
   if (!problem.algebraic) return {};
   VectorXd argument(problem.arguments.size());
-  argument << t, state_in(piece, t), input_in(piece, t), phases_[piece.phase].parameters;
+  argument << t, state_in(piece, t), input_in(piece, t), phase.parameters;
   return algebraic_states(problem.algebraic.equations)(argument);
 }
 
 Trajectory Trajectory::after(int phases) const {
+  if (phases < 0 || phases >= static_cast<int>(phases_.size()))
+    throw DefinitionError(fmt::format("trajectory: it has {} phases, and none is left after {}",
+                                      phases_.size(), phases));
   Trajectory rest;
   rest.phases_.assign(phases_.begin() + phases, phases_.end());
   for (const TrajectoryPiece& piece : pieces_)

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "saltus/model/integrator.hpp"
+#include "saltus/model/reentrant_integrator.hpp"
 
 namespace saltus {
 
@@ -24,14 +24,19 @@ struct TrajectoryPiece {
 };
 
 /// Pieces in order of time. Right-continuous: at an event the new phase counts, x+ after the jump.
-/// Shares the integrators of the transcription; evaluation is not re-entrant.
+///
+/// A value: several threads may read one trajectory, or copies of it, at once, also while the
+/// program or the controller that made it goes on. Reading allocates and is not for control loops.
+/// Members throw DefinitionError where the trajectory is empty and where a time is NaN. The plan of
+/// a failed solve may have times that are NaN itself: then what is read of it is NaN.
 class Trajectory {
  public:
   /// What is known of a phase.
   struct PhaseInfo {
-    std::string name;                        ///< of the mode
-    VectorXd parameters;                     ///< data and unknowns, p of the phase
-    std::shared_ptr<Integrator> integrator;  ///< with which it was solved
+    std::string name;     ///< of the mode
+    VectorXd parameters;  ///< data and unknowns, p of the phase
+    /// Problem and scheme with which the phase was solved.
+    std::shared_ptr<const ReentrantIntegrator> integrator;
   };
 
   Trajectory();
@@ -40,9 +45,9 @@ class Trajectory {
   Trajectory& operator=(const Trajectory& other);
   Trajectory& operator=(Trajectory&& other) noexcept;
   ~Trajectory();
-  /// Pieces in the order of time.
-  Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces)
-      : phases_(std::move(phases)), pieces_(std::move(pieces)) {}
+  /// Pieces in the order of time. Throws DefinitionError where a phase has no integrator, a piece
+  /// names no phase or a size differs from that of its phase.
+  Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces);
 
   /// Whether there is none.
   bool empty() const { return pieces_.empty(); }
@@ -50,12 +55,12 @@ class Trajectory {
   const std::vector<PhaseInfo>& phases() const { return phases_; }
   /// One per interval, in the order of time.
   const std::vector<TrajectoryPiece>& pieces() const { return pieces_; }
-  /// In s.
-  double start_time() const { return pieces_.front().start; }
-  /// In s.
-  double end_time() const { return pieces_.back().end(); }
+  /// Start of the first piece, in s.
+  double start_time() const;
+  /// End of the last piece, in s.
+  double end_time() const;
   /// State at the end of the last phase.
-  const VectorXd& final_state() const { return pieces_.back().end_state; }
+  const VectorXd& final_state() const;
 
   /// The piece in force at time t; times outside are clipped to the ends.
   const TrajectoryPiece& piece_at(double t) const;
@@ -73,7 +78,8 @@ class Trajectory {
   /// Algebraic states, of which a phase may have none; NaN where they cannot be found.
   VectorXd algebraic(double t) const;
 
-  /// Without the first phases: what is left once they are over. Must leave one.
+  /// Without the first phases: what is left once they are over. Throws DefinitionError unless it
+  /// leaves one.
   Trajectory after(int phases) const;
 
   /// A header and one line per sample: t, phase, x0..., u0..., z0...; columns that a phase does not
@@ -81,6 +87,7 @@ class Trajectory {
   void write_csv(std::ostream& out, int samples_per_interval = 1) const;
 
  private:
+  const PhaseInfo& phase_of(const TrajectoryPiece& piece) const;
   VectorXd algebraic_in(const TrajectoryPiece& piece, double t) const;
 
   std::vector<PhaseInfo> phases_;

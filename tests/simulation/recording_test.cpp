@@ -67,9 +67,10 @@ TEST(Recording, APlanHasItsJumpsTwice) {
   EXPECT_EQ(recording.samples.back().mode, "rise");
 }
 
-Trajectory trajectory_of(std::shared_ptr<Integrator> integrator,
+Trajectory trajectory_of(const IntervalProblem& problem, const IntegratorChoice& scheme,
                          std::vector<TrajectoryPiece> pieces) {
-  return {{{"move", VectorXd(), std::move(integrator)}}, std::move(pieces)};
+  return {{{"move", VectorXd(), std::make_shared<const ReentrantIntegrator>(problem, scheme)}},
+          std::move(pieces)};
 }
 
 void expect_order(const Recording& recording) {
@@ -89,8 +90,8 @@ TEST(Recording, EveryPieceHasItsOwnInputUpToItsEnd) {
       for (int k = 0; k < 10; ++k)
         pieces.push_back({0, start + length * k, length, VectorXd{{0.0}}, VectorXd{{double(k)}},
                           VectorXd{{length * k}}});
-      const Recording recording = record(OptimalControlProblem("move"),
-                                         trajectory_of(runge_kutta4()->make(problem), pieces), 4);
+      const Recording recording =
+          record(OptimalControlProblem("move"), trajectory_of(problem, runge_kutta4(), pieces), 4);
       ASSERT_EQ(recording.samples.size(), 50u);
       const double clock = 3e-16 * start;  // rounding of times
       for (int i = 0; i < 50; ++i) {
@@ -118,7 +119,8 @@ TEST(Recording, APlanThatSlidesBeginsToDoSoOnce) {
   problem.arguments = {2, 0, 0};
   problem.switching = automaton.system();
   problem.dynamics = problem.switching.modes.front().dynamics;
-  const std::shared_ptr<Integrator> integrator = runge_kutta4({.steps = 2})->make(problem);
+  const IntegratorChoice scheme = runge_kutta4({.steps = 2});
+  const std::unique_ptr<Integrator> integrator = scheme->make(problem);
   std::vector<TrajectoryPiece> pieces;
   VectorXd state = VectorXd::Zero(2), end(2);
   for (int k = 0; k < 10; ++k) {
@@ -130,7 +132,7 @@ TEST(Recording, APlanThatSlidesBeginsToDoSoOnce) {
   }
   for (const int samples : {1, 2, 7}) {
     const Recording recording =
-        record(OptimalControlProblem("slide"), trajectory_of(integrator, pieces), samples);
+        record(OptimalControlProblem("slide"), trajectory_of(problem, scheme, pieces), samples);
     ASSERT_EQ(recording.events.size(), 1u) << recording.events_csv();
     EXPECT_EQ(recording.events[0].kind, EventKind::slides);
     EXPECT_NEAR(recording.events[0].time, 0.35, 1e-14);
@@ -159,7 +161,7 @@ TEST(Recording, AnEventWhereAPieceEndsIsKept) {
       problem.dynamics = problem.switching.modes.front().dynamics;
       const Recording recording = record(
           OptimalControlProblem("ramp"),
-          trajectory_of(runge_kutta4()->make(problem),
+          trajectory_of(problem, runge_kutta4(),
                         {{0, 0.0, length, VectorXd{{0.0}}, VectorXd(), VectorXd{{length - 5.0}}}}),
           samples);
       ASSERT_EQ(recording.events.size(), 1u) << samples << ' ' << length;

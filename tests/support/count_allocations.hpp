@@ -11,9 +11,11 @@ class AllocationCount {
   AllocationCount();
   /// Calls of operator new and of Eigen's malloc, in all threads, since construction.
   long made() const;
+  /// Those of the calling thread, which is the one that constructed this.
+  long made_by_this_thread() const;
 
  private:
-  long start_;
+  long start_, start_here_;
 };
 
 }  // namespace saltus::testing

@@ -1,19 +1,27 @@
 // Threads that plan at the same time share the formulas of one problem and nothing else; threads
-// that evaluate one program leave no trace in its numbers.
+// that evaluate one program leave no trace in its numbers; what docs/promise.md lets several
+// threads read at once is the same for all of them. With a controller:
+// tests/mpc/control_threads_test.cpp.
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "saltus/core/error.hpp"
 #include "saltus/core/random.hpp"
 #include "saltus/core/thread_pool.hpp"
 #include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/idas.hpp"
 #include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/model/algebraic.hpp"
+#include "saltus/model/automaton.hpp"
+#include "saltus/ocp/cost_functions.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
@@ -202,6 +210,239 @@ TEST(Threads, WhatAFormulaThrowsReachesTheCaller) {
   EXPECT_THROW(shooting.nlp().constraints(w.data(), rows.data()), std::runtime_error);
   Refusing::refuses = false;
   EXPECT_TRUE(shooting.nlp().constraints(w.data(), rows.data()));
+}
+
+// --- what docs/promise.md allows several threads at once
+// ------------------------------------------
+
+// Calls work(i) by four threads at once, many times each.
+template <class Work>
+void by_four_threads(const Work& work) {
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 4; ++i)
+    threads.emplace_back([&work, i] {
+      for (int k = 0; k < 50; ++k) work(4 * k + i);
+    });
+}
+
+// x' = z, 0 = z + z^3 / 10 - u + x: z is found by an iteration.
+OptimalControlProblem with_algebraic_state() {
+  Phase<1, 1, 0, 1> phase{
+      "algebraic",
+      [](const auto&, const auto& x, const auto& z, const auto&) {
+        return std::decay_t<decltype(x)>(z[0]);
+      },
+      [](const auto&, const auto& x, const auto& z, const auto& u) {
+        return std::decay_t<decltype(x)>(z[0] + 0.1 * z[0] * z[0] * z[0] - u[0] + x[0]);
+      },
+      Vec<double, 1>{0.0}, exactly(1.0)};
+  phase.bound_input(0, between(-2.0, 2.0))
+      .minimise("effort", [](const auto&, const auto& x, const auto& z, const auto& u) {
+        return x[0] * x[0] + 0.1 * z[0] * z[0] + 0.1 * u[0] * u[0];
+      });
+  OptimalControlProblem problem("algebraic");
+  problem.costs(CostRule::integrated).start_at({1.0}).then(phase);
+  return problem;
+}
+
+// A ball that bounces inside its intervals, pushed so as to end high.
+OptimalControlProblem with_events() {
+  Automaton<2, 1> automaton;
+  automaton
+      .mode("flight",
+            [](const auto&, const auto& x, const auto& u) {
+              return std::decay_t<decltype(x)>{x[1], u[0] - 9.81};
+            })
+      .event(
+          "bounce", "flight", "flight", [](const auto&, const auto& x) { return x[0]; },
+          Crossing::falling,
+          [](const auto&, const auto& x) {
+            return std::decay_t<decltype(x)>{x[0], -0.8 * x[1]};
+          });
+  Phase<2, 1> phase{"ball", automaton, exactly(1.0)};
+  phase.bound_input(0, between(-1.0, 1.0))
+      .track(
+          "push", [](const auto&, const auto&, const auto& u) { return u; }, Vec<double, 1>{0.1})
+      .minimise_at_end("height", [](const auto&, const auto& x) { return -x[0]; });
+  OptimalControlProblem problem("ball");
+  problem.costs(CostRule::integrated).start_at({1.0, 0.0}).then(phase);
+  return problem;
+}
+
+// Each composed function owns working memory; its values are the same by any number of threads.
+TEST(Promise, FunctionsAreEvaluatedBySeveralThreads) {
+  const OptimalControlProblem problem = with_algebraic_state();
+  const PhaseDefinition& phase = problem.phases().front();
+  const Function residual = make_function<1, 1, 0>([](const auto& t, const auto& x, const auto& u) {
+    return std::decay_t<decltype(x)>(x[0] * u[0] + t);
+  });
+  const Function square = least_squares_cost(residual, MatrixXd::Identity(1, 1),
+                                             Reference({0.0, 1.0}, MatrixXd{{0.0, 2.0}}));
+  const std::vector<Function> functions{phase.dynamics,
+                                        phase.terms.front().function,
+                                        algebraic_states(phase.algebraic.equations),
+                                        square,
+                                        stack({square, phase.terms.front().function}),
+                                        times_length(square)};
+  for (const Function& f : functions) {
+    EXPECT_TRUE(f.is_reentrant());
+    const Function own = f.separate();
+    ASSERT_TRUE(own);
+    EXPECT_FALSE(own.is(f));
+    const auto argument = [&](int k) -> VectorXd {
+      return VectorXd::LinSpaced(f.inputs(), 0.1 + 0.01 * (k % 20), 0.9);
+    };
+    const VectorXd weights = VectorXd::Ones(f.outputs());
+    std::vector<VectorXd> values(20);
+    std::vector<MatrixXd> jacobians(20), hessians(20);
+    for (int k = 0; k < 20; ++k) {
+      values[k] = f(argument(k));
+      jacobians[k] = f.dense_jacobian(argument(k));
+      hessians[k] = f.dense_hessian(argument(k), weights);
+      EXPECT_EQ(own(argument(k)), values[k]);
+      EXPECT_EQ(own.dense_jacobian(argument(k)), jacobians[k]);
+      EXPECT_EQ(own.dense_hessian(argument(k), weights), hessians[k]);
+    }
+    std::atomic<int> others = 0;
+    by_four_threads([&](int k) {
+      const VectorXd z = argument(k);
+      others += f(z) == values[k % 20] && f.dense_jacobian(z) == jacobians[k % 20] &&
+                        f.dense_hessian(z, weights) == hessians[k % 20]
+                    ? 0
+                    : 1;
+    });
+    EXPECT_EQ(others, 0);
+  }
+}
+
+struct PlanCase {
+  std::string name;
+  OptimalControlProblem problem;
+  IntegratorChoice scheme;
+};
+
+class PromiseOfPlans : public testing::TestWithParam<PlanCase> {
+ protected:
+  MultipleShooting shooting() const {
+    return {GetParam().problem, {.intervals_per_phase = 6, .integrator = GetParam().scheme}};
+  }
+};
+
+// State, input and algebraic state at 40 instants.
+MatrixXd samples_of(const Trajectory& plan) {
+  const double begin = plan.start_time(), length = plan.end_time() - begin;
+  std::vector<VectorXd> columns;
+  for (int i = 0; i < 40; ++i) {
+    const double t = begin + length * (i + 0.3) / 40.0;
+    const VectorXd x = plan.state(t), u = plan.input(t), z = plan.algebraic(t);
+    VectorXd& column = columns.emplace_back(x.size() + u.size() + z.size());
+    column << x, u, z;
+  }
+  MatrixXd all(columns.front().size(), 40);
+  for (int i = 0; i < 40; ++i) all.col(i) = columns[i];
+  return all;
+}
+
+TEST_P(PromiseOfPlans, APlanIsReadByFourThreadsWhileItsProgramIsSolvedAgain) {
+  MultipleShooting untouched = shooting(), read = shooting();
+  const auto solver = make_sqp(), other_solver = make_sqp();
+  const Solution first = solve(untouched, *solver);
+  const Solution plan = solve(read, *other_solver);
+  ASSERT_EQ(first.point.w, plan.point.w);
+  const MatrixXd samples = samples_of(plan.trajectory);
+  const VectorXd start = 1.1 * GetParam().problem.start_guess();
+  untouched.start_at(0.0, start);
+  read.start_at(0.0, start);
+  const Solution expected = solve(untouched, *solver);
+  std::atomic<int> others = 0;
+  Solution again;
+  {
+    const std::jthread solving([&] { again = solve(read, *other_solver); });
+    by_four_threads([&](int k) {
+      const Solution copy = plan;
+      if (k % 5 == 0)
+        others += samples_of((k % 2 == 0 ? plan : copy).trajectory) == samples ? 0 : 1;
+    });
+  }
+  EXPECT_EQ(others, 0);
+  EXPECT_EQ(again.point.w, expected.point.w);
+  EXPECT_EQ(again.iterations, expected.iterations);
+}
+
+TEST_P(PromiseOfPlans, OneChoiceAndOneProblemServeSeveralThreads) {
+  MultipleShooting alone = shooting();
+  const Solution expected = solve(alone, *make_sqp());
+  std::atomic<int> others = 0;
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < 3; ++i)
+    threads.emplace_back([&] {
+      MultipleShooting own = shooting();  // of the shared problem and the shared choice
+      others += solve(own, *make_sqp()).point.w == expected.point.w ? 0 : 1;
+      GetParam().problem.check();
+      others += GetParam().problem.warnings().size() == expected.warnings.size() ? 0 : 1;
+    });
+  threads.clear();
+  EXPECT_EQ(others, 0);
+}
+
+// One thread at a time, another one each time.
+TEST_P(PromiseOfPlans, ProgramSolverAndIntegratorGoFromThreadToThread) {
+  MultipleShooting alone = shooting();
+  const Solution expected = solve(alone, *make_sqp());
+  std::unique_ptr<MultipleShooting> program;
+  std::unique_ptr<Solver> solver;
+  std::unique_ptr<Integrator> integrator;
+  Solution found;
+  std::thread([&] {
+    program = std::make_unique<MultipleShooting>(shooting());
+    solver = make_sqp();
+  }).join();
+  std::thread([&] { found = solve(*program, *solver); }).join();
+  EXPECT_EQ(found.point.w, expected.point.w);
+  std::thread([&] {
+    integrator = found.trajectory.phases().front().integrator->make();
+    program.reset();
+    solver.reset();
+  }).join();
+  const TrajectoryPiece& piece = found.trajectory.pieces().front();
+  VectorXd w(integrator->arguments().size()), end(integrator->outputs());
+  w << piece.state, piece.coefficients, piece.start, 0.5 * piece.length;
+  std::thread([&] {
+    EXPECT_EQ(integrator->value(w.data(), end.data()), IntegrationStatus::success);
+    integrator.reset();
+  }).join();
+  // The plan outlives the program that it is of.
+  EXPECT_EQ(VectorXd(end.head(piece.state.size())),
+            found.trajectory.state(piece.start + 0.5 * piece.length));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Schemes, PromiseOfPlans,
+    testing::Values(PlanCase{"RungeKutta", with_algebraic_state(), runge_kutta4({.steps = 2})},
+                    PlanCase{"GaussLegendre", with_algebraic_state(),
+                             gauss_legendre({.stages = 2, .steps = 2})},
+                    PlanCase{"Idas", with_algebraic_state(), idas({.tolerance = 1e-8})},
+                    PlanCase{"Cvodes", with_algebraic_state(), cvodes({.tolerance = 1e-8})},
+                    PlanCase{"Events", with_events(), runge_kutta4({.steps = 4})},
+                    PlanCase{"EventsByCvodes", with_events(), cvodes({.tolerance = 1e-8})}),
+    [](const auto& c) { return c.param.name; });
+
+TEST(Promise, ReferencesAndSchedulesAreReadBySeveralThreads) {
+  const Reference reference({0.0, 1.0, 2.0}, MatrixXd{{0.0, 2.0, 1.0}});
+  const Schedule schedule = Schedule({"a", "b", "a"}, {{"on", 0.5}, {"off", 1.5}}).reserve(5);
+  std::atomic<int> others = 0;
+  by_four_threads([&](int k) {
+    const double t = 0.01 * (k % 200);
+    const Schedule copy = schedule;
+    Schedule edited = schedule;
+    edited.retime("on", 0.1 + 1e-3 * k);
+    const std::string mode = t < 0.5 || t >= 1.5 ? "a" : "b";
+    others += reference.at(0.5, 0) == 1.0 && copy.mode_at(t) == mode &&
+                      schedule.mode_at(t) == mode && schedule.time_of("on") == 0.5
+                  ? 0
+                  : 1;
+  });
+  EXPECT_EQ(others, 0);
 }
 
 TEST(ThreadPool, EachThreadTakesPartOnceAndTheFirstFailureIsThrown) {

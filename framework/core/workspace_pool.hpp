@@ -1,0 +1,83 @@
+// Working memory of const functions that several threads may call at once.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <utility>
+
+namespace saltus {
+
+/// Who may call lend().
+enum class Lending {
+  shared,    ///< any number of threads at once
+  exclusive  ///< one thread at a time: costs nothing and never allocates
+};
+
+/// Keeps workspaces between calls and lends each of them to one call at a time. lend() takes no
+/// lock. Where lending is shared, it allocates if none was added or all are in use by other
+/// threads.
+template <class T>
+class WorkspacePool {
+ public:
+  /// Exclusive lending needs one call of add().
+  explicit WorkspacePool(Lending lending = Lending::shared) : lending_(lending) {}
+  WorkspacePool(const WorkspacePool&) = delete;
+  WorkspacePool& operator=(const WorkspacePool&) = delete;
+  ~WorkspacePool() {
+    for (std::atomic<T*>& slot : kept_) delete slot.load(std::memory_order_relaxed);
+  }
+
+  /// A workspace for as long as it lives. It goes back to the pool, also when a call throws.
+  class Loan {
+   public:
+    Loan(const WorkspacePool* back, T* workspace) : back_(back), workspace_(workspace) {}
+    ~Loan() {
+      if (back_ != nullptr) back_->keep(std::unique_ptr<T>(workspace_));
+    }
+    Loan(const Loan&) = delete;
+    Loan& operator=(const Loan&) = delete;
+    /// The workspace.
+    T& operator*() const { return *workspace_; }
+    /// The workspace.
+    T* operator->() const { return workspace_; }
+
+   private:
+    const WorkspacePool* back_;  // null: the pool still has it
+    T* workspace_;
+  };
+
+  /// Whether several threads may borrow at once.
+  bool is_shared() const { return lending_ == Lending::shared; }
+  /// Adds a workspace, at the end of a constructor that knows all sizes: then lend() does not
+  /// allocate for a single thread.
+  void add(std::unique_ptr<T> workspace) { keep(std::move(workspace)); }
+
+  /// A workspace that no other call uses; make() returns a new one as std::unique_ptr<T>.
+  template <class Make>
+  Loan lend(const Make& make) const {
+    if (!is_shared()) return {nullptr, kept_.front().load(std::memory_order_relaxed)};
+    for (std::atomic<T*>& slot : kept_)
+      if (T* const free = slot.exchange(nullptr, std::memory_order_acquire)) return {this, free};
+    return {this, make().release()};
+  }
+
+ private:
+  static constexpr int most_kept = 4;  // more threads than that at once make workspaces anew
+
+  void keep(std::unique_ptr<T> workspace) const {
+    for (std::atomic<T*>& slot : kept_) {
+      T* none = nullptr;
+      if (!slot.compare_exchange_strong(none, workspace.get(), std::memory_order_release,
+                                        std::memory_order_relaxed))
+        continue;
+      (void)workspace.release();  // the slot owns it now
+      return;
+    }
+  }
+
+  Lending lending_;
+  mutable std::array<std::atomic<T*>, most_kept> kept_{};
+};
+
+}  // namespace saltus
