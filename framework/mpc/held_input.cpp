@@ -1,7 +1,10 @@
 #include "saltus/mpc/held_input.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "saltus/core/error.hpp"
 #include "saltus/ocp/window.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "saltus/transcription/shooting_program.hpp"
@@ -10,6 +13,12 @@ namespace saltus {
 
 HeldInput::HeldInput(int pieces, int largest_input) : pieces_(pieces) {
   for (InputPiece& piece : pieces_) piece.values = VectorXd::Zero(largest_input);
+}
+
+void HeldInput::refuse(std::size_t i) const {
+  throw DefinitionError(
+      fmt::format("held input: it has {} pieces and room for {}, so that there is no piece {}",
+                  count_, pieces_.size(), static_cast<std::ptrdiff_t>(i)));
 }
 
 bool HeldInput::all_finite() const {

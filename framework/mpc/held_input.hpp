@@ -1,6 +1,7 @@
 // The input that a controller hands over until its next tick.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "saltus/core/types.hpp"
@@ -21,10 +22,20 @@ struct InputPiece {
 };
 
 /// Pieces that cover one tick without gap, in order: one, or more when an event falls inside. Has
-/// room for as many as will ever be needed.
+/// room for as many as will ever be needed. Empty before the first tick and once it was moved from.
 class HeldInput {
  public:
   HeldInput() = default;
+  HeldInput(const HeldInput& other) = default;
+  HeldInput& operator=(const HeldInput& other) = default;
+  HeldInput(HeldInput&& other) noexcept
+      : pieces_(std::move(other.pieces_)), count_(std::exchange(other.count_, 0)) {}
+  HeldInput& operator=(HeldInput&& other) noexcept {
+    pieces_ = std::move(other.pieces_);
+    count_ = std::exchange(other.count_, 0);
+    return *this;
+  }
+  ~HeldInput() = default;
   /// Room for so many pieces and inputs so large; nothing is allocated afterwards.
   HeldInput(int pieces, int largest_input);
 
@@ -32,10 +43,13 @@ class HeldInput {
   std::size_t size() const { return count_; }
   /// Whether there is none.
   bool empty() const { return count_ == 0; }
-  /// Piece i.
-  const InputPiece& operator[](std::size_t i) const { return pieces_[i]; }
-  /// The last piece.
-  const InputPiece& back() const { return pieces_[count_ - 1]; }
+  /// Piece i. Throws DefinitionError unless there is one.
+  const InputPiece& operator[](std::size_t i) const {
+    if (i >= count_) refuse(i);
+    return pieces_[i];
+  }
+  /// The last piece. Throws DefinitionError if there is none.
+  const InputPiece& back() const { return (*this)[count_ - 1]; }
   /// First piece.
   std::vector<InputPiece>::const_iterator begin() const { return pieces_.begin(); }
   /// One behind the last piece.
@@ -45,14 +59,22 @@ class HeldInput {
 
   /// Forgets all pieces.
   void clear() { count_ = 0; }
-  /// A piece to be filled in.
-  InputPiece& add() { return pieces_[count_++]; }
-  /// The last piece, to be changed.
-  InputPiece& last() { return pieces_[count_ - 1]; }
+  /// A piece to be filled in. Throws DefinitionError where there is no room for one.
+  InputPiece& add() {
+    if (count_ >= pieces_.size()) refuse(count_);
+    return pieces_[count_++];
+  }
+  /// The last piece, to be changed. Throws DefinitionError if there is none.
+  InputPiece& last() {
+    if (count_ == 0) refuse(0);
+    return pieces_[count_ - 1];
+  }
   /// Whether every number is finite.
   bool all_finite() const;
 
  private:
+  [[noreturn]] void refuse(std::size_t i) const;
+
   std::vector<InputPiece> pieces_;
   std::size_t count_ = 0;
 };

@@ -135,17 +135,27 @@ RecedingHorizonController::RecedingHorizonController(MultipleShooting shooting,
   solver_ = make_real_time_iteration(shooting_->nlp());
 }
 
+MultipleShooting& RecedingHorizonController::checked() const {
+  if (!shooting_) throw DefinitionError("controller: it has been moved from");
+  return *shooting_;
+}
+
+std::string RecedingHorizonController::solver_name() const {
+  checked();
+  return solver_->name();
+}
+
 void RecedingHorizonController::set_entries(std::string_view name, const VectorRef& values,
                                             std::span<const ParameterEntry> entries) {
   if (values.allFinite())
-    shooting_->set_entries(name, values, entries);
+    checked().set_entries(name, values, entries);
   else
     has_bad_data_ = true;
   is_prepared_ = is_prepared_ && values.allFinite();
 }
 
 void RecedingHorizonController::retime(std::string_view event, double time) {
-  if (time == shooting_->data().schedule.time_of(event)) return;
+  if (time == checked().data().schedule.time_of(event)) return;
   if (std::isnan(time))
     has_bad_data_ = true;
   else
@@ -154,7 +164,7 @@ void RecedingHorizonController::retime(std::string_view event, double time) {
 }
 
 void RecedingHorizonController::set_schedule(const Schedule& schedule) {
-  if (schedule == shooting_->data().schedule) return;
+  if (schedule == checked().data().schedule) return;
   shooting_->set_schedule(schedule);
   is_prepared_ = false;
 }
@@ -163,16 +173,17 @@ void RecedingHorizonController::set_previous_input(const VectorRef& input) {
   if ((input.array().abs() == infinity).any())
     has_bad_data_ = true;
   else
-    shooting_->set_previous_input(input);
+    checked().set_previous_input(input);
 }
 
 void RecedingHorizonController::set_remaining(Bounds first_phase, Bounds total_time) {
-  shooting_->set_remaining(first_phase, total_time);
+  checked().set_remaining(first_phase, total_time);
   is_prepared_ = false;
 }
 
 void RecedingHorizonController::adopt_plan(double t, const Trajectory& plan) {
-  shooting_->start_time(t);
+  if (plan.empty()) throw DefinitionError("controller: the plan that it is to adopt is empty");
+  checked().start_time(t);
   plan_.w = shooting_->guess_from(plan).w;
   plan_.lambda.setZero(initial_.lambda.size());
   plan_.z.setZero(initial_.z.size());
@@ -196,6 +207,7 @@ Provenance RecedingHorizonController::without_solve() const {
 }
 
 void RecedingHorizonController::prepare(double t) noexcept {
+  if (!shooting_) return;
   const WallClock::time_point begin = WallClock::now();
   if (std::isfinite(t))
     now_ = t;
@@ -238,6 +250,7 @@ const ControlTick& RecedingHorizonController::tick(double t, const VectorRef& st
 const ControlTick& RecedingHorizonController::answer(const VectorRef& state,
                                                      WallClock::time_point begin,
                                                      bool prepared_late) noexcept {
+  if (!shooting_) return tick_ = {};
   tick_.time = now_;
   tick_.status = SolveStatus::invalid_problem;
   tick_.iterations = 0;
@@ -379,11 +392,16 @@ void RecedingHorizonController::fall_back(const VectorRef& state) {
 }
 
 double RecedingHorizonController::end_of_phase(int phase) const {
+  if (const int phases = checked().grid().phases(); phase < 0 || phase >= phases)
+    throw DefinitionError(
+        fmt::format("controller: problem '{}' has {} phases, so that there is no phase {}",
+                    problem().name(), phases, phase));
   const NlpPoint& plan = is_of_this_tick(tick_.provenance) ? plan_ : guess_;
   return shooting_->program().start_of(phase + 1, &plan.w);
 }
 
 Solution RecedingHorizonController::report() {
+  checked();
   const bool accepted = is_of_this_tick(tick_.provenance);
   NlpResult result;
   result.status = tick_.status;

@@ -106,6 +106,9 @@ struct LoopStatistics {
 /// previous input are set before the tick. After construction a tick does not allocate, if the
 /// solver does not, and never throws: what a formula or a function of the options throws, whatever
 /// it is, leads to the plan before or the fallback.
+///
+/// A controller that was moved from has no program any more: its ticks are fallbacks with an empty
+/// input, and its other members throw DefinitionError.
 class RecedingHorizonController : public DataByName<RecedingHorizonController> {
  public:
   /// The controller owns both; the solver belongs to this program.
@@ -115,9 +118,9 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   RecedingHorizonController(MultipleShooting shooting, ControllerOptions options);
 
   /// Its program, for data and schedule between ticks.
-  MultipleShooting& shooting() { return *shooting_; }
+  MultipleShooting& shooting() { return checked(); }
   /// What it plans.
-  const OptimalControlProblem& problem() const { return shooting_->problem(); }
+  const OptimalControlProblem& problem() const { return checked().problem(); }
   /// Of the ticks, s.
   double period() const { return options_.period; }
 
@@ -155,8 +158,9 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   /// Of all ticks so far.
   const LoopStatistics& statistics() const { return statistics_; }
   /// Of what solves the ticks.
-  std::string solver_name() const { return solver_->name(); }
-  /// When the plan behind the last tick's input ends this phase, s.
+  std::string solver_name() const;
+  /// When the plan behind the last tick's input ends this phase, s. Throws DefinitionError unless
+  /// the problem has the phase.
   double end_of_phase(int phase) const;
   /// The plan behind the last tick's input with all its costs and residuals recomputed: outside the
   /// loop, before anything is changed. Its status is the tick's, so that ok() is false where the
@@ -169,6 +173,7 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   Solution report();
 
  private:
+  MultipleShooting& checked() const;
   const ControlTick& answer(const VectorRef& state, WallClock::time_point begin,
                             bool prepared_late) noexcept;
   void solve(const VectorRef& state, WallClock::time_point begin);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "saltus/core/error.hpp"
@@ -64,9 +65,23 @@ ShrinkingHorizonController::ShrinkingHorizonController(const OptimalControlProbl
       start_(problem.start_time()),
       entered_(problem.start_time()) {
   for (const PhaseDefinition& phase : problem.phases()) durations_.push_back(phase.duration);
-  if (rests_.size() != durations_.size())
+  if (rests_.empty() || rests_.size() != durations_.size())
     throw DefinitionError(fmt::format("controller: problem '{}' has {} phases, and {} rests",
                                       problem.name(), durations_.size(), rests_.size()));
+}
+
+const RecedingHorizonController& ShrinkingHorizonController::present() const {
+  if (rests_.empty()) throw DefinitionError("controller: it has been moved from");
+  return rests_[phase_];
+}
+
+RecedingHorizonController& ShrinkingHorizonController::present() {
+  return const_cast<RecedingHorizonController&>(std::as_const(*this).present());
+}
+
+void ShrinkingHorizonController::adopt_plan(const Trajectory& plan) {
+  present();
+  rests_.front().adopt_plan(start_, plan);
 }
 
 const PhaseDefinition& ShrinkingHorizonController::definition() const {
@@ -77,6 +92,8 @@ void ShrinkingHorizonController::enter(int phase, double t) {
   if (phase <= phase_ || phase >= static_cast<int>(rests_.size()))
     throw DefinitionError(
         fmt::format("controller: phase {} cannot follow phase {}", phase, phase_));
+  if (!std::isfinite(t))
+    throw DefinitionError(fmt::format("controller: phase {} is entered at {} s", phase, t));
   Trajectory plan;
   try {
     if (rests_[phase_].follows_plan())
@@ -89,6 +106,7 @@ void ShrinkingHorizonController::enter(int phase, double t) {
 }
 
 const ControlTick& ShrinkingHorizonController::tick(double t, const VectorRef& state) noexcept {
+  if (rests_.empty()) return moved_from_;
   RecedingHorizonController& rest = rests_[phase_];
   try {
     rest.set_remaining(what_is_left(durations_[phase_], t - entered_),
@@ -99,6 +117,10 @@ const ControlTick& ShrinkingHorizonController::tick(double t, const VectorRef& s
 }
 
 double ShrinkingHorizonController::end_of_phase(int phase) const {
+  if (phase < phase_ || phase - phase_ >= static_cast<int>(present().problem().phases().size()))
+    throw DefinitionError(
+        fmt::format("controller: phase {} is over or does not exist; the present one is {} of {}",
+                    phase, phase_, durations_.size()));
   return rests_[phase_].end_of_phase(phase - phase_);
 }
 

@@ -26,7 +26,8 @@ std::vector<RecedingHorizonController> rests_of(
     const std::function<RecedingHorizonController(MultipleShooting)>& controller_of);
 
 /// Ticks allocate nothing if the solver does not, but for the one in which a phase begins: it takes
-/// over the plan of those before it.
+/// over the plan of those before it. One that was moved from throws DefinitionError, except tick():
+/// that is a fallback with an empty input.
 class ShrinkingHorizonController {
  public:
   /// rests[j]: of the problem after j phases. All have one period.
@@ -34,36 +35,42 @@ class ShrinkingHorizonController {
                              std::vector<RecedingHorizonController> rests);
 
   /// Of the ticks, s.
-  double period() const { return rests_.front().period(); }
+  double period() const { return present().period(); }
   /// Of what solves the ticks.
-  std::string solver_name() const { return rests_.front().solver_name(); }
+  std::string solver_name() const { return present().solver_name(); }
   /// The phase that ticks take to have begun: the first one until said otherwise.
   int phase() const { return phase_; }
   double entered_at() const { return entered_; }  ///< s
   /// The phase that is in force.
   const PhaseDefinition& definition() const;
   /// Begins with a plan of the whole problem, made ahead. Allocates.
-  void adopt_plan(const Trajectory& plan) { rests_.front().adopt_plan(start_, plan); }
-  /// The plant went on to a later phase at time t. Allocates.
+  void adopt_plan(const Trajectory& plan);
+  /// The plant went on to a later phase at time t. Allocates. Throws DefinitionError unless there
+  /// is such a phase and t is finite.
   void enter(int phase, double t);
 
   /// As RecedingHorizonController::tick, with the state of the present phase.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
-  /// When the plan behind the last tick's input ends a phase that is not over, s.
+  /// When the plan behind the last tick's input ends a phase that is not over, s. Throws
+  /// DefinitionError for any other phase.
   double end_of_phase(int phase) const;
   /// What the next tick solves.
-  MultipleShooting& shooting() { return rests_[phase_].shooting(); }
+  MultipleShooting& shooting() { return present().shooting(); }
   /// The plan behind the last tick's input; its first phase is phase().
-  Solution report() { return rests_[phase_].report(); }
+  Solution report() { return present().report(); }
   /// What report() is a solution of.
-  const OptimalControlProblem& rest() const { return rests_[phase_].problem(); }
+  const OptimalControlProblem& rest() const { return present().problem(); }
 
  private:
+  const RecedingHorizonController& present() const;
+  RecedingHorizonController& present();
+
   std::vector<RecedingHorizonController> rests_;
   std::vector<Bounds> durations_;  // of the phases, s
   Bounds total_time_;              // s
   double start_, entered_;         // of the problem, and of the present phase, s
   int phase_ = 0;
+  ControlTick moved_from_;  // the answer of a controller that has no rests any more
 };
 
 }  // namespace saltus

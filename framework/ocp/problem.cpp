@@ -57,8 +57,26 @@ OptimalControlProblem& OptimalControlProblem::costs(CostRule rule) {
   return *this;
 }
 
+const PhaseDefinition& OptimalControlProblem::phase_at(int j) const {
+  if (j < 0 || j >= static_cast<int>(phases_.size()))
+    throw DefinitionError(fmt::format("problem '{}' has {} phases, so that there is no phase {}",
+                                      name_, phases_.size(), j));
+  return phases_[j];
+}
+
+PhaseDefinition& OptimalControlProblem::editable_phase(int j) {
+  return const_cast<PhaseDefinition&>(phase_at(j));
+}
+
+Link& OptimalControlProblem::editable_link(int i) {
+  if (i < 0 || i >= static_cast<int>(links_.size()))
+    throw DefinitionError(fmt::format("problem '{}' has {} links, so that there is no link {}",
+                                      name_, links_.size(), i));
+  return links_[i];
+}
+
 CostRule OptimalControlProblem::cost_rule(int phase) const {
-  return phases_[phase].input_shape() == InputShape::linear ? CostRule::integrated : cost_rule_;
+  return phase_at(phase).input_shape() == InputShape::linear ? CostRule::integrated : cost_rule_;
 }
 
 OptimalControlProblem& OptimalControlProblem::total_time(Bounds bounds) {
@@ -160,6 +178,10 @@ Bounds OptimalControlProblem::bounds_of_unknown(const std::string& name, int i) 
   for (const PhaseDefinition& phase : phases_)
     for (const ParameterBlock& block : phase.parameters)
       if (block.unknown && block.name == name) {
+        if (i < 0 || i >= static_cast<int>(block.bounds.size()))
+          throw DefinitionError(
+              fmt::format("problem '{}': unknown '{}' has {} entries, so that there is no entry {}",
+                          name_, name, block.bounds.size(), i));
         all.lower = std::max(all.lower, block.bounds[i].lower);
         all.upper = std::min(all.upper, block.bounds[i].upper);
       }

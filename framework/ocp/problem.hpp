@@ -90,9 +90,10 @@ class OptimalControlProblem {
   /// For event times that move between solves.
   Schedule& editable_schedule() { return schedule_; }
   /// For a problem that differs from another in a bound or a number: check() looks at it again.
-  PhaseDefinition& editable_phase(int j) { return phases_[j]; }
+  /// Throws DefinitionError, as all that take a number, unless there is such a phase.
+  PhaseDefinition& editable_phase(int j);
   /// The same of a link.
-  Link& editable_link(int i) { return links_[i]; }
+  Link& editable_link(int i);
 
   /// For messages.
   const std::string& name() const { return name_; }
@@ -133,6 +134,7 @@ class OptimalControlProblem {
   std::vector<std::string> warnings() const;
 
  private:
+  const PhaseDefinition& phase_at(int j) const;
   OptimalControlProblem& append(Jump jump, const PhaseDefinition& phase);
   OptimalControlProblem& add_link(Link&& link);
   void check_times() const;

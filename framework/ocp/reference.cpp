@@ -33,6 +33,12 @@ Reference::Reference(std::vector<double> times, MatrixXd values)
                                       times_.front(), times_.back()));
 }
 
+void Reference::check_entry(int i) const {
+  if (i < 0 || i >= size())
+    throw DefinitionError(
+        fmt::format("reference: it has {} entries, so that there is no entry {}", size(), i));
+}
+
 int Reference::segment(double t) const {
   if (times_.size() < 2 || t < times_.front() || t >= times_.back()) return -1;
   const auto it = std::upper_bound(times_.begin(), times_.end(), t);
@@ -41,12 +47,17 @@ int Reference::segment(double t) const {
 
 double Reference::at(double t, int i) const {
   if (is_zero()) return 0.0;
+  check_entry(i);
+  if (varies() && std::isnan(t)) return t;
   const int s = segment(t);
   if (s < 0) return values_(i, t < times_.front() ? 0 : values_.cols() - 1);
   return values_(i, s) + rate(t, i) * (t - times_[s]);
 }
 
 double Reference::rate(double t, int i) const {
+  if (!varies()) return 0.0;
+  check_entry(i);
+  if (std::isnan(t)) return t;
   const int s = segment(t);
   if (s < 0) return 0.0;
   return (values_(i, s + 1) - values_(i, s)) / (times_[s + 1] - times_[s]);

@@ -31,12 +31,13 @@ class Reference {
   bool is_finite() const { return values_.allFinite(); }
   /// How many numbers it has at an instant.
   int size() const { return static_cast<int>(values_.rows()); }
-  /// Entry i at time t.
+  /// Entry i at time t; NaN at NaN, if it varies. Throws DefinitionError if there is no entry i.
   double at(double t, int i) const;
   /// Its time derivative (right-sided at a sample).
   double rate(double t, int i) const;
 
  private:
+  void check_entry(int i) const;
   int segment(double t) const;
   std::vector<double> times_;
   MatrixXd values_;

@@ -44,9 +44,17 @@ void check_order(std::span<const Event> events) {
 
 Schedule::Schedule() = default;
 Schedule::Schedule(const Schedule& other) = default;
-Schedule::Schedule(Schedule&& other) noexcept = default;
+Schedule::Schedule(Schedule&& other) noexcept { *this = std::move(other); }
 Schedule& Schedule::operator=(const Schedule& other) = default;
-Schedule& Schedule::operator=(Schedule&& other) noexcept = default;
+// What is moved from is a schedule without modes, as one that was never given any.
+Schedule& Schedule::operator=(Schedule&& other) noexcept {
+  if (&other == this) return *this;
+  names_ = std::exchange(other.names_, no_names());
+  sequence_ = std::exchange(other.sequence_, {});
+  events_ = std::exchange(other.events_, {});
+  count_ = std::exchange(other.count_, 0);
+  return *this;
+}
 Schedule::~Schedule() = default;
 
 Schedule::Schedule(std::vector<std::string> modes, std::vector<Event> events)
@@ -109,12 +117,23 @@ std::uint64_t Schedule::mask_of(std::span<const std::string> modes) const {
 
 double Schedule::time_of(std::string_view event) const { return events_[index_of(event)].time; }
 
-const std::string& Schedule::mode(int i) const {
+const Schedule::Names& Schedule::no_names() {
+  static const Names none = std::make_shared<const std::vector<std::string>>();
+  return none;
+}
+
+void Schedule::refuse_mode(int i) const {
   if (sequence_.empty()) fail("it has no mode yet: construct it with the first one");
+  fail(fmt::format("it has {} modes in order, so that there is no mode {}", count_ + 1, i));
+}
+
+const std::string& Schedule::mode(int i) const {
+  if (!has_mode(i)) refuse_mode(i);
   return (*names_)[sequence_[i]];
 }
 
 const std::string& Schedule::mode_at(double t) const {
+  if (std::isnan(t)) fail("it is asked for the mode at a time that is NaN");
   int i = 0;
   while (i < static_cast<int>(count_) && events_[i].time <= t) ++i;
   return mode(i);

@@ -50,8 +50,11 @@ class Schedule {
   const std::string& mode(int i) const;
   /// All modes that there may be, each once: its position is its number.
   const std::vector<std::string>& known_modes() const { return *names_; }
-  /// Of the mode behind event i - 1.
-  int number_of_mode(int i) const { return sequence_[i]; }
+  /// Of the mode behind event i - 1. Throws as mode().
+  int number_of_mode(int i) const {
+    if (!has_mode(i)) refuse_mode(i);
+    return sequence_[i];
+  }
 
   /// Time of the named event (s). Throws DefinitionError naming the nearest known event.
   double time_of(std::string_view event) const;
@@ -59,7 +62,8 @@ class Schedule {
   int index_of(std::string_view event) const;
   /// Whether there is an event of the name.
   bool contains(std::string_view event) const;
-  /// The mode in force at time t; at the event itself the new mode. Throws as mode().
+  /// The mode in force at time t; at the event itself the new mode. Throws as mode(), and
+  /// DefinitionError for NaN.
   const std::string& mode_at(double t) const;
   /// Bit m is set for mode m. Throws DefinitionError naming the nearest known mode.
   std::uint64_t mask_of(std::span<const std::string> modes) const;
@@ -95,10 +99,15 @@ class Schedule {
   friend bool operator==(const Schedule& a, const Schedule& b);
 
  private:
+  using Names = std::shared_ptr<const std::vector<std::string>>;
+  static const Names& no_names();
   int number_of(std::string_view mode) const;
+  bool has_mode(int i) const {
+    return i >= 0 && !sequence_.empty() && i <= static_cast<int>(count_);
+  }
+  [[noreturn]] void refuse_mode(int i) const;
 
-  std::shared_ptr<const std::vector<std::string>> names_ =
-      std::make_shared<const std::vector<std::string>>();
+  Names names_ = no_names();
   std::vector<int> sequence_;  // numbers of the modes; count_ + 1 of them count
   std::vector<Event> events_;  // count_ of them count
   std::size_t count_ = 0;

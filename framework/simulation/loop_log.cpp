@@ -33,6 +33,12 @@ std::string quantiles(const LatencyHistogram& latency) {
 
 }  // namespace
 
+const VectorXd& LoopLog::final_state() const {
+  if (recording.samples.empty())
+    throw DefinitionError("loop log: it has no sample, so that there is no final state");
+  return recording.samples.back().state;
+}
+
 int LoopLog::count(Provenance provenance) const {
   return static_cast<int>(std::count_if(ticks.begin(), ticks.end(), [&](const LoopTick& tick) {
     return tick.provenance == provenance;

@@ -54,8 +54,8 @@ struct LoopLog {
   std::vector<UnmetTick> unmet;   ///< the first ones, see LoopOptions::keep_unmet
   LoopStatistics statistics;      ///< of a receding horizon controller, in this run
 
-  /// Where it ended.
-  const VectorXd& final_state() const { return recording.samples.back().state; }
+  /// Where it ended. Throws DefinitionError if nothing was recorded.
+  const VectorXd& final_state() const;
   /// How many ticks got their input from there.
   int count(Provenance provenance) const;
 

@@ -1,10 +1,13 @@
 #include "saltus/transcription/replay.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
+#include "saltus/core/error.hpp"
 #include "saltus/transcription/plan_magnitudes.hpp"
 
 namespace saltus {
@@ -55,6 +58,11 @@ double largest_singular_value(MatrixXd A) {
 ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& trajectory,
                     const IntegratorChoice& choice) {
   ReplayReport report;
+  if (trajectory.empty() || trajectory.phases().size() != problem.phases().size())
+    throw DefinitionError(fmt::format(
+        "replay of problem '{}': the trajectory has {} phases and {} pieces, expected {} phases",
+        problem.name(), trajectory.phases().size(), trajectory.pieces().size(),
+        problem.phases().size()));
   std::vector<std::unique_ptr<Integrator>> integrators;
   for (std::size_t j = 0; j < problem.phases().size(); ++j) {
     IntervalProblem interval = trajectory.phases()[j].integrator->problem();

@@ -17,6 +17,7 @@ struct ReplayReport {
 };
 
 /// Integrates the inputs of the trajectory with `integrator`, per interval and from the start.
+/// Throws DefinitionError where the trajectory is empty or has other phases than the problem.
 ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& trajectory,
                     const IntegratorChoice& integrator);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/yaml/yaml_section.hpp"
@@ -205,6 +206,12 @@ const StandingPosture& RobotDescription::posture_on(Side side) const {
   throw InputError(
       fmt::format("{} has no posture on the {} foot alone; add one with stance: {} to its file",
                   name, foot, foot));
+}
+
+const StandingPosture& RobotDescription::default_posture() const {
+  if (postures.empty())
+    throw DefinitionError(fmt::format("robot '{}' has no posture, and so no default one", name));
+  return postures.front();
 }
 
 const StandingPosture& RobotDescription::posture(const std::string& posture_name) const {

@@ -79,8 +79,8 @@ struct RobotDescription {
 
   /// Throws InputError that suggests the nearest name.
   const StandingPosture& posture(const std::string& posture_name) const;
-  /// The first one.
-  const StandingPosture& default_posture() const { return postures.front(); }
+  /// The first one. Throws DefinitionError if there is none.
+  const StandingPosture& default_posture() const;
   /// The first that stands on this foot alone. Throws InputError if there is none.
   const StandingPosture& posture_on(Side side) const;
 };
