@@ -1,6 +1,7 @@
 #include "tests/faults/loop.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -21,10 +22,22 @@ constexpr double slow = 1.0, fast = 3.0;  // N
 
 }  // namespace
 
+// Atomic, for another thread may evaluate the formulas of a plan.
 struct FaultyLoop::Switches {
-  bool dynamics_nan = false, dynamics_throw = false, cost_throws = false, solver_gives_up = false,
-       solver_gives_nan = false, deadline_missed = false, sender_throws = false,
-       fallback_throws = false;
+  std::atomic<bool> dynamics_nan = false, dynamics_throw = false, cost_throws = false,
+                    solver_gives_up = false, solver_gives_nan = false, deadline_missed = false,
+                    sender_throws = false, fallback_throws = false;
+
+  void set(Fault fault) {
+    dynamics_nan = fault == Fault::dynamics_nan;
+    dynamics_throw = fault == Fault::dynamics_throw;
+    cost_throws = fault == Fault::cost_throws;
+    solver_gives_up = fault == Fault::solver_gives_up;
+    solver_gives_nan = fault == Fault::solver_gives_nan;
+    deadline_missed = fault == Fault::deadline_missed || fault == Fault::fallback_throws;
+    sender_throws = fault == Fault::sender_throws;
+    fallback_throws = fault == Fault::fallback_throws;
+  }
 };
 
 namespace {
@@ -103,7 +116,7 @@ RecedingHorizonController make_controller(const Switches* now) {
   options.send = [now](const ControlTick&) {
     if (now->sender_throws) throw std::runtime_error("nobody listens");
   };
-  options.miss_deadline = [now](long) { return now->deadline_missed; };
+  options.miss_deadline = [now](long) { return now->deadline_missed.load(); };
   auto solver = std::make_unique<FailingSolver<Switches>>(
       make_real_time_iteration(shooting.nlp(), {.curvature = Curvature::exact}), now);
   return {std::move(shooting), std::move(solver), std::move(options)};
@@ -207,15 +220,7 @@ void FaultyLoop::aim(double position) { controller_.set_data("aim", Vec<double, 
 void FaultyLoop::strike(double speed) { state_[1] += speed; }
 
 const ControlTick& FaultyLoop::tick(Fault fault) {
-  Switches& now = *switches_;
-  now.dynamics_nan = fault == Fault::dynamics_nan;
-  now.dynamics_throw = fault == Fault::dynamics_throw;
-  now.cost_throws = fault == Fault::cost_throws;
-  now.solver_gives_up = fault == Fault::solver_gives_up;
-  now.solver_gives_nan = fault == Fault::solver_gives_nan;
-  now.deadline_missed = fault == Fault::deadline_missed || fault == Fault::fallback_throws;
-  now.sender_throws = fault == Fault::sender_throws;
-  now.fallback_throws = fault == Fault::fallback_throws;
+  switches_->set(fault);
   try {
     if (fault == Fault::data_nan) controller_.set_data("aim", Vec<double, 1>{nan});
     if (fault == Fault::previous_input_infinite)
@@ -230,7 +235,7 @@ const ControlTick& FaultyLoop::tick(Fault fault) {
     controller_.set_previous_input(last_input_);
   const ControlTick& tick = controller_.tick(clock(fault), measured(fault));
   last_input_[0] = tick.input.back().values[0];
-  now = Switches{};
+  switches_->set(Fault::none);
   check_input(tick);
   move_plant(tick);
   time_ = period * static_cast<double>(++ticks_);

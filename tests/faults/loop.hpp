@@ -66,6 +66,8 @@ class FaultyLoop {
   /// Of what is real.
   double time() const { return time_; }
   const RecedingHorizonController& controller() const { return controller_; }
+  /// The controller's report, while nothing is wrong.
+  Solution report() { return controller_.report(); }
 
   static constexpr double period = 0.1;  // s
 

@@ -1,14 +1,19 @@
-// Many ticks with faults, edits and new data at random: an input in every one, counters that add
-// up, no memory. SALTUS_SOAK_TICKS=10000000 for the run before a release, which prints what it
-// found.
+// Many ticks with faults, edits and new data at random, while a second thread reads plans of the
+// controller: an input in every tick, counters that add up, no memory. SALTUS_SOAK_TICKS=10000000
+// for the run before a release, which prints what it found.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <fstream>
+#include <mutex>
 #include <random>
+#include <sstream>
+#include <thread>
+#include <utility>
 
 #include "tests/faults/loop.hpp"
 #include "tests/support/count_allocations.hpp"
@@ -25,13 +30,71 @@ long resident_kilobytes() {
   return resident * (sysconf(_SC_PAGESIZE) / 1024);
 }
 
+// A thread of its own that reads the last plan it was given, over and over, as a logger does.
+class Logger {
+ public:
+  Logger() : thread_([this] { read(); }) {}
+  ~Logger() {
+    stops_ = true;
+    thread_.join();
+  }
+  Logger(const Logger&) = delete;
+  Logger& operator=(const Logger&) = delete;
+
+  void give(Solution plan) {
+    const std::lock_guard lock(mutex_);
+    plan_ = std::move(plan);
+    has_plan_ = true;
+  }
+  /// Plans read from end to end, and values in them that differed when they were read again.
+  long reads() const { return reads_; }
+  long changes() const { return changes_; }
+
+ private:
+  void read() {
+    while (!stops_) {
+      Solution plan;
+      {
+        const std::lock_guard lock(mutex_);
+        if (!has_plan_) continue;
+        plan = plan_;
+      }
+      try {
+        read(plan.trajectory);
+      } catch (...) {  // formulas that throw do so here, too
+      }
+      ++reads_;
+    }
+  }
+  void read(const Trajectory& plan) {
+    for (const TrajectoryPiece& piece : plan.pieces()) {
+      const double middle = piece.start + 0.5 * piece.length;
+      const VectorXd once = plan.state_in(piece, middle), again = plan.state_in(piece, middle);
+      // Dynamics that give NaN do so here, too.
+      changes_ += once == again || !once.allFinite() || !again.allFinite() ? 0 : 1;
+    }
+    std::ostringstream text;
+    plan.write_csv(text, 2);
+  }
+
+  std::mutex mutex_;
+  Solution plan_;
+  bool has_plan_ = false;
+  std::atomic<bool> stops_ = false;
+  std::atomic<long> reads_ = 0, changes_ = 0;
+  std::thread thread_;  // last: it uses all of the others
+};
+
 TEST(Soak, AnInputInEveryTickAndNoMemory) {
   const char* given = std::getenv("SALTUS_SOAK_TICKS");
   const long ticks = given != nullptr ? std::atol(given) : ticks_of_a_test;
   constexpr unsigned seed = 5;
   std::mt19937 random(seed);
   const auto chance = [&](double share) { return random() < share * 4294967296.0; };
-  FaultyLoop loop;
+  FaultyLoop loop, alone;  // with a logger, and the same without
+  Logger logger;
+  long other_inputs = 0;
+  constexpr long ticks_per_report = 50;
   Fault fault = Fault::none;
   long left = 0, unsound = 0, faulty = 0, slowest_return = 0, since = 0, allocations = 0;
   long resident_early = 0;
@@ -43,13 +106,26 @@ TEST(Soak, AnInputInEveryTickAndNoMemory) {
       left = 1 + static_cast<long>(random() % 20);
     }
     left = std::max(0L, left - 1);
-    if (chance(0.05)) loop.aim(static_cast<double>(random() % 1000) * 1e-3);
-    if (chance(0.1)) loop.edit_schedule();
-    if (chance(0.01)) loop.strike(0.2);
+    if (chance(0.05)) {
+      const double aim = static_cast<double>(random() % 1000) * 1e-3;
+      loop.aim(aim);
+      alone.aim(aim);
+    }
+    if (chance(0.1)) {
+      loop.edit_schedule();
+      alone.edit_schedule();
+    }
+    if (chance(0.01)) {
+      loop.strike(0.2);
+      alone.strike(0.2);
+    }
     faulty += fault != Fault::none ? 1 : 0;
     const testing::AllocationCount count;
     const ControlTick& tick = loop.tick(fault);
-    if (fault == Fault::none && k > 0) allocations += count.made();
+    if (fault == Fault::none && k > 0) allocations += count.made_by_this_thread();
+    if (k < ticks_of_a_test)
+      other_inputs += alone.tick(fault).input.back().input() == tick.input.back().input() ? 0 : 1;
+    if (k % ticks_per_report == 0) logger.give(loop.report());
     unsound += loop.input_is_sound() ? 0 : 1;
     if (fault == Fault::none) since = is_of_this_tick(tick.provenance) ? 0 : since + 1;
     slowest_return = std::max(slowest_return, since);
@@ -58,6 +134,9 @@ TEST(Soak, AnInputInEveryTickAndNoMemory) {
   const LatencyHistogram all = statistics.all();
   EXPECT_EQ(unsound, 0) << "seed " << seed;
   EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(other_inputs, 0) << "the logger changes what the controller does";
+  EXPECT_GT(logger.reads(), 0);
+  EXPECT_EQ(logger.changes(), 0);
   EXPECT_EQ(all.count(), ticks);
   EXPECT_EQ(statistics.preparation.count(), ticks);
   // A sanitizer keeps what was freed; what is lost it finds by itself.
