@@ -1,9 +1,10 @@
 #include "saltus/mpc/real_time_iteration.hpp"
 
+#include <optional>
 #include <utility>
 
-#include "saltus/core/error.hpp"
 #include "saltus/solver/convexify.hpp"
+#include "saltus/solver/differenced_program.hpp"
 #include "saltus/solver/quadratic_model.hpp"
 #include "saltus/transcription/stage_program.hpp"
 
@@ -15,18 +16,15 @@ class Iteration final : public RealTimeSolver {
   Iteration(NonlinearProgram& program, RealTimeIterationOptions options)
       : options_(std::move(options)),
         is_exact_(program.is_linear_quadratic()),
-        curvature_(options_.curvature),
-        model_(program),
+        curvature_(choose_curvature(program, options_.curvature)),
+        differenced_(curvature_ ? nullptr : std::make_unique<DifferencedProgram>(program)),
+        model_(differentiable(program)),
         at_(VectorXd::Zero(program.variables())),
         lambda_(VectorXd::Zero(program.rows())) {
-    if (!program.supports(curvature_))
-      curvature_ = curvature_ == Curvature::exact ? Curvature::gauss_newton : Curvature::exact;
-    if (!program.supports(curvature_))
-      throw DefinitionError("the real-time iteration needs a Hessian, but the program has none");
     if (!is_exact_)
       convexification_ = std::make_unique<Convexification>(model_.qp().hessian_pattern);
     start_ = {at_, lambda_, at_};
-    make_qp_solver(program);
+    make_qp_solver(differentiable(program));
   }
 
   void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept override {
@@ -78,9 +76,26 @@ class Iteration final : public RealTimeSolver {
     return result;
   }
 
-  std::string name() const override { return "real-time iteration with " + qp_->name(); }
+  std::string name() const override {
+    const std::string name = "real-time iteration with " + qp_->name();
+    if (is_exact_) return name;
+    return name + (!curvature_                      ? ", differenced Hessian"
+                   : curvature_ == Curvature::exact ? ", exact Hessian"
+                                                    : ", Gauss-Newton Hessian");
+  }
 
  private:
+  static std::optional<Curvature> choose_curvature(const NonlinearProgram& program,
+                                                   Curvature asked) {
+    if (!program.is_linear_quadratic() && !program.has_curved_cost()) asked = Curvature::exact;
+    return supported_curvature(program, asked);
+  }
+
+  // The program with the second derivatives that models are made of.
+  NonlinearProgram& differentiable(NonlinearProgram& program) const {
+    return differenced_ != nullptr ? *differenced_ : program;
+  }
+
   // A shooting program fills the stages itself; whatever else has stages is sorted into them.
   void make_qp_solver(NonlinearProgram& program) {
     const QpOptions asked{.tolerance = options_.tolerance,
@@ -116,8 +131,10 @@ class Iteration final : public RealTimeSolver {
       if (stages_ == nullptr) model_.update_bounds(program);  // stages look after their own
       return;
     }
-    is_valid_ = stages_ != nullptr ? stages_->linearise(at_, lambda_, curvature_)
-                                   : model_.linearise(program, at_, lambda_, curvature_);
+    const Curvature curvature = curvature_.value_or(Curvature::exact);
+    is_valid_ = stages_ != nullptr
+                    ? stages_->linearise(at_, lambda_, curvature)
+                    : model_.linearise(differentiable(program), at_, lambda_, curvature);
     if (is_valid_ && convexification_ != nullptr) {
       convexification_->apply(model_.qp().hessian, options_.convexity_floor);
       model_.hessian_changed();
@@ -127,7 +144,8 @@ class Iteration final : public RealTimeSolver {
 
   RealTimeIterationOptions options_;
   bool is_exact_;
-  Curvature curvature_;
+  std::optional<Curvature> curvature_;               // empty: differences
+  std::unique_ptr<DifferencedProgram> differenced_;  // where the program has no curvature
   QuadraticModel model_;
   std::unique_ptr<QpSolver> qp_;
   StageProgram* stages_ = nullptr;  // what qp_ is where the program is written into stages directly

@@ -17,7 +17,10 @@ namespace saltus {
 struct RealTimeIterationOptions {
   double tolerance = 1e-8;   ///< of the quadratic program
   int max_iterations = 100;  ///< of a quadratic program
-  /// Of nonlinear programs; an exact Hessian is convexified block by block.
+  /// Hessian of nonlinear programs; an exact one is convexified block by block. Gauss-Newton keeps
+  /// the curvature of the costs only: where no cost is curved, as in least time, and where the
+  /// program does not support it, the exact one is used, and without that differences of first
+  /// derivatives. RealTimeSolver::name() says which.
   Curvature curvature = Curvature::gauss_newton;
   double convexity_floor = 1e-6;  ///< see SqpOptions
   /// Empty: Riccati sweeps over the program's stages, which a shooting program fills directly, so
@@ -28,8 +31,7 @@ struct RealTimeIterationOptions {
   std::span<const qp::RiccatiKernel> kernels = {};
 };
 
-/// For the program given and no other. After construction nothing allocates. Throws DefinitionError
-/// when the program offers no Hessian.
+/// For the program given and no other. After construction nothing allocates.
 std::unique_ptr<RealTimeSolver> make_real_time_iteration(NonlinearProgram& program,
                                                          RealTimeIterationOptions options = {});
 

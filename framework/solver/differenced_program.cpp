@@ -16,6 +16,12 @@ constexpr double noise = 1e-9;
 
 }  // namespace
 
+std::optional<Curvature> supported_curvature(const NonlinearProgram& program, Curvature asked) {
+  for (const Curvature curvature : {asked, Curvature::exact})
+    if (program.supports(curvature)) return curvature;
+  return std::nullopt;
+}
+
 DifferencedProgram::DifferencedProgram(NonlinearProgram& program)
     : program_(program),
       hessian_pattern_(program.curvature_pattern()),

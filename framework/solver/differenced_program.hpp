@@ -2,11 +2,17 @@
 // others: flows through events, whose Jacobian jumps, and user's own code.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
+
+/// The curvature to solve with: the one that is asked for, or the exact one, which is never worse.
+/// Empty where the program has neither: second derivatives are then to be differenced. Gauss-Newton
+/// is not a substitute, because it is zero where costs are no sums of squares.
+std::optional<Curvature> supported_curvature(const NonlinearProgram& program, Curvature asked);
 
 /// Everything but the Hessian is that of `program`, which must outlive this one. Central
 /// differences of the gradient of the Lagrangian: of error (step)^2 = 1e-8 plus 1e4 times the noise
@@ -25,6 +31,7 @@ class DifferencedProgram final : public NonlinearProgram {
   const SparsityPattern& jacobian_pattern() const override { return program_.jacobian_pattern(); }
   const SparsityPattern& hessian_pattern() const override { return hessian_pattern_; }
   bool supports(Curvature curvature) const override { return curvature == Curvature::exact; }
+  bool has_curved_cost() const override { return program_.has_curved_cost(); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   bool is_affine(int row) const override { return program_.is_affine(row); }
   StageStructure stages() const override { return program_.stages(); }

@@ -12,6 +12,7 @@
 
 #include "saltus/core/error.hpp"
 #include "saltus/solver/blas_memory.hpp"
+#include "saltus/solver/verdict.hpp"
 #include "saltus/solver/well_posed.hpp"
 
 // The folder (coin/ before Ipopt 3.14, coin-or/ since) comes from the package's own flags.
@@ -281,6 +282,8 @@ class IpoptSolver final : public Solver {
         result.status = SolveStatus::evaluation_failed;
     }
     result.kkt = kkt_residual(program, result.point);
+    result.status = status_by_residual(result.status, result.kkt, options_.tolerance,
+                                       SolveStatus::numerical_failure);
     result.seconds = seconds_since(begin);
     return result;
   }
@@ -321,9 +324,13 @@ class IpoptSolver final : public Solver {
     ok = o->SetStringValue("sb", "yes") && ok;
     ok = o->SetNumericValue("tol", options_.tolerance) && ok;
     // The scaled error alone may hide a large unscaled one; hold both.
-    ok = o->SetNumericValue("dual_inf_tol", 1e3 * options_.tolerance) && ok;
+    const double acceptable = acceptable_multiple * options_.tolerance;
+    ok = o->SetNumericValue("dual_inf_tol", acceptable) && ok;
     ok = o->SetNumericValue("constr_viol_tol", std::min(1e-4, options_.tolerance)) && ok;
-    ok = o->SetNumericValue("compl_inf_tol", 1e3 * options_.tolerance) && ok;
+    ok = o->SetNumericValue("compl_inf_tol", acceptable) && ok;
+    for (const char* looser : {"acceptable_tol", "acceptable_dual_inf_tol",
+                               "acceptable_constr_viol_tol", "acceptable_compl_inf_tol"})
+      ok = o->SetNumericValue(looser, acceptable) && ok;
     ok = o->SetIntegerValue("max_iter", options_.max_iterations) && ok;
     ok = o->SetNumericValue("bound_relax_factor", options_.bound_relaxation) && ok;
     if (options_.mehrotra)

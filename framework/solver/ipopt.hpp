@@ -12,7 +12,9 @@ namespace saltus {
 
 /// How Ipopt solves.
 struct IpoptOptions {
-  double tolerance = 1e-8;   ///< scaled KKT error
+  /// Scaled KKT error. A result whose reported residual, NlpResult::kkt, is larger than the
+  /// tolerance is `acceptable` up to 100 times the tolerance, and no success beyond.
+  double tolerance = 1e-8;
   int max_iterations = 500;  ///< after which it gives up
   double time_limit = 0.0;   ///< s of wall clock, 0: none; works with Ipopt 3.11 too
   /// Hessian of the Lagrangian; exact where the problem offers it.

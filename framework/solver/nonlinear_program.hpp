@@ -37,6 +37,8 @@ class NonlinearProgram {
   /// Whether hessian() can deliver this kind of curvature.
   virtual bool supports(Curvature curvature) const = 0;
 
+  /// Whether any cost has second derivatives of its own. A Gauss-Newton Hessian is zero without.
+  virtual bool has_curved_cost() const { return true; }
   /// Whether the cost is at most quadratic and every row affine, whatever the data are: one
   /// quadratic program is then the whole problem.
   virtual bool is_linear_quadratic() const { return false; }

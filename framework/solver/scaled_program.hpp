@@ -29,6 +29,7 @@ class ScaledProgram final : public NonlinearProgram {
   const SparsityPattern& hessian_pattern() const override { return program_.hessian_pattern(); }
   SparsityPattern curvature_pattern() const override { return program_.curvature_pattern(); }
   bool supports(Curvature curvature) const override { return program_.supports(curvature); }
+  bool has_curved_cost() const override { return program_.has_curved_cost(); }
   bool is_linear_quadratic() const override { return program_.is_linear_quadratic(); }
   bool is_affine(int row) const override { return program_.is_affine(row); }
   StageStructure stages() const override { return program_.stages(); }

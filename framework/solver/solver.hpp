@@ -61,11 +61,11 @@ struct NlpResult {
   SolveStatus status = SolveStatus::invalid_problem;  ///< how it ended
   NlpPoint point;                              ///< the last iterate, also when the solve failed
   double objective = 0.0;                      ///< cost at the point
-  int iterations = 0;                          ///< of the solver
-  double seconds = 0.0;                        ///< wall clock
+  int iterations = 0;                          ///< of all attempts, also of those that failed
+  double seconds = 0.0;                        ///< wall clock, of all attempts
   KktResidual kkt;                             ///< recomputed from the program
   std::optional<Contradiction> contradiction;  ///< why nothing meets the rows, if that is known
-  std::string hessian;                         ///< "exact", "Gauss-Newton" or "limited-memory BFGS"
+  std::string hessian;                         ///< exact, Gauss-Newton, differenced or limited-memory BFGS
 };
 
 /// A solver of sparse nonlinear programs. It may keep work space between solves of programs with

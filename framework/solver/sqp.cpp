@@ -9,6 +9,7 @@
 #include "saltus/solver/differenced_program.hpp"
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/sqp_run.hpp"
+#include "saltus/solver/verdict.hpp"
 #include "saltus/solver/well_posed.hpp"
 
 namespace saltus {
@@ -58,17 +59,23 @@ class SqpSolver final : public Solver {
 
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     if (!is_well_posed(program, start) || !start.w.allFinite()) return refuse(program);
-    Curvature curvature = options_.curvature;
-    if (!program.supports(curvature))
-      curvature = curvature == Curvature::exact ? Curvature::gauss_newton : Curvature::exact;
-    if (program.supports(curvature)) return solve(program, start, warm, curvature);
+    if (const auto curvature = supported_curvature(program, options_.curvature))
+      return judged(solve(program, start, warm, *curvature));
     DifferencedProgram differenced(program);
-    NlpResult result = solve(differenced, start, warm, Curvature::exact);
-    result.hessian = "differences";
+    NlpResult result = judged(solve(differenced, start, warm, Curvature::exact));
+    result.hessian = "differenced";
     return result;
   }
 
  private:
+  NlpResult judged(NlpResult result) const {
+    result.status = status_by_residual(result.status, result.kkt, options_.tolerance,
+                                       result.iterations >= options_.max_iterations
+                                           ? SolveStatus::iteration_limit
+                                           : SolveStatus::numerical_failure);
+    return result;
+  }
+
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm,
                   Curvature curvature) {
     if (engine_ == nullptr || !engine_->fits(program))
@@ -117,10 +124,10 @@ class SqpSolver final : public Solver {
            status != SolveStatus::interrupted && status != SolveStatus::infeasible;
   }
 
-  // With the effort of what was tried before.
-  static NlpResult after(const NlpResult& before, NlpResult result) {
-    result.iterations += before.iterations;
-    result.seconds += before.seconds;
+  // The result with the effort of another attempt added.
+  static NlpResult after(const NlpResult& other, NlpResult result) {
+    result.iterations += other.iterations;
+    result.seconds += other.seconds;
     return result;
   }
 
@@ -130,16 +137,13 @@ class SqpSolver final : public Solver {
                     NlpResult result) {
     if (result.status != SolveStatus::optimal && result.status != SolveStatus::acceptable)
       return result;
-    if (result.kkt.scaled() <= options_.tolerance) {
-      result.status = SolveStatus::optimal;
-      return result;
-    }
+    if (result.kkt.scaled() <= options_.tolerance) return result;
     SqpOptions few = options_;
     few.max_iterations = std::min(refining_models, left_after(result));
     NlpResult better =
         SqpRun(program, few, curvature, *engine_, deadline, observer(), result.iterations)
             .solve(result.point, true);
-    if (better.status != SolveStatus::optimal) return result;
+    if (better.status != SolveStatus::optimal) return after(better, std::move(result));
     return after(result, std::move(better));
   }
 

@@ -7,8 +7,8 @@
 // (sqp_run.hpp), which solves every model to its end and so keeps what the multipliers know. Where
 // that does not converge the barrier method starts over.
 //
-// A linear-quadratic program is one model, solved once. Of programs without second derivatives
-// those are differences of the first ones (differenced_program.hpp).
+// A linear-quadratic program is one model, solved once. Second derivatives that a program does not
+// have are differences of the first ones (differenced_program.hpp).
 #pragma once
 
 #include <memory>
@@ -20,10 +20,13 @@ namespace saltus {
 
 /// How the own SQP and barrier method solve.
 struct SqpOptions {
-  double tolerance = 1e-8;   ///< scaled KKT error
+  /// Scaled KKT error. A result whose reported residual, NlpResult::kkt, is larger than the
+  /// tolerance is `acceptable` up to 100 times the tolerance, and no success beyond.
+  double tolerance = 1e-8;
   int max_iterations = 500;  ///< quadratic models; of a linear-quadratic program: of its QP solver
   double time_limit = 0.0;   ///< s of wall clock, 0: none
-  /// Hessian of the Lagrangian, or Gauss-Newton; the one of the two that the program supports.
+  /// Hessian of the Lagrangian, or Gauss-Newton. Where the program does not support the one asked
+  /// for, the exact one is used, and without that differences of first derivatives.
   Curvature curvature = Curvature::exact;
   /// Smallest eigenvalue after convexification, relative to the largest of its block.
   double convexity_floor = 1e-6;

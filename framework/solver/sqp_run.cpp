@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "saltus/solver/verdict.hpp"
+
 namespace saltus {
 namespace {
 
@@ -18,8 +20,7 @@ constexpr int convex_models = 9;
 // leave large weights in the merit function, until the question is whether violations can be
 // avoided at all.
 constexpr double elastic_weight = 10.0, multiplier_weight = 2.0, largest_elastic_weight = 1e3;
-constexpr double acceptable_factor = 1e3;  // on the tolerance, where progress has stopped
-constexpr double largest_estimate = 1e3;   // larger estimates of multipliers are none
+constexpr double largest_estimate = 1e3;  // larger estimates of multipliers are none
 constexpr double inexact = 1e-3;  // residual of a model that serves, relative to the program's
 constexpr double stalled = 1e-9;  // relative change of w, or of its violation
 
@@ -118,7 +119,9 @@ SolveStatus SqpRun::solve_once(bool warm) {
   if (r.status == QpStatus::infeasible) {  // the least violation, for the report
     point_ = start;
     NlpPoint relaxed = point_;
-    if (serves(solve_elastic(relaxed, true))) point_ = relaxed;
+    const QpResult least = solve_elastic(relaxed, true);
+    iterations_ += least.iterations;
+    if (serves(least)) point_ = relaxed;
   }
   return to_solve_status(r.status);
 }
@@ -154,8 +157,9 @@ SolveStatus SqpRun::iterate(bool warm) {
     if (iterations_ >= options_.max_iterations) return SolveStatus::iteration_limit;
     const std::optional<SolveStatus> failure = step(warm || iterations_ > 0);
     if (!failure) continue;
+    ++iterations_;  // its models were solved too
     if (failure == SolveStatus::numerical_failure &&
-        kkt_.scaled() <= acceptable_factor * options_.tolerance)
+        kkt_.scaled() <= acceptable_multiple * options_.tolerance)
       return SolveStatus::acceptable;
     return *failure;
   }

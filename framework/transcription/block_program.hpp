@@ -134,6 +134,7 @@ class BlockProgram : public NonlinearProgram {
   bool supports(Curvature c) const override {
     return c == Curvature::exact ? exact_ : gauss_newton_;
   }
+  bool has_curved_cost() const override { return curved_cost_; }
   bool is_linear_quadratic() const override { return linear_quadratic_; }
   bool is_affine(int row) const override { return affine_rows_[row] != 0; }
   long revision() const override { return revision_; }
@@ -231,7 +232,7 @@ class BlockProgram : public NonlinearProgram {
   SparsityPattern jacobian_pattern_, hessian_pattern_;
   bool exact_ = true, gauss_newton_ = true;
 
-  bool linear_quadratic_ = false;
+  bool linear_quadratic_ = false, curved_cost_ = false;
   std::vector<char> affine_rows_;
 
   int threads_ = 1;

@@ -178,6 +178,7 @@ void BlockProgram::finish() {
       const bool is_cost = row == BlockOutput::objective;
       linear_quadratic_ = linear_quadratic_ && compiled_[i].degrees[o] <= (is_cost ? 2 : 1);
       if (!is_cost && compiled_[i].degrees[o] > 1) affine_rows_[row] = 0;
+      curved_cost_ = curved_cost_ || (is_cost && compiled_[i].degrees[o] > 1);
     }
 }
 

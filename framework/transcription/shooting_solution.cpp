@@ -170,6 +170,17 @@ std::string describe_vanished(const OptimalControlProblem& problem,
   return names.empty() ? names : "given no time, and so without effect: " + names;
 }
 
+// How the solver did without the exact Hessian, and whose second derivatives it lacked.
+std::string describe_hessian(const ShootingProgram& program, const std::string& hessian) {
+  std::string names;
+  for (std::size_t j = 0; j < program.integrators().size(); ++j)
+    if (!program.integrators()[j]->has_hessian())
+      names += fmt::format("{}phase '{}'", names.empty() ? "" : ", ",
+                           program.problem().phases()[j].name);
+  if (!names.empty()) names = ", because the integration has no second derivatives in " + names;
+  return fmt::format("; the Hessian was {}{}", hessian, names);
+}
+
 const char* describe_costs(const OptimalControlProblem& problem) {
   int integrated = 0;
   const int phases = static_cast<int>(problem.phases().size());
@@ -208,15 +219,19 @@ Solution MultipleShooting::interpret(NlpResult result, int inside) {
     if (result.status == SolveStatus::infeasible && !result.contradiction) {
       const std::string conflict = name_conflict(*program_, result.point.lambda, reason);
       if (!conflict.empty()) solution.message += "; " + conflict;
+    }
+    if (result.status == SolveStatus::infeasible || result.status == SolveStatus::iteration_limit ||
+        result.status == SolveStatus::numerical_failure)
       if (const std::string phase = phase_with_events(problem()); !phase.empty())
         solution.message += "; " + events_hint(phase);
-    }
     if (result.status == SolveStatus::evaluation_failed) {
       std::string failure = name_integration_failure(*program_, result.point.w);
       if (failure.empty()) failure = name_without_value(*program_, result.point.w);
       if (!failure.empty()) solution.message += "; " + failure;
     }
   }
+  if (result.hessian != "exact" && result.point.w.size() == program_->variables())
+    solution.message += describe_hessian(*program_, result.hessian);
   solution.cost = result.objective;
   solution.kkt = result.kkt;
   solution.iterations = result.iterations;

@@ -13,6 +13,7 @@
 #include "saltus/solver/barrier_run.hpp"
 #include "saltus/solver/differenced_program.hpp"
 #include "saltus/solver/sqp.hpp"
+#include "saltus/solver/verdict.hpp"
 #include "tests/solver/small_programs.hpp"
 
 namespace saltus {
@@ -111,8 +112,43 @@ TEST(Sqp, DoesWithoutSecondDerivatives) {
   program.has_curvature = false;
   const NlpResult r = make_sqp()->solve(program, {Vec<double, 2>{-1.2, 1.0}, {}, {}}, false);
   ASSERT_EQ(r.status, SolveStatus::optimal);
-  EXPECT_EQ(r.hessian, "differences");
+  EXPECT_EQ(r.hessian, "differenced");
   EXPECT_NEAR(r.point.w[0], 1.0, 1e-6);
+}
+
+TEST(Verdict, FollowsFromTheReportedResidual) {
+  const auto judged = [](SolveStatus status, double residual) {
+    return status_by_residual(status, {.stationarity = residual}, 1e-8,
+                              SolveStatus::iteration_limit);
+  };
+  for (const SolveStatus success : {SolveStatus::optimal, SolveStatus::acceptable}) {
+    EXPECT_EQ(judged(success, 0.9e-8), SolveStatus::optimal);
+    EXPECT_EQ(judged(success, 0.9e-6), SolveStatus::acceptable);
+    EXPECT_EQ(judged(success, 1.1e-6), SolveStatus::iteration_limit);
+    EXPECT_EQ(judged(success, infinity), SolveStatus::iteration_limit);
+  }
+  EXPECT_EQ(judged(SolveStatus::infeasible, 0.0), SolveStatus::infeasible);
+}
+
+// Where the barrier method ends, the tolerance is out of reach of the program's own residual, and
+// the models that are tried in vain are counted too.
+TEST(Sqp, CountsTheEffortOfEveryAttempt) {
+  Rosenbrock program;
+  program.seconds_per_evaluation = 2e-4;
+  program.row_lower_[0] = program.row_upper_[0] = 1.0 / 3.0;
+  for (const double tolerance : {1e-8, 1e-12, 1e-15, 1e-17}) {
+    int last = 0;
+    const std::unique_ptr<Solver> solver = make_sqp({.tolerance = tolerance});
+    SolveObserver observer;
+    observer.report = [&](const SolverIteration& i) { last = std::max(last, i.number); };
+    solver->set_observer(observer);
+    const WallClock::time_point begin = WallClock::now();
+    const NlpResult r = solver->solve(program, {Vec<double, 2>{-1.2, 1.0}, {}, {}}, false);
+    const double seconds = seconds_since(begin);
+    EXPECT_GE(r.iterations, last) << tolerance;
+    EXPECT_GE(r.seconds, 0.9 * seconds) << tolerance;
+    EXPECT_EQ(is_success(r.status), r.kkt.scaled() <= 100.0 * tolerance) << r.kkt.scaled();
+  }
 }
 
 TEST(Filter, RefusesWhatIsWorseInBoth) {

@@ -42,6 +42,17 @@ TEST(Ipopt, MultipliersHaveTheSignOfTheSideThatHolds) {
   EXPECT_LT(run(program).point.lambda[0], 0.0);
 }
 
+TEST(Ipopt, IsAcceptableOnlyWithinAMultipleOfTheTolerance) {
+  Rosenbrock program;
+  for (const char* looser : {"1e2", "1e-3", "1e-5"}) {
+    const NlpResult result = run(program, {.named = {{"acceptable_tol", looser},
+                                                     {"acceptable_iter", "1"},
+                                                     {"acceptable_dual_inf_tol", "1e10"}}});
+    EXPECT_EQ(is_success(result.status), result.kkt.scaled() <= 100 * IpoptOptions().tolerance)
+        << describe(result.status) << " at " << result.kkt.scaled();
+  }
+}
+
 TEST(Ipopt, BoundsAreNotRelaxed) {
   Rosenbrock program;
   program.upper_[0] = 0.5;

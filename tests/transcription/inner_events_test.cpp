@@ -9,7 +9,9 @@
 #include "saltus/integrators/implicit_runge_kutta.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
+#include "saltus/mpc/real_time_iteration.hpp"
 #include "saltus/solver/ipopt.hpp"
+#include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 #include "tests/support/program_derivatives.hpp"
 
@@ -51,6 +53,75 @@ TEST(InnerEvents, OptimumThroughASwitch) {  // A17
         EXPECT_NEAR(s.trajectory.state(0.0)[0], -1.427572232082767, 1e-6) << guess;
         EXPECT_NEAR(s.cost, 1.523772775374957, 1e-9) << guess;
       }
+}
+
+struct Medium {
+  double speed;
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>&, const Vec<S, 1>& u) const {
+    return {speed * sin(u[0]), -speed * cos(u[0])};
+  }
+};
+
+// Least time from one medium into another that is twice as fast: no cost is a sum of squares, and a
+// Gauss-Newton Hessian would be zero.
+OptimalControlProblem refraction() {
+  Phase<2, 1> way{"way", Medium{1.0}, between(0.1, 10.0)};
+  way.switch_at(
+         "surface", [](const auto&, const auto& x) { return -x[1]; }, Medium{2.0})
+      .reach("there", [](const auto&, const auto& x) { return x; }, {exactly(2.0), exactly(-1.0)})
+      .minimise_at_end("time", [](const auto& t, const auto&) { return t; })
+      .guess_duration(2.0)
+      .bound_input(0, between(-1.5, 1.5))
+      .guess_state(Guess::simulate())
+      .guess_input(Guess::constant(VectorXd::Constant(1, 0.8)));
+  OptimalControlProblem ocp("refraction");
+  return ocp.start_at({0.0, 1.0}).then(way);
+}
+
+TEST(InnerEvents, LeastTimeIsSolvedWithDifferencedSecondDerivatives) {
+  for (const CostRule rule : {CostRule::nodes, CostRule::integrated})
+    for (const int intervals : {2, 3, 5, 10}) {
+      OptimalControlProblem ocp = refraction();
+      ocp.costs(rule);
+      MultipleShooting shooting(ocp,
+                                {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
+      const Solution expected = solve(shooting, *make_ipopt());
+      ASSERT_TRUE(expected.ok()) << expected.message;
+      EXPECT_NE(expected.method.find("limited-memory BFGS Hessian"), std::string::npos);
+      for (const QpMethod& qp : {sparse_qp(), riccati_qp()}) {
+        const Solution s = solve(shooting, *make_sqp({.qp = qp}));
+        ASSERT_TRUE(s.ok()) << s.message << " with intervals: " << intervals;
+        EXPECT_NEAR(s.cost, expected.cost, 1e-7);
+        EXPECT_LE(s.iterations, 50);
+        EXPECT_NE(s.method.find("differenced Hessian"), std::string::npos) << s.method;
+        EXPECT_NE(s.message.find("the Hessian was differenced, because the integration has no "
+                                 "second derivatives in phase 'way'"),
+                  std::string::npos)
+            << s.message;
+      }
+    }
+}
+
+TEST(InnerEvents, RealTimeIterationsSayWhichHessianTheyHave) {
+  MultipleShooting with_event(refraction(),
+                              {.intervals_per_phase = 3, .integrator = runge_kutta4()});
+  const auto solver = make_real_time_iteration(with_event.nlp());
+  EXPECT_TRUE(solver->name().ends_with(", differenced Hessian")) << solver->name();
+  NlpPoint point = with_event.initial_guess();
+  for (int tick = 0; tick < 20; ++tick) {
+    solver->prepare(with_event.nlp(), point);
+    const TickResult r =
+        solver->feedback(with_event.nlp(), point, tick > 0, WallClock::time_point::max());
+    ASSERT_EQ(r.status, SolveStatus::step_taken);
+  }
+  EXPECT_LT(kkt_residual(with_event.nlp(), point).scaled(), 1e-6);
+
+  MultipleShooting curved(switch_of_speed(-3.0),
+                          {.intervals_per_phase = 2, .integrator = runge_kutta4()});
+  EXPECT_TRUE(make_real_time_iteration(curved.nlp(), {.curvature = Curvature::exact})
+                  ->name()
+                  .ends_with(", differenced Hessian"));
 }
 
 // A ball with a thruster above a moving floor: input and time in guard and reset, all free.
