@@ -9,10 +9,13 @@
 namespace saltus {
 namespace {
 
+using barrier::excessive_multiplier;
 using barrier::largest;
 
 // Variables with one side only: a slope that keeps them from running away, times mu.
 constexpr double damping = 1e-5;
+// Steps that are cut to less than this get nowhere.
+constexpr double useful_step = 0.1;
 constexpr double multiplier_unit = 100.0;  // multipliers up to this size need no scaling
 
 }  // namespace
@@ -117,8 +120,13 @@ bool BarrierRun::compute_step(const VectorXd& rows) {
     if (i >= n_ && row_kind_[i - n_] == Row::equality) row_weights_[i - n_] = infinity;
   }
   if (!step_.factor(qp, weights_, row_weights_, mu_)) return false;
-  while (!solve_step(rows, dx_, dlambda_))
-    if (!step_.correct()) return false;
+  if (!solve_or_correct(rows)) return false;
+  // Rows that cannot be met within the bounds drive multipliers to infinity while the bounds cut
+  // the steps to nothing. With shifted rows the multipliers stay finite.
+  const bool is_driven =
+      largest(dlambda_) > excessive_multiplier && longest_step(now_.x, dx_) < useful_step;
+  if (is_driven && step_.row_shift() == 0.0 && !(step_.shift_rows() && solve_or_correct(rows)))
+    return false;
   for (int i = 0; i < n_ + m_; ++i) {
     dz_lower_[i] = dz_upper_[i] = 0.0;
     if (lower_[i] > -infinity) {
@@ -130,6 +138,13 @@ bool BarrierRun::compute_step(const VectorXd& rows) {
       dz_upper_[i] = (mu_ + z_upper_[i] * dx_[i]) / d - z_upper_[i];
     }
   }
+  return true;
+}
+
+// The step, with larger shifts where its accuracy asks for them.
+bool BarrierRun::solve_or_correct(const VectorXd& rows) {
+  while (!solve_step(rows, dx_, dlambda_))
+    if (!step_.correct()) return false;
   return true;
 }
 

@@ -46,7 +46,7 @@ SolveStatus BarrierRun::restore() {
     trial_.x.head(n_) = w.head(n_);  // without the relaxation's own
     for (int i = 0; i < m_; ++i)
       trial_.x[n_ + i] = row_kind_[i] == Row::inequality ? slacks[i] : 0.0;
-    keep_slacks_inside(trial_.x);
+    keep_inside(trial_.x);
     return evaluate(trial_) && trial_.violation <= restored * from.violation &&
            is_acceptable(from, trial_, 0.0);
   };
@@ -68,7 +68,7 @@ SolveStatus BarrierRun::restore() {
   trial_.x.head(n_) = end.w.head(n_);
   for (int i = 0; i < m_; ++i)
     trial_.x[n_ + i] = row_kind_[i] == Row::inequality ? run.slacks()[i] : 0.0;
-  keep_slacks_inside(trial_.x);
+  keep_inside(trial_.x);
   const bool ended = status == SolveStatus::optimal || status == SolveStatus::acceptable;
   if (!evaluate(trial_)) return ended ? SolveStatus::evaluation_failed : status;
   const bool feasible = largest(trial_.rows) <= options_.tolerance;
@@ -80,6 +80,7 @@ SolveStatus BarrierRun::restore() {
       compute_stationarity();
       return SolveStatus::infeasible;
     }
+    make_room();
     for (int i = 0; i < n_ + m_; ++i) {
       if (lower_[i] > -infinity)
         z_lower_[i] = std::min(mu_ / (now_.x[i] - lower_[i]), largest_estimate);
@@ -94,8 +95,8 @@ SolveStatus BarrierRun::restore() {
 }
 
 // The restoration has wider sides: its barrier is a larger one.
-void BarrierRun::keep_slacks_inside(VectorXd& x) const {
-  for (int i = n_; i < n_ + m_; ++i) {
+void BarrierRun::keep_inside(VectorXd& x) const {
+  for (int i = 0; i < n_ + m_; ++i) {
     const double l = lower_[i], u = upper_[i];
     if (l > -infinity) x[i] = std::max(x[i], l + epsilon * std::max(1.0, std::abs(l)));
     if (u < infinity) x[i] = std::min(x[i], u - epsilon * std::max(1.0, std::abs(u)));

@@ -8,23 +8,22 @@
 
 #include "saltus/solver/barrier_numbers.hpp"
 #include "saltus/solver/convexify.hpp"
+#include "saltus/solver/verdict.hpp"
 
 namespace saltus {
 namespace {
 
+using barrier::excessive_multiplier;
+using barrier::kept_room;
 using barrier::largest;
 using barrier::largest_estimate;
 using barrier::least_fraction;
 
-// Of rows whose slopes are 100 at most: multipliers that deserve a look.
-constexpr double excessive_multiplier = 1e4;
 // Barrier parameter: solved to this multiple of it, then times the first, or to the power of the
 // second.
 constexpr double barrier_error = 10.0, barrier_factor = 0.2, barrier_power = 1.5;
-// Of the room that an inequality row had, when rows are relaxed less.
-constexpr double kept_room = 0.1;
 // Progress has stopped where the looser tolerance was met this often in a row.
-constexpr double acceptable_factor = 100.0, acceptable_at_failure = 1e3;
+constexpr double acceptable_factor = acceptable_multiple, acceptable_at_failure = 1e3;
 constexpr int acceptable_points = 15;
 constexpr int patience_with_best = 50;  // iterations that lead away from a good enough one
 constexpr double unbounded_cost = -1e20, far = 1e20;
@@ -55,7 +54,8 @@ BarrierRun::BarrierRun(NonlinearProgram& program, Curvature curvature, BarrierEn
       row_kind_(m_, Row::inequality) {}
 
 NlpPoint BarrierRun::point() const {
-  NlpPoint point{now_.x.head(n_), lambda_, (z_upper_ - z_lower_).head(n_)};
+  NlpPoint point{now_.x.head(n_).cwiseMax(program_.lower()).cwiseMin(program_.upper()), lambda_,
+                 (z_upper_ - z_lower_).head(n_)};
   for (int i = 0; i < n_; ++i)
     if (program_.lower()[i] == program_.upper()[i]) point.z[i] = -stationarity_[i];
   return point;
@@ -110,7 +110,7 @@ SolveStatus BarrierRun::solve(const NlpPoint& start) {
     if (best_.error < infinity && iterations_ - best_.iteration >= patience_with_best)
       return give_up(SolveStatus::numerical_failure);
     lower_barrier();
-    const bool has_step = compute_step(now_.rows);
+    const bool has_step = !evaluation_failed_ && compute_step(now_.rows);
     if (evaluation_failed_) return SolveStatus::evaluation_failed;
     if (!has_step || !search()) {
       const SolveStatus status = restore();
@@ -165,7 +165,9 @@ void BarrierRun::lower_barrier() {
     if (upper_[i] < infinity && upper_[i] - now_.x[i] < kept_room * to_upper)
       now_.x[i] = upper_[i] - kept_room * to_upper;
   }
-  evaluate(now_);
+  const bool has_moved = take_room_back();
+  if (!evaluate(now_) || (has_moved && !linearise())) evaluation_failed_ = true;
+  if (has_moved) compute_stationarity();
   tiny_ = 0;
   tau_ = std::max(least_fraction, 1.0 - mu_);
   filter_.reset(largest_violation_);

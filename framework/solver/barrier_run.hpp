@@ -99,6 +99,9 @@ class BarrierRun {
   bool timed_out() const { return WallClock::now() >= options_.deadline; }
   bool begin(const NlpPoint& start);
   void relax_rows();
+  double room_of(int i, double bound) const;
+  void make_room();
+  bool take_room_back();
   void push_inside(int first, int last, VectorXd& x) const;
   VectorXd estimate_multipliers(double most);
   void shrink_multipliers();
@@ -111,6 +114,7 @@ class BarrierRun {
   double least_barrier() const;
   void lower_barrier();
   bool compute_step(const VectorXd& rows);
+  bool solve_or_correct(const VectorXd& rows);
   bool solve_step(const VectorXd& rows, VectorXd& dx, VectorXd& dlambda);
   double longest_step(const VectorXd& x, const VectorXd& dx, double most = 1.0) const;
   double longest_dual_step() const;
@@ -125,7 +129,7 @@ class BarrierRun {
   void add_to_filter(const Reference& from);
   void accept(Trial& trial, double alpha, double dual_alpha);
   SolveStatus restore();
-  void keep_slacks_inside(VectorXd& x) const;
+  void keep_inside(VectorXd& x) const;
   void keep(double error);
   bool return_to_best();
 

@@ -221,6 +221,7 @@ void BarrierRun::accept(Trial& trial, double alpha, double dual_alpha) {
   lambda_ += alpha * dlambda_;
   z_lower_ += dual_alpha * dz_lower_;
   z_upper_ += dual_alpha * dz_upper_;
+  make_room();
   // A side that is nearly met may be so by rounding alone.
   for (int i = 0; i < n_ + m_; ++i) {
     if (lower_[i] > -infinity) {

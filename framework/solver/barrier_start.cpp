@@ -9,6 +9,7 @@
 namespace saltus {
 namespace {
 
+using barrier::kept_room;
 using barrier::largest;
 using barrier::largest_estimate;
 using barrier::least_fraction;
@@ -17,6 +18,8 @@ constexpr double first_multiplier = 1.0;  // of the sides
 constexpr double much_smaller = 1e-2;     // than multipliers that are replaced
 // Room that inequality rows get, times mu.
 constexpr double row_room = 1e-2;
+// The same for bounds of variables; of narrow boxes this fraction of their width.
+constexpr double bound_room = 1e-3;
 constexpr double largest_violation = 1e4, small_violation = 1e-4;  // over that of the start
 
 }  // namespace
@@ -87,6 +90,56 @@ void BarrierRun::relax_rows() {
     lower_[n_ + i] = l - row_room * mu_ * std::max(1.0, std::abs(l));
     upper_[n_ + i] = u + row_room * mu_ * std::max(1.0, std::abs(u));
   }
+}
+
+// How far the bound of a variable gives way at most.
+double BarrierRun::room_of(int i, double bound) const {
+  return bound_room *
+         std::min(mu_ * std::max(1.0, std::abs(bound)), program_.upper()[i] - program_.lower()[i]);
+}
+
+// Equalities may leave a variable no room inside its bounds, such as a state that starts or ends on
+// one of them. Newton's steps then lead onto the bound, and its multiplier grows without limit. A
+// bound that the iterate nearly meets gives way by a distance that vanishes with mu.
+void BarrierRun::make_room() {
+  bool has_moved = false;
+  for (int i = 0; i < n_; ++i) {
+    const double l = program_.lower()[i], u = program_.upper()[i];
+    if (const double side = std::max(now_.x[i], l) - room_of(i, l);
+        lower_[i] > -infinity && lower_[i] > side) {
+      lower_[i] = side;
+      has_moved = true;
+    }
+    if (const double side = std::min(now_.x[i], u) + room_of(i, u);
+        upper_[i] < infinity && upper_[i] < side) {
+      upper_[i] = side;
+      has_moved = true;
+    }
+  }
+  if (has_moved) now_.barrier_cost = barrier_cost(now_.x, now_.cost);
+}
+
+// Moves bounds that gave way back to the room that the present mu leaves. True if the iterate had
+// to move with them.
+bool BarrierRun::take_room_back() {
+  bool has_moved = false;
+  for (int i = 0; i < n_; ++i) {
+    double& x = now_.x[i];
+    const double l = program_.lower()[i], u = program_.upper()[i];
+    if (const double room = room_of(i, l); lower_[i] > -infinity && lower_[i] < l - room) {
+      const double least = kept_room * std::min(room, x - lower_[i]);
+      lower_[i] = l - room;
+      has_moved = has_moved || x < lower_[i] + least;
+      x = std::max(x, lower_[i] + least);
+    }
+    if (const double room = room_of(i, u); upper_[i] < infinity && upper_[i] > u + room) {
+      const double least = kept_room * std::min(room, upper_[i] - x);
+      upper_[i] = u + room;
+      has_moved = has_moved || x > upper_[i] - least;
+      x = std::min(x, upper_[i] - least);
+    }
+  }
+  return has_moved;
 }
 
 void BarrierRun::push_inside(int first, int last, VectorXd& x) const {

@@ -51,6 +51,12 @@ bool BarrierStep::factor_shifted() {
   return system_.factor(shifted_variables_, shifted_rows_);
 }
 
+bool BarrierStep::shift_rows() {
+  if (row_shift_ > 0.0) return false;
+  row_shift_ = std::max(least_row_shift, dependent_rows * std::pow(mu_, 0.25));
+  return factor_shifted() || correct();
+}
+
 bool BarrierStep::correct() {
   const double growth = last_shift_ == 0.0 ? fast_growth : slow_growth;
   shift_ = shift_ > 0.0         ? growth * shift_

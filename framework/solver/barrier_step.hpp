@@ -21,6 +21,9 @@ class BarrierStep {
   bool solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda);
   /// Larger shifts than those of the last factor.
   bool correct();
+  /// Factors again with a shift of the rows, which bounds the multipliers of rows that nearly
+  /// contradict one another or the weights. False if the rows are shifted already.
+  bool shift_rows();
 
   double shift() const { return shift_; }
   double row_shift() const { return row_shift_; }

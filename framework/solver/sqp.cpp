@@ -18,6 +18,9 @@ namespace {
 // Models that are solved to their end from a warm start, before the barrier method starts over.
 constexpr int warm_models = 30;
 constexpr int refining_models = 10;
+// First barrier parameter of the second attempt after a cold start: larger, so that the path keeps
+// farther from the bounds and avoids least violations that are only local.
+constexpr double farther_barrier = 1.0;
 // The barrier method knows no units: slopes at its start are made no larger than this.
 constexpr double largest_slope = 100.0, least_scale = 1e-8;
 
@@ -99,9 +102,7 @@ class SqpSolver final : public Solver {
       return after(result, std::move(other));
     }
     if (!warm || start.lambda.size() != program.rows())
-      return refined(
-          program, curvature, deadline,
-          solve_by_barrier(program, start, curvature, options_.max_iterations, deadline));
+      return refined(program, curvature, deadline, solve_cold(program, start, curvature, deadline));
 
     SqpOptions few = options_;
     few.max_iterations = std::min(options_.max_iterations, warm_models);
@@ -113,6 +114,22 @@ class SqpSolver final : public Solver {
     if (is_final) return result;
     return after(result, solve_by_barrier(program, start, curvature, left_after(result), deadline,
                                           result.iterations));
+  }
+
+  // The restoration ends at a least violation that may be a local one, so that a second path is
+  // tried before a program is called infeasible.
+  NlpResult solve_cold(NonlinearProgram& program, const NlpPoint& start, Curvature curvature,
+                       WallClock::time_point deadline) {
+    NlpResult result =
+        solve_by_barrier(program, start, curvature, options_.max_iterations, deadline);
+    const bool is_worth_it =
+        result.status == SolveStatus::infeasible || result.status == SolveStatus::numerical_failure;
+    if (!is_worth_it || left_after(result) == 0) return result;
+    NlpResult other = solve_by_barrier(program, start, curvature, left_after(result), deadline,
+                                       result.iterations, farther_barrier);
+    if (is_success(other.status) || other.status == SolveStatus::interrupted)
+      return after(result, std::move(other));
+    return after(other, std::move(result));
   }
 
   int left_after(const NlpResult& before) const {
@@ -149,7 +166,8 @@ class SqpSolver final : public Solver {
 
   NlpResult solve_by_barrier(NonlinearProgram& program, const NlpPoint& start, Curvature curvature,
                              int max_iterations, WallClock::time_point deadline,
-                             int first_number = 0) {
+                             int first_number = 0,
+                             double first_barrier = BarrierOptions().first_barrier) {
     const WallClock::time_point begin = WallClock::now();
     if (engine_->barrier == nullptr)
       engine_->barrier = std::make_unique<BarrierEngine>(
@@ -159,6 +177,7 @@ class SqpSolver final : public Solver {
     options.tolerance = options_.tolerance;
     options.max_iterations = max_iterations;
     options.deadline = deadline;
+    options.first_barrier = first_barrier;
     const VectorXd inside = start.w.cwiseMax(program.lower()).cwiseMin(program.upper());
     const ProgramScale scale = limit_slopes(program, inside);
     ScaledProgram scaled(program, scale);

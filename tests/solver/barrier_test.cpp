@@ -7,6 +7,7 @@
 
 #include "benchmarks/random_programs.hpp"
 #include "problems/library/catalogue.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/qp/riccati_newton.hpp"
 #include "saltus/qp/sparse_newton.hpp"
 #include "saltus/solver/any_solver.hpp"
@@ -34,6 +35,47 @@ class Numbers {
 
  private:
   std::mt19937_64 generator_{20261122};
+};
+
+// min (b - 2)^2 + b^4 a with a = 0 and a >= 0; not linear-quadratic, so that the barrier method
+// solves it.
+class StartsOnItsBound : public OfTwoVariables {
+ public:
+  StartsOnItsBound() : OfTwoVariables(1) {
+    lower_[0] = 0.0;
+    row_lower_[0] = row_upper_[0] = 0.0;
+  }
+  bool objective(const double* w, double& f) override {
+    f = (w[1] - 2.0) * (w[1] - 2.0) + std::pow(w[1], 4) * w[0];
+    return true;
+  }
+  bool gradient(const double* w, double* g) override {
+    g[0] = std::pow(w[1], 4);
+    g[1] = 2.0 * (w[1] - 2.0) + 4.0 * std::pow(w[1], 3) * w[0];
+    return true;
+  }
+  bool constraints(const double* w, double* g) override {
+    g[0] = w[0];
+    return true;
+  }
+  bool jacobian(const double*, double* entries) override {
+    entries[0] = 1.0;
+    entries[1] = 0.0;
+    return true;
+  }
+  bool hessian(const double* w, double sigma, const double*, double* entries, Curvature) override {
+    entries[0] = 0.0;
+    entries[1] = sigma * 4.0 * std::pow(w[1], 3);
+    entries[2] = sigma * (2.0 + 12.0 * w[1] * w[1] * w[0]);
+    return true;
+  }
+};
+
+struct Car {
+  template <class S>
+  Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
+    return {x[1], 0.001 * u[0] - 0.0025 * cos(3.0 * x[0])};
+  }
 };
 
 // Linear-quadratic, with durations, jumps and resets, soft rows and slacks, and free starts.
@@ -114,6 +156,48 @@ TEST(Sqp, DoesWithoutSecondDerivatives) {
   ASSERT_EQ(r.status, SolveStatus::optimal);
   EXPECT_EQ(r.hessian, "differenced");
   EXPECT_NEAR(r.point.w[0], 1.0, 1e-6);
+}
+
+// The row holds the first variable on its bound.
+TEST(Barrier, BoundWithoutRoomHasAFiniteMultiplier) {
+  for (const double start : {0.0, 1.0, 30.0}) {
+    StartsOnItsBound program;
+    const NlpResult r = make_sqp()->solve(program, {Vec<double, 2>{start, 1.0}, {}, {}}, false);
+    ASSERT_EQ(r.status, SolveStatus::optimal);
+    EXPECT_LE(r.point.w[0], 1e-8);
+    EXPECT_GE(r.point.w[0], 0.0);
+    EXPECT_NEAR(r.point.w[1], 2.0, 1e-7);
+    EXPECT_LT(r.point.lambda.cwiseAbs().maxCoeff(), 1e4) << start;
+    EXPECT_LT(r.point.z.cwiseAbs().maxCoeff(), 1e4) << start;
+    EXPECT_LE(r.iterations, 30) << start;
+  }
+}
+
+// A car that is too weak for its hill swings up in least time (Moore, Efficient Memory-based
+// Learning for Robot Control, 1990); its end lies on a bound of the state. Rows that cannot be met
+// within the bounds make multipliers diverge on the way.
+TEST(Barrier, WeakCarIsSolvedByBothKindsOfLinearAlgebra) {
+  Phase<2, 1> drive{"drive", Car{}, between(0.05, 1e4)};
+  drive.bound_state(0, between(-1.2, 0.5))
+      .bound_state(1, between(-0.07, 0.07))
+      .bound_input(0, between(-1.0, 1.0))
+      .reach(
+          "top", [](const auto&, const auto& x) { return x[0]; }, at_least(0.5))
+      .reach(
+          "forwards", [](const auto&, const auto& x) { return x[1]; }, at_least(0.0))
+      .minimise_at_end("time", [](const auto& t, const auto&) { return t; })
+      .guess_duration(500.0)
+      .guess_state(Guess::interpolate(Vec<double, 2>{-0.5, 0.0}, Vec<double, 2>{0.5, 0.07}));
+  OptimalControlProblem ocp("weak car");
+  ocp.start_at({-0.5, 0.0}).then(drive);
+  for (const int intervals : {50, 80, 100, 120})
+    for (const QpMethod& qp : {sparse_qp(), riccati_qp()}) {
+      MultipleShooting shooting(ocp,
+                                {.intervals_per_phase = intervals, .integrator = runge_kutta4()});
+      const Solution s = solve(shooting, *make_sqp({.qp = qp}));
+      ASSERT_TRUE(s.ok()) << s.message << " with intervals: " << intervals;
+      EXPECT_NEAR(s.cost, 102.45, 0.15) << intervals;  // 102.52 to 102.37, by the grid
+    }
 }
 
 TEST(Verdict, FollowsFromTheReportedResidual) {
