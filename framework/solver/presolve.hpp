@@ -63,6 +63,7 @@ class PresolvedProgram final : public NonlinearProgram {
   bool is_affine(int row) const override { return program_.is_affine(row); }
   StageStructure stages() const override { return program_.stages(); }
   int first_slack() const override { return program_.first_slack(); }
+  bool has_curved_cost() const override { return program_.has_curved_cost(); }
 
   bool objective(const double* w, double& f) override { return program_.objective(w, f); }
   bool gradient(const double* w, double* g) override { return program_.gradient(w, g); }
