@@ -1,0 +1,135 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "saltus/core/error.hpp"
+#include "saltus/solver/any_solver.hpp"
+#include "tests/corpus/claims.hpp"
+#include "tests/corpus/stationarity.hpp"
+#include "tests/corpus/trial.hpp"
+
+namespace saltus::corpus {
+namespace {
+
+constexpr double promised_gain = 1e-3;  // relative, beyond which a plan is no KKT point
+constexpr double cost_agreement = 1e-3;
+constexpr double steady =
+    1e3;  // amplification up to which an open-loop miss is an error of the plan
+
+std::vector<PlanPiece> plan_of(const Solution& solution) {
+  std::vector<PlanPiece> plan;
+  for (const TrajectoryPiece& piece : solution.trajectory.pieces()) {
+    const IntervalProblem& interval =
+        solution.trajectory.phases()[piece.phase].integrator->problem();
+    const int nu = interval.arguments.nu;
+    const bool is_linear = interval.shape == InputShape::linear;
+    plan.push_back({piece.phase, piece.start, piece.length, piece.state, piece.end_state,
+                    piece.coefficients.head(nu),
+                    is_linear ? piece.coefficients.tail(nu) : piece.coefficients.head(nu),
+                    is_linear});
+  }
+  return plan;
+}
+
+bool is_finite(const std::vector<PlanPiece>& plan) {
+  for (const PlanPiece& p : plan)
+    if (!p.state.allFinite() || !p.end_state.allFinite() || !p.first_input.allFinite() ||
+        !p.last_input.allFinite() || !std::isfinite(p.length))
+      return false;
+  return !plan.empty();
+}
+
+std::string describe(const char* kind, const Miss& miss) {
+  return fmt::format("{}: {} by {:.3g}, allowed {:.1g}", kind, miss.what, miss.amount,
+                     miss.tolerance);
+}
+
+struct Notes {
+  bool unsaid = false, imprecise = false;
+};
+
+// Why the plan is not right; empty: it is.
+std::string fault_of(const Instance& instance, const Solution& solution, Notes& notes) {
+  const std::vector<PlanPiece> plan = plan_of(solution);
+  if (!is_finite(plan)) return "the plan has no finite numbers";
+  const OutsideCheck check = check_outside(instance.phases, plan);
+  if (!check.simulated) return "the outside integrator cannot follow the plan";
+  if (check.path.is_broken()) return describe("path", check.path);
+  if (check.end.is_broken()) return describe("end", check.end);
+  if (check.defect.is_broken()) return describe("integration", check.defect);
+  Miss open = check.open_loop_end;
+  if (instance.amplification <= steady) {
+    notes.imprecise = open.is_broken();
+    // Beyond the end's own tolerance, what is stated as the accuracy of the integration is allowed.
+    open.tolerance = std::max(open.tolerance, 1e-3 * std::max(1.0, check.largest_state));
+    if (open.is_broken()) return describe("open loop", open);
+  } else {
+    notes.unsaid = open.is_broken();
+  }
+  if (!(std::abs(check.cost - solution.cost) <=
+        cost_agreement * std::max(std::abs(check.cost), std::abs(solution.cost)) + 1e-9)) {
+    // A soft term's part of the cost is not known to the judge.
+    if (instance.optimum == std::nullopt)
+      return fmt::format("cost: {:.6g} said, {:.6g} along the plan", solution.cost, check.cost);
+  }
+  if (instance.optimum) {
+    const double allowed = instance.optimum_tolerance * std::abs(*instance.optimum) + 1e-9;
+    if (!(std::abs(solution.cost - *instance.optimum) <= allowed))
+      return fmt::format("cost: {:.8g} for {:.8g}", solution.cost, *instance.optimum);
+  }
+  if (instance.is_kkt_judged) {
+    const Stationarity s = stationarity(instance.phases, plan, instance.cost_scale);
+    if (!(s.residual <= promised_gain))
+      return fmt::format("no KKT point: the cost still falls by {:.2g} of its size along the {}",
+                         s.residual, s.variable);
+  }
+  return instance.further ? instance.further(solution) : std::string{};
+}
+
+Verdict judge(const Instance& instance, const Solution& solution) {
+  Notes notes;
+  const std::string fault = fault_of(instance, solution, notes);
+  if (solution.ok()) {
+    if (!instance.is_solvable)
+      return {Outcome::wrong, "ok() although there is no solution; " + fault};
+    if (!fault.empty()) return {Outcome::wrong, fault};
+    if (notes.unsaid && !(stated_growth(solution) >= 0.01 * instance.amplification)) {
+      return {Outcome::unsaid, fmt::format("the ends are missed in open loop, amplification {:.1g}",
+                                           instance.amplification)};
+    }
+    return {Outcome::right, {}, notes.imprecise};
+  }
+  if (!instance.is_solvable || instance.may_be_either) return {Outcome::said, solution.message};
+  if (fault.empty() && !notes.unsaid) return {Outcome::refused, solution.message};
+  // The plan is not right, and the status says why: the grid does not do.
+  if (solution.status == SolveStatus::coarse_grid) return {Outcome::said, solution.message};
+  return {Outcome::unsolved, fmt::format("{} [{}]", solution.message, fault)};
+}
+
+}  // namespace
+
+Verdict run_trial(const CorpusClass& family, std::uint64_t seed,
+                  std::optional<SolverChoice> choice) {
+  try {
+    // The solver is drawn apart, so that the problem of a seed does not depend on it.
+    constexpr SolverChoice all[] = {SolverChoice::sparse, SolverChoice::riccati,
+                                    SolverChoice::ipopt};
+    const SolverChoice chosen = choice.value_or(all[seed % 3]);
+    Random random(seed);
+    Instance instance = family.make(random);
+    if (instance.run) return instance.run(chosen);
+    instance.options.solver = make_solver(chosen, {.time_limit = 20.0});
+    Solution solution;
+    try {
+      solution = solve(instance.problem, instance.options);
+    } catch (const DefinitionError& error) {
+      if (!instance.is_solvable) return {Outcome::said, error.what()};
+      throw;
+    }
+    return judge(instance, solution);
+  } catch (const std::exception& error) {
+    return {Outcome::unsolved, fmt::format("exception: {}", error.what())};
+  }
+}
+
+}  // namespace saltus::corpus

@@ -1,0 +1,54 @@
+// Laws: what may be done to a problem without changing its answer, each a function from problem to
+// problem.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "saltus/core/random.hpp"
+#include "saltus/ocp/problem.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/solution.hpp"
+
+namespace saltus::metamorphic {
+
+/// Something to be solved.
+struct Stated {
+  OptimalControlProblem problem;
+  ShootingOptions options;
+};
+
+/// What became of a problem, and what its answer must be.
+struct Transformed {
+  Stated stated;
+  double cost_factor = 1.0;   ///< the new cost is the old one times this
+  double cost_change = 0.0;   ///< plus this, a first-order prediction
+  double cost_allowed = 0.0;  ///< beside the tolerance: what the prediction leaves out
+  double time_factor = 1.0;   ///< new durations and times
+  std::vector<VectorXd> state_factors = {}, input_factors = {};  ///< per phase; empty: 1
+  bool is_same_plan = true;  ///< false: only cost and status are compared (the start has moved)
+  std::string what = {};     ///< the numbers that were drawn
+};
+
+/// One law. Returns nothing where it does not apply, with the reason in `why`.
+struct Law {
+  const char* name;
+  const char* statement;
+  std::optional<Transformed> (*apply)(const Stated& stated, const Solution& base, Random& random,
+                                      std::string& why);
+};
+const std::vector<Law>& laws();
+
+/// The problem with edited phases and, if given, other jumps; DefinitionError where it has links
+/// and jumps.
+OptimalControlProblem rebuilt(const OptimalControlProblem& problem,
+                              const std::function<void(int, PhaseDefinition&)>& edit,
+                              const std::function<Jump(int, const Jump&)>& jump = {});
+
+// --- the laws, a file each
+std::optional<Transformed> in_other_units(const Stated&, const Solution&, Random&, std::string&);
+std::optional<Transformed> split_in_two(const Stated&, const Solution&, Random&, std::string&);
+
+}  // namespace saltus::metamorphic

@@ -1,0 +1,16 @@
+// Functions made of functions, so that a problem can be transformed although its formulas are
+// erased.
+#pragma once
+
+#include <vector>
+
+#include "saltus/model/function.hpp"
+
+namespace saltus::metamorphic {
+
+/// rows .* f(columns .* z): the same formula in other units. At most 64 arguments and outputs.
+Function scaled(const Function& f, const VectorXd& columns, const VectorXd& rows);
+/// One number: offset + sum of weights .* z.
+Function affine(const VectorXd& weights, double offset);
+
+}  // namespace saltus::metamorphic
