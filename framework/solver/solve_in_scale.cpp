@@ -99,7 +99,7 @@ void judge(const Solver& solver, NonlinearProgram& program, const Quantities& qu
                          result.violation <= std::max(most_violation, solver.tolerance()));
 }
 
-double most_gain(const Solver& solver) { return std::max(1e-6, 100.0 * solver.tolerance()); }
+double most_gain(const Solver& solver) { return std::max(1e-5, 100.0 * solver.tolerance()); }
 
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities) {
