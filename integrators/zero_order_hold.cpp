@@ -38,7 +38,7 @@ class StructureCheck {
  public:
   explicit StructureCheck(const IntervalProblem& problem) : problem_(problem) {
     const Arguments& sizes = problem.arguments;
-    refuse_time(problem.dynamics, "dynamics");
+    refuse_time(problem.dynamics, "dynamics", ".");
     problem.dynamics.hessian_pattern().for_each([&](int r, int c, int) {
       if (r < sizes.p() && c < sizes.p())
         throw DefinitionError(needs() +
@@ -51,28 +51,31 @@ class StructureCheck {
                             "dynamics that are affine in state and input, but their "
                             "Jacobian differs between two points.");
     if (!problem.running_cost) return;
-    refuse_time(problem.running_cost, "running costs");
+    refuse_time(problem.running_cost, "running costs", remedy);
     const int output = cost_with_varying_hessian();
     if (output >= 0)
       throw DefinitionError(
           needs() +
           fmt::format("running costs that are at most quadratic in state and input, but the "
-                      "Hessian of cost {} differs between two points.",
-                      output));
+                      "Hessian of cost {} differs between two points{}",
+                      output, remedy));
   }
 
  private:
   // Derivatives of a formula at arguments of order one agree this well when they are constant.
   static constexpr double rounding = 1e-10;
   static constexpr int points = 6;
+  static constexpr const char* remedy =
+      "; runge_kutta4() integrates such costs, and costs(CostRule::nodes) sums them at the nodes.";
 
   static std::string needs() { return "the exact zero-order hold needs "; }
 
-  void refuse_time(const Function& function, const char* what) const {
+  void refuse_time(const Function& function, const char* what, const char* end) const {
     for (int r = 0; r < function.outputs(); ++r)
       if (function.jacobian_pattern().contains(r, problem_.arguments.t()))
         throw DefinitionError(
-            needs() + fmt::format("{} that do not depend on time, but output {} does.", what, r));
+            needs() +
+            fmt::format("{} that do not depend on time, but output {} does{}", what, r, end));
   }
 
   VectorXd random_point(const VectorXd& parameters) {
@@ -223,6 +226,7 @@ class ZeroOrderHold final : public Integrator {
     return finish(*d, end);
   }
 
+  bool follows_running_costs() const override { return false; }  // quadratic forms are kept
   bool has_hessian() const override { return parameters_.empty(); }
 
   IntegrationStatus hessian(const double* w, const double* weights, MatrixXd& hessian,

@@ -17,6 +17,8 @@ namespace saltus {
 ///
 /// make() throws DefinitionError with the offending pair of variables when a function has another
 /// form. Kinks such as abs() in a formula are found by comparing derivatives at random points.
+/// Running costs of another form, such as those of a reference that varies in time, need
+/// costs(CostRule::nodes) or another integrator.
 IntegratorChoice zero_order_hold();
 
 }  // namespace saltus

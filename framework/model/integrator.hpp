@@ -136,6 +136,10 @@ class Integrator {
                                         MatrixXd& derivative, MatrixXd& hessian,
                                         Curvature curvature);
 
+  /// Whether each call evaluates the running costs along the interval. If not, their coefficients
+  /// are kept between calls, and all of them must be evaluated.
+  virtual bool follows_running_costs() const { return true; }
+
   /// A sentence on the most recent call that failed, with time, mode and event where there are
   /// any; empty if none failed or the status says all there is to say.
   virtual std::string failure() const { return {}; }

@@ -169,9 +169,13 @@ class LeastSquares final : public FunctionBody {
 
 class Stack final : public FunctionBody {
  public:
-  explicit Stack(const std::vector<Function>& functions, Lending lending = Lending::shared)
+  // Without `wanted` all functions are evaluated.
+  explicit Stack(const std::vector<Function>& functions,
+                 std::shared_ptr<const std::vector<char>> wanted = nullptr,
+                 Lending lending = Lending::shared)
       : FunctionBody(functions.front().inputs(), count_outputs(functions)),
         functions_(functions),
+        wanted_(std::move(wanted)),
         most_curvature_(most_curvature(functions)),
         workspaces_(lending) {
     Pairs rows, hessian;
@@ -190,7 +194,7 @@ class Stack final : public FunctionBody {
   }
 
   bool is_reentrant() const override {
-    return workspaces_.is_shared() &&
+    return !wanted_ && workspaces_.is_shared() &&
            std::all_of(functions_.begin(), functions_.end(),
                        [](const Function& f) { return f.is_reentrant(); });
   }
@@ -209,22 +213,33 @@ class Stack final : public FunctionBody {
       parts.push_back(f.separate());
       if (!parts.back()) return nullptr;
     }
-    return std::make_shared<Stack>(parts, Lending::exclusive);
+    return std::make_shared<Stack>(parts, wanted_, Lending::exclusive);
   }
 
   void value(const double* z, double* y) const override {
-    for (const Function& f : functions_) {
-      f.value(z, y);
+    for (std::size_t i = 0; i < functions_.size(); ++i) {
+      const Function& f = functions_[i];
+      if (is_wanted(i))
+        f.value(z, y);
+      else
+        std::fill_n(y, f.outputs(), 0.0);
       y += f.outputs();
     }
   }
 
   // Rows follow one another, so the entries of the parts do too.
   void jacobian(const double* z, double* y, double* entries) const override {
-    for (const Function& f : functions_) {
-      f.jacobian(z, y, entries);
+    for (std::size_t i = 0; i < functions_.size(); ++i) {
+      const Function& f = functions_[i];
+      const int count = f.jacobian_pattern().entries();
+      if (is_wanted(i)) {
+        f.jacobian(z, y, entries);
+      } else {
+        std::fill_n(y, f.outputs(), 0.0);
+        std::fill_n(entries, count, 0.0);
+      }
       y += f.outputs();
-      entries += f.jacobian_pattern().entries();
+      entries += count;
     }
   }
 
@@ -233,9 +248,11 @@ class Stack final : public FunctionBody {
     std::fill_n(entries, hessian_pattern_.entries(), 0.0);
     const auto part = workspaces_.lend([this] { return new_workspace(); });
     for (std::size_t i = 0; i < functions_.size(); ++i) {
-      functions_[i].hessian(z, weights, part->data(), curvature);
-      for (std::size_t e = 0; e < to_hessian_[i].size(); ++e)
-        entries[to_hessian_[i][e]] += (*part)[e];
+      if (is_wanted(i)) {
+        functions_[i].hessian(z, weights, part->data(), curvature);
+        for (std::size_t e = 0; e < to_hessian_[i].size(); ++e)
+          entries[to_hessian_[i][e]] += (*part)[e];
+      }
       weights += functions_[i].outputs();
     }
   }
@@ -257,8 +274,10 @@ class Stack final : public FunctionBody {
   std::unique_ptr<Workspace> new_workspace() const {
     return std::make_unique<Workspace>(most_curvature_);
   }
+  bool is_wanted(std::size_t i) const { return !wanted_ || (*wanted_)[i] != 0; }
 
   std::vector<Function> functions_;
+  std::shared_ptr<const std::vector<char>> wanted_;
   std::vector<std::vector<int>> to_hessian_;
   int most_curvature_;  // largest number of second derivatives of a part
   WorkspacePool<Workspace> workspaces_;
@@ -369,6 +388,20 @@ Function least_squares_cost(const Function& residual, const MatrixXd& weight,
 
 Function stack(const std::vector<Function>& functions) {
   return Function(std::make_shared<Stack>(functions));
+}
+
+SelectiveStack::SelectiveStack(std::vector<Function> parts)
+    : parts_(std::move(parts)),
+      wanted_(std::make_shared<std::vector<char>>(parts_.size(), 1)),
+      function_(std::make_shared<Stack>(parts_, wanted_)) {}
+
+SelectiveStack SelectiveStack::separate() const {
+  std::vector<Function> parts;
+  for (const Function& f : parts_) {
+    parts.push_back(f.separate());
+    if (!parts.back()) return {};
+  }
+  return SelectiveStack(std::move(parts));
 }
 
 Function times_length(const Function& cost) {

@@ -117,7 +117,7 @@ class Checker {
     if (!nlp.constraints(guess_.data(), rows.data()) ||
         !nlp.jacobian(guess_.data(), entries.data())) {
       const std::string where = name_integration_failure(shooting_->program(), guess_);
-      complaint = where.empty() ? function_without_value() : where + " cannot be integrated";
+      complaint = where.empty() ? function_without_value() : where;
       if (complaint.empty()) complaint = "the constraints cannot be evaluated";
     } else if (!nlp.objective(guess_.data(), cost) ||
                !nlp.gradient(guess_.data(), gradient.data()) || !std::isfinite(cost)) {

@@ -66,12 +66,17 @@ class Reach {
 
 class IntervalFunction final : public FunctionBody {
  public:
-  IntervalFunction(std::shared_ptr<Integrator> integrator, IntegratorChoice scheme)
-      : FunctionBody(integrator->arguments().size(), integrator->outputs()),
+  IntervalFunction(std::shared_ptr<Integrator> integrator, IntegratorChoice scheme,
+                   SelectiveStack costs, std::vector<int> optional)
+      : FunctionBody(integrator->arguments().size() + static_cast<int>(optional.size()),
+                     integrator->outputs()),
         integrator_(std::move(integrator)),
         scheme_(std::move(scheme)),
-        derivative_(outputs(), inputs()),
-        second_(inputs(), inputs()) {
+        costs_(std::move(costs)),
+        optional_(std::move(optional)),
+        derivative_(outputs(), integrator_->arguments().size()),
+        second_(derivative_.cols(), derivative_.cols()) {
+    for (const int cost : optional_) costs_.evaluate(cost, false);
     const IntervalProblem& problem = integrator_->problem();
     const IntervalArguments w = integrator_->arguments();
     const Reach reach(problem, w);
@@ -87,12 +92,12 @@ class IntervalFunction final : public FunctionBody {
         if (!is_state && mode.running_cost)
           unite(row, reach.of_output(mode.running_cost, i - problem.arguments.nx));
       if (problem.differentiate_time) row[w.h()] = 1;
-      for (int j = 0; j < inputs(); ++j)
+      for (int j = 0; j < w.size(); ++j)
         if (row[j]) first.emplace_back(i, j);
     }
     const auto add_pairs = [&](const Flags& a, const Flags& b) {
-      for (int i = 0; i < inputs(); ++i)
-        for (int j = 0; j < inputs(); ++j)
+      for (int i = 0; i < w.size(); ++i)
+        for (int j = 0; j < w.size(); ++j)
           if (a[i] && b[j]) second.emplace_back(std::max(i, j), std::min(i, j));
     };
     const auto add_function = [&](const Function& f) {
@@ -100,7 +105,7 @@ class IntervalFunction final : public FunctionBody {
       f.hessian_pattern().for_each(
           [&](int a, int b, int) { add_pairs(reach.of_argument(a), reach.of_argument(b)); });
       if (!problem.differentiate_time) return;
-      Flags length(inputs(), 0);  // h multiplies the right-hand side
+      Flags length(w.size(), 0);  // h multiplies the right-hand side
       length[w.h()] = 1;
       for (int i = 0; i < f.outputs(); ++i) add_pairs(length, reach.of_output(f, i));
     };
@@ -108,7 +113,7 @@ class IntervalFunction final : public FunctionBody {
       add_function(problem.dynamics);
       add_function(problem.running_cost);
     } else if (integrator_->has_hessian()) {  // the instants of events couple what moves them
-      Flags any(inputs(), 0);
+      Flags any(w.size(), 0);
       for (const auto& [row, column] : first) any[column] = 1;
       add_pairs(any, any);
     }
@@ -145,16 +150,19 @@ class IntervalFunction final : public FunctionBody {
         found = found || reads_it(event.guard) || reads_it(event.reset);
       return found;
     };
+    if (input >= w.size()) return true;
     if (input == w.t0()) return model_reads(problem.arguments.t());
     if (input >= w.p() && input < w.t0()) return model_reads(problem.arguments.p(input - w.p()));
     return true;
   }
 
   void value(const double* w, double* end) const override {
+    const Selection selection(*this, w);
     if (integrator_->value(w, end) != IntegrationStatus::success) spoil(end, outputs());
   }
 
   void jacobian(const double* w, double* end, double* entries) const override {
+    const Selection selection(*this, w);
     if (integrator_->jacobian(w, end, derivative_) != IntegrationStatus::success) {
       spoil(end, outputs());
       spoil(entries, jacobian_pattern_.entries());
@@ -165,6 +173,7 @@ class IntervalFunction final : public FunctionBody {
 
   void hessian(const double* w, const double* weights, double* entries,
                Curvature curvature) const override {
+    const Selection selection(*this, w);
     if (integrator_->hessian(w, weights, second_, curvature) != IntegrationStatus::success) {
       spoil(entries, hessian_pattern_.entries());
       return;
@@ -174,6 +183,7 @@ class IntervalFunction final : public FunctionBody {
 
   void derivatives(const double* w, const double* weights, double* end, double* jacobian_entries,
                    double* hessian_entries, Curvature curvature) const override {
+    const Selection selection(*this, w);
     if (integrator_->derivatives(w, weights, end, derivative_, second_, curvature) !=
         IntegrationStatus::success) {
       spoil(end, outputs());
@@ -188,23 +198,52 @@ class IntervalFunction final : public FunctionBody {
 
   std::shared_ptr<const FunctionBody> separate() const override {
     if (!scheme_) return nullptr;
-    return std::make_shared<IntervalFunction>(scheme_->make(integrator_->problem()), scheme_);
+    SelectiveStack costs = costs_.separate();
+    IntervalProblem problem = integrator_->problem();
+    if (costs_.size() > 0) {
+      if (costs.size() == 0) return nullptr;
+      problem.running_cost = costs.function();
+    }
+    return std::make_shared<IntervalFunction>(scheme_->make(problem), scheme_, std::move(costs),
+                                              optional_);
   }
 
  private:
+  // Optional costs are evaluated during one call only.
+  class Selection {
+   public:
+    Selection(const IntervalFunction& function, const double* w) : function_(function) {
+      const int first = function_.integrator_->arguments().size();
+      for (std::size_t i = 0; i < function_.optional_.size(); ++i)
+        function_.costs_.evaluate(function_.optional_[i], w[first + i] != 0.0);
+    }
+    ~Selection() {
+      for (const int cost : function_.optional_) function_.costs_.evaluate(cost, false);
+    }
+    Selection(const Selection&) = delete;
+    Selection& operator=(const Selection&) = delete;
+
+   private:
+    const IntervalFunction& function_;
+  };
+
   static void spoil(double* values, int count) {
     std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN());
   }
 
   std::shared_ptr<Integrator> integrator_;
   IntegratorChoice scheme_;
+  SelectiveStack costs_;
+  std::vector<int> optional_;
   mutable MatrixXd derivative_, second_;
 };
 
 }  // namespace
 
-Function interval_function(std::shared_ptr<Integrator> integrator, IntegratorChoice scheme) {
-  return Function(std::make_shared<IntervalFunction>(std::move(integrator), std::move(scheme)));
+Function interval_function(std::shared_ptr<Integrator> integrator, IntegratorChoice scheme,
+                           SelectiveStack costs, std::vector<int> optional) {
+  return Function(std::make_shared<IntervalFunction>(std::move(integrator), std::move(scheme),
+                                                     std::move(costs), std::move(optional)));
 }
 
 }  // namespace saltus

@@ -73,13 +73,21 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const bool integrated = problem_.cost_rule(j) == CostRule::integrated;
   std::vector<Function> running;
+  std::vector<int> optional;  // costs that act in windows
   if (integrated)
-    for (const int t : running_costs(phase)) running.push_back(cost_function(phase.terms[t]));
+    for (const int t : running_costs(phase)) {
+      if (!phase.terms[t].window.is_whole()) optional.push_back(static_cast<int>(running.size()));
+      running.push_back(cost_function(phase.terms[t]));
+    }
   const bool costs_ride_along = !running.empty();
   for (const IntegralConstraint& integral : phase.integrals) running.push_back(integral.integrand);
 
   IntervalProblem interval = interval_of(phase);
-  if (!running.empty()) interval.running_cost = stack(running);
+  SelectiveStack& costs = integrated_costs_.emplace_back();
+  if (!running.empty()) {
+    costs = SelectiveStack(std::move(running));
+    interval.running_cost = costs.function();
+  }
   interval.shape = phase.input_shape();
   for (int i = 0; i < phase.sizes.np; ++i)
     interval.differentiate_parameter[i] = layout_.parameter(j, i) >= 0;
@@ -91,12 +99,18 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   } catch (const DefinitionError& e) {
     throw DefinitionError(fmt::format("phase '{}': {}", phase.name, e.what()));
   }
-  reentrant_integrators_.push_back(std::make_shared<const ReentrantIntegrator>(interval, choice));
+  // Plans are read for their states, by any thread: the costs of the program stay out of them.
+  IntervalProblem states = interval;
+  states.running_cost = {};
+  for (SwitchingSystem::Mode& mode : states.switching.modes) mode.running_cost = {};
+  reentrant_integrators_.push_back(std::make_shared<const ReentrantIntegrator>(states, choice));
   if (!integrators_.back()->has_hessian()) {
     set_support(false, supports(Curvature::gauss_newton) && !costs_ride_along);
   }
 
-  build_intervals(j, interval_function(integrators_.back(), choice), interval.nq());
+  if (!integrators_.back()->follows_running_costs()) optional.clear();
+  build_intervals(j, interval_function(integrators_.back(), choice, costs, optional), interval.nq(),
+                  optional);
   for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t) {
     const Term& term = phase.terms[t];
     if (term.domain == TermDomain::running) {
@@ -115,7 +129,8 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   if (phase.input_change_weight.size() > 0) build_changes(j);
 }
 
-void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
+void ShootingProgram::build_intervals(int j, const Function& flow, int nq,
+                                      const std::vector<int>& optional) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const Arguments& sizes = phase.sizes;
   const IntervalArguments a = integrators_[j]->arguments();
@@ -157,8 +172,12 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq) {
     }
     const int index = instance.block = add_block(std::move(block));
     placed_.push_back({index, point, a.t0(), a.h(), a.p()});
-    for (int q = 0; q < nq - ni; ++q)
-      costs_.push_back({j, running[q], k, index, sizes.nx + q, true});
+    for (int q = 0; q < nq - ni; ++q) {
+      const auto at = std::find(optional.begin(), optional.end(), q);
+      const int argument = a.size() + static_cast<int>(at - optional.begin());
+      costs_.push_back(
+          {j, running[q], k, index, sizes.nx + q, true, at == optional.end() ? -1 : argument});
+    }
 
     join_inputs(j, k, instance);
     intervals_.push_back(instance);

@@ -50,6 +50,7 @@ struct CostInstance {
   int interval = -1;           ///< -1: at one end of the phase
   int block = -1, output = 0;  ///< of the program, and which of its outputs
   bool length_inside = false;  ///< the block multiplies by the length itself
+  int switch_argument = -1;    ///< index of the argument that leaves the cost out, -1: none
 };
 
 /// Input-change cost of interval `to` against interval `from` (-1: the input applied before).

@@ -9,6 +9,7 @@
 
 #include "saltus/model/integrator.hpp"
 #include "saltus/model/reentrant_integrator.hpp"
+#include "saltus/ocp/cost_functions.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/transcription/block_program.hpp"
 #include "saltus/transcription/grid.hpp"
@@ -60,6 +61,8 @@ class ShootingProgram final : public BlockProgram {
   const std::vector<std::shared_ptr<const ReentrantIntegrator>>& reentrant_integrators() const {
     return reentrant_integrators_;
   }
+  /// Running costs that are integrated, then integrals, one per phase; empty if there are none.
+  const std::vector<SelectiveStack>& integrated_costs() const { return integrated_costs_; }
   /// What integrates each interval.
   const std::vector<shooting::IntervalInstance>& interval_instances() const { return intervals_; }
   /// Rows of path and point constraints.
@@ -119,7 +122,7 @@ class ShootingProgram final : public BlockProgram {
 
   void build_start();
   void build_phase(int j, const IntegratorChoice& choice);
-  void build_intervals(int j, const Function& flow, int nq);
+  void build_intervals(int j, const Function& flow, int nq, const std::vector<int>& optional);
   void join_inputs(int j, int k, shooting::IntervalInstance& instance);
   void build_running(int j, int t, bool integrated);
   void build_changes(int j);
@@ -180,6 +183,7 @@ class ShootingProgram final : public BlockProgram {
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
   std::vector<std::shared_ptr<const ReentrantIntegrator>> reentrant_integrators_;  // per phase
+  std::vector<SelectiveStack> integrated_costs_;          // per phase
   std::vector<shooting::IntervalInstance> intervals_;
   std::vector<shooting::RowInstance> rows_;
   std::vector<shooting::LimitInstance> limits_;

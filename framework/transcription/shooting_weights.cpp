@@ -111,6 +111,8 @@ void ShootingProgram::refresh_costs() {
       const double length =
           instance.length_inside ? 1.0 : grid_.interval(instance.phase, instance.interval).length0;
       factor = active ? length : 0.0;
+      if (instance.switch_argument >= 0)
+        set_constant(instance.block, instance.switch_argument, active ? 1.0 : 0.0);
     }
     set_weight(instance.block, instance.output, factor);
   }

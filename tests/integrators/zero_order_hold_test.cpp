@@ -210,10 +210,21 @@ TEST(ZeroOrderHold, RefusesWhatItCannotSolveExactly) {
                     }),
                     Function{}),
             "accepted");
-  EXPECT_NE(refusal(linear, make_function<2, 1, 0>([](const auto&, const auto& x, const auto&) {
+  const std::string remedy =
+      "; runge_kutta4() integrates such costs, and costs(CostRule::nodes) sums them at the nodes.";
+  EXPECT_EQ(refusal(linear, make_function<2, 1, 0>([](const auto&, const auto& x, const auto&) {
                       return x[0] * x[0] * x[0];
                     })),
-            "accepted");
+            "the exact zero-order hold needs running costs that are at most quadratic in state and "
+            "input, but the Hessian of cost 0 differs between two points" +
+                remedy);
+  EXPECT_EQ(
+      refusal(linear, make_function<2, 1, 0>([](const auto& t, const auto& x, const auto&) {
+                return (x[0] - t) * (x[0] - t);
+              })),
+      "the exact zero-order hold needs running costs that do not depend on time, but output 0 "
+      "does" +
+          remedy);
   EXPECT_NE(refusal(linear, make_function<2, 1, 0>(
                                 [](const auto&, const auto& x, const auto&) { return abs(x[0]); })),
             "accepted");

@@ -106,9 +106,31 @@ TEST(Window, OutsideItAFormulaMayLeaveItsDomain) {
       .track("effort", input, Vec<double, 1>{1.0})
       .bound_input(0, exactly(-2.0), Window{.from = 0.3})
       .reach("end", state, between(-1.5, -0.9));
-  MultipleShooting shooting(with_impact(phase, infinity), ten);
-  const Solution solution = solve(shooting, *make_ipopt());
-  EXPECT_EQ(solution.status, SolveStatus::optimal) << solution.message;
+  for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
+    MultipleShooting shooting(with_impact(phase, infinity).costs(rule), ten);
+    const Solution solution = solve(shooting, *make_ipopt());
+    EXPECT_EQ(solution.status, SolveStatus::optimal) << solution.message;
+  }
+}
+
+// A cost is evaluated where its window is, also after that has moved, on one thread or several.
+TEST(Window, OfACostMovesWithItsEvent) {
+  auto phase = second();
+  const auto root = [](const auto& t, const auto&) { return sqrt(t - 0.3); };
+  phase.minimise("after", root, Window{.from = event("impact")});
+  for (const int threads : {1, 3}) {
+    ShootingOptions options = ten;
+    options.threads = threads;
+    MultipleShooting shooting(with_impact(phase, 0.72), options);
+    const auto expected = [](double from) {  // of the square root, by hand
+      return (std::pow(0.7, 1.5) - std::pow(from - 0.3, 1.5)) / 1.5;
+    };
+    constexpr double by_runge_kutta = 2e-6;  // h^5 f'''' / 2880 per interval of 0.1 s
+    for (const double impact : {0.72, 0.55, 0.91, 2.0, 0.5}) {
+      shooting.retime("impact", impact);
+      EXPECT_NEAR(cost_at(shooting, 1.0, 0.0), expected(std::min(impact, 1.0)), by_runge_kutta);
+    }
+  }
 }
 
 TEST(GivenStart, HasNoRows) {
@@ -157,7 +179,7 @@ TEST(NodeCost, WeighsEachNodeWithTheLengthOfTheIntervalItStarts) {
   auto phase = second();
   phase.minimise("state", [](const auto& t, const auto& x) { return t * x[0]; })
       .bound_input(0, at_least(0.0), Window{.from = event("impact")});
-  MultipleShooting shooting(with_impact(phase, 0.24), ten);
+  MultipleShooting shooting(with_impact(phase, 0.24).costs(CostRule::nodes), ten);
   // sum of t_k h_k over the nodes 0, 0.1, 0.2, 0.24, 0.3, ...
   double expected = 0.1 * 0.1 + 0.2 * 0.04 + 0.24 * 0.06;
   for (int k = 3; k < 10; ++k) expected += 0.1 * k * 0.1;
@@ -168,7 +190,7 @@ TEST(NodeCost, OfAFreeDurationFollowsTheDuration) {
   Phase<1, 1> phase{"free", Velocity{}, between(0.5, 2.0)};
   phase.minimise("time", one).guess_duration(1.0);
   OptimalControlProblem ocp("free");
-  MultipleShooting shooting(ocp.start_at({1}).then(phase), ten);
+  MultipleShooting shooting(ocp.start_at({1}).then(phase).costs(CostRule::nodes), ten);
   NlpPoint point = shooting.initial_guess();
   point.w[shooting.layout().duration(0)] = 1.7;
   double cost = 0.0;
