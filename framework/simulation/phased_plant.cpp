@@ -67,7 +67,10 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
         p.running.push_back(static_cast<int>(t));
         running.push_back(cost_function(phase.terms[t]));
       }
-    if (!running.empty()) interval.running_cost = stack(running);
+    if (!running.empty()) {
+      p.costs = SelectiveStack(std::move(running));
+      interval.running_cost = p.costs.function();
+    }
     p.integrator = scheme->make(interval);
     p.parameters = parameters_of(phase);
   }
@@ -184,6 +187,12 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
   };
   const bool has_guard = !definition().end_guards.empty();
   bool inside = has_guard && guard(input) < 0.0;
+  const Phase& p = phases_[phase_];
+  std::vector<bool> counts;  // costs in whose windows the piece begins
+  for (std::size_t i = 0; i < p.running.size(); ++i) {
+    counts.push_back(is_in_force(definition().terms[p.running[i]].window, begin.time()));
+    if (p.integrator->follows_running_costs()) p.costs.evaluate(static_cast<int>(i), counts[i]);
+  }
   if (!go(length)) return {};
   if (has_guard && !std::isfinite(guard(input))) {
     failure_ = fmt::format("the guard of phase '{}' is no number at t = {:.6g} s",
@@ -209,10 +218,8 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
     }
     if (inside && !go_where_begins([&] { return guard(input) >= 0.0; })) return {};
   }
-  const Phase& p = phases_[phase_];
   for (std::size_t i = 0; i < p.running.size(); ++i)
-    if (is_in_force(definition().terms[p.running[i]].window, begin.time()))
-      cost_ += end_[start.size() + static_cast<Eigen::Index>(i)];
+    if (counts[i]) cost_ += end_[start.size() + static_cast<Eigen::Index>(i)];
   look_on_the_way(input);
   if (crossed) end_phase(input);
   return gone;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "saltus/model/integrator.hpp"
+#include "saltus/ocp/cost_functions.hpp"
 #include "saltus/ocp/problem.hpp"
 #include "saltus/simulation/loop_plant.hpp"
 #include "saltus/simulation/plant_clock.hpp"
@@ -73,6 +74,7 @@ class PhasedPlant final : public LoopPlant {
   struct Phase {
     std::unique_ptr<Integrator> integrator;
     std::vector<int> running;  // terms: the integrator's costs
+    SelectiveStack costs;      // these
     VectorXd parameters;
   };
   const PhaseDefinition& definition() const { return problem_.phases()[phase_]; }

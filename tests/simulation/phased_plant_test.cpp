@@ -54,6 +54,18 @@ TEST(PhasedPlant, AGuardEndsAPhaseWhereItIsZero) {
               1e-12);
 }
 
+// A cost has no value outside of its window: the root is that of a negative number.
+TEST(PhasedPlant, ChargesACostInItsWindowOnly) {
+  Phase<2, 1> fall{"fall", Ball{}, exactly(0.4)};
+  const auto root = [](const auto& t, const auto&) { return sqrt(t - 0.1); };
+  fall.minimise("late", root, Window{.from = 0.2});
+  OptimalControlProblem ocp("fall");
+  PhasedPlant plant(ocp.start_at({1, 0}).then(fall), runge_kutta4());
+  for (int k = 0; k < 4; ++k) ASSERT_TRUE(plant.advance(VectorXd::Zero(1), 0.1)) << plant.failure();
+  constexpr double by_runge_kutta = 1e-5;  // h^5 f'''' / 2880 per interval of 0.1 s
+  EXPECT_NEAR(plant.cost(), (std::pow(0.3, 1.5) - std::pow(0.1, 1.5)) / 1.5, by_runge_kutta);
+}
+
 // What cannot be integrated to its end has not begun.
 TEST(PhasedPlant, StandsWhereItWasWhenAPieceFails) {
   const auto root = [](const auto&, const auto& x, const auto& u) {
