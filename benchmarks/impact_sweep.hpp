@@ -15,9 +15,9 @@ namespace saltus::push_recovery {
 
 /// What may be chosen about the controller of a sweep; the rest is that of ICUB-1.
 struct SweepVariant {
-  double step = 0.01;  ///< dt, s
-  int intervals = 15;  ///< N
-  CostRule cost_rule = CostRule::nodes;
+  double step = 0.01;                    ///< dt, s
+  int intervals = 15;                    ///< N
+  CostRule cost_rule = CostRule::nodes;  ///< sums by default, as in the paper
   /// Weight on first differences of every wrench component; the wrench before the horizon is the
   /// one ICUB-1 states. 0: none.
   double wrench_change = 0.0;

@@ -16,7 +16,7 @@ GIVEN = {
             "BSD 3-clause", "CC BY-SA 4.0"],
         HELD: [
             "a linear-quadratic problem of optimum 1.68950",
-            "comes to 1.6601, 1.6804 and 1.6868 with 10, 30 and 100 intervals, and with `costs(CostRule::integrated)` to 1.69203, 1.68978 and 1.68952"],
+            "is 1.69203, 1.68978 and 1.68952 with 10, 30 and 100 intervals, and with `costs(CostRule::nodes)` 1.6601, 1.6804 and 1.6868"],
     },
     "benchmarks/README.md": {
         DEFINITION: ["Status 0: all ran (a solver that missed is a result); 2: a mistake of the caller; 3: a peer",

@@ -8,8 +8,9 @@
 
 namespace saltus {
 
-/// A penalty on the violation v >= 0 of a row. A running one is charged per unit of time (times the
-/// length of the interval, like the running costs); one at the start or end of a phase once.
+/// A penalty on the violation v >= 0 of a row. A running one is charged per unit of time: at each
+/// node, times the length of an interval, under either CostRule, because rows exist at nodes only.
+/// One at the start or end of a phase is charged once.
 ///
 /// A further kind is an enumerator here and a case in every `switch` of penalty.cpp: what it costs,
 /// which slack variables stand for it, what its numbers must satisfy. Everything else (variables,

@@ -138,7 +138,8 @@ class Phase {
                    std::nullopt);
     return *this;
   }
-  /// The same, but a violation is possible and penalised; the solution says how far it went.
+  /// The same, but a violation is possible and penalised, at the nodes, per second
+  /// (ocp/penalty.hpp); the solution reports the largest one.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
     add_constraint(d_, std::move(name), TermDomain::running,
@@ -202,8 +203,8 @@ class Phase {
   }
 
   // --- costs -------------------------------------------------------------------------------
-  /// The scalar formula over the window, per second: by default summed at the nodes, an integral
-  /// only by costs(CostRule::integrated) (saltus/ocp/problem.hpp).
+  /// The integral of the scalar formula over the window. With costs(CostRule::nodes)
+  /// (saltus/ocp/problem.hpp) it is summed at the nodes instead.
   template <class F>
   Phase& minimise(std::string name, F formula, Window window = {}) {
     static_assert(returns_rows<F, 1>,
@@ -221,8 +222,8 @@ class Phase {
              {});
     return *this;
   }
-  /// 1/2 |residual - reference|^2_W over the window, per second, W = diag(weights); summed or
-  /// integrated as in minimise().
+  /// The integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights), with the
+  /// same rule as minimise().
   template <class F>
   Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
@@ -240,8 +241,9 @@ class Phase {
     return *this;
   }
   /// 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals, the first against the input applied
-  /// before the horizon; weighted by the nominal over the mean length of the two intervals. An
-  /// input that is forced to a value does not exist there and is not charged.
+  /// before the horizon; weighted by the nominal over the mean length of the two intervals. It is a
+  /// sum over changes under either CostRule. An input that is forced to a value does not exist
+  /// there and is not charged.
   Phase& penalise_change(const VectorXd& weights) {
     d_.input_change_weight = weights;
     return *this;
@@ -249,8 +251,8 @@ class Phase {
 
   // --- inputs, parameters, scaling, guesses --------------------------------------------------
   /// How inputs run over an interval: InputParametrisation::piecewise_constant (if nothing is
-  /// said), piecewise_linear or piecewise_linear_continuous. Where they are linear, running costs
-  /// are integrated, whatever CostRule says.
+  /// said), piecewise_linear or piecewise_linear_continuous. Phases with linear inputs integrate
+  /// their running costs under either CostRule.
   Phase& inputs(InputParametrisation parametrisation) {
     d_.input_parametrisation = parametrisation;
     return *this;

@@ -15,13 +15,16 @@
 
 namespace saltus {
 
-/// How running costs are summed over an interval. The sum at the nodes is off by the order of an
-/// interval's length (1 to 2 % with ten intervals where integrated costs are off by 0.1 %), so that
-/// a cost to be compared with one by hand wants `integrated`. Inputs that are linear in an interval
-/// are always charged by the integral: at its start alone their other end would be free.
+/// How running costs (minimise(), track()) are accumulated over an interval. Soft constraints,
+/// changes of inputs, integral constraints and costs at ends do not depend on the rule.
+///
+/// A sum at the nodes approximates the integral with an error of the order of an interval's length
+/// (1 to 2 % with ten intervals where integrated costs are off by 0.1 %). Choose it to reproduce a
+/// discrete-time problem that is defined by such a sum. Phases with linear inputs integrate under
+/// either rule: the cost at the start of an interval does not depend on the input at its end.
 enum class CostRule {
-  nodes,      ///< the default: length of the interval times the cost at its start, as MPC papers do
-  integrated  ///< the integral, by the integrator, together with the dynamics
+  integrated,  ///< Integral by the integrator, together with the dynamics. The default.
+  nodes        ///< Length of the interval times the cost at its start.
 };
 
 /// One or more phases in order. Copies are independent; formulas are shared, being immutable.
@@ -75,7 +78,7 @@ class OptimalControlProblem {
 
   /// Events to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
-  /// Where running costs are taken: integrated, or at the nodes (the default).
+  /// Sets the rule for running costs: the integral (default) or the sum at the nodes.
   OptimalControlProblem& costs(CostRule rule);
   /// Bounds on the sum of all durations, s.
   OptimalControlProblem& total_time(Bounds bounds);
@@ -117,9 +120,9 @@ class OptimalControlProblem {
   int phase_index(const std::string& phase) const;
   /// Of events and modes; may be edited between solves.
   const Schedule& schedule() const { return schedule_; }
-  /// Where running costs are taken.
+  /// The rule for running costs that was set.
   CostRule cost_rule() const { return cost_rule_; }
-  /// The rule in force in a phase: where inputs are linear in an interval, costs are integrated.
+  /// The rule that applies in a phase: phases with linear inputs always integrate.
   CostRule cost_rule(int phase) const;
   /// Of all durations together, s.
   Bounds total_time() const { return total_time_; }
@@ -153,7 +156,7 @@ class OptimalControlProblem {
   std::optional<Bounds> start_time_bounds_;
   std::vector<Link> links_;
   Schedule schedule_;
-  CostRule cost_rule_ = CostRule::nodes;
+  CostRule cost_rule_ = CostRule::integrated;
   Bounds total_time_;
 };
 

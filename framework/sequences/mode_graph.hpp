@@ -106,7 +106,7 @@ class ModeGraph {
   ModeGraph& start_time(double t);
   /// Of all durations together, s.
   ModeGraph& total_time(Bounds bounds);
-  /// Where running costs are taken.
+  /// Sets the rule for running costs of every mode: the integral (default) or the sum at the nodes.
   ModeGraph& costs(CostRule rule);
   /// Of (t, x), where the last mode ends, whichever it is.
   template <int nx, class F>
@@ -211,7 +211,7 @@ class ModeGraph {
   VectorXd start_;
   double start_time_ = 0.0;
   std::optional<Bounds> total_time_;
-  CostRule cost_rule_ = CostRule::nodes;
+  CostRule cost_rule_ = CostRule::integrated;
 };
 
 }  // namespace saltus

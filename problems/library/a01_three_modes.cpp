@@ -65,7 +65,7 @@ OptimalControlProblem problem() {
 
   OptimalControlProblem ocp("three modes");
   ocp.start_at(start).then(first).then(second).then(third);
-  ocp.total_time(exactly(3.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(3.0));
   return ocp;
 }
 

@@ -46,7 +46,7 @@ OptimalControlProblem problem() {
 
   OptimalControlProblem ocp("linear-quadratic switch");
   ocp.start_at({0, 2}).then(first).then(second);
-  ocp.total_time(exactly(2.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(2.0));
   return ocp;
 }
 

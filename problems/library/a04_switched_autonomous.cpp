@@ -32,7 +32,7 @@ OptimalControlProblem problem() {
   for (auto* phase : {&first, &second}) phase->minimise("energy", energy).guess_duration(0.5);
   OptimalControlProblem ocp("switched autonomous");
   ocp.start_at({1, 1}).then(first).then(second);
-  ocp.total_time(exactly(1.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(1.0));
   return ocp;
 }
 

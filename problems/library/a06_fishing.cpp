@@ -35,7 +35,7 @@ OptimalControlProblem problem() {
         .guess_duration(guess[i]);
     ocp.then(phase);
   }
-  ocp.total_time(exactly(12.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(12.0));
   return ocp;
 }
 

@@ -45,7 +45,7 @@ OptimalControlProblem problem() {
         .guess_duration(4.0);
     ocp.then(*phase);
   }
-  ocp.total_time(exactly(12.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(12.0));
   return ocp;
 }
 

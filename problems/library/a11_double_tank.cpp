@@ -44,7 +44,7 @@ OptimalControlProblem problem() {
         .guess_duration(5.0);
     ocp.then(*phase);
   }
-  ocp.total_time(exactly(10.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(10.0));
   return ocp;
 }
 

@@ -50,7 +50,7 @@ OptimalControlProblem relaxed() {
       .bound_input(0, between(0.0, 1.0))
       .guess_input(Guess::constant(Vec<double, 1>{0.5}));
   OptimalControlProblem ocp("tank on a ramp, relaxed");
-  ocp.start_at({2, 2}).then(phase).costs(CostRule::integrated);
+  ocp.start_at({2, 2}).then(phase);
   return ocp;
 }
 
@@ -64,7 +64,7 @@ OptimalControlProblem sequence() {
     phase.minimise("miss", miss).guess_state(Guess::simulate()).guess_duration(horizon / modes);
     ocp.then(phase);
   }
-  ocp.total_time(exactly(horizon)).costs(CostRule::integrated);
+  ocp.total_time(exactly(horizon));
   return ocp;
 }
 

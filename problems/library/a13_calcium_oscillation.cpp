@@ -53,7 +53,7 @@ OptimalControlProblem problem() {
         .guess_duration(durations[i]);
     ocp.then(phase);
   }
-  ocp.total_time(exactly(22.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(22.0));
   return ocp;
 }
 

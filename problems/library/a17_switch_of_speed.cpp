@@ -35,7 +35,6 @@ OptimalControlProblem problem() {
       .guess_state(Guess::simulate());
   OptimalControlProblem ocp("switch of speed");
   ocp.start_within({between(-6.0, 0.0)}, VectorXd::Constant(1, -3.0)).then(drive);
-  ocp.costs(CostRule::integrated);
   return ocp;
 }
 

@@ -47,7 +47,7 @@ OptimalControlProblem problem() {
         .guess_duration(0.5);
   OptimalControlProblem ocp("juggled ball");
   ocp.start_at({1, 0}).then(fall).then(rise, jump<2>("bounce", bounce));
-  ocp.total_time(exactly(1.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(1.0));
   return ocp;
 }
 

@@ -47,7 +47,7 @@ OptimalControlProblem problem() {
     phase->inputs(InputParametrisation::piecewise_linear_continuous).guess_duration(0.3);
   OptimalControlProblem ocp("Bryson-Denham");
   ocp.start_at({0, 1}).then(climb).then(slide).then(descend);
-  ocp.total_time(exactly(1.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(1.0));
   return ocp;
 }
 

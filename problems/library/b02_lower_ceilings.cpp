@@ -32,7 +32,7 @@ OptimalControlProblem one_phase(double ceiling) {
       .reach("landing speed", speed, exactly(-1.0))
       .inputs(InputParametrisation::piecewise_linear_continuous);
   OptimalControlProblem ocp("Bryson-Denham, one phase");
-  ocp.start_at({0, 1}).then(hop).costs(CostRule::integrated);
+  ocp.start_at({0, 1}).then(hop);
   return ocp;
 }
 
@@ -53,7 +53,7 @@ OptimalControlProblem three_arcs() {
     phase->inputs(InputParametrisation::piecewise_linear_continuous).guess_duration(0.3);
   OptimalControlProblem ocp("Bryson-Denham, three arcs");
   ocp.start_at({0, 1}).then(climb).then(slide).then(descend);
-  ocp.total_time(exactly(1.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(1.0));
   return ocp;
 }
 

@@ -31,7 +31,7 @@ OptimalControlProblem problem() {
       .guess_state(Guess::interpolate(Vec<double, 2>{1, 0}, Vec<double, 2>{3, 4}))
       .guess_input(Guess::interpolate(Vec<double, 1>{-2}, Vec<double, 1>{6}));
   OptimalControlProblem ocp("hanging chain");
-  ocp.start_at({1, 0}).then(chain).costs(CostRule::integrated);
+  ocp.start_at({1, 0}).then(chain);
   return ocp;
 }
 

@@ -41,7 +41,7 @@ OptimalControlProblem problem() {
   rest.nominal(Vec<double, 1>{1e-2}, Vec<double, 1>{1e-6});
 
   OptimalControlProblem ocp("hyper-sensitive");
-  ocp.start_at({1}).costs(CostRule::integrated);
+  ocp.start_at({1});
   for (auto* phase : {&leave, &settle, &rest, &depart, &arrive}) {
     phase->inputs(InputParametrisation::piecewise_linear_continuous)
         .minimise("cost", cost)

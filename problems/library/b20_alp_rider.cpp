@@ -48,7 +48,7 @@ OptimalControlProblem problem() {
       .reach("end", state, {exactly(2.0), exactly(3.0), exactly(1.0), exactly(-2.0)})
       .inputs(InputParametrisation::piecewise_linear_continuous);
   OptimalControlProblem ocp("Alp rider");
-  ocp.start_at({2, 1, 2, 1}).then(ride).costs(CostRule::integrated);
+  ocp.start_at({2, 1, 2, 1}).then(ride);
   return ocp;
 }
 

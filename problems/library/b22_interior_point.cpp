@@ -34,7 +34,7 @@ OptimalControlProblem problem() {
   for (auto* phase : {&before, &after})
     phase->inputs(InputParametrisation::piecewise_linear_continuous);
   OptimalControlProblem ocp("interior point");
-  ocp.start_at({1}).then(before).then(after).costs(CostRule::integrated);
+  ocp.start_at({1}).then(before).then(after);
   return ocp;
 }
 

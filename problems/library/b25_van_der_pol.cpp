@@ -44,7 +44,7 @@ OptimalControlProblem problem() {
     phase->inputs(InputParametrisation::piecewise_linear_continuous).minimise("cost", cost);
     ocp.then(phase->guess_duration(1.25));
   }
-  ocp.total_time(exactly(5.0)).costs(CostRule::integrated);
+  ocp.total_time(exactly(5.0));
   return ocp;
 }
 

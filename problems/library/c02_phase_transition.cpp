@@ -50,6 +50,7 @@ OptimalControlProblem problem() {
   OptimalControlProblem ocp("phase transition");
   ocp.start_at({2, 0}).then(slide).then(
       steer, jump<2>("drop the velocity", [](const auto&, const auto& x) { return x[0]; }));
+  ocp.costs(CostRule::nodes);  // as published
   return ocp;
 }
 

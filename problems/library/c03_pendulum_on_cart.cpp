@@ -45,7 +45,7 @@ OptimalControlProblem problem() {
       .track_at_end("at the end", state, Q)
       .guess_state(Guess::interpolate(hanging, upright));
   OptimalControlProblem ocp("pendulum on cart");
-  ocp.start_at(hanging).then(swing);
+  ocp.start_at(hanging).then(swing).costs(CostRule::nodes);  // as published
   return ocp;
 }
 

@@ -45,7 +45,7 @@ OptimalControlProblem problem() {
   rise.guess_input(Guess::interpolate(Vec<double, 1>{0.5}, Vec<double, 1>{0.1}));
   fall.guess_input(Guess::interpolate(Vec<double, 1>{0.1}, Vec<double, 1>{-0.5}));
   OptimalControlProblem ocp("Dido");
-  ocp.start_at({0}).then(rise).then(fall).costs(CostRule::integrated);
+  ocp.start_at({0}).then(rise).then(fall);
   return ocp;
 }
 

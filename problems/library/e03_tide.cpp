@@ -28,7 +28,7 @@ OptimalControlProblem problem() {
           "shore", [](const auto&, const auto& x) { return x[0]; }, exactly(2.0));
   OptimalControlProblem ocp("tide");
   ocp.start_at({0}).start_time(between(-2.0, 2.0), 0.5).then(crossing);
-  return ocp.costs(CostRule::integrated);
+  return ocp;
 }
 
 }  // namespace

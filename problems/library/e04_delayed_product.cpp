@@ -43,7 +43,7 @@ OptimalControlProblem problem() {
         return gap;
       },
       exactly(0.0), start_of(second), end_of(second));
-  return ocp.costs(CostRule::integrated);
+  return ocp;
 }
 
 }  // namespace

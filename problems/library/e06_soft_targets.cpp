@@ -38,7 +38,7 @@ OptimalControlProblem problem() {
   ocp.link(
       "second", [](const auto& start, const auto& end) { return end.x[1] - start.x[1]; },
       {at_least(1.0), soft("second", 2.0, Penalty::L2)}, start_of(pull), end_of(pull));
-  return ocp.costs(CostRule::integrated);
+  return ocp;
 }
 
 }  // namespace

@@ -77,6 +77,7 @@ ModeGraph cart_between_walls(const VectorXd& start) {
       .mode(mode("left", Touches::left, at_most(-wall)))
       .all_transitions()
       .minimise_at_end<4>("cost to go", cost_to_go)
+      .costs(CostRule::nodes)  // in discrete time, as in the papers
       .start_at(start);
   return graph;
 }

@@ -63,6 +63,7 @@ ModeGraph thermostats(const VectorXd& start) {
                               cost += 0.5 * (T[i] - wanted) * (T[i] - wanted);
                             return cost;
                           })
+      .costs(CostRule::nodes)  // in discrete time, as in the paper
       .start_at(start);
   return graph;
 }

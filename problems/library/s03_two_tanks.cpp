@@ -60,6 +60,7 @@ ModeGraph two_tanks(const VectorXd& start) {
                             const auto a = h[0] - 0.3, b = h[1] - 0.4;
                             return 50.0 * a * a + 200.0 * b * b;
                           })
+      .costs(CostRule::nodes)  // in discrete time, as in the literature
       .start_at(start);
   return graph;
 }

@@ -21,8 +21,7 @@ ModeGraph fishing_modes() {
   graph.transition("wait", "fish")
       .transition("fish", "wait")
       .start_at({0.5, 0.7})
-      .total_time(exactly(12.0))
-      .costs(CostRule::integrated);
+      .total_time(exactly(12.0));
   return graph;
 }
 

@@ -27,10 +27,10 @@ struct Model {
   Mat<double, 3, 3> left_rotation = Mat<double, 3, 3>::Identity(),
                     right_rotation = Mat<double, 3, 3>::Identity();
   ContactConeOptions left_contact = {}, right_contact = {};
-  double step = 0.01;  // dt, s
-  int intervals = 15;  // N
-  CostRule cost_rule = CostRule::nodes;
-  bool follows_motion = false;  ///< of the data, in place of coming to rest at the target
+  double step = 0.01;                    // dt, s
+  int intervals = 15;                    // N
+  CostRule cost_rule = CostRule::nodes;  // the paper sums costs over the samples
+  bool follows_motion = false;           ///< of the data, in place of coming to rest at the target
 };
 
 /// The problem of one tick. The contacts are those of robots/walking/contacts.hpp, in absolute

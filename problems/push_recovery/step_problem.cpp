@@ -238,9 +238,9 @@ OptimalControlProblem step_problem(const StepModel& model, int steps, bool from_
     throw DefinitionError(
         fmt::format("problem of steps: {} steps, expected 0 to {}", steps, most_planned_steps));
   OptimalControlProblem ocp(fmt::format("{} steps", steps));
-  // Integrated, not summed at the nodes: a sum times a free length has a Gauss-Newton matrix that
-  // is indefinite, and making it convex took three quarters of a tick.
-  ocp.costs(CostRule::integrated).start_at(VectorXd::Zero(step_states));
+  // Costs are integrated (the default). A sum at the nodes times a free length has an indefinite
+  // Gauss-Newton matrix, and making it convex took three quarters of a tick.
+  ocp.start_at(VectorXd::Zero(step_states));
   if (steps == 0) {
     StepModel whole = model;
     whole.sole = model.standing_sole;

@@ -62,6 +62,7 @@ OptimalControlProblem problem(const Model& model, const Weights& weights,
 
   OptimalControlProblem ocp("quadruped");
   ocp.schedule(contacts.joined()).start_at(State<double>::Zero()).then(phase);
+  ocp.costs(CostRule::nodes);  // the sum h (...) above, as discrete-time MPC of quadrupeds has it
   return ocp;
 }
 

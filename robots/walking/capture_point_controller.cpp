@@ -82,6 +82,7 @@ OptimalControlProblem wrench_problem(const PlannerSettings& settings,
       .nominal(Vec<double, 9>::Constant(0.1), Vec<double, 12>::Constant(10.0));
   OptimalControlProblem ocp("wrenches of one tick");
   ocp.schedule(contacts).start_at(VectorXd::Zero(9)).then(phase);
+  ocp.costs(CostRule::nodes);  // the momentum rate now, not its mean over the interval
   return ocp;
 }
 

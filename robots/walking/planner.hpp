@@ -47,7 +47,7 @@ struct PlannerSettings {
   double tolerance = 1e-8;                      ///< of the solver, scaled KKT error
   double step = 0.01;                           ///< grid and period of the controller, s
   int intervals = 15;                           ///< of the horizon
-  CostRule costs = CostRule::nodes;             ///< integrated or at the nodes
+  CostRule costs = CostRule::nodes;             ///< sums at the nodes, as in the paper
   double deadline = 0.0;                        ///< wall clock per tick, s; 0: none
   /// To try the loop: this fraction of the ticks has no time to solve, in runs of one to five.
   double missed_fraction = 0.0;

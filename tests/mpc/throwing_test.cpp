@@ -37,7 +37,7 @@ struct Pendulum {
 };
 
 enum class Back { stages, riccati, sparse, ipopt, sqp, cvodes };
-MultipleShooting pendulum(Back which) {
+MultipleShooting pendulum(Back which, CostRule rule) {
   Phase<2, 1> phase{"pendulum", Pendulum{}, exactly(5 * step)};
   phase.bound_input(0, between(-2.0, 2.0))
       .track(
@@ -45,13 +45,15 @@ MultipleShooting pendulum(Back which) {
       .track(
           "torque", [](const auto&, const auto&, const auto& u) { return u; }, Vec<double, 1>{0.1});
   OptimalControlProblem ocp("pendulum");
-  ocp.start_at({0.5, 0.0}).then(phase);
+  ocp.start_at({0.5, 0.0}).then(phase).costs(rule);
   const IntegratorChoice integrator = which == Back::cvodes ? cvodes() : runge_kutta4();
   return MultipleShooting(std::move(ocp), {.intervals_per_phase = 5, .integrator = integrator});
 }
 
 RecedingHorizonController controller_for(Back which, ControllerOptions options = {}) {
-  MultipleShooting shooting = pendulum(which);
+  // Of integrals CVODES has no second derivatives, which the real-time iteration needs.
+  const CostRule rule = which == Back::cvodes ? CostRule::nodes : CostRule::integrated;
+  MultipleShooting shooting = pendulum(which, rule);
   std::unique_ptr<RealTimeSolver> solver;
   RealTimeIterationOptions iteration;
   if (which == Back::riccati) iteration.qp = riccati_qp();
@@ -73,6 +75,15 @@ class Throwing : public ::testing::TestWithParam<Back> {
  protected:
   ~Throwing() override { thrown = Thrown::nothing; }
 };
+
+TEST(RealTimeIteration, RefusesAProgramWithoutHessianAndNamesTheRemedy) {
+  try {
+    make_real_time_iteration(pendulum(Back::cvodes, CostRule::integrated).nlp());
+    ADD_FAILURE() << "accepted";
+  } catch (const DefinitionError& e) {
+    EXPECT_NE(std::string(e.what()).find("costs(CostRule::nodes)"), std::string::npos) << e.what();
+  }
+}
 
 TEST_P(Throwing, InTheTickLeadsToTheFallbackOrToThePlanBefore) {
   for (const Thrown what : {Thrown::exception, Thrown::number}) {

@@ -20,7 +20,7 @@ TEST(DesignProgram, SolvesAsWritten) {
   const Solution solution = solve(shooting, *solver);
   ASSERT_TRUE(solution.ok()) << solution.message;
   EXPECT_EQ(solution.method,
-            "CVODES BDF, tolerance 1e-09, costs summed at the nodes, limited-memory BFGS Hessian");
+            "CVODES BDF, tolerance 1e-09, costs integrated, limited-memory BFGS Hessian");
 }
 
 class TwoGears : public testing::Test {

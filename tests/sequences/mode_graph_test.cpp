@@ -65,6 +65,13 @@ TEST(ModeGraph, APathIsAnOptimalControlProblem) {
   EXPECT_EQ(problem.phases()[2].terms.size(), 2u);
 }
 
+TEST(ModeGraph, RunningCostsAreIntegralsByDefault) {
+  ModeGraph graph = up_and_down();
+  EXPECT_EQ(graph.problem(std::vector<int>{0}).cost_rule(), CostRule::integrated);
+  graph.costs(CostRule::nodes);
+  EXPECT_EQ(graph.problem(std::vector<int>{0}).cost_rule(), CostRule::nodes);
+}
+
 TEST(ModeGraph, DwellAndEntriesDecideWhatMayBeAppended) {
   ModeGraph graph = up_and_down();
   graph.all_transitions().dwell("up", 2).enter_at_most("down", 1);

@@ -38,7 +38,7 @@ OptimalControlProblem regulator() {
       .track("input", input, input_weight)
       .track_at_end("end", state, end_weight);
   OptimalControlProblem ocp("regulator");
-  ocp.start_at({1.0, -0.5}).then(phase);
+  ocp.start_at({1.0, -0.5}).then(phase).costs(CostRule::nodes);
   return ocp;
 }
 

@@ -221,17 +221,23 @@ TEST(NamedUnknown, IsFoundAndReadByName) {
 // -------------------------------------------------------------------------------------
 
 TEST(Reference, ThatVariesIsFollowed) {
-  // min int 1/2 (u - r)^2 with r a tent: nothing else to do, so u is r at the start of the
-  // interval.
+  // min 1/2 (u - r)^2 with r a tent: nothing else to do, so u is the mean of r over the interval,
+  // and r at its start where the cost is summed at the nodes.
   Phase<1, 1> phase{"motion", Velocity{}, exactly(1.0)};
   const Reference tent({0.0, 0.5, 1.0}, Mat<double, 1, 3>{0.0, 2.0, 0.0});
   phase.track("tent", input, Vec<double, 1>{1.0}, {}, tent);
   OptimalControlProblem ocp("reference");
-  MultipleShooting shooting(ocp.start_at({0}).then(phase), ten);
-  const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
-  ASSERT_TRUE(s.ok()) << s.message;
-  for (int k = 0; k < 10; ++k)
-    EXPECT_NEAR(s.trajectory.input(0.1 * k + 0.05)[0], 2.0 - std::abs(0.4 * k - 2.0), 1e-8) << k;
+  ocp.start_at({0}).then(phase);
+  for (const CostRule rule : {CostRule::nodes, CostRule::integrated}) {
+    MultipleShooting shooting(ocp.costs(rule), ten);
+    const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
+    ASSERT_TRUE(s.ok()) << s.message;
+    const double later = rule == CostRule::nodes ? 0.0 : 0.5;  // intervals
+    for (int k = 0; k < 10; ++k)
+      EXPECT_NEAR(s.trajectory.input(0.1 * k + 0.05)[0], 2.0 - std::abs(0.4 * (k + later) - 2.0),
+                  1e-8)
+          << k;
+  }
 }
 
 TEST(Reference, IsAFunctionOfAbsoluteTime) {
@@ -243,7 +249,7 @@ TEST(Reference, IsAFunctionOfAbsoluteTime) {
   shooting.start_at(4.0, Vec<double, 1>{0.0});
   const Solution s = solve(shooting, *make_ipopt({.tolerance = 1e-10}));
   ASSERT_TRUE(s.ok()) << s.message;
-  EXPECT_NEAR(s.trajectory.input(4.31)[0], 4.3, 1e-8);
+  EXPECT_NEAR(s.trajectory.input(4.31)[0], 4.35, 1e-8);  // the mean over the interval
 }
 
 TEST(Reference, ThatVariesHasExactDerivativesWhereTimeIsFree) {
