@@ -156,6 +156,13 @@ class Phase {
                    std::move(penalty));
     return *this;
   }
+  /// How far a plan may break the path constraint `term` between the nodes, in the term's units,
+  /// before solve() calls its grid too coarse; `at_nodes` likewise at the nodes (0: the default,
+  /// GridAccuracy::rows). The term is the name given to keep(), or "bounds of state 0".
+  Phase& allow(std::string term, double between_nodes, double at_nodes = 0.0) {
+    add_allowance(d_, std::move(term), between_nodes, at_nodes);
+    return *this;
+  }
   /// Holds once, where the phase ends (before the jump); if soft, a violation is paid once.
   template <class F>
   Phase& reach(std::string name, F formula, Bounds bounds,

@@ -10,6 +10,7 @@
 
 #include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
+#include "saltus/core/text.hpp"
 #include "saltus/model/structure.hpp"
 #include "saltus/ocp/phase_limits.hpp"
 
@@ -270,6 +271,28 @@ void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard
   add_constraint(phase, std::string(event), TermDomain::phase_end, Function(guard), {exactly(0.0)},
                  {}, std::nullopt);
   phase.end_guards.push_back({std::move(event), std::move(guard), crossing});
+}
+
+void add_allowance(PhaseDefinition& phase, std::string&& term, double between_nodes,
+                   double at_nodes) {
+  std::vector<std::string> known;
+  for (const Term& t : phase.terms)
+    if (t.kind == TermKind::constraint) known.push_back(t.name);
+  for (const ComponentBounds& b : phase.state_bounds)
+    known.push_back(fmt::format("bounds of state {}", b.component));
+  if (std::ranges::find(known, term) == known.end()) {
+    const std::string near = nearest_name(term, known);
+    fail(phase, fmt::format("allow() names '{}', which is no constraint declared before it{}", term,
+                            near.empty() ? "" : "; did you mean '" + near + "'?"));
+  }
+  if (!(between_nodes > 0.0 && std::isfinite(between_nodes)))
+    fail(phase, fmt::format("allow(\"{}\") is given {} between the nodes, expected a positive "
+                            "number",
+                            term, between_nodes));
+  if (!(at_nodes >= 0.0 && std::isfinite(at_nodes)))
+    fail(phase, fmt::format("allow(\"{}\") is given {} at nodes, expected a number from 0 on", term,
+                            at_nodes));
+  phase.allowances.push_back({std::move(term), between_nodes, at_nodes});
 }
 
 void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,

@@ -47,6 +47,13 @@ struct IntegralConstraint {
   double magnitude = 1.0;  ///< for scaling, positive
 };
 
+/// Tolerance of a path constraint in place of the default one, in the units of the term.
+struct Allowance {
+  std::string term;            ///< its name, or "bounds of state 0"
+  double between_nodes = 0.0;  ///< between the nodes
+  double at_nodes = 0.0;       ///< at nodes; 0: the default (GridAccuracy::rows)
+};
+
 /// How a phase's inputs vary within an interval.
 enum class InputParametrisation {
   piecewise_constant,
@@ -78,6 +85,7 @@ struct PhaseDefinition {
   std::vector<ComponentBounds> state_bounds;     ///< in the order of their declaration
   std::vector<Term> terms;  ///< costs and constraints in the order of their declaration
   std::vector<IntegralConstraint> integrals;  ///< of what formulas add up to
+  std::vector<Allowance> allowances;          ///< tolerances of terms
   std::vector<EndGuard> end_guards;           ///< at most one; a term of its name keeps it at zero
   std::vector<ParameterBlock> parameters;     ///< concatenated they are p
   /// Weights of 1/2 |u_k - u_(k-1)|^2 for piecewise constant inputs; empty: no such cost.
@@ -133,6 +141,9 @@ void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int co
 /// Appends an integral constraint, checked.
 void add_integral(PhaseDefinition& phase, std::string&& name, Function&& integrand, Limits&& limits,
                   double magnitude);
+/// Appends an allowance, checked: the term must have been declared.
+void add_allowance(PhaseDefinition& phase, std::string&& term, double between_nodes,
+                   double at_nodes);
 /// The phase ends where the guard passes zero.
 void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard,
                    Crossing crossing);

@@ -1,0 +1,44 @@
+// The cost of a plan by the definition of the problem, and all its rows that act at instants.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "saltus/ocp/problem.hpp"
+#include "saltus/verify/accuracy.hpp"
+#include "saltus/verify/plan.hpp"
+#include "saltus/verify/verification.hpp"
+
+namespace saltus {
+
+/// What a phase accumulates from its start to its end, by the verifier's quadrature.
+struct PhaseTotals {
+  std::vector<double> costs;      ///< of each term of the phase; 0 where it is no integrated cost
+  std::vector<double> integrals;  ///< of each integral constraint
+};
+
+/// A cost and the sum of the magnitudes of what it consists of.
+struct PlanCost {
+  double value = 0.0, magnitude = 0.0;
+};
+/// Costs, and penalties of soft terms by the violations of the plan itself.
+PlanCost cost_of(const OptimalControlProblem& problem, const Plan& plan,
+                 const std::vector<PhaseTotals>& totals);
+
+/// Hears of every row that is missed, with its tolerance.
+using NoteMiss = std::function<void(VerifiedMiss)>;
+/// Hard rows at ends of phases with these states in place of the planned ones; empty: the planned
+/// ones.
+void check_end_terms(const OptimalControlProblem& problem, const Plan& plan, int phase,
+                     const VectorXd& end_state, const GridAccuracy& accuracy, const NoteMiss& note);
+/// Start, jumps, closing, links, integrals, durations, unknown parameters, bounds of inputs.
+void check_instants(const OptimalControlProblem& problem, const Plan& plan,
+                    const std::vector<PhaseTotals>& totals, const GridAccuracy& accuracy,
+                    const NoteMiss& note);
+
+/// z = (t | x | u | p) of a phase with the input of an interval at its start or end.
+VectorXd argument_of(const Arguments& sizes, const PlannedInterval& interval, bool at_end,
+                     const VectorXd& parameters);
+
+}  // namespace saltus
