@@ -23,5 +23,7 @@
 #include "saltus/solver/observer.hpp"
 #include "saltus/solver/sqp.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
+#include "saltus/transcription/plan_of.hpp"
 #include "saltus/transcription/present_problem.hpp"
 #include "saltus/transcription/replay.hpp"
+#include "saltus/verify/verify.hpp"

@@ -17,6 +17,7 @@
 #include "saltus/sequences/mode_stages.hpp"
 #include "saltus/sequences/sequence_search.hpp"
 #include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/verdict.hpp"
 
 namespace saltus {
 namespace {
@@ -103,6 +104,7 @@ class Enumeration {
         "{}; {} programs were solved, {} beginnings ruled out, and for {} "
         "sequences the solver found nothing",
         describe(best_.guarantee), best_.nodes, ruled_out_, best_.infeasible + best_.unresolved);
+    if (best_.found()) verify_best();
     best_.seconds = seconds_since(begin_);
     return std::move(best_);
   }
@@ -150,6 +152,15 @@ class Enumeration {
     solved_.insert_or_assign(path, std::move(best));
   }
 
+  void verify_best() {
+    const MultipleShooting shooting(
+        posed(best_.modes, {}, false),
+        {.intervals_per_phase = options_.intervals_per_phase,
+         .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2})});
+    judge_plan(shooting, best_.solution);
+    if (!best_.solution.ok()) best_.message += "; " + best_.solution.message;
+  }
+
   Solution solve_once(const Path& path, const Start& start, bool is_beginning) {
     ++best_.nodes;
     Solution result;
@@ -158,7 +169,8 @@ class Enumeration {
       MultipleShooting shooting(
           std::move(problem),
           {.intervals_per_phase = options_.intervals_per_phase,
-           .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2})});
+           .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2}),
+           .accuracy = {.verify = false}});  // the plan that is returned is verified
       result = saltus::solve(shooting, *solver_);
     } catch (const DefinitionError& e) {  // times that this sequence cannot meet
       result.status = SolveStatus::infeasible;

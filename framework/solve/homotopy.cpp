@@ -18,18 +18,22 @@ Homotopy solve_along(MultipleShooting& shooting, Solver& solver, std::string_vie
         "solve_along: the first step is {} and the least {}; expected parts of the way above 0",
         options.first_step, options.least_step));
   const auto value_at = [&](double s) -> VectorXd { return (1.0 - s) * from + s * to; };
+  // On the way a plan may be an optimum of its grid only; at the end it must be one.
+  const auto is_solved = [](const Solution& solution) {
+    return solution.ok() || solution.status == SolveStatus::coarse_grid;
+  };
   Homotopy result;
   shooting.set_data(name, value_at(0.0));
   result.solution = solve(shooting, solver);
   result.steps.push_back(
-      {0.0, result.solution.cost, result.solution.ok(), result.solution.iterations});
+      {0.0, result.solution.cost, is_solved(result.solution), result.solution.iterations});
   double step = options.first_step;
-  while (result.solution.ok() && result.reached < 1.0 && step >= options.least_step) {
+  while (is_solved(result.solution) && result.reached < 1.0 && step >= options.least_step) {
     const double at = std::min(1.0, result.reached + step);
     shooting.set_data(name, value_at(at));
     Solution next = solve(shooting, solver, result.solution.point);
-    result.steps.push_back({at, next.cost, next.ok(), next.iterations});
-    if (next.ok()) {
+    result.steps.push_back({at, next.cost, is_solved(next), next.iterations});
+    if (is_solved(next)) {
       result.solution = std::move(next);
       result.reached = at;
       step *= 2.0;

@@ -7,164 +7,17 @@
 #include <utility>
 
 #include "saltus/ocp/windows_of.hpp"
-#include "saltus/transcription/shooting_program.hpp"
+#include "saltus/transcription/verdict.hpp"
 
 namespace saltus {
 namespace {
 
-// What a path constraint reads and where it goes beyond its bounds.
-struct Reading {
-  double amount = 0.0;  // of the violation
-  int output = 0;
-};
-
-// A path constraint of one phase: bounds on the outputs of a formula, or on one state.
-struct PathConstraint {
-  const Term* term = nullptr;
-  const ComponentBounds* state = nullptr;
-  PhaseWindow window;
-  VectorXd given;  // of every output, where nobody chose the start; empty: of no such interval
-  PathViolation worst;
-  int worst_output = 0;
-  VectorXd at;                  // the argument where it is worst
-  VectorXd least, most, value;  // of every output along the phase
-
-  int outputs() const { return state != nullptr ? 1 : term->function.outputs(); }
-
-  const VectorXd& evaluate(const VectorXd& z, const Arguments& a) {
-    if (state != nullptr)
-      value[0] = z[a.x(state->component)];
-    else
-      term->function.value(z.data(), value.data());
-    return value;
-  }
-
-  // The way back from a given start is within bounds that reach as far as it.
-  Reading read(const VectorXd& z, const Arguments& a) {
-    evaluate(z, a);
-    Reading result;
-    for (int i = 0; i < value.size(); ++i) {
-      Bounds b = state != nullptr ? state->bounds : term->bounds[i];
-      if (given.size() > 0) b = {std::min(b.lower, given[i]), std::max(b.upper, given[i])};
-      least[i] = std::min(least[i], value[i]);
-      most[i] = std::max(most[i], value[i]);
-      const double beyond = std::isfinite(value[i])
-                                ? std::max({b.lower - value[i], value[i] - b.upper, 0.0})
-                                : infinity;
-      if (beyond > result.amount) result = {beyond, i};
-    }
-    return result;
-  }
-
-  // See PathViolation::scale.
-  double scale(const PhaseDefinition& phase) const {
-    const Arguments& a = phase.sizes;
-    if (state != nullptr)
-      return std::max(most[0] - least[0], phase.nominal_state[state->component]);
-    const MatrixXd slope = term->function.dense_jacobian(at);
-    double by_nominal = 0.0;
-    for (int i = 0; i < a.nx; ++i)
-      by_nominal += std::abs(slope(worst_output, a.x(i))) * phase.nominal_state[i];
-    for (int i = 0; i < a.nu; ++i)
-      by_nominal += std::abs(slope(worst_output, a.u(i))) * phase.nominal_input[i];
-    const double range = most[worst_output] - least[worst_output];
-    const double scale = std::max(range, std::isfinite(by_nominal) ? by_nominal : 0.0);
-    return scale > 0.0 ? scale : 1.0;
-  }
-};
-
-std::vector<PathConstraint> path_constraints(const Grid& grid, const PhaseDefinition& phase,
-                                             int j) {
-  std::vector<PathConstraint> list;
-  const auto add = [&](const Term* term, const ComponentBounds* state, const Window& window,
-                       std::string name) {
-    PathConstraint& c = list.emplace_back();
-    c.term = term;
-    c.state = state;
-    c.window = grid.resolve(j, window);
-    c.worst = {phase.name, std::move(name)};
-    c.value = VectorXd::Zero(c.outputs());
-    c.least = VectorXd::Constant(c.outputs(), infinity);
-    c.most = -c.least;
-  };
-  for (const Term& term : phase.terms)
-    if (term.kind == TermKind::constraint && term.domain == TermDomain::running && !term.soft)
-      add(&term, nullptr, term.window, term.name);
-  for (const ComponentBounds& b : phase.state_bounds)
-    add(nullptr, &b, b.window, fmt::format("bounds of state {}", b.component));
-  return list;
-}
-
-struct BetweenNodes {
-  std::vector<PathViolation> terms;  // the largest first
-  std::vector<double> intervals;     // of each piece of the trajectory, its largest violation
-};
-
-BetweenNodes look_between_nodes(const MultipleShooting& shooting, const Trajectory& trajectory,
-                                int samples) {
-  BetweenNodes result;
-  const Grid& grid = shooting.grid();
-  auto piece = trajectory.pieces().begin();
-  for (int j = 0; j < grid.phases() && !trajectory.empty(); ++j) {
-    const PhaseDefinition& phase = shooting.problem().phases()[j];
-    std::vector<PathConstraint> constraints = path_constraints(grid, phase, j);
-    std::vector<PathConstraint*> in_force;
-    VectorXd z(phase.sizes.size());
-    for (int k = 0; k < grid.intervals(j); ++k) {
-      if (grid.interval(j, k).is_empty()) continue;
-      const TrajectoryPiece& here = *piece++;
-      double& largest = result.intervals.emplace_back(0.0);
-      if (!(here.length > 0.0)) continue;  // of a phase that has vanished
-      in_force.clear();
-      for (PathConstraint& c : constraints)
-        if (grid.interval_in(j, k, c.window)) in_force.push_back(&c);
-      const bool begins_as_given =
-          &here == &trajectory.pieces().front() && shooting.data().has_given_start();
-      for (PathConstraint* c : in_force) {
-        c->given.resize(0);
-        if (!begins_as_given) continue;
-        z << here.start, here.state, trajectory.input(here.start),
-            trajectory.phases()[j].parameters;
-        c->given = c->evaluate(z, phase.sizes);
-      }
-      for (int s = 1; s <= samples && !in_force.empty(); ++s) {
-        const double t = here.start + here.length * s / (samples + 1);
-        if (&trajectory.piece_at(t) != &here) continue;  // shorter than time can be told
-        z << t, trajectory.state(t), trajectory.input(t), trajectory.phases()[j].parameters;
-        for (PathConstraint* c : in_force) {
-          const Reading reading = c->read(z, phase.sizes);
-          largest = std::max(largest, reading.amount);
-          if (reading.amount <= c->worst.amount) continue;
-          c->worst.amount = reading.amount;
-          c->worst.time = t;
-          c->worst_output = reading.output;
-          c->at = z;
-        }
-      }
-    }
-    for (PathConstraint& c : constraints)
-      if (c.worst.amount > 0.0) {
-        c.worst.scale = c.scale(phase);
-        result.terms.push_back(std::move(c.worst));
-      }
-  }
-  std::stable_sort(
-      result.terms.begin(), result.terms.end(),
-      [](const PathViolation& a, const PathViolation& b) { return a.amount > b.amount; });
-  return result;
-}
-
-}  // namespace
-
-std::vector<PathViolation> violations_between_nodes(const MultipleShooting& shooting,
-                                                    const Trajectory& trajectory, int samples) {
-  return look_between_nodes(shooting, trajectory, samples).terms;
-}
-
-namespace {
-
-double largest(const std::vector<PathViolation>& violations) {
-  return violations.empty() ? 0.0 : violations.front().amount;
+// The largest violation in the units of its term.
+VerifiedMiss largest(const VerificationDetail& found) {
+  VerifiedMiss worst;
+  for (const PathFinding& f : found.violated)
+    if (f.miss.amount > worst.amount) worst = f.miss;
+  return worst;
 }
 
 // Into how many pieces an interval is cut that misses a tolerance so many times. A bulge falls at
@@ -211,28 +64,25 @@ bool needs_equal_intervals(const PhaseDefinition& phase) {
 // How many times each interval misses what is asked of it, and whether the plan passes an obstacle
 // between two nodes: a violation that a bulge does not explain.
 struct Judgement {
-  std::vector<double> excess;  // of each piece of the trajectory
+  std::vector<double> excess = {};  // of each piece of the trajectory
   bool passes_obstacle = false;
 };
 
-Judgement judge(const MultipleShooting& shooting, const BetweenNodes& between,
-                const std::optional<IntegrationError>& integration,
+Judgement judge(const MultipleShooting& shooting, const VerificationDetail& found,
                 const RefinementOptions& options) {
-  Judgement result{between.intervals};
-  double tolerance = options.tolerance;  // below it, too, a plan may be none
-  for (const PathViolation& v : between.terms) {
-    const double allowed = shooting.options().accuracy.between_nodes;
-    if (v.relative() <= allowed) continue;
-    result.passes_obstacle = true;
-    tolerance = std::min(tolerance, allowed * v.scale);
+  constexpr double obstacle = 1e-2;  // of the scale of a term: more than a bulge
+  Judgement result;
+  for (const PathFinding& f : found.violated)
+    result.passes_obstacle = result.passes_obstacle || f.miss.amount > obstacle * f.scale;
+  const double share = options.integration / static_cast<double>(found.intervals.size());
+  const bool is_off = !(found.summary.defect.sum <= options.integration);
+  constexpr double halved = 4.0;  // an error of the integration falls faster than a bulge
+  for (const IntervalFinding& i : found.intervals) {
+    double excess = std::max(i.violation / options.tolerance, i.excess);
+    const double defect =
+        std::max(is_off ? i.defect / share : 0.0, i.defect / shooting.options().accuracy.defect);
+    result.excess.push_back(std::max(excess, std::min(defect, halved)));
   }
-  for (double& e : result.excess) e /= tolerance;
-  if (!integration || integration->states <= options.integration) return result;
-  const double share = options.integration / static_cast<double>(result.excess.size());
-  constexpr double halved = 4.0;  // its error falls faster than a bulge: two pieces will do
-  for (std::size_t i = 0; i < result.excess.size(); ++i)
-    result.excess[i] =
-        std::max(result.excess[i], std::min(integration->intervals[i] / share, halved));
   return result;
 }
 
@@ -272,19 +122,20 @@ bool refine(const MultipleShooting& shooting, const Trajectory& trajectory, cons
   return changed;
 }
 
-std::string describe(const PathViolation& v, const std::optional<IntegrationError>& integration,
-                     const RefinementOptions& options, const std::vector<int>& intervals) {
+std::string describe(const VerificationDetail& found, const RefinementOptions& options,
+                     const std::vector<int>& intervals) {
   int total = 0;
   for (const int n : intervals) total += n;
+  const VerifiedMiss miss = largest(found);
   std::string text =
-      v.amount == 0.0
+      miss.amount == 0.0
           ? fmt::format("path constraints hold between the nodes of {} intervals", total)
           : fmt::format(
                 "path constraints hold between the nodes of {} intervals but for {:.3g} "
                 "('{}' of phase '{}' at t = {:.6g} s)",
-                total, v.amount, v.term, v.phase, v.time);
-  if (integration && integration->states > options.integration)
-    text += fmt::format("; the integration is off by {:.1e}", integration->states);
+                total, miss.amount, miss.term, miss.phase, miss.time);
+  if (!(found.summary.defect.sum <= options.integration))
+    text += fmt::format("; the integration is off by {:.1e}", found.summary.defect.sum);
   return text;
 }
 
@@ -316,22 +167,20 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     return result;
   }
   for (int round = 1;; ++round) {
-    const BetweenNodes between =
-        look_between_nodes(result.shooting, result.solution.trajectory, samples_between_nodes);
-    const std::optional<IntegrationError>& integration = result.solution.integration;
-    result.violations.push_back(largest(between.terms));
-    result.message = describe(between.terms.empty() ? PathViolation{} : between.terms.front(),
-                              integration, refinement, result.intervals);
+    // A tenth of the tolerance must not be missed.
+    const VerificationDetail found =
+        verify_plan(result.shooting, result.solution, 0.1 * refinement.tolerance);
+    result.violations.push_back(largest(found).amount);
+    result.message = describe(found, refinement, result.intervals);
     result.reached = result.solution.ok() && result.violations.back() <= refinement.tolerance &&
-                     (!integration || integration->states <= refinement.integration);
+                     found.summary.defect.sum <= refinement.integration;
     if (result.reached) return result;
     if (round >= refinement.rounds) {
       result.message += fmt::format("; ended after {} rounds", round);
       return result;
     }
     if (!refine(result.shooting, result.solution.trajectory,
-                judge(result.shooting, between, integration, refinement), refinement,
-                options.meshes)) {
+                judge(result.shooting, found, refinement), refinement, options.meshes)) {
       result.message += fmt::format("; ended with {} per phase, of at most {} intervals",
                                     fmt::join(result.intervals, ", "), refinement.most_intervals);
       return result;

@@ -1,5 +1,5 @@
-// Do path constraints hold between the nodes? Their rows stand at nodes only: inside an interval
-// the trajectory follows the dynamics and may bulge out. And refinement until it does so little.
+// Refinement of a grid until the plan keeps its path constraints between the nodes, where their
+// rows do not look, and the integration is accurate.
 #pragma once
 
 #include <string>
@@ -11,23 +11,10 @@
 
 namespace saltus {
 
-/// Points looked at inside each interval. The top of a bulge falls between two of them; by a
-/// parabola at most 1/400 of it is missed.
-inline constexpr int samples_between_nodes = 20;
-
-/// The largest violation of each hard path constraint (keep(), bound_state()) inside the intervals
-/// where it is in force, along the dense output; only what is violated is listed, the largest
-/// first. On the way back from a given start outside its bounds only what lies further out than the
-/// start counts. Infinite where the trajectory or the formula cannot be evaluated. Bounds on inputs
-/// hold wherever they hold at the ends, inputs being constant or linear in between. Allocates.
-std::vector<PathViolation> violations_between_nodes(const MultipleShooting& shooting,
-                                                    const Trajectory& trajectory,
-                                                    int samples = samples_between_nodes);
-
 /// How intervals are cut where a plan breaks constraints between nodes.
 struct RefinementOptions {
   double tolerance = 1e-6;    ///< on the largest violation between nodes, in the term's units
-  double integration = 1e-3;  ///< on IntegrationError::states
+  double integration = 1e-3;  ///< on VerifiedDefect::sum
   /// The intervals of inputs stay as they are, and new nodes in them only let their rows look
   /// (Mesh::holds): for a plan that is carried out at the rate of the first grid.
   bool hold_inputs = false;

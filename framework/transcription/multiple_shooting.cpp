@@ -9,12 +9,11 @@
 #include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/ocp/windows_of.hpp"
-#include "saltus/transcription/between_nodes.hpp"
 #include "saltus/transcription/crossing_report.hpp"
 #include "saltus/transcription/exact_penalties.hpp"
-#include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/shooting_program.hpp"
 #include "saltus/transcription/shooting_stages.hpp"
+#include "saltus/transcription/verdict.hpp"
 
 namespace saltus {
 namespace {
@@ -169,42 +168,11 @@ namespace {
 void judge_crossings(const GridAccuracy& accuracy, Solution& solution) {
   if (!solution.ok()) return;
   const auto wrong = std::ranges::find_if(solution.crossings, [&](const GuardCrossing& c) {
-    return c.is_the_wrong_way() || c.early_amount > accuracy.between_nodes * c.largest;
+    return c.is_the_wrong_way() || c.early_amount > accuracy.crossing * c.largest;
   });
   if (wrong == solution.crossings.end()) return;
   solution.status = SolveStatus::wrong_crossing;
   solution.message = fmt::format("{}; {}", describe(solution.status), describe_doubtful(*wrong));
-}
-
-// Then whether the grid is fine enough.
-void judge_grid(const MultipleShooting& shooting, Solution& solution) {
-  const GridAccuracy& accuracy = shooting.options().accuracy;
-  const auto violations = violations_between_nodes(shooting, solution.trajectory);
-  solution.between_nodes = violations.empty() ? PathViolation{} : violations.front();
-  solution.integration = integration_error(*shooting.options().integrator, solution.trajectory);
-  if (!solution.ok()) return;
-  const auto worst = std::max_element(
-      violations.begin(), violations.end(),
-      [](const PathViolation& a, const PathViolation& b) { return a.relative() < b.relative(); });
-  if (worst != violations.end() && worst->relative() > accuracy.between_nodes) {
-    solution.status = SolveStatus::coarse_grid;
-    solution.message = fmt::format(
-        "{}; term '{}' of phase '{}' is violated by {:.3g} between two nodes, at t = {:.6g} s: "
-        "take "
-        "more intervals there, or solve_refined()",
-        describe(solution.status), worst->term, worst->phase, worst->amount, worst->time);
-  }
-  if (solution.integration && solution.integration->states > accuracy.integration) {
-    const IntegrationError& e = *solution.integration;
-    if (solution.ok() && e.states > accuracy.integration_limit) {
-      solution.status = SolveStatus::coarse_grid;
-      solution.message = describe(solution.status);
-    }
-    solution.message += fmt::format(
-        "; {} is off by {:.1e} of the states' magnitudes, most in state {} of phase '{}' at t = "
-        "{:.6g} s: take more intervals or steps, or a smaller tolerance",
-        shooting.options().integrator->name(), e.states, e.state, e.phase, e.time);
-  }
 }
 
 // First-order conditions hold at saddles and maxima too; and where a solver gave up, a cost that
@@ -270,6 +238,9 @@ void judge_scale(const ScaledResult& result, Solution& solution) {
       describe(solution.status), miss);
 }
 
+// Points inside each interval at which guards that end phases are looked at.
+constexpr int samples_inside = 20;
+
 }  // namespace
 
 Solution solve(MultipleShooting& shooting, Solver& solver) {
@@ -280,14 +251,14 @@ Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start
   const bool warm = start.lambda.size() == shooting.nlp().rows();
   ScaledResult result = solve_with_penalties(solver, shooting.editable_program(), start, warm,
                                              shooting.options().automatic_scale);
-  Solution solution = shooting.interpret(std::move(result.nlp), samples_between_nodes);
+  Solution solution = shooting.interpret(std::move(result.nlp), samples_inside);
   solution.kkt_in_scale = result.in_scale;
   if (result.is_doubtful) judge_scale(result, solution);
   if (!solution.trajectory.empty()) {
     judge_descent(shooting, start, solution);
     judge_curvature(shooting, result.check, most_gain(solver), solution);
     judge_crossings(shooting.options().accuracy, solution);
-    judge_grid(shooting, solution);
+    judge_plan(shooting, solution);
   }
   solution.warnings = shooting.problem().warnings();
   for (const std::string& warning : solution.warnings) solution.message += "; " + warning;

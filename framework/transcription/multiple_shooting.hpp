@@ -15,22 +15,11 @@
 #include "saltus/transcription/layout.hpp"
 #include "saltus/transcription/problem_data.hpp"
 #include "saltus/transcription/solution.hpp"
+#include "saltus/verify/accuracy.hpp"
 
 namespace saltus {
 
 class ShootingProgram;
-
-/// What a grid is asked for. Beyond it the message of a solution says so, and where a plan is worth
-/// nothing its status is coarse_grid.
-struct GridAccuracy {
-  /// Violations of path constraints between the nodes, relative to PathViolation::scale. A plan
-  /// with more is no solution: its status is coarse_grid.
-  double between_nodes = 1e-2;
-  double integration = 1e-3;  ///< IntegrationError::states
-  /// The same, beyond which a plan is no solution, being off by more than its states are large: its
-  /// status is coarse_grid.
-  double integration_limit = 1.0;
-};
 
 /// How a problem is transcribed.
 struct ShootingOptions {
@@ -38,7 +27,7 @@ struct ShootingOptions {
   std::vector<int> intervals = {};  ///< per phase, in place of the number above
   std::vector<Mesh> meshes = {};    ///< per phase, in place of both
   IntegratorChoice integrator;      ///< required; see integrators/
-  GridAccuracy accuracy = {};       ///< for solve()
+  GridAccuracy accuracy = {};       ///< tolerances of the verification by solve()
   /// That evaluate intervals and terms, for offline problems of a thousand intervals and more. What
   /// comes out is the same to the bit, whatever their number.
   int threads = 1;
@@ -127,9 +116,9 @@ class MultipleShooting : public DataByName<MultipleShooting> {
   ShootingOptions options_;
 };
 
-/// Solves from the problem's own guess, or from `start` (warm if it has multipliers), and measures
-/// what the program does not know: path constraints between the nodes, and the error of the
-/// integration. Status and message say where they exceed ShootingOptions::accuracy.
+/// Solves from the problem's own guess, or from `start` (warm if it has multipliers), and verifies
+/// the plan against the definition of the problem (Solution::verification). Status and message say
+/// where it exceeds ShootingOptions::accuracy.
 Solution solve(MultipleShooting& shooting, Solver& solver);
 /// Solves from this point; what data and schedule say now is in force.
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start);

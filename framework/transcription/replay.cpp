@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "saltus/core/error.hpp"
 #include "saltus/transcription/plan_magnitudes.hpp"
+#include "saltus/verify/flow_growth.hpp"
 
 namespace saltus {
 namespace {
@@ -18,39 +18,6 @@ double difference(const VectorXd& a, const VectorXd& b, const VectorXd& unit) {
   for (int i = 0; i < a.size(); ++i)
     worst = std::max(worst, std::abs(a[i] - b[i]) / std::max(unit[i], std::abs(b[i])));
   return worst;
-}
-
-// The largest singular value, by plane rotations that make the columns orthogonal (Hestenes 1958).
-// In plain loops: a decomposition of Eigen takes ten seconds to compile.
-double largest_singular_value(MatrixXd A) {
-  const auto product = [&](int p, int q) {
-    double sum = 0.0;
-    for (int i = 0; i < A.rows(); ++i) sum += A(i, p) * A(i, q);
-    return sum;
-  };
-  const int columns = static_cast<int>(A.cols()), enough_sweeps = 50;
-  bool rotated = true;
-  for (int sweep = 0; rotated && sweep < enough_sweeps; ++sweep) {
-    rotated = false;
-    for (int p = 0; p < columns; ++p)
-      for (int q = p + 1; q < columns; ++q) {
-        const double pp = product(p, p), qq = product(q, q), pq = product(p, q);
-        if (!(std::abs(pq) > std::numeric_limits<double>::epsilon() * std::sqrt(pp * qq))) continue;
-        const double cotangent = (qq - pp) / (2.0 * pq);  // of twice the angle
-        const double tangent = std::copysign(1.0, cotangent) /
-                               (std::abs(cotangent) + std::sqrt(1.0 + cotangent * cotangent));
-        const double c = 1.0 / std::sqrt(1.0 + tangent * tangent), s = c * tangent;
-        for (int i = 0; i < A.rows(); ++i) {
-          const double a = A(i, p), b = A(i, q);
-          A(i, p) = c * a - s * b;
-          A(i, q) = s * a + c * b;
-        }
-        rotated = true;
-      }
-  }
-  double largest = 0.0;
-  for (int p = 0; p < columns; ++p) largest = std::max(largest, std::sqrt(product(p, p)));
-  return largest;
 }
 
 }  // namespace

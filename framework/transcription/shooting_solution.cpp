@@ -68,7 +68,7 @@ std::vector<CostContribution> cost_contributions(ShootingProgram& program, const
     }
     if (phase.input_change_weight.size() == 0) continue;
     of_phase.back() = static_cast<int>(contributions.size());
-    contributions.push_back({phase.name, "change of inputs", 0.0});
+    contributions.push_back({phase.name, change_of_inputs, 0.0});
   }
   VectorXd outputs;
   const auto add = [&](int block, int output, double& total) {

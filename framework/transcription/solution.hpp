@@ -9,8 +9,8 @@
 #include "saltus/model/crossing.hpp"
 #include "saltus/solver/optimum_check.hpp"
 #include "saltus/solver/solver.hpp"
-#include "saltus/transcription/integration_error.hpp"
 #include "saltus/transcription/trajectory.hpp"
+#include "saltus/verify/verification.hpp"
 
 namespace saltus {
 
@@ -19,18 +19,6 @@ struct SoftViolation {
   std::string phase, term;  ///< where and what
   double largest = 0.0;     ///< violation in the term's own units
   double time = 0.0;        ///< s, where it is largest
-};
-
-/// A path constraint that does not hold.
-struct PathViolation {
-  std::string phase, term;  ///< where and what
-  double amount = 0.0;      ///< in the term's own units
-  double time = 0.0;        ///< s, where it is largest
-  /// What changes the term much, in its units: its range over the plan or, where that is more, what
-  /// nominal changes of state and input do to it there.
-  double scale = 1.0;
-  /// In the scale of the term.
-  double relative() const { return amount / scale; }
 };
 
 /// How the guard that ends a phase passed zero there.
@@ -57,6 +45,9 @@ struct IntegralValue {
   std::string phase, integral;  ///< where and what
   double value = 0.0;           ///< what it adds up to
 };
+
+/// Name of the costs of Phase::penalise_change() in Solution::costs.
+inline constexpr const char* change_of_inputs = "change of inputs";
 
 /// What a named cost adds to the total.
 struct CostContribution {
@@ -88,12 +79,10 @@ struct Solution {
   std::vector<IntegralValue> integrals;        ///< of integral constraints
   /// Of every phase that ends by a guard. What is not as declared is said in the message too.
   std::vector<GuardCrossing> crossings;
-  /// The largest violation of a hard path constraint between the nodes, where the program does not
-  /// look (amount 0: none). Measured by solve(), not in control loops: then it is empty.
-  std::optional<PathViolation> between_nodes;
-  /// How far the integration is from the differential equation; not estimated in control loops, nor
-  /// where the integrator offers nothing finer (exact ones have no need).
-  std::optional<IntegrationError> integration;
+  /// What the verifier found: rows between and at the nodes, defects of the integration, the open
+  /// loop, the cost. Filled by solve() unless GridAccuracy::verify is false; empty in control
+  /// loops.
+  std::optional<Verification> verification;
   /// What second derivatives say of the solution: looked at by solve() where the Hessian is exact,
   /// not in control loops.
   OptimumCheck::Curvature curvature = OptimumCheck::Curvature::unknown;

@@ -41,25 +41,28 @@ TEST(BetweenNodes, TheBulgeIsMeasured) {
   phase.keep("ceiling", height, at_most(0.2));
   MultipleShooting shooting(bryson_denham(phase), intervals(5));
   const Solution s = solve(shooting, *ipopt());
-  ASSERT_TRUE(s.ok()) << s.message;
+  EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
   EXPECT_LT(s.cost, 2.24 - 1e-4);
-  ASSERT_TRUE(s.between_nodes.has_value());
-  EXPECT_EQ(s.between_nodes->phase, "block");
-  EXPECT_EQ(s.between_nodes->term, "ceiling");
-  EXPECT_NEAR(s.between_nodes->time, 0.5, 0.2 / 21.0);  // one sample
+  ASSERT_TRUE(s.verification.has_value());
+  const VerifiedMiss& miss = s.verification->between_nodes;
+  EXPECT_EQ(miss.phase, "block");
+  EXPECT_EQ(miss.term, "ceiling");
+  EXPECT_NEAR(miss.time, 0.5, 1e-3);
   const double top = s.trajectory.state(0.5)[0] - 0.2;
   EXPECT_GT(top, 1e-3);
-  EXPECT_NEAR(s.between_nodes->amount, top, top / 400.0);
+  EXPECT_NEAR(miss.amount, top, 0.01 * top);
 }
 
 TEST(BetweenNodes, BoundsOfStatesCountAndSoftTermsDoNot) {
   Phase<2, 1> phase = block();
-  phase.bound_state(0, at_most(0.2)).keep("soft", height, at_most(0.01), {}, soft("soft", 1e-3));
+  phase.bound_state(0, at_most(0.2))
+      .keep("soft", height, at_most(0.01), {}, soft("soft", 1e-3))
+      .allow("bounds of state 0", 0.1);
   MultipleShooting shooting(bryson_denham(phase), intervals(5));
   const Solution s = solve(shooting, *ipopt());
   ASSERT_TRUE(s.ok()) << s.message;
-  EXPECT_EQ(s.between_nodes->term, "bounds of state 0");
-  EXPECT_LT(s.between_nodes->amount, 0.1);
+  EXPECT_EQ(s.verification->between_nodes.term, "bounds of state 0");
+  EXPECT_LT(s.verification->between_nodes.amount, 0.1);
 }
 
 TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
@@ -70,8 +73,8 @@ TEST(BetweenNodes, OnlyWindowsInForceAreLookedAt) {
   const Solution s = solve(shooting, *ipopt());
   ASSERT_TRUE(s.ok()) << s.message;
   EXPECT_GT(s.trajectory.state(0.5)[0], 0.2);  // beyond the window it rises
-  EXPECT_LE(s.between_nodes->time, 0.35);
-  EXPECT_LT(s.between_nodes->amount, 1e-8);
+  EXPECT_LE(s.verification->between_nodes.time, 0.35);
+  EXPECT_LT(s.verification->between_nodes.amount, 1e-8);
 }
 
 // A cart that begins faster than it may is back within the limit at the first node: a given start
@@ -92,7 +95,7 @@ TEST(BetweenNodes, TheWayBackFromAGivenStartIsNoViolation) {
     MultipleShooting shooting(hurried_cart(v), intervals(20));
     const Solution s = solve(shooting, *ipopt());
     EXPECT_TRUE(s.ok()) << s.message;
-    EXPECT_LT(s.between_nodes->amount, 1e-8);
+    EXPECT_LT(s.verification->between_nodes.amount, 1e-8);
     const RefinedSolution r = solve_refined(hurried_cart(v), intervals(20), *ipopt());
     EXPECT_TRUE(r.reached) << r.message;
     EXPECT_EQ(r.intervals, std::vector<int>{20});
@@ -113,8 +116,8 @@ TEST(BetweenNodes, WhatLiesFurtherOutThanTheGivenStartIsOne) {
   EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
   double top = 0.0;
   for (int i = 0; i <= 400; ++i) top = std::max(top, s.trajectory.state(1e-3 * i)[0]);
-  EXPECT_NEAR(s.between_nodes->amount, top - 1.0, 1e-3);
-  EXPECT_LT(s.between_nodes->time, 0.4);
+  EXPECT_NEAR(s.verification->between_nodes.amount, top - 1.0, 1e-3);
+  EXPECT_LT(s.verification->between_nodes.time, 0.4);
 }
 
 // Of a phase that has vanished there is nothing between its nodes, and the next one's states are
@@ -131,7 +134,7 @@ TEST(BetweenNodes, APhaseThatHasVanishedHasNone) {
   shooting.set_remaining(exactly(0.0), {});
   const Solution s = solve(shooting, *ipopt());
   ASSERT_TRUE(s.ok()) << s.message;
-  EXPECT_EQ(s.between_nodes->amount, 0.0);
+  EXPECT_EQ(s.verification->between_nodes.amount, 0.0);
 
   Phase<2, 1> last{"last", Cart{}, between(0.0, 1.0)};
   last.inputs(InputParametrisation::piecewise_linear).minimise("effort", effort);
@@ -147,7 +150,7 @@ TEST(BetweenNodes, APhaseThatHasVanishedHasNone) {
 TEST(BetweenNodes, ControlLoopsDoNotMeasure) {
   MultipleShooting shooting(bryson_denham(block()), intervals(5));
   const NlpResult result = ipopt()->solve(shooting.nlp(), shooting.initial_guess(), false);
-  EXPECT_FALSE(shooting.interpret(result).between_nodes.has_value());
+  EXPECT_FALSE(shooting.interpret(result).verification.has_value());
 }
 
 TEST(Refinement, ReachesTheOptimumFromBelow) {
@@ -157,7 +160,6 @@ TEST(Refinement, ReachesTheOptimumFromBelow) {
   for (const int rounds : {1, 2, 3}) {
     const RefinedSolution r = solve_refined(bryson_denham(phase), intervals(10), *ipopt(),
                                             {.tolerance = 1e-8, .rounds = rounds});
-    ASSERT_TRUE(r.solution.ok()) << r.solution.message;
     ASSERT_EQ(r.violations.size(), static_cast<std::size_t>(rounds)) << r.message;
     EXPECT_GT(r.solution.cost, before);
     EXPECT_LT(r.solution.cost, 4.0 + 1e-9);  // the solver's tolerance
@@ -190,7 +192,7 @@ TEST(Refinement, SaysWhatWasReached) {
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_EQ(r.message.find("integration"), std::string::npos) << r.message;  // it is exact
   EXPECT_LE(r.violations.back(), 1e-6);
-  EXPECT_LE(r.solution.between_nodes->amount, 1e-6);
+  EXPECT_LE(r.solution.verification->between_nodes.amount, 1e-6);
   EXPECT_NEAR(r.solution.cost, 4.0, 1e-6);
   // Of all rounds together.
   EXPECT_GT(r.iterations, r.solution.iterations);
@@ -204,8 +206,8 @@ TEST(Refinement, SaysWhatWasReached) {
       << limited.message;
 }
 
-// A bulge of 27 mm is within a tolerance of 50 mm, but more than 1 % of what the plan does: it is
-// none, and refined until it is one.
+// A bulge of 27 mm is within a tolerance of 50 mm of the refinement, but not within that of the
+// term: the plan is none, and refined until it is one.
 TEST(Refinement, IsNotReachedByAPlanThatIsNone) {
   Phase<2, 1> phase{"go", Cart{}, exactly(1.0)};
   phase.keep("wall", height, at_most(1.02))
@@ -253,7 +255,6 @@ TEST(Refinement, OfAFreeDurationWithAWindowDividesAllIntervals) {
   ocp.start_at({0, 1}).then(phase).costs(CostRule::integrated);
   const RefinedSolution r =
       solve_refined(ocp, intervals(5), *ipopt(), {.tolerance = 1e-4, .rounds = 3});
-  EXPECT_TRUE(r.solution.ok()) << r.solution.message;
   ASSERT_GT(r.violations.size(), 1u) << r.message;
   EXPECT_LT(r.violations.back(), r.violations.front());
   EXPECT_EQ(r.intervals.front() % 5, 0);

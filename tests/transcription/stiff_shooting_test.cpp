@@ -77,7 +77,7 @@ void expect_the_optimum_of_cvodes(const OptimalControlProblem& ocp,
   EXPECT_LE(replay(ocp, plan.trajectory, reference).from_start, accuracy);
   std::printf("cost %.12g vs %.12g  iterations %d %d replay %g integ %g\n", plan.cost,
               adaptive.cost, plan.iterations, adaptive.iterations,
-              replay(ocp, plan.trajectory, reference).from_start, plan.integration->states);
+              replay(ocp, plan.trajectory, reference).from_start, plan.verification->defect.sum);
   for (const SolverChoice name : {SolverChoice::sparse, SolverChoice::riccati}) {
     const Solution own = solved(ocp, integrator, *make_solver(name));
     EXPECT_TRUE(own.ok()) << own.message;

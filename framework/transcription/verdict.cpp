@@ -1,0 +1,85 @@
+#include "saltus/transcription/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <string>
+
+#include "saltus/transcription/plan_of.hpp"
+#include "saltus/transcription/present_problem.hpp"
+
+namespace saltus {
+namespace {
+
+std::string describe(const VerifiedMiss& miss) {
+  std::string text = fmt::format("'{}'", miss.term);
+  if (!miss.phase.empty()) text += fmt::format(" of phase '{}'", miss.phase);
+  return text + fmt::format(" is violated by {:.3g} at t = {:.6g} s (tolerance {:.2g})",
+                            miss.amount, miss.time, miss.tolerance);
+}
+
+}  // namespace
+
+VerificationDetail verify_plan(const MultipleShooting& shooting, const Solution& solution,
+                               double resolution) {
+  const OptimalControlProblem problem = present_problem(shooting);
+  Plan plan = plan_of(problem, solution.trajectory);
+  plan.cost = solution.cost;
+  for (const CostContribution& c : solution.costs)
+    if (c.term == change_of_inputs) plan.grid_cost += c.value;
+  return verify(problem, plan, {.accuracy = shooting.options().accuracy, .resolution = resolution});
+}
+
+void judge_plan(const MultipleShooting& shooting, Solution& solution) {
+  const GridAccuracy& accuracy = shooting.options().accuracy;
+  if (!accuracy.verify) return;
+  const Verification& v = solution.verification.emplace(verify_plan(shooting, solution).summary);
+  if (!solution.ok()) return;
+  const auto fail = [&](SolveStatus status, const std::string& what) {
+    if (!solution.ok())
+      solution.message += "; " + what;
+    else
+      solution.message = fmt::format("{}; {}", describe(status), what);
+    if (solution.ok()) solution.status = status;
+  };
+  const std::string& scheme = shooting.options().integrator->name();
+  if (v.at_nodes.is_beyond())
+    fail(SolveStatus::numerical_failure,
+         "in the units of the problem " + describe(v.at_nodes) +
+             ": ask the solver for a smaller tolerance, or declare nominal magnitudes");
+  if (v.between_nodes.is_beyond())
+    fail(SolveStatus::coarse_grid,
+         "between two nodes " + describe(v.between_nodes) +
+             ": take more intervals there, or solve_refined(), or widen it by allow()");
+  if (!(v.defect.largest <= accuracy.defect))
+    fail(SolveStatus::coarse_grid,
+         fmt::format("within one interval state {} of phase '{}' at t = {:.6g} s is off by {:.1e} "
+                     "of its magnitude ({}): take more intervals or steps, or a smaller tolerance",
+                     v.defect.state, v.defect.phase, v.defect.time, v.defect.largest, scheme));
+  else if (!(v.defect.sum <= accuracy.integration))
+    solution.message += fmt::format(
+        "; {} is off by {:.1e} of the states' magnitudes in all, most in state {} of phase '{}' at "
+        "t = {:.6g} s: take more intervals or steps, or a smaller tolerance",
+        scheme, v.defect.sum, v.defect.state, v.defect.phase, v.defect.time);
+  if (v.cost.compared && !(v.cost.difference <= accuracy.cost))
+    fail(SolveStatus::coarse_grid,
+         fmt::format("its cost is {:.6g} and not {:.6g}: take more intervals or steps",
+                     v.cost.value, solution.cost));
+  const VerifiedOpenLoop& loop = v.open_loop;
+  if (loop.completed && !(loop.states <= accuracy.open_loop)) {
+    const std::string what =
+        loop.end.amount > 0.0
+            ? fmt::format("miss '{}' of phase '{}' by {:.3g}", loop.end.term, loop.end.phase,
+                          loop.end.amount)
+            : fmt::format(
+                  "leave the plan by {:.1e} of the magnitude of state {} at the end of "
+                  "phase '{}'",
+                  loop.states, loop.state, loop.phase);
+    solution.message += fmt::format(
+        "; the inputs alone, integrated from the start, {}: an error of the state "
+        "grows by a factor of {:.1e} along the plan",
+        what, loop.growth);
+  }
+  for (const std::string& sentence : v.not_verified) solution.message += "; " + sentence;
+}
+
+}  // namespace saltus

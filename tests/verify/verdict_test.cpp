@@ -1,0 +1,218 @@
+// What solve() says of plans that meet their program and not their problem.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "saltus/integrators/cvodes.hpp"
+#include "saltus/integrators/runge_kutta.hpp"
+#include "saltus/solve/solve.hpp"
+#include "saltus/solver/sqp.hpp"
+#include "saltus/transcription/multiple_shooting.hpp"
+
+namespace saltus {
+namespace {
+
+const auto drift = [](auto, const auto&, const auto& u) { return u; };
+const auto input = [](auto, auto, auto u) { return u; };
+
+// On a way of `length` metres past a pillar that lies a little off the straight line, between
+// nodes.
+OptimalControlProblem past_pillar(double length, double radius) {
+  const double at = length / 2.0 + length / 60.0;
+  Phase<2, 2> phase{"drive", drift, exactly(10.0)};
+  phase
+      .keep(
+          "pillar",
+          [=](auto, auto x) { return (x[0] - at) * (x[0] - at) + (x[1] - 0.01) * (x[1] - 0.01); },
+          at_least(radius * radius))
+      .reach("goal", [](auto, auto x) { return x; }, {exactly(length), exactly(0.0)})
+      .track("effort", input, VectorXd{{1.0, 1.0}});
+  OptimalControlProblem ocp("robot");
+  ocp.start_at({0, 0}).then(phase);
+  return ocp;
+}
+
+TEST(Verdict, APillarPassedBetweenTwoNodesIsNoPlan) {
+  for (const double length : {20.0, 50.0, 200.0}) {
+    const Solution s = solve(past_pillar(length, 0.01 * length));
+    EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
+    ASSERT_TRUE(s.verification.has_value());
+    const VerifiedMiss& miss = s.verification->between_nodes;
+    EXPECT_EQ(miss.term, "pillar");
+    // The plan passes 0.01 m from the middle, straight through.
+    EXPECT_NEAR(miss.amount, 1e-4 * length * length - 1e-4, 2e-3 * miss.amount) << length;
+    EXPECT_NE(s.message.find("'pillar' of phase 'drive'"), std::string::npos) << s.message;
+  }
+}
+
+// A wall of 5 to 12 mm half width, 1 m high, on a way of 50 m: an interval is 1.67 m long.
+TEST(Verdict, AThinWallIsLocated) {
+  for (const double half_width : {0.005, 0.008, 0.012}) {
+    for (const int shape : {0, 1, 2}) {
+      const double at = 25.0 + 0.731;
+      Phase<2, 2> phase{"drive", drift, exactly(10.0)};
+      phase
+          .keep(
+              "wall",
+              [=](auto, auto x) {
+                const auto d = (x[0] - at) / half_width;
+                if (shape == 0) return x[1] - exp(-d * d);
+                if (shape == 1) return x[1] - 1.0 / (1.0 + d * d * d * d);
+                return x[1] - max(0.0 * d, 1.0 - abs(d));
+              },
+              at_least(-0.1))
+          .reach("goal", [](auto, auto x) { return x; }, {exactly(50.0), exactly(0.0)})
+          .track("effort", input, VectorXd{{1.0, 1.0}});
+      OptimalControlProblem ocp("robot");
+      ocp.start_at({0, 0}).then(phase);
+      const Solution s = solve(ocp);
+      EXPECT_EQ(s.status, SolveStatus::coarse_grid) << shape << " " << s.message;
+      ASSERT_TRUE(s.verification.has_value());
+      EXPECT_NEAR(s.verification->between_nodes.amount, 0.9, 0.02) << half_width << " " << shape;
+      // At 5 m/s, to a fraction of its width.
+      EXPECT_NEAR(s.verification->between_nodes.time, at / 5.0, half_width / 5.0);
+    }
+  }
+}
+
+// x' = x + u over 30 s: what is left of rounding and integration grows by e^30.
+TEST(Verdict, AnUnstableHorizonIsSaid) {
+  Phase<1, 1> phase{
+      "a",
+      [](auto, const auto& x, const auto& u) { return std::decay_t<decltype(x)>(x[0] + u[0]); },
+      exactly(30.0)};
+  phase
+      .reach(
+          "r", [](auto, auto x) { return x[0]; }, exactly(0.0))
+      .track("u", input, VectorXd{{1.0}});
+  OptimalControlProblem ocp("unstable");
+  ocp.start_at({1}).then(phase);
+  const Solution s = solve(ocp, {.integrator = runge_kutta8({.steps = 4})});
+  EXPECT_TRUE(s.ok()) << s.message;
+  ASSERT_TRUE(s.verification.has_value());
+  const VerifiedOpenLoop& loop = s.verification->open_loop;
+  EXPECT_NEAR(loop.growth, std::exp(30.0), 1e-3 * std::exp(30.0));
+  double x = 1.0;
+  for (int k = 0; k < 30; ++k)
+    x = std::exp(1.0) * x + (std::exp(1.0) - 1.0) * s.trajectory.input(k + 0.5)[0];
+  EXPECT_GT(std::abs(x), 1.0);
+  EXPECT_NEAR(loop.end.amount, std::abs(x), 0.2 * std::abs(x));
+  EXPECT_EQ(loop.end.term, "r");
+  EXPECT_NE(s.message.find("the inputs alone"), std::string::npos) << s.message;
+  EXPECT_NE(s.message.find("e+13"), std::string::npos) << s.message;
+}
+
+// Periods of the forcing in one interval of the grid, and steps of the integrator: all samples see
+// one phase.
+TEST(Verdict, ForcingThatFitsTheGridIsSeen) {
+  for (const double per_interval : {2.0, 4.0, 8.0}) {
+    const double frequency = 30.0 * per_interval;
+    Phase<1, 1> phase{"a",
+                      [=](auto t, const auto& x, const auto& u) {
+                        const auto s = sin(std::numbers::pi * frequency * t);
+                        return std::decay_t<decltype(x)>(u[0] + s * s);
+                      },
+                      exactly(1.0)};
+    phase
+        .reach(
+            "r", [](auto, auto x) { return x[0]; }, exactly(1.0))
+        .track("u", input, VectorXd{{1.0}});
+    OptimalControlProblem ocp("aliased");
+    ocp.start_at({0}).then(phase);
+    const Solution s = solve(ocp);
+    EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.cost << " " << s.message;
+    EXPECT_GT(s.verification->defect.largest, 1e-3);
+  }
+}
+
+// The same for a cost whose quadrature sees one phase only.
+TEST(Verdict, ACostThatFitsTheGridIsSeen) {
+  Phase<1, 1> phase{"a", drift, exactly(1.0)};
+  phase
+      .reach(
+          "r", [](auto, auto x) { return x[0]; }, exactly(1.0))
+      .minimise("u", [](auto t, auto, auto u) {
+        const auto s = sin(std::numbers::pi * 120.0 * t);
+        return 0.5 * u[0] * u[0] + s * s;
+      });
+  OptimalControlProblem ocp("aliased cost");
+  ocp.start_at({0}).then(phase).costs(CostRule::integrated);
+  const Solution s = solve(ocp);
+  EXPECT_EQ(s.status, SolveStatus::coarse_grid) << s.message;
+  EXPECT_NEAR(s.cost, 0.5, 1e-6);
+  EXPECT_NEAR(s.verification->cost.value, 1.0, 1e-5);
+  EXPECT_NE(s.message.find("cost"), std::string::npos) << s.message;
+}
+
+// The brachistochrone along a wall: the heading turns by many turns within the first interval.
+struct Bead {
+  template <class S>
+  Vec<S, 3> operator()(const S&, const Vec<S, 3>& x, const Vec<S, 1>& u) const {
+    return {x[2] * cos(u[0]), x[2] * sin(u[0]), sin(u[0])};
+  }
+};
+
+TEST(Verdict, AHeadingThatTurnsWithinAnIntervalIsSeen) {
+  // From rest to (1, 1) in 2 s under an input that turns by 76 rad in one interval.
+  Phase<3, 1> phase{"bead", Bead{}, exactly(1.0)};
+  phase.inputs(InputParametrisation::piecewise_linear)
+      .bound_input(0, unbounded())
+      .minimise("nothing", [](auto, auto, auto u) { return 1e-9 * u[0] * u[0]; })
+      .guess_input(Guess::interpolate(VectorXd{{0.0}}, VectorXd{{76.0}}));
+  OptimalControlProblem ocp("bead");
+  ocp.start_at({0, 0, 1}).then(phase);
+  MultipleShooting shooting(ocp, {.intervals_per_phase = 1, .integrator = runge_kutta8()});
+  // The plan is the guess itself: its one interval integrated by the transcription.
+  NlpPoint point = shooting.initial_guess();
+  Trajectory guess = shooting.trajectory(point.w);
+  TrajectoryPiece piece = guess.pieces().front();
+  piece.coefficients = VectorXd{{0.0, 76.0}};
+  Trajectory steep(guess.phases(), {piece});
+  piece.end_state = steep.state_in(piece, piece.end() - 1e-12);
+  const Solution s = [&] {
+    const auto solver = make_sqp({.max_iterations = 1});
+    return solve(shooting, *solver, shooting.guess_from(Trajectory(guess.phases(), {piece})));
+  }();
+  ASSERT_TRUE(s.verification.has_value());
+  EXPECT_GT(s.verification->defect.largest, 1e-3) << s.message;
+}
+
+TEST(Verdict, AllowWidensOneTermAndFactorsWidenAll) {
+  Phase<2, 1> phase{"block",
+                    [](const auto&, const auto& x, const auto& u) {
+                      return std::decay_t<decltype(x)>{x[1], u[0]};
+                    },
+                    exactly(1.0)};
+  phase.inputs(InputParametrisation::piecewise_linear_continuous)
+      .minimise("effort", [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; })
+      .keep(
+          "ceiling", [](auto, auto x) { return x[0]; }, at_most(0.2))
+      .reach("ground", [](auto, auto x) { return x; }, {exactly(0.0), exactly(-1.0)});
+  const auto solved = [&](const Phase<2, 1>& p, GridAccuracy accuracy) {
+    OptimalControlProblem ocp("Bryson-Denham");
+    ocp.start_at({0, 1}).then(p).costs(CostRule::integrated);
+    MultipleShooting shooting(
+        ocp, {.intervals_per_phase = 5, .integrator = runge_kutta4(), .accuracy = accuracy});
+    return solve(shooting, *make_sqp());
+  };
+  const Solution strict = solved(phase, {});
+  EXPECT_EQ(strict.status, SolveStatus::coarse_grid) << strict.message;
+  const VerifiedMiss miss = strict.verification->between_nodes;
+  EXPECT_EQ(miss.term, "ceiling");
+  EXPECT_NEAR(miss.tolerance, 1e-6, 1e-18);
+  EXPECT_NEAR(miss.time, 0.5, 5e-3);  // the top is flat
+  EXPECT_NEAR(miss.amount, strict.trajectory.state(0.5)[0] - 0.2, 1e-2 * miss.amount);
+  EXPECT_TRUE(solved(phase, {.between_nodes = 1.1 * miss.amount / 1e-6}).ok());
+  EXPECT_FALSE(solved(phase, {.between_nodes = 0.9 * miss.amount / 1e-6}).ok());
+  EXPECT_FALSE(solved(phase, {.verify = false}).verification.has_value());
+  Phase<2, 1> widened = phase;
+  widened.allow("ceiling", 1.1 * miss.amount);
+  EXPECT_TRUE(solved(widened, {}).ok());
+  EXPECT_THROW(widened.allow("cieling", 0.1), DefinitionError);
+  EXPECT_THROW(widened.allow("ceiling", -0.1), DefinitionError);
+}
+
+}  // namespace
+}  // namespace saltus
