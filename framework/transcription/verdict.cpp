@@ -37,6 +37,8 @@ void judge_plan(const MultipleShooting& shooting, Solution& solution) {
   const auto fail = [&](SolveStatus status, const std::string& what) {
     if (!solution.ok())
       solution.message += "; " + what;
+    else if (solution.status == SolveStatus::acceptable)
+      solution.message = fmt::format("{}; {}; {}", describe(status), what, solution.message);
     else
       solution.message = fmt::format("{}; {}", describe(status), what);
     if (solution.ok()) solution.status = status;
