@@ -163,8 +163,11 @@ ScaledResult solve_tick_in_scale(Solver& solver, NonlinearProgram& program, cons
     if (is_last) return result;
     scale = size.to_one();
     ScaledResult again = solve_once(solver, program, scale, start, warm);
+    if (is_solved && !is_success(again.nlp.status)) {
+      add_effort(again, result);
+      return result;
+    }
     add_effort(result, again);
-    if (is_solved && !is_success(again.nlp.status)) return result;
     result = std::move(again);
   }
   return result;

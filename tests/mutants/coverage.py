@@ -62,7 +62,7 @@ def main(words):
     parser = Parser("coverage", __doc__)
     parser.add_argument("build", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("layers", nargs="*", metavar="LAYER")
-    parser.add_argument("--day", type=int, help="one layer, another one each day")
+    parser.add_argument("--sample", type=int, metavar="N", help="one layer, chosen by the number")
     parser.add_argument("--files", action="store_true", help="also file by file")
     parser.add_argument("--later", action="store_true", help="also with the test programs of other layers")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="compilers at once (one per processor)")
@@ -73,8 +73,8 @@ def main(words):
     folder = arguments.build.resolve()
     layers = json.loads((folder / "mutated_layers.json").read_text())
     names = arguments.layers or list(layers)
-    if arguments.day is not None:
-        names = [names[arguments.day % len(names)]]
+    if arguments.sample is not None:
+        names = [names[arguments.sample % len(names)]]
     for name in names:
         if name not in layers:
             raise Failure(f"there is no layer '{name}' to measure; there are {', '.join(layers)}")
