@@ -99,7 +99,7 @@ OptimalControlProblem with_weights(double weight, Penalty::Kind kind, Bounds dur
   phase.guess_duration(1.0)
       .bound_input(0, between(-3.0, 3.0))
       .reach("there", position, exactly(1.0), soft("there", weight, kind))
-      .keep("slowly", [](auto, auto, auto u) { return u[0]; }, at_most(1.5),
+      .keep("slowly", [](auto, auto, auto u) { return u[0]; }, at_most(1.5), Window{},
             soft("slowly", weight, kind))
       .track("effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1))
       .minimise_at_end("time", [](auto t, auto) { return 2.0 * t; });
