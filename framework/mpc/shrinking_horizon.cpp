@@ -116,6 +116,17 @@ const ControlTick& ShrinkingHorizonController::tick(double t, const VectorRef& s
   return rest.tick(t, state);
 }
 
+const OptimalControlProblem& ShrinkingHorizonController::whole() const {
+  present();
+  return rests_.front().problem();
+}
+
+VectorXd ShrinkingHorizonController::parameters_of(int phase) {
+  present();
+  const int from = std::min(phase, phase_);
+  return rests_[from].shooting().data().parameters[phase - from];
+}
+
 double ShrinkingHorizonController::end_of_phase(int phase) const {
   if (phase < phase_ || phase - phase_ >= static_cast<int>(present().problem().phases().size()))
     throw DefinitionError(

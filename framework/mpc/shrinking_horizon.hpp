@@ -60,6 +60,10 @@ class ShrinkingHorizonController {
   Solution report() { return present().report(); }
   /// What report() is a solution of.
   const OptimalControlProblem& rest() const { return present().problem(); }
+  /// The problem with all its phases, whichever of them are over.
+  const OptimalControlProblem& whole() const;
+  /// Parameters p of a phase of whole(): the data with which it is, or was, controlled.
+  VectorXd parameters_of(int phase);
 
  private:
   const RecedingHorizonController& present() const;

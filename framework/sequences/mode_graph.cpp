@@ -263,7 +263,12 @@ OptimalControlProblem ModeGraph::problem_of(int mode, bool with) const {
   return ocp;
 }
 
-OptimalControlProblem ModeGraph::problem_of_end(int mode) const {
+bool ModeGraph::end_reads_time() const {
+  return std::any_of(end_terms_.begin(), end_terms_.end(),
+                     [](const EndTerm& term) { return term.formula.reads(0); });
+}
+
+OptimalControlProblem ModeGraph::problem_of_end(int mode, double begin_time) const {
   PhaseDefinition bare = modes_[mode];
   bare.terms.clear();
   bare.state_bounds.clear();
@@ -271,7 +276,7 @@ OptimalControlProblem ModeGraph::problem_of_end(int mode) const {
   bare.end_guards.clear();
   bare.input_change_weight.resize(0);
   OptimalControlProblem ocp = begin();
-  ocp.then(ErasedPhase(with_end(std::move(bare))));
+  ocp.start_time(begin_time).then(ErasedPhase(with_end(std::move(bare))));
   return ocp;
 }
 

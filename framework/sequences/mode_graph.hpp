@@ -150,6 +150,8 @@ class ModeGraph {
   bool limits_entries() const { return !entries_.empty(); }
   /// Whether not every mode may be the last one.
   bool limits_end() const { return !end_.empty(); }
+  /// Whether a cost or constraint of the end reads the time of the end.
+  bool end_reads_time() const;
   /// Whether `mode` may be appended to the path: transitions, dwell and number of entries.
   bool may_append(std::span<const int> path, int mode, ModeHistory before) const;
   /// For messages.
@@ -164,8 +166,9 @@ class ModeGraph {
                                 bool is_beginning = false) const;
   /// Of one mode alone, with what holds at the end or without it.
   OptimalControlProblem problem_of(int mode, bool with_end) const;
-  /// What holds at the end, and nothing else, behind a phase of this mode's size.
-  OptimalControlProblem problem_of_end(int mode) const;
+  /// The costs and constraints of the end, and nothing else, behind a phase of this mode's size
+  /// that begins at time `begin` (s): the phase that is the last of a sequence.
+  OptimalControlProblem problem_of_end(int mode, double begin) const;
 
   /// Throws DefinitionError with the names of modes: sizes that do not fit, a mode that nothing
   /// leads to or from which no end is reached, transitions declared twice or both declared and

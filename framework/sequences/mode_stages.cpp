@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "saltus/core/error.hpp"
+#include "saltus/ocp/windows_of.hpp"
 #include "saltus/solver/quadratic_model.hpp"
 
 namespace saltus {
@@ -92,6 +93,14 @@ void fold_end(Stage& s, const Stage& end) {
   }
 }
 
+void scale_costs(Stage& s, double by) {
+  for (MatrixXd* m : {&s.Q, &s.S, &s.R}) *m *= by;
+  for (VectorXd* v : {&s.q, &s.r}) *v *= by;
+  s.constant *= by;
+  for (RowGroup& group : s.groups)
+    for (VectorXd* v : {&group.l1, &group.l2}) *v *= by;
+}
+
 VectorXd largest(const VectorXd& lower, const VectorXd& upper) {
   return lower.cwiseAbs().cwiseMax(upper.cwiseAbs());
 }
@@ -102,7 +111,8 @@ bool has_costs_or_rows(const Stage& s) {
 
 }  // namespace
 
-ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrator) {
+ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrator, int phases)
+    : integrator_(integrator) {
   nominal_ = graph.mode(0).nominal_state;
   for (int i = 0; i < graph.size() && reason_.empty(); ++i) {
     all_ |= only(i);
@@ -125,45 +135,53 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
       if (block.unknown) unfit("has unknown parameters");
     if (mode.dynamics.reads(0)) unfit("has dynamics that depend on time");
     for (const Term& term : mode.terms)
-      if (term.function.reads(0) || term.reference.varies() || !term.window.is_whole())
-        unfit("has terms that depend on time");
+      if (term.function.reads(0) || term.reference.varies()) unfit("has terms that depend on time");
+    for_each_window(mode, [&](const Window& window, const auto&) {
+      if (!window.is_whole()) unfit("has terms or bounds that depend on time");
+    });
     for (int j = 0; j < graph.size(); ++j)
       if (graph.may_follow(i, j) && graph.has_event(i, j)) unfit("is left by a jump or a guard");
     for (const bool given : {true, false})
-      if (reason_.empty()) reason_ = transcribe(graph, i, integrator, given);
+      if (reason_.empty()) reason_ = transcribe(graph, i, given);
   }
+  if (reason_.empty())
+    reason_ =
+        transcribe_end(graph, graph.start_time() + (phases - 1) * graph.mode(0).duration.lower);
 }
 
-std::string ModeStages::transcribe(const ModeGraph& graph, int mode,
-                                   const IntegratorChoice& integrator, bool given_start) {
+// The problem of one phase as a stage and an end; `name` is for the sentence why it is none.
+std::string ModeStages::stage(OptimalControlProblem problem, const std::string& name,
+                              ModeStage& made, StageFill& fill) const {
+  try {
+    made.shooting = std::make_shared<MultipleShooting>(
+        std::move(problem), ShootingOptions{.intervals_per_phase = 1, .integrator = integrator_});
+  } catch (const DefinitionError& e) {
+    return fmt::format("{} is not affine: {}", name, e.what());
+  }
+  NonlinearProgram& nlp = made.shooting->nlp();
+  if (!nlp.is_linear_quadratic()) return name + " is not affine with quadratic costs";
+  QuadraticModel model(nlp);
+  const VectorXd w = VectorXd::Zero(nlp.variables()), lambda = VectorXd::Zero(nlp.rows());
+  model.linearise(nlp, w, lambda, Curvature::exact);
+  made.qp = std::make_shared<SparseQp>(model.qp());
+  made.map = std::make_shared<StageMap>(*made.qp, made.shooting->stages());
+  fill = made.map->fill(*made.qp);
+  if (fill == StageFill::not_staged || made.map->stages().stages.size() != 2)
+    return name + " is no single stage";
+  return {};
+}
+
+std::string ModeStages::transcribe(const ModeGraph& graph, int mode, bool given_start) {
   const std::string name = graph.mode(mode).name;
-  const auto staged = [&](OptimalControlProblem problem, ModeStage& made, std::string& why) {
-    if (!given_start)
-      problem.start_within(std::vector<Bounds>(states()), VectorXd(VectorXd::Zero(states())));
-    try {
-      made.shooting = std::make_shared<MultipleShooting>(
-          std::move(problem), ShootingOptions{.intervals_per_phase = 1, .integrator = integrator});
-    } catch (const DefinitionError& e) {
-      why = fmt::format("mode '{}' is not affine: {}", name, e.what());
-      return;
-    }
-    NonlinearProgram& nlp = made.shooting->nlp();
-    if (!nlp.is_linear_quadratic()) {
-      why = fmt::format("mode '{}' is not affine with quadratic costs", name);
-      return;
-    }
-    QuadraticModel model(nlp);
-    const VectorXd w = VectorXd::Zero(nlp.variables()), lambda = VectorXd::Zero(nlp.rows());
-    model.linearise(nlp, w, lambda, Curvature::exact);
-    made.qp = std::make_shared<SparseQp>(model.qp());
-    made.map = std::make_shared<StageMap>(*made.qp, made.shooting->stages());
-    if (made.map->fill(*made.qp) == StageFill::not_staged || made.map->stages().stages.size() != 2)
-      why = fmt::format("mode '{}' is no single stage", name);
-  };
-  std::string why;
+  OptimalControlProblem problem = graph.problem_of(mode, false);
+  if (!given_start)
+    problem.start_within(std::vector<Bounds>(states()), VectorXd(VectorXd::Zero(states())));
   ModeStage made;
-  staged(graph.problem_of(mode, false), made, why);
+  StageFill fill = StageFill::filled;
+  const std::string why = stage(std::move(problem), fmt::format("mode '{}'", name), made, fill);
   if (!why.empty()) return why;
+  // With a start that is free nothing but a row of data can fail already.
+  if (!given_start && fill == StageFill::infeasible) impossible_ |= only(mode);
   made.stage = made.map->stages().stages[0];
   Stage end = made.map->stages().stages[1];
   if (made.stage.nx != states() || end.nx != states() || end.nu != 0)
@@ -177,15 +195,50 @@ std::string ModeStages::transcribe(const ModeGraph& graph, int mode,
   made.stage.x_lower = given_start ? VectorXd::Constant(states(), -infinity) : made.stage.x_lower;
   made.stage.x_upper = given_start ? VectorXd::Constant(states(), infinity) : made.stage.x_upper;
   (given_start ? given_ : free_).push_back(std::move(made));
-  if (mode > 0 || given_start) return {};
+  return {};
+}
 
+std::string ModeStages::transcribe_end(const ModeGraph& graph, double begin_of_last) {
+  OptimalControlProblem problem = graph.problem_of_end(0, begin_of_last);
+  problem.start_within(std::vector<Bounds>(states()), VectorXd(VectorXd::Zero(states())));
   ModeStage last;
-  staged(graph.problem_of_end(mode), last, why);
+  StageFill fill = StageFill::filled;
+  const std::string why = stage(std::move(problem), "what holds at the end", last, fill);
   if (!why.empty()) return why;
+  end_is_possible_ = fill != StageFill::infeasible;
   end_ = last.map->stages().stages[1];
   end_.constant += last.map->stages().stages[0].constant;  // of the whole program
   trim(end_, 0);
+  scale_costs(end_, 1.0 / cost_unit_);
   return is_convex(end_.Q) ? "" : "what holds at the end is not convex";
+}
+
+void ModeStages::end_after(const ModeGraph& graph, double begin_of_last) {
+  const std::string why = transcribe_end(graph, begin_of_last);
+  if (!why.empty())
+    throw DefinitionError(fmt::format("modes '{}': {} where the last phase begins at t = {:.6g} s",
+                                      graph.name(), why, begin_of_last));
+}
+
+double ModeStages::largest_cost() const {
+  double size = 0.0;
+  const auto include = [&](const Stage& s) {
+    for (const MatrixXd* m : {&s.Q, &s.S, &s.R})
+      if (m->size() > 0) size = std::max(size, m->cwiseAbs().maxCoeff());
+    for (const VectorXd* v : {&s.q, &s.r})
+      if (v->size() > 0) size = std::max(size, v->cwiseAbs().maxCoeff());
+  };
+  for (const ModeStage& mode : free_) include(mode.stage);
+  include(end_);
+  return size > 0.0 ? size * cost_unit_ : 1.0;
+}
+
+void ModeStages::divide_costs(double by) {
+  for (std::vector<ModeStage>* modes : {&given_, &free_})
+    for (ModeStage& mode : *modes) scale_costs(mode.stage, cost_unit_ / by);
+  scale_costs(end_, cost_unit_ / by);
+  cost_unit_ = by;
+  sets_.clear();
 }
 
 bool ModeStages::admits(int mode, const VectorXd& x) const {
@@ -194,10 +247,13 @@ bool ModeStages::admits(int mode, const VectorXd& x) const {
     if (g.soft || !std::all_of(g.columns.begin(), g.columns.end(), [&](int j) { return j < s.nx; }))
       continue;
     for (int i = 0; i < g.rows; ++i) {
-      double value = 0.0;
-      for (std::size_t c = 0; c < g.columns.size(); ++c)
+      double value = 0.0, size = 1.0;
+      for (std::size_t c = 0; c < g.columns.size(); ++c) {
         value += g.M(i, static_cast<int>(c)) * x[g.columns[c]];
-      if (value < g.lower[i] - rounding || value > g.upper[i] + rounding) return false;
+        size = std::max(size, std::abs(g.M(i, static_cast<int>(c)) * x[g.columns[c]]));
+      }
+      if (value < g.lower[i] - rounding * size || value > g.upper[i] + rounding * size)
+        return false;
     }
   }
   return true;

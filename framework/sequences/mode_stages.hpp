@@ -54,16 +54,28 @@ struct SetStage {
 
 class ModeStages {
  public:
-  /// Transcribes every mode. What makes the problem unfit is said by reason(), empty if it is fit:
-  /// convex, quadratic, of fixed durations and the same states, without jumps.
-  ModeStages(const ModeGraph& graph, const IntegratorChoice& integrator);
+  /// Transcribes every mode, and the end of a sequence of `phases` phases from the graph's start
+  /// time. What makes the problem unfit is said by reason(), empty if it is fit: convex, quadratic,
+  /// time-invariant but for the end, of fixed durations and the same states, without jumps.
+  ModeStages(const ModeGraph& graph, const IntegratorChoice& integrator, int phases);
   const std::string& reason() const { return reason_; }
+  /// Transcribes the end anew for a last phase that begins at this time, s. Throws DefinitionError
+  /// if the end is no longer convex there.
+  void end_after(const ModeGraph& graph, double begin_of_last);
 
   /// `first`: of the phase that begins with the given start, where bounds of the state do not act.
   const SetStage& of(ModeSet set, bool first);
   const ModeStage& mode(int i) const { return free_[i]; }
   /// The last stage: what holds at the end. Its bounds are those of nothing but that.
   const Stage& end() const { return end_; }
+  /// Modes that no state and input can meet, because a row of data alone fails.
+  ModeSet impossible() const { return impossible_; }
+  /// False if a constraint of the end fails that depends on no state, such as one of time alone.
+  bool end_is_possible() const { return end_is_possible_; }
+  /// Largest coefficient of all costs in nominal units, penalty weights excepted; 1 without costs.
+  double largest_cost() const;
+  /// Divides all costs by this number. The sets that of() returned before are gone.
+  void divide_costs(double by);
   /// Whether the start lies where the mode may begin.
   bool admits(int mode, const VectorXd& scaled_start) const;
 
@@ -77,12 +89,18 @@ class ModeStages {
   StageQp capacity(int phases, bool fixed_start);
 
  private:
-  std::string transcribe(const ModeGraph& graph, int mode, const IntegratorChoice& integrator,
-                         bool given_start);
+  std::string stage(OptimalControlProblem problem, const std::string& name, ModeStage& made,
+                    StageFill& fill) const;
+  std::string transcribe(const ModeGraph& graph, int mode, bool given_start);
+  std::string transcribe_end(const ModeGraph& graph, double begin_of_last);
   SetStage hull(ModeSet set, bool first) const;
 
+  IntegratorChoice integrator_;
   VectorXd nominal_;
   std::vector<ModeStage> given_, free_;
+  ModeSet impossible_ = 0;
+  bool end_is_possible_ = true;
+  double cost_unit_ = 1.0;  // costs of the stages are divided by it
   Stage end_;
   std::map<std::pair<ModeSet, bool>, SetStage> sets_;
   ModeSet all_ = 0;

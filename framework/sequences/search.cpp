@@ -1,6 +1,7 @@
 #include "saltus/sequences/search.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -27,6 +28,11 @@ constexpr double inserted_part = 0.1, appended_part = 0.5;
 
 // Of a duration, in its nominal magnitude: a phase that vanished leaves something to begin with.
 constexpr double least_guess = 1e-3;
+
+// What costs are compared relative to, at least, unless SearchOptions says otherwise.
+constexpr double least_cost = 1e-6;
+// A sequence that costs less than its beginning by this part breaks a promise.
+constexpr double broken = 1e-5;
 
 using Path = std::vector<int>;
 
@@ -60,6 +66,7 @@ class Enumeration {
     std::set<Open, std::function<bool(const Open&, const Open&)>> open(
         [&](const Open& a, const Open& b) { return later(b, a); });
     open.insert(Open{});
+    best_.least_cost = options_.least_cost > 0.0 ? options_.least_cost : least_cost;
     bool stopped = false;
     while (!open.empty()) {
       if (WallClock::now() >= deadline_ || best_.nodes >= options_.max_nodes) {
@@ -75,11 +82,16 @@ class Enumeration {
       const int length = static_cast<int>(node.path.size());
       const bool may_end = length > 0 && graph_.may_end(node.path.back()) &&
                            (options_.phases == 0 || length == options_.phases);
-      if (may_end) solve_whole(node.path);
+      if (may_end) solve_whole(node.path, node.bound);
       if (most > 0 && length == most) continue;
       if (length > 0 && prunes() && !may_end) {
         const Solution beginning = solve_once(node.path, best_start(node.path), true);
-        if (beginning.status == SolveStatus::infeasible || beginning.cost >= best_.cost) {
+        if (beginning.status == SolveStatus::infeasible) {
+          ++ruled_out_;
+          all_proved_ = all_proved_ && last_is_proof_;
+          continue;
+        }
+        if (beginning.ok() && beginning.cost >= best_.cost) {
           ++ruled_out_;
           continue;
         }
@@ -97,13 +109,18 @@ class Enumeration {
       }
     }
     const bool interrupted = stopped || WallClock::now() >= deadline_;
-    best_.guarantee = interrupted     ? Guarantee::incomplete
-                      : best_.found() ? Guarantee::enumerated
-                                      : Guarantee::infeasible;
+    best_.guarantee = !broken_promise_.empty() ? Guarantee::contradicted
+                      : interrupted            ? Guarantee::incomplete
+                      : best_.found()          ? Guarantee::enumerated
+                      : all_proved_            ? Guarantee::infeasible
+                                               : Guarantee::inconclusive;
     best_.message = fmt::format(
-        "{}; {} programs were solved, {} beginnings ruled out, and for {} "
+        "{}; {}{} programs were solved, {} beginnings ruled out, and for {} "
         "sequences the solver found nothing",
-        describe(best_.guarantee), best_.nodes, ruled_out_, best_.infeasible + best_.unresolved);
+        describe(best_.guarantee), broken_promise_, best_.nodes, ruled_out_,
+        best_.infeasible + best_.unresolved);
+    if (!best_.found() && !first_failure_.empty())
+      best_.message += "; the first: " + first_failure_;
     if (best_.found()) verify_best();
     best_.seconds = seconds_since(begin_);
     return std::move(best_);
@@ -123,27 +140,48 @@ class Enumeration {
     return true;
   }
 
-  bool is_too_long(const Path& path) const {
-    double shortest = 0.0;
-    for (const int mode : path) shortest += graph_.mode(mode).duration.lower;
-    return graph_.total_time() && shortest > graph_.total_time()->upper + same_instant;
+  // The shortest and the longest time that the phases of a path take, s.
+  Bounds time_of(const Path& path) const {
+    Bounds sum = exactly(0.0);
+    for (const int mode : path) {
+      sum.lower += graph_.mode(mode).duration.lower;
+      sum.upper += graph_.mode(mode).duration.upper;
+    }
+    return sum;
   }
 
-  void solve_whole(const Path& path) {
+  bool is_too_long(const Path& path) const {
+    return graph_.total_time() && time_of(path).lower > graph_.total_time()->upper + same_instant;
+  }
+
+  void solve_whole(const Path& path, double bound_of_beginning) {
+    if (graph_.total_time() && time_of(path).upper < graph_.total_time()->lower - same_instant) {
+      ++best_.infeasible;  // too short, which is a proof
+      return;
+    }
     Solution best;
     best.cost = infinity;
-    bool infeasible = false;
+    bool infeasible = false, proved = false;
     for (const Start& start : starts(path)) {
       Solution s = solve_once(path, start, false);
       infeasible = infeasible || s.status == SolveStatus::infeasible;
+      proved = proved || (s.status == SolveStatus::infeasible && last_is_proof_);
+      if (!s.ok() && first_failure_.empty()) first_failure_ = s.message;
       if (s.ok() && s.cost < best.cost) best = std::move(s);
       if (WallClock::now() >= deadline_) break;
     }
     if (!best.ok()) {
       ++(infeasible ? best_.infeasible : best_.unresolved);
+      all_proved_ = all_proved_ && proved;
       return;
     }
-    if (best.cost < best_.cost - options_.gap * std::abs(best.cost)) {
+    const double size = std::max(std::abs(best.cost), best_.least_cost);
+    if (best.cost < bound_of_beginning - broken * size && broken_promise_.empty())
+      broken_promise_ = fmt::format(
+          "costs_are_nonnegative was promised, but '{}' costs {:.9g} and what it begins with "
+          "{:.9g}; ",
+          fmt::join(graph_.names_of(path), ", "), best.cost, bound_of_beginning);
+    if (best.cost < best_.cost - options_.gap * size) {
       best_.cost = best.cost;
       best_.modes = path;
       best_.sequence = graph_.names_of(path);
@@ -163,6 +201,7 @@ class Enumeration {
 
   Solution solve_once(const Path& path, const Start& start, bool is_beginning) {
     ++best_.nodes;
+    last_is_proof_ = false;
     Solution result;
     try {
       OptimalControlProblem problem = posed(path, start, is_beginning);
@@ -172,8 +211,12 @@ class Enumeration {
            .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2}),
            .accuracy = {.verify = false}});  // the plan that is returned is verified
       result = saltus::solve(shooting, *solver_);
-    } catch (const DefinitionError& e) {  // times that this sequence cannot meet
-      result.status = SolveStatus::infeasible;
+      // Of a convex program that a local solver finds infeasible no point is feasible.
+      last_is_proof_ =
+          result.status == SolveStatus::infeasible && shooting.nlp().is_linear_quadratic();
+    } catch (const DefinitionError& e) {  // such as times that this sequence cannot meet
+      result.status = SolveStatus::invalid_problem;
+      result.cost = infinity;
       result.message = e.what();
     }
     best_.iterations += result.iterations;
@@ -282,6 +325,9 @@ class Enumeration {
   std::map<Path, Solution> solved_;
   SequenceResult best_;
   long ruled_out_ = 0;
+  bool last_is_proof_ = false;  // the last program is infeasible, and its constraints are linear
+  bool all_proved_ = true;      // no sequence was given up for another reason
+  std::string broken_promise_, first_failure_;
 };
 
 }  // namespace
@@ -299,7 +345,8 @@ SequenceResult search(const ModeGraph& graph, const SearchOptions& options) {
                     graph.name()));
   std::string reason = "the number of phases is not given";
   if (options.phases > 0) {
-    ModeStages stages(graph, options.integrator ? options.integrator : zero_order_hold());
+    ModeStages stages(graph, options.integrator ? options.integrator : zero_order_hold(),
+                      options.phases);
     reason = stages.reason();
     if (reason.empty()) return SequenceSearch(graph, options).solve(graph.start());
   }

@@ -10,20 +10,23 @@ const char* describe(Guarantee guarantee) {
     case Guarantee::optimal:
       return "no other sequence costs less, within the gap asked for";
     case Guarantee::bounded:
-      return "the search was stopped: no sequence costs less than the bound";
+      return "no sequence costs less than the bound, but the gap to it is open";
     case Guarantee::enumerated:
       return "every allowed sequence was solved to a local optimum or ruled out by its beginning";
     case Guarantee::incomplete:
       return "the search was stopped: nothing is known of the sequences not looked at";
     case Guarantee::infeasible:
-      return "no feasible sequence was found";
+      return "no sequence is feasible";
+    case Guarantee::inconclusive:
+      return "inconclusive: no sequence was confirmed, and not all were proved infeasible";
+    case Guarantee::contradicted:
+      return "the search and a solve of a sequence contradict each other";
   }
   return "unknown";
 }
 
 double SequenceResult::gap() const {
   if (!found() || lower_bound == -infinity) return infinity;
-  constexpr double least_cost = 1e-12;  // what is smaller counts as zero
   return std::max(0.0, cost - lower_bound) / std::max(std::abs(cost), least_cost);
 }
 

@@ -12,12 +12,16 @@ namespace saltus {
 
 /// What is known of the best sequence.
 enum class Guarantee {
-  optimal,     ///< no allowed sequence costs less than lower_bound, and the gap is closed
-  bounded,     ///< the search was stopped; no allowed sequence costs less than lower_bound
-  enumerated,  ///< every allowed sequence was solved to a local optimum, or ruled out by a prefix
-               ///< that was: nothing is known of optima that the solver does not find
-  incomplete,  ///< the search was stopped, and nothing is known of what it did not look at
-  infeasible,  ///< there is no feasible sequence (convex), or none was found (otherwise)
+  optimal,       ///< no allowed sequence costs less than lower_bound, and the gap is closed
+  bounded,       ///< the gap is open; no allowed sequence costs less than lower_bound
+  enumerated,    ///< every allowed sequence was solved to a local optimum, or ruled out by a prefix
+                 ///< that was: nothing is known of optima that the solver does not find
+  incomplete,    ///< the search was stopped, and nothing is known of what it did not look at
+  infeasible,    ///< there is no feasible sequence: each was excluded by its times, or by a proof
+                 ///< (Farkas) for a convex program
+  inconclusive,  ///< no sequence was found, but not all were proved infeasible; or the sequence
+                 ///< that was found could not be confirmed
+  contradicted,  ///< the search and a solve of a sequence disagree; the message has both numbers
 };
 /// One sentence.
 const char* describe(Guarantee guarantee);
@@ -26,15 +30,22 @@ const char* describe(Guarantee guarantee);
 struct SearchOptions {
   int phases = 0;   ///< exactly so many, a horizon in samples; 0: see at_most
   int at_most = 0;  ///< up to so many phases, one more than switches; 0: no limit but time
-  /// Relative to the cost: sequences that are not better by more are not looked for.
+  /// Relative to the cost: sequences that are not better by more are not looked for. Convex
+  /// problems: at least twice `tolerance`.
   double gap = 1e-6;
+  /// Absolute floor of what the gap is relative to, in units of the cost: smaller costs count as
+  /// this large. 0: a millionth of the largest coefficient of all costs, in nominal units (convex
+  /// problems), or 1e-6.
+  double least_cost = 0.0;
   double deadline = infinity;  ///< wall clock, s: then the best so far
   long max_nodes = 1000000;    ///< programs solved
 
   // Convex problems.
   double tolerance = 1e-8;  ///< of the quadratic programs, see QpOptions
   bool warm = true;         ///< a node starts at its parent's point; false: to compare
-  bool confirm = true;      ///< the winner is solved again as an OptimalControlProblem
+  /// The winner is solved again as an OptimalControlProblem, and if there is none a few sequences
+  /// are tried. A result that disagrees with the search is Guarantee::contradicted.
+  bool confirm = true;
 
   // All others.
   int intervals_per_phase = 30;      ///< of every phase
@@ -51,6 +62,7 @@ struct SequenceResult {
   std::vector<int> modes;                       ///< the same by number
   double cost = infinity;                       ///< of the best sequence
   double lower_bound = -infinity;  ///< on the cost of every allowed sequence; convex problems only
+  double least_cost = 1e-6;        ///< smaller costs count as this large in gap()
   std::string message;             ///< a sentence
 
   Solution solution;  ///< of the sequence; convex problems: with SearchOptions::confirm
@@ -69,7 +81,7 @@ struct SequenceResult {
 
   /// Whether there is a sequence at all.
   bool found() const { return !sequence.empty(); }
-  /// Relative to the cost; infinite without a bound.
+  /// Relative to the cost, or to least_cost where the cost is smaller; infinite without a bound.
   double gap() const;
 };
 

@@ -1,6 +1,7 @@
 #include "saltus/sequences/sequence_search.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <bit>
@@ -11,6 +12,7 @@
 #include "saltus/core/error.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/qp/riccati_solver.hpp"
+#include "saltus/sequences/dual_bound.hpp"
 #include "saltus/sequences/mode_stages.hpp"
 #include "saltus/solver/sqp.hpp"
 
@@ -21,6 +23,20 @@ namespace {
 constexpr double nearly_integral = 1e-3;
 // Of a proof, relative to the numbers that it adds up.
 constexpr double rounding = 1e-9;
+// Of the last stage.
+const VectorXd no_input;
+// Bounds of one state that contradict each other by less, relative to their size, differ by
+// rounding.
+constexpr double same_bound = 1e-9;
+// Costs are divided by the cost of the relaxed problem, which makes the tolerance of the programs
+// relative to it; by no less than this part of the largest coefficient of the costs, which is also
+// the floor of the gap, and anew where they have changed by more than this factor.
+constexpr double least_part = 1e-6, another_size = 10.0;
+constexpr int unit_rounds = 3;
+// What solver and search may differ by: relative to the cost, and to its largest coefficient.
+constexpr double same_cost = 1e-5, same_zero = 1e-8;
+// So many sequences are solved before it is said that none is feasible.
+constexpr std::size_t tried_sequences = 4;
 // More leaves than this are not worth their tails: the next tick starts anew.
 constexpr std::size_t most_leaves = 5000;
 
@@ -40,8 +56,10 @@ ModeGraph checked(ModeGraph graph, const SearchOptions& options) {
     throw DefinitionError(
         fmt::format("modes '{}': the horizon has {} phases; say how many by SearchOptions::phases",
                     graph.name(), options.phases));
-  if (!(options.gap >= 0.0) || !(options.tolerance > 0.0) || !(options.deadline > 0.0))
-    throw DefinitionError("search: the gap must not be negative, tolerance and deadline positive");
+  if (!(options.gap >= 0.0) || !(options.least_cost >= 0.0) || !(options.tolerance > 0.0) ||
+      !(options.deadline > 0.0))
+    throw DefinitionError(
+        "search: gap and least_cost must not be negative, tolerance and deadline positive");
   graph.check(true);
   return graph;
 }
@@ -52,7 +70,8 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
     : graph_(checked(std::move(graph), options)),
       options_(std::move(options)),
       stages_(std::make_unique<ModeStages>(
-          graph_, options_.integrator ? options_.integrator : zero_order_hold())) {
+          graph_, options_.integrator ? options_.integrator : zero_order_hold(), options_.phases)),
+      time_(graph_.start_time()) {
   if (!stages_->reason().empty())
     throw DefinitionError(fmt::format("modes '{}': no convex problem in sampled time: {}",
                                       graph_.name(), stages_->reason()));
@@ -68,8 +87,12 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
   tail_qp_ = stages_->capacity(1, false);
   tail_solver_ = solver_for(tail_qp_, options_.tolerance);
   tail_point_ = StagePoint(tail_qp_);
-  qp_.stages.back() = tail_qp_.stages.back() = stages_->end();
-  filled_.assign(options_.phases, 0);
+  const double largest = stages_->largest_cost();
+  least_cost_ = options_.least_cost > 0.0 ? options_.least_cost : least_part * largest;
+  unit_ = std::max(largest, least_cost_);
+  stages_->divide_costs(unit_);
+  radius_.assign(options_.phases + 1, &no_input);
+  fill_ends();
   for (int i = 0; i < graph_.size(); ++i) {
     ModeSet& next = successors_.emplace_back(0);
     for (int j = 0; j < graph_.size(); ++j)
@@ -81,6 +104,33 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
 SequenceSearch::SequenceSearch(SequenceSearch&&) noexcept = default;
 SequenceSearch& SequenceSearch::operator=(SequenceSearch&&) noexcept = default;
 SequenceSearch::~SequenceSearch() = default;
+
+// Puts what stages_ has now in the place of what the programs hold.
+void SequenceSearch::fill_ends() {
+  qp_.stages.back() = tail_qp_.stages.back() = stages_->end();
+  filled_.assign(options_.phases, 0);
+  tail_set_ = 0;
+}
+
+// The end is another one where it reads the time.
+void SequenceSearch::begin_at(double time) {
+  if (!std::isfinite(time))
+    throw DefinitionError(fmt::format("modes '{}': the time is not finite", graph_.name()));
+  const bool moves = time != time_ && graph_.end_reads_time();
+  if (moves)
+    stages_->end_after(graph_, time + (options_.phases - 1) * graph_.mode(0).duration.lower);
+  time_ = time;
+  if (moves) fill_ends();
+}
+
+double SequenceSearch::relative_gap() const {
+  return std::max(options_.gap, 2.0 * options_.tolerance);
+}
+
+// What a gap is relative to, in units of the programs.
+double SequenceSearch::size_of(double cost) const {
+  return std::max(std::abs(cost), least_cost_ / unit_);
+}
 
 // Which modes every phase may have: those that transitions lead to, from the path and back from the
 // end. Dwell times and numbers of entries are left out, which relaxes.
@@ -98,7 +148,8 @@ std::vector<ModeSet> SequenceSearch::sets_of(const std::vector<int>& path) const
       for (int i = 0; i < graph_.size(); ++i)
         if (graph_.may_append({}, i, before_) && stages_->admits(i, start_)) sets[k] |= only(i);
     }
-    if (k == N - 1) sets[k] &= ends_;
+    sets[k] &= ~stages_->impossible();
+    if (k == N - 1) sets[k] &= stages_->end_is_possible() ? ends_ : 0;
   }
   for (int k = N - 2; k >= 0; --k)
     for (ModeSet from = sets[k]; from != 0; from &= from - 1)
@@ -114,6 +165,9 @@ void SequenceSearch::limits_of(const std::vector<ModeSet>& sets, int k, VectorXd
   const Stage& here = k < options_.phases ? stages_->of(sets[k], false).stage : stages_->end();
   lower = here.x_lower.cwiseMax(before.end_lower);
   upper = here.x_upper.cwiseMin(before.end_upper);
+  for (int j = 0; j < lower.size(); ++j)
+    if (lower[j] > upper[j] && lower[j] - upper[j] <= same_bound * (1.0 + std::abs(upper[j])))
+      lower[j] = upper[j] = 0.5 * (lower[j] + upper[j]);
 }
 
 QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node* from) {
@@ -128,7 +182,9 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
   for (int k = 0; k <= N; ++k) {
     const bool changed = k < N && filled_[k] != sets[k];
     if (changed) {
-      qp_.stages[k] = stages_->of(sets[k], k == 0).stage;
+      const SetStage& set = stages_->of(sets[k], k == 0);
+      qp_.stages[k] = set.stage;
+      radius_[k] = &set.radius;
       filled_[k] = sets[k];
     }
     if (k > 0 && (changed || previous_changed))
@@ -151,15 +207,48 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     point_.stages[N] = from->point->stages[N];
   }
   const double begin = thread_microseconds();
-  result = solver_->solve(qp_, point_, warm);
-  if (warm && result.status != QpStatus::optimal && result.status != QpStatus::infeasible &&
-      result.status != QpStatus::deadline) {
+  const auto solve_from = [&](bool is_warm) {
     const int before_that = result.iterations;
-    result = solver_->solve(qp_, point_, false);
+    result = solver_->solve(qp_, point_, is_warm);
+    // Without iterations: two sides of one row exclude each other.
+    if (result.status == QpStatus::infeasible && result.iterations > 0 &&
+        !proves_infeasible(qp_, point_, radius_))
+      result.status = QpStatus::numerical_failure;
     result.iterations += before_that;
-  }
+  };
+  result.iterations = 0;
+  solve_from(warm);
+  if (warm && result.status != QpStatus::optimal && result.status != QpStatus::infeasible &&
+      result.status != QpStatus::deadline)
+    solve_from(false);
   solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
+  if (result.status == QpStatus::optimal)
+    dual_bound_ = dual_bound(
+        qp_, point_, radius_,
+        result.objective - 0.1 * options_.tolerance * std::max(1.0, std::abs(result.objective)));
   return result;
+}
+
+// After the root of a new tree: its cost becomes the unit of the cost.
+void SequenceSearch::settle_unit(QpResult& root) {
+  for (int round = 0; round < unit_rounds && root.status == QpStatus::optimal; ++round) {
+    const double wanted = std::max(std::abs(root.objective) * unit_, least_cost_);
+    if (wanted <= another_size * unit_ && another_size * wanted >= unit_) return;
+    const double last = std::exchange(unit_, wanted);
+    stages_->divide_costs(unit_);
+    fill_ends();
+    const int iterations = root.iterations;
+    QpResult again = solve_program({}, nullptr);
+    if (again.status != QpStatus::optimal) {  // too fine for the solver
+      unit_ = last;
+      stages_->divide_costs(unit_);
+      fill_ends();
+      again = solve_program({}, nullptr);
+      round = unit_rounds;
+    }
+    root = again;
+    root.iterations += iterations;
+  }
 }
 
 // mu of every mode of a set, by the number of the mode.
@@ -213,8 +302,13 @@ void SequenceSearch::check(const VectorRef& state) const {
 }
 
 SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before) {
+  return solve(state, before, graph_.start_time());
+}
+
+SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before, double time) {
   check(state);
   const auto begin = WallClock::now();
+  begin_at(time);
   start_ = stages_->scaled(state);
   before_ = before;
   leaves_.clear();
@@ -224,12 +318,14 @@ SequenceResult SequenceSearch::solve(const VectorRef& state, ModeHistory before)
 
 SequenceResult SequenceSearch::solve_next(const VectorRef& state) {
   check(state);
-  if (best_.empty()) return solve(state, before_);
+  const double time = time_ + graph_.mode(0).duration.lower;
+  if (best_.empty()) return solve(state, before_, time);
   const int applied = best_.front();
   const ModeHistory before{applied, before_.mode == applied ? before_.phases + 1 : 1};
-  if (graph_.limits_end() || graph_.limits_entries()) return solve(state, before);
+  if (graph_.limits_end() || graph_.limits_entries()) return solve(state, before, time);
   const auto begin = WallClock::now();
   std::vector<Node> leaves = leaves_to_move();
+  begin_at(time);
   start_ = stages_->scaled(state);
   before_ = before;
   std::vector<Node> open = shifted(std::move(leaves));
@@ -250,11 +346,12 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
   std::shared_ptr<const StagePoint> best_point;
   const int N = options_.phases;
   bool stopped = false;
-  double lowest_closed = infinity;  // of what was given up without being ruled out
+  double lowest_closed = infinity;  // of what was given up, or solved, without being ruled out
+  bool gave_up = false;
   const auto worse = [](const Node& a, const Node& b) { return a.bound > b.bound; };
   std::make_heap(open.begin(), open.end(), worse);
   const auto cut = [&] {
-    return best.cost < infinity ? best.cost - options_.gap * std::abs(best.cost) : infinity;
+    return best.cost < infinity ? best.cost - relative_gap() * size_of(best.cost) : infinity;
   };
   // Of the last tick's sequence what is left goes first: it is feasible or nearly so.
   std::vector<int> wanted =
@@ -295,7 +392,8 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
       open.push_back(std::move(node));
       break;
     }
-    const QpResult solved = solve_program(node.path, &node);
+    QpResult solved = solve_program(node.path, &node);
+    if (node.path.empty() && !node.point) settle_unit(solved);
     ++best.nodes;
     best.iterations += solved.iterations;
     if (solved.status == QpStatus::deadline) {
@@ -313,6 +411,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     if (solved.status != QpStatus::optimal) {
       ++best.unresolved;
       if (complete) {
+        gave_up = true;
         lowest_closed = std::min(lowest_closed, node.bound);
         closed.push_back(std::move(node));
         continue;
@@ -326,7 +425,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
       }
       continue;
     }
-    node.bound = std::max(node.bound, solved.objective);
+    node.bound = std::max(node.bound, dual_bound_);
     const std::vector<ModeSet> sets = sets_of(node.path);
     node.point = std::make_shared<StagePoint>(point_);
     node.point_path = node.path;
@@ -335,6 +434,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     if (complete) {
       accept(node.path, solved.objective, best);
       if (best.modes == node.path) best_point = node.point;
+      lowest_closed = std::min(lowest_closed, node.bound);
       closed.push_back(std::move(node));
       continue;
     }
@@ -382,17 +482,20 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
     for (const Node& node : *list) bound = std::min(bound, node.bound);
   for (const Node& node : closed)
     if (node.bound >= cut()) bound = std::min(bound, node.bound);
-  best.lower_bound = bound;
+  best.lower_bound = bound * unit_;
+  best.cost *= unit_;
+  best.least_cost = least_cost_;
   leaves_ = std::move(closed);
   for (std::vector<Node>* list : {&open, &dive})
     for (Node& node : *list) leaves_.push_back(std::move(node));
   best_ = best.modes;
   best_point_ = best_point;
   best.sequence = graph_.names_of(best.modes);
-  const bool closed_gap = best.found() && best.gap() <= options_.gap * (1.0 + options_.gap);
-  best.guarantee = closed_gap                                            ? Guarantee::optimal
-                   : stopped || best.found() || lowest_closed < infinity ? Guarantee::bounded
-                                                                         : Guarantee::infeasible;
+  const bool closed_gap = best.found() && best.gap() <= relative_gap() * (1.0 + relative_gap());
+  best.guarantee = closed_gap                ? Guarantee::optimal
+                   : stopped || best.found() ? Guarantee::bounded
+                   : gave_up                 ? Guarantee::inconclusive
+                                             : Guarantee::infeasible;
   finish(best);
   best.cpu_seconds = 1e-6 * (thread_microseconds() - cpu_begin);
   best.solver_seconds = solver_seconds_;
@@ -403,7 +506,10 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
 void SequenceSearch::finish(SequenceResult& result) {
   const int N = options_.phases;
   result.message = describe(result.guarantee);
-  if (!result.found()) return;
+  if (!result.found()) {
+    if (options_.confirm && result.guarantee == Guarantee::infeasible) confirm_infeasible(result);
+    return;
+  }
   for (int k = 0; k <= N; ++k)
     result.states.push_back(stages_->physical(best_point_->stages[k].x.head(stages_->states())));
   result.states.front() = stages_->physical(start_);
@@ -414,15 +520,92 @@ void SequenceSearch::finish(SequenceResult& result) {
                                            at.u.head(nu),
                                            best_point_->stages[k + 1].x.head(stages_->states())));
   }
-  if (!options_.confirm) return;
-  OptimalControlProblem problem = graph_.problem(result.modes);
-  problem.start_at(stages_->physical(start_));
+  if (options_.confirm) confirm_plan(result);
+}
+
+// --- confirmation --------------------------------------------------------------------------------
+
+Solution SequenceSearch::solve_sequence(const std::vector<int>& path) const {
+  OptimalControlProblem problem = graph_.problem(path);
+  problem.start_at(stages_->physical(start_)).start_time(time_);
   MultipleShooting shooting(
       std::move(problem),
       {.intervals_per_phase = 1,
        .integrator = options_.integrator ? options_.integrator : zero_order_hold()});
   const auto solver = make_sqp({.tolerance = options_.tolerance});
-  result.solution = saltus::solve(shooting, *solver);
+  return saltus::solve(shooting, *solver);
+}
+
+// The sequence that was found, as a problem of its own: it has to cost what the search says.
+void SequenceSearch::confirm_plan(SequenceResult& result) {
+  result.solution = solve_sequence(result.modes);
+  const Solution& s = result.solution;
+  const double least = std::min(result.cost, result.lower_bound);
+  const double allowed = same_cost * std::max(std::abs(result.cost), std::abs(s.cost)) +
+                         same_zero * stages_->largest_cost();
+  if (s.ok() && s.cost >= least - allowed && s.cost <= result.cost + allowed) return;
+  if (s.ok() || s.status == SolveStatus::infeasible) {
+    result.guarantee = Guarantee::contradicted;
+    result.message = fmt::format(
+        "{}: it found a cost of {:.9g} and bounds all sequences by {:.9g}, but the sequence that "
+        "it "
+        "found {}; please report this problem",
+        describe(result.guarantee), result.cost, result.lower_bound,
+        s.ok() ? fmt::format("costs {:.9g} when it is solved by itself", s.cost)
+               : fmt::format("is infeasible when it is solved by itself ({})", s.message));
+    leaves_.clear();
+    best_.clear();
+  } else {
+    result.guarantee = Guarantee::inconclusive;
+    result.message = fmt::format(
+        "inconclusive: the search found a cost of {:.9g} and bounds all sequences by {:.9g}, but "
+        "the sequence could not be confirmed: {}",
+        result.cost, result.lower_bound, s.message);
+  }
+  result.lower_bound = -infinity;
+}
+
+// Allowed sequences, of different first modes as far as there are.
+std::vector<std::vector<int>> SequenceSearch::some_sequences(std::size_t most) const {
+  constexpr int most_steps = 10000;
+  std::vector<std::vector<int>> found;
+  int steps = 0;
+  std::vector<int> path;
+  const auto extend = [&](auto&& self) -> bool {
+    if (static_cast<int>(path.size()) == options_.phases) {
+      if (!graph_.may_end(path.back())) return false;
+      found.push_back(path);
+      return true;
+    }
+    for (int mode = 0; mode < graph_.size() && ++steps < most_steps && found.size() < most;
+         ++mode) {
+      if (!graph_.may_append(path, mode, before_)) continue;
+      path.push_back(mode);
+      const bool done = self(self);
+      path.pop_back();
+      if (done && !path.empty()) return true;
+    }
+    return false;
+  };
+  extend(extend);
+  return found;
+}
+
+// No solve may find what the search has excluded.
+void SequenceSearch::confirm_infeasible(SequenceResult& result) {
+  for (const std::vector<int>& path : some_sequences(tried_sequences)) {
+    Solution s = solve_sequence(path);
+    if (!s.ok()) continue;
+    result.guarantee = Guarantee::contradicted;
+    result.message = fmt::format(
+        "{}: it excluded every sequence (bound infinity), but {} costs {:.9g} when it is solved by "
+        "itself; please report this problem",
+        describe(result.guarantee), fmt::join(graph_.names_of(path), ", "), s.cost);
+    result.lower_bound = -infinity;
+    result.solution = std::move(s);
+    leaves_.clear();
+    return;
+  }
 }
 
 // --- from tick to tick ---------------------------------------------------------------------------

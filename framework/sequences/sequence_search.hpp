@@ -30,12 +30,16 @@ class SequenceSearch {
   SequenceSearch& operator=(SequenceSearch&&) noexcept;
   ~SequenceSearch();
 
-  /// From nothing but the state, and what was applied `before`: its mode goes on or is left. Throws
-  /// DefinitionError when the state has another size or is not finite, as solve_next() does.
+  /// From nothing but the state, at the graph's start time, and what was applied `before`: its mode
+  /// goes on or is left. Throws DefinitionError when the state has another size or is not finite,
+  /// as solve_next() does.
   SequenceResult solve(const VectorRef& state, ModeHistory before = {});
-  /// One phase later: the first mode of the last result was applied and led to `state`. Takes over
-  /// the tree of the last solve; without one, or where ends or entries are limited (what was ruled
-  /// out by them may be allowed now), as solve(). After a solve that found nothing `before` stays.
+  /// The same from another time, s: the costs and constraints of the end may read it.
+  SequenceResult solve(const VectorRef& state, ModeHistory before, double time);
+  /// One phase later, and as much later in time: the first mode of the last result was applied and
+  /// led to `state`. Takes over the tree of the last solve; without one, or where ends or entries
+  /// are limited (what was ruled out by them may be allowed now), as solve(). After a solve that
+  /// found nothing `before` stays.
   SequenceResult solve_next(const VectorRef& state);
   /// After so many seconds the best so far is handed out, with its gap.
   void set_deadline(double seconds) { options_.deadline = seconds; }
@@ -46,6 +50,8 @@ class SequenceSearch {
   const ModeGraph& graph() const { return graph_; }
   /// What was applied before the horizon of the last solve.
   ModeHistory before() const { return before_; }
+  /// Start time of the horizon of the last solve, s.
+  double time() const { return time_; }
 
  private:
   // A dual point, stage by stage: what moves a bound to the next tick.
@@ -71,6 +77,11 @@ class SequenceSearch {
 
   std::vector<ModeSet> sets_of(const std::vector<int>& path) const;
   QpResult solve_program(const std::vector<int>& path, const Node* from);
+  void settle_unit(QpResult& root);
+  void fill_ends();
+  void begin_at(double time);
+  double relative_gap() const;
+  double size_of(double cost) const;
   SequenceResult run(std::vector<Node> open, WallClock::time_point begin);
   bool choose(const Node& node, std::vector<int>& path);
   std::vector<Node> leaves_to_move();
@@ -86,6 +97,10 @@ class SequenceSearch {
   std::vector<double> shares(const SetStage& stage, const StagePoint::AtStage& point) const;
   void accept(const std::vector<int>& path, double cost, SequenceResult& best) const;
   void finish(SequenceResult& result);
+  Solution solve_sequence(const std::vector<int>& path) const;
+  void confirm_plan(SequenceResult& result);
+  void confirm_infeasible(SequenceResult& result);
+  std::vector<std::vector<int>> some_sequences(std::size_t most) const;
   void check(const VectorRef& state) const;
 
   ModeGraph graph_;
@@ -102,7 +117,13 @@ class SequenceSearch {
   std::unique_ptr<StageQpSolver> tail_solver_;
   std::vector<ModeSet> filled_;  // what the stages of qp_ hold
 
+  std::vector<const VectorXd*> radius_;  // of the inputs of qp_
+  double unit_ = 1.0;                    // costs of the programs are divided by it
+  double least_cost_ = 1.0;              // in units of the cost
+  double dual_bound_ = 0.0;              // of the last program that was solved
+
   VectorXd start_;            // scaled
+  double time_;               // when the horizon begins, s
   ModeHistory before_;        // what was applied before the horizon
   std::vector<Node> leaves_;  // that cover all sequences of the last solve
   std::vector<int> best_;

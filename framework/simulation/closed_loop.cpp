@@ -26,6 +26,7 @@ struct LoopController {
   std::function<LoopPlan()> plan = {};         ///< the last one; without: there are none
   std::function<void(double t)> prepare = {};  ///< what can be done ahead of the measurement
   std::function<double()> end = {};            ///< when the motion will be over, s
+  MissRecord* misses = nullptr;                ///< follows the motion, if there is a problem
 };
 
 // Of a period: with less time left to the end no tick is made. Its inputs could not make up for
@@ -64,6 +65,8 @@ class Loop {
     const long ticks = std::lround(std::ceil(options_.duration / controller_.period - rounding));
     log_.completed = true;
     log_.message = "the closed loop reached its end";
+    if (controller_.misses != nullptr)
+      controller_.misses->begin(start_, plant_.state(), commands_.front().input);
     for (long k = 0; k < ticks && log_.completed; ++k) {
       disturb_state();
       if (!tick(k) || !move_on(k)) break;
@@ -73,6 +76,7 @@ class Loop {
       }
     }
     add_sample();
+    if (controller_.misses != nullptr) log_.misses = controller_.misses->misses();
     return std::move(log_);
   }
 
@@ -212,7 +216,10 @@ class Loop {
       input_ += added;
     }
     add_sample();
+    const VectorXd& command = commands_.front().input;  // bounds are not for what disturbs it
+    MissRecord* const misses = controller_.misses;
     const double from = plant_.time();
+    if (misses != nullptr) misses->look(from, plant_.state(), command);
     bool moved = false;
     try {
       moved = plant_.advance(input_, until - from);
@@ -222,9 +229,14 @@ class Loop {
     for (HybridEvent& event : plant_.take_events()) {
       log_.recording.samples.push_back({event.time, event.before, input_, event.mode_before});
       log_.recording.samples.push_back({event.time, event.after, input_, event.mode_after});
+      if (misses != nullptr) {
+        misses->look(event.time, event.before, command);
+        misses->end_phase(event, command);
+      }
       if (options_.on_event) options_.on_event(event);
       log_.recording.events.push_back(std::move(event));
     }
+    if (misses != nullptr && moved) misses->look(plant_.time(), plant_.state(), command);
     return moved || stop(plant_.failure());
   }
 
@@ -282,6 +294,12 @@ void keep_unmet(const ControlTick& tick, const MultipleShooting& shooting,
     unmet.push_back({tick.time, present_problem(shooting), shooting.options()});
 }
 
+void tell_misses(LoopLog& log) {
+  if (log.misses.empty()) return;
+  log.message += "; " + describe(log.misses.front());
+  if (log.misses.size() > 1) log.message += fmt::format(", and {} more", log.misses.size() - 1);
+}
+
 // States and inputs at the nodes.
 LoopPlan plan_of(const ControlTick& tick, const OptimalControlProblem& problem,
                  const Solution& solution) {
@@ -300,6 +318,9 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
     keep_unmet(*last, controller.shooting(), options, unmet);
     return answer_of(*last);
   };
+  MissRecord misses(
+      controller.problem(), options.tolerance,
+      [&](int phase) { return controller.shooting().data().parameters[phase]; }, true);
   const auto prepare = [&](double t) { controller.prepare(t); };
   const auto plan = [&] {
     return last->provenance == Provenance::fallback
@@ -307,9 +328,11 @@ LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& p
                : plan_of(*last, controller.problem(), controller.report());
   };
   LoopLog log =
-      Loop({controller.solver_name(), controller.period(), answer, plan, prepare}, plant, options)
+      Loop({controller.solver_name(), controller.period(), answer, plan, prepare, {}, &misses},
+           plant, options)
           .run();
   log.unmet = std::move(unmet);
+  tell_misses(log);
   return log;
 }
 
@@ -332,20 +355,36 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant
                : plan_of(*last, controller.rest(), controller.report());
   };
   LoopOptions until_over = options;
+  bool asked_to_end = false;
   until_over.until = [&](double t, const VectorRef& state) {
-    return plant.is_over() || (options.until && options.until(t, state));
+    asked_to_end = !plant.is_over() && options.until && options.until(t, state);
+    return plant.is_over() || asked_to_end;
   };
+  MissRecord misses(
+      controller.whole(), options.tolerance,
+      [&](int phase) { return controller.parameters_of(phase); }, false);
   const auto end = [&] { return plant.end(); };
-  LoopLog log = Loop({controller.solver_name(), controller.period(), answer, plan, {}, end}, plant,
-                     until_over)
-                    .run();
+  LoopLog log =
+      Loop({controller.solver_name(), controller.period(), answer, plan, {}, end, &misses}, plant,
+           until_over)
+          .run();
   log.unmet = std::move(unmet);
-  if (plant.is_over() && log.completed)
+  log.reached_end = plant.is_over() || asked_to_end;
+  if (log.completed && plant.is_over())
     log.message = fmt::format("the last phase ended at t = {:.6g} s", plant.over_since());
+  else if (log.completed && !log.reached_end)
+    log.message = fmt::format(
+        "the run ended at t = {:.6g} s, before the motion was over: what holds at its end is not "
+        "judged; give LoopOptions a longer duration",
+        plant.time());
+  tell_misses(log);
   return log;
 }
 
-LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options) {
+namespace {
+
+LoopLog simulate_law(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options,
+                     MissRecord* misses) {
   if (!law) throw DefinitionError("closed loop: the feedback law is empty");
   HeldInput held;
   const auto answer = [&](double t, const VectorRef& measured) {
@@ -357,7 +396,24 @@ LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const Loo
     law(t, measured, piece.values);
     return Answer{&held, {}};
   };
-  return Loop({"feedback law", options.period, answer}, plant, options).run();
+  LoopLog log =
+      Loop({"feedback law", options.period, answer, {}, {}, {}, misses}, plant, options).run();
+  tell_misses(log);
+  return log;
+}
+
+}  // namespace
+
+LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options) {
+  return simulate_law(law, plant, options, nullptr);
+}
+
+LoopLog simulate_closed_loop(const FeedbackLaw& law, PhasedPlant& plant,
+                             const LoopOptions& options) {
+  MissRecord misses(
+      plant.problem(), options.tolerance, [&](int phase) { return plant.parameters_of(phase); },
+      false);
+  return simulate_law(law, plant, options, &misses);
 }
 
 }  // namespace saltus

@@ -31,6 +31,8 @@ struct LoopOptions {
   /// many at most: between ticks, so that they take no longer.
   int keep_unmet = 0;
   Disturbances disturbances = {};  ///< what the plant does not share with the model
+  /// What may be missed of the problem's hard constraints before LoopLog::misses has it.
+  MissTolerance tolerance = {};
   /// Names and units for the tables: "height [m]".
   std::vector<std::string> state_names = {}, input_names = {};
   /// Before every tick, with what the controller will see: the moment to set data, references and
@@ -68,5 +70,8 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController&, Plant&, const LoopOpti
 }
 /// The same for a law u(t, x), asked every `period`.
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options);
+/// The same; misses are those of the plant's problem.
+LoopLog simulate_closed_loop(const FeedbackLaw& law, PhasedPlant& plant,
+                             const LoopOptions& options);
 
 }  // namespace saltus

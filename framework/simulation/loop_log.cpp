@@ -95,7 +95,16 @@ std::string LoopLog::summary_json() const {
     text += fmt::format("{}  \"{}\": {}", text.size() > 2 ? ",\n" : "", key, value);
   };
   add("completed", completed ? "true" : "false");
+  add("ok", ok() ? "true" : "false");
+  add("reached_end", reached_end ? "true" : "false");
   add("message", json_string(message));
+  std::string missed;
+  for (const LoopMiss& m : misses)
+    missed += fmt::format(
+        R"({}    {{"phase": {}, "term": {}, "t_s": {}, "amount": {}, "tolerance": {}, "at_end": {}}})",
+        missed.empty() ? "\n" : ",\n", json_string(m.phase), json_string(m.term),
+        json_number(m.time), json_number(m.amount), json_number(m.tolerance), m.at_end);
+  add("misses", "[" + missed + (missed.empty() ? "]" : "\n  ]"));
   add("controller", json_string(controller));
   add("plant", json_string(plant));
   add("states", json_list(recording.state_columns()));

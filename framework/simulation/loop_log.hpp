@@ -8,6 +8,7 @@
 
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/ocp/problem.hpp"
+#include "saltus/simulation/loop_misses.hpp"
 #include "saltus/simulation/recording.hpp"
 
 namespace saltus {
@@ -44,8 +45,9 @@ struct UnmetTick {
 
 /// Everything that a closed loop leaves.
 struct LoopLog {
-  bool completed = false;         ///< the plant reached the end, or `until` said that it is over
-  std::string message;            ///< a sentence
+  bool completed = false;  ///< the plant reached the end, or `until` said that it is over
+  /// A sentence; it names the worst miss, if there is any.
+  std::string message;
   std::string controller, plant;  ///< their names
   double period = 0.0;            ///< s
   Recording recording;            ///< of the plant, with the inputs that reached it
@@ -53,6 +55,16 @@ struct LoopLog {
   std::vector<LoopPlan> plans;    ///< those that were kept
   std::vector<UnmetTick> unmet;   ///< the first ones, see LoopOptions::keep_unmet
   LoopStatistics statistics;      ///< of a receding horizon controller, in this run
+  /// Hard constraints of the controller's problem that the motion misses by more than their
+  /// tolerances, the worst first: ends, path constraints and bounds. A receding horizon has no ends
+  /// that are reached; a feedback law has no problem, and nothing is missed.
+  std::vector<LoopMiss> misses;
+  /// False: the run was over before the motion of a shrinking horizon was, whose later ends are not
+  /// judged. Runs that `until` ended are as long as they were meant to be.
+  bool reached_end = true;
+
+  /// Whether the plant went through the run and missed nothing that the controller's problem asks.
+  bool ok() const { return completed && reached_end && misses.empty(); }
 
   /// Where it ended. Throws DefinitionError if nothing was recorded.
   const VectorXd& final_state() const;
@@ -64,7 +76,7 @@ struct LoopLog {
   std::string ticks_csv() const;
   /// One line per node of every plan that was kept: "made at [s]", "t [s]", mode, states, inputs.
   std::string plans_csv() const;
-  /// The run in figures: length, provenances, solve times, events, final state.
+  /// The run in figures: length, misses, provenances, solve times, events, final state.
   std::string summary_json() const;
   /// trajectory.csv, events.csv, ticks.csv, summary.json and, if any were kept, plans.csv. Creates
   /// the folder. Throws InputError naming the file that cannot be written.

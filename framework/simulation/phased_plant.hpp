@@ -41,6 +41,10 @@ class PhasedPlant final : public LoopPlant {
   void disturb(const VectorRef& change) override;
   std::string name() const override { return name_; }
 
+  /// As it was given.
+  const OptimalControlProblem& problem() const { return problem_; }
+  /// Parameters p of a phase.
+  const VectorXd& parameters_of(int phase) const { return phases_[phase].parameters; }
   /// How many.
   int phases() const { return static_cast<int>(problem_.phases().size()); }
   /// That is in force.

@@ -28,6 +28,18 @@ Json misses_json(const std::vector<PhasedPlant::Miss>& misses) {
   return list;
 }
 
+Json misses_json(const std::vector<LoopMiss>& misses) {
+  Json list = Json::array();
+  for (const LoopMiss& m : misses)
+    list.push_back({{"phase", m.phase},
+                    {"term", m.term},
+                    {"t_s", m.time},
+                    {"amount", m.amount},
+                    {"tolerance", m.tolerance},
+                    {"at_end", m.at_end}});
+  return list;
+}
+
 double largest(const std::vector<PhasedPlant::Miss>& misses) {
   double amount = 0.0;
   for (const PhasedPlant::Miss& m : misses) amount = std::max(amount, m.amount);
@@ -143,6 +155,9 @@ Json loop_json(const ReferenceCase& c, const Solution& plan, const LibraryLoop& 
           {"source", c.source},
           {"kind", "closed loop"},
           {"completed", log.completed},
+          {"ok", log.ok()},
+          {"reached_end", log.reached_end},
+          {"misses", misses_json(log.misses)},
           {"message", log.message},
           {"controller", log.controller},
           {"plant", log.plant},

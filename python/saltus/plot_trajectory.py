@@ -119,8 +119,10 @@ def title_of(folder, summary, motion):
         title += f", {motion}"
     if "cost" in summary and summary["cost"] is not None:
         title += f": cost {summary['cost']:.6g}"
-    if summary.get("completed") is False or summary.get("ok") is False:
+    if summary.get("completed", summary.get("ok")) is False:
         title += " (not completed)"
+    elif summary.get("misses"):
+        title += " (misses constraints)"
     return title
 
 

@@ -1,0 +1,30 @@
+// How low can the cost of a quadratic program in stages be? A bound from below by weak duality,
+//
+//     d(y, m) = min over v of  cost(v) + y'(A x + B u + b - x_next) + m'(M v - side),
+//
+// which holds for every y and every m of the right sign, however well they were computed. With the
+// costs left out a positive bound is a proof (Farkas) that the program has no feasible point. The
+// minimum is bounded in turn from the point v* where the multipliers were found: with r the
+// gradient of the Lagrangian there and H its Hessian, cost(v) >= cost(v*) + r'd + 1/2 d'H d.
+#pragma once
+
+#include <vector>
+
+#include "saltus/qp/stage_qp.hpp"
+
+namespace saltus {
+
+/// No feasible point costs less. `enough`: a better bound is not looked for. `radius[k]`: no
+/// feasible input of stage k is larger; entries may be infinite. Multipliers of bounds are not
+/// read: they are what is left of the gradient. Where variables have no bounds, costates are chosen
+/// so that nothing is left for states, and inputs are held by the curvature of the cost. An input
+/// that neither holds is taken to be within a multiple of its size.
+double dual_bound(const StageQp& qp, const StagePoint& point,
+                  const std::vector<const VectorXd*>& radius, double enough);
+
+/// Whether the multipliers of the point prove that the program has no feasible point. Inputs
+/// without bounds are taken to be below 1e8 in the units of the stages.
+bool proves_infeasible(const StageQp& qp, const StagePoint& point,
+                       const std::vector<const VectorXd*>& radius);
+
+}  // namespace saltus
