@@ -36,7 +36,16 @@ std::optional<ProgramScale> scale_of(MultipleShooting& shooting, const VectorXd&
     MultipleShooting other(shooting.problem(), shooting.options());
     ProgramSize size(other.nlp(), undeclared_quantities(other.program()));
     const ProgramScale as_it_is{1.0, VectorXd::Ones(other.nlp().rows())};
-    if (size.look_at(guess) && !size.is_usual_where_known(as_it_is)) return size.to_one();
+    // What the guess leaves at zero may reach its bounds, as far as they are no placeholders.
+    constexpr double placeholder = 1e8;
+    VectorXd reached = guess;
+    for (int i = 0; i < reached.size(); ++i)
+      for (const double side : {other.nlp().lower()[i], other.nlp().upper()[i]})
+        if (guess[i] == 0.0 && std::abs(side) < placeholder &&
+            std::abs(side) > std::abs(reached[i]))
+          reached[i] = side;
+    if (size.look_at(guess) && size.look_at(reached) && !size.is_usual_where_known(as_it_is))
+      return size.to_one();
   } catch (...) {  // of formulas, at the guess: nothing is known
   }
   return {};

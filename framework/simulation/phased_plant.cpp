@@ -21,7 +21,7 @@ bool is_running_cost(const Term& term) {
   return term.kind != TermKind::constraint && term.domain == TermDomain::running;
 }
 
-VectorXd parameters_of(const PhaseDefinition& phase) {
+VectorXd given_parameters(const PhaseDefinition& phase) {
   VectorXd p(phase.sizes.np);
   Eigen::Index at = 0;
   for (const ParameterBlock& block : phase.parameters) {
@@ -72,7 +72,7 @@ PhasedPlant::PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& 
       interval.running_cost = p.costs.function();
     }
     p.integrator = scheme->make(interval);
-    p.parameters = parameters_of(phase);
+    p.parameters = given_parameters(phase);
   }
   ends_.assign(phases_.size(), infinity);
 }

@@ -19,6 +19,8 @@ constexpr double flat = 1e-6;         // curvature of at most this magnitude is 
 constexpr double dependent = 1e-9;    // keeps the factor finite where rows depend on one another
 constexpr double onto_surface = 1e4;  // a shift beside which H does not count: a projection
 constexpr double off_surface = 1e-4;  // of a unit direction: beyond it constraints do not allow it
+// Of what a step changes in a row: less is what is left by the factorisation.
+constexpr double noise = 1e-2;
 // A side without a multiplier is active within this distance, relative to 1 + |side|.
 constexpr double touching = 1e-9;
 // What a step that probes the cost may add to the violation of a row.
@@ -32,9 +34,9 @@ constexpr double zero = 1e-7;  // what solvers may leave of a value that is zero
 // The side of a variable or row that its multiplier pushes against.
 struct Side {
   bool is_equality = false;
-  bool is_wrong = false;     // the multiplier pushes against nothing
-  double distance = 0.0;     // to the side; infinite where there is none
-  double multiplier = 0.0;   // its magnitude
+  bool is_wrong = false;    // the multiplier pushes against nothing
+  double distance = 0.0;    // to the side; infinite where there is none
+  double multiplier = 0.0;  // its magnitude
   // Multiplier over distance: 0 where the side does not act, infinite where it holds.
   double weight() const {
     if (is_equality) return infinity;
@@ -78,9 +80,8 @@ bool evaluate(NonlinearProgram& p, const NlpPoint& point, Evaluation& e) {
       !e.gradient.allFinite() || !e.rows.allFinite() || !e.jacobian.allFinite())
     return false;
   e.residual = e.gradient;
-  p.jacobian_pattern().for_each([&](int r, int c, int k) {
-    e.residual[c] += point.lambda[r] * e.jacobian[k];
-  });
+  p.jacobian_pattern().for_each(
+      [&](int r, int c, int k) { e.residual[c] += point.lambda[r] * e.jacobian[k]; });
   for (int i = 0; i < n; ++i) {
     e.of_variable.push_back(side_of(point.z[i], point.w[i], p.lower()[i], p.upper()[i]));
     if (e.of_variable[i].is_equality)
@@ -90,22 +91,30 @@ bool evaluate(NonlinearProgram& p, const NlpPoint& point, Evaluation& e) {
   }
   for (int r = 0; r < m; ++r)
     e.of_row.push_back(side_of(point.lambda[r], e.rows[r], p.row_lower()[r], p.row_upper()[r]));
-  e.has_hessian = p.supports(Curvature::exact) &&
-                  p.hessian(point.w.data(), 1.0, point.lambda.data(), e.hessian.data(),
-                            Curvature::exact) &&
-                  e.hessian.allFinite();
+  e.has_hessian =
+      p.supports(Curvature::exact) &&
+      p.hessian(point.w.data(), 1.0, point.lambda.data(), e.hessian.data(), Curvature::exact) &&
+      e.hessian.allFinite();
   return true;
 }
 
-// The size of each variable: the largest value of its quantity; 1 where that is no more than what
-// solvers leave of zero, and for variables of no quantity.
-VectorXd sizes_of(const NonlinearProgram& p, const VectorXd& w, const Quantities& quantities) {
-  VectorXd sizes = VectorXd::Ones(p.variables());
-  for (const std::vector<int>& quantity : quantities) {
-    double largest = 0.0;
-    for (const int v : quantity) largest = std::max(largest, std::abs(w[v]));
-    for (const int v : quantity) sizes[v] = largest > zero ? largest : 1.0;
+// The size of each variable: the largest value of its quantity. Of a quantity whose values are no
+// more than what solvers leave of zero it is estimated through the rows; 1 where no row tells, and
+// for variables of no quantity.
+VectorXd sizes_of(const NonlinearProgram& p, const VectorXd& w, const VectorXd& jacobian,
+                  const Quantities& quantities) {
+  std::vector<int> quantity_of(p.variables(), -1);
+  VectorXd size = VectorXd::Zero(static_cast<Eigen::Index>(quantities.size()));
+  for (std::size_t q = 0; q < quantities.size(); ++q) {
+    for (const int v : quantities[q]) {
+      quantity_of[v] = static_cast<int>(q);
+      if (std::abs(w[v]) > zero) size[q] = std::max(size[q], std::abs(w[v]));
+    }
   }
+  size = sizes_through_rows(p, jacobian, quantity_of, std::move(size));
+  VectorXd sizes = VectorXd::Ones(p.variables());
+  for (int v = 0; v < p.variables(); ++v)
+    if (quantity_of[v] >= 0 && size[quantity_of[v]] > 0.0) sizes[v] = size[quantity_of[v]];
   return sizes;
 }
 
@@ -326,6 +335,23 @@ double room_along(const NonlinearProgram& p, const NlpPoint& point, const Evalua
   return std::max(forwards, backwards);
 }
 
+// True if the direction leaves every equality row where it is: what its terms add up to is small
+// beside the terms, or beside what a step of this size changes in the row, whatever the units.
+bool is_along_rows(const NonlinearProgram& p, const Evaluation& at, const VectorXd& sizes,
+                   const VectorXd& direction) {
+  const double step = direction.cwiseQuotient(sizes).cwiseAbs().maxCoeff();
+  VectorXd sum = VectorXd::Zero(p.rows()), terms = sum;
+  p.jacobian_pattern().for_each([&](int r, int c, int e) {
+    const double term = at.jacobian[e] * direction[c];
+    sum[r] += term;
+    terms[r] =
+        std::max({terms[r], std::abs(term), noise * step * std::abs(at.jacobian[e]) * sizes[c]});
+  });
+  for (int r = 0; r < p.rows(); ++r)
+    if (at.of_row[r].is_equality && std::abs(sum[r]) > off_surface * terms[r]) return false;
+  return true;
+}
+
 double largest_violation(NonlinearProgram& p, const VectorXd& w, VectorXd& rows) {
   if (!p.constraints(w.data(), rows.data()) || !rows.allFinite()) return infinity;
   double worst = 0.0;
@@ -343,9 +369,8 @@ double fall_along(NonlinearProgram& p, const NlpPoint& point, const Evaluation& 
   double fall = 0.0;
   for (const double part : {1.0, 0.3, 0.1})
     for (const double sign : {1.0, -1.0}) {
-      const VectorXd w = (point.w + sign * part * room * direction)
-                             .cwiseMax(p.lower())
-                             .cwiseMin(p.upper());
+      const VectorXd w =
+          (point.w + sign * part * room * direction).cwiseMax(p.lower()).cwiseMin(p.upper());
       double cost = 0.0;
       if (p.objective(w.data(), cost) && std::isfinite(cost) && at.cost - cost > fall &&
           largest_violation(p, w, rows) <= allowed)
@@ -361,10 +386,9 @@ OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
   OptimumCheck result;
   Evaluation at;
   if (!evaluate(program, point, at)) return result;
+  const VectorXd sizes = sizes_of(program, point.w, at.jacobian, quantities);
   result.magnitude =
-      std::max(std::abs(at.cost),
-               std::min(least_magnitude,
-                        change_of_cost(program, at, sizes_of(program, point.w, quantities))));
+      std::max(std::abs(at.cost), std::min(least_magnitude, change_of_cost(program, at, sizes)));
   if (!(result.magnitude > 0.0)) result.magnitude = least_magnitude;
   result.gap = 0.0;
   for (const auto* sides : {&at.of_variable, &at.of_row})
@@ -388,9 +412,8 @@ OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
     if (!d.allFinite()) return result;
     double none = 0.0;
     result.direction = matrix.in_program(d, result.variable, none);
-    result.descent = fall_along(
-        program, point, at, result.direction,
-        room_along(program, point, at, result.direction, result.variable));
+    result.descent = fall_along(program, point, at, result.direction,
+                                room_along(program, point, at, result.direction, result.variable));
     if (result.descent > 0.0) result.curvature = Verdict::descent;
     return result;
   }
@@ -401,8 +424,9 @@ OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
   const VectorXd d = matrix.least_curved();
   auto [curvature, off] = matrix.judge(d);
   if (!d.allFinite() || off > off_surface || !(curvature < -flat)) return result;
-  result.curvature = Verdict::descent;
   result.direction = matrix.in_program(d, result.variable, curvature);
+  if (!is_along_rows(program, at, sizes, result.direction)) return result;
+  result.curvature = Verdict::descent;
   const double room = room_along(program, point, at, result.direction, result.variable);
   result.descent = -0.5 * curvature * room * room;
   return result;

@@ -40,8 +40,8 @@ struct OptimumCheck {
   double relative_gain() const { return (gap + gain) / magnitude; }
 };
 
-/// Judges a point with its multipliers. `quantities` tell which variables have one size. Allocates and factors one matrix of the program's size;
-/// meant for analysis, not for control loops.
+/// Judges a point with its multipliers. `quantities` tell which variables have one size. Allocates
+/// and factors one matrix of the program's size; meant for analysis, not for control loops.
 OptimumCheck check_optimum(NonlinearProgram& program, const NlpPoint& point,
                            const Quantities& quantities = {});
 

@@ -42,6 +42,27 @@ std::vector<StageStructure::SoftRow> soft_rows(const NonlinearProgram& program) 
 
 }  // namespace
 
+VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jacobian,
+                            const std::vector<int>& quantity_of, VectorXd size) {
+  const SparsityPattern& pattern = program.jacobian_pattern();
+  for (bool goes_on = (size.array() == 0.0).any(); goes_on;) {
+    VectorXd row = VectorXd::Zero(program.rows());
+    pattern.for_each([&](int r, int c, int e) {
+      const int q = quantity_of[c];
+      row[r] = std::max(row[r], std::abs(jacobian[e]) * (q < 0 ? 1.0 : size[q]));
+    });
+    VectorXd found = VectorXd::Constant(size.size(), infinity);
+    pattern.for_each([&](int r, int c, int e) {
+      const int q = quantity_of[c];
+      if (q >= 0 && size[q] == 0.0 && jacobian[e] != 0.0 && row[r] > 0.0)
+        found[q] = std::min(found[q], row[r] / std::abs(jacobian[e]));
+    });
+    goes_on = (found.array() < infinity).any();  // to those that the ones found lead to
+    size = (found.array() < infinity).select(found, size);
+  }
+  return size;
+}
+
 ProgramSize::ProgramSize(NonlinearProgram& program, Quantities quantities)
     : program_(program),
       quantities_(std::move(quantities)),
@@ -91,24 +112,7 @@ VectorXd ProgramSize::known_sizes() const {
 }
 
 VectorXd ProgramSize::sizes() const {
-  VectorXd size = known_sizes();
-  const SparsityPattern& pattern = program_.jacobian_pattern();
-  for (bool goes_on = (size.array() == 0.0).any(); goes_on;) {
-    VectorXd row = VectorXd::Zero(program_.rows());
-    pattern.for_each([&](int r, int c, int e) {
-      const int q = quantity_of_[c];
-      row[r] = std::max(row[r], jacobian_[e] * (q < 0 ? 1.0 : size[q]));
-    });
-    VectorXd found = VectorXd::Constant(size.size(), infinity);
-    pattern.for_each([&](int r, int c, int e) {
-      const int q = quantity_of_[c];
-      if (q >= 0 && size[q] == 0.0 && jacobian_[e] > 0.0 && row[r] > 0.0)
-        found[q] = std::min(found[q], row[r] / jacobian_[e]);
-    });
-    goes_on = (found.array() < infinity).any();  // to those that the ones found lead to
-    size = (found.array() < infinity).select(found, size);
-  }
-  return size;
+  return sizes_through_rows(program_, jacobian_, quantity_of_, known_sizes());
 }
 
 bool ProgramSize::is_usual_where_known(const ProgramScale& scale) const {

@@ -22,6 +22,12 @@ struct ProgramScale {
 /// Variables that have one unit: a component of the state along all phases, say.
 using Quantities = std::vector<std::vector<int>>;
 
+/// Sizes of quantities, those of size 0 estimated: what moves a row as far as quantities of known
+/// size do. 0 where no row tells. `jacobian` in the order of the program's pattern; `quantity_of`
+/// each variable, -1: none, of size 1.
+VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jacobian,
+                            const std::vector<int>& quantity_of, VectorXd sizes);
+
 /// How large the values of quantities and the derivatives of cost and rows are, at the points that
 /// were looked at. Variables of no quantity have the size 1.
 class ProgramSize {

@@ -13,6 +13,7 @@ namespace {
 // Residuals in the scale of a solution's values: what is small, and what is no optimum.
 constexpr double small = 1e-8, doubtful = 1e-5;
 constexpr double much_larger = 100.0;  // than in the scale of the solver
+constexpr double accurate = 1e-8;      // relative gain that another scale need not improve
 
 KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
                         const NlpPoint& point) {
@@ -89,14 +90,14 @@ void judge(const Solver& solver, NonlinearProgram& program, const Quantities& qu
            ScaledResult& result) {
   const NlpResult& nlp = result.nlp;
   if (nlp.point.w.size() != program.variables()) return;
-  const bool gave_up = nlp.status == SolveStatus::numerical_failure ||
-                       nlp.status == SolveStatus::unbounded;
+  const bool gave_up =
+      nlp.status == SolveStatus::numerical_failure || nlp.status == SolveStatus::unbounded;
   if (!is_success(nlp.status) && !gave_up) return;
   result.check = check_optimum(program, nlp.point, quantities);
   result.violation = relative_violation(program, nlp.point.w);
-  result.is_doubtful = is_success(nlp.status) &&
-                       !(result.check.relative_gain() <= most_gain(solver) &&
-                         result.violation <= std::max(most_violation, solver.tolerance()));
+  result.is_doubtful =
+      is_success(nlp.status) && !(result.check.relative_gain() <= most_gain(solver) &&
+                                  result.violation <= std::max(most_violation, solver.tolerance()));
 }
 
 double most_gain(const Solver& solver) { return std::max(1e-5, 100.0 * solver.tolerance()); }
@@ -108,24 +109,29 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
   ProgramScale scale = size.usual();
   ScaledResult best = solve_once(solver, program, scale, start, warm);
   judge(solver, program, quantities, best);
-  for (int attempt = 0; attempt < 2 && !is_convincing(best); ++attempt) {
-    const bool is_solved = is_success(best.nlp.status);
-    if (is_solved ? !size.look_at(best.nlp.point.w)
-                  : !may_be_mended(best.nlp.status) ||
-                        (size.is_usual_where_known(scale) && !size.is_far_from_usual(scale)))
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const bool is_solved = is_success(best.nlp.status), was_convincing = is_convincing(best);
+    if (was_convincing && best.check.relative_gain() <= accurate) break;
+    if (is_solved && !size.look_at(best.nlp.point.w)) break;
+    const bool is_usual = size.is_usual_where_known(scale);
+    if (was_convincing && is_usual) break;
+    if (!is_solved &&
+        (!may_be_mended(best.nlp.status) || (is_usual && !size.is_far_from_usual(scale))))
       break;
     scale = size.to_one();
     // What was reached is where to go on; where nothing was, the search begins again.
     ScaledResult next =
         solve_once(solver, program, scale, is_solved ? best.nlp.point : start, is_solved || warm);
     judge(solver, program, quantities, next);
-    if (is_solved && !is_convincing(next)) {
+    if (is_solved && !was_convincing && !is_convincing(next)) {
       ScaledResult anew = solve_once(solver, program, scale, start, warm);
       judge(solver, program, quantities, anew);
       add_effort(next, anew);
       next = std::move(anew);
     }
-    const bool is_better = is_convincing(next) || !is_solved;
+    const bool is_better =
+        is_solved ? is_convincing(next) && next.check.relative_gain() <= best.check.relative_gain()
+                  : true;
     if (!is_better) {
       add_effort(next, best);
       break;

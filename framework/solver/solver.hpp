@@ -65,7 +65,7 @@ struct NlpResult {
   double seconds = 0.0;                        ///< wall clock, of all attempts
   KktResidual kkt;                             ///< recomputed from the program
   std::optional<Contradiction> contradiction;  ///< why nothing meets the rows, if that is known
-  std::string hessian;                         ///< exact, Gauss-Newton, differenced or limited-memory BFGS
+  std::string hessian;  ///< exact, Gauss-Newton, differenced or limited-memory BFGS
 };
 
 /// A solver of sparse nonlinear programs. It may keep work space between solves of programs with

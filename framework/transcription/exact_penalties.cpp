@@ -50,12 +50,10 @@ double size_of_cost(ShootingProgram& program, const VectorXd& w) {
 // True if every lowered penalty holds with weight to spare.
 bool is_exact(ShootingProgram& program, const std::vector<int>& lowered, const NlpPoint& point) {
   VectorXd gradient(program.variables());
-  if (point.z.size() != program.variables() ||
-      !program.gradient(point.w.data(), gradient.data()))
+  if (point.z.size() != program.variables() || !program.gradient(point.w.data(), gradient.data()))
     return false;
-  return std::all_of(lowered.begin(), lowered.end(), [&](int slack) {
-    return -point.z[slack] > held * std::abs(gradient[slack]);
-  });
+  return std::all_of(lowered.begin(), lowered.end(),
+                     [&](int slack) { return -point.z[slack] > held * std::abs(gradient[slack]); });
 }
 
 // The slacks of exact penalties at zero, with the multipliers that balance the problem's weights.

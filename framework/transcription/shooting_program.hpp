@@ -183,7 +183,7 @@ class ShootingProgram final : public BlockProgram {
   std::vector<int> jump_rows_;                            // into each phase but the first
   std::vector<std::shared_ptr<Integrator>> integrators_;  // per phase
   std::vector<std::shared_ptr<const ReentrantIntegrator>> reentrant_integrators_;  // per phase
-  std::vector<SelectiveStack> integrated_costs_;          // per phase
+  std::vector<SelectiveStack> integrated_costs_;                                   // per phase
   std::vector<shooting::IntervalInstance> intervals_;
   std::vector<shooting::RowInstance> rows_;
   std::vector<shooting::LimitInstance> limits_;

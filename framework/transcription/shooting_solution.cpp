@@ -230,7 +230,8 @@ Solution MultipleShooting::interpret(NlpResult result, int inside) {
       if (!failure.empty()) solution.message += "; " + failure;
     }
   }
-  if (result.hessian != "exact" && result.point.w.size() == program_->variables())
+  if (!result.contradiction && !result.hessian.empty() && result.hessian != "exact" &&
+      result.point.w.size() == program_->variables())
     solution.message += describe_hessian(*program_, result.hessian);
   solution.cost = result.objective;
   solution.kkt = result.kkt;

@@ -19,7 +19,7 @@ struct GridAccuracy {
   /// Sum of the defects along a phase, relative; beyond it only the message tells.
   double integration = 1e-3;
   /// Difference of the cost, relative to the largest of |cost| and what the terms add up to in
-  /// magnitude. A difference below 1e-8 is always allowed.
+  /// magnitude. A difference below 1e-6 is always allowed.
   double cost = 1e-4;
   /// Deviation of the open loop from the plan at the end of a phase, relative; beyond it only the
   /// message tells.

@@ -21,11 +21,21 @@ std::vector<const PlannedInterval*> intervals_of(const Plan& plan, int phase) {
   return list;
 }
 
+// What solvers leave of a row that holds, relative to the largest of 1 and its sides. A weight of
+// 1e10 would make a cost of it.
+constexpr double held = 1e-8;
+
 double penalty_of(const Penalty& penalty, const VectorXd& values,
                   const std::vector<Bounds>& bounds) {
   double paid = 0.0;
-  for (int i = 0; i < values.size(); ++i)
-    paid += cost(penalty, beyond(values[i], bounds[bounds.size() > 1 ? i : 0]));
+  for (int i = 0; i < values.size(); ++i) {
+    const Bounds& b = bounds[bounds.size() > 1 ? i : 0];
+    double size = 1.0;
+    for (const double side : {b.lower, b.upper})
+      if (std::isfinite(side)) size = std::max(size, std::abs(side));
+    const double violation = beyond(values[i], b);
+    if (!(violation <= held * size)) paid += cost(penalty, violation);
+  }
   return paid;
 }
 

@@ -4,8 +4,8 @@
 // time with middle m and half width r the row is at most the least of
 //   its value over the piece,  v(m) + r max |v'|,  max_d v(m) + d v'(m) + d^2/2 max v'',
 // with bounds by interval arithmetic, and pieces that may hide more than was found are halved. A
-// violation of more than a tenth of its tolerance is found however thin it is, to a thousandth of itself.
-// Other functions are sampled, more finely until cubic Hermite interpolation predicts them.
+// violation of more than a tenth of its tolerance is found however thin it is, to a thousandth of
+// itself. Other functions are sampled, more finely until cubic Hermite interpolation predicts them.
 #pragma once
 
 #include "saltus/verify/controlled_steps.hpp"

@@ -417,7 +417,7 @@ class Verifier {
     cost.compared = true;
     cost.value = own.value + plan_.grid_cost;
     const double difference = std::abs(cost.value - plan_.cost);
-    constexpr double floor = 1e-8;  // absolute, see GridAccuracy::cost
+    constexpr double floor = 1e-6;  // absolute, see GridAccuracy::cost
     const double size = std::max({std::abs(plan_.cost), std::abs(cost.value), own.magnitude});
     cost.difference = difference <= floor         ? 0.0
                       : std::isfinite(difference) ? difference / size

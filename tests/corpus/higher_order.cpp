@@ -64,6 +64,7 @@ Instance higher_order(Random& random) {
     const Vec<double, 2> x{duration * std::cos(angle), duration * std::sin(angle)};
     instance.cost_scale = std::max(instance.cost_scale, std::abs(f(0.0, x)));
   }
+  instance.may_be_either = true;  // a plan that stays at a maximum or saddle may be refused
   const double scale = instance.cost_scale;
   instance.further = [=](const Solution& solution) -> std::string {
     if (!claims_minimum(solution)) return {};

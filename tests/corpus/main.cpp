@@ -139,5 +139,7 @@ int main(int argc, char** argv) {
   fmt::print("\nsilent wrong answers: {} of {}; right answers refused: {} ({:.2f} %)\n",
              all[Outcome::wrong], all.total(), all[Outcome::refused],
              100.0 * all[Outcome::refused] / std::max(1, all.total()));
-  return all[Outcome::wrong] == 0 && all[Outcome::refused] <= 0.005 * all.total() ? 0 : 1;
+  return all[Outcome::wrong] == 0 && all[Outcome::refused] <= std::max(1.0, 0.005 * all.total())
+             ? 0
+             : 1;
 }

@@ -157,7 +157,7 @@ const std::vector<Feature>& features() {
         {"dynamics", whole, [](Draft&, const Row&) {}},
         {"minimise", whole, both([](auto& p, const Row& row) { p.minimise("f", Cost{row}); })},
         {"minimise in a window", whole, both([](auto& p, const Row& row) {
-           p.minimise("f", Cost{row}, {.from = 0.2, .to = 0.7});
+           p.minimise("f", Cost{row}, {.from = 0.2, .to = 0.5});
          })},
         {"track", whole, both([weight](auto& p, const Row& row) { p.track("f", row, weight); })},
         {"minimise_at_end", end,
@@ -379,7 +379,8 @@ TEST(EveryArgument, FastPathsAndTheSlowOneAgree) {
         shooting.emplace(c.shooting(way.hides, way.holds));
       } catch (const DefinitionError& e) {
         // The hold takes what is linear, and says what is not.
-        EXPECT_TRUE(way.holds) << e.what();
+        // Windows by event and by mode need times that are given.
+        EXPECT_TRUE(way.holds || c.is_free) << e.what();
         continue;
       }
       const auto solver = way.make();
@@ -400,6 +401,7 @@ TEST(EveryArgument, FastPathsAndTheSlowOneAgree) {
       EXPECT_LE((u - other).lpNorm<Eigen::Infinity>(), 2e-3);
     }
     if (c.is_free || c.is_unknown || !c.feature->needs_given_start || !slow) continue;
+    if (std::string(c.feature->name) == "start_time") continue;  // a tick begins when it begins
     // The controller writes its stages itself.
     RecedingHorizonController controller(c.shooting(false, false), {.period = 0.1});
     const ControlTick& tick = controller.tick(0.0, Vec<double, 2>{0.5, -0.2});

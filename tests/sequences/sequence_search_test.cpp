@@ -53,7 +53,10 @@ void expect_as_enumerated(const ModeGraph& graph, int phases) {
   const double best = by_enumeration(graph, phases);
   const SequenceResult found = search(graph, {.phases = phases});
   if (best == infinity) {
-    EXPECT_EQ(found.guarantee, Guarantee::infeasible);
+    // Proved, or said to be undecided; never a sequence.
+    EXPECT_TRUE(found.guarantee == Guarantee::infeasible ||
+                found.guarantee == Guarantee::inconclusive)
+        << found.message;
     return;
   }
   EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message;
@@ -138,6 +141,7 @@ TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
   GTEST_SKIP() << "measured where the compiler optimises";
 #endif
   constexpr int tries = 8;  // the least disturbed counts
+  // A quarter before bounds were dual bounds, which cost a product with the data of each program.
   const auto cost = [](ModeGraph (*graph)(const VectorXd&), const VectorXd& x) {
     SequenceSearch search(graph(x), {.phases = 15, .gap = 0.0, .max_nodes = 200, .confirm = false});
     double least = infinity;
@@ -147,9 +151,9 @@ TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
     }
     return least;
   };
-  EXPECT_LE(cost(cart_between_walls, Vec<double, 4>(-0.127, 0.060, 0.356, -0.426)), 1.25);
-  EXPECT_LE(cost(thermostats, Vec<double, 3>(20.9, 19.7, 17.6)), 1.25);
-  EXPECT_LE(cost(two_tanks, Vec<double, 2>(0.1, 0.3)), 1.25);
+  EXPECT_LE(cost(cart_between_walls, Vec<double, 4>(-0.127, 0.060, 0.356, -0.426)), 1.5);
+  EXPECT_LE(cost(thermostats, Vec<double, 3>(20.9, 19.7, 17.6)), 1.5);
+  EXPECT_LE(cost(two_tanks, Vec<double, 2>(0.1, 0.3)), 1.5);
 }
 
 // From a warm point or a cold one the same tree is searched; the warm one takes fewer iterations.

@@ -139,9 +139,9 @@ TEST(LoopMisses, AFeedbackLawIsJudgedByThePlantsProblem) {
 
 TEST(LoopMisses, TolerancesFollowBoundsAndNominalValues) {
   MissTolerance tolerance;
-  EXPECT_EQ(tolerance.of("any", at_most(0.1)), 1e-6);
-  EXPECT_EQ(tolerance.of("any", between(-200.0, 3.0)), 2e-4);
-  EXPECT_EQ(tolerance.of("any", at_most(0.0), 50.0), 5e-5);
+  EXPECT_DOUBLE_EQ(tolerance.of("any", at_most(0.1)), 1e-6);
+  EXPECT_DOUBLE_EQ(tolerance.of("any", between(-200.0, 3.0)), 2e-4);
+  EXPECT_DOUBLE_EQ(tolerance.of("any", at_most(0.0), 50.0), 5e-5);
   tolerance.of_term["any"] = 0.5;
   EXPECT_EQ(tolerance.of("any", at_most(0.0)), 0.5);
   EXPECT_EQ(tolerance.of("other", at_most(0.0)), 1e-6);

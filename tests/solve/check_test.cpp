@@ -267,7 +267,7 @@ const Spoilt all_spoilt[] = {
     {"unreachable_end",
      ride([](Ride& r) { r.reach("far", position, at_least(100.0)); }),
      "reach",
-     {"no point that meets all constraints was found", "phase 'ride', term 'far'"}},
+     {"the constraints cannot all be met", "phase 'ride', term 'far'"}},
     {"end_beyond_the_inputs",
      [] {
        Ride short_ride{"ride", Cart{}, exactly(0.5)};
@@ -288,7 +288,7 @@ const Spoilt all_spoilt[] = {
        return check(of(ride), {.intervals_per_phase = 6, .integrator = runge_kutta4()});
      },
      "reach",
-     {"between its nodes", "term 'wall' of phase 'ride'"}},
+     {"between two nodes", "'wall' of phase 'ride'"}},
     {"event_passed_the_wrong_way",
      [] {
        Ride flight{"flight",

@@ -16,7 +16,8 @@ namespace {
 const SolverChoice all_solvers[] = {SolverChoice::sparse, SolverChoice::riccati,
                                     SolverChoice::ipopt};
 
-Solution solved(const OptimalControlProblem& problem, SolverChoice choice, double tolerance = 1e-8) {
+Solution solved(const OptimalControlProblem& problem, SolverChoice choice,
+                double tolerance = 1e-8) {
   return solve(problem, {.solver = make_solver(choice, {.tolerance = tolerance})});
 }
 
@@ -68,7 +69,8 @@ struct DoubleIntegrator {
 OptimalControlProblem with_idle_bounds(double bound, double is_nonlinear) {
   const auto position = [](auto, auto x) { return x[0]; };
   Phase<2, 1> phase{"move", DoubleIntegrator{is_nonlinear}, exactly(1.0)};
-  phase.track("effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
+  phase.track(
+      "effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
   phase.reach("there", position, exactly(1.0));
   if (bound < infinity)
     phase.bound_input(0, between(-bound, bound))
@@ -99,9 +101,11 @@ OptimalControlProblem with_weights(double weight, Penalty::Kind kind, Bounds dur
   phase.guess_duration(1.0)
       .bound_input(0, between(-3.0, 3.0))
       .reach("there", position, exactly(1.0), soft("there", weight, kind))
-      .keep("slowly", [](auto, auto, auto u) { return u[0]; }, at_most(1.5), Window{},
-            soft("slowly", weight, kind))
-      .track("effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1))
+      .keep(
+          "slowly", [](auto, auto, auto u) { return u[0]; }, at_most(1.5), Window{},
+          soft("slowly", weight, kind))
+      .track(
+          "effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1))
       .minimise_at_end("time", [](auto t, auto) { return 2.0 * t; });
   OptimalControlProblem problem("soft");
   problem.start_at(VectorXd::Zero(1)).then(phase);
@@ -133,7 +137,8 @@ TEST(Verdicts, ALargeWeightThatGivesWayIsPaid) {
       Phase<1, 1> phase{"move", [](auto, const auto&, const auto& u) { return u; }, exactly(1.0)};
       phase.bound_input(0, between(-1.0, 1.0))
           .reach("too far", position, exactly(3.0), soft("far", weight))
-          .track("effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
+          .track(
+              "effort", [](auto, auto, auto u) { return u[0]; }, VectorXd::Ones(1));
       OptimalControlProblem problem("soft");
       problem.start_at(VectorXd::Zero(1)).then(phase);
       const Solution plan = solved(problem, choice);
@@ -153,8 +158,9 @@ TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
                         between(0.1 * unit, 10.0 * unit)};
       phase.guess_duration(unit)
           .bound_input(0, between(-1.0, 1.0))
-          .reach("rest", [](auto, auto x) { return x; },
-                 std::vector<Bounds>{exactly(1.0), exactly(0.0)})
+          .reach(
+              "rest", [](auto, auto x) { return x; },
+              std::vector<Bounds>{exactly(1.0), exactly(0.0)})
           .minimise_at_end("time", [](auto t, auto) { return t; });
       OptimalControlProblem problem("least time");
       problem.start_at({0.0, 0.0}).then(phase);

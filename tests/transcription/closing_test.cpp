@@ -120,7 +120,8 @@ TEST(Closing, FindsAHopThatRepeats) {
 // The first state is carried through the stages to where it is used.
 TEST(Closing, IsSolvedStageByStage) {
   for (OptimalControlProblem ocp : {oscillation().close(), hopping()}) {
-    MultipleShooting shooting(ocp, {.intervals_per_phase = 6, .integrator = runge_kutta4()});
+    MultipleShooting shooting(
+        ocp, {.intervals_per_phase = 12, .integrator = runge_kutta4({.steps = 4})});
     const Solution by_stages = solve(shooting, *make_sqp({.tolerance = 1e-9, .qp = riccati_qp()}));
     const Solution by_ipopt = solve(shooting, *make_ipopt({.tolerance = 1e-11}));
     ASSERT_TRUE(by_stages.ok()) << ocp.name() << ": " << by_stages.message;

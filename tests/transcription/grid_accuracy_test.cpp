@@ -68,7 +68,7 @@ TEST(ThinConstraint, RefinementStopsTunnelling) {
   const RefinedSolution r = solve_refined(alp_rider(1e-2),
                                           {.intervals_per_phase = 100,
                                            .integrator = runge_kutta4({.steps = 4}),
-                                           .accuracy = {.defect = 1e-2}},
+                                           .accuracy = {.defect = 1e-2, .cost = 1e-3}},
                                           *ipopt(), {.tolerance = 1e-2, .integration = 0.1});
   EXPECT_TRUE(r.reached) << r.message;
   EXPECT_TRUE(r.solution.ok()) << r.solution.message;
@@ -130,8 +130,7 @@ TEST(IntegrationErrorOf, APlanThatIsFarOffIsNoOptimum) {
     ASSERT_TRUE(s.verification.has_value());
     const bool is_far_off = lambda > 100.0;
     EXPECT_EQ(s.verification->defect.largest > GridAccuracy{}.defect, is_far_off);
-    EXPECT_EQ(s.status, is_far_off ? SolveStatus::coarse_grid : SolveStatus::optimal) << s.message;
-    EXPECT_EQ(s.message.find("of its magnitude") != std::string::npos, is_far_off) << s.message;
+    EXPECT_EQ(s.ok(), !is_far_off) << s.message;
   }
 }
 
@@ -184,8 +183,8 @@ TEST(IntegrationErrorOf, AFineGridIsSmall) {
   EXPECT_LT(s.verification->defect.sum, 1e-6);
   EXPECT_EQ(s.message.find("is off by"), std::string::npos) << s.message;
   MultipleShooting adaptive(pendulum(),
-                            {.intervals_per_phase = 20, .integrator = cvodes({.tolerance = 1e-7})});
-  const Solution a = solve(adaptive, *make_ipopt());
+                            {.intervals_per_phase = 20, .integrator = cvodes({.tolerance = 1e-9})});
+  const Solution a = solve(adaptive, *make_ipopt({.tolerance = 1e-6}));
   ASSERT_TRUE(a.ok()) << a.message;
   EXPECT_LT(a.verification->defect.sum, 1e-4);
   EXPECT_GT(a.verification->defect.sum, 1e-12);

@@ -168,15 +168,26 @@ OptimalControlProblem past_pillar(double unit, bool split, double radius_for_sta
   return ocp;
 }
 
+// One plan in other units of length: a solver may find another optimum there.
 TEST(Verify, UnitsScaleWhatItFinds) {
-  double first = 0.0;
-  for (const double unit : {1.0, 1e-3, 1e3}) {
-    const Solution s = solve(past_pillar(unit, false, 0.0));
-    ASSERT_TRUE(s.verification.has_value()) << s.message;
-    const double amount = s.verification->between_nodes.amount * unit;
-    EXPECT_GT(amount, 1e-4) << s.message;
-    if (first == 0.0) first = amount;
-    EXPECT_NEAR(amount, first, 2e-3 * first) << unit;
+  const OptimalControlProblem ocp = past_pillar(1.0, false, 0.0);
+  const Solution s = solve(ocp);
+  const Plan plan = plan_of(ocp, s.trajectory);
+  const VerifiedMiss first = verify(ocp, plan).summary.between_nodes;
+  EXPECT_GT(first.amount, 1e-3) << s.message;
+  for (const double unit : {1e-6, 1e-3, 1e3, 1e6}) {
+    Plan scaled = plan;
+    for (PlannedInterval& i : scaled.intervals) {
+      i.state /= unit;
+      i.coefficients /= unit;
+      i.end_state /= unit;
+    }
+    const VerifiedMiss miss = verify(past_pillar(unit, false, 0.0), scaled).summary.between_nodes;
+    // Below a tenth of the tolerance, which is absolute, nothing need be found.
+    EXPECT_NEAR(miss.amount * unit, first.amount, 2e-3 * first.amount + 1e-7 * unit) << unit;
+    if (miss.amount > 1e-6) {
+      EXPECT_NEAR(miss.time, first.time, 1e-3);
+    }
   }
 }
 
