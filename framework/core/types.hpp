@@ -5,6 +5,7 @@
 
 // What Eigen asserts about sizes, in a sentence. Where Eigen was included before, it keeps its own
 // words. SALTUS_ADVICE_x, where there is one for the name x, is a comma and a text.
+/// \cond
 #ifndef EIGEN_STATIC_ASSERT
 #define SALTUS_WRONG_NUMBER_OF_ENTRIES                                                         \
   "a vector is given another number of entries than it has rows: Vec<S, n>{...} takes n; the " \
@@ -32,6 +33,7 @@
 #undef SALTUS_INSIDE_PLAIN_OBJECT
 #undef EIGEN_PLAINOBJECTBASE_PLUGIN
 #endif
+/// \endcond
 
 // Eigen's own default follows -march, and with it the layout of its types.
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16,

@@ -31,6 +31,7 @@ class WorkspacePool {
   /// A workspace for as long as it lives. It goes back to the pool, also when a call throws.
   class Loan {
    public:
+    /// `back` is where the workspace goes; null: nowhere.
     Loan(const WorkspacePool* back, T* workspace) : back_(back), workspace_(workspace) {}
     ~Loan() {
       if (back_ != nullptr) back_->keep(std::unique_ptr<T>(workspace_));

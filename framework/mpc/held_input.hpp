@@ -28,8 +28,10 @@ class HeldInput {
   HeldInput() = default;
   HeldInput(const HeldInput& other) = default;
   HeldInput& operator=(const HeldInput& other) = default;
+  /// Leaves the other one empty.
   HeldInput(HeldInput&& other) noexcept
       : pieces_(std::move(other.pieces_)), count_(std::exchange(other.count_, 0)) {}
+  /// Leaves the other one empty.
   HeldInput& operator=(HeldInput&& other) noexcept {
     pieces_ = std::move(other.pieces_);
     count_ = std::exchange(other.count_, 0);
