@@ -1,6 +1,8 @@
 // When is a side of some bounds none, and when is a violation of them none?
 #pragma once
 
+#include <initializer_list>
+
 #include "saltus/core/bounds.hpp"
 
 namespace saltus {
