@@ -82,8 +82,7 @@ std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
         c.arguments.push_back(static_cast<int>(step.value));
       }
     std::ranges::sort(c.arguments);
-    const auto repeated = std::ranges::unique(c.arguments);
-    c.arguments.erase(repeated.begin(), repeated.end());
+    c.arguments.erase(std::unique(c.arguments.begin(), c.arguments.end()), c.arguments.end());
     list.push_back(std::move(c));
   };
   for (const Term& term : phase.terms) {
