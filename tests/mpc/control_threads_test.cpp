@@ -173,7 +173,7 @@ TEST_P(BesideALogger, CopiesOfAReportAreReadByThreeThreads) {
       [&](int) {
         std::vector<std::jthread> readers;
         for (int i = 0; i < 3; ++i)
-          readers.emplace_back([&, copy = report] {
+          readers.emplace_back([&, i, copy = report] {
             for (int k = 0; k < 20; ++k) read(i == 0 ? report : copy, problem, k);
           });
       });
