@@ -8,11 +8,14 @@
 namespace saltus {
 namespace {
 
-// What the gradient of a state may cost over its box before it goes into the costate instead, in
-// units of the cost: multipliers of bounds stay, noise along wide boxes moves. All are tried.
-constexpr double worth_moving[] = {1e-7, 1e-10, 1e-4};
-// The same for inputs that curvature may hold better than their boxes do.
-constexpr double worth_holding = 1e-10;
+// What gradients may cost over the boxes of their variables, in units of the cost: that of a state
+// before it goes into the costate instead (multipliers of bounds stay, noise along wide boxes
+// moves), that of an input before curvature is asked whether it holds the input better. All pairs
+// are tried until the bound is good enough.
+struct Allowance {
+  double moving, holding;
+};
+constexpr Allowance allowances[] = {{1e-7, 1e-6}, {1e-10, 1e-12}, {1e-4, 1e-12}};
 // Curvature below this part of the largest counts as none.
 constexpr double flat = 1e-12;
 // An input without bounds and curvature is no larger than so many times its size at the point; in
@@ -31,18 +34,21 @@ double least_over_box(double r, double down, double up) {
 
 // min over all d of r'd + 1/2 d'H d, where d is no larger than `reach` along directions in which H
 // is flat.
-double least_over_curvature(const MatrixXd& H, const VectorXd& r, double reach) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H);
-  const VectorXd along = eigen.eigenvectors().transpose() * r;
-  const double largest = std::max(eigen.eigenvalues().cwiseAbs().maxCoeff(), 1e-300);
-  double least = 0.0;
-  for (int i = 0; i < along.size(); ++i) {
-    const double curvature = eigen.eigenvalues()[i];
-    const double over_reach = -std::abs(along[i]) * reach;
-    least += curvature > flat * largest
-                 ? std::max(over_reach, -0.5 * along[i] * along[i] / curvature)
-                 : over_reach;
+double least_over_curvature(const Stage& s, InputHold& hold, const VectorXd& r, double reach) {
+  if (hold.curvature.size() == 0) {
+    MatrixXd H(s.nx + s.nu, s.nx + s.nu);
+    H << s.Q.topLeftCorner(s.nx, s.nx), s.S.topLeftCorner(s.nu, s.nx).transpose(),
+        s.S.topLeftCorner(s.nu, s.nx), s.R.topLeftCorner(s.nu, s.nu);
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(H);
+    hold.directions = eigen.eigenvectors();
+    hold.curvature = eigen.eigenvalues();
   }
+  const VectorXd along = hold.directions.transpose() * r;
+  const double largest = hold.curvature.cwiseAbs().maxCoeff();
+  double least = 0.0;
+  for (int i = 0; i < along.size(); ++i)
+    least -= hold.curvature[i] > flat * largest ? 0.5 * along[i] * along[i] / hold.curvature[i]
+                                                : std::abs(along[i]) * reach;
   return least;
 }
 
@@ -51,8 +57,8 @@ struct DualBound {
   double size = 0.0;  // sum of the magnitudes that add up to `value`: its rounding is relative
 };
 
-DualBound evaluate(const StageQp& qp, const StagePoint& point,
-                   const std::vector<const VectorXd*>& radius, bool with_costs, double moving) {
+DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
+                   bool with_costs, const Allowance& allowed) {
   DualBound bound;
   const auto add = [&](double term) {
     bound.value += term;
@@ -60,51 +66,67 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point,
   };
   const int N = qp.intervals();
   VectorXd ahead, behind;  // costates of the state to which a stage leads, and of its own
+  VectorXd rx, ru, part, value, multiplier, led, loose;
   for (int k = N; k >= 0; --k) {
     const Stage& s = qp.stages[k];
     const StagePoint::AtStage& p = point.stages[k];
     const auto x = p.x.head(s.nx);
     const auto u = p.u.head(s.nu);
-    VectorXd rx = VectorXd::Zero(s.nx), ru = VectorXd::Zero(s.nu);
+    rx.setZero(s.nx);
+    ru.setZero(s.nu);
     if (with_costs) {
       const auto Q = s.Q.topLeftCorner(s.nx, s.nx);
       const auto S = s.S.topLeftCorner(s.nu, s.nx);
       const auto R = s.R.topLeftCorner(s.nu, s.nu);
-      rx = Q * x + S.transpose() * u + s.q.head(s.nx);
-      ru = S * x + R * u + s.r.head(s.nu);
+      rx.noalias() += Q * x;
+      rx.noalias() += S.transpose() * u;
+      ru.noalias() += S * x;
+      ru.noalias() += R * u;
+      rx += s.q.head(s.nx);
+      ru += s.r.head(s.nu);
       add(s.constant);
       add(0.5 * x.dot(rx + s.q.head(s.nx)) + 0.5 * u.dot(ru + s.r.head(s.nu)));
     }
     for (std::size_t g = 0; g < s.groups.size(); ++g) {
       const RowGroup& group = s.groups[g];
-      if (group.soft && !with_costs) continue;
+      const int columns = static_cast<int>(group.columns.size());
+      if (group.rows == 0 || (group.soft && !with_costs)) continue;
+      const auto M = group.M.topLeftCorner(group.rows, columns);
+      part.resize(columns);
+      for (int c = 0; c < columns; ++c) {
+        const int j = group.columns[c];
+        part[c] = j < s.nx ? x[j] : u[j - s.nx];
+      }
+      value.noalias() = M * part;
+      multiplier = p.group[g].head(group.rows);
       for (int i = 0; i < group.rows; ++i) {
-        double m = p.group[g][i];
+        double& m = multiplier[i];
         const double free = group.soft ? group.l1[i] : 0.0;
         if (group.soft && group.l2[i] == 0.0) m = std::clamp(m, -free, free);
         const double side = m > 0.0 ? group.upper[i] : group.lower[i];
-        if (m == 0.0 || std::isinf(side)) continue;
-        double value = 0.0;
-        for (std::size_t c = 0; c < group.columns.size(); ++c) {
-          const int j = group.columns[c];
-          const double entry = group.M(i, static_cast<int>(c));
-          value += entry * (j < s.nx ? x[j] : u[j - s.nx]);
-          (j < s.nx ? rx[j] : ru[j - s.nx]) += m * entry;
-        }
-        bound.value += m * (value - side);
-        bound.size += std::abs(m * value) + std::abs(m * side);
+        if (std::isinf(side)) m = 0.0;
+        if (m == 0.0) continue;
+        bound.value += m * (value[i] - side);
+        bound.size += std::abs(m * value[i]) + std::abs(m * side);
         // Of the penalty l1 s + l2/2 s^2 the least that |m| s can be below.
         const double over = std::abs(m) - free;
         if (group.soft && over > 0.0) add(-0.5 * over * over / group.l2[i]);
+      }
+      part.noalias() = M.transpose() * multiplier;
+      for (int c = 0; c < columns; ++c) {
+        const int j = group.columns[c];
+        (j < s.nx ? rx[j] : ru[j - s.nx]) += part[c];
       }
     }
     if (k < N) {
       const int next = qp.stages[k + 1].nx;
       const auto A = s.A.topLeftCorner(next, s.nx);
       const auto B = s.B.topLeftCorner(next, s.nu);
-      rx += A.transpose() * ahead;
-      ru += B.transpose() * ahead;
-      const VectorXd led = A * x + B * u + s.b.head(next);
+      rx.noalias() += A.transpose() * ahead;
+      ru.noalias() += B.transpose() * ahead;
+      led = s.b.head(next);
+      led.noalias() += A * x;
+      led.noalias() += B * u;
       bound.value += ahead.dot(led);
       bound.size += (ahead.array() * led.array()).abs().sum();
     }
@@ -112,26 +134,27 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point,
     if (k == 0 && qp.fixed_start) {
       add(rx.dot(qp.start.head(s.nx) - x));
     } else {
-      behind = k > 0 ? VectorXd(point.stages[k - 1].costate.head(s.nx)) : VectorXd::Zero(s.nx);
+      behind.setZero(s.nx);
+      if (k > 0) behind = point.stages[k - 1].costate.head(s.nx);
       for (int j = 0; j < s.nx; ++j) {
         const double left = rx[j] - behind[j];
         const double least = least_over_box(left, x[j] - s.x_lower[j], s.x_upper[j] - x[j]);
-        if (k > 0 && least < -moving)
+        if (k > 0 && least < -allowed.moving)
           behind[j] = rx[j];
         else
           add(least);
       }
       add(-behind.dot(x));
-      ahead = behind;
+      ahead.swap(behind);
     }
     // Inputs: within their boxes, or held by curvature.
-    VectorXd loose = VectorXd::Zero(s.nx + s.nu);
+    loose.setZero(s.nx + s.nu);
     double size = 1.0, over_boxes = 0.0;
     for (int j = 0; j < s.nu; ++j) {
-      const double reach = (*radius[k])[j];
+      const double reach = holds[k]->radius[j];
       const double least = least_over_box(ru[j], u[j] - std::max(s.u_lower[j], -reach),
                                           std::min(s.u_upper[j], reach) - u[j]);
-      if (with_costs ? least >= -worth_holding : std::isfinite(least)) {
+      if (with_costs ? least >= -allowed.holding : std::isfinite(least)) {
         add(least);
         continue;
       }
@@ -139,26 +162,23 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point,
       over_boxes += least;
       size = std::max(size, std::abs(u[j]));
     }
-    if (loose.isZero(0.0)) continue;
+    if (over_boxes == 0.0) continue;
     if (!with_costs) {
       add(-loose.lpNorm<1>() * farthest * size);
       continue;
     }
-    MatrixXd H(s.nx + s.nu, s.nx + s.nu);
-    H << s.Q.topLeftCorner(s.nx, s.nx), s.S.topLeftCorner(s.nu, s.nx).transpose(),
-        s.S.topLeftCorner(s.nu, s.nx), s.R.topLeftCorner(s.nu, s.nu);
-    add(std::max(over_boxes, least_over_curvature(H, loose, far * size)));
+    add(std::max(over_boxes, least_over_curvature(s, *holds[k], loose, far * size)));
   }
   return bound;
 }
 
 }  // namespace
 
-double dual_bound(const StageQp& qp, const StagePoint& point,
-                  const std::vector<const VectorXd*>& radius, double enough) {
+double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
+                  double enough) {
   double best = -infinity;
-  for (const double moving : worth_moving) {
-    const DualBound bound = evaluate(qp, point, radius, true, moving);
+  for (const Allowance& allowed : allowances) {
+    const DualBound bound = evaluate(qp, point, holds, true, allowed);
     if (!std::isnan(bound.value)) best = std::max(best, bound.value - ulps * bound.size);
     if (best >= enough) break;
   }
@@ -166,10 +186,10 @@ double dual_bound(const StageQp& qp, const StagePoint& point,
 }
 
 bool proves_infeasible(const StageQp& qp, const StagePoint& point,
-                       const std::vector<const VectorXd*>& radius) {
+                       const std::vector<InputHold*>& holds) {
   // Once with the costates as they are, once with those that leave nothing of the states' gradient.
   for (const double moving : {infinity, 0.0}) {
-    const DualBound bound = evaluate(qp, point, radius, false, moving);
+    const DualBound bound = evaluate(qp, point, holds, false, {moving, 0.0});
     if (bound.value > rounding * bound.size) return true;
   }
   return false;

@@ -14,17 +14,26 @@
 
 namespace saltus {
 
-/// No feasible point costs less. `enough`: a better bound is not looked for. `radius[k]`: no
-/// feasible input of stage k is larger; entries may be infinite. Multipliers of bounds are not
-/// read: they are what is left of the gradient. Where variables have no bounds, costates are chosen
-/// so that nothing is left for states, and inputs are held by the curvature of the cost. An input
-/// that neither holds is taken to be within a multiple of its size.
-double dual_bound(const StageQp& qp, const StagePoint& point,
-                  const std::vector<const VectorXd*>& radius, double enough);
+/// What holds the inputs of a stage back besides its bounds and rows.
+struct InputHold {
+  VectorXd radius;  ///< no feasible input is larger; entries may be infinite
+  /// Directions of (x, u) in which the cost of the stage curves, and how much; made when first
+  /// asked for, and of no use for a stage of another Hessian.
+  MatrixXd directions = {};
+  VectorXd curvature = {};
+};
+
+/// No feasible point costs less. `enough`: a better bound is not looked for. `holds`: one per
+/// stage. Multipliers of bounds are not read: they are what is left of the gradient. Where
+/// variables have no bounds, costates are chosen so that nothing is left for states, and inputs are
+/// held by the curvature of the cost. An input that neither holds is taken to be within a multiple
+/// of its size.
+double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
+                  double enough);
 
 /// Whether the multipliers of the point prove that the program has no feasible point. Inputs
 /// without bounds are taken to be below 1e8 in the units of the stages.
 bool proves_infeasible(const StageQp& qp, const StagePoint& point,
-                       const std::vector<const VectorXd*>& radius);
+                       const std::vector<InputHold*>& holds);
 
 }  // namespace saltus

@@ -259,7 +259,7 @@ bool ModeStages::admits(int mode, const VectorXd& x) const {
   return true;
 }
 
-const SetStage& ModeStages::of(ModeSet set, bool first) {
+SetStage& ModeStages::of(ModeSet set, bool first) {
   const auto [it, is_new] = sets_.try_emplace({set, first});
   if (!is_new) return it->second;
   if (is_single(set)) {
@@ -267,7 +267,7 @@ const SetStage& ModeStages::of(ModeSet set, bool first) {
     it->second.stage = one.stage;
     it->second.end_lower = one.end_lower;
     it->second.end_upper = one.end_upper;
-    it->second.radius = largest(one.stage.u_lower, one.stage.u_upper);
+    it->second.hold.radius = largest(one.stage.u_lower, one.stage.u_upper);
   } else {
     it->second = hull(set, first);
   }
@@ -297,15 +297,16 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
   result.end_upper = s.x_upper;
   s.u_lower = VectorXd::Constant(nu, -infinity);
   s.u_upper = VectorXd::Constant(nu, infinity);
-  result.radius = VectorXd::Ones(nu);  // of shares; copies lie between zero and those of the mode
+  result.hold.radius =
+      VectorXd::Ones(nu);  // of shares; copies lie between zero and those of the mode
   for (std::size_t m = 0; m < result.modes.size(); ++m) {
     const HullMode& mode = result.modes[m];
     const Stage& one = free_[mode.mode].stage;
     const bool is_last = m + 1 == result.modes.size();
     if (!is_last)
-      result.radius.segment(mode.first, nx) =
+      result.hold.radius.segment(mode.first, nx) =
           first ? VectorXd::Constant(nx, infinity) : largest(one.x_lower, one.x_upper);
-    result.radius.segment(mode.first + (is_last ? 0 : nx), mode.nu) =
+    result.hold.radius.segment(mode.first + (is_last ? 0 : nx), mode.nu) =
         largest(one.u_lower, one.u_upper);
   }
 

@@ -19,6 +19,7 @@
 #include "saltus/model/integrator.hpp"
 #include "saltus/qp/stage_map.hpp"
 #include "saltus/qp/stage_qp.hpp"
+#include "saltus/sequences/dual_bound.hpp"
 #include "saltus/sequences/mode_graph.hpp"
 #include "saltus/transcription/multiple_shooting.hpp"
 
@@ -49,7 +50,7 @@ struct SetStage {
   Stage stage;
   VectorXd end_lower, end_upper;
   std::vector<HullMode> modes;  ///< of a single mode: empty
-  VectorXd radius;              ///< no feasible input is larger; may be infinite
+  InputHold hold;               ///< what holds its inputs
 };
 
 class ModeStages {
@@ -64,7 +65,7 @@ class ModeStages {
   void end_after(const ModeGraph& graph, double begin_of_last);
 
   /// `first`: of the phase that begins with the given start, where bounds of the state do not act.
-  const SetStage& of(ModeSet set, bool first);
+  SetStage& of(ModeSet set, bool first);
   const ModeStage& mode(int i) const { return free_[i]; }
   /// The last stage: what holds at the end. Its bounds are those of nothing but that.
   const Stage& end() const { return end_; }

@@ -34,8 +34,8 @@ struct SearchOptions {
   /// problems: at least twice `tolerance`.
   double gap = 1e-6;
   /// Absolute floor of what the gap is relative to, in units of the cost: smaller costs count as
-  /// this large. 0: a millionth of the largest coefficient of all costs, in nominal units (convex
-  /// problems), or 1e-6.
+  /// this large. 0: 1e-6, or in convex problems the largest of a millionth of the largest
+  /// coefficient of all costs, in nominal units, and 1e-4 of the cost of the relaxed problem.
   double least_cost = 0.0;
   double deadline = infinity;  ///< wall clock, s: then the best so far
   long max_nodes = 1000000;    ///< programs solved

@@ -23,8 +23,6 @@ namespace {
 constexpr double nearly_integral = 1e-3;
 // Of a proof, relative to the numbers that it adds up.
 constexpr double rounding = 1e-9;
-// Of the last stage.
-const VectorXd no_input;
 // Bounds of one state that contradict each other by less, relative to their size, differ by
 // rounding.
 constexpr double same_bound = 1e-9;
@@ -32,9 +30,15 @@ constexpr double same_bound = 1e-9;
 // relative to it; by no less than this part of the largest coefficient of the costs, which is also
 // the floor of the gap, and anew where they have changed by more than this factor.
 constexpr double least_part = 1e-6, another_size = 10.0;
+// The floor is at least this part of the relaxed problem's cost: what rounding leaves of a sum of
+// such numbers is no gap.
+constexpr double rounding_part = 1e-4;
 constexpr int unit_rounds = 3;
 // What solver and search may differ by: relative to the cost, and to its largest coefficient.
 constexpr double same_cost = 1e-5, same_zero = 1e-8;
+// A program whose dual bound is farther from its cost than this part of the gap is solved again, to
+// this part of the tolerance.
+constexpr double loose_bound = 0.25, finer = 1e-3;
 // So many sequences are solved before it is said that none is feasible.
 constexpr std::size_t tried_sequences = 4;
 // More leaves than this are not worth their tails: the next tick starts anew.
@@ -88,10 +92,11 @@ SequenceSearch::SequenceSearch(ModeGraph graph, SearchOptions options)
   tail_solver_ = solver_for(tail_qp_, options_.tolerance);
   tail_point_ = StagePoint(tail_qp_);
   const double largest = stages_->largest_cost();
-  least_cost_ = options_.least_cost > 0.0 ? options_.least_cost : least_part * largest;
-  unit_ = std::max(largest, least_cost_);
+  least_unit_ = options_.least_cost > 0.0 ? options_.least_cost : least_part * largest;
+  least_cost_ = least_unit_;
+  unit_ = std::max(largest, least_unit_);
   stages_->divide_costs(unit_);
-  radius_.assign(options_.phases + 1, &no_input);
+  holds_.assign(options_.phases + 1, nullptr);  // the end has no inputs
   fill_ends();
   for (int i = 0; i < graph_.size(); ++i) {
     ModeSet& next = successors_.emplace_back(0);
@@ -182,9 +187,9 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
   for (int k = 0; k <= N; ++k) {
     const bool changed = k < N && filled_[k] != sets[k];
     if (changed) {
-      const SetStage& set = stages_->of(sets[k], k == 0);
+      SetStage& set = stages_->of(sets[k], k == 0);
       qp_.stages[k] = set.stage;
-      radius_[k] = &set.radius;
+      holds_[k] = &set.hold;
       filled_[k] = sets[k];
     }
     if (k > 0 && (changed || previous_changed))
@@ -206,13 +211,14 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     }
     point_.stages[N] = from->point->stages[N];
   }
-  const double begin = thread_microseconds();
   const auto solve_from = [&](bool is_warm) {
     const int before_that = result.iterations;
+    const double begin = thread_microseconds();
     result = solver_->solve(qp_, point_, is_warm);
+    solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
     // Without iterations: two sides of one row exclude each other.
     if (result.status == QpStatus::infeasible && result.iterations > 0 &&
-        !proves_infeasible(qp_, point_, radius_))
+        !proves_infeasible(qp_, point_, holds_))
       result.status = QpStatus::numerical_failure;
     result.iterations += before_that;
   };
@@ -221,18 +227,36 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
   if (warm && result.status != QpStatus::optimal && result.status != QpStatus::infeasible &&
       result.status != QpStatus::deadline)
     solve_from(false);
+  if (result.status != QpStatus::optimal) return result;
+  const auto bound_of = [&](const QpResult& r, const StagePoint& point) {
+    return dual_bound(qp_, point, holds_,
+                      r.objective - options_.tolerance * std::max(1.0, std::abs(r.objective)));
+  };
+  dual_bound_ = bound_of(result, point_);
+  if (dual_bound_ >= result.objective - loose_bound * relative_gap() * size_of(result.objective))
+    return result;
+  if (!fine_solver_) fine_solver_ = solver_for(qp_, finer * options_.tolerance);
+  fine_solver_->set_deadline(deadline_);
+  StagePoint fine_point = point_;
+  const double begin = thread_microseconds();
+  QpResult fine = fine_solver_->solve(qp_, fine_point, true);
   solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
-  if (result.status == QpStatus::optimal)
-    dual_bound_ = dual_bound(
-        qp_, point_, radius_,
-        result.objective - 0.1 * options_.tolerance * std::max(1.0, std::abs(result.objective)));
-  return result;
+  fine.iterations += result.iterations;
+  result.iterations = fine.iterations;
+  if (fine.status != QpStatus::optimal) return result;
+  const double bound = bound_of(fine, fine_point);
+  if (bound <= dual_bound_) return result;
+  dual_bound_ = bound;
+  point_ = std::move(fine_point);
+  return fine;
 }
 
 // After the root of a new tree: its cost becomes the unit of the cost.
 void SequenceSearch::settle_unit(QpResult& root) {
   for (int round = 0; round < unit_rounds && root.status == QpStatus::optimal; ++round) {
-    const double wanted = std::max(std::abs(root.objective) * unit_, least_cost_);
+    const double wanted = std::max(std::abs(root.objective) * unit_, least_unit_);
+    least_cost_ = options_.least_cost > 0.0 ? options_.least_cost
+                                            : std::max(least_unit_, rounding_part * wanted);
     if (wanted <= another_size * unit_ && another_size * wanted >= unit_) return;
     const double last = std::exchange(unit_, wanted);
     stages_->divide_costs(unit_);
@@ -341,6 +365,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
   solver_seconds_ = 0.0;
   const double cpu_begin = thread_microseconds();
   const auto deadline = seconds_after(begin, options_.deadline);
+  deadline_ = deadline;
   solver_->set_deadline(deadline);
   std::vector<Node> closed;
   std::shared_ptr<const StagePoint> best_point;
@@ -543,16 +568,20 @@ void SequenceSearch::confirm_plan(SequenceResult& result) {
   const double least = std::min(result.cost, result.lower_bound);
   const double allowed = same_cost * std::max(std::abs(result.cost), std::abs(s.cost)) +
                          same_zero * stages_->largest_cost();
-  if (s.ok() && s.cost >= least - allowed && s.cost <= result.cost + allowed) return;
-  if (s.ok() || s.status == SolveStatus::infeasible) {
+  // The program of the samples is what was searched; what lies between them is said beside it.
+  const bool is_optimum = s.ok() || s.status == SolveStatus::coarse_grid;
+  if (is_optimum && s.cost >= least - allowed && s.cost <= result.cost + allowed) {
+    if (!s.ok()) result.message += "; but of its plan: " + s.message;
+    return;
+  }
+  if (is_optimum || s.status == SolveStatus::infeasible) {
     result.guarantee = Guarantee::contradicted;
     result.message = fmt::format(
         "{}: it found a cost of {:.9g} and bounds all sequences by {:.9g}, but the sequence that "
-        "it "
-        "found {}; please report this problem",
+        "it found {}; please report this problem",
         describe(result.guarantee), result.cost, result.lower_bound,
-        s.ok() ? fmt::format("costs {:.9g} when it is solved by itself", s.cost)
-               : fmt::format("is infeasible when it is solved by itself ({})", s.message));
+        is_optimum ? fmt::format("costs {:.9g} when it is solved by itself", s.cost)
+                   : fmt::format("is infeasible when it is solved by itself ({})", s.message));
     leaves_.clear();
     best_.clear();
   } else {
@@ -595,7 +624,7 @@ std::vector<std::vector<int>> SequenceSearch::some_sequences(std::size_t most) c
 void SequenceSearch::confirm_infeasible(SequenceResult& result) {
   for (const std::vector<int>& path : some_sequences(tried_sequences)) {
     Solution s = solve_sequence(path);
-    if (!s.ok()) continue;
+    if (!s.ok() && s.status != SolveStatus::coarse_grid) continue;
     result.guarantee = Guarantee::contradicted;
     result.message = fmt::format(
         "{}: it excluded every sequence (bound infinity), but {} costs {:.9g} when it is solved by "
@@ -806,7 +835,7 @@ bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& p
           value -= std::abs(rest_x[j]) * std::max(std::abs(lower[j]), std::abs(upper[j]));
     }
     for (int j = 0; j < s.nu; ++j)
-      if (rest_u[j] != 0.0) value -= std::abs(rest_u[j]) * set->radius[j];
+      if (rest_u[j] != 0.0) value -= std::abs(rest_u[j]) * set->hold.radius[j];
   }
   return value > rounding * size;
 }

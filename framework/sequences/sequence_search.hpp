@@ -19,6 +19,7 @@ namespace saltus {
 
 class ModeStages;
 struct SetStage;
+struct InputHold;
 
 /// Best first search over sequences of modes.
 class SequenceSearch {
@@ -111,19 +112,22 @@ class SequenceSearch {
   StageQp qp_;
   StagePoint point_;
   std::unique_ptr<StageQpSolver> solver_;
+  std::unique_ptr<StageQpSolver> fine_solver_;  // where the bound of a program is far off
   StageQp tail_qp_;
   StagePoint tail_point_;
   ModeSet tail_set_ = 0;  // what its stage holds
   std::unique_ptr<StageQpSolver> tail_solver_;
   std::vector<ModeSet> filled_;  // what the stages of qp_ hold
 
-  std::vector<const VectorXd*> radius_;  // of the inputs of qp_
-  double unit_ = 1.0;                    // costs of the programs are divided by it
-  double least_cost_ = 1.0;              // in units of the cost
-  double dual_bound_ = 0.0;              // of the last program that was solved
+  std::vector<InputHold*> holds_;  // of the stages of qp_
+  double unit_ = 1.0;              // costs of the programs are divided by it
+  double least_unit_ = 1.0;        // in units of the cost
+  double least_cost_ = 1.0;        // in units of the cost
+  double dual_bound_ = 0.0;        // of the last program that was solved
 
-  VectorXd start_;            // scaled
-  double time_;               // when the horizon begins, s
+  VectorXd start_;  // scaled
+  double time_;     // when the horizon begins, s
+  WallClock::time_point deadline_ = WallClock::time_point::max();
   ModeHistory before_;        // what was applied before the horizon
   std::vector<Node> leaves_;  // that cover all sequences of the last solve
   std::vector<int> best_;

@@ -35,7 +35,8 @@ double by_enumeration(const ModeGraph& graph, int phases) {
       MultipleShooting shooting(graph.problem(path),
                                 {.intervals_per_phase = 1, .integrator = zero_order_hold()});
       const Solution s = solve(shooting, *solver);
-      if (s.ok()) best = std::min(best, s.cost);
+      // The sequence of samples; the search says, too, where a plan breaks bounds between them.
+      if (s.ok() || s.status == SolveStatus::coarse_grid) best = std::min(best, s.cost);
       return;
     }
     for (int mode = 0; mode < graph.size(); ++mode) {
@@ -53,17 +54,15 @@ void expect_as_enumerated(const ModeGraph& graph, int phases) {
   const double best = by_enumeration(graph, phases);
   const SequenceResult found = search(graph, {.phases = phases});
   if (best == infinity) {
-    // Proved, or said to be undecided; never a sequence.
-    EXPECT_TRUE(found.guarantee == Guarantee::infeasible ||
-                found.guarantee == Guarantee::inconclusive)
-        << found.message;
+    EXPECT_EQ(found.guarantee, Guarantee::infeasible) << found.message;
     return;
   }
   EXPECT_EQ(found.guarantee, Guarantee::optimal) << found.message;
   EXPECT_NEAR(found.cost, best, same_cost * best);
   EXPECT_LE(found.lower_bound, best * (1.0 + same_cost));
   EXPECT_LE(found.gap(), 1.1e-6);
-  ASSERT_TRUE(found.solution.ok()) << found.solution.message;
+  ASSERT_TRUE(found.solution.ok() || found.solution.status == SolveStatus::coarse_grid)
+      << found.solution.message;
   EXPECT_NEAR(found.solution.cost, found.cost, same_cost * best);
 }
 
@@ -141,7 +140,6 @@ TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
   GTEST_SKIP() << "measured where the compiler optimises";
 #endif
   constexpr int tries = 8;  // the least disturbed counts
-  // A quarter before bounds were dual bounds, which cost a product with the data of each program.
   const auto cost = [](ModeGraph (*graph)(const VectorXd&), const VectorXd& x) {
     SequenceSearch search(graph(x), {.phases = 15, .gap = 0.0, .max_nodes = 200, .confirm = false});
     double least = infinity;
@@ -151,9 +149,9 @@ TEST(SequenceSearch, CostsLittleBesidesItsPrograms) {
     }
     return least;
   };
-  EXPECT_LE(cost(cart_between_walls, Vec<double, 4>(-0.127, 0.060, 0.356, -0.426)), 1.5);
-  EXPECT_LE(cost(thermostats, Vec<double, 3>(20.9, 19.7, 17.6)), 1.5);
-  EXPECT_LE(cost(two_tanks, Vec<double, 2>(0.1, 0.3)), 1.5);
+  EXPECT_LE(cost(cart_between_walls, Vec<double, 4>(-0.127, 0.060, 0.356, -0.426)), 1.25);
+  EXPECT_LE(cost(thermostats, Vec<double, 3>(20.9, 19.7, 17.6)), 1.25);
+  EXPECT_LE(cost(two_tanks, Vec<double, 2>(0.1, 0.3)), 1.25);
 }
 
 // From a warm point or a cold one the same tree is searched; the warm one takes fewer iterations.
