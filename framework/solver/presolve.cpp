@@ -176,7 +176,9 @@ class Analysis {
         };
         if (terms.size() == 1) {
           const Term& t = terms.front();
-          know(t.root, (result_.row_lower[r] - constant) / t.coefficient, r);
+          const int source = only_source(r);
+          know(t.root, (result_.row_lower[r] - constant) / t.coefficient,
+               source == no_one ? r : source);
         } else if (terms.size() == 2 && is_pivot(terms[0]) && is_pivot(terms[1])) {
           const Term &kept = terms[0], &gone = terms[1];
           alias_[gone.root] = {kept.root, -kept.coefficient / gone.coefficient,
@@ -249,19 +251,30 @@ class Analysis {
     return false;
   }
 
-  // The row that leaves another one nothing that is free, if it is one alone.
-  int cause(int r) {
-    int found = no_one;
+  // Rows that leave the variables of a row nothing that is free.
+  std::vector<int> sources(int r) {
+    std::vector<int> all;
     for (int e = pattern_.row_begin(r); e < pattern_.row_end(r); ++e) {
       if (at_.entries[e] == 0.0) continue;
       const int v = pattern_.col(e);
       const Alias a = resolved(v);
       const int by = a.factor == 0.0 ? known_by_[a.root] : joined_by_[v];
-      if (by == no_one) continue;
-      if (found != no_one && by != found) return no_one;
-      found = by;
+      if (by != no_one) all.push_back(by);
     }
-    return found;
+    std::ranges::sort(all);
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+    return all;
+  }
+  // A row that hands on a value unchanged, such as a jump, has it from another one.
+  int only_source(int r) {
+    const std::vector<int> all = sources(r);
+    return all.size() == 1 && result_.row_lower[r] == 0.0 ? all.front() : no_one;
+  }
+  // The row to name with one that it leaves no choice: of several the last, as the first rows of a
+  // program are those of its start.
+  int cause(int r) {
+    const std::vector<int> all = sources(r);
+    return all.empty() ? no_one : all.back();
   }
 
   // --- rows that are multiples of one another ------------------------------------------------

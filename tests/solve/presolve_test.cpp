@@ -383,7 +383,6 @@ TEST(Presolve, RowsThatContradictOneAnotherAreNamedBoth) {
     });
   };
   const std::vector<Case> cases{
-      // An equality that decides a state is known by the state: the row that misses it is named.
       {"equalities at a jump",
        [&] {
          return two_parts([&](Phase<2, 1>& p, int j) {
@@ -391,7 +390,7 @@ TEST(Presolve, RowsThatContradictOneAnotherAreNamedBoth) {
            if (j == 1) p.begin_with("gate behind", place, exactly(0.5));
          });
        },
-       {"term 'gate behind'", "by 0.2"}},
+       {"term 'gate behind'", "term 'gate'", "by 0.2"}},
       {"inequalities at a jump",
        [&] {
          return two_parts([&](Phase<2, 1>& p, int j) {
@@ -429,7 +428,7 @@ TEST(Presolve, RowsThatContradictOneAnotherAreNamedBoth) {
                    exactly(1.0));
          });
        },
-       {"term 'twice the pull'", "by 0.4"}}};
+       {"term 'twice the pull'", "term 'pull'", "by 0.4"}}};
   for (const Case& c : cases)
     for (const std::string& name : solver_names()) {
       SCOPED_TRACE(c.name + ", " + name);
