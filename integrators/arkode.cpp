@@ -382,14 +382,6 @@ class ArkodeScheme final : public IntegratorScheme {
     refuse_events(problem, "ARKODE");
     return std::make_unique<Arkode>(problem, options_);
   }
-  IntegratorChoice refined() const override {
-    ArkodeOptions finer = options_;
-    finer.fixed_steps *= 2;
-    finer.tolerance = sundials::refined_tolerance(options_.tolerance);
-    finer.absolute_tolerance *= finer.tolerance / options_.tolerance;
-    finer.max_steps *= 4;
-    return arkode(finer);
-  }
   std::string name() const override {
     char text[96];
     const char* kind =

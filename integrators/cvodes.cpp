@@ -88,13 +88,6 @@ class CvodesScheme final : public IntegratorScheme {
     if (!problem.switching.empty()) return hybrid_cvodes(problem, options_);
     return std::make_unique<Cvodes>(problem, options_);
   }
-  IntegratorChoice refined() const override {
-    CvodesOptions finer = options_;
-    finer.tolerance = sundials::refined_tolerance(options_.tolerance);
-    finer.absolute_tolerance *= finer.tolerance / options_.tolerance;
-    finer.max_steps *= 4;
-    return cvodes(finer);
-  }
   std::string name() const override {
     char text[64];
     std::snprintf(text, sizeof text, "CVODES %s, tolerance %.0e",

@@ -132,13 +132,6 @@ class IdasScheme final : public IntegratorScheme {
     if (!problem.switching.empty()) return hybrid_idas(problem, options_);
     return std::make_unique<Idas>(problem, options_);
   }
-  IntegratorChoice refined() const override {
-    IdasOptions finer = options_;
-    finer.tolerance = sundials::refined_tolerance(options_.tolerance);
-    finer.absolute_tolerance *= finer.tolerance / options_.tolerance;
-    finer.max_steps *= 4;
-    return idas(finer);
-  }
   std::string name() const override {
     char text[64];
     std::snprintf(text, sizeof text, "IDAS, tolerance %.0e", options_.tolerance);

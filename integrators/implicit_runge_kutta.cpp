@@ -265,9 +265,6 @@ class ImplicitRungeKuttaScheme final : public IntegratorScheme {
     if (!problem.switching.empty()) return hybrid_implicit(problem, tableau_, steps_);
     return std::make_unique<ImplicitRungeKutta>(problem, tableau_, steps_);
   }
-  IntegratorChoice refined() const override {
-    return std::make_shared<ImplicitRungeKuttaScheme>(tableau_, 2 * steps_);
-  }
   std::string name() const override {
     return fmt::format("{}, {} step{}", tableau_.name, steps_, steps_ == 1 ? "" : "s");
   }

@@ -238,10 +238,6 @@ class RungeKuttaScheme final : public IntegratorScheme {
     if (!problem.switching.empty()) return hybrid_runge_kutta(problem, tableau_, options_.steps);
     return std::make_unique<RungeKutta>(problem, tableau_, options_.steps);
   }
-  IntegratorChoice refined() const override {
-    return std::make_shared<RungeKuttaScheme>(tableau_,
-                                              RungeKuttaOptions{.steps = 2 * options_.steps});
-  }
   ExplicitSteps parts() const { return {tableau_, options_.steps}; }
   std::string name() const override {
     return fmt::format("{}, {} step{}", tableau_.name, options_.steps,

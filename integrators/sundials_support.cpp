@@ -27,10 +27,6 @@ void ignore_error(int, const char*, const char*, const char*, SUNErrCode, void*,
 }  // namespace
 #endif
 
-double refined_tolerance(double tolerance) {
-  return std::max(0.01 * tolerance, std::min(tolerance, 1e-13));
-}
-
 Context::Context() {
 #if SUNDIALS_VERSION_MAJOR >= 7
   require(SUNContext_Create(SUN_COMM_NULL, &context_), "SUNContext_Create");

@@ -26,9 +26,6 @@ namespace saltus::sundials {
 void require(int code, const char* call);
 void require(const void* object, const char* call);
 
-/// A hundredth of it, as far as rounding lets error control tell: IntegratorScheme::refined().
-double refined_tolerance(double tolerance);
-
 /// The context that all objects of one integrator share. One per integrator: no shared state.
 class Context {
  public:

@@ -156,9 +156,6 @@ class IntegratorScheme {
   /// Throws DefinitionError when the method does not fit the problem (for example the exact
   /// zero-order hold and nonlinear dynamics), naming the reason.
   virtual std::unique_ptr<Integrator> make(const IntervalProblem& problem) const = 0;
-  /// The same method with half the step or a hundredth of the tolerance: how far its results are
-  /// from this one's estimates the error of this one. Null: it is exact, or does not say.
-  virtual std::shared_ptr<const IntegratorScheme> refined() const { return nullptr; }
   /// For results and messages, e.g. "CVODES BDF, tolerance 1e-09".
   virtual std::string name() const = 0;
 };

@@ -123,15 +123,6 @@ TEST(Cvodes, FailuresAreAStatus) {
   EXPECT_NEAR(end[0], 2.0, 1e-7);
 }
 
-TEST(Cvodes, RefinedIsAHundredTimesAsAccurateAsFarAsRoundingAllows) {
-  const auto refined = [](double tolerance) {
-    return cvodes({.tolerance = tolerance})->refined()->name();
-  };
-  EXPECT_EQ(refined(1e-6), "CVODES BDF, tolerance 1e-08");
-  EXPECT_EQ(refined(1e-12), "CVODES BDF, tolerance 1e-13");
-  EXPECT_EQ(refined(2e-14), "CVODES BDF, tolerance 2e-14");
-}
-
 // By which a sensitivity is judged: states by their typical size, parameters and the length by what
 // they are. When an interval begins says nothing of how long things take.
 TEST(Cvodes, SensitivitiesAreScaledByAllButTheStart) {

@@ -161,7 +161,6 @@ TEST(KnownAnswers, IdasRefusesTolerancesThatAreNone) {
   EXPECT_THROW(idas({.absolute_tolerance = -1.0}), DefinitionError);
   EXPECT_THROW(idas({.max_steps = 0}), DefinitionError);
   EXPECT_EQ(idas({.tolerance = 1e-9})->name(), "IDAS, tolerance 1e-09");
-  EXPECT_EQ(idas({.tolerance = 1e-9})->refined()->name(), "IDAS, tolerance 1e-11");
 }
 
 // --- optimal control -----------------------------------------------------------------------------
