@@ -69,6 +69,22 @@ void complete(ShootingProgram& program, const std::vector<int>& lowered, NlpPoin
   for (const int slack : lowered) point.z[slack] = -balance[slack];
 }
 
+// Ends that other weights do not change: someone stopped the solve, or hard rows cannot be met.
+bool is_final(SolveStatus status) {
+  return status == SolveStatus::time_limit || status == SolveStatus::interrupted ||
+         status == SolveStatus::infeasible || status == SolveStatus::invalid_problem;
+}
+
+// Cost and residual with the weights of the program, and the effort of all solves.
+void describe_end(ShootingProgram& program, int iterations, double seconds, NlpResult& result) {
+  if (result.point.w.size() == program.variables()) {
+    result.kkt = kkt_residual(program, result.point);
+    program.objective(result.point.w.data(), result.objective);
+  }
+  result.iterations = iterations;
+  result.seconds = seconds;
+}
+
 }  // namespace
 
 ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, const NlpPoint& start,
@@ -92,6 +108,11 @@ ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, cons
     ScaledResult result = solve_from(from, warm);
     iterations += result.nlp.iterations;
     seconds += result.nlp.seconds;
+    if (is_final(result.nlp.status)) {
+      weights.restore();
+      describe_end(program, iterations, seconds, result.nlp);
+      return result;
+    }
     if (!is_success(result.nlp.status) || result.is_doubtful) break;
     from = result.nlp.point;
     warm = true;
@@ -99,10 +120,7 @@ ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, cons
     weights.restore();
     complete(program, lowered, result.nlp.point);
     judge(solver, program, quantities, result);
-    result.nlp.kkt = kkt_residual(program, result.nlp.point);
-    program.objective(result.nlp.point.w.data(), result.nlp.objective);
-    result.nlp.iterations = iterations;
-    result.nlp.seconds = seconds;
+    describe_end(program, iterations, seconds, result.nlp);
     return result;
   }
   weights.restore();

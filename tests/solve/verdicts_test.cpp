@@ -147,6 +147,41 @@ TEST(Verdicts, ALargeWeightThatGivesWayIsPaid) {
     }
 }
 
+// Ends at once, as when someone stops it, and counts.
+class Stopped final : public Solver {
+ public:
+  explicit Stopped(SolveStatus status) : status_(status) {}
+  NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool) override {
+    ++solves;
+    NlpResult result;
+    result.status = status_;
+    result.point = {start.w, VectorXd::Zero(program.rows()), VectorXd::Zero(program.variables())};
+    result.iterations = 3;
+    return result;
+  }
+  std::string name() const override { return "stopped"; }
+  int solves = 0;
+
+ private:
+  SolveStatus status_;
+};
+
+TEST(Verdicts, ASolveThatWasStoppedDoesNotBeginAgainWithOtherWeights) {
+  for (const SolveStatus status :
+       {SolveStatus::time_limit, SolveStatus::interrupted, SolveStatus::infeasible}) {
+    MultipleShooting shooting(with_weights(1e10, Penalty::L1, exactly(1.0)),
+                              {.integrator = runge_kutta4(), .automatic_scale = false});
+    Stopped solver(status);
+    const Solution s = solve(shooting, solver);
+    EXPECT_EQ(s.status, status);
+    EXPECT_EQ(solver.solves, 1);
+    EXPECT_EQ(s.iterations, 3);
+    double cost = 0.0;
+    shooting.nlp().objective(s.point.w.data(), cost);
+    EXPECT_EQ(s.cost, cost);  // with the weights of the problem
+  }
+}
+
 // Rest to rest over 1 m in the least time, 2 s with |u| <= 1, in units of time of 1 / unit s.
 TEST(Verdicts, AnOptimumStaysOneInOtherUnits) {
   for (const double unit : {1e-8, 1e-4, 1.0, 1e4, 1e8})
