@@ -298,15 +298,18 @@ class Phase {
     make_unknown(d_, bounds, magnitude);
     return *this;
   }
-  /// Magnitudes by which variables and defects are scaled (positive).
+  /// Magnitudes by which variables and defects are scaled (positive). A magnitude of 1 is declared,
+  /// too.
   Phase& nominal(const VectorXd& state, const VectorXd& input) {
     d_.nominal_state = state;
     d_.nominal_input = input;
+    d_.has_nominal = true;
     return *this;
   }
   /// Magnitude of a free duration, s (positive).
   Phase& nominal_duration(double seconds) {
     d_.nominal_duration = seconds;
+    d_.has_nominal_duration = true;
     return *this;
   }
   /// Where the search for states begins.

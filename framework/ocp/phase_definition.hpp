@@ -95,12 +95,14 @@ struct PhaseDefinition {
   std::vector<int> resultants;
   int resultant_size = 0;  ///< as Stage::resultant_size; 0: nothing declared
 
-  VectorXd nominal_state;         ///< magnitudes, all positive
-  VectorXd nominal_input;         ///< magnitude of each input; empty: 1
-  double nominal_duration = 1.0;  ///< s
-  Guess state_guess;              ///< where the search begins
-  Guess input_guess;              ///< where the search begins
-  double duration_guess = 0.0;    ///< s; for a free duration
+  VectorXd nominal_state;             ///< magnitudes, all positive
+  VectorXd nominal_input;             ///< magnitude of each input; empty: 1
+  double nominal_duration = 1.0;      ///< s
+  bool has_nominal = false;           ///< the magnitudes of state and input were given
+  bool has_nominal_duration = false;  ///< that of the duration was
+  Guess state_guess;                  ///< where the search begins
+  Guess input_guess;                  ///< where the search begins
+  double duration_guess = 0.0;        ///< s; for a free duration
 
   /// Magnitude of entry i of p.
   double nominal_parameter(int i) const;

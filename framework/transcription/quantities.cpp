@@ -18,18 +18,19 @@ Quantities undeclared_quantities(const ShootingProgram& program) {
     const PhaseDefinition& phase = program.problem().phases()[j];
     const int nx = phase.sizes.nx, nu = phase.sizes.nu, intervals = program.grid().intervals(j);
     for (int i = 0; i < nx; ++i) {
-      if (is_declared(phase.nominal_state[i])) continue;
+      if (phase.has_nominal || is_declared(phase.nominal_state[i])) continue;
       for (int k = 0; k <= intervals; ++k) states[{nx, i}].push_back(layout.state(j, k) + i);
     }
     const int coefficients = program.integrators()[j]->arguments().nc;
     for (int c = 0; c < coefficients; ++c) {
-      if (is_declared(phase.nominal_input[c % nu])) continue;
+      if (phase.has_nominal || is_declared(phase.nominal_input[c % nu])) continue;
       for (int k = 0; k < intervals; ++k) inputs[{nu, c % nu}].push_back(layout.input(j, k) + c);
     }
     for (int i = 0; i < program.data().parameters[j].size(); ++i)
       if (layout.parameter(j, i) >= 0 && !is_declared(phase.nominal_parameter(i)))
         list.push_back({layout.parameter(j, i)});
-    if (layout.duration(j) >= 0 && !is_declared(phase.nominal_duration))
+    if (layout.duration(j) >= 0 && !phase.has_nominal_duration &&
+        !is_declared(phase.nominal_duration))
       list.push_back({layout.duration(j)});
     for (std::size_t i = 0; i < phase.integrals.size(); ++i) {
       if (is_declared(phase.integrals[i].magnitude)) continue;

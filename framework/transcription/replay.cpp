@@ -7,8 +7,9 @@
 #include <vector>
 
 #include "saltus/core/error.hpp"
-#include "saltus/transcription/plan_magnitudes.hpp"
+#include "saltus/transcription/plan_of.hpp"
 #include "saltus/verify/flow_growth.hpp"
+#include "saltus/verify/plan_rows.hpp"
 
 namespace saltus {
 namespace {
@@ -38,7 +39,7 @@ ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& traj
     interval.differentiate_parameter.assign(interval.arguments.np, false);
     integrators.push_back(choice->make(interval));
   }
-  const std::vector<VectorXd> units = units_of_states(trajectory);
+  const std::vector<VectorXd> units = units_of_states(problem, plan_of(problem, trajectory));
   VectorXd x = trajectory.pieces().front().state;
   MatrixXd flow = MatrixXd::Identity(x.size(), x.size());
   int phase = trajectory.pieces().front().phase;

@@ -141,7 +141,7 @@ std::vector<VectorXd> units_of_states(const OptimalControlProblem& problem, cons
     VectorXd unit = found != largest.end() ? found->second : VectorXd::Ones(nx);
     for (int i = 0; i < nx; ++i) {
       const double nominal = phase.nominal_state[i];
-      unit[i] = nominal != 1.0 ? nominal : std::min(1.0, unit[i]);
+      unit[i] = phase.has_nominal || nominal != 1.0 ? nominal : std::min(1.0, unit[i]);
     }
     units.push_back(std::move(unit));
   }

@@ -150,6 +150,22 @@ TEST(ProgramSize, IsThatOfTheGuessOrOfWhatQuantitiesLeadTo) {
   EXPECT_EQ(kept[layout.state(0, 3) + 1], 1.0);
 }
 
+TEST(ProgramSize, AMagnitudeOfOneIsDeclaredToo) {
+  for (const bool is_declared : {false, true}) {
+    Phase<2, 1> phase{"cart",
+                      [](const auto&, const auto& x, const auto& u) {
+                        return decltype(x.eval()){x[1], u[0]};
+                      },
+                      between(0.5, 2.0)};
+    phase.guess_state(Guess::constant(Vec<double, 2>{1e6, 1e-6}));
+    if (is_declared) phase.nominal(VectorXd::Ones(2), VectorXd::Ones(1)).nominal_duration(1.0);
+    OptimalControlProblem ocp("cart");
+    ocp.start_at({1e6, 1e-6}).then(phase);
+    const MultipleShooting shooting(ocp, {.intervals_per_phase = 5, .integrator = runge_kutta4()});
+    EXPECT_EQ(undeclared_quantities(shooting.program()).empty(), is_declared);
+  }
+}
+
 struct Cart {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {
