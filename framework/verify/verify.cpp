@@ -24,6 +24,8 @@ constexpr double step_tolerance = 1e-9;       // of a step, relative to max(unit
 constexpr double tightest_tolerance = 1e-13;  // of the open loop where errors grow
 constexpr double quadrature_share = 1e3;      // integrals need fewer digits than states
 constexpr int most_events = 1000;             // in one interval
+// Part of a row's tolerance up to which a defect is what solvers leave of an equation.
+constexpr double solved = 1e-2;
 
 // A phase as it is integrated: states, then its integrated costs, then its integral constraints.
 struct PhaseFlow {
@@ -59,6 +61,7 @@ struct PhaseFlow {
   ModeSwitches switches;
   std::vector<PathConstraint> constraints;
   VectorXd units;          // of the states, then of the integrals
+  VectorXd tolerances;     // of the states as rows (GridAccuracy::rows)
   bool undecided = false;  // an event could not be followed
 };
 
@@ -98,6 +101,7 @@ class Verifier {
       flow.constraints = path_constraints(flow.definition, accuracy());
       flow.units.resize(flow.field.outputs());
       flow.units.head(units[j].size()) = units[j];
+      flow.tolerances = accuracy().rows * flow.definition.nominal_state;
       totals_.push_back({std::vector<double>(flow.definition.terms.size(), 0.0),
                          std::vector<double>(flow.definition.integrals.size(), 0.0)});
     }
@@ -250,7 +254,10 @@ class Verifier {
     for (int i = 0; i < nx; ++i) {
       gap[i] = works ? y[i] - interval.end_state[i] : infinity;
       const double unit = std::max(flow.units[i], works ? std::abs(y[i]) : 0.0);
-      const double off = std::isfinite(gap[i]) ? std::abs(gap[i]) / unit : infinity;
+      const bool is_solved = std::abs(gap[i]) <= solved * flow.tolerances[i];
+      const double off = is_solved               ? 0.0
+                         : std::isfinite(gap[i]) ? std::abs(gap[i]) / unit
+                                                 : infinity;
       sums_[interval.phase][i] += off;
       worst.sum = std::max(worst.sum, sums_[interval.phase][i]);
       found.defect = std::max(found.defect, off);
@@ -442,6 +449,7 @@ class Verifier {
         if (interval.phase == j) last = &interval;
       if (last == nullptr) continue;
       for (int i = 0; i < deviation.size(); ++i) {
+        if (std::abs(deviation[i]) <= flows_[j]->tolerances[i]) continue;
         const double unit = std::max(flows_[j]->units[i], std::abs(last->end_state[i]));
         const double off = std::isfinite(deviation[i]) ? std::abs(deviation[i]) / unit : infinity;
         if (!(off > worst)) continue;
