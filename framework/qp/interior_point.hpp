@@ -176,11 +176,12 @@ class InteriorPoint {
       return true;
     }
     if (options.start == QpStart::least_squares) {
+      weigh_sides(system, row_size_);
       const bool factored = inertia_.correct([&](double shift) {
         system.set_shift(shift);
-        return system.factor(system.active());
+        return system.factor(row_size_.data());
       });
-      if (factored) start_least_squares(system, point_, work_, gradient_, equality_);
+      if (factored) start_least_squares(system, row_size_, point_, work_, gradient_, equality_);
       return factored;
     }
     start_at_guess(system, options.start_barrier, point_, work_);

@@ -31,25 +31,43 @@ void start_at_guess(System& system, double barrier, Iterate& point, AlignedArray
   }
 }
 
+/// Weights of the sides in start_least_squares(): 1, and 0 for sides that are not active and for
+/// those that hold at v = 0 by far more than rows ask for elsewhere. Bounds that never act must not
+/// decide where the method begins.
+template <class System>
+void weigh_sides(System& system, AlignedArray& weights) {
+  constexpr double idle = 1e5;
+  system.row_sizes(weights.data());
+  double asked = 1.0;  // in variables: how far from v = 0 some side is met
+  for (int i = 0; i < system.sides(); ++i)
+    if (system.active()[i] != 0.0 && weights[i] > 0.0)
+      asked = std::max(asked, system.beta()[i] / weights[i]);
+  for (int i = 0; i < system.sides(); ++i) {
+    const bool is_idle = -system.beta()[i] > idle * asked * std::max(1.0, weights[i]);
+    weights[i] = is_idle ? 0.0 : system.active()[i];
+  }
+}
+
 /// Mehrotra's start, which needs no guess: the point that meets the sides best in the least-squares
 /// sense, its distances to them taken as slacks and, with the other sign, as multipliers, and both
-/// shifted until they are positive. The system was factored with weights of 1.
+/// shifted until they are positive. The system was factored with `weights`, see weigh_sides().
 template <class System>
-void start_least_squares(System& system, Iterate& point, AlignedArray& work, AlignedArray& gradient,
-                         AlignedArray& equality) {
+void start_least_squares(System& system, const AlignedArray& weights, Iterate& point,
+                         AlignedArray& work, AlignedArray& gradient, AlignedArray& equality) {
   const int sides = system.sides(), variables = system.variables();
   for (int i = 0; i < variables; ++i) point.v[i] = 0.0;
   for (int i = 0; i < system.equalities(); ++i) point.y[i] = 0.0;
   for (int i = 0; i < sides; ++i) point.lambda[i] = 0.0;
   system.evaluate(point.v.data(), point.y.data(), point.lambda.data(), gradient.data(),
                   equality.data(), work.data());
-  system.add_transposed(system.beta(), point.v.data());
+  for (int i = 0; i < sides; ++i) work[i] = weights[i] != 0.0 ? system.beta()[i] : 0.0;
+  system.add_transposed(work.data(), point.v.data());
   for (int i = 0; i < variables; ++i) gradient[i] -= point.v[i];
   system.solve(gradient.data(), equality.data(), point.v.data(), point.y.data());
   system.multiply(point.v.data(), work.data());
   double least = 0.0, most = 0.0;
   for (int i = 0; i < sides; ++i) {
-    if (system.active()[i] == 0.0) continue;
+    if (weights[i] == 0.0) continue;
     const double gap = work[i] - system.beta()[i];
     least = std::min(least, gap);
     most = std::max(most, gap);
@@ -57,7 +75,7 @@ void start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
   double slack_shift = -1.5 * least, multiplier_shift = 1.5 * most;
   double products = 0.0, slacks = 0.0, multipliers = 0.0;
   for (int i = 0; i < sides; ++i) {
-    if (system.active()[i] == 0.0) continue;
+    if (weights[i] == 0.0) continue;
     const double gap = work[i] - system.beta()[i];
     products += (gap + slack_shift) * (multiplier_shift - gap);
     slacks += gap + slack_shift;
@@ -73,13 +91,18 @@ void start_least_squares(System& system, Iterate& point, AlignedArray& work, Ali
     point.s[i] = active ? gap + slack_shift : 1.0;
     point.lambda[i] = active ? multiplier_shift - gap : 0.0;
     point.t[i] = point.tau[i] = 1.0;
+    const bool is_idle = active && weights[i] == 0.0 && gap > slack_shift;
+    if (is_idle) {
+      point.s[i] = gap;
+      point.lambda[i] = slack_shift * multiplier_shift / gap;
+    }
     if (i < system.first_soft() || !active) continue;
     point.t[i] = std::max(-gap, 0.0) + slack_shift;
     point.s[i] = gap + point.t[i];
     if (point.s[i] < slack_shift) point.s[i] = slack_shift;
     const double slope = system.l1()[i] + system.l2()[i] * point.t[i];
-    point.lambda[i] = 0.5 * slope;
-    point.tau[i] = 0.5 * slope;
+    point.lambda[i] = is_idle ? std::min(0.5 * slope, point.lambda[i]) : 0.5 * slope;
+    point.tau[i] = slope - point.lambda[i];
   }
 }
 

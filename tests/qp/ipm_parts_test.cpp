@@ -47,8 +47,10 @@ struct Loaded {
 // Where the method begins.
 Iterate started(const SparseQp& qp) {
   Loaded at(qp);
-  EXPECT_TRUE(at.system.factor(at.system.active()));
-  start_least_squares(at.system, at.point, at.work, at.gradient, at.equality);
+  AlignedArray weights(at.system.max_sides());
+  weigh_sides(at.system, weights);
+  EXPECT_TRUE(at.system.factor(weights.data()));
+  start_least_squares(at.system, weights, at.point, at.work, at.gradient, at.equality);
   return std::move(at.point);
 }
 
@@ -63,6 +65,19 @@ TEST(LeastSquaresStart, IsMehrotras) {
   EXPECT_NEAR(point.v[0], 0.5, regularisation);
   EXPECT_NEAR(point.s[0], 0.25 + 0.125, regularisation);
   EXPECT_NEAR(point.lambda[0], 0.5 + 0.25, regularisation);
+}
+
+// A bound that never acts changes neither the point nor the slacks of the others.
+TEST(LeastSquaresStart, DoesNotHeedIdleSides) {
+  SparseQp qp = bounds_alone(Vec<double, 1>(1.0), Vec<double, 1>(0.0));
+  qp.lower[0] = 1.0;
+  qp.upper[0] = 1e9;
+  const Iterate point = started(qp);
+  EXPECT_NEAR(point.v[0], 0.5, regularisation);
+  EXPECT_NEAR(point.s[0], 0.25 + 0.125, regularisation);
+  EXPECT_NEAR(point.lambda[0], 0.5 + 0.25, regularisation);
+  EXPECT_NEAR(point.s[1], 1e9, 1.0);
+  EXPECT_LT(point.lambda[1], 1e-9);
 }
 
 // v = 1/4 has 1/4 of room: multipliers are shifted by 3/8.
