@@ -7,8 +7,8 @@
 
 namespace saltus {
 
-/// True if a nominal magnitude was declared, as far as its value tells: the default is 1. Of states,
-/// inputs and durations PhaseDefinition knows more.
+/// True if a nominal magnitude was declared, as far as its value tells: the default is 1. Of
+/// states, inputs and durations PhaseDefinition knows more.
 inline bool is_declared(double nominal) { return nominal != 1.0; }
 
 /// Variables of each quantity whose nominal magnitude nobody declared; slacks belong to none.

@@ -27,7 +27,8 @@ struct BlockInstance {
 struct RowInstance {
   int phase = 0, term = 0;                    ///< which phase and term
   BlockInstance block;                        ///< what evaluates it
-  bool state_only = true;                     ///< reads states alone, no inputs
+  bool state_only = true;                     ///< reads no inputs
+  std::vector<bool> reads_state;              ///< per output
   int first_row = 0;                          ///< of the program
   std::vector<int> slack_below, slack_above;  ///< variables per component, -1: none
   std::vector<int> slack_free;                ///< of penalties that have one (PenaltySlacks)

@@ -10,6 +10,7 @@
 #include "saltus/ocp/cost_functions.hpp"
 #include "saltus/transcription/interval_function.hpp"
 #include "saltus/transcription/shooting_program.hpp"
+#include "saltus/verify/plan_rows.hpp"
 
 namespace saltus {
 
@@ -57,8 +58,10 @@ void ShootingProgram::add_row_instance(int j, int t, const GridPoint& point, boo
   row_groups_.back().point = point;
   row_groups_.back().has_point = true;
   std::vector<BlockOutput> outputs;
-  for (int i = 0; i < term.function.outputs(); ++i)
+  for (int i = 0; i < term.function.outputs(); ++i) {
     outputs.push_back({instance.first_row + i, 1.0});
+    instance.reads_state.push_back(reads_state(problem_.phases()[j].sizes, term.function, i));
+  }
   instance.block = add_term_block(term.function, point, std::move(outputs), false);
   rows_.push_back(std::move(instance));
 }

@@ -37,12 +37,12 @@ void ShootingProgram::refresh_rows() {
     if (&term != last) window = grid_.resolve(instance.phase, term.window);
     last = &term;
     const GridPoint& point = instance.block.point;
-    bool active = true;
+    bool active = true, at_given_start = false;
     double fraction = 1.0, length = 1.0;
     if (term.domain == TermDomain::running) {
-      active = instance.state_only ? grid_.node_in(instance.phase, point.node, window) &&
-                                         !is_given_start(instance.phase, point.node)
+      active = instance.state_only ? grid_.node_in(instance.phase, point.node, window)
                                    : grid_.interval_in(instance.phase, point.interval, window);
+      at_given_start = instance.state_only && is_given_start(instance.phase, point.node);
       if (term.soft) {
         const int k = paying_interval(instance, window);
         // Ramps have rows at both ends of an interval, which share it.
@@ -50,11 +50,12 @@ void ShootingProgram::refresh_rows() {
                             problem_.phases()[instance.phase].input_shape() == InputShape::linear;
         fraction = halves ? 0.5 : 1.0;
         length = k < 0 ? 0.0 : interval_length(instance.phase, k);
-        active = active && length > 0.0;
+        active = active && length > 0.0 && !at_given_start;
       }
     }
     for (int i = 0; i < term.function.outputs(); ++i) {
-      const Bounds b = active ? term.bounds[i] : unbounded();
+      const bool holds = active && !(at_given_start && instance.reads_state[i]);
+      const Bounds b = holds ? term.bounds[i] : unbounded();
       bound_row(instance.first_row + i, b.lower, b.upper);
       if (!term.soft) continue;
       const PenaltySlacks slacks = slacks_of(*term.soft);

@@ -67,6 +67,13 @@ double tolerance_of(double bound, double nominal, const GridAccuracy& accuracy) 
   return accuracy.rows * std::max({1.0, std::isfinite(bound) ? std::abs(bound) : 0.0, nominal});
 }
 
+bool reads_state(const Arguments& sizes, const Function& function, int output) {
+  const SparsityPattern& pattern = function.jacobian_pattern();
+  for (int i = 0; i < sizes.nx; ++i)
+    if (pattern.contains(output, sizes.x(i))) return true;
+  return false;
+}
+
 double beyond(double value, const Bounds& bounds) {
   if (!std::isfinite(value)) return infinity;
   return std::max({bounds.lower - value, value - bounds.upper, 0.0});
@@ -91,8 +98,11 @@ std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
     if (std::ranges::all_of(term.bounds, &Bounds::is_free)) continue;
     PathConstraint c{.name = term.name, .function = term.function, .window = term.window};
     c.reads_input = reads_any(term.function, phase.sizes.u(), phase.sizes.nu);
-    for (const Bounds& b : term.bounds)
+    for (const Bounds& b : term.bounds) {
       c.rows.push_back(make_row(phase, term.name, b, 0.0, accuracy));
+      c.rows.back().reads_state =
+          reads_state(phase.sizes, term.function, static_cast<int>(c.rows.size()) - 1);
+    }
     c.formula = bounds_of(term.function);
     finish(std::move(c));
   }

@@ -20,6 +20,7 @@ struct PathRow {
   double lower_found = 0.0, upper_found = 0.0;  ///< largest violation in the present interval
   double lower_time = 0.0, upper_time = 0.0;    ///< s, where that is
   double least = infinity, most = -infinity;    ///< what the row was seen to take along the phase
+  bool reads_state = true;                      ///< a given start is not asked to meet such rows
 };
 
 /// A path constraint of a phase: a term, or a bound on one state.
@@ -37,6 +38,8 @@ struct PathConstraint {
 /// All hard path constraints of a phase.
 std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
                                              const GridAccuracy& accuracy);
+/// True if this output of a function of z = (t | x | u | p) depends on a state.
+bool reads_state(const Arguments& sizes, const Function& function, int output);
 /// True if the window is open in the middle of an interval of the phase that begins at `start`.
 bool is_open(const Window& window, const Schedule& schedule, double phase_start,
              const PlannedInterval& interval);

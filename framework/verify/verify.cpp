@@ -253,7 +253,8 @@ class Verifier {
     VectorXd gap(nx);
     for (int i = 0; i < nx; ++i) {
       gap[i] = works ? y[i] - interval.end_state[i] : infinity;
-      const double unit = std::max(flow.units[i], works ? std::abs(y[i]) : 0.0);
+      const double unit =
+          std::max({flow.units[i], std::abs(interval.state[i]), std::abs(interval.end_state[i])});
       const bool is_solved = std::abs(gap[i]) <= solved * flow.tolerances[i];
       const double off = is_solved               ? 0.0
                          : std::isfinite(gap[i]) ? std::abs(gap[i]) / unit
@@ -291,6 +292,7 @@ class Verifier {
       for (std::size_t i = 0; i < c.rows.size(); ++i) {
         Bounds& b = c.rows[i].bounds;
         open_.back().bounds.push_back(b);
+        if (!c.rows[i].reads_state) continue;
         b = {std::min(b.lower, value[static_cast<int>(i)]),
              std::max(b.upper, value[static_cast<int>(i)])};
       }
@@ -395,10 +397,12 @@ class Verifier {
           continue;
         for (const bool at_end : {false, true}) {
           if (c.reads_input && at_end && !is_linear) continue;
-          if (!c.reads_input && !at_end && k == 0 && interval.phase == 0 && is_given) continue;
+          const bool at_given_start =
+              !c.reads_input && !at_end && k == 0 && interval.phase == 0 && is_given;
           const VectorXd value = evaluate(c, flow.definition.sizes, interval, at_end);
           for (std::size_t i = 0; i < c.rows.size(); ++i) {
             const PathRow& row = c.rows[i];
+            if (at_given_start && row.reads_state) continue;
             const double v = value[static_cast<int>(i)];
             const double amount = beyond(v, row.bounds);
             if (amount > 0.0)
