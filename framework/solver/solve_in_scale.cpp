@@ -2,18 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "saltus/solver/scaled_program.hpp"
 #include "saltus/solver/scoped_observer.hpp"
+#include "saltus/solver/violation_step.hpp"
 
 namespace saltus {
 namespace {
 
 // Residuals in the scale of a solution's values: what is small, and what is no optimum.
 constexpr double small = 1e-8, doubtful = 1e-5;
-constexpr double much_larger = 100.0;  // than in the scale of the solver
-constexpr double accurate = 1e-8;      // relative gain that another scale need not improve
+constexpr double much_larger = 100.0;   // than in the scale of the solver
+constexpr double accurate = 1e-8;       // relative gain that another scale need not improve
+constexpr double most_sharpened = 1e6;  // times the cost
 
 KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
                         const NlpPoint& point) {
@@ -84,6 +87,39 @@ bool is_convincing(const ScaledResult& result) {
   return is_success(result.nlp.status) && !result.is_doubtful;
 }
 
+// Solves again from a result whose cost can still fall, with the cost multiplied by as much as it
+// takes: tolerances of solvers are absolute, and small beside a cost of 1 only.
+void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quantities,
+             ProgramScale scale, ScaledResult& best) {
+  const double excess = best.check.relative_gain() / most_gain(solver);
+  if (!is_success(best.nlp.status) || !(excess > 1.0) || !(excess < most_sharpened)) return;
+  scale.cost *= std::exp2(std::ceil(std::log2(10.0 * excess)));
+  ScaledResult next = solve_once(solver, program, scale, best.nlp.point, true);
+  judge(solver, program, quantities, next);
+  const bool is_better = is_convincing(next);
+  add_effort(is_better ? best : next, is_better ? next : best);
+  if (is_better) best = std::move(next);
+}
+
+// "Infeasible" is believed only where a step towards the rows does not help either, in variables of
+// any unit. Otherwise the solve begins again after that step, divided by the sizes there.
+void doubt_infeasible(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
+                      const Quantities& quantities, ProgramSize& size, ScaledResult& best) {
+  if (best.nlp.status != SolveStatus::infeasible || best.nlp.contradiction) return;
+  const std::optional<VectorXd> nearer = step_towards_rows(program, best.nlp.point.w);
+  if (!nearer || !size.look_at(*nearer)) return;
+  NlpPoint from = start;
+  from.w = *nearer;
+  ScaledResult next = solve_once(solver, program, size.to_one(), from, false);
+  judge(solver, program, quantities, next);
+  add_effort(best, next);
+  // The solver insists, and yet there was a better point.
+  if (next.nlp.status == SolveStatus::infeasible && !next.nlp.contradiction &&
+      step_towards_rows(program, next.nlp.point.w))
+    next.nlp.status = SolveStatus::numerical_failure;
+  best = std::move(next);
+}
+
 }  // namespace
 
 void judge(const Solver& solver, NonlinearProgram& program, const Quantities& quantities,
@@ -109,6 +145,7 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
   ProgramScale scale = size.usual();
   ScaledResult best = solve_once(solver, program, scale, start, warm);
   judge(solver, program, quantities, best);
+  ProgramScale of_best = scale;
   for (int attempt = 0; attempt < 2; ++attempt) {
     const bool is_solved = is_success(best.nlp.status), was_convincing = is_convincing(best);
     if (was_convincing && best.check.relative_gain() <= accurate) break;
@@ -138,7 +175,10 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     }
     add_effort(best, next);
     best = std::move(next);
+    of_best = scale;
   }
+  if (best.is_doubtful) sharpen(solver, program, quantities, std::move(of_best), best);
+  doubt_infeasible(solver, program, start, quantities, size, best);
   return best;
 }
 

@@ -30,7 +30,10 @@ inline constexpr double most_violation = 1e-6;
 /// Solves the program as it is stated; only cost and rows whose derivatives are below 1e-2 or above
 /// 5e3 at the start are multiplied by powers of two. If the solver fails, or its result is no
 /// optimum of the program as it is stated, it is solved again with everything divided by its size
-/// (ProgramSize::to_one). Returns the first result that is an optimum, or else the best one.
+/// (ProgramSize::to_one). Returns the first result that is an optimum, or else the best one. Where
+/// the cost of that can still fall, it is solved once more with the cost magnified. Where it is
+/// `infeasible`, but a step towards the rows helps (step_towards_rows()), the solve begins again
+/// from there.
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities = {});
 

@@ -1,0 +1,117 @@
+#include "saltus/solver/violation_step.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "saltus/qp/sparse_ldl.hpp"
+
+namespace saltus {
+namespace {
+
+constexpr int most_steps = 10;
+constexpr double enough = 0.5;        // of the violation
+constexpr double dependent = 1e-9;    // keeps the factor finite where rows depend on one another
+constexpr double violated = 1e-12;    // from here on, relative to 1 + |side|, a side is aimed at
+constexpr double worthwhile = 1e-10;  // relative violation below which steps end
+
+// The rows and their derivatives at a point, and how far a row is from what it must be.
+struct Rows {
+  VectorXd values, entries, gap;
+  bool evaluate(NonlinearProgram& p, const VectorXd& w) {
+    values.resize(p.rows());
+    entries.resize(p.jacobian_pattern().entries());
+    if (!p.constraints(w.data(), values.data()) || !p.jacobian(w.data(), entries.data()) ||
+        !values.allFinite() || !entries.allFinite())
+      return false;
+    gap.resize(p.rows());
+    for (int r = 0; r < p.rows(); ++r)
+      gap[r] =
+          std::max(p.row_lower()[r] - values[r], 0.0) - std::max(values[r] - p.row_upper()[r], 0.0);
+    return true;
+  }
+};
+
+class Steps {
+ public:
+  Steps(NonlinearProgram& program, const Rows& at) : p_(program) {
+    const int n = p_.variables(), m = p_.rows();
+    column_ = VectorXd::Zero(n);
+    row_ = VectorXd::Zero(m);
+    p_.jacobian_pattern().for_each(
+        [&](int, int c, int e) { column_[c] = std::max(column_[c], std::abs(at.entries[e])); });
+    for (int i = 0; i < n; ++i) {
+      const bool is_fixed = p_.lower()[i] == p_.upper()[i];
+      column_[i] = is_fixed || column_[i] == 0.0 ? 0.0 : 1.0 / column_[i];
+    }
+    p_.jacobian_pattern().for_each([&](int r, int c, int e) {
+      row_[r] = std::max(row_[r], std::abs(at.entries[e] * column_[c]));
+    });
+    for (double& size : row_) size = size == 0.0 ? 1.0 : 1.0 / size;
+    std::vector<std::pair<int, int>> entries;
+    for (int i = 0; i < n + m; ++i) entries.emplace_back(i, i);
+    p_.jacobian_pattern().for_each([&](int r, int c, int) { entries.emplace_back(n + r, c); });
+    pattern_ = SparsityPattern::from_pairs(n + m, n + m, std::move(entries));
+    std::vector<signed char> signs(n + m, 1);
+    std::fill(signs.begin() + n, signs.end(), static_cast<signed char>(-1));
+    ldl_.emplace(pattern_, std::move(signs));
+  }
+
+  double violation(const Rows& at) const { return at.gap.cwiseProduct(row_).lpNorm<1>(); }
+
+  /// The next point, within the bounds of the variables. Empty if the factorisation fails.
+  std::optional<VectorXd> next(const VectorXd& w, const Rows& at) {
+    const int n = p_.variables(), m = p_.rows();
+    VectorXd step = VectorXd::Zero(n + m);
+    const auto is_aimed_at = [&](int r) {
+      return p_.row_lower()[r] == p_.row_upper()[r] ||
+             std::abs(at.gap[r]) > violated * (1.0 + std::abs(at.values[r]));
+    };
+    for (int i = 0; i < n; ++i) ldl_->set(pattern_.find(i, i), 1.0);
+    for (int r = 0; r < m; ++r) {
+      ldl_->set(pattern_.find(n + r, n + r), is_aimed_at(r) ? -dependent : -1.0);
+      if (is_aimed_at(r)) step[n + r] = at.gap[r] * row_[r];
+    }
+    p_.jacobian_pattern().for_each([&](int r, int c, int e) {
+      const double scaled = at.entries[e] * column_[c] * row_[r];
+      ldl_->set(pattern_.find(n + r, c), is_aimed_at(r) ? scaled : 0.0);
+    });
+    if (!ldl_->factor()) return std::nullopt;
+    ldl_->solve(step.data());
+    VectorXd result = w + step.head(n).cwiseProduct(column_);
+    for (int i = 0; i < n; ++i) result[i] = std::clamp(result[i], p_.lower()[i], p_.upper()[i]);
+    if (!result.allFinite()) return std::nullopt;
+    return result;
+  }
+
+ private:
+  NonlinearProgram& p_;
+  VectorXd column_, row_;  // what variables and rows are multiplied by
+  SparsityPattern pattern_;
+  std::optional<qp::SparseLdl> ldl_;
+};
+
+}  // namespace
+
+std::optional<VectorXd> step_towards_rows(NonlinearProgram& program, const VectorXd& w) {
+  Rows at;
+  if (w.size() != program.variables() || program.rows() == 0 || !at.evaluate(program, w))
+    return std::nullopt;
+  Steps steps(program, at);
+  const double first = steps.violation(at);
+  double least = first;
+  VectorXd best = w;
+  for (int k = 0; k < most_steps && least > worthwhile * first; ++k) {
+    const std::optional<VectorXd> next = steps.next(best, at);
+    Rows there;
+    if (!next || !there.evaluate(program, *next) || !(steps.violation(there) < least)) break;
+    best = *next;
+    at = std::move(there);
+    least = steps.violation(at);
+  }
+  if (!(least <= enough * first)) return std::nullopt;
+  return best;
+}
+
+}  // namespace saltus
