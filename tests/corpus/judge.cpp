@@ -46,6 +46,7 @@ std::string describe(const char* kind, const Miss& miss) {
 
 struct Notes {
   bool unsaid = false, imprecise = false;
+  bool is_coarse = false;  // beyond the accuracy that the framework asks of itself
 };
 
 // Why the plan is not right; empty: it is.
@@ -54,6 +55,7 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
   if (!is_finite(plan)) return "the plan has no finite numbers";
   const OutsideCheck check = check_outside(instance.phases, plan);
   if (!check.simulated) return "the outside integrator cannot follow the plan";
+  notes.is_coarse = check.stated_defect.is_broken();
   if (check.path.is_broken()) return describe("path", check.path);
   if (check.end.is_broken()) return describe("end", check.end);
   if (check.defect.is_broken()) return describe("integration", check.defect);
@@ -77,7 +79,10 @@ std::string fault_of(const Instance& instance, const Solution& solution, Notes& 
     if (!(std::abs(solution.cost - *instance.optimum) <= allowed))
       return fmt::format("cost: {:.8g} for {:.8g}", solution.cost, *instance.optimum);
   }
-  if (instance.is_kkt_judged) {
+  // A cost that agrees with the known optimum cannot fall by more.
+  const bool is_known = instance.optimum && std::abs(solution.cost - *instance.optimum) <=
+                                                promised_gain * std::abs(*instance.optimum);
+  if (instance.is_kkt_judged && !is_known) {
     const Stationarity s = stationarity(instance.phases, plan, instance.cost_scale);
     if (!(s.residual <= promised_gain))
       return fmt::format("no KKT point: the cost still falls by {:.2g} of its size along the {}",
@@ -100,9 +105,11 @@ Verdict judge(const Instance& instance, const Solution& solution) {
     return {Outcome::right, {}, notes.imprecise};
   }
   if (!instance.is_solvable || instance.may_be_either) return {Outcome::said, solution.message};
-  if (fault.empty() && !notes.unsaid) return {Outcome::refused, solution.message};
-  // The plan is not right, and the status says why: the grid does not do.
-  if (solution.status == SolveStatus::coarse_grid) return {Outcome::said, solution.message};
+  const bool is_right = fault.empty() && !notes.unsaid;
+  // The grid does not do, and the status says so.
+  if (solution.status == SolveStatus::coarse_grid && (!is_right || notes.is_coarse))
+    return {Outcome::said, solution.message};
+  if (is_right) return {Outcome::refused, solution.message};
   return {Outcome::unsolved, fmt::format("{} [{}]", solution.message, fault)};
 }
 

@@ -324,9 +324,14 @@ OutsideCheck check_outside(const std::vector<OutsidePhase>& phases,
     for (int i = 0; i < phase.nx; ++i) {
       // What the framework states as the accuracy of an integration: a thousandth of the state's
       // size.
-      note(check.defect, std::abs(x[i] - piece.end_state[i]), 1e-3 * std::max(1e-3, size[i]),
-           fmt::format("state {} of '{}' in the interval from {:.6g} s", i, phase.name,
-                       piece.start));
+      const double off = std::abs(x[i] - piece.end_state[i]);
+      const std::string where =
+          fmt::format("state {} of '{}' in the interval from {:.6g} s", i, phase.name, piece.start);
+      note(check.defect, off, 1e-3 * std::max(1e-3, size[i]), where);
+      // What it asks of itself: a ten-thousandth of the state's size in the interval.
+      const double local = std::max(
+          {std::min(1.0, size[i]), std::abs(piece.state[i]), std::abs(piece.end_state[i])});
+      note(check.stated_defect, off, std::max(1e-8, 1e-4 * local), where);
     }
     if (k + 1 == plan.size() || plan[k + 1].phase != piece.phase) {
       check.cost += check_end(phase, piece, piece.end_state, check.end);

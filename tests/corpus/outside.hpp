@@ -79,6 +79,7 @@ struct OutsideCheck {
   Miss end;               ///< the worst end of a phase at the plan's own last node
   Miss open_loop_end;     ///< the worst end if the plan's inputs act from the start on
   Miss defect;            ///< the largest error of an interval, relative to the size of each state
+  Miss stated_defect;     ///< the same, relative to what the framework asks of itself
   double cost = 0.0;      ///< from the plan's nodes
   double largest_state = 0.0;  ///< along the plan
 };

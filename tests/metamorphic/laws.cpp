@@ -21,10 +21,14 @@ Transformed same_answer(const Stated& stated, OptimalControlProblem problem) {
 // The cost changes as the multipliers of the start predict; the rest is of second order.
 Result start_moved(const Stated& stated, const Solution& base, Random& random, std::string& why) {
   const auto& bounds = stated.problem.start_bounds();
+  const int memory = stated.problem.phases()[0].switching.memory;  // the number of a mode
   std::vector<int> given;
-  for (std::size_t i = 0; i < bounds.size(); ++i)
-    if (bounds[i].is_equality()) given.push_back(static_cast<int>(i));
-  if (given.size() < bounds.size() || stated.problem.closing()) {
+  bool is_given = true;
+  for (int i = 0; i < static_cast<int>(bounds.size()); ++i) {
+    is_given = is_given && bounds[i].is_equality();
+    if (i != memory) given.push_back(i);
+  }
+  if (!is_given || given.empty() || stated.problem.closing()) {
     why = "the start is free";
     return {};
   }
@@ -138,20 +142,25 @@ Result constant_rows(const Stated& stated, const Solution&, Random& random, std:
 
 Result written_twice(const Stated& stated, const Solution&, Random&, std::string& why) {
   int doubled = 0;
-  Transformed t = same_answer(stated, rebuilt(stated.problem, [&](int, PhaseDefinition& phase) {
-                                for (auto* bounds : {&phase.state_bounds, &phase.input_bounds}) {
-                                  const std::vector<ComponentBounds> once = *bounds;
-                                  doubled += static_cast<int>(once.size());
-                                  bounds->insert(bounds->end(), once.begin(), once.end());
-                                }
-                                const std::vector<Term> once = phase.terms;
-                                for (Term term : once) {
-                                  if (term.kind != TermKind::constraint || term.soft) continue;
-                                  term.name += ", again";
-                                  phase.terms.push_back(std::move(term));
-                                  ++doubled;
-                                }
-                              }));
+  Transformed t =
+      same_answer(stated, rebuilt(stated.problem, [&](int, PhaseDefinition& phase) {
+                    for (auto* bounds : {&phase.state_bounds, &phase.input_bounds}) {
+                      const std::vector<ComponentBounds> once = *bounds;
+                      doubled += static_cast<int>(once.size());
+                      bounds->insert(bounds->end(), once.begin(), once.end());
+                    }
+                    const std::vector<Term> once = phase.terms;
+                    for (Term term : once) {
+                      if (term.kind != TermKind::constraint || term.soft) continue;
+                      const std::string name = term.name + ", again";
+                      for (const Allowance& a : std::vector(phase.allowances))
+                        if (a.term == term.name)
+                          phase.allowances.push_back({name, a.between_nodes, a.at_nodes});
+                      term.name = name;
+                      phase.terms.push_back(std::move(term));
+                      ++doubled;
+                    }
+                  }));
   if (doubled == 0) {
     why = "there are no constraints";
     return {};

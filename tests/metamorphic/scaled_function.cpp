@@ -9,7 +9,7 @@
 namespace saltus::metamorphic {
 namespace {
 
-constexpr int most = 64;
+constexpr int most = 256;
 
 class ScaledBody final : public FunctionBody {
  public:

@@ -8,7 +8,7 @@
 
 namespace saltus::metamorphic {
 
-/// rows .* f(columns .* z): the same formula in other units. At most 64 arguments and outputs.
+/// rows .* f(columns .* z): the same formula in other units. At most 256 arguments and outputs.
 Function scaled(const Function& f, const VectorXd& columns, const VectorXd& rows);
 /// One number: offset + sum of weights .* z.
 Function affine(const VectorXd& weights, double offset);
