@@ -1,18 +1,16 @@
 #!/usr/bin/env python3
 """Makes tables, pictures and numbers of the READMEs again from runs, and says what differs from what is printed.
 
-Usage: reproduce.py PROGRAM [NAME...] [--quick] [--sample N] [--write] [--jobs N] [--keep FOLDER] [--list]
+Usage: reproduce.py PROGRAM [NAME...] [--quick] [--write] [--jobs N] [--keep FOLDER] [--list]
 
-PROGRAM is saltus. Without names all are made, with --quick those that take seconds, with --sample
-N the one whose turn it is (N modulo their number, tables and sentences). A table stands in its README between the marks
-<!-- table: NAME --> and <!-- end of table -->; what was made goes to docs/results/NAME.md, with
-machine, versions and date. Two cells agree if their words do and their numbers do to one unit of the last printed digit
-(times: within a factor of three; counts, cells of a map and the names of rows: to the letter). `pictures` draws the
+PROGRAM is saltus. Without names all are made, with --quick those that take seconds. A table stands in its README
+between the marks <!-- table: NAME --> and <!-- end of table -->. Two cells agree if their words do and their numbers do
+to one unit of the last printed digit (times: within a factor of three; counts, cells of a map and the names of rows: to the letter). `pictures` draws the
 READMEs' pictures again and says how many of their points differ; `sentences` compares numbers in the prose (each has a
 name, too). What of the READMEs is made by what, and
 which numbers are none of measurements, says inventory.py. Status 3 if something differs, 2 for a mistake on the command
 line. What needs a package that is not there is skipped with a sentence. --write puts what was made into the READMEs,
---keep leaves the runs in a folder, where they are not made again.
+and into docs/results/NAME.md with machine, versions and date; --keep leaves the runs in a folder, where they are not made again.
 """
 
 import argparse
@@ -153,9 +151,9 @@ def make_table(name, programs, is_written):
     """What differs, a line each."""
     table = ALL[name]
     made = table.make(programs)
-    save_result(programs, name, table.title, made)
     found = differences(name, table, made)
     if is_written:
+        save_result(programs, name, table.title, made)
         put_into_readme(name, table, made)
     return found
 
@@ -212,7 +210,6 @@ def make_sentence(name, programs, is_written):
     sentence = SENTENCES[name]
     pieces = sentence.pieces(programs)
     said = sentence.text(pieces)
-    save_sentence(programs, name, said)
     with open(readme_of(sentence), encoding="utf-8") as file:
         text = file.read()
     there = sentence.look_up(text)
@@ -224,6 +221,7 @@ def make_sentence(name, programs, is_written):
     if not is_so or sentence.counts(there.groups()) != sentence.counts(pieces):
         found.append(f"{sentence.readme} says ({name}): {printed_words}; made: {said}")
     if is_written:
+        save_sentence(programs, name, said)
         for group in range(len(pieces), 0, -1):
             text = text[:there.start(group)] + pieces[group - 1] + text[there.end(group):]
         write_text(readme_of(sentence), text)
@@ -255,8 +253,6 @@ def chosen(arguments):
               f"and sentences: {', '.join(SENTENCES)}", file=sys.stderr)
         sys.exit(2)
     quick = [name for name in (*ALL, *SENTENCES) if (ALL.get(name) or SENTENCES[name]).quick]
-    if arguments.sample is not None:
-        return [quick[arguments.sample % len(quick)]]
     return arguments.names or (quick if arguments.quick else known)
 
 
@@ -287,14 +283,13 @@ def main():
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--list", action="store_true")
-    parser.add_argument("--sample", type=int)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--keep")
     arguments = parser.parse_intermixed_args()
+    found, names = [], chosen(arguments)
     if arguments.list:
         show_list()
         return 0
-    found, names = [], chosen(arguments)
     try:
         with folder_of_runs(arguments.keep) as folder:
             programs = Programs(os.path.abspath(arguments.program), folder, arguments.jobs)

@@ -195,4 +195,8 @@ bool proves_infeasible(const StageQp& qp, const StagePoint& point,
   return false;
 }
 
+VectorXd eigenvalues_of(const MatrixXd& symmetric) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(symmetric).eigenvalues();
+}
+
 }  // namespace saltus

@@ -36,4 +36,8 @@ double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<
 bool proves_infeasible(const StageQp& qp, const StagePoint& point,
                        const std::vector<InputHold*>& holds);
 
+/// Eigenvalues of a symmetric matrix, in increasing order. Compiled once, because Eigen's template
+/// takes five seconds.
+VectorXd eigenvalues_of(const MatrixXd& symmetric);
+
 }  // namespace saltus

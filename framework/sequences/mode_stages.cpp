@@ -1,7 +1,6 @@
 #include "saltus/sequences/mode_stages.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <bit>
@@ -39,7 +38,7 @@ VectorXd gradient_of(const Stage& s) {
 
 bool is_convex(const MatrixXd& H) {
   if (H.size() == 0) return true;
-  const VectorXd values = Eigen::SelfAdjointEigenSolver<MatrixXd>(H).eigenvalues();
+  const VectorXd values = eigenvalues_of(H);
   return values.minCoeff() >= -rounding * std::max(values.cwiseAbs().maxCoeff(), 1e-300);
 }
 

@@ -7,7 +7,6 @@ import unittest
 from pathlib import Path
 from unittest import mock
 
-import coverage
 import mutate
 import operators
 import relink
@@ -172,12 +171,6 @@ class Campaign(unittest.TestCase):
             lines = {" ".join(line.split()) for line in (relink.ROOT / entry["file"]).read_text().split("\n")}
             self.assertIn(entry["before"], lines, f"{entry['file']} has changed: run the mutant again")
             self.assertTrue(entry["reason"])
-
-
-class Coverage(unittest.TestCase):
-    def test_layers_stand_before_or_behind_options(self):
-        for words in (["qp"], ["qp", "--files"], ["--files", "qp", "robots"], []):
-            self.assertEqual(coverage.main(["build", "--only-parse", *words]), 0, words)
 
 
 if __name__ == "__main__":
