@@ -42,9 +42,10 @@ def public_headers():
     with open(LIST, encoding="utf-8") as file:
         patterns = [line.split()[1] for line in file if line.strip() and not line.startswith("#")]
     for pattern in patterns:
-        for folder in ("framework", "."):  # as framework/cmake/SaltusInstall.cmake looks for them
-            for path in glob.glob(os.path.join(ROOT, folder, pattern)):
-                found[os.path.relpath(path, os.path.join(ROOT, folder))] = path
+        for root in ("framework", "integrators", "robots"):  # SALTUS_INCLUDE_ROOTS of framework/cmake/SaltusTarget.cmake
+            below = os.path.join(ROOT, root, "saltus")
+            for path in glob.glob(os.path.join(below, pattern)):
+                found[os.path.relpath(path, below)] = path
     return sorted(found.items())
 
 

@@ -65,9 +65,9 @@ class Pages(unittest.TestCase):
     def test_links_between_pages(self):
         lacking = []
         page = make.Page("docs/howto.md", ["docs/howto.md", "docs/tutorial.md"],
-                         {"framework/ocp/phase.hpp": "saltus/ocp/phase.hpp"}, {}, lacking)
+                         {"framework/saltus/ocp/phase.hpp": "saltus/ocp/phase.hpp"}, {}, lacking)
         self.assertEqual(page.words("[a](tutorial.md#6-under-control)"), '\\ref page_docs_tutorial__6_under_control "a"')
-        self.assertEqual(page.words("[`Phase`](../framework/ocp/phase.hpp)"), '\\ref saltus/ocp/phase.hpp "Phase"')
+        self.assertEqual(page.words("[`Phase`](../framework/saltus/ocp/phase.hpp)"), '\\ref saltus/ocp/phase.hpp "Phase"')
         self.assertEqual(page.words("`[a](b)`"), "`[a](b)`")
         page.words("[a](nowhere.md)")
         self.assertEqual(len(lacking), 1)

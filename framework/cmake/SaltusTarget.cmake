@@ -29,23 +29,11 @@ add_library(saltus_usage INTERFACE)
 set_target_properties(saltus_usage PROPERTIES EXPORT_NAME usage)
 add_library(saltus::usage ALIAS saltus_usage)
 target_compile_features(saltus_usage INTERFACE cxx_std_20)
-# Headers are included as <saltus/ocp/phase.hpp>, in the source tree as in an installed library: links
-# in the build folder give the folders that name, and nothing else enters a user's include path.
-set(SALTUS_INCLUDE_DIR ${PROJECT_BINARY_DIR}/include)
-file(MAKE_DIRECTORY ${SALTUS_INCLUDE_DIR}/saltus)
-file(GLOB layers RELATIVE ${PROJECT_SOURCE_DIR}/framework CONFIGURE_DEPENDS
-     ${PROJECT_SOURCE_DIR}/framework/*/*.hpp ${PROJECT_SOURCE_DIR}/framework/*.hpp)
-foreach(header ${layers})
-  get_filename_component(layer ${header} DIRECTORY)
-  if(NOT layer) # the umbrella header
-    set(layer ${header})
-  endif()
-  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/framework/${layer} ${SALTUS_INCLUDE_DIR}/saltus/${layer} SYMBOLIC)
-endforeach()
-foreach(layer integrators robots)
-  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/${layer} ${SALTUS_INCLUDE_DIR}/saltus/${layer} SYMBOLIC)
-endforeach()
-target_include_directories(saltus_usage INTERFACE $<BUILD_INTERFACE:${SALTUS_INCLUDE_DIR}>
+# Include roots: <saltus/ocp/phase.hpp> is framework/saltus/ocp/phase.hpp here, and include/saltus/ocp/phase.hpp
+# in an installation.
+set(SALTUS_INCLUDE_ROOTS ${PROJECT_SOURCE_DIR}/framework ${PROJECT_SOURCE_DIR}/integrators
+                         ${PROJECT_SOURCE_DIR}/robots)
+target_include_directories(saltus_usage INTERFACE "$<BUILD_INTERFACE:${SALTUS_INCLUDE_ROOTS}>"
                                                   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 # Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
 # types layout-compatible whatever -march is chosen.

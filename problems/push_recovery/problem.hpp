@@ -33,8 +33,8 @@ struct Model {
   bool follows_motion = false;           ///< of the data, in place of coming to rest at the target
 };
 
-/// The problem of one tick. The contacts are those of robots/walking/contacts.hpp, in absolute
-/// time. Data "tick": Tick.
+/// The problem of one tick. The contacts are those of saltus/robots/walking/contacts.hpp, in
+/// absolute time. Data "tick": Tick.
 OptimalControlProblem problem(const Model& model, const Weights& weights, const Tick<double>& data,
                               const Schedule& contacts);
 

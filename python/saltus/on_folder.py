@@ -2,7 +2,7 @@
 
 import sys
 
-# As framework/app/python_script.cpp understands them.
+# As framework/saltus/app/python_script.cpp understands them.
 SAID = 3  # cannot be done, and a sentence said why
 NOT_WRITTEN = 4
 

@@ -14,7 +14,7 @@ def whole_file(path):
     ends with its machine's name, its number and .part: the next run into the folder on that machine clears it.
     """
     folder, name = os.path.split(os.path.abspath(path))
-    host = socket.gethostname()[:16].replace(".", "-") or "host"  # as framework/core/temporary_file.cpp has it
+    host = socket.gethostname()[:16].replace(".", "-") or "host"  # as framework/saltus/core/temporary_file.cpp has it
     partial = os.path.join(folder, f".{name[:40]}.{secrets.token_hex(4)}.{host}.{os.getpid()}.part")
     try:
         try:

@@ -82,7 +82,7 @@ Count warm() {
   return count;
 }
 
-// As those of make_tick_controller() in robots/walking/planner.cpp.
+// As those of make_tick_controller() in robots/saltus/robots/walking/planner.cpp.
 constexpr qp::RiccatiKernel tick_kernels[] = {
     qp::riccati_kernel<0, 6, 15, true>(),   qp::riccati_kernel<15, 6, 15, true>(),
     qp::riccati_kernel<15, 6, 9>(),         qp::riccati_kernel<0, 12, 21, true>(),

@@ -27,7 +27,7 @@ namespace {
 using namespace saltus;                 // NOLINT(google-build-using-namespace): one file
 using namespace saltus::push_recovery;  // NOLINT(google-build-using-namespace)
 
-// As those of make_tick_controller() in robots/walking/planner.cpp.
+// As those of make_tick_controller() in robots/saltus/robots/walking/planner.cpp.
 constexpr qp::RiccatiKernel kernels[] = {
     qp::riccati_kernel<0, 6, 15, true>(),  qp::riccati_kernel<15, 6, 15, true>(),
     qp::riccati_kernel<15, 6, 9>(),        qp::riccati_kernel<15, 12, 21, true>(),

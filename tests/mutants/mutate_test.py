@@ -84,7 +84,7 @@ class Operators(unittest.TestCase):
         self.assertEqual(set(made("removed statement", text)), removed)
 
     def test_all_sources_can_be_read(self):
-        files = [path for top in ("framework/qp", "integrators") for path in (relink.ROOT / top).rglob("*.cpp")]
+        files = [path for top in ("framework/saltus/qp", "integrators") for path in (relink.ROOT / top).rglob("*.cpp")]
         for path in files:
             text = path.read_text()
             for mutation in operators.mutations(text):
@@ -110,7 +110,7 @@ class Campaign(unittest.TestCase):
 
     def test_an_interrupted_campaign_goes_on_where_it_was(self):
         layers = {name: {"folders": [], "tests": [], "later": [], "last": []} for name in ("qp", "integrators")}
-        file = "integrators/simulate.cpp"
+        file = "integrators/saltus/integrators/simulate.cpp"
         text = (relink.ROOT / file).read_text()
         found = {name: [(file, m) for m in operators.mutations(text) if m.operator == name] for name in operators.OPERATORS}
 
@@ -138,7 +138,7 @@ class Campaign(unittest.TestCase):
                 self.assertEqual(len(tested), 6)
 
     def test_a_mutant_is_found_again_as_long_as_its_line_stands(self):
-        file = "integrators/simulate.cpp"
+        file = "integrators/saltus/integrators/simulate.cpp"
         mutation = operators.mutations((relink.ROOT / file).read_text())[0]
         facts = mutate.Mutant(file, mutation).facts()
         again = mutate.found_again(facts | {"line": facts["line"] + 7})
@@ -157,7 +157,7 @@ class Campaign(unittest.TestCase):
 
     def test_tests_and_a_folder_may_be_chosen(self):
         self.assertEqual(trial.parts_of("test_qp"), ("test_qp", "*", ""))
-        self.assertEqual(trial.parts_of("test_qp=A.*:B.*-A.C@robots/survey"), ("test_qp", "A.*:B.*-A.C", "robots/survey"))
+        self.assertEqual(trial.parts_of("test_qp=A.*:B.*-A.C@robots/saltus/robots/survey"), ("test_qp", "A.*:B.*-A.C", "robots/saltus/robots/survey"))
         self.assertEqual(trial.parts_of("test_qp@robots"), ("test_qp", "*", "robots"))
 
     def test_an_endless_program_and_one_that_sleeps_are_stopped(self):

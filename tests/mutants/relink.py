@@ -71,12 +71,6 @@ class Build:
             if not copy.exists() or copy.read_bytes() != text:
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 copy.write_bytes(text)
-        links = self.work / "include" / "saltus"
-        links.mkdir(parents=True, exist_ok=True)
-        for link in (self.folder / "include" / "saltus").iterdir():
-            copy = links / link.name
-            if not copy.is_symlink():
-                copy.symlink_to(self.tree / os.path.relpath(link.resolve(), ROOT))
 
     def compile(self, target, output, *options):
         """Whether an object could be made from the copy."""
@@ -86,9 +80,7 @@ class Build:
                 continue
             prefix = "-I" if word.startswith("-I") else ""
             path = word[len(prefix):]
-            if path == f"{self.folder}/include":
-                path = f"{self.work}/include"
-            elif path == str(ROOT) or path.startswith(f"{ROOT}/") and not path.startswith(f"{self.folder}/"):
+            if path == str(ROOT) or path.startswith(f"{ROOT}/") and not path.startswith(f"{self.folder}/"):
                 path = f"{self.tree}{path[len(str(ROOT)):]}"
             words.append(prefix + path)
         words[words.index("-o") + 1] = str(output)

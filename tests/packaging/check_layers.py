@@ -10,6 +10,8 @@ import re
 import sys
 
 TOPS = ("framework", "integrators", "robots", "problems", "program", "benchmarks", "tests", "docs", "examples")
+# "saltus/ocp/phase.hpp" is framework/saltus/ocp/phase.hpp (SALTUS_INCLUDE_ROOTS of framework/cmake/SaltusTarget.cmake).
+INCLUDE_ROOTS = ("framework", "integrators", "robots")
 # What a folder must not include; the longest name that fits decides.
 FORBIDDEN = {
     "framework": ("robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
@@ -29,6 +31,9 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*["<]([^">]+)[">]', re.M)
 def folder_of(path):
     """The unit that a file belongs to: framework/ocp, robots/dart, integrators, tests/qp, ..."""
     parts = path.parts
+    if parts[0] in INCLUDE_ROOTS and parts[1] == "saltus":
+        below = parts[2:]
+        parts = below if below[0] == parts[0] else (parts[0], *below)
     if parts[0] in ("framework", "robots", "problems", "tests") and len(parts) > 2:
         return "/".join(parts[:2])
     return parts[0]
@@ -37,11 +42,9 @@ def folder_of(path):
 def resolve(root, including, included):
     """The file of the tree that an include names, relative to the root, or None for one of others."""
     path = pathlib.PurePosixPath(included)
-    if path.parts[0] == "saltus":
-        below = pathlib.PurePosixPath(*path.parts[1:])
-        if below.parts and below.parts[0] in ("integrators", "robots"):
-            return below
-        return pathlib.PurePosixPath("framework") / below
+    if path.parts[0] == "saltus" and len(path.parts) > 1:
+        top = path.parts[1] if path.parts[1] in INCLUDE_ROOTS else "framework"
+        return top / path
     if path.parts[0] in TOPS:
         return path
     beside = including.parent / path

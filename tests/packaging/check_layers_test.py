@@ -22,13 +22,13 @@ def verdict(files):
         return status, words.getvalue()
 
 
-ROBOT = {"robots/model/foot.hpp": ""}
+ROBOT = {"robots/saltus/robots/model/foot.hpp": ""}
 CASES = [
     # name, files, what the verdict says
-    ("good", {"framework/ocp/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/core/b.hpp": ""}, None),
-    ("framework to robots", {"framework/ocp/a.hpp": '#include "saltus/robots/model/foot.hpp"\n', **ROBOT},
+    ("good", {"framework/saltus/ocp/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/saltus/core/b.hpp": ""}, None),
+    ("framework to robots", {"framework/saltus/ocp/a.hpp": '#include "saltus/robots/model/foot.hpp"\n', **ROBOT},
      "framework/ocp must not include robots/model"),
-    ("robots to problems", {"robots/model/a.cpp": '#include "problems/p/q.hpp"\n', "problems/p/q.hpp": ""},
+    ("robots to problems", {"robots/saltus/robots/model/a.cpp": '#include "problems/p/q.hpp"\n', "problems/p/q.hpp": ""},
      "robots/model must not include problems/p"),
     ("benchmarks to tests", {"benchmarks/a.cpp": '#include "tests/support/q.hpp"\n', "tests/support/q.hpp": ""},
      "benchmarks must not include tests/support"),
@@ -36,12 +36,12 @@ CASES = [
      "problems/p must not include benchmarks"),
     ("tests/qp to problems", {"tests/qp/a.cpp": '#include "problems/p/q.hpp"\n', "problems/p/q.hpp": ""},
      "tests/qp must not include problems/p"),
-    ("circle", {"framework/core/a.hpp": '#include "saltus/ocp/b.hpp"\n',
-                "framework/ocp/b.hpp": '#include "saltus/core/a.hpp"\n'},
+    ("circle", {"framework/saltus/core/a.hpp": '#include "saltus/ocp/b.hpp"\n',
+                "framework/saltus/ocp/b.hpp": '#include "saltus/core/a.hpp"\n'},
      "a circle between folders: framework/core -> framework/ocp -> framework/core"),
-    ("private", {"framework/core/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/core/b.hpp": "",
+    ("private", {"framework/saltus/core/a.hpp": '#include "saltus/core/b.hpp"\n', "framework/saltus/core/b.hpp": "",
                  "framework/cmake/public_headers.txt": "core core/a.hpp\n"}, "is public and includes saltus/core/b.hpp"),
-    ("missing", {"framework/core/a.hpp": '#include "saltus/core/gone.hpp"\n'}, "which is not there"),
+    ("missing", {"framework/saltus/core/a.hpp": '#include "saltus/core/gone.hpp"\n'}, "which is not there"),
 ]
 
 for name, files, expected in CASES:

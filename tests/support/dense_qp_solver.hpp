@@ -1,5 +1,5 @@
 // A slow, dense solver of quadratic programs behind the QpSolver seam: for tests of what stands on
-// that seam, independent of the solvers of framework/qp.
+// that seam, independent of the solvers of saltus/qp.
 #pragma once
 
 #include <memory>

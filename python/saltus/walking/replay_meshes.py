@@ -13,7 +13,7 @@ FINEST_CELL = 0.002  # m
 MOST_TRIANGLES = 120000  # of all meshes together: at most 1.5 MB in the page
 MOST_CORNERS = 65535  # of one mesh: indices have 16 bits
 LEVELS = 65535
-LONGEST = 1 << 26  # bytes of a mesh, as in robots/model/mesh.cpp
+LONGEST = 1 << 26  # bytes of a mesh, as in robots/saltus/robots/model/mesh.cpp
 REMEDY = "name the folder that holds it in ROS_PACKAGE_PATH"
 
 
@@ -60,7 +60,7 @@ def find(reference, urdf, environment=os.environ):
     """The file that package://NAME/REST, model://NAME/REST, file://PATH or a path stands for.
 
     No name leads out of its package, and paths must lie in folders of the robot or in named ones:
-    a URDF from elsewhere opens no other files of its reader (as in robots/model/mesh.cpp).
+    a URDF from elsewhere opens no other files of its reader (as in robots/saltus/robots/model/mesh.cpp).
     """
     if reference.startswith("file://"):
         reference = reference[len("file://"):]

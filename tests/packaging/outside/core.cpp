@@ -7,7 +7,7 @@
 #include <saltus/transcription/multiple_shooting.hpp>
 
 // The folders of the source tree must not be on a user's path.
-#if __has_include(<framework/ocp/problem.hpp>) || __has_include(<ocp/problem.hpp>)
+#if __has_include(<framework/saltus/ocp/problem.hpp>) || __has_include(<ocp/problem.hpp>)
 #error "names of Saltus's own folders are on the include path"
 #endif
 #ifdef SALTUS_EXPECT_INSTALLED

@@ -8,9 +8,10 @@
 // e^(-omega t) while it lasts: (1 - e^(-omega T)) / (omega T) if its force is constant. The union
 // over all places of the new foot within reach is (1 - e) S + e hull(S, foot + reach): convex, so
 // the bound is where a ray leaves a polygon. Along an axis of the foot this is
-// robots/model/standing_bound.hpp. On two feet S is their hull. Where a planner decides about
-// number and times of steps the set is that of N steps, robots/model/capturability.hpp. A robot
-// that swings angular momentum or lowers itself can do more, one with limits less.
+// saltus/robots/model/standing_bound.hpp. On two feet S is their hull. Where a planner decides
+// about number and times of steps the set is that of N steps,
+// saltus/robots/model/capturability.hpp. A robot that swings angular momentum or lowers itself can
+// do more, one with limits less.
 #pragma once
 
 #include <optional>

@@ -123,8 +123,8 @@ void make_project(const fs::path& folder, const ProjectKind& kind) {
   std::error_code error;
   if (fs::exists(fs::symlink_status(whole, error)))
     throw InputError(fmt::format("new: '{}' exists already; nothing was changed", folder.string()));
-  const fs::path common = data_file("framework/app/templates/common"),
-                 own = data_file("framework/app/templates/" + kind.name);
+  const fs::path common = data_file("framework/templates/common"),
+                 own = data_file("framework/templates/" + kind.name);
   const Marks marks{{"@NAME@", name}, {"@VERSION@", minor_version()}, {"@SUMMARY@", kind.summary}};
 
   const fs::path partial = temporary_beside(whole);

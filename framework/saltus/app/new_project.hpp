@@ -10,7 +10,7 @@
 
 namespace saltus {
 
-/// What a new project begins with: the folder framework/app/templates/NAME.
+/// What a new project begins with: the folder framework/templates/NAME.
 struct ProjectKind {
   std::string name;     ///< as --kind takes it
   std::string summary;  ///< a sentence, for its README and for help

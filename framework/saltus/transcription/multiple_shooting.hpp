@@ -26,7 +26,7 @@ struct ShootingOptions {
   int intervals_per_phase = 30;     ///< of every phase
   std::vector<int> intervals = {};  ///< per phase, in place of the number above
   std::vector<Mesh> meshes = {};    ///< per phase, in place of both
-  IntegratorChoice integrator;      ///< required; see integrators/
+  IntegratorChoice integrator;      ///< required; see saltus/integrators/
   GridAccuracy accuracy = {};       ///< tolerances of the verification by solve()
   /// That evaluate intervals and terms, for offline problems of a thousand intervals and more. What
   /// comes out is the same to the bit, whatever their number.

@@ -2,9 +2,9 @@
 //
 // xi' = omega (xi - p) with the centre of pressure p in what stands: to where xi is headed is
 // bounded, however it is pushed meanwhile, if and only if the xi that it started from (plus what
-// the push added, see robots/survival/pendulum_bound.hpp) lies in a set that is found backwards.
-// On a foot with the sole S no step is C_0 = S. A step takes the time t at least, e = e^(-omega t),
-// to a place r of the reach R, from where n - 1 more may follow, on the other foot:
+// the push added, see saltus/robots/survival/pendulum_bound.hpp) lies in a set that is found
+// backwards. On a foot with the sole S no step is C_0 = S. A step takes the time t at least, e =
+// e^(-omega t), to a place r of the reach R, from where n - 1 more may follow, on the other foot:
 //   C_n = (1 - e) S + e hull(S, R + C_(n-1) mirrored).
 // On two feet p may be in the hull D of both as long as it pays to wait, and either foot may be the
 // one that stays:  C_n on two feet = hull(D, C_n on the left) united with hull(D, C_n on the

@@ -5,7 +5,7 @@
 //
 //     dJ*/dtheta = d_theta L(w, lambda, z; theta)                              (envelope theorem)
 //
-// and dw*/dtheta follows from the KKT system of what holds (framework/solver/optimum_system.hpp).
+// and dw*/dtheta follows from the KKT system of what holds (saltus/solver/optimum_system.hpp).
 // Derivatives with respect to theta at fixed (w, lambda) are exact where theta is a variable of
 // the program or the side of a row. Elsewhere the program takes on data at theta +- h and
 // differenced with Richardson extrapolation; the second derivatives of w enter through exact
