@@ -58,6 +58,64 @@ TEST(Verdicts, AStartNearRestIsNoMagnitude) {
   }
 }
 
+// From rest to rest: x'' = gain u - stiffness x, with the least effort.
+OptimalControlProblem rest_to_rest(double gain, double stiffness, double way, double duration,
+                                   double weight) {
+  Phase<2, 1> move{"move",
+                   [=](auto, auto x, auto u) {
+                     return decltype(x){x[1], gain * u[0] - stiffness * x[0]};
+                   },
+                   exactly(duration)};
+  move.reach("there", [](auto, auto x) { return x; }, {exactly(way), exactly(0.0)})
+      .minimise("effort", [=](auto, auto, auto u) { return weight * u[0] * u[0]; });
+  OptimalControlProblem problem("rest to rest");
+  problem.start_at({0.0, 0.0}).then(move).costs(CostRule::integrated);
+  return problem;
+}
+
+// Inputs of 4e3 move states of 4e-5: the violation hardly changes with an input of 1.
+TEST(Verdicts, ASmallEffectOfTheInputIsNoContradiction) {
+  for (const SolverChoice choice : all_solvers) {
+    const Solution plan = solved(rest_to_rest(7.8e-6, 1.18e4, 3.93e-5, 0.0365, 5.4e-8), choice);
+    EXPECT_TRUE(plan.ok()) << name_of(choice) << ": " << plan.message;
+    EXPECT_GT(plan.trajectory.input(0.0).norm(), 1e3) << name_of(choice);
+  }
+}
+
+// Speeds of 2e5 that end at rest: an error of 1 is small, also where the state is zero.
+TEST(Verdicts, ALargeStateThatComesToRestIsIntegratedWellEnough) {
+  for (const SolverChoice choice : all_solvers) {
+    const Solution plan = solved(rest_to_rest(1.0, 1e10, 1.5, 1e-5, 1e-22), choice);
+    EXPECT_TRUE(plan.ok()) << name_of(choice) << ": " << plan.message;
+  }
+}
+
+// 2 - t / 2 exceeds 2 - 0.03 before the first node only, where a given start has no rows of states.
+TEST(Verdicts, ARowOfTimeAloneHoldsAtAGivenStart) {
+  for (const SolverChoice choice : all_solvers) {
+    for (const bool is_met : {true, false}) {
+      Phase<2, 1> push{"push",
+                       [](auto, auto x, auto u) {
+                         return decltype(x){x[1], u[0]};
+                       },
+                       exactly(1.0)};
+      push.minimise("effort", [](auto, auto, auto u) { return 0.5 * u[0] * u[0]; })
+          .reach(
+              "there", [](auto, auto x) { return x[0]; }, exactly(0.5))
+          .keep("limit",
+                [](auto t, auto x) {
+                  return decltype(x){x[0] * x[0], 2.0 - 0.5 * t};
+                },
+                {at_most(1.0), at_most(is_met ? 2.0 : 1.97)});
+      OptimalControlProblem problem("push");
+      problem.start_at({1.1, 0.0}).then(push);  // beyond the row of the state, which is allowed
+      const Solution plan = solved(problem, choice);
+      EXPECT_EQ(plan.status == SolveStatus::infeasible, !is_met) << plan.message;
+      if (!is_met) EXPECT_NE(plan.message.find("term 'limit'"), std::string::npos) << plan.message;
+    }
+  }
+}
+
 struct DoubleIntegrator {
   template <class S>
   Vec<S, 2> operator()(const S&, const Vec<S, 2>& x, const Vec<S, 1>& u) const {

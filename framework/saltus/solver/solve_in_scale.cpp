@@ -131,9 +131,13 @@ void judge(const Solver& solver, NonlinearProgram& program, const Quantities& qu
   if (!is_success(nlp.status) && !gave_up) return;
   result.check = check_optimum(program, nlp.point, quantities);
   result.violation = relative_violation(program, nlp.point.w);
-  result.is_doubtful =
-      is_success(nlp.status) && !(result.check.relative_gain() <= most_gain(solver) &&
-                                  result.violation <= std::max(most_violation, solver.tolerance()));
+  const bool is_optimum = result.check.relative_gain() <= most_gain(solver) &&
+                          result.violation <= std::max(most_violation, solver.tolerance());
+  // A solver whose steps became too short may be at the optimum.
+  if (is_optimum && nlp.status == SolveStatus::numerical_failure &&
+      nlp.kkt.scaled() <= solver.tolerance())
+    result.nlp.status = SolveStatus::optimal;
+  result.is_doubtful = is_success(nlp.status) && !is_optimum;
 }
 
 double most_gain(const Solver& solver) { return std::max(1e-5, 100.0 * solver.tolerance()); }

@@ -11,8 +11,10 @@ namespace saltus {
 namespace {
 
 constexpr int most_steps = 10;
-constexpr double enough = 0.5;        // of the violation
-constexpr double dependent = 1e-9;    // keeps the factor finite where rows depend on one another
+constexpr double enough = 0.5;  // of the violation
+// Keeps the factor finite where rows depend on one another. The first is tried first: it hardly
+// bends steps along which small derivatives follow one another.
+constexpr double dependent[] = {1e-13, 1e-9};
 constexpr double violated = 1e-12;    // from here on, relative to 1 + |side|, a side is aimed at
 constexpr double worthwhile = 1e-10;  // relative violation below which steps end
 
@@ -61,7 +63,7 @@ class Steps {
   double violation(const Rows& at) const { return at.gap.cwiseProduct(row_).lpNorm<1>(); }
 
   /// The next point, within the bounds of the variables. Empty if the factorisation fails.
-  std::optional<VectorXd> next(const VectorXd& w, const Rows& at) {
+  std::optional<VectorXd> next(const VectorXd& w, const Rows& at, double shift) {
     const int n = p_.variables(), m = p_.rows();
     VectorXd step = VectorXd::Zero(n + m);
     const auto is_aimed_at = [&](int r) {
@@ -70,7 +72,7 @@ class Steps {
     };
     for (int i = 0; i < n; ++i) ldl_->set(pattern_.find(i, i), 1.0);
     for (int r = 0; r < m; ++r) {
-      ldl_->set(pattern_.find(n + r, n + r), is_aimed_at(r) ? -dependent : -1.0);
+      ldl_->set(pattern_.find(n + r, n + r), is_aimed_at(r) ? -shift : -1.0);
       if (is_aimed_at(r)) step[n + r] = at.gap[r] * row_[r];
     }
     p_.jacobian_pattern().for_each([&](int r, int c, int e) {
@@ -102,13 +104,16 @@ std::optional<VectorXd> step_towards_rows(NonlinearProgram& program, const Vecto
   const double first = steps.violation(at);
   double least = first;
   VectorXd best = w;
-  for (int k = 0; k < most_steps && least > worthwhile * first; ++k) {
-    const std::optional<VectorXd> next = steps.next(best, at);
-    Rows there;
-    if (!next || !there.evaluate(program, *next) || !(steps.violation(there) < least)) break;
-    best = *next;
-    at = std::move(there);
-    least = steps.violation(at);
+  for (const double shift : dependent) {
+    for (int k = 0; k < most_steps && least > worthwhile * first; ++k) {
+      const std::optional<VectorXd> next = steps.next(best, at, shift);
+      Rows there;
+      if (!next || !there.evaluate(program, *next) || !(steps.violation(there) < least)) break;
+      best = *next;
+      at = std::move(there);
+      least = steps.violation(at);
+    }
+    if (least <= enough * first) break;
   }
   if (!(least <= enough * first)) return std::nullopt;
   return best;
