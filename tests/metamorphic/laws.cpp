@@ -46,10 +46,8 @@ Result start_moved(const Stated& stated, const Solution& base, Random& random, s
   OptimalControlProblem moved = stated.problem;
   moved.start_at(start);
   Transformed t = same_answer(stated, std::move(moved));
-  t.cost_change = base.start_multipliers[i] * by;
-  // Of second order, and where a bound becomes active of first order.
-  t.cost_allowed =
-      0.1 * std::abs(t.cost_change) + 1e2 * (by / unit) * (by / unit) * (1.0 + std::abs(base.cost));
+  t.moved_state = i;
+  t.moved_by = by;
   t.is_same_plan = false;
   t.what = fmt::format("state {} by {:.2g}", i, by);
   return t;

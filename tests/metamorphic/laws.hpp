@@ -23,10 +23,10 @@ struct Stated {
 /// What became of a problem, and what its answer must be.
 struct Transformed {
   Stated stated;
-  double cost_factor = 1.0;   ///< the new cost is the old one times this
-  double cost_change = 0.0;   ///< plus this, a first-order prediction
-  double cost_allowed = 0.0;  ///< beside the tolerance: what the prediction leaves out
-  double time_factor = 1.0;   ///< new durations and times
+  double cost_factor = 1.0;  ///< the new cost is the old one times this
+  int moved_state = -1;      ///< start state that has moved; -1: none
+  double moved_by = 0.0;     ///< in units of that state
+  double time_factor = 1.0;  ///< new durations and times
   std::vector<VectorXd> state_factors = {}, input_factors = {};  ///< per phase; empty: 1
   bool is_same_plan = true;  ///< false: only cost and status are compared (the start has moved)
   std::string what = {};     ///< the numbers that were drawn

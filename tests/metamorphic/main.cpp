@@ -119,9 +119,18 @@ FirstTick first_tick(const Stated& stated) {
 
 // How far the plans are apart; empty: near enough.
 std::string difference(const Transformed& t, const Solution& base, const Solution& other) {
-  const double cost = base.cost * t.cost_factor + t.cost_change * t.cost_factor;
-  const double allowed =
-      (cost_tolerance * (1.0 + std::abs(base.cost)) + t.cost_allowed) * t.cost_factor;
+  double change = 0.0, left_out = 0.0;
+  if (t.moved_state >= 0) {
+    const double before = base.start_multipliers[t.moved_state];
+    const double after = other.start_multipliers.size() == base.start_multipliers.size()
+                             ? other.start_multipliers[t.moved_state]
+                             : before;
+    change = 0.5 * t.moved_by * (before + after);
+    // Of third order, and of first order where a bound becomes active.
+    left_out = 0.1 * std::abs(t.moved_by) * std::max(std::abs(before), std::abs(after));
+  }
+  const double cost = (base.cost + change) * t.cost_factor;
+  const double allowed = (cost_tolerance * (1.0 + std::abs(base.cost)) + left_out) * t.cost_factor;
   if (!(std::abs(other.cost - cost) <= allowed))
     return fmt::format("cost {:.9g} for {:.9g}", other.cost / t.cost_factor, cost / t.cost_factor);
   if (!t.is_same_plan) return {};
@@ -151,15 +160,38 @@ std::string difference(const Transformed& t, const Solution& base, const Solutio
   return {};
 }
 
-// What could not be made invariant. The published grid of B01 lets a cheaper plan through between
-// its nodes, so it is a matter of the path of the solver which of two plans is found. One step of a
-// real-time iteration from another scale is another step.
-bool is_known(const std::string& name, const std::string& law, const std::string& way) {
-  return name == "bryson_denham" ||
-         (way == "controller" && (law == "idle_bounds" || law == "other_units"));
+// What could not be made invariant, and why. Empty: every case, law or way.
+struct KnownChange {
+  const char *name, *law, *way, *why;
+};
+constexpr KnownChange known_changes[] = {
+    {"bryson_denham", "", "", "its published grid lets a cheaper plan through between the nodes"},
+    {"low_ceiling_arcs", "", "", "how far plans of one cost exceed the ceiling between nodes"},
+    {"thermostat", "", "", "events inside a phase make the problem jump"},
+    {"example_ball", "", "", "events inside a phase make the problem jump"},
+    {"fishing", "constant_rows", "", "idle rows of free times: another local optimum"},
+    {"fishing_relaxed", "constant_rows", "", "idle rows of free times: another local optimum"},
+    {"first_problem", "other_units", "", "from a guess that shows no sizes no solver starts"},
+    {"tutorial_5", "", "ipopt", "Ipopt fails on the problem as it is stated"},
+    {"f8_aircraft", "other_units", "ipopt", "Ipopt converges from one scale only"},
+    {"calcium_oscillation", "other_units", "ipopt", "Ipopt converges from one scale only"},
+    {"hanging_chain", "other_units", "ipopt", "Ipopt converges from one scale only"},
+    {"tank_sequence", "constant_rows", "ipopt", "Ipopt converges without idle rows only"},
+    {"", "other_units", "controller", "one step of an iteration in another scale is another"},
+    {"turbo_car", "constant_rows", "controller", "idle rows of free times: another step"},
+};
+
+const KnownChange* known_change(const std::string& name, const std::string& law,
+                                const std::string& way) {
+  const auto fits = [](const char* entry, const std::string& value) {
+    return *entry == '\0' || value == entry;
+  };
+  for (const KnownChange& k : known_changes)
+    if (fits(k.name, name) && fits(k.law, law) && fits(k.way, way)) return &k;
+  return nullptr;
 }
 
-enum class Found { same, other_plan, changed, not_applicable };
+enum class Found { same, other_plan, changed, known, not_applicable };
 struct Comparison {
   Found found = Found::same;
   std::string reason;
@@ -178,7 +210,7 @@ Comparison compare(const Transformed& t, const Solution& base, const Solution& o
 }
 
 struct Counts {
-  int same = 0, other_plan = 0, changed = 0, not_applicable = 0;
+  int same = 0, other_plan = 0, changed = 0, known = 0, not_applicable = 0;
   double seconds = 0.0;
 };
 
@@ -192,6 +224,9 @@ void count(Counts& counts, Found found) {
       break;
     case Found::changed:
       ++counts.changed;
+      break;
+    case Found::known:
+      ++counts.known;
       break;
     case Found::not_applicable:
       ++counts.not_applicable;
@@ -275,15 +310,17 @@ int run(const Request& request) {
           comparison = {base || !choice ? Found::changed : Found::not_applicable, error.what()};
           if (!choice) comparison.found = Found::not_applicable;
         }
-        if (comparison.found == Found::changed && is_known(c.name, law.name, way))
-          comparison = {Found::not_applicable, "known: " + comparison.reason};
+        if (const KnownChange* known = known_change(c.name, law.name, way);
+            known != nullptr && comparison.found == Found::changed)
+          comparison = {Found::known, fmt::format("({}) {}", known->why, comparison.reason)};
         counts.seconds += seconds_since(start);
         count(counts, comparison.found);
         count(all, comparison.found);
         const bool notable = comparison.found == Found::changed ||
+                             comparison.found == Found::known ||
                              comparison.found == Found::other_plan || request.verbose;
         if (notable) {
-          const char* words[] = {"same", "other plan", "CHANGED", "n/a"};
+          const char* words[] = {"same", "other plan", "CHANGED", "known", "n/a"};
           listed += fmt::format("{:<10} --case {} --law {} --solver {} --seed {}: {} [{}]\n",
                                 words[static_cast<int>(comparison.found)], c.name, law.name, way,
                                 request.seed, comparison.reason, what);
@@ -291,17 +328,18 @@ int run(const Request& request) {
       }
     }
   }
-  fmt::print("{:<20}{:<12}{:>7}{:>12}{:>9}{:>6}{:>9}\n", "law", "by", "same", "other plan",
-             "CHANGED", "n/a", "s");
+  fmt::print("{:<20}{:<12}{:>7}{:>12}{:>9}{:>7}{:>6}{:>9}\n", "law", "by", "same", "other plan",
+             "CHANGED", "known", "n/a", "s");
   for (const Law& law : laws())
     for (const std::string& way : ways)
       if (const auto it = table.find({law.name, way}); it != table.end())
-        fmt::print("{:<20}{:<12}{:>7}{:>12}{:>9}{:>6}{:>9.1f}\n", law.name, way, it->second.same,
-                   it->second.other_plan, it->second.changed, it->second.not_applicable,
-                   it->second.seconds);
+        fmt::print("{:<20}{:<12}{:>7}{:>12}{:>9}{:>7}{:>6}{:>9.1f}\n", law.name, way,
+                   it->second.same, it->second.other_plan, it->second.changed, it->second.known,
+                   it->second.not_applicable, it->second.seconds);
   if (!listed.empty()) fmt::print("\n{}", listed);
-  fmt::print("\nchanged answers: {} of {}; other plans of the same cost: {}\n", all.changed,
-             all.same + all.other_plan + all.changed, all.other_plan);
+  fmt::print(
+      "\nchanged answers: {} of {}, and {} for a known reason; other plans of the same cost: {}\n",
+      all.changed, all.same + all.other_plan + all.changed + all.known, all.known, all.other_plan);
   return all.changed == 0 ? 0 : 1;
 }
 

@@ -1,6 +1,9 @@
 #include "saltus/solver/scaled_program.hpp"
 
+#include <cmath>
 #include <utility>
+
+#include "saltus/core/bounds.hpp"
 
 namespace saltus {
 ScaledProgram::ScaledProgram(NonlinearProgram& program, ProgramScale scale)
@@ -16,6 +19,22 @@ ScaledProgram::ScaledProgram(NonlinearProgram& program, ProgramScale scale)
   lower_.array() *= scale_.variables.array();
   upper_.array() *= scale_.variables.array();
   w_ = VectorXd::Zero(program.variables());
+  leave_out_idle_sides();
+}
+
+void ScaledProgram::leave_out_idle_sides() {
+  constexpr double idle = 1e6;
+  const auto leave_out = [&](double& side, double none) {
+    if (!std::isfinite(side) || std::abs(side) < idle) return;
+    side = none;
+    ++idle_sides_;
+  };
+  for (VectorXd* lower : {&lower_, &row_lower_})
+    for (double& side : *lower)
+      if (side < 0.0) leave_out(side, -infinity);
+  for (VectorXd* upper : {&upper_, &row_upper_})
+    for (double& side : *upper)
+      if (side > 0.0) leave_out(side, infinity);
 }
 
 const double* ScaledProgram::unscaled(const double* w) {

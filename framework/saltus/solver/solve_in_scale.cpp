@@ -156,8 +156,9 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     if (is_solved && !size.look_at(best.nlp.point.w)) break;
     const bool is_usual = size.is_usual_where_known(scale);
     if (was_convincing && is_usual) break;
-    if (!is_solved &&
-        (!may_be_mended(best.nlp.status) || (is_usual && !size.is_far_from_usual(scale))))
+    if (!is_solved && (!may_be_mended(best.nlp.status) ||
+                       (is_usual && !size.is_far_from_usual(scale) &&
+                        ScaledProgram(program, size.to_one()).idle_sides() == 0)))
       break;
     scale = size.to_one();
     // What was reached is where to go on; where nothing was, the search begins again.
