@@ -26,10 +26,12 @@ STYLES = ["doxygen-awesome.css", "doxygen-awesome-sidebar-only.css",
 SCRIPTS = ["doxygen-awesome-darkmode-toggle.js", "doxygen-awesome-fragment-copy-button.js"]
 # In the order of the sidebar; pages that are not named here follow.
 PAGES = [
-    "README.md", "docs/install.md", "docs/tutorial.md", "docs/concepts.md", "docs/howto.md", "docs/comparison.md",
-    "docs/glossary.md", "docs/promise.md", "docs/faults.md", "docs/mutants.md", "docs/sanitizers.md", "docs/repeatability.md",
+    "README.md", "docs/install.md", "docs/tutorial.md", "docs/formulation.md", "docs/concepts.md", "docs/howto.md",
+    "docs/running.md", "docs/comparison.md", "docs/glossary.md", "docs/promise.md", "docs/faults.md", "docs/mutants.md",
+    "docs/sanitizers.md", "docs/repeatability.md",
     "docs/migration.md", "docs/third_parties.md",
-    "problems/push_recovery/README.md", "problems/push_recovery/step_planning.md",
+    "problems/README.md", "problems/push_recovery/README.md", "problems/push_recovery/experiments.md",
+    "problems/push_recovery/step_planning.md",
     "problems/quadruped/quadruped.md", "robots/README.md",
     "benchmarks/README.md", "benchmarks/measured.md", "examples/README.md",
     "framework/design/conventions.md", "framework/design/events.md", "framework/design/links.md",

@@ -27,8 +27,8 @@ CONDITIONS = (("ideal", PAPER), ("ideal", {}), ("measured", {}))
 
 def decided(word, *pushes, duration=0.1):
     longer = {} if duration == 0.1 else {"push.duration": duration}
-    return Row(word, [toward(degrees, size, senses, **preset, **longer)
-                      for senses, preset in CONDITIONS for degrees, size in pushes])
+    return Row(word, [toward(degrees, size, sensors, **preset, **longer)
+                      for sensors, preset in CONDITIONS for degrees, size in pushes])
 
 
 def recovered_with(condition):
@@ -50,27 +50,27 @@ DECISIONS = Table(
              (45, 8), (60, 6.5), (60, 7), (90, 6), (120, 7), (135, 8)),
      decided("right, 10 N s in 0.4 s", (270, 10), duration=0.4), decided("right, 12 N s in 0.5 s", (270, 12), duration=0.5),
      decided("right, 8 N s in 0.1 s", (270, 8))],
-    [("push", name), ("preset paper", recovered_with(0)), ("preset robot, ideal senses", recovered_with(1)),
+    [("push", name), ("preset paper", recovered_with(0)), ("preset robot, ideal sensors", recovered_with(1)),
      ("preset robot", recovered_with(2))],
     quick=False)
 
 
-# --- what measured senses lose --------------------------------------------------------------------
+# --- what measured sensors lose -------------------------------------------------------------------
 
 def with_short_steps(degrees):
-    def run(size, senses):
-        if degrees == 270 and senses == "measured":
+    def run(size, sensors):
+        if degrees == 270 and sensors == "measured":
             return as_it_is(size, 0.3, 1)  # a run of the table `robot`, too
-        return toward(degrees, size, senses, **{"step.duration": 0.3})
-    return Row(COMPASS[degrees], [run(size, senses) for size in (8, 10) for senses in ("ideal", "measured")])
+        return toward(degrees, size, sensors, **{"step.duration": 0.3})
+    return Row(COMPASS[degrees], [run(size, sensors) for size in (8, 10) for sensors in ("ideal", "measured")])
 
 
 SHORT_STEPS = Table(
-    "What measured senses lose against ideal ones, preset robot, step of 0.3 s; largest |H| in Nms",
+    "What measured sensors lose against ideal ones, preset robot, step of 0.3 s; largest |H| in Nms",
     [with_short_steps(degrees) for degrees in (225, 270)],
     [("towards", name),
-     *((f"{size} N s, {senses} senses", momentum_or_reason(run))
-       for run, (size, senses) in enumerate((size, senses) for size in (8, 10) for senses in ("ideal", "measured")))],
+     *((f"{size} N s, {sensors} sensors", momentum_or_reason(run))
+       for run, (size, sensors) in enumerate((size, sensors) for size in (8, 10) for sensors in ("ideal", "measured")))],
     quick=False)
 
 

@@ -17,7 +17,7 @@ class Numbers(unittest.TestCase):
             self.assertEqual([f"{n.readme}:{n.line}: {n.text}" for n in found if n.maker is None], [])
 
     def test_a_number_that_nothing_makes_is_seen(self):
-        found, absent = inventory.look("problems/push_recovery/README.md", "It settles in 0.37s (`--wait 3`, see [2](a4.md)).")
+        found, absent = inventory.look("problems/push_recovery/experiments.md", "It settles in 0.37s (`--wait 3`, see [2](a4.md)).")
         self.assertEqual([n.text for n in found if n.maker is None], ["0.37", "2"])
         self.assertNotEqual(absent, [])  # what is declared does not stand there
 

@@ -19,7 +19,7 @@ class Suite:
     """Cases of the library with what was found and what is known."""
     title: str
     cases: Tuple[str, ...]
-    readme: str = "README.md"
+    readme: str = "problems/README.md"
     quick: bool = True
     timed: Tuple[str, ...] = ()
     exact: Tuple[str, ...] = ()
@@ -142,15 +142,15 @@ class Lost:
     quick: bool = False
     timed: Tuple[str, ...] = ()
     sizes = (6, 7, 8)
-    senses = ("ideal", "measured")
+    sensors = ("ideal", "measured")
 
     def runs(self):
-        return 1 + len(COMPASS) * len(self.sizes) * len(self.senses)
+        return 1 + len(COMPASS) * len(self.sizes) * len(self.sensors)
 
     def shape(self):
         tried = " / ".join(f"{size:g}" for size in self.sizes)
         return ["towards", "preset paper, MPC",
-                *(f"preset robot, {senses} senses, of {tried}" for senses in self.senses)], len(COMPASS)
+                *(f"preset robot, {sensors} sensors, of {tried}" for sensors in self.sensors)], len(COMPASS)
 
     @property
     def exact(self):
@@ -162,10 +162,10 @@ class Lost:
         lines = []
         for degrees, word in COMPASS.items():
             line = [word, f"{unbroken(rows, 'mpc', 0.6, degrees)[0]:g}"]
-            for senses in self.senses:
+            for sensors in self.sensors:
                 largest = f"below {self.sizes[0]:g}"
                 for size in self.sizes:
-                    if not programs.run(toward(degrees, size, senses))["recovered"]:
+                    if not programs.run(toward(degrees, size, sensors))["recovered"]:
                         break
                     largest = f"{size:g}"
                 line.append(largest)
@@ -362,8 +362,8 @@ class RandomPushes:
     exact: Tuple[str, ...] = ()
     seeds = range(1, 21)
     starts = {"left": "the left foot", "both": "two feet"}
-    conditions = {"ideal senses": {"sensors": "ideal"},
-                  "measured senses, torques a tick late": {"sensors": "measured", "simulator.delay_ticks": 1}}
+    conditions = {"ideal sensors": {"sensors": "ideal"},
+                  "measured sensors, torques a tick late": {"sensors": "measured", "simulator.delay_ticks": 1}}
     titles = ("start on", "with", "stand at the end", "recovered", "some foot stepped", "largest H, Nms")
 
     def runs(self):

@@ -175,24 +175,24 @@ OF_PUSH_RECOVERY = {
         "On the centroidal model the CoM of the two runs agrees to {:.1f} mm",
         [push(6), push(6, stance="right", push__direction="[0,1,0]")], lambda s: [1e3 * apart(*s)]),
     "mirror": Sentence(
-        "in DART at 6 N s the farthest capture point to {:.2f} mm and the touch-down to the millisecond{}",
+        "In DART at 6 N s the farthest capture point agrees to {:.2f} mm and the touch-down to the millisecond{}",
         [in_dart(6), in_dart(6, stance="right", push__direction="[0,1,0]")],
         lambda s: [1e3 * abs(furthest(s[0]) - furthest(s[1])),
                    unless(abs(s[0]["touchdown_s"] - s[1]["touchdown_s"]) < 1.5e-3)]),
     "their_weights": Sentence(
-        "with theirs, 7 N s leave the verdict below{}. The momentum is held at {:.2f} Nms, and the height, nearly free, "
-        "goes from {:.2f} to {:.2f} m",
+        "with their weights a push of 7 N s is not recovered{}. The angular momentum stays at {:.2f} Nms, and the height, "
+        "which has almost no weight, goes from {:.2f} to {:.2f} m",
         [push(7, **THEIRS)], lambda s: [unless(not s[0]["recovered"]), momentum(s[0]), s[0]["com_height_min_m"],
                                         s[0]["com_height_max_m"]]),
     "soft_capture_point": Sentence(
-        "at 6 N s on the whole body the capture point then takes {:.2f} s to settle, in place of {:.2f} s",
+        "at 6 N s on the whole body the capture point then settles in {:.2f} s instead of {:.2f} s",
         [in_dart(6, **SOFT_POINT), in_dart(6)], lambda s: [x["icp_settling_s"] for x in s]),
     "landing_force": Sentence(
-        "The landing foot is asked for up to {:.0f} N at 7 N s on the centroidal model, {:.0f} N in DART",
+        "The planned force of the landing foot reaches {:.0f} N at 7 N s on the centroidal model and {:.0f} N in DART",
         [push(7), in_dart(7)], lambda s: [max(column(x, "right_fz")) for x in s]),
     "no_failed_solve": Sentence(
-        "no failed solve{}, our KKT residual at most 1e-8 in every tick{}, hull never left{}; 7 N s with the sparse solver: "
-        "the same figures{}",
+        "no solve failed{}, our KKT residual was at most 1e-8 in every tick{}, and the capture point never left the hull{}. "
+        "With 7 N s the sparse solver gives the same results{}",
         [push(6), push(7), push(8), push(7, solver="sparse")],
         lambda s: [unless(all(x["failures"] == 0 for x in s[:3])), unless(most(s[:3], "kkt_max") <= 1e-8),
                    unless(most(s[:3], "icp_slack_max_m") < 1e-6),
@@ -202,18 +202,18 @@ OF_PUSH_RECOVERY = {
         "it recovers the same pushes{} with {:.2f} to {:.2f} Nms of angular momentum",
         [push(size, controller="capture_point") for size in (6, 7, 8)],
         lambda s: [all_recovered(s), least(s, "angular_momentum_max"), most(s, "angular_momentum_max")]),
-    "cells_spared": Sentence("Here that spared {:d} cells.", [], lambda programs: of_the_map(programs)[:1], quick=False),
+    "cells_spared": Sentence("This saved {:d} cells.", [], lambda programs: of_the_map(programs)[:1], quick=False),
     "cells_run": Sentence("{:d} runs for {:d} cells.", [], lambda programs: of_the_map(programs)[1:3], quick=False),
     "time_of_the_map": Sentence("takes {:.0f} s of processor time,", [], lambda programs: of_the_map(programs)[3:],
                                 quick=False, timed=True),
     "ends_of_rays": Sentence(
-        "forward, 15 N s, a corner of the stance sole slips by {:.0f} mm; to the swing side the foot is at the limit of its "
-        "reach; back right a corner slips by more than a centimetre (7 N s: {:.0f} mm, 9: {:.0f} mm)", [], slips_of_the_map,
+        "Forward, at 15 N s, a corner of the stance sole slips by {:.0f} mm. To the swing side the foot is at the limit of its "
+        "reach. Back right a corner slips by more than a centimetre ({:.0f} mm at 7 N s, {:.0f} mm at 9 N s)", [], slips_of_the_map,
         quick=False),
     "stairs": Sentence(
         "with steps of up to {:.2f} in cost at 10 ms and {:.2f} at 50 ms", [], stairs, quick=False),
     "no_wrench_change": Sentence(
-        "a tick takes {:.1f} of them in place of {:.1f}",
+        "a tick takes {:.1f} iterations instead of {:.1f}",
         [push(7, weights__wrench_change=0), push(7)], lambda s: [mean_iterations(x) for x in s]),
     "missed_ticks": Sentence(
         "6 N s were recovered with each of four seeds{}",
@@ -221,14 +221,14 @@ OF_PUSH_RECOVERY = {
         lambda s: [all_recovered(s)], quick=False),
     "mass": Sentence("(neck and wrists fixed), {:.2f} kg,", [in_dart(6)], lambda s: [s[0]["mass_kg"]]),
     "edge_of_8": Sentence(
-        "the angular momentum may reach 1 Nms, and does so between 8 N s ({:.2f}) and 8.2 N s ({:.2f}, not recovered)",
+        "the limit of 1 Nms is exceeded between 8 N s ({:.2f}) and 8.2 N s ({:.2f}, not recovered)",
         [in_dart(8), in_dart(8.2)], lambda s: [momentum(s[0]), momentum(s[1])]),
     "torque_limit": Sentence(
-        "a torque was at its limit in {:.0f} to {:.0f} % of the time from 5 N s on",
+        "A torque is at its limit {:.0f} to {:.0f} % of the time from 5 N s on",
         [in_dart(size) for size in (5, 6, 7, 8)],
         lambda s: [100 * least(s, "body.torque_limit_share"), 100 * most(s, "body.torque_limit_share")]),
     "simulator_time": Sentence(
-        "(the simulator takes {:.2f} s more)", [in_dart(7)], lambda s: [s[0]["body"]["plant_s_per_s"]],
+        "(the simulator takes another {:.2f} s)", [in_dart(7)], lambda s: [s[0]["body"]["plant_s_per_s"]],
         quick=False, timed=True),
     "steps_of_0_3_s": Sentence(
         "a step of 0.3 s: 8, 10, 12, 14 and 16 N s{} (capture point settled in {:.2f} s up to 14 N s, {:.2f} s at 16;",
@@ -249,23 +249,23 @@ OF_PUSH_RECOVERY = {
                    1e3 * max(abs(a["touchdown_s"] - b["touchdown_s"])
                              for a, b in zip(s[2::2], s[3::2]))], quick=False),
     "slow_motors": Sentence(
-        "With motors of 20 Hz a joint is {:.0f} % above its speed for {:.0f} ms",
+        "With a motor bandwidth of 20 Hz a joint exceeds its speed limit by {:.0f} % for {:.0f} ms",
         [{**as_it_is(6, 0.6, 1), **SLOW_MOTORS}],
         lambda s: [100 * (s[0]["body"]["joint_speed_ratio_max"] - 1), 1e3 * s[0]["body"]["joint_speed_over_s"]],
         quick=False),
     "com_against_the_paper": Sentence(
-        "to {:.0f} cm, back to its target at {:.0f} cm in one swing; height within {:.1f} cm", [in_dart(7)],
+        "moves to {:.0f} cm and back to its target at {:.0f} cm in one swing; height within {:.1f} cm", [in_dart(7)],
         lambda s: sideways(s[0])),
     "capture_point_against_the_paper": Sentence(
-        "leaves it {:.2f} s after the push began, is in the hull from the touch-down on{} and within 1 cm of its final "
-        "place {:.2f} s later",
+        "leaves it {:.2f} s after the start of the push, is inside the hull from touch-down on{}, and is within 1 cm of its "
+        "final position {:.2f} s later",
         [in_dart(7)], lambda s: [left_the_sole(s[0]), unless(s[0]["icp_slack_max_m"] < 1e-6), s[0]["icp_settling_s"]]),
     "forward_against_the_paper": Sentence(
-        "it moves by {:.0f} mm in x", [in_dart(7)], lambda s: [1e3 * excursion(column(s[0], "icp_x"))]),
+        "moves by {:.0f} mm in x", [in_dart(7)], lambda s: [1e3 * excursion(column(s[0], "icp_x"))]),
     "landing_against_the_paper": Sentence(
         "{:.2f} s: the ground carries 20 N before", [in_dart(7)], lambda s: [s[0]["touchdown_s"]]),
     "horizons": Sentence(
-        "6 N s with 5 and 8 intervals are recovered{}, too", [in_dart(6, mpc__intervals=n) for n in (5, 8)],
+        "6 N s are also recovered with 5 and 8 intervals{}", [in_dart(6, mpc__intervals=n) for n in (5, 8)],
         lambda s: [all_recovered(s)], quick=False),
     "time_of_a_tick": Sentence("{:.1f} ms (median)", [in_dart(7)], lambda s: [1e-3 * s[0]["solve_us"]["median"]],
                                quick=False, timed=True),
@@ -274,27 +274,27 @@ OF_PUSH_RECOVERY = {
         lambda s: [min(planned(b) / planned(a) for a, b in zip(s[::2], s[1::2])),
                    max(planned(b) / planned(a) for a, b in zip(s[::2], s[1::2]))]),
     "forces_of_a_soft_capture_point": Sentence(
-        "with 1e4 on the capture point its planned forces take {:.2f} s", [in_dart(6, **SOFT_POINT)],
+        "with a weight of 1e4 on the capture point its planned forces settle in {:.2f} s", [in_dart(6, **SOFT_POINT)],
         lambda s: [planned(s[0])]),
     "single_samples": Sentence(
-        "Single samples of the landing reach {:.0f} N at 7 N s", [in_dart(7)],
+        "Single samples at landing reach {:.0f} N at 7 N s", [in_dart(7)],
         lambda s: [max(column(s[0], "right_measured_fz", "body.csv"))]),
     "box_of_friction": Sentence(
-        "measured were at 6 N s {:.2f} and {:.2f} fz with coefficients of 0.4 and 0.2",
+        "at 6 N s the ratio reached {:.2f} and {:.2f} with coefficients of 0.4 and 0.2",
         [in_dart(6, simulator__friction=0.4), in_dart(6, simulator__friction=0.2)],
         lambda s: [x["body"]["friction_max"] for x in s]),
     "inscribed_friction": Sentence(
-        "with 0.4, at 6 N s, {:.3f} N s and {:.1f} mm of slip, with the box {:.3f} N s and {:.1f} mm",
+        "with a coefficient of 0.4 at 6 N s, {:.3f} N s and {:.1f} mm of slip, and with the box {:.3f} N s and {:.1f} mm",
         [{**as_it_is(6, 0.6, 1), **FRICTION}, {**as_it_is(6, 0.6, 1), **FRICTION, "dart.friction": "box"}],
         lambda s: [v for x in s for v in (x["body"]["friction_beyond_ns"], 1e3 * x["body"]["slip_max_m"])], quick=False),
     "round_friction": Sentence(
-        "MuJoCo's cones are round: {:.3f} with 0.4", [push(6, plant="mujoco", simulator__friction=0.4)],
+        "MuJoCo has round cones: {:.3f} with 0.4", [push(6, plant="mujoco", simulator__friction=0.4)],
         lambda s: [s[0]["body"]["friction_max"]], quick=False),
     "disturbed_joints": Sentence(
-        "No joint comes nearer to its limit than {:.0f} mrad in any of these", DISTURBED,
+        "In all cases the joints stay at least {:.0f} mrad from their limits", DISTURBED,
         lambda s: [1e3 * least(s, "body.joint_limit_margin_rad")], quick=False),
     "ground_in_mujoco": Sentence(
-        "In MuJoCo the higher and the lower ground are recovered too{}, met when they are in DART to two milliseconds{}",
+        "MuJoCo also recovers on the higher and the lower ground{}, with touch-down within two milliseconds of DART{}",
         [push(6, plant=plant, simulator__ground_step=step) for step in (0.01, -0.01) for plant in ("dart", "mujoco")],
         lambda s: [all_recovered(s), unless(all(abs(a["touchdown_s"] - b["touchdown_s"]) < 2.5e-3
                                                 for a, b in zip(s[::2], s[1::2])))], quick=False),
@@ -306,13 +306,13 @@ OF_PUSH_RECOVERY = {
         [toward(270, size, "measured", stepping="false") for size in (4.5, 5)],
         lambda s: [all_recovered(s[:1]), unless(not s[1]["recovered"])], quick=False),
     "two_feet_10": Sentence(
-        "with 10 N s all of 16 directions are recovered{} without a step{} ({:.2f} to {:.2f} Nms)",
+        "At 10 N s all 16 directions are recovered{} without a step{} ({:.2f} to {:.2f} Nms)",
         [on_two_feet(22.5 * k, 10) for k in range(16)],
         lambda s: [all_recovered(s), unless(not any(x["steps"] for x in s)), least(s, "angular_momentum_max"),
                    most(s, "angular_momentum_max")], quick=False),
     "two_feet_14": Sentence(
-        "With 14 N s {:d} of 8 are recovered: those to the sides and diagonals standing{}, with up to {:.2f} Nms, that "
-        "backwards by a step of {:.2f} s; forwards the robot steps and stands{}, but the angular momentum reaches {:.2f} Nms",
+        "At 14 N s {:d} of 8 directions are recovered. To the sides and diagonals the robot stands{}, with up to {:.2f} Nms. "
+        "Backwards it takes a step of {:.2f} s. Forwards it steps and stands{}, but the angular momentum reaches {:.2f} Nms",
         [on_two_feet(45 * k, 14) for k in range(8)],
         lambda s: [recovered(s), unless(not any(x["steps"] for k, x in enumerate(s) if k not in (0, 4))),
                    most([x for k, x in enumerate(s) if k not in (0, 4)], "angular_momentum_max"), swing(s[4]),
@@ -323,8 +323,8 @@ OF_PUSH_RECOVERY = {
         [after_a_landing(45 * k, later) for k in range(8) for later in (0.1, 0.3, 0.5)],
         lambda s: [s[0]["steps"][0]["touchdown_s"] - 1, recovered(s)], quick=False),
     "random_pushes": Sentence(
-        "In 60 s with random pushes of 3 to 8 N s on two feet (seeds 1 to 3 of both pushes and sensors): {:d} of 3, no step "
-        "needed{}",
+        "In 60 s with random pushes of 3 to 8 N s on two feet, seeds 1 to 3 of both pushes and sensors: {:d} of 3 runs "
+        "recover without a step{}",
         [at_random(seed) for seed in (1, 2, 3)],
         lambda s: [recovered(s), unless(not any(x["steps"] for x in s))], quick=False),
     "time_with_random_pushes": Sentence(
@@ -332,7 +332,7 @@ OF_PUSH_RECOVERY = {
         lambda s: [sum(s[0]["body"][part] for part in ("planner_s_per_s", "whole_body_control_s_per_s", "plant_s_per_s"))],
         quick=False, timed=True),
     "slip_of_controllers": Sentence(
-        "Where it steps and recovers, its stance sole slips by up to {:.1f} mm, that of inverse dynamics by up to {:.1f} mm",
+        "In recoveries with a step its stance sole slips by up to {:.1f} mm, that of inverse dynamics by up to {:.1f} mm",
         [*(early(size, whole_body__controller="momentum") for size in (4, 5)), *(early(size) for size in (4, 5, 5.5, 6))],
         lambda s: [1e3 * most([x for x in part if x["recovered"]], "body.slip_max_m") for part in (s[:2], s[2:])],
         quick=False),

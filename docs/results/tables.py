@@ -5,7 +5,7 @@ import dataclasses
 import math
 from typing import Callable, Dict, List, Tuple
 
-README = "problems/push_recovery/README.md"
+README = "problems/push_recovery/experiments.md"
 FORMULA = {"step.planner": "formula"}  # said, so that figures stay valid whatever the default is
 PAPER = {"preset": "paper", **FORMULA}
 ROBOT = {"preset": "robot", **FORMULA}
@@ -144,19 +144,19 @@ def worst(key, text, factor=1.0, least=False):
     return cell
 
 
-def toward(degrees, size, senses, **settings):
+def toward(degrees, size, sensors, **settings):
     x, y = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return {**ROBOT, "plant": "dart", "sensors": senses, "push.impulse": size, "push.start": 1,
+    return {**ROBOT, "plant": "dart", "sensors": sensors, "push.impulse": size, "push.start": 1,
             "push.direction": f"[{x:.9f},{y:.9f},0]", **settings}
 
 
-def with_and_without_a_step(senses, sizes):
+def with_and_without_a_step(sensors, sizes):
     """The two runs of each size."""
     def cell(row, summaries):
         words = []
         for size in sizes:
             may, may_not = (next(s for s, r in zip(summaries, row.runs)
-                                 if r["sensors"] == senses and r["push.impulse"] == size
+                                 if r["sensors"] == sensors and r["push.impulse"] == size
                                  and r.get("stepping", "true") == stepping) for stepping in ("true", "false"))
             if may["recovered"]:
                 words.append("steps" if may["touchdown_s"] is not None else "stands")
@@ -216,7 +216,7 @@ TABLES = {
          ("its capture point", figure("icp_settling_s", "{:.2f}", run=1, if_recovered=True)),
          ("its largest H", too_much(1)), ("its peak", peak_of(1))]),
     "robot": Table(
-        "The robot as it is: measured senses, self-collision, joint speeds, eight seeds each",
+        "The robot as it is: measured sensors, self-collision, joint speeds, eight seeds each",
         [Row(text, [as_it_is(size, duration, seed, plant) for seed in range(1, 9)])
          for text, size, duration, plant in (
              ("4 N s, step of 0.6 s", 4, 0.6, "dart"), ("5 N s, step of 0.6 s", 5, 0.6, "dart"),
@@ -238,15 +238,15 @@ TABLES = {
         "Stepping where it helps, against standing",
         [Row({0: "0 (forward)", 90: "90 (stance side)", 180: "180 (back)", 270: "270 (swing side)"}.get(
              degrees, f"{degrees:g}"),
-             [toward(degrees, size, senses, **settings) for senses in ("ideal", "measured")
+             [toward(degrees, size, sensors, **settings) for sensors in ("ideal", "measured")
               for size in (6, 7, 8) for settings in ({}, {"stepping": "false"})])
          for degrees in (22.5 * k for k in range(16))],
         [("towards, degrees", name),
-         ("ideal senses, 6 / 7 / 8 N s", with_and_without_a_step("ideal", (6, 7, 8))),
-         ("measured senses, 6 / 7 / 8 N s", with_and_without_a_step("measured", (6, 7, 8)))],
+         ("ideal sensors, 6 / 7 / 8 N s", with_and_without_a_step("ideal", (6, 7, 8))),
+         ("measured sensors, 6 / 7 / 8 N s", with_and_without_a_step("measured", (6, 7, 8)))],
         quick=False),
     "late": Table(
-        "How late senses and torques may be, preset robot in DART, step of 0.6 s",
+        "How late sensors and torques may be, preset robot in DART, step of 0.6 s",
         [Row(text, [{**as_it_is(size, 0.6, 1), **settings} for size in (4, 6)]) for text, settings in (
             ("as it is: 1 ms late, velocities filtered with 1.5 ms", {}),
             ("velocities filtered with 3 ms", {"sensor.velocity_lag": 0.003}),
@@ -256,7 +256,7 @@ TABLES = {
             *((f"all sensors {1000 * delay:g} ms late", {f"sensor.{device}.delay": delay for device in (
                 "encoder", "gyroscope", "accelerometer", "force_torque")}) for delay in (0.004, 0.006, 0.010)),
             ("motors of 50 Hz", {"motor.bandwidth": 50}), ("motors of 20 Hz", {"motor.bandwidth": 20}))],
-        [("senses", name), ("4 N s", outcome(0)),
+        [("sensors", name), ("4 N s", outcome(0)),
          ("its H, Nms", figure("angular_momentum_max", "{:.2f}")), ("6 N s", outcome(1)),
          ("its H, Nms, too", figure("angular_momentum_max", "{:.2f}", run=1))],
         quick=False),

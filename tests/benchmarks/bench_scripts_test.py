@@ -394,7 +394,7 @@ class Scripts(unittest.TestCase):
         os.environ["SALTUS_PROGRAM"] = PROGRAM
         if os.access(os.path.join(os.path.dirname(PROGRAM), "saltus"), os.X_OK):
             found = inputs.of_campaign("reproduce", None)
-            self.assertLess({"README.md", "problems/push_recovery/README.md", "docs/results/tables.py"}, set(found))
+            self.assertLess({"README.md", "problems/push_recovery/experiments.md", "docs/results/tables.py"}, set(found))
 
     def fake_package(self, name, code):
         folder = self.path("fake")

@@ -249,7 +249,7 @@ ls "$root/src/runs/dart/report.html" >/dev/null
 
 [[ -n $new_user ]] || exit 0
 mkdir -p "$root/src/pages"
-(cd "$source_tree" && git ls-files -z README.md docs python tests/packaging | xargs -0 tar c) | tar x -C "$root/src/pages" --no-same-owner
+(cd "$source_tree" && git ls-files -z README.md docs problems/README.md python tests/packaging | xargs -0 tar c) | tar x -C "$root/src/pages" --no-same-owner
 # For pip: what every installed Debian has, and whom this machine trusts.
 cp /usr/local/share/ca-certificates/*.crt "$root/usr/local/share/ca-certificates/" 2>/dev/null || true
 inside_sh "apt-get install ca-certificates && update-ca-certificates"

@@ -3,8 +3,8 @@
 
 Usage: new_user.py SOURCES WORK [--icub-urdf FILE]
 
-SOURCES is a checkout or a copy of it: its README.md, docs/tutorial.md and what these need; its library and program
-are not used, but those installed. WORK is made anew. Every command is printed with its minutes and processor time;
+SOURCES is a checkout or a copy of it: its README.md, docs/, problems/README.md and what these need. The installed library
+and program are used, not those of SOURCES. WORK is made anew. Every command is printed with its minutes and processor time;
 the exit status is 1 if one of them does not do what its page says. `./saltus` of a page is the program `saltus`.
 """
 
@@ -17,7 +17,7 @@ import subprocess
 import sys
 import time
 
-# Of the README: what needs a checkout, other people's solvers or files, or a browser.
+# Commands of the pages that need a checkout, other solvers or files, or a browser.
 LEFT_OUT = re.compile(r"saltus (test|setup|docs|reproduce|movie|robot new|bench run|bench latency --against)\b")
 # What takes hours as it stands, or offers choices in brackets, in a form that takes a minute.
 SHORTENED = {
@@ -103,9 +103,9 @@ def tutorial(user, sources):
 
 
 def readme(user, sources, has_body):
-    page = os.path.join(sources, "README.md")
+    pages = [os.path.join(sources, page) for page in ("README.md", "docs/running.md", "problems/README.md")]
     user.types("saltus run push_recovery --print-config > my.yaml")
-    lines = [line for block in blocks(page) for line in block if line.startswith("./saltus ")]
+    lines = [line for page in pages for block in blocks(page) for line in block if line.startswith("./saltus ")]
     for line in lines:
         command = command_of(line)
         if LEFT_OUT.match(command) or (not has_body and re.search("demo|--plant", command)):
@@ -115,7 +115,7 @@ def readme(user, sources, has_body):
         if command == "saltus demo":  # a verb of the checkout's script
             command = "saltus run push_recovery --plant dart --out results/demo"
         user.types(command, good=(0, 4) if "--loop" in command else (0,))
-    for block in blocks(page, "python")[:1]:
+    for block in [block for page in pages for block in blocks(page, "python")][:1]:
         user.types(f"python3 -m venv --system-site-packages environment && environment/bin/pip install -q "
                    f"{shlex.quote(os.path.join(sources, 'python'))} mcap h5py")
         with open(os.path.join(user.work, "sample.py"), "w", encoding="utf-8") as file:

@@ -286,7 +286,7 @@ def parser():
     p.add_argument("--repetitions", type=int, help="3 unless said")
     p.add_argument("--quick", action="store_true", help="few problems, 3 instances once, unless said otherwise")
     add_engine(p, "bench.jsonl")
-    p = verbs.add_parser("pushes", help="Monte Carlo of push recovery: pushes, senses, masses and friction drawn")
+    p = verbs.add_parser("pushes", help="Monte Carlo of push recovery: pushes, sensors, masses and friction drawn")
     p.set_defaults(do=pushes)
     p.add_argument("--runs", type=int, default=100)
     p.add_argument("--seed", type=int, default=1)

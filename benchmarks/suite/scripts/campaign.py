@@ -112,7 +112,7 @@ def interval(text, what):
 
 
 def push_tasks(arguments):
-    """Pushes, senses, masses and friction drawn; run k is the same whoever carries it out and however many there are."""
+    """Pushes, sensors, masses and friction drawn; run k is the same whoever carries it out and however many there are."""
     impulse = interval(arguments.impulse, "--impulse")
     mass = interval(arguments.mass_error, "--mass-error")
     friction = interval(arguments.friction, "--friction")
