@@ -14,8 +14,8 @@
 #include "benchmarks/recorded_sequence.hpp"
 #include "benchmarks/step_recovery_batches.hpp"
 #include "benchmarks/step_recovery_kernels.hpp"
-#include "saltus/app/data_file.hpp"
 #include "saltus/core/clock.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 

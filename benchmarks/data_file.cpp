@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "saltus/app/data_file.hpp"
 #include "saltus/app/json_text.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/file_content.hpp"
 

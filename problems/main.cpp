@@ -2,6 +2,7 @@
 #include <utility>
 #include <vector>
 
+#include "problems/biped/report/scripts.hpp"
 #include "problems/push_recovery/push_recovery.hpp"
 #include "problems/quadruped/quadruped.hpp"
 #include "problems/suite/check_verb.hpp"
@@ -12,7 +13,6 @@
 #include "saltus/app/new_project.hpp"
 #include "saltus/app/plot_verb.hpp"
 #include "saltus/app/program.hpp"
-#include "saltus/robots/report/scripts.hpp"
 
 int main(int argc, char** argv) {
   std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry(),

@@ -15,8 +15,8 @@
 
 #include "benchmarks/latency.hpp"
 #include "benchmarks/suite/answer.hpp"
-#include "saltus/app/data_file.hpp"
 #include "saltus/app/python_script.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 

@@ -13,7 +13,7 @@
 #include "benchmarks/data_file.hpp"
 #include "benchmarks/point_shift.hpp"
 #include "benchmarks/tracking_program.hpp"
-#include "saltus/app/data_file.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/model/make_function.hpp"
 #include "saltus/qp/riccati_solver.hpp"
 

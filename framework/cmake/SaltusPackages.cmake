@@ -107,7 +107,7 @@ if(SALTUS_HAS_legged)
     list(APPEND needs "libsaltus-${component}-dev ${version}")
   endforeach()
   saltus_package(legged libsaltus-legged-dev "hybrid model predictive control: bipeds in closed loop"
-    "${about}\nThis package holds a biped in closed loop: steps, planners, plants, verdicts, reports."
+    "${about}\nThis package holds a biped in closed loop: steps, planners, plants, verdicts."
     DEPENDS "libsaltus-dev ${version}" ${needs})
 endif()
 if(SALTUS_BUILD_PROGRAM)

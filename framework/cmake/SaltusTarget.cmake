@@ -214,7 +214,7 @@ function(saltus_install_program name)
 endfunction()
 
 # saltus_data(PATH): a file or folder that programs read at run time, by data_file("PATH")
-# (app/data_file.hpp): below share/saltus of the build folder by a link, and of an installation.
+# (core/data_file.hpp): below share/saltus of the build folder by a link, and of an installation.
 function(saltus_data path)
   get_filename_component(folder ${path} DIRECTORY)
   file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/share/saltus/${folder})

@@ -1,5 +1,6 @@
 #include "problems/push_recovery/config.hpp"
 
+#include "problems/biped/keys/keys.hpp"
 #include "saltus/app/settings.hpp"
 
 namespace saltus::push_recovery {

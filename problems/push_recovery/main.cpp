@@ -1,12 +1,12 @@
 // The program that the demo and the map need: `saltus` without the library of reference problems.
 #include <vector>
 
+#include "problems/biped/report/scripts.hpp"
 #include "problems/push_recovery/push_recovery.hpp"
 #include "saltus/app/logs_verb.hpp"
 #include "saltus/app/new_project.hpp"
 #include "saltus/app/plot_verb.hpp"
 #include "saltus/app/program.hpp"
-#include "saltus/robots/report/scripts.hpp"
 
 int main(int argc, char** argv) {
   const std::vector<saltus::ProblemEntry> problems{saltus::push_recovery::entry()};

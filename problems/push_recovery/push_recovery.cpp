@@ -3,17 +3,17 @@
 #include <cmath>
 #include <optional>
 
+#include "problems/biped/report/run_biped.hpp"
+#include "problems/biped/survey/robot_verb.hpp"
+#include "problems/biped/survival/map.hpp"
 #include "problems/push_recovery/criteria.hpp"
 #include "problems/push_recovery/mpc.hpp"
 #include "problems/push_recovery/unmet_words.hpp"
-#include "saltus/robots/report/run_biped.hpp"
-#include "saltus/robots/survey/robot_verb.hpp"
-#include "saltus/robots/survival/map.hpp"
 #include "saltus/robots/walking/reactive_steps.hpp"
 
 namespace saltus::push_recovery {
 
-std::unique_ptr<BipedProblem> PushRecovery::clone() const {
+std::unique_ptr<ConfigurableBiped> PushRecovery::clone() const {
   return std::make_unique<PushRecovery>(*this);
 }
 

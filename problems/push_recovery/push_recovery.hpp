@@ -2,16 +2,17 @@
 // README.
 #pragma once
 
+#include "problems/biped/configurable_biped.hpp"
 #include "problems/push_recovery/config.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/robots/walking/closed_loop.hpp"
 
 namespace saltus::push_recovery {
 
-class PushRecovery final : public BipedProblem {
+class PushRecovery final : public ConfigurableBiped {
  public:
   explicit PushRecovery(Config config = {}) : config_(std::move(config)) {}
-  std::unique_ptr<BipedProblem> clone() const override;
+  std::unique_ptr<ConfigurableBiped> clone() const override;
   const Config& settings() const override { return config_; }
   Config& settings() override { return config_; }
   void declare(Settings& settings) override { declare_settings(settings, config_); }

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "saltus/app/data_file.hpp"
 #include "saltus/app/settings.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 

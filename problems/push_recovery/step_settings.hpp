@@ -5,8 +5,8 @@
 #include <memory>
 #include <optional>
 
+#include "problems/biped/survey/foot_reach.hpp"
 #include "problems/push_recovery/step_choice.hpp"
-#include "saltus/robots/survey/foot_reach.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_logic.hpp"

@@ -8,11 +8,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "problems/biped/keys/keys.hpp"
+#include "problems/biped/report/run_biped.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_term.hpp"
-#include "saltus/robots/report/run_biped.hpp"
 
 namespace saltus::sway {
 
@@ -121,9 +122,11 @@ class SwayPlanner final : public Planner {
   RecedingHorizonController controller_;
 };
 
-class Sway final : public BipedProblem {
+class Sway final : public ConfigurableBiped {
  public:
-  std::unique_ptr<BipedProblem> clone() const override { return std::make_unique<Sway>(*this); }
+  std::unique_ptr<ConfigurableBiped> clone() const override {
+    return std::make_unique<Sway>(*this);
+  }
   const Config& settings() const override { return config_; }
   Config& settings() override { return config_; }
 
@@ -172,7 +175,7 @@ class Sway final : public BipedProblem {
 
 }  // namespace
 
-std::unique_ptr<BipedProblem> make_sway() { return std::make_unique<Sway>(); }
+std::unique_ptr<ConfigurableBiped> make_sway() { return std::make_unique<Sway>(); }
 
 ProblemEntry entry() {
   return biped_entry<Sway>("sway", "a biped on both feet sways from side to side");

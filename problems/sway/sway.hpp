@@ -2,13 +2,13 @@
 // push recovery, and no line of it.
 #pragma once
 
+#include "problems/biped/configurable_biped.hpp"
 #include "saltus/app/problem_registry.hpp"
-#include "saltus/robots/walking/biped_problem.hpp"
 
 namespace saltus::sway {
 
 /// "Recovered": after the first cycle the CoM stays within 1 cm of where it should be.
-std::unique_ptr<walking::BipedProblem> make_sway();
+std::unique_ptr<walking::ConfigurableBiped> make_sway();
 
 /// `saltus run sway`.
 ProblemEntry entry();

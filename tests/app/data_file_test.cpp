@@ -1,4 +1,4 @@
-#include "saltus/app/data_file.hpp"
+#include "saltus/core/data_file.hpp"
 
 #include <gtest/gtest.h>
 

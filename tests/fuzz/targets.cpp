@@ -11,6 +11,8 @@
 #include "benchmarks/hanging_chain.hpp"
 #include "benchmarks/recorded_sequence.hpp"
 #include "benchmarks/suite/qp_file.hpp"
+#include "problems/biped/survival/map_cells.hpp"
+#include "problems/biped/survival/map_file.hpp"
 #include "problems/library/npz.hpp"
 #include "saltus/app/command_line.hpp"
 #include "saltus/app/rerun.hpp"
@@ -18,8 +20,6 @@
 #include "saltus/robots/model/mesh.hpp"
 #include "saltus/robots/model/robot_description.hpp"
 #include "saltus/robots/model/urdf_model.hpp"
-#include "saltus/robots/survival/map_cells.hpp"
-#include "saltus/robots/survival/map_file.hpp"
 #include "saltus/robots/walking/push.hpp"
 #include "saltus/yaml/yaml_file.hpp"
 

@@ -157,7 +157,7 @@ class Campaign(unittest.TestCase):
 
     def test_tests_and_a_folder_may_be_chosen(self):
         self.assertEqual(trial.parts_of("test_qp"), ("test_qp", "*", ""))
-        self.assertEqual(trial.parts_of("test_qp=A.*:B.*-A.C@robots/saltus/robots/survey"), ("test_qp", "A.*:B.*-A.C", "robots/saltus/robots/survey"))
+        self.assertEqual(trial.parts_of("test_qp=A.*:B.*-A.C@problems/biped/survey"), ("test_qp", "A.*:B.*-A.C", "problems/biped/survey"))
         self.assertEqual(trial.parts_of("test_qp@robots"), ("test_qp", "*", "robots"))
 
     def test_an_endless_program_and_one_that_sleeps_are_stopped(self):

@@ -14,9 +14,9 @@ TOPS = ("framework", "integrators", "robots", "problems", "program", "benchmarks
 INCLUDE_ROOTS = ("framework", "integrators", "robots")
 # What a folder must not include; the longest name that fits decides.
 FORBIDDEN = {
-    "framework": ("robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
-    "integrators": ("robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
-    "robots": ("problems", "program", "benchmarks", "tests", "docs", "examples"),
+    "framework": ("framework/app", "robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
+    "integrators": ("framework/app", "robots", "problems", "program", "benchmarks", "tests", "docs", "examples"),
+    "robots": ("framework/app", "problems", "program", "benchmarks", "tests", "docs", "examples"),
     "problems": ("program", "benchmarks", "tests", "docs", "examples"),
     "benchmarks": ("program", "tests", "docs", "examples"),
     "program": ("tests", "docs", "examples"),
@@ -121,6 +121,17 @@ def private_includes(root):
     return lines
 
 
+def links_of_the_application(root):
+    """A line for every CMakeLists.txt of a library, except that of app itself, that names the target of app."""
+    lines = []
+    for top in INCLUDE_ROOTS:
+        for file in sorted((root / top / "saltus").rglob("CMakeLists.txt")):
+            name = pathlib.PurePosixPath(file.relative_to(root).as_posix())
+            if folder_of(name) != "framework/app" and re.search(r"\bsaltus(::|_)app\b", file.read_text(encoding="utf-8")):
+                lines.append(f"{name}: a library must not link saltus::app")
+    return lines
+
+
 def main(arguments):
     root = pathlib.Path(arguments[0])
     problems, graph, example = [], collections.defaultdict(set), {}
@@ -150,6 +161,7 @@ def main(arguments):
                 graph[folder].add(used)
                 example.setdefault((folder, used), f"{including} includes {included}")
     problems += private_includes(root)
+    problems += links_of_the_application(root)
     round_trip = circle(graph)
     if round_trip:
         problems.append("a circle between folders: " + " -> ".join(round_trip))

@@ -1,7 +1,7 @@
 // The files of a run on the whole body. With SALTUS_ICUB_URDF and SALTUS_BODY_RUN=FOLDER a real run
 // is written into that folder, pictures and replay included; SALTUS_BODY_SETTINGS="KEY=VALUE ..."
 // changes its settings.
-#include "saltus/robots/report/body_output.hpp"
+#include "problems/biped/report/body_output.hpp"
 
 #include <gtest/gtest.h>
 

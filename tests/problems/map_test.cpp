@@ -1,5 +1,5 @@
 // Is a survival map what its rows say: order, what is not run, resuming, refusing, the whole way?
-#include "saltus/robots/survival/map.hpp"
+#include "problems/biped/survival/map.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -17,12 +17,12 @@
 #include <set>
 #include <sstream>
 
+#include "problems/biped/survival/map_file.hpp"
+#include "problems/biped/survival/pendulum_bound.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/model/standing_bound.hpp"
-#include "saltus/robots/survival/map_file.hpp"
-#include "saltus/robots/survival/pendulum_bound.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_run.hpp"
 

@@ -10,7 +10,7 @@
 #include "saltus/robots/whole_body/floating_robot.hpp"
 #include "tests/app/support.hpp"
 #include "tests/problems/push_recovery_program.hpp"
-#include "tests/problems/synthetic_biped.hpp"
+#include "tests/robots/synthetic_biped.hpp"
 
 namespace saltus::push_recovery {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <chrono>
 
-#include "saltus/robots/report/scripts.hpp"
+#include "problems/biped/report/scripts.hpp"
 #include "tests/app/support.hpp"
 
 namespace saltus::walking {

@@ -1,5 +1,5 @@
 // What a run ends with, and what it leaves in its folder.
-#include "saltus/robots/report/run_biped.hpp"
+#include "problems/biped/report/run_biped.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/app/support.hpp"
-#include "tests/problems/fixed_steps.hpp"
+#include "tests/robots/fixed_steps.hpp"
 
 namespace saltus::walking {
 namespace {

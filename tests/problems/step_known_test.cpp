@@ -38,10 +38,8 @@ class Pushed final : public BipedProblem {
   Pushed(const Config& told, const Push& acting) : problem_(told), acting_(acting) {}
   std::vector<Push> pushes() const override { return {acting_}; }
 
-  std::unique_ptr<BipedProblem> clone() const override { return std::make_unique<Pushed>(*this); }
   const BipedSettings& settings() const override { return problem_.settings(); }
   BipedSettings& settings() override { return problem_.settings(); }
-  void declare(Settings& settings) override { problem_.declare(settings); }
   std::unique_ptr<Planner> make_planner(const RobotDescription& nominal,
                                         const Scene& scene) const override {
     return problem_.make_planner(nominal, scene);

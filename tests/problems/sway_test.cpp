@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "problems/biped/report/run_summary.hpp"
+#include "problems/biped/survey/robot_verb.hpp"
 #include "saltus/app/program.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/mpc/receding_horizon.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/report/run_summary.hpp"
-#include "saltus/robots/survey/robot_verb.hpp"
 #include "saltus/robots/walking/closed_loop.hpp"
 
 namespace saltus::sway {
@@ -24,7 +24,7 @@ namespace {
 
 using namespace walking;
 
-RunLog run(BipedProblem& problem, const std::vector<std::string>& words) {
+RunLog run(ConfigurableBiped& problem, const std::vector<std::string>& words) {
   Settings settings;
   problem.declare(settings);
   std::vector<Assignment> assignments;

@@ -3,10 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "problems/biped/report/unmet.hpp"
 #include "problems/push_recovery/unmet_words.hpp"
 #include "saltus/integrators/runge_kutta.hpp"
 #include "saltus/robots/icub/icub.hpp"
-#include "saltus/robots/report/unmet.hpp"
 #include "tests/problems/push_recovery_run.hpp"
 
 namespace saltus::push_recovery {

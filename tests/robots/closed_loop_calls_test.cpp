@@ -6,7 +6,7 @@
 #include "saltus/ocp/window.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/walking/closed_loop.hpp"
-#include "tests/problems/fixed_steps.hpp"
+#include "tests/robots/fixed_steps.hpp"
 
 namespace saltus::walking {
 namespace {

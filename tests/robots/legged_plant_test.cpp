@@ -10,7 +10,7 @@
 #include "saltus/robots/model/capture_point.hpp"
 #include "saltus/robots/walking/robot_choice.hpp"
 #include "tests/app/support.hpp"
-#include "tests/problems/synthetic_biped.hpp"
+#include "tests/robots/synthetic_biped.hpp"
 
 namespace saltus::walking {
 namespace {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
-#include "saltus/app/data_file.hpp"
 #include "saltus/app/new_project.hpp"
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/template_file.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 

@@ -6,11 +6,11 @@
 #include <array>
 #include <fstream>
 
-#include "saltus/app/data_file.hpp"
 #include "saltus/app/option_parser.hpp"
 #include "saltus/app/settings.hpp"
 #include "saltus/app/template_file.hpp"
 #include "saltus/app/version.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/temporary_file.hpp"
 #include "saltus/core/text.hpp"

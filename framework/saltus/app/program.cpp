@@ -21,11 +21,11 @@
 #include <utility>
 
 #include "saltus/app/completion.hpp"
-#include "saltus/app/data_file.hpp"
 #include "saltus/app/process_limits.hpp"
 #include "saltus/app/rerun.hpp"
 #include "saltus/app/silent_output.hpp"
 #include "saltus/app/version.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/core/text.hpp"
 

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "saltus/app/data_file.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {

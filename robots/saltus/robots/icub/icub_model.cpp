@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "saltus/app/data_file.hpp"
+#include "saltus/core/data_file.hpp"
 #include "saltus/core/error.hpp"
 
 namespace saltus {

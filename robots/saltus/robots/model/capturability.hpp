@@ -2,7 +2,7 @@
 //
 // xi' = omega (xi - p) with the centre of pressure p in what stands: to where xi is headed is
 // bounded, however it is pushed meanwhile, if and only if the xi that it started from (plus what
-// the push added, see saltus/robots/survival/pendulum_bound.hpp) lies in a set that is found
+// the push added, see problems/biped/survival/pendulum_bound.hpp) lies in a set that is found
 // backwards. On a foot with the sole S no step is C_0 = S. A step takes the time t at least, e =
 // e^(-omega t), to a place r of the reach R, from where n - 1 more may follow, on the other foot:
 //   C_n = (1 - e) S + e hull(S, R + C_(n-1) mirrored).

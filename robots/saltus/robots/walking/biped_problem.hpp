@@ -1,5 +1,5 @@
 // What a problem says of a biped in a closed loop: how it starts, what plans its wrenches and its
-// steps, when the run is over and what is made of it. The loop and the survival sweep know no more.
+// steps, when the run is over and what is made of it. The loop knows no more.
 #pragma once
 
 #include <memory>
@@ -39,15 +39,11 @@ struct StepBounds {
 class BipedProblem {
  public:
   virtual ~BipedProblem() = default;
-  /// A copy that can be run beside this one.
-  virtual std::unique_ptr<BipedProblem> clone() const = 0;
 
   /// Its settings.
   virtual const BipedSettings& settings() const = 0;
   /// Its settings, to be changed before a run.
   virtual BipedSettings& settings() = 0;
-  /// Binds every key to its field of this object.
-  virtual void declare(Settings& settings) = 0;
   /// Fits the settings to a robot of another size. A problem with weights of its own fits them too.
   virtual void scale(const RobotScale& scale) { walking::scale(settings(), scale); }
 

@@ -1,4 +1,4 @@
-// What any biped in a closed loop can be told, put together from the modules that own the settings.
+// All options of a biped in a closed loop, put together from the option structs of the modules.
 #pragma once
 
 #include "saltus/robots/walking/capture_point_controller.hpp"
@@ -36,10 +36,5 @@ struct BipedSettings {
 /// Which feet stand when, as far as it is known when the run begins: those of the scene. With room
 /// for the steps that may come.
 Schedule first_contacts(const BipedSettings& settings, const Scene& scene);
-
-/// All keys but `pictures`, each declared by its module, and the rules between modules.
-void declare_biped(Settings& settings, BipedSettings& biped);
-/// `pictures`.
-void declare_pictures(Settings& settings, BipedSettings& biped);
 
 }  // namespace saltus::walking

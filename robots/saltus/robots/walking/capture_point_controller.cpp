@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "saltus/app/settings.hpp"
 #include "saltus/model/named_parameters.hpp"
 #include "saltus/robots/centroidal/centroidal.hpp"
 #include "saltus/robots/model/contact_term.hpp"
@@ -156,16 +155,6 @@ class CapturePointController final : public Planner {
 };
 
 }  // namespace
-
-void declare_settings(Settings& s, CapturePointGains& gains) {
-  s.number("capture_point.after_landing", gains.after_landing, "s",
-           "the trajectory of the CoM ends this long after the landing", above(0.0));
-  s.number("capture_point.com_stiffness", gains.com_stiffness, "1/s^2",
-           "of the CoM towards its trajectory", at_least(0.0));
-  s.number("capture_point.com_damping", gains.com_damping, "1/s", "of the same", at_least(0.0));
-  s.number("capture_point.momentum_damping", gains.momentum_damping, "1/s",
-           "of the angular momentum", at_least(0.0));
-}
 
 std::unique_ptr<Planner> make_capture_point_controller(
     const CapturePointGains& gains, const PlannerSettings& settings, const ContactSettings& contact,

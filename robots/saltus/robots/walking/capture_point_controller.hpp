@@ -6,10 +6,6 @@
 #include "saltus/robots/walking/contact_settings.hpp"
 #include "saltus/robots/walking/planner.hpp"
 
-namespace saltus {
-class Settings;
-}
-
 namespace saltus::walking {
 
 /// Of the controller without prediction.
@@ -19,9 +15,6 @@ struct CapturePointGains {
   double com_damping = 14.1;      ///< 1/s
   double momentum_damping = 5.0;  ///< 1/s
 };
-
-/// capture_point.*
-void declare_settings(Settings& settings, CapturePointGains& gains);
 
 /// Momentum control as in the paper's section 2.1, without a horizon: the CoM follows a minimum
 /// jerk trajectory to the target, planned afresh from where it is in every tick until the landing,

@@ -1,40 +1,6 @@
 #include "saltus/robots/walking/contact_settings.hpp"
 
-#include <fmt/format.h>
-
-#include "saltus/app/settings.hpp"
-
 namespace saltus::walking {
-
-void declare_settings(Settings& s, ContactSettings& c) {
-  s.number("contact.friction", c.friction, "", "coefficient of friction", above(0.0));
-  s.integer("contact.edges", c.edges, "", "edges of the friction pyramid: 3, 4, 6, 8, 12",
-            between(3.0, 12.0));
-  s.rule({"contact.edges"}, [&c] {
-    const int n = c.edges;
-    const bool known = n == 3 || n == 4 || n == 6 || n == 8 || n == 12;
-    return known ? "" : fmt::format("contact.edges is {}; use 3, 4, 6, 8 or 12", n);
-  });
-  s.choice<FrictionPyramid>("contact.pyramid", c.pyramid,
-                            {{"inscribed", FrictionPyramid::inscribed},
-                             {"circumscribed", FrictionPyramid::circumscribed}},
-                            "inside the friction cone, or around it");
-  s.number("contact.torsional_friction", c.torsional_friction, "m", "largest |tz| / fz",
-           at_least(0.0));
-  s.flag(
-      "contact.corners", c.corners,
-      "and no more than friction at the foot's four corners can exert: a foot that stands on one "
-      "corner turns about it freely");
-  s.number("contact.fz_min", c.normal_force_min, "N", "least normal force of a foot in contact",
-           at_least(0.0));
-  s.number("contact.fz_max", c.normal_force_max, "N", "largest normal force", above(0.0));
-  s.rule({"contact.fz_min", "contact.fz_max"}, [&c] {
-    return c.normal_force_min <= c.normal_force_max
-               ? ""
-               : fmt::format("contact.fz_min ({}) exceeds contact.fz_max ({})", c.normal_force_min,
-                             c.normal_force_max);
-  });
-}
 
 ContactConeOptions cone_options(const ContactSettings& contact, const FootRectangle& foot) {
   ContactConeOptions options;

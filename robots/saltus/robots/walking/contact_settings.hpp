@@ -3,10 +3,6 @@
 
 #include "saltus/robots/model/contact_cone.hpp"
 
-namespace saltus {
-class Settings;
-}
-
 namespace saltus::walking {
 
 /// What the ground can do to a foot, as the planner has it.
@@ -19,9 +15,6 @@ struct ContactSettings {
   double normal_force_min = 10.0;    ///< N
   double normal_force_max = 1000.0;  ///< N per foot
 };
-
-/// contact.*
-void declare_settings(Settings& settings, ContactSettings& contact);
 
 /// Of one foot.
 ContactConeOptions cone_options(const ContactSettings& contact, const FootRectangle& foot);

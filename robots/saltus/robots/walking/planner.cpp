@@ -5,7 +5,6 @@
 #include <random>
 #include <utility>
 
-#include "saltus/app/settings.hpp"
 #include "saltus/integrators/zero_order_hold.hpp"
 #include "saltus/mpc/any_real_time_solver.hpp"
 #include "saltus/qp/riccati_kernels.hpp"
@@ -44,28 +43,6 @@ std::function<bool(long)> missed_ticks(const PlannerSettings& settings) {
 }
 
 }  // namespace
-
-void declare_solver(Settings& s, PlannerSettings& planner) {
-  s.choice<SolverChoice>(
-      "solver", planner.solver, solver_choices(),
-      "solver of the optimal control problem: stage by stage, one sparse system, "
-      "or as a nonlinear program");
-}
-
-void declare_settings(Settings& s, PlannerSettings& planner) {
-  s.number("mpc.step", planner.step, "s", "grid and period of the controller", between(1e-4, 10.0));
-  s.integer("mpc.intervals", planner.intervals, "", "length of the horizon in steps",
-            between(1.0, 1000.0));
-  s.choice<CostRule>("mpc.costs", planner.costs,
-                     {{"nodes", CostRule::nodes}, {"integrated", CostRule::integrated}},
-                     "running costs summed at the nodes or integrated");
-  s.number("solver_tolerance", planner.tolerance, "", "scaled KKT error", strictly_between(0, 1));
-
-  s.number("mpc.deadline", planner.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
-  s.number("mpc.missed_share", planner.missed_fraction, "",
-           "fraction of the ticks that are denied their solve, to try the loop", between(0.0, 0.9));
-  s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are", at_least(0.0));
-}
 
 ControllerOptions controller_options(const PlannerSettings& settings, double mass, Side stance) {
   ControllerOptions options;

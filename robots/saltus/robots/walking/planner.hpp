@@ -54,11 +54,6 @@ struct PlannerSettings {
   int missed_seed = 1;  ///< of the random ticks that are left out
 };
 
-/// `solver`.
-void declare_solver(Settings& settings, PlannerSettings& planner);
-/// mpc.* and solver_tolerance.
-void declare_settings(Settings& settings, PlannerSettings& planner);
-
 /// A planner without a plan puts the robot's weight on the foot that stands at the start.
 ControllerOptions controller_options(const PlannerSettings& settings, double mass, Side stance);
 /// The controller of a problem with one phase of so many intervals, its dynamics affine. `mass` of

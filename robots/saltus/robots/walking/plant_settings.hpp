@@ -35,11 +35,4 @@ struct PlantSettings {
   bool is_whole_body() const { return choice != PlantChoice::centroidal; }
 };
 
-/// `plant`.
-void declare_plant(Settings& settings, PlantSettings& plant);
-/// simulator.step.
-void declare_step(Settings& settings, PlantSettings& plant);
-/// The rest of simulator.*, motor.*, sensors, sensor.*, noise.* and dart.*
-void declare_settings(Settings& settings, PlantSettings& plant);
-
 }  // namespace saltus::walking

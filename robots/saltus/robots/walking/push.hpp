@@ -7,10 +7,6 @@
 
 #include "saltus/core/types.hpp"
 
-namespace saltus {
-class Settings;
-}
-
 namespace saltus::walking {
 
 /// Of the force over its duration.
@@ -59,12 +55,5 @@ double impulse_fraction(const Push& push, double t);
 Vec<double, 3> mean_push_force(const Push& push, double from, double to);
 /// The same of all together.
 Vec<double, 3> total_push_force(std::span<const Push> pushes, double from, double to);
-
-/// push.impulse, direction, duration, start, shape.
-void declare_settings(Settings& settings, Push& push);
-/// pushes and push.random.*
-void declare_settings(Settings& settings, MorePushes& more, const Push& first);
-/// push.link and push.point, which a model without links has no use for.
-void declare_point_of_push(Settings& settings, Push& push);
 
 }  // namespace saltus::walking

@@ -4,28 +4,11 @@
 
 #include <cstdio>
 
-#include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/icub/icub.hpp"
 #include "saltus/robots/icub/icub_model.hpp"
 
 namespace saltus::walking {
-
-void declare_settings(Settings& s, RobotChoice& robot) {
-  s.text("robot.urdf", robot.urdf,
-         "URDF of the robot; empty: the official model if it was fetched, else the "
-         "figures that come with the program");
-  s.alias("urdf", "robot.urdf");
-  s.text("robot.config", robot.file,
-         "file that names soles, base, joints, limits and postures of the robot "
-         "(robots/README.md); empty: iCub's");
-}
-
-void declare_mass_error(Settings& s, RobotChoice& robot) {
-  s.number("model.mass_error", robot.mass_error, "",
-           "relative error of all masses and inertias in the controllers' model",
-           between(-0.5, 1.0));
-}
 
 RobotDescription robot_of(const RobotChoice& choice, bool needs_urdf) {
   const auto urdf = urdf_of(choice);

@@ -7,10 +7,6 @@
 
 #include "saltus/robots/model/robot_description.hpp"
 
-namespace saltus {
-class Settings;
-}
-
 namespace saltus::walking {
 
 /// Which robot, from which files.
@@ -20,11 +16,6 @@ struct RobotChoice {
   /// Relative error of all masses and inertias in the controllers' model; the plant has none.
   double mass_error = 0.0;
 };
-
-/// robot.urdf and robot.config.
-void declare_settings(Settings& settings, RobotChoice& robot);
-/// model.mass_error.
-void declare_mass_error(Settings& settings, RobotChoice& robot);
 
 /// The robot that is asked for: of its URDF if there is one, else as its file says. With
 /// `needs_urdf` (a whole body) the lack of one is an error. Throws InputError for what the files

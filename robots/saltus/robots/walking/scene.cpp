@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "saltus/app/settings.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/robots/model/capture_point.hpp"
 
@@ -70,18 +69,6 @@ Scene initial_scene(const SceneSettings& settings, const RobotDescription& robot
   Scene scene = scene_of(posture_on(settings.stance, robot), robot);
   scene.target = settings.target;
   return scene;
-}
-
-void declare_stance(Settings& s, SceneSettings& scene) {
-  s.choice<Stance>("stance", scene.stance,
-                   {{"left", Stance::left}, {"right", Stance::right}, {"both", Stance::both}},
-                   "the foot that it stands on at the start, the other one in the air; or both");
-}
-
-void declare_target(Settings& s, SceneSettings& scene) {
-  s.choice<Target>("target", scene.target,
-                   {{"sole_midpoint", Target::sole_midpoint}, {"centroid", Target::centroid}},
-                   "where the CoM shall come to rest after the step");
 }
 
 }  // namespace saltus::walking

@@ -6,10 +6,6 @@
 #include "saltus/robots/model/support_polygon.hpp"
 #include "saltus/robots/walking/step_plan.hpp"
 
-namespace saltus {
-class Settings;
-}
-
 namespace saltus::walking {
 
 /// What the centre of mass shall come to rest above.
@@ -20,11 +16,6 @@ struct SceneSettings {
   Stance stance = Stance::left;           ///< on what it stands at the start
   Target target = Target::sole_midpoint;  ///< above what
 };
-
-/// Declares the key `stance`.
-void declare_stance(Settings& settings, SceneSettings& scene);
-/// Declares the key `target`.
-void declare_target(Settings& settings, SceneSettings& scene);
 
 /// Positions in the world, m.
 struct Scene {

@@ -7,10 +7,6 @@
 #include "saltus/robots/walking/scene.hpp"
 #include "saltus/robots/walking/step_planner.hpp"
 
-namespace saltus {
-class Settings;
-}
-
 namespace saltus::walking {
 
 /// One step of the foot in the air by a formula (StepLogic), or any number of either foot: by a
@@ -49,11 +45,6 @@ struct Step {
   double lateral_max = 0.30;  ///< to the side, m
   double forward_max = 0.25;  ///< reach to the front and back, m
 };
-
-/// step.*
-void declare_settings(Settings& settings, Step& step);
-/// `stepping`.
-void declare_stepping(Settings& settings, Step& step);
 
 /// Decides once per tick from the capture point. The foot is placed at the capture point predicted
 /// for the landing with the centre of pressure at the edge of the stance sole that is nearest to

@@ -1,4 +1,4 @@
-// The keys of the whole body's control and of what is measured of it.
+// Options of the whole-body controller, and the controller that they choose.
 #pragma once
 
 #include "saltus/robots/whole_body/inverse_dynamics_controller.hpp"
@@ -7,8 +7,6 @@
 #include "saltus/robots/whole_body/sensor_options.hpp"
 
 namespace saltus {
-
-class Settings;
 
 /// Which controller of the whole body.
 enum class WholeBodyChoice { inverse_dynamics, momentum };
@@ -29,14 +27,5 @@ std::unique_ptr<WholeBodyController> make_whole_body_controller(const FloatingRo
                                                                 const ContactConeOptions& left,
                                                                 const ContactConeOptions& right,
                                                                 const WholeBodyControl& control);
-
-/// control.period.
-void declare_period(Settings& settings, WholeBodyControl& control);
-/// whole_body.* and momentum.*
-void declare_settings(Settings& settings, WholeBodyControl& control);
-/// noise.*
-void declare_settings(Settings& settings, MeasurementNoise& noise);
-/// sensor.*
-void declare_settings(Settings& settings, SensorOptions& sensors, EstimationOptions& estimation);
 
 }  // namespace saltus

@@ -1,0 +1,71 @@
+#include "problems/biped/keys/keys.hpp"
+
+#include <fmt/format.h>
+
+#include "saltus/app/settings.hpp"
+
+namespace saltus::walking {
+
+void declare_solver(Settings& s, PlannerSettings& planner) {
+  s.choice<SolverChoice>(
+      "solver", planner.solver, solver_choices(),
+      "solver of the optimal control problem: stage by stage, one sparse system, "
+      "or as a nonlinear program");
+}
+
+void declare_settings(Settings& s, PlannerSettings& planner) {
+  s.number("mpc.step", planner.step, "s", "grid and period of the controller", between(1e-4, 10.0));
+  s.integer("mpc.intervals", planner.intervals, "", "length of the horizon in steps",
+            between(1.0, 1000.0));
+  s.choice<CostRule>("mpc.costs", planner.costs,
+                     {{"nodes", CostRule::nodes}, {"integrated", CostRule::integrated}},
+                     "running costs summed at the nodes or integrated");
+  s.number("solver_tolerance", planner.tolerance, "", "scaled KKT error", strictly_between(0, 1));
+
+  s.number("mpc.deadline", planner.deadline, "s", "wall clock per tick; 0: none", at_least(0.0));
+  s.number("mpc.missed_share", planner.missed_fraction, "",
+           "fraction of the ticks that are denied their solve, to try the loop", between(0.0, 0.9));
+  s.integer("mpc.missed_seed", planner.missed_seed, "", "which ticks those are", at_least(0.0));
+}
+
+void declare_settings(Settings& s, CapturePointGains& gains) {
+  s.number("capture_point.after_landing", gains.after_landing, "s",
+           "the trajectory of the CoM ends this long after the landing", above(0.0));
+  s.number("capture_point.com_stiffness", gains.com_stiffness, "1/s^2",
+           "of the CoM towards its trajectory", at_least(0.0));
+  s.number("capture_point.com_damping", gains.com_damping, "1/s", "of the same", at_least(0.0));
+  s.number("capture_point.momentum_damping", gains.momentum_damping, "1/s",
+           "of the angular momentum", at_least(0.0));
+}
+
+void declare_settings(Settings& s, ContactSettings& c) {
+  s.number("contact.friction", c.friction, "", "coefficient of friction", above(0.0));
+  s.integer("contact.edges", c.edges, "", "edges of the friction pyramid: 3, 4, 6, 8, 12",
+            between(3.0, 12.0));
+  s.rule({"contact.edges"}, [&c] {
+    const int n = c.edges;
+    const bool known = n == 3 || n == 4 || n == 6 || n == 8 || n == 12;
+    return known ? "" : fmt::format("contact.edges is {}; use 3, 4, 6, 8 or 12", n);
+  });
+  s.choice<FrictionPyramid>("contact.pyramid", c.pyramid,
+                            {{"inscribed", FrictionPyramid::inscribed},
+                             {"circumscribed", FrictionPyramid::circumscribed}},
+                            "inside the friction cone, or around it");
+  s.number("contact.torsional_friction", c.torsional_friction, "m", "largest |tz| / fz",
+           at_least(0.0));
+  s.flag(
+      "contact.corners", c.corners,
+      "and no more than friction at the foot's four corners can exert: a foot that stands on one "
+      "corner turns about it freely");
+  s.number("contact.fz_min", c.normal_force_min, "N", "least normal force of a foot in contact",
+           at_least(0.0));
+  s.number("contact.fz_max", c.normal_force_max, "N", "largest normal force", above(0.0));
+  s.rule({"contact.fz_min", "contact.fz_max"}, [&c] {
+    return c.normal_force_min <= c.normal_force_max
+               ? ""
+               : fmt::format("contact.fz_min ({}) exceeds contact.fz_max ({})", c.normal_force_min,
+                             c.normal_force_max);
+  });
+}
+
+}  // namespace saltus::walking

@@ -1,0 +1,66 @@
+#include "problems/biped/keys/keys.hpp"
+
+#include "saltus/app/settings.hpp"
+
+namespace saltus::walking {
+
+void declare_plant(Settings& s, PlantSettings& plant) {
+  s.choice<PlantChoice>(
+      "plant", plant.choice,
+      {{"centroidal", PlantChoice::centroidal},
+       {"dart", PlantChoice::dart},
+       {"mujoco", PlantChoice::mujoco}},
+      "what is pushed: the centroidal model, or the whole body in DART or MuJoCo");
+}
+
+void declare_step(Settings& s, PlantSettings& plant) {
+  s.number("simulator.step", plant.step, "s", "whole body: of the engine", between(1e-5, 0.1));
+}
+
+void declare_settings(Settings& s, PlantSettings& plant) {
+  s.number("simulator.friction", plant.friction, "", "whole body: of the ground", above(0.0));
+  s.number("simulator.ground_step", plant.ground_step, "m",
+           "whole body: the ground on the swing foot's side is this much higher, unknown to the "
+           "controllers",
+           between(-0.1, 0.1));
+  s.number("simulator.ground_edge", plant.ground_edge, "m",
+           "lateral distance from the stance sole where it begins", between(0.05, 1.0));
+  s.number("simulator.joint_friction", plant.joint_friction, "Nm s/rad", "whole body: viscous",
+           at_least(0.0));
+  s.integer("simulator.delay_ticks", plant.delay_ticks, "",
+            "whole body: control periods by which torques are late", between(0.0, 100.0));
+  s.number("motor.bandwidth", plant.motors.bandwidth, "Hz",
+           "whole body: of the torques, a first-order lag; 0: none", at_least(0.0));
+  s.number("motor.torque_rate", plant.motors.torque_rate, "Nm/s",
+           "whole body: largest rate of the torques; 0: no limit", at_least(0.0));
+  s.choice<SensorChoice>(
+      "sensors", plant.sensors,
+      {{"ideal", SensorChoice::ideal}, {"measured", SensorChoice::measured}},
+      "whole body: controllers see the truth, with the noise of noise.*; or what an estimator "
+      "makes "
+      "of encoders, gyroscope, accelerometer and forces in the feet, those of sensor.*");
+  declare_settings(s, plant.noise);
+  s.rule({"sensors", "noise.position", "noise.angle", "noise.velocity", "noise.angular_velocity",
+          "noise.force"},
+         [&plant] {
+           return plant.sensors == SensorChoice::measured && !plant.noise.is_zero()
+                      ? "noise.* is of ideal sensors: set sensors=ideal too, or use sensor.*"
+                      : "";
+         });
+  declare_settings(s, plant.sensor, plant.estimation);
+  s.choice<DartCollision>("dart.collision", plant.collision,
+                          {{"dart", DartCollision::dart},
+                           {"fcl", DartCollision::fcl},
+                           {"bullet", DartCollision::bullet},
+                           {"ode", DartCollision::ode}},
+                          "collision detector");
+  s.choice<DartLcp>("dart.lcp", plant.lcp, {{"dantzig", DartLcp::dantzig}, {"pgs", DartLcp::pgs}},
+                    "contact solver");
+  s.choice<DartFriction>(
+      "dart.friction", plant.cone,
+      {{"box", DartFriction::box}, {"inscribed", DartFriction::inscribed}},
+      "DART's friction cone is square: its sides at simulator.friction, its corners beyond; or "
+      "inside the round cone of that");
+}
+
+}  // namespace saltus::walking

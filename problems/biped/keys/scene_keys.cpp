@@ -1,0 +1,35 @@
+#include "problems/biped/keys/keys.hpp"
+
+#include "saltus/app/settings.hpp"
+
+namespace saltus::walking {
+
+void declare_stance(Settings& s, SceneSettings& scene) {
+  s.choice<Stance>("stance", scene.stance,
+                   {{"left", Stance::left}, {"right", Stance::right}, {"both", Stance::both}},
+                   "the foot that it stands on at the start, the other one in the air; or both");
+}
+
+void declare_target(Settings& s, SceneSettings& scene) {
+  s.choice<Target>("target", scene.target,
+                   {{"sole_midpoint", Target::sole_midpoint}, {"centroid", Target::centroid}},
+                   "where the CoM shall come to rest after the step");
+}
+
+void declare_settings(Settings& s, RobotChoice& robot) {
+  s.text("robot.urdf", robot.urdf,
+         "URDF of the robot; empty: the official model if it was fetched, else the "
+         "figures that come with the program");
+  s.alias("urdf", "robot.urdf");
+  s.text("robot.config", robot.file,
+         "file that names soles, base, joints, limits and postures of the robot "
+         "(robots/README.md); empty: iCub's");
+}
+
+void declare_mass_error(Settings& s, RobotChoice& robot) {
+  s.number("model.mass_error", robot.mass_error, "",
+           "relative error of all masses and inertias in the controllers' model",
+           between(-0.5, 1.0));
+}
+
+}  // namespace saltus::walking

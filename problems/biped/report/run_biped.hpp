@@ -1,0 +1,36 @@
+// `saltus run NAME` for a problem on a biped: one closed-loop run from settings to results.
+#pragma once
+
+#include <string>
+
+#include "problems/biped/configurable_biped.hpp"
+#include "saltus/app/problem_registry.hpp"
+#include "saltus/robots/walking/closed_loop.hpp"
+
+namespace saltus::walking {
+
+/// Runs, prints, writes tables and summary, draws. `default_config`: all settings at their
+/// defaults, as YAML.
+ExitStatus run_biped(const BipedProblem& problem, const std::string& default_config,
+                     const RunContext& context);
+
+/// All keys with the values that they have in `problem`, as YAML.
+inline std::string settings_of(ConfigurableBiped& problem) {
+  Settings settings;
+  problem.declare(settings);
+  return settings.to_yaml();
+}
+
+/// The entry of a problem whose defaults are those of `Problem{}`.
+template <class Problem>
+ProblemEntry biped_entry(std::string name, std::string summary) {
+  return problem_entry<Problem>(
+      std::move(name), std::move(summary),
+      +[](Settings& settings, Problem& problem) { problem.declare(settings); },
+      [](const Problem& problem, const RunContext& context) {
+        Problem defaults;
+        return run_biped(problem, settings_of(defaults), context);
+      });
+}
+
+}  // namespace saltus::walking

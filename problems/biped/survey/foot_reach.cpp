@@ -1,0 +1,206 @@
+#include "problems/biped/survey/foot_reach.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <numbers>
+#include <string_view>
+#include <utility>
+
+#include "problems/biped/survey/posture_search.hpp"
+#include "saltus/core/error.hpp"
+#include "saltus/core/temporary_file.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
+#include "saltus/robots/whole_body/floating_robot.hpp"
+
+namespace saltus::survey {
+namespace {
+
+constexpr double lowest_trunk = 0.92;    // of its height when it stands: legs that reach bend
+constexpr double between_limbs = 0.005;  // m
+constexpr double farthest = 0.8;         // of the trunk's height: beyond any step
+constexpr int halvings = 5;              // of that: to 1 cm
+
+// With the shapes of its limbs, if it has any: without, joint limits alone tell.
+FloatingRobot body_with_limbs(const UrdfModel& model, const RobotDescription& robot) {
+  FloatingRobot body = floating_robot(model, robot);
+  try {
+    add_capsules(body, model, robot);
+  } catch (const InputError&) {
+  }
+  return body;
+}
+
+class Search {
+ public:
+  Search(const UrdfModel& model, const RobotDescription& robot, FloatingRobot body)
+      : model_(model), robot_(robot), body_(std::move(body)) {}
+
+  std::optional<FootReach> run() {
+    const auto standing = std::find_if(robot_.postures.begin(), robot_.postures.end(),
+                                       [](const auto& p) { return p.stance == Stance::both; });
+    if (standing == robot_.postures.end()) return std::nullopt;
+    start_ = standing->joints;
+    apart_ = std::abs(standing->other_foot[1]);
+    trunk_ = trunk_height(start_);
+
+    FootReach reach;
+    const Point2 beside(0.0, apart_), beneath(0.0, 0.5 * apart_);
+    const auto from_foot = [&](const Point2& to) { return reaches(to, 0.5 * to); };
+    // The foot that stands is the one that reaches: the CoM goes backwards where it shall be ahead.
+    const auto from_com = [&](const Point2& to) {
+      const Point2 com(-to[0], to[1]);
+      return reaches(com + beneath, com);
+    };
+    if (!from_foot(beside) || !from_com(beneath)) return std::nullopt;
+    for (int i = 0; i < reach_directions; ++i) {
+      const double angle = 2.0 * std::numbers::pi * i / reach_directions;
+      const Point2 along(std::cos(angle), std::sin(angle));
+      reach.from_foot.push_back(farthest_along(beside, along, from_foot));
+      reach.from_com.push_back(farthest_along(beneath, along, from_com));
+    }
+    return reach;
+  }
+
+ private:
+  // Of the root link above the left sole, m.
+  double trunk_height(const Posture& joints) const {
+    const std::vector<Eigen::Isometry3d> poses = model_.link_poses(joints);
+    Eigen::Isometry3d sole = poses[static_cast<std::size_t>(model_.link_index(robot_.left_sole))];
+    sole.translate(Vec<double, 3>(0.0, 0.0, robot_.contact_plane_offset));
+    return sole.inverse().translation().z();
+  }
+  // With the other foot and the CoM there, (forward, away) of a left foot that stands.
+  bool reaches(const Point2& other_foot, const Point2& com) const {
+    PostureWish wish;
+    wish.stance = Side::left;
+    wish.other_foot = {other_foot[0], -other_foot[1], 0.0};
+    wish.com = {com[0], -com[1]};
+    wish.trunk_height = 0.5 * (1.0 + lowest_trunk) * trunk_;
+    wish.clearance = 2.0 * between_limbs;
+    const FoundPosture found = find_posture(model_, robot_, body_, wish, start_);
+    if (!found.is_found() || found.clearance <= between_limbs) return false;
+    return std::abs(trunk_height(found.joints) - wish.trunk_height) <
+           0.5 * (1.0 - lowest_trunk) * trunk_;
+  }
+
+  Point2 farthest_along(const Point2& from, const Point2& along,
+                        const std::function<bool(const Point2&)>& reaches) const {
+    double reached = 0.0, missed = farthest * trunk_;
+    for (int i = 0; i < halvings; ++i) {
+      const double middle = 0.5 * (reached + missed);
+      (reaches(from + middle * along) ? reached : missed) = middle;
+    }
+    return from + reached * along;
+  }
+
+  const UrdfModel& model_;
+  const RobotDescription& robot_;
+  FloatingRobot body_;
+  Posture start_;
+  double apart_ = 0.0, trunk_ = 0.0;  // m
+};
+
+// FNV-1a over all that the search reads.
+class Fingerprint {
+ public:
+  void add(std::string_view text) {
+    for (const char c : text) hash_ = (hash_ ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  }
+  void add(double number) { add(fmt::format("{:.17g} ", number)); }
+  std::uint64_t value() const { return hash_; }
+
+ private:
+  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+std::uint64_t fingerprint(const UrdfModel& model, const RobotDescription& robot,
+                          const FloatingRobot& body) {
+  Fingerprint print;
+  print.add("reach 2 ");  // of the method: another one counts anew
+  std::ifstream file(model.source(), std::ios::binary);
+  print.add(std::string(std::istreambuf_iterator<char>(file), {}));
+  print.add(robot.left_sole);
+  print.add(robot.right_sole);
+  print.add(robot.contact_plane_offset);
+  for (const ActuatedJoint& joint : robot.joints) {
+    print.add(joint.name);
+    if (joint.position) {
+      print.add(joint.position->lower);
+      print.add(joint.position->upper);
+    }
+  }
+  for (const StandingPosture& posture : robot.postures)
+    for (const auto& [joint, q] : posture.joints) {
+      print.add(joint);
+      print.add(q);
+    }
+  // Limbs, from the description or from meshes that may come later.
+  for (const FloatingRobot::Body& limb : body.bodies)
+    for (const LinkCapsule& c : limb.capsules) {
+      for (const Vec<double, 3>& end : {c.capsule.from, c.capsule.to})
+        for (const double coordinate : end) print.add(coordinate);
+      print.add(c.capsule.radius);
+    }
+  for (const auto& [one, other] : body.apart) {
+    print.add(one);
+    print.add(other);
+  }
+  return print.value();
+}
+
+bool read(const std::filesystem::path& path, FootReach& reach) {
+  std::ifstream file(path);
+  for (std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com}) {
+    corners->resize(reach_directions);
+    for (Point2& corner : *corners)
+      if (!(file >> corner[0] >> corner[1]) || !corner.allFinite()) return false;
+  }
+  return true;
+}
+
+// To the digits of the file, so that the run that finds it is that of those that read it, to the
+// bit.
+void round_to_file(FootReach& reach) {
+  constexpr double per_metre = 1e6;
+  for (std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
+    for (Point2& corner : *corners) corner = (corner * per_metre).array().round() / per_metre;
+}
+
+// Whole or not at all, whoever writes at the same time.
+void write(const std::filesystem::path& path, const FootReach& reach) {
+  std::error_code error;
+  std::filesystem::create_directories(path.parent_path(), error);
+  std::string text;
+  for (const std::vector<Point2>* corners : {&reach.from_foot, &reach.from_com})
+    for (const Point2& corner : *corners)
+      text += fmt::format("{:.6f} {:.6f}\n", corner[0], corner[1]);
+  write_whole(path, text, error);
+}
+
+}  // namespace
+
+std::optional<FootReach> find_foot_reach(const UrdfModel& model, const RobotDescription& robot) {
+  return Search(model, robot, body_with_limbs(model, robot)).run();
+}
+
+std::optional<FootReach> cached_foot_reach(const UrdfModel& model, const RobotDescription& robot,
+                                           const std::filesystem::path& folder) {
+  FloatingRobot body = body_with_limbs(model, robot);
+  const std::filesystem::path path =
+      folder / fmt::format("reach-{:016x}.txt", fingerprint(model, robot, body));
+  FootReach cached;
+  if (read(path, cached)) return cached;
+  std::optional<FootReach> found = Search(model, robot, std::move(body)).run();
+  if (found) {
+    round_to_file(*found);
+    write(path, *found);
+  }
+  return found;
+}
+
+}  // namespace saltus::survey

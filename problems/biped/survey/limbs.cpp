@@ -1,0 +1,300 @@
+#include "problems/biped/survey/limbs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <set>
+#include <utility>
+
+#include "saltus/robots/model/mesh.hpp"
+
+namespace saltus::survey {
+namespace {
+
+using Points = std::vector<Vec<double, 3>>;
+
+class Survey {
+ public:
+  explicit Survey(const UrdfModel& model)
+      : model_(model),
+        links_(model.links()),
+        poses_(model.link_poses({})),
+        group_(rigid_leaders(model.links())) {}
+
+  // Turns everything about the vertical, such that y points along `left`; by quarters of a turn if
+  // those are meant.
+  void face(const Vec<double, 3>& left) {
+    constexpr double quarter = std::numbers::pi / 2.0, meant = 0.02;  // rad
+    double yaw = std::atan2(-left.x(), left.y());
+    const double whole = std::round(yaw / quarter) * quarter;
+    if (std::abs(yaw - whole) < meant) yaw = whole;
+    const Eigen::AngleAxisd turn(-yaw, Vec<double, 3>::UnitZ());
+    for (Eigen::Isometry3d& pose : poses_) pose = turn * pose;
+  }
+
+  const std::vector<UrdfLink>& links() const { return links_; }
+  const UrdfLink& link(int i) const { return links_[static_cast<std::size_t>(i)]; }
+  const Eigen::Isometry3d& pose(int i) const { return poses_[static_cast<std::size_t>(i)]; }
+  /// Links fixed to each other move as one; the group is known by its first link.
+  int group(int i) const { return group_[static_cast<std::size_t>(i)]; }
+
+  // Of what moves with the group's first link, in the root's frame.
+  Points points_of_group(int group) const {
+    Points points = rigid_hull_points(model_, group);
+    for (Vec<double, 3>& p : points) p = pose(group) * p;
+    return points;
+  }
+
+  // Of the link and all that it carries, kg.
+  double carried_mass(int first) const {
+    std::vector<bool> carried(links_.size(), false);
+    double mass = 0.0;
+    for (std::size_t i = static_cast<std::size_t>(first); i < links_.size(); ++i) {
+      carried[i] = static_cast<int>(i) == first ||
+                   (links_[i].parent >= 0 && carried[static_cast<std::size_t>(links_[i].parent)]);
+      if (carried[i]) mass += links_[i].mass;
+    }
+    return mass;
+  }
+
+  // A joint's axis in the root's frame.
+  Vec<double, 3> axis(int i) const { return pose(i).linear() * link(i).joint.axis; }
+
+ private:
+  const UrdfModel& model_;
+  const std::vector<UrdfLink>& links_;
+  std::vector<Eigen::Isometry3d> poses_;
+  std::vector<int> group_;
+};
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+// Among the links fixed to the foot, one that stands as the foot does; sole before foot before any.
+int sole_link(const UrdfModel& model, const Survey& survey, int group) {
+  constexpr double parallel = 1e-3;  // rad
+  int best = -1, best_rank = -1;
+  for (std::size_t i = 0; i < survey.links().size(); ++i) {
+    const int link = static_cast<int>(i);
+    if (survey.group(link) != group) continue;
+    if (!survey.pose(link).linear().isIdentity(parallel)) continue;
+    const std::string name = lower_case(survey.link(link).name);
+    const int rank = name.find("sole") != std::string::npos   ? 2
+                     : name.find("foot") != std::string::npos ? 1
+                                                              : 0;
+    if (rank > best_rank) {
+      best = link;
+      best_rank = rank;
+    }
+  }
+  if (best < 0)
+    throw InputError(fmt::format(
+        "{}: no link fixed to \"{}\" has x forward, y to the left and z up when all joints are at "
+        "zero; add one with a fixed joint, for the sole",
+        model.source(), survey.link(group).name));
+  return best;
+}
+
+FoundFoot foot_of_group(const UrdfModel& model, const Survey& survey, int group) {
+  constexpr double flat = 2e-3;  // m: points this close to the lowest touch the ground too
+  const Points points = survey.points_of_group(group);
+  if (points.empty())
+    throw InputError(fmt::format(
+        "{}: the foot of \"{}\" has neither a collision nor a visual shape; give it a <collision>",
+        model.source(), survey.link(group).name));
+  const int sole = sole_link(model, survey, group);
+  const Eigen::Isometry3d to_sole = survey.pose(sole).inverse();
+  double plane = infinity;
+  for (const Vec<double, 3>& p : points) plane = std::min(plane, (to_sole * p).z());
+  FoundFoot foot;
+  foot.sole = survey.link(sole).name;
+  foot.contact_plane_offset = plane;
+  foot.origin = survey.pose(sole) * Vec<double, 3>(0.0, 0.0, plane);
+  FootRectangle& r = foot.rectangle;
+  r = {between(infinity, -infinity), between(infinity, -infinity)};
+  for (const Vec<double, 3>& point : points) {
+    const Vec<double, 3> p = to_sole * point;
+    if (p.z() > plane + flat) continue;
+    r.x = between(std::min(r.x.lower, p.x()), std::max(r.x.upper, p.x()));
+    r.y = between(std::min(r.y.lower, p.y()), std::max(r.y.upper, p.y()));
+  }
+  constexpr double least = 0.01;  // m, of a foot's edge
+  if (r.x.upper - r.x.lower < least || r.y.upper - r.y.lower < least)
+    throw InputError(fmt::format(
+        "{}: the foot of \"{}\" touches the ground with {:.1f} mm by {:.1f} mm only; give it a "
+        "<collision> with a flat underside",
+        model.source(), survey.link(group).name, 1e3 * (r.x.upper - r.x.lower),
+        1e3 * (r.y.upper - r.y.lower)));
+  return foot;
+}
+
+// The two groups that are lowest.
+std::pair<int, int> feet(const UrdfModel& model, const Survey& survey) {
+  constexpr double level = 0.02;  // m between the two
+  std::vector<std::pair<double, int>> lowest;
+  for (std::size_t i = 0; i < survey.links().size(); ++i) {
+    const int link = static_cast<int>(i);
+    if (survey.group(link) != link) continue;
+    double z = infinity;
+    for (const Vec<double, 3>& p : survey.points_of_group(link)) z = std::min(z, p.z());
+    if (z < infinity) lowest.emplace_back(z, link);
+  }
+  std::sort(lowest.begin(), lowest.end());
+  if (lowest.size() < 2 || lowest[1].first > lowest[0].first + level ||
+      (lowest.size() > 2 && lowest[2].first < lowest[1].first + 1e-3))
+    throw InputError(fmt::format(
+        "{}: with all joints at zero no two links are the lowest, as feet are; stand the robot up "
+        "in the URDF, root link z up",
+        model.source()));
+  return {lowest[0].second, lowest[1].second};
+}
+
+bool moves(const UrdfLink& link) {
+  return link.parent >= 0 && link.joint.motion == UrdfJoint::Motion::revolute;
+}
+
+// From the root to the foot.
+std::vector<int> chain(const UrdfModel& model, const Survey& survey, int group) {
+  std::vector<int> joints;
+  for (int i = group; i >= 0; i = survey.link(i).parent) {
+    const UrdfLink& link = survey.link(i);
+    if (link.parent < 0 || link.joint.motion == UrdfJoint::Motion::fixed) continue;
+    if (!moves(link) || !(link.joint.effort > 0.0))
+      throw InputError(
+          fmt::format("{}: joint \"{}\" of a leg {}; give it {}", model.source(), link.joint.name,
+                      moves(link) ? "has no motor (its limit of effort is 0)" : "does not turn",
+                      moves(link) ? "a <limit> with its effort" : "the type revolute"));
+    joints.push_back(i);
+  }
+  std::reverse(joints.begin(), joints.end());
+  return joints;
+}
+
+bool is_of_left(const Mirror& mirror, const std::string& joint) {
+  if (mirror.namesake(joint) == joint) return false;
+  if (joint.starts_with(mirror.left) || joint.starts_with(mirror.right))
+    return joint.starts_with(mirror.left);
+  return joint.find(mirror.left) != std::string::npos;
+}
+
+// The pair of words that turns most names of joints into each other's.
+Mirror names_of_sides(const UrdfModel& model, const Survey& survey) {
+  constexpr std::array<std::pair<const char*, const char*>, 8> words{{{"left", "right"},
+                                                                      {"Left", "Right"},
+                                                                      {"LEFT", "RIGHT"},
+                                                                      {"l_", "r_"},
+                                                                      {"L_", "R_"},
+                                                                      {"l", "r"},
+                                                                      {"L", "R"},
+                                                                      {"_l", "_r"}}};
+  std::set<std::string> names;
+  for (const UrdfLink& link : survey.links())
+    if (moves(link)) names.insert(link.joint.name);
+  Mirror best;
+  std::size_t most = 0;
+  for (const auto& [left, right] : words) {
+    const Mirror mirror{left, right, {}};
+    const auto pairs = static_cast<std::size_t>(
+        std::count_if(names.begin(), names.end(), [&](const std::string& name) {
+          const std::string namesake = mirror.namesake(name);
+          return namesake != name && names.contains(namesake);
+        }));
+    if (pairs <= most) continue;
+    most = pairs;
+    best = mirror;
+  }
+  if (most == 0)
+    throw InputError(
+        fmt::format("{}: no names of joints come in pairs of left and right, like left_knee and "
+                    "right_knee; rename them",
+                    model.source()));
+  return best;
+}
+
+}  // namespace
+
+Limbs find_limbs(const UrdfModel& model) {
+  // Lighter than this part of the robot is a hand's, a head's or a toy's matter: those are frozen.
+  constexpr double least_mass = 0.012;
+  Survey survey(model);
+  Limbs limbs;
+  limbs.mirror = names_of_sides(model, survey);
+  auto [left, right] = feet(model, survey);
+  const std::vector<int> leg = chain(model, survey, left);
+  if (std::none_of(leg.begin(), leg.end(), [&](int joint) {
+        return is_of_left(limbs.mirror, survey.link(joint).joint.name);
+      }))
+    std::swap(left, right);
+  survey.face(survey.pose(left).translation() - survey.pose(right).translation());
+  limbs.left = foot_of_group(model, survey, left);
+  limbs.right = foot_of_group(model, survey, right);
+
+  std::map<std::string, int> joints;
+  for (std::size_t i = 0; i < survey.links().size(); ++i)
+    if (moves(survey.links()[i])) joints[survey.links()[i].joint.name] = static_cast<int>(i);
+  const auto is_paired = [&](int i) {
+    const std::string namesake = limbs.mirror.namesake(survey.link(i).joint.name);
+    return namesake != survey.link(i).joint.name && joints.contains(namesake);
+  };
+  std::set<int> legs;
+  for (const int foot : {left, right})
+    for (const int joint : chain(model, survey, foot)) legs.insert(joint);
+  // Limbs are what comes in pairs and has weight; what carries them has a motor too.
+  std::set<int> kept = legs;
+  for (const auto& [name, i] : joints) {
+    if (!is_paired(i) || survey.carried_mass(i) < least_mass * model.total_mass()) continue;
+    for (int k = i; k >= 0; k = survey.link(k).parent)
+      if (moves(survey.link(k))) kept.insert(k);
+  }
+  std::string frozen, idle;
+  for (const auto& [name, i] : joints)
+    if (!kept.contains(i)) frozen += (frozen.empty() ? "" : ", ") + name;
+  for (const int i : kept) {
+    const UrdfJoint& joint = survey.link(i).joint;
+    if (joint.effort > 0.0)
+      limbs.joints.push_back(joint.name);
+    else
+      idle += (idle.empty() ? "" : ", ") + joint.name;
+    if (legs.contains(i)) limbs.legs.push_back(joint.name);
+  }
+  if (!frozen.empty())
+    limbs.notes.push_back(fmt::format("Frozen at zero, for they carry no limb: {}.", frozen));
+  if (!idle.empty())
+    limbs.notes.push_back(fmt::format("Frozen at zero, for their limit of effort is 0: {}.", idle));
+
+  // A reflection in the plane y = 0 turns the axis a of a joint into -S a, S = diag(1, -1, 1).
+  const Vec<double, 3> reflection(1.0, -1.0, 1.0);
+  for (const std::string& name : limbs.joints) {
+    const auto twin = joints.find(limbs.mirror.namesake(name));
+    if (twin == joints.end()) continue;
+    const Vec<double, 3> image = -reflection.cwiseProduct(survey.axis(joints.at(name)));
+    if (image.dot(survey.axis(twin->second)) < 0.0) limbs.mirror.reversed.push_back(name);
+  }
+
+  double heaviest = -infinity;
+  std::vector<double> mass_of_group(survey.links().size(), 0.0);
+  for (std::size_t i = 0; i < survey.links().size(); ++i)
+    mass_of_group[static_cast<std::size_t>(survey.group(static_cast<int>(i)))] +=
+        survey.links()[i].mass;
+  for (std::size_t i = 0; i < survey.links().size(); ++i) {
+    bool is_leg = false;
+    for (int k = static_cast<int>(i); k >= 0; k = survey.link(k).parent)
+      is_leg = is_leg || legs.contains(k);
+    // The root carries the legs; people push what is above.
+    const double weight = mass_of_group[i] * (survey.links()[i].parent < 0 ? 0.5 : 1.0);
+    if (is_leg || weight <= heaviest) continue;
+    heaviest = weight;
+    limbs.trunk = survey.links()[i].name;
+  }
+  return limbs;
+}
+
+}  // namespace saltus::survey

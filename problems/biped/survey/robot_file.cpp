@@ -1,0 +1,182 @@
+#include "problems/biped/survey/robot_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "problems/biped/survey/posture_search.hpp"
+#include "saltus/core/text.hpp"
+#include "saltus/robots/whole_body/collision_shapes.hpp"
+
+namespace saltus::survey {
+namespace {
+
+Vec<double, 2> centre(const FootRectangle& foot) {
+  return {0.5 * (foot.x.lower + foot.x.upper), 0.5 * (foot.y.lower + foot.y.upper)};
+}
+
+const UrdfLink& link_of(const UrdfModel& model, const std::string& joint) {
+  return *std::find_if(model.links().begin(), model.links().end(),
+                       [&](const UrdfLink& link) { return link.joint.name == joint; });
+}
+
+// Knees bent the way they bend, and arms a little off the body: where the search begins.
+Posture start_of(const UrdfModel& model, const Limbs& limbs) {
+  constexpr double bent = 0.5, off = 0.2;  // rad
+  constexpr double one_sided = 0.25;       // of a knee's range, how far it goes the other way
+  constexpr double along = 0.9;            // of an axis
+  const std::vector<Eigen::Isometry3d> poses = model.link_poses({});
+  Posture start;
+  bool left_arm_done = false, right_arm_done = false;
+  for (const std::string& name : limbs.joints) {
+    const UrdfLink& link = link_of(model, name);
+    const Bounds range = link.joint.position;
+    const auto index = static_cast<std::size_t>(model.link_index(link.name));
+    const Vec<double, 3> axis = poses[index].linear() * link.joint.axis;
+    const bool is_leg = std::find(limbs.legs.begin(), limbs.legs.end(), name) != limbs.legs.end();
+    if (is_leg) {
+      const double small = std::min(-range.lower, range.upper);
+      const double large = std::max(-range.lower, range.upper);
+      if (std::abs(axis.y()) > along && std::isfinite(large) && small < one_sided * large)
+        start[name] = range.upper > -range.lower ? bent : -bent;
+    } else if (std::abs(axis.x()) > along && limbs.mirror.namesake(name) != name) {
+      // The first joint of an arm that lifts it to the side.
+      const bool is_left = poses[index].translation().y() > 0.0;
+      bool& done = is_left ? left_arm_done : right_arm_done;
+      if (!done) start[name] = (is_left ? off : -off) * (axis.x() > 0.0 ? 1.0 : -1.0);
+      done = true;
+    }
+  }
+  return start;
+}
+
+StandingPosture posture_of(const UrdfModel& model, const FloatingRobot& body,
+                           const SurveyedRobot& robot, const char* name, Stance stance) {
+  const Limbs& limbs = robot.limbs;
+  // The feet as far apart as with straight legs; the root link lower by this part of its height.
+  constexpr double lower = 0.04;
+  constexpr double lift = 0.01;  // of the foot that does not stand, of the same height
+  const double height = -0.5 * (limbs.left.origin.z() + limbs.right.origin.z());
+  PostureWish wish;
+  wish.stance = stance == Stance::right ? Side::right : Side::left;
+  const double away = wish.stance == Side::left ? -1.0 : 1.0;
+  wish.trunk_height = (1.0 - lower) * height;
+  FoundPosture found;
+  // Feet whose shapes overlap stand further apart.
+  double apart = limbs.left.origin.y() - limbs.right.origin.y();
+  constexpr int most_tries = 4;
+  for (int k = 0; k < most_tries; ++k) {
+    wish.other_foot = {0.0, away * apart, stance == Stance::both ? 0.0 : lift * height};
+    const Vec<double, 2> here = centre(robot.description.foot(wish.stance));
+    const Vec<double, 2> there =
+        centre(robot.description.foot(other(wish.stance))) + wish.other_foot.head<2>();
+    wish.com = stance == Stance::both ? Vec<double, 2>(0.5 * (here + there)) : here;
+    found = find_posture(model, robot.description, body, wish, start_of(model, limbs));
+    if (found.clearance >= 0.75 * wish.clearance) break;
+    apart += wish.clearance - found.clearance;
+  }
+  if (!found.is_found())
+    throw InputError(fmt::format(
+        "{}: no posture on {} was found within the joints' limits: the nearest one misses the "
+        "other foot's place by {:.1f} mm and {:.3f} rad and the CoM above the sole by {:.1f} mm; "
+        "describe the robot by hand (robots/README.md)",
+        model.source(), stance == Stance::both ? "both feet" : "one foot", 1e3 * found.foot_error,
+        found.tilt, 1e3 * found.com_error));
+  StandingPosture posture;
+  posture.name = name;
+  posture.stance = stance;
+  constexpr double rounding = 1e-6;  // rad: digits that the file has
+  for (const auto& [joint, q] : found.joints)
+    if (std::abs(q) > rounding) posture.joints[joint] = std::round(q / rounding) * rounding;
+  return posture;
+}
+
+std::string range(const Bounds& b) { return fmt::format("[{:.6g}, {:.6g}]", b.lower, b.upper); }
+
+std::string quoted(const std::string& text) {
+  std::string safe = text;
+  std::replace(safe.begin(), safe.end(), '"', '\'');
+  std::replace(safe.begin(), safe.end(), '\\', '/');
+  return '"' + safe + '"';
+}
+
+}  // namespace
+
+SurveyedRobot survey_robot(const UrdfModel& model) {
+  SurveyedRobot robot;
+  robot.limbs = find_limbs(model);
+  robot.notes = robot.limbs.notes;
+  const Limbs& limbs = robot.limbs;
+  RobotDescription& d = robot.description;
+  d.name = model.name();
+  d.source = fmt::format("figures of {}", model.source());
+  d.file = model.source();
+  d.left_sole = limbs.left.sole;
+  d.right_sole = limbs.right.sole;
+  constexpr double same = 1e-4;  // m
+  if (std::abs(limbs.left.contact_plane_offset - limbs.right.contact_plane_offset) > same)
+    throw InputError(fmt::format(
+        "{}: the contact plane lies at {:.4f} m of \"{}\" but at {:.4f} m of \"{}\"; make the "
+        "shapes of the feet alike",
+        model.source(), limbs.left.contact_plane_offset, d.left_sole,
+        limbs.right.contact_plane_offset, d.right_sole));
+  d.contact_plane_offset =
+      0.5 * (limbs.left.contact_plane_offset + limbs.right.contact_plane_offset);
+  d.left_foot = limbs.left.rectangle;
+  d.right_foot = limbs.right.rectangle;
+  d.mirror = limbs.mirror;
+  d.base = model.links().front().name;
+  for (const std::string& joint : limbs.joints) d.joints.emplace_back().name = joint;
+  FloatingRobot body = floating_robot(model, d);
+  add_capsules(body, model, d);
+  d.postures.push_back(posture_of(model, body, robot, "left_stance", Stance::left));
+  d.postures.push_back(posture_of(model, body, robot, "right_stance", Stance::right));
+  d.postures.push_back(posture_of(model, body, robot, "two_feet", Stance::both));
+  d = describe(model, d);
+  return robot;
+}
+
+std::string to_yaml(const SurveyedRobot& robot, const UrdfModel& model) {
+  const RobotDescription& d = robot.description;
+  std::string text = fmt::format(
+      "# {}, as `saltus robot new` read it from\n# {}\n# Keys: robots/README.md of Saltus.\n",
+      printable(d.name), printable(model.source()));
+  for (const std::string& note : robot.notes) text += fmt::format("# {}\n", printable(note));
+  text +=
+      fmt::format("name: {}\nsource: {}\n\n", quoted(d.name),
+                  quoted("read from " + std::filesystem::path(model.source()).filename().string()));
+  text += fmt::format("mass: {:.9g}  # kg\n", d.mass);
+  text +=
+      fmt::format("soles: {{left: {}, right: {}}}\n", quoted(d.left_sole), quoted(d.right_sole));
+  text += fmt::format("contact_plane_offset: {:.6g}  # m, along z of the soles\n",
+                      d.contact_plane_offset);
+  for (const Side side : {Side::left, Side::right})
+    text += fmt::format("{}_foot: {{x: {}, y: {}}}  # m\n", name_of(side), range(d.foot(side).x),
+                        range(d.foot(side).y));
+  text += fmt::format("\nbase: {}\njoints:\n", quoted(d.base));
+  for (const ActuatedJoint& joint : d.joints)
+    text += fmt::format("  {}: {{}}\n", quoted(joint.name));
+  std::vector<std::string> reversed;
+  for (const std::string& joint : d.mirror->reversed) reversed.push_back(quoted(joint));
+  text += fmt::format("\nmirror: {{left: {}, right: {}, reversed: [{}]}}\n", quoted(d.mirror->left),
+                      quoted(d.mirror->right), fmt::join(reversed, ", "));
+  text += "\npostures:  # m in the contact frame of the stance foot; rad\n";
+  for (const StandingPosture& p : d.postures) {
+    const char* stance = p.stance == Stance::left    ? "left"
+                         : p.stance == Stance::right ? "right"
+                                                     : "both";
+    text += fmt::format(
+        "  {}:\n    stance: {}\n    com: [{:.6g}, {:.6g}, {:.6g}]\n    other_foot: [{:.6g}, "
+        "{:.6g}, "
+        "{:.6g}]\n    joints:\n",
+        p.name, stance, p.com.x(), p.com.y(), p.com.z(), p.other_foot.x(), p.other_foot.y(),
+        p.other_foot.z());
+    for (const auto& [joint, q] : p.joints)
+      text += fmt::format("      {}: {:.6f}\n", quoted(joint), q);
+  }
+  return text;
+}
+
+}  // namespace saltus::survey

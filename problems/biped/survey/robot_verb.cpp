@@ -1,0 +1,168 @@
+#include "problems/biped/survey/robot_verb.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "problems/biped/survey/robot_check.hpp"
+#include "problems/biped/survey/robot_file.hpp"
+#include "saltus/app/option_parser.hpp"
+#include "saltus/app/output_folder.hpp"
+#include "saltus/app/settings.hpp"
+#include "saltus/core/text.hpp"
+
+namespace saltus::survey {
+namespace {
+
+namespace fs = std::filesystem;
+using walking::BipedSettings;
+using walking::ConfigurableBiped;
+
+constexpr const char* summary = "a robot's files: are they whole, or make them from a URDF";
+constexpr const char* usage =
+    "saltus robot check FILE.urdf [--config ROBOT.yaml]\n"
+    "    Looks at masses, limits, meshes, feet, postures and reach, a line each; status 2 if\n"
+    "    something is wrong. Without --config the robot is read from the URDF alone.\n"
+    "saltus robot new FILE.urdf [--out DIR]\n"
+    "    Writes DIR/robot.yaml (feet, joints, sides, postures) and DIR/run.yaml (settings fitted\n"
+    "    to its size), and checks them. DIR is the robot's name unless given.\n";
+
+struct Request {
+  std::string action, urdf, config, out;
+};
+
+Request parse(std::span<const std::string> arguments) {
+  Request request;
+  std::vector<std::string> words(arguments.begin(), arguments.end());
+  const auto action = std::find_if(words.begin(), words.end(),
+                                   [](const std::string& word) { return !word.starts_with("-"); });
+  if (action != words.end()) {
+    request.action = *action;
+    words.erase(action);
+  }
+  OptionParser parser("robot", summary);
+  parser.word("FILE.urdf", "the robot", request.urdf);
+  parser.option("--config", "FILE", "its configuration (robots/README.md)", request.config);
+  parser.option("--out", "DIR", "where the files of `new` go", request.out);
+  parser.parse(words);
+  if (parser.help_wanted() || request.action.empty()) {
+    request.action = "help";
+    return request;
+  }
+  const std::vector<std::string> known{"check", "new"};
+  if (std::find(known.begin(), known.end(), request.action) == known.end())
+    throw InputError(fmt::format("robot: there is no \"{}\"; use check or new", request.action));
+  if (request.urdf.empty())
+    throw InputError(fmt::format("robot {}: name the robot's URDF", request.action));
+  if (request.action == "check" && !request.out.empty())
+    throw InputError("robot check: --out belongs to `robot new`; check writes nothing");
+  if (request.action == "new" && !request.config.empty())
+    throw InputError("robot new: --config belongs to `robot check`; new writes such a file");
+  return request;
+}
+
+// Fitted to the robot's size.
+std::unique_ptr<ConfigurableBiped> fitted(const ConfigurableBiped& defaults,
+                                          const RobotDescription& robot) {
+  std::unique_ptr<ConfigurableBiped> problem = defaults.clone();
+  problem->scale(walking::scale_of(robot));
+  return problem;
+}
+
+// What `check` prints; false if something is wrong.
+bool print_check(const UrdfModel& model, const RobotDescription& robot,
+                 const ConfigurableBiped& problem) {
+  const walking::Step& step = problem.settings().step;
+  const std::vector<Finding> findings =
+      check_robot(model, robot, step.forward_max, between(step.lateral_min, step.lateral_max));
+  for (const std::string& warning : robot.warnings) fmt::print("note  {}\n", warning);
+  fmt::print("{}", describe(findings));
+  const auto wrong = std::count_if(findings.begin(), findings.end(), [](const Finding& f) {
+    return f.level == Finding::Level::wrong;
+  });
+  fmt::print("\n{}: {}\n", robot.name,
+             wrong == 0 ? "can be stood, pushed and stepped with"
+                        : fmt::format("{} to be mended before it can be used", wrong));
+  return wrong == 0;
+}
+
+std::string run_settings(const ConfigurableBiped& defaults, const SurveyedRobot& robot,
+                         const fs::path& urdf, const fs::path& config) {
+  const std::unique_ptr<ConfigurableBiped> problem = defaults.clone();
+  Settings keys;
+  problem->declare(keys);  // what stands in it now are the defaults
+  problem->scale(walking::scale_of(robot.description));
+  BipedSettings& settings = problem->settings();
+  settings.robot.urdf = urdf.string();
+  settings.robot.file = config.string();
+  settings.push.link = robot.limbs.trunk;
+  return keys.changes_to_yaml();
+}
+
+// Of a folder below the present one, that is not hidden.
+bool is_folder_name(const std::string& name) {
+  return !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
+         printable(name) == name;
+}
+
+ExitStatus make_new(const Request& request, const std::string& name,
+                    const ConfigurableBiped& defaults) {
+  const fs::path urdf = fs::absolute(request.urdf).lexically_normal();
+  const UrdfModel model = UrdfModel::read(urdf);
+  if (request.out.empty() && !is_folder_name(model.name()))
+    throw InputError(fmt::format(
+        "{}: the name of the robot, '{}', is no name of a folder here; name one with --out DIR",
+        urdf.string(), shortened(model.name())));
+  const fs::path folder = fs::absolute(request.out.empty() ? model.name() : request.out);
+  for (const char* file : {"robot.yaml", "run.yaml"})
+    if (std::error_code absent; fs::exists(folder / file, absent))
+      throw InputError(fmt::format("{} is there already; remove it or give another --out",
+                                   (folder / file).string()));
+  const SurveyedRobot robot = survey_robot(model);
+  const OutputFolder out(folder);
+  out.write("robot.yaml", to_yaml(robot, model));
+  out.write("run.yaml",
+            fmt::format("# Settings of {} for {}, fitted to its size by `saltus robot new`.\n{}",
+                        name, printable(shortened(robot.description.name)),
+                        run_settings(defaults, robot, urdf, folder / "robot.yaml")));
+  for (const std::string& note : robot.notes) fmt::print("note  {}\n", note);
+  const RobotDescription read_back =
+      describe(model, read_robot_description(folder / "robot.yaml", Figures::from_urdf));
+  const bool is_good = print_check(model, read_back, *fitted(defaults, read_back));
+  fmt::print("Written: {0}/robot.yaml, {0}/run.yaml\n", folder.string());
+  if (is_good)
+    fmt::print("Next: saltus run {} --config {}/run.yaml --plant dart\n", name, folder.string());
+  return is_good ? ExitStatus::ok : ExitStatus::bad_input;
+}
+
+ExitStatus check(const Request& request, const ConfigurableBiped& defaults) {
+  const UrdfModel model = UrdfModel::read(request.urdf);
+  const RobotDescription robot =
+      request.config.empty()
+          ? survey_robot(model).description
+          : describe(model, read_robot_description(request.config, Figures::from_urdf));
+  return print_check(model, robot, *fitted(defaults, robot)) ? ExitStatus::ok
+                                                             : ExitStatus::bad_input;
+}
+
+}  // namespace
+
+Verb robot_verb(const std::string& problem, const ConfigurableBiped& defaults) {
+  const std::shared_ptr<const ConfigurableBiped> shared = defaults.clone();
+  return {"robot", summary, [problem, shared](std::span<const std::string> arguments) {
+            const Request request = parse(arguments);
+            if (request.action == "help") {
+              fmt::print("{}", usage);
+              return ExitStatus::ok;
+            }
+            return request.action == "new" ? make_new(request, problem, *shared)
+                                           : check(request, *shared);
+          }};
+}
+
+}  // namespace saltus::survey

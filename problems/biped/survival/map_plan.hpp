@@ -1,0 +1,90 @@
+// In which order are the cells of a survival map run, and which need no run?
+//
+// A ray is a controller, a step time and a direction, its cells the impulses from small to large.
+// Rays far apart come first, so that a map that is stopped early is a coarse one. Survival is not
+// monotone, so every cell is run, with two exceptions:
+//  - where no step was triggered, its time is of no matter: the other step times are known;
+//  - three failures in a row, all beyond the pendulum's bound, give up the rest of the ray.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "problems/biped/survival/map_cells.hpp"
+
+namespace saltus::walking {
+
+/// After so many pushes in a row that failed beyond the pendulum's bound larger ones are not run.
+inline constexpr int failures_that_give_up = 3;
+
+/// Pushes, directions, step times and controllers of a map.
+struct MapGrid {
+  std::vector<double> directions;          ///< deg
+  std::vector<double> impulses;            ///< N s, ascending
+  std::vector<double> step_times;          ///< s; empty: the planner of steps decides
+  std::vector<MapController> controllers;  ///< in the order of the table
+  bool all = false;                        ///< give up nothing
+};
+
+/// n directions, equally far apart, from forward on (deg), in the order in which they are run:
+/// opposite ones first, then those half-way between.
+std::vector<double> directions_far_apart(int n);
+
+/// Deterministic: what is given up does not depend on how many cells run at a time.
+class MapPlan {
+ public:
+  /// `bound` is the pendulum's, N s.
+  MapPlan(MapGrid grid, std::function<double(const MapCell&)> bound);
+
+  /// A cell of an earlier map in the same folder. Failed cells and those given up are not taken
+  /// for known.
+  void restore(const MapRow& row);
+  /// To be called after all that is restored; returns the cells that follow from it (see finish).
+  std::vector<MapRow> resume();
+
+  /// The next cell to run, from now on under way; none if what is left waits for what is under way.
+  std::optional<MapCell> next();
+
+  /// A cell that was under way has ended; returns the rows to keep: this one and those that follow.
+  std::vector<MapRow> finish(const MapRow& row);
+
+  /// How many there are.
+  int cells() const { return cells_; }
+  /// How many have an outcome.
+  int known() const { return static_cast<int>(known_.size()); }
+  /// Whether nothing is left to run.
+  bool is_complete() const { return known() == cells_; }
+
+  /// Wall clock that is left, s, from the mean of the cells of the same impulse and controller so
+  /// far (those that needed no run count with nothing); none before the first has ended.
+  std::optional<double> seconds_left(int jobs) const;
+
+  /// Rows of the grid that are known, by cell.
+  const std::map<MapCell, MapRow>& rows() const { return known_; }
+  /// What the map holds.
+  const MapGrid& grid() const { return grid_; }
+
+ private:
+  struct Ray {
+    MapCell first;  // of impulse zero
+    bool given_up = false;
+  };
+  static MapCell cell_of(const Ray& ray, double impulse);
+  bool belongs(const MapCell& cell) const;
+  bool is_under_way(const Ray& ray) const;
+  void keep(const MapRow& row, std::vector<MapRow>& kept);
+  void spread(const MapRow& row, std::vector<MapRow>& kept);
+  void give_up_where_hopeless(std::vector<MapRow>& kept);
+
+  MapGrid grid_;
+  std::function<double(const MapCell&)> bound_;
+  std::vector<Ray> rays_;
+  std::map<MapCell, MapRow> known_;
+  std::set<MapCell> cells_of_grid_, under_way_;
+  int cells_ = 0;
+};
+
+}  // namespace saltus::walking

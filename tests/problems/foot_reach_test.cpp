@@ -1,0 +1,73 @@
+// Is the reach of a foot what the robot's kinematics says, and is it kept?
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "problems/biped/survey/foot_reach.hpp"
+#include "tests/robots/icub_body.hpp"
+
+namespace saltus::survey {
+namespace {
+
+namespace fs = std::filesystem;
+
+SupportPolygon hull_of(const std::vector<Point2>& corners) {
+  Eigen::Matrix<double, Eigen::Dynamic, 2> points(static_cast<int>(corners.size()), 2);
+  for (std::size_t i = 0; i < corners.size(); ++i)
+    points.row(static_cast<int>(i)) = corners[i].transpose();
+  return SupportPolygon::hull(points);
+}
+
+class ReachOfIcub : public IcubBody {};
+
+TEST_F(ReachOfIcub, IsThatOfItsLegsAndIsReadBack) {
+  const fs::path folder = fs::path(testing::TempDir()) / "reach_of_icub";
+  fs::remove_all(folder);
+  const auto found = cached_foot_reach(*urdf, description, folder);
+  ASSERT_TRUE(found);
+  const SupportPolygon from_foot = hull_of(found->from_foot);
+  for (const Point2& corner : found->from_foot)
+    fmt::print("foot {:.3f} {:.3f}\n", corner[0], corner[1]);
+  for (const Point2& corner : found->from_com)
+    fmt::print("CoM {:.3f} {:.3f}\n", corner[0], corner[1]);
+  // Steps that iCub has taken in DART are within, crossed or touching legs are not.
+  EXPECT_TRUE(from_foot.contains(Point2(0.0, 0.14)));
+  EXPECT_TRUE(from_foot.contains(Point2(0.0, 0.25)));
+  EXPECT_TRUE(from_foot.contains(Point2(0.15, 0.14)));
+  EXPECT_FALSE(from_foot.contains(Point2(0.0, 0.05)));
+  EXPECT_FALSE(from_foot.contains(Point2(0.0, -0.05)));
+  EXPECT_FALSE(from_foot.contains(Point2(0.6, 0.14)));
+
+  // What is ahead of the CoM is ahead of it: iCub's legs reach farther back than forward.
+  const SupportPolygon from_com = hull_of(found ? found->from_com : std::vector<Point2>{});
+  const Point2 back(-0.215, 0.285);
+  EXPECT_TRUE(from_com.contains(back));
+  EXPECT_FALSE(from_com.contains(Point2(-back[0], back[1])));
+
+  // Who finds it and who reads it have the same, to the bit.
+  const auto read = cached_foot_reach(*urdf, description, folder);
+  ASSERT_TRUE(read);
+  for (std::size_t i = 0; i < found->from_foot.size(); ++i) {
+    EXPECT_EQ(read->from_foot[i], found->from_foot[i]);
+    EXPECT_EQ(read->from_com[i], found->from_com[i]);
+  }
+
+  // From the file: marked, to see that it is read.
+  for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
+    std::ofstream marked(file.path());
+    for (int i = 0; i < 2 * reach_directions; ++i) marked << i << " 7\n";
+  }
+  const auto again = cached_foot_reach(*urdf, description, folder);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->from_com[0], Point2(reach_directions, 7.0));
+  // Of another robot it is not.
+  RobotDescription other = description;
+  other.contact_plane_offset += 1e-3;
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1);
+  const auto others = cached_foot_reach(*urdf, other, folder);
+  EXPECT_TRUE(!others || others->from_com[0] != Point2(reach_directions, 7.0));
+}
+
+}  // namespace
+}  // namespace saltus::survey
