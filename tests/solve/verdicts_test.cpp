@@ -111,7 +111,9 @@ TEST(Verdicts, ARowOfTimeAloneHoldsAtAGivenStart) {
       problem.start_at({1.1, 0.0}).then(push);  // beyond the row of the state, which is allowed
       const Solution plan = solved(problem, choice);
       EXPECT_EQ(plan.status == SolveStatus::infeasible, !is_met) << plan.message;
-      if (!is_met) EXPECT_NE(plan.message.find("term 'limit'"), std::string::npos) << plan.message;
+      if (!is_met) {
+        EXPECT_NE(plan.message.find("term 'limit'"), std::string::npos) << plan.message;
+      }
     }
   }
 }
