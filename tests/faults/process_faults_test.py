@@ -167,7 +167,7 @@ class Stopped(unittest.TestCase):
         self.assertEqual(report.returncode, 0, report.stderr)
 
     def reproduce(self, tree):
-        return subprocess.Popen([sys.executable, "-B", str(tree / "docs/results/reproduce.py"), PROGRAM, "centroidal"], text=True,
+        return subprocess.Popen([sys.executable, "-B", str(tree / "docs/results/reproduce.py"), PROGRAM, "centroidal", "--write"], text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
 
     def tree(self):

@@ -242,13 +242,16 @@ OptimalControlProblem small_cart(double unit) {
   return ocp;
 }
 
-// One that gives up from its second solve on.
+// One that gives up at the start from its second solve on.
 class Once final : public Solver {
  public:
   explicit Once(std::unique_ptr<Solver> solver) : solver_(std::move(solver)) {}
   NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) override {
     NlpResult result = solver_->solve(program, start, warm);
-    if (++solves > 1) result.status = SolveStatus::numerical_failure;
+    if (++solves > 1) {
+      result.status = SolveStatus::numerical_failure;
+      result.point = start;
+    }
     return result;
   }
   std::string name() const override { return solver_->name(); }

@@ -59,7 +59,8 @@ ReplayReport replay(const OptimalControlProblem& problem, const Trajectory& traj
     w << piece.state, piece.coefficients, trajectory.phases()[piece.phase].parameters, piece.start,
         piece.length;
     if (integrator.value(w.data(), end.data()) != IntegrationStatus::success) return report;
-    report.from_nodes = std::max(report.from_nodes, difference(end, piece.end_state, unit));
+    report.from_nodes = std::max(
+        report.from_nodes, difference(end, piece.end_state, unit.cwiseMax(piece.state.cwiseAbs())));
     w.head(a.nx) = x;
     if (integrator.jacobian(w.data(), end.data(), derivative) != IntegrationStatus::success)
       return report;
