@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -52,12 +53,13 @@ class Steps {
     });
     for (double& size : row_) size = size == 0.0 ? 1.0 : 1.0 / size;
     std::vector<std::pair<int, int>> entries;
+    entries.reserve(n + m + p_.jacobian_pattern().entries());
     for (int i = 0; i < n + m; ++i) entries.emplace_back(i, i);
     p_.jacobian_pattern().for_each([&](int r, int c, int) { entries.emplace_back(n + r, c); });
     pattern_ = SparsityPattern::from_pairs(n + m, n + m, std::move(entries));
     std::vector<signed char> signs(n + m, 1);
     std::fill(signs.begin() + n, signs.end(), static_cast<signed char>(-1));
-    ldl_.emplace(pattern_, std::move(signs));
+    ldl_ = std::make_unique<qp::SparseLdl>(pattern_, std::move(signs));
   }
 
   double violation(const Rows& at) const { return at.gap.cwiseProduct(row_).lpNorm<1>(); }
@@ -91,7 +93,7 @@ class Steps {
   NonlinearProgram& p_;
   VectorXd column_, row_;  // what variables and rows are multiplied by
   SparsityPattern pattern_;
-  std::optional<qp::SparseLdl> ldl_;
+  std::unique_ptr<qp::SparseLdl> ldl_;
 };
 
 }  // namespace
