@@ -1,5 +1,5 @@
-// What problems/push_recovery/experiments.md claims of the whole body, run by run. Each line is what a
-// user would type behind `saltus run push_recovery --set`. Needs the URDF, whose file
+// What problems/push_recovery/experiments.md claims of the whole body, run by run. Each line is
+// what a user would type behind `saltus run push_recovery --set`. Needs the URDF, whose file
 // SALTUS_ICUB_URDF names.
 #include <gtest/gtest.h>
 
