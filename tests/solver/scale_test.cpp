@@ -261,6 +261,27 @@ class Once final : public Solver {
   std::unique_ptr<Solver> solver_;
 };
 
+// Ticks are not judged afterwards: a side that is far away for the guess may act.
+TEST(Scale, SidesAreLeftOutOnlyOnRequest) {
+  MultipleShooting shooting(small_cart(1e7),
+                            {.intervals_per_phase = 4, .integrator = runge_kutta4()});
+  NonlinearProgram& program = shooting.nlp();
+  const ProgramScale scale{1.0, VectorXd::Ones(program.rows()),
+                           VectorXd::Constant(program.variables(), 0.5)};
+  ScaledProgram scaled(program, scale);
+  EXPECT_EQ(scaled.row_upper().array().isFinite().count(),
+            program.row_upper().array().isFinite().count());
+  EXPECT_GT(scaled.leave_out_idle_sides(), 0);
+  for (int r = 0; r < program.rows(); ++r) {
+    const bool is_equality = program.row_lower()[r] == program.row_upper()[r];
+    EXPECT_EQ(scaled.row_lower()[r] == scaled.row_upper()[r], is_equality) << r;  // 3e6, too
+  }
+  EXPECT_LT(scaled.row_upper().array().isFinite().count(),
+            program.row_upper().array().isFinite().count());
+  EXPECT_EQ(ScaledProgram(program, {1.0, VectorXd::Ones(program.rows())}).leave_out_idle_sides(),
+            0);
+}
+
 TEST(Scale, ThatOnlyTheSolutionTellsIsUsedForAnother) {
   const ShootingOptions options{.intervals_per_phase = 20, .integrator = runge_kutta4()};
   const auto solved = [&](double unit, Solver& solver) {

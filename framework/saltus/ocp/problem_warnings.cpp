@@ -10,15 +10,10 @@
 #include <vector>
 
 #include "saltus/ocp/problem.hpp"
+#include "saltus/ocp/term_reads.hpp"
 
 namespace saltus {
 namespace {
-
-bool reads_any(const Function& f, int first, int count) {
-  for (int i = first; i < first + count; ++i)
-    if (f.reads(i)) return true;
-  return false;
-}
 
 std::vector<Function> fields_of(const PhaseDefinition& phase) {
   if (phase.switching.empty()) return {phase.dynamics};

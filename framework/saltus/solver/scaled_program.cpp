@@ -1,6 +1,5 @@
 #include "saltus/solver/scaled_program.hpp"
 
-#include <cmath>
 #include <utility>
 
 #include "saltus/core/bounds.hpp"
@@ -19,22 +18,20 @@ ScaledProgram::ScaledProgram(NonlinearProgram& program, ProgramScale scale)
   lower_.array() *= scale_.variables.array();
   upper_.array() *= scale_.variables.array();
   w_ = VectorXd::Zero(program.variables());
-  leave_out_idle_sides();
 }
 
-void ScaledProgram::leave_out_idle_sides() {
+int ScaledProgram::leave_out_idle_sides() {
+  if (scale_.variables.size() == 0) return 0;
   constexpr double idle = 1e6;
-  const auto leave_out = [&](double& side, double none) {
-    if (!std::isfinite(side) || std::abs(side) < idle) return;
-    side = none;
-    ++idle_sides_;
+  int count = 0;
+  const auto look_at = [&](double& lower, double& upper) {
+    if (lower > 0.0 || upper < 0.0) return;  // asks for more than to stay near zero
+    if (lower <= -idle && lower > -infinity) lower = -infinity, ++count;
+    if (upper >= idle && upper < infinity) upper = infinity, ++count;
   };
-  for (VectorXd* lower : {&lower_, &row_lower_})
-    for (double& side : *lower)
-      if (side < 0.0) leave_out(side, -infinity);
-  for (VectorXd* upper : {&upper_, &row_upper_})
-    for (double& side : *upper)
-      if (side > 0.0) leave_out(side, infinity);
+  for (int i = 0; i < variables(); ++i) look_at(lower_[i], upper_[i]);
+  for (int r = 0; r < rows(); ++r) look_at(row_lower_[r], row_upper_[r]);
+  return count;
 }
 
 const double* ScaledProgram::unscaled(const double* w) {

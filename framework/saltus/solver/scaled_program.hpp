@@ -7,17 +7,18 @@
 
 namespace saltus {
 
-/// The program times a scale: same patterns and stages. Where variables are divided by their sizes,
-/// sides from 1e6 on never act and are left out; the result must be checked against them. The
-/// program must outlive it, and its data must not change meanwhile.
+/// The program times a scale: same patterns and stages. The program must outlive it, and
+/// its data must not change meanwhile.
 class ScaledProgram final : public NonlinearProgram {
  public:
   /// `program` outlives this.
   ScaledProgram(NonlinearProgram& program, ProgramScale scale);
 
-  /// How many finite sides are left out.
-  int idle_sides() const { return idle_sides_; }
-  /// From the one to the other.
+  /// Leaves out sides at 1e6 and beyond of ranges that contain zero, where variables are divided by
+  /// their sizes: they hardly ever act. The result must be checked against them. Returns how many
+  /// there were.
+  int leave_out_idle_sides();
+  /// A point of the given program in units of the scaled one.
   NlpPoint to_scaled(NlpPoint point) const;
   /// A point of the scaled program in units of the given one.
   NlpPoint from_scaled(NlpPoint point) const;
@@ -52,12 +53,10 @@ class ScaledProgram final : public NonlinearProgram {
 
  private:
   const double* unscaled(const double* w);
-  void leave_out_idle_sides();
 
   NonlinearProgram& program_;
   ProgramScale scale_;
   VectorXd lower_, upper_, row_lower_, row_upper_, w_, lambda_;
-  int idle_sides_ = 0;
 };
 
 }  // namespace saltus

@@ -24,8 +24,11 @@ KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
   return kkt_residual(in_scale, in_scale.to_scaled(point));
 }
 
+// Which sides of bounds the solver sees: all, or those that may act (of results that are judged).
+enum class Sides { all, without_idle };
+
 ScaledResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramScale& scale,
-                        const NlpPoint& start, bool warm) {
+                        const NlpPoint& start, bool warm, Sides sides = Sides::all) {
   ScaledResult result;
   if (scale.is_one()) {
     result.nlp = solver.solve(program, start, warm);
@@ -33,6 +36,7 @@ ScaledResult solve_once(Solver& solver, NonlinearProgram& program, const Program
     return result;
   }
   ScaledProgram in_scale(program, scale);
+  if (sides == Sides::without_idle) in_scale.leave_out_idle_sides();
   {
     const ScopedObserver observed(solver, with_cost_times(solver.observer(), 1.0 / scale.cost));
     result.nlp = solver.solve(in_scale, in_scale.to_scaled(start), warm);
@@ -94,7 +98,7 @@ void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quanti
   const double excess = best.check.relative_gain() / most_gain(solver);
   if (!is_success(best.nlp.status) || !(excess > 1.0) || !(excess < most_sharpened)) return;
   scale.cost *= std::exp2(std::ceil(std::log2(10.0 * excess)));
-  ScaledResult next = solve_once(solver, program, scale, best.nlp.point, true);
+  ScaledResult next = solve_once(solver, program, scale, best.nlp.point, true, Sides::without_idle);
   judge(solver, program, quantities, next);
   const bool is_better = is_convincing(next);
   add_effort(is_better ? best : next, is_better ? next : best);
@@ -110,7 +114,7 @@ void doubt_infeasible(Solver& solver, NonlinearProgram& program, const NlpPoint&
   if (!nearer || !size.look_at(*nearer)) return;
   NlpPoint from = start;
   from.w = *nearer;
-  ScaledResult next = solve_once(solver, program, size.to_one(), from, false);
+  ScaledResult next = solve_once(solver, program, size.to_one(), from, false, Sides::without_idle);
   judge(solver, program, quantities, next);
   add_effort(best, next);
   // The solver insists, and yet there was a better point.
@@ -158,15 +162,15 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
     if (was_convincing && is_usual) break;
     if (!is_solved && (!may_be_mended(best.nlp.status) ||
                        (is_usual && !size.is_far_from_usual(scale) &&
-                        ScaledProgram(program, size.to_one()).idle_sides() == 0)))
+                        ScaledProgram(program, size.to_one()).leave_out_idle_sides() == 0)))
       break;
     scale = size.to_one();
     // What was reached is where to go on; where nothing was, the search begins again.
-    ScaledResult next =
-        solve_once(solver, program, scale, is_solved ? best.nlp.point : start, is_solved || warm);
+    ScaledResult next = solve_once(solver, program, scale, is_solved ? best.nlp.point : start,
+                                   is_solved || warm, Sides::without_idle);
     judge(solver, program, quantities, next);
     if (is_solved && !was_convincing && !is_convincing(next)) {
-      ScaledResult anew = solve_once(solver, program, scale, start, warm);
+      ScaledResult anew = solve_once(solver, program, scale, start, warm, Sides::without_idle);
       judge(solver, program, quantities, anew);
       add_effort(next, anew);
       next = std::move(anew);

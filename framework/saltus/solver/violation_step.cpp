@@ -16,6 +16,7 @@ constexpr double enough = 0.5;  // of the violation
 // Keeps the factor finite where rows depend on one another. The first is tried first: it hardly
 // bends steps along which small derivatives follow one another.
 constexpr double dependent[] = {1e-13, 1e-9};
+constexpr double least_size = 1e-6;   // of a variable, relative to what moves most
 constexpr double violated = 1e-12;    // from here on, relative to 1 + |side|, a side is aimed at
 constexpr double worthwhile = 1e-10;  // relative violation below which steps end
 
@@ -40,18 +41,13 @@ class Steps {
  public:
   Steps(NonlinearProgram& program, const Rows& at) : p_(program) {
     const int n = p_.variables(), m = p_.rows();
-    column_ = VectorXd::Zero(n);
-    row_ = VectorXd::Zero(m);
-    p_.jacobian_pattern().for_each(
-        [&](int, int c, int e) { column_[c] = std::max(column_[c], std::abs(at.entries[e])); });
-    for (int i = 0; i < n; ++i) {
-      const bool is_fixed = p_.lower()[i] == p_.upper()[i];
-      column_[i] = is_fixed || column_[i] == 0.0 ? 0.0 : 1.0 / column_[i];
-    }
-    p_.jacobian_pattern().for_each([&](int r, int c, int e) {
-      row_[r] = std::max(row_[r], std::abs(at.entries[e] * column_[c]));
+    way_ = size_ = derivative_ = VectorXd::Zero(n);
+    p_.jacobian_pattern().for_each([&](int, int c, int e) {
+      if (p_.lower()[c] < p_.upper()[c])
+        derivative_[c] = std::max(derivative_[c], std::abs(at.entries[e]));
     });
-    for (double& size : row_) size = size == 0.0 ? 1.0 : 1.0 / size;
+    for (int i = 0; i < n; ++i) size_[i] = derivative_[i] == 0.0 ? 0.0 : 1.0 / derivative_[i];
+    weight_ = weights_of_rows(at);
     std::vector<std::pair<int, int>> entries;
     entries.reserve(n + m + p_.jacobian_pattern().entries());
     for (int i = 0; i < n + m; ++i) entries.emplace_back(i, i);
@@ -62,11 +58,12 @@ class Steps {
     ldl_ = std::make_unique<qp::SparseLdl>(pattern_, std::move(signs));
   }
 
-  double violation(const Rows& at) const { return at.gap.cwiseProduct(row_).lpNorm<1>(); }
+  double violation(const Rows& at) const { return at.gap.cwiseProduct(weight_).lpNorm<1>(); }
 
-  /// The next point, within the bounds of the variables. Empty if the factorisation fails.
+  /// The point after a step from w, within the bounds. Empty if the factorisation fails.
   std::optional<VectorXd> next(const VectorXd& w, const Rows& at, double shift) {
     const int n = p_.variables(), m = p_.rows();
+    const VectorXd row = weights_of_rows(at);
     VectorXd step = VectorXd::Zero(n + m);
     const auto is_aimed_at = [&](int r) {
       return p_.row_lower()[r] == p_.row_upper()[r] ||
@@ -75,23 +72,46 @@ class Steps {
     for (int i = 0; i < n; ++i) ldl_->set(pattern_.find(i, i), 1.0);
     for (int r = 0; r < m; ++r) {
       ldl_->set(pattern_.find(n + r, n + r), is_aimed_at(r) ? -shift : -1.0);
-      if (is_aimed_at(r)) step[n + r] = at.gap[r] * row_[r];
+      if (is_aimed_at(r)) step[n + r] = at.gap[r] * row[r];
     }
     p_.jacobian_pattern().for_each([&](int r, int c, int e) {
-      const double scaled = at.entries[e] * column_[c] * row_[r];
+      const double scaled = at.entries[e] * size_[c] * row[r];
       ldl_->set(pattern_.find(n + r, c), is_aimed_at(r) ? scaled : 0.0);
     });
     if (!ldl_->factor()) return std::nullopt;
     ldl_->solve(step.data());
-    VectorXd result = w + step.head(n).cwiseProduct(column_);
-    for (int i = 0; i < n; ++i) result[i] = std::clamp(result[i], p_.lower()[i], p_.upper()[i]);
+    VectorXd result = w + step.head(n).cwiseProduct(size_);
     if (!result.allFinite()) return std::nullopt;
+    // The next step is the shortest one in units of the way so far, and leaves variables that have
+    // come to a bound there.
+    way_ += step.head(n).cwiseProduct(size_);
+    const VectorXd units = way_.cwiseAbs().cwiseProduct(derivative_);
+    for (int i = 0; i < n; ++i) {
+      const double inside = std::clamp(result[i], p_.lower()[i], p_.upper()[i]);
+      if (inside != result[i]) derivative_[i] = 0.0;
+      result[i] = inside;
+      size_[i] = derivative_[i] == 0.0
+                     ? 0.0
+                     : std::max(units[i], least_size * units.maxCoeff()) / derivative_[i];
+    }
     return result;
   }
 
  private:
+  VectorXd weights_of_rows(const Rows& at) const {
+    VectorXd weights = VectorXd::Zero(p_.rows());
+    p_.jacobian_pattern().for_each([&](int r, int c, int e) {
+      weights[r] = std::max(weights[r], std::abs(at.entries[e] * size_[c]));
+    });
+    for (double& weight : weights) weight = weight == 0.0 ? 1.0 : 1.0 / weight;
+    return weights;
+  }
+
   NonlinearProgram& p_;
-  VectorXd column_, row_;  // what variables and rows are multiplied by
+  VectorXd derivative_;  // the largest one by each variable; 0: it stays
+  VectorXd size_;        // of each variable: what steps are measured by; 0: it stays
+  VectorXd way_;         // of each variable so far
+  VectorXd weight_;      // of each row in the violation
   SparsityPattern pattern_;
   std::unique_ptr<qp::SparseLdl> ldl_;
 };

@@ -7,10 +7,11 @@
 
 namespace saltus {
 
-/// A point near w that violates rows and bounds by at most half as much in sum, each row relative
-/// to its derivatives: a few steps of the Gauss-Newton method towards the equalities and the
-/// violated sides, the shortest ones in variables that are divided by their largest derivative.
-/// Units of variables do not matter. Empty if there is none: w may be a minimum of the violation.
+/// A point within the bounds that violates the rows by at most half as much as w in sum, each row
+/// relative to its derivatives. Takes a few Gauss-Newton steps towards the equalities and the
+/// violated sides, the shortest ones in variables that are divided by their largest derivative, so
+/// that units of variables do not matter. Empty if these steps do not help: w may be a minimum of
+/// the violation.
 std::optional<VectorXd> step_towards_rows(NonlinearProgram& program, const VectorXd& w);
 
 }  // namespace saltus

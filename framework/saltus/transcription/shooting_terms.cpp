@@ -8,9 +8,9 @@
 #include "saltus/model/make_function.hpp"
 #include "saltus/model/structure.hpp"
 #include "saltus/ocp/cost_functions.hpp"
+#include "saltus/ocp/term_reads.hpp"
 #include "saltus/transcription/interval_function.hpp"
 #include "saltus/transcription/shooting_program.hpp"
-#include "saltus/verify/plan_rows.hpp"
 
 namespace saltus {
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "saltus/ocp/cost_functions.hpp"
+#include "saltus/ocp/term_reads.hpp"
 #include "saltus/verify/plan_rows.hpp"
 
 namespace saltus {
@@ -43,19 +44,13 @@ bool has_given_start(const OptimalControlProblem& problem) {
   return std::ranges::all_of(problem.start_bounds(), &Bounds::is_equality);
 }
 
-bool reads_input(const Term& term, const Arguments& a) {
-  for (int i = 0; i < a.nu; ++i)
-    if (term.function.reads(a.u(i))) return true;
-  return false;
-}
-
 // A running penalty is charged per unit of time: at a node for the interval that starts there, at
 // the last node of a window for the one that ends there; of a row that reads a linear input both
 // ends of an interval share it.
 double running_penalty(const OptimalControlProblem& problem, const Plan& plan, int j,
                        const Term& term) {
   const PhaseDefinition& phase = problem.phases()[j];
-  const bool of_input = reads_input(term, phase.sizes);
+  const bool of_input = reads_any(term.function, phase.sizes.u(), phase.sizes.nu);
   const bool is_linear = phase.input_shape() == InputShape::linear;
   const std::vector<const PlannedInterval*> all = intervals_of(plan, j);
   double paid = 0.0;

@@ -7,13 +7,14 @@
 #include <map>
 #include <utility>
 
+#include "saltus/core/bound_rules.hpp"
 #include "saltus/core/error.hpp"
 #include "saltus/model/steps_of.hpp"
+#include "saltus/ocp/term_reads.hpp"
 
 namespace saltus {
 namespace {
 
-constexpr double no_bound = 1e19;  // from here on a bound is none
 constexpr int most_formula_steps = 5000;
 
 const Allowance* allowance_for(const PhaseDefinition& phase, const std::string& term) {
@@ -24,8 +25,7 @@ const Allowance* allowance_for(const PhaseDefinition& phase, const std::string& 
 
 PathRow make_row(const PhaseDefinition& phase, const std::string& term, Bounds bounds,
                  double nominal, const GridAccuracy& accuracy) {
-  if (bounds.lower <= -no_bound) bounds.lower = -infinity;
-  if (bounds.upper >= no_bound) bounds.upper = infinity;
+  bounds = without_sentinels(bounds);
   PathRow row{bounds, tolerance_of(bounds.lower, nominal, accuracy),
               tolerance_of(bounds.upper, nominal, accuracy), 0.0, 0.0};
   const Allowance* given = allowance_for(phase, term);
@@ -35,12 +35,6 @@ PathRow make_row(const PhaseDefinition& phase, const std::string& term, Bounds b
   row.upper_between = accuracy.between_nodes * row.upper_at_node;
   if (given != nullptr) row.lower_between = row.upper_between = given->between_nodes;
   return row;
-}
-
-bool reads_any(const Function& f, int first, int count) {
-  for (int i = first; i < first + count; ++i)
-    if (f.reads(i)) return true;
-  return false;
 }
 
 // The elementary steps of a formula, where it is one and they are what it computes.
@@ -65,13 +59,6 @@ FormulaBounds state_itself(const Arguments& sizes, int state) {
 
 double tolerance_of(double bound, double nominal, const GridAccuracy& accuracy) {
   return accuracy.rows * std::max({1.0, std::isfinite(bound) ? std::abs(bound) : 0.0, nominal});
-}
-
-bool reads_state(const Arguments& sizes, const Function& function, int output) {
-  const SparsityPattern& pattern = function.jacobian_pattern();
-  for (int i = 0; i < sizes.nx; ++i)
-    if (pattern.contains(output, sizes.x(i))) return true;
-  return false;
 }
 
 double beyond(double value, const Bounds& bounds) {

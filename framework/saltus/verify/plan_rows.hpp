@@ -38,8 +38,6 @@ struct PathConstraint {
 /// All hard path constraints of a phase.
 std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
                                              const GridAccuracy& accuracy);
-/// True if this output of a function of z = (t | x | u | p) depends on a state.
-bool reads_state(const Arguments& sizes, const Function& function, int output);
 /// True if the window is open in the middle of an interval of the phase that begins at `start`.
 bool is_open(const Window& window, const Schedule& schedule, double phase_start,
              const PlannedInterval& interval);
