@@ -82,8 +82,8 @@ class Steps {
     ldl_->solve(step.data());
     VectorXd result = w + step.head(n).cwiseProduct(size_);
     if (!result.allFinite()) return std::nullopt;
-    // The next step is the shortest one in units of the way so far, and leaves variables that have
-    // come to a bound there.
+    // The next step is the shortest one in units of the way so far. Variables that have reached a
+    // bound keep their values.
     way_ += step.head(n).cwiseProduct(size_);
     const VectorXd units = way_.cwiseAbs().cwiseProduct(derivative_);
     for (int i = 0; i < n; ++i) {
