@@ -1,20 +1,21 @@
-// Dual numbers: how a formula, written once, also yields its derivatives.
+// Dual numbers: a formula, written once, also computes its derivatives.
 //
-// A lesson in five lines. Let e be a symbol with e e = 0. A number a + a' e computes like any
+// The principle in five lines. Let e be a symbol with e e = 0. A number a + a' e computes like any
 // other:
 //   (a + a' e) + (b + b' e) = (a + b) + (a' + b') e
 //   (a + a' e) (b + b' e)   =  a b    + (a' b + a b') e          the product rule
 //   f(a + a' e)             =  f(a)   +  f'(a) a' e              the chain rule, by Taylor
-// So the factor of e is a derivative, exact to rounding: seed x with 1 e, compute, read it off.
+// So the factor of e is a derivative, exact to rounding: seed x with 1 e, evaluate, read the
+// factor.
 //
-// Here one number carries N directions at once (e_1 .. e_N): the value is computed once and the N
-// factors, the tangent, are updated by vector instructions. A dual whose value and factors are
-// themselves duals carries second derivatives: in Dual<Dual<double, W>, 1>, seed the outer
-// direction with e_j and the inner ones with e_1 .. e_W; the tangent of the tangent of y is then
-// (d2y/dx_j dx_1, ..., d2y/dx_j dx_W).
+// Here one number carries N directions e_1 .. e_N. The value is computed once, and vector
+// instructions update the N factors, the tangent. A dual whose value and factors are duals carries
+// second derivatives. In Dual<Dual<double, W>, 1>, seed the outer direction with e_j and the inner
+// ones with e_1 .. e_W. The tangent of the tangent of y is then (d2y/dx_j dx_1, ..., d2y/dx_j
+// dx_W).
 //
-// Duals cannot be compared (scalar.hpp) and do not turn into doubles by themselves: either would
-// lose derivatives without a word. Constants become duals by themselves, with a zero tangent.
+// Duals cannot be compared (scalar.hpp) and do not convert to double: both would silently lose
+// derivatives. Constants convert to duals with a zero tangent.
 #pragma once
 
 #include <concepts>
@@ -25,20 +26,20 @@
 
 namespace saltus {
 
-/// The factors of e_1 .. e_n when they are duals themselves; Chunk (pack.hpp) when they are double.
+/// The factors of e_1 .. e_n if they are duals. If they are doubles, Chunk (pack.hpp) stores them.
 template <class T, int n>
 struct TangentOf {
-  T factors[n];  ///< derivatives along the lanes
+  T factors[n];  ///< one derivative per lane
 
-  /// No direction moves it.
+  /// The tangent of a constant.
   static TangentOf zero() {
     TangentOf c;
     for (T& factor : c.factors) factor = T(0.0);
     return c;
   }
-  /// Of lane i.
+  /// Derivative of lane i.
   const T& operator[](int i) const { return factors[i]; }
-  /// Sets that of lane i.
+  /// Sets the derivative of lane i.
   void set(int i, const T& value) { factors[i] = value; }
 
   TangentOf& operator+=(const TangentOf& b) { return *this = *this + b; }
@@ -83,22 +84,22 @@ struct TangentType<double, n> {
 };
 }  // namespace detail
 
-// The operators below are always inlined: gcc takes nested ones for too large, and their calls pass
-// everything through memory (a quarter of the time of a Hessian).
+// Always inlined: gcc considers nested operators too large, and calls pass everything through
+// memory. That costs a quarter of the time of a Hessian.
 
 inline namespace SALTUS_LANES_ABI {  // pack.hpp
 
-/// value + sum_i tangent[i] e_i. T is double or again a Dual. Like a double, it is not initialised
-/// by its default constructor.
+/// value + sum_i tangent[i] e_i. T is double or a Dual. Like a double, it is not initialised by its
+/// default constructor.
 template <class T, int N>
 struct Dual {
   using Tangent = typename detail::TangentType<T, N>::Type;
 
-  T value;                                ///< its value
-  [[no_unique_address]] Tangent tangent;  ///< its derivatives along all lanes
+  T value;                                ///< the value
+  [[no_unique_address]] Tangent tangent;  ///< the derivatives along all lanes
 
   Dual() = default;
-  /// A constant: no direction moves it.
+  /// A constant, with a zero tangent.
   Dual(double constant) : value(constant), tangent(Tangent::zero()) {}  // NOLINT: implicit
   /// A value with its derivatives.
   Dual(const T& v, const Tangent& d) : value(v), tangent(d) {}
@@ -172,7 +173,7 @@ struct Dual {
     return {quotient, -(quotient / b.value) * b.tangent};
   }
 
-  // Declared so that the compiler says what to write (scalar.hpp).
+  // Declared for a clear compiler error (scalar.hpp).
   template <class Index>
   const Dual& operator[](const Index&) const {
     detail::index_of_a_scalar<(sizeof(Index) > 0)>();
@@ -187,8 +188,9 @@ struct Dual {
   explicit operator Number() const {
     return detail::number_without_derivatives<(sizeof(Number) > 0)>();
   }
-  /// Selected by functions of <cmath> alone, which have an overload for long double. As a template
-  /// it converts to no other type, so that `condition ? x[0] : 1.0` has one meaning.
+  /// Only functions of <cmath> select this conversion, because they have an overload for long
+  /// double. As a template it converts to no other type, so `condition ? x[0] : 1.0` stays
+  /// unambiguous.
   template <std::same_as<long double> Number>
   operator Number() const {  // NOLINT: implicit
     return detail::argument_of_standard_function<(sizeof(Number) > 0)>();
@@ -200,20 +202,20 @@ struct Dual {
 template <class T, int N>
 inline constexpr bool is_active_scalar<Dual<T, N>> = true;  ///< a dual number carries derivatives
 
-/// The number behind all layers of derivatives.
+/// The number without derivatives.
 inline double primal(double x) { return x; }
-/// The number alone, derivatives left away.
+/// The innermost value without derivatives.
 template <class T, int N>
 double primal(const Dual<T, N>& x) {
   return primal(x.value);
 }
 
-/// f(x) with f and df/dx given: the chain rule.
+/// f(x) by the chain rule, given f and df/dx.
 template <class T, int N>
 Dual<T, N> chain(const Dual<T, N>& x, const T& f, const T& df) {
   return {f, df * x.tangent};
 }
-/// f(a, b) with its two partial derivatives given.
+/// f(a, b) by the chain rule, given f and both partial derivatives.
 template <class T, int N>
 Dual<T, N> chain(const Dual<T, N>& a, const Dual<T, N>& b, const T& f, const T& df_da,
                  const T& df_db) {

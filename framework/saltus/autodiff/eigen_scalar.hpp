@@ -1,10 +1,10 @@
-// Lets Eigen's vectors and matrices hold active scalars, and mix with matrices of doubles.
+// Lets Eigen vectors and matrices hold active scalars and mix with matrices of doubles.
 #pragma once
 
 #include "saltus/autodiff/scalar.hpp"
 #include "saltus/core/types.hpp"
 
-// After types.hpp, which has to be before any other header of Eigen.
+// types.hpp must precede all other Eigen headers.
 #include <Eigen/Geometry>  // cross products in formulas
 
 namespace Eigen {
@@ -14,7 +14,7 @@ struct NumTraits<S> : NumTraits<double> {
   using Real = S;
   using NonInteger = S;
   using Nested = S;
-  using Literal = double;  // lets `2.0 * v` multiply by a double instead of by a lifted constant
+  using Literal = double;  // `2.0 * v` multiplies by a double, not by a dual constant
   enum {
     IsComplex = 0,
     IsInteger = 0,
@@ -37,8 +37,8 @@ struct ScalarBinaryOpTraits<double, S, Operation> {
 
 namespace internal {
 
-// Products coefficient by coefficient, whatever the size. From 8 rows on Eigen would use its
-// kernels for numbers, which compare scalars, convert one factor to the other's type, or allocate.
+// Computes products coefficient by coefficient for every size. For 8 rows or more, Eigen would use
+// its numerical kernels, which compare scalars, convert one factor or allocate.
 template <class Lhs, class Rhs>
   requires(saltus::ActiveScalar<typename traits<typename remove_all<Lhs>::type>::Scalar> ||
            saltus::ActiveScalar<typename traits<typename remove_all<Rhs>::type>::Scalar>)

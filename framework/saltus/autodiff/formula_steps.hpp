@@ -1,5 +1,5 @@
-// A formula as a list of elementary steps: written down while tracers run through it, for tools
-// that are to compute the same and do not read C++.
+// A formula as a list of elementary steps, recorded while tracers run through it. Tools that do not
+// read C++ use the list to evaluate the same formula.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@ namespace saltus {
 
 class Tracer;
 
-/// What one elementary step does.
+/// The elementary operations.
 enum class Operation {
   input,
   constant,
@@ -36,39 +36,39 @@ enum class Operation {
   atan2,
   hypot,
   pow,
-  select,  ///< b where a >= 0, else c
+  select,  ///< b if a >= 0, else c
 };
-/// As it is written in C++: "multiply", "sin".
+/// Name as written in C++: "multiply", "sin".
 const char* name_of(Operation operation);
 
 /// One elementary step of a formula.
 struct FormulaStep {
-  Operation operation = Operation::constant;  ///< what it does
-  int a = -1, b = -1, c = -1;                 ///< arguments: earlier steps, -1: none
-  double value = 0.0;                         ///< of a constant; of an input its number
+  Operation operation = Operation::constant;  ///< the operation
+  int a = -1, b = -1, c = -1;                 ///< arguments: indices of earlier steps, or -1
+  double value = 0.0;                         ///< value of a constant; index of an input
 };
 
-/// y = f(z). Steps refer to earlier ones only; outputs are steps.
+/// y = f(z). Each step uses earlier steps only.
 struct FormulaSteps {
-  int inputs = 0;                  ///< how many numbers the formula takes
-  std::vector<FormulaStep> steps;  ///< in the order in which they are carried out
-  std::vector<int> outputs;        ///< of the steps: which are results
+  int inputs = 0;                  ///< number of inputs
+  std::vector<FormulaStep> steps;  ///< in order of evaluation
+  std::vector<int> outputs;        ///< indices of the steps that are results
 
-  /// Appends a step on earlier ones; returns its number.
+  /// Appends a step with earlier steps as arguments. Returns its index.
   int add(Operation operation, int a, int b = -1, int c = -1);
-  /// Appends a number; returns its step.
+  /// Appends a constant. Returns the index of its step.
   int add_constant(double value);
-  /// Appends an argument of the formula; returns its step.
+  /// Appends an input of the formula. Returns the index of its step.
   int add_input(int number);
-  /// Another formula's steps on arguments that are steps of this one; returns its outputs.
+  /// Appends another formula, applied to steps of this one. Returns the indices of its outputs.
   std::vector<int> add(const FormulaSteps& other, std::span<const int> arguments);
-  /// Leaves out the steps that no output needs.
+  /// Removes the steps that no output needs.
   void prune();
-  /// z has `inputs` entries; the result one per output.
+  /// Evaluates the formula. z has `inputs` entries; the result has one entry per output.
   std::vector<double> evaluate(std::span<const double> z) const;
 };
 
-/// While it lives, the tracers of this thread write their steps into it. One at a time in a thread.
+/// During its lifetime, tracers of this thread record their steps in it. At most one per thread.
 class StepRecorder {
  public:
   StepRecorder();
@@ -76,13 +76,13 @@ class StepRecorder {
   StepRecorder(const StepRecorder&) = delete;
   StepRecorder& operator=(const StepRecorder&) = delete;
 
-  /// Null: nobody listens.
+  /// The recorder of this thread, or null.
   static StepRecorder* active();
-  /// A formula with these inputs was traced to its end.
+  /// Ends the recording of a formula with inputs z and results y.
   void end(const std::vector<Tracer>& z, const std::vector<Tracer>& y);
 
-  FormulaSteps steps;  ///< what was recorded
-  int formulas = 0;    ///< how many were traced to their end
+  FormulaSteps steps;  ///< the recorded steps
+  int formulas = 0;    ///< number of formulas traced to their end
 };
 
 }  // namespace saltus

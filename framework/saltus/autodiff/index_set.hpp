@@ -1,4 +1,4 @@
-// A small set of indices, for what a formula depends on.
+// A small set of indices, used for the inputs that a formula depends on.
 #pragma once
 
 #include <bit>
@@ -10,23 +10,23 @@ namespace saltus {
 /// A set of small non-negative integers that allocates only when it is not empty.
 class IndexSet {
  public:
-  /// Adds one.
+  /// Adds an index.
   void insert(int i) {
     grow(i / 64 + 1);
     words_[i / 64] |= std::uint64_t{1} << (i % 64);
   }
-  /// Adds all of the other's.
+  /// Adds all indices of the other set.
   void insert(const IndexSet& other) {
     grow(static_cast<int>(other.words_.size()));
     for (std::size_t w = 0; w < other.words_.size(); ++w) words_[w] |= other.words_[w];
   }
-  /// Whether i is in it.
+  /// True if the set contains i.
   bool contains(int i) const {
     return i / 64 < static_cast<int>(words_.size()) && ((words_[i / 64] >> (i % 64)) & 1u) != 0;
   }
-  /// Whether nothing is in it.
+  /// True if the set is empty.
   bool empty() const { return words_.empty(); }
-  /// Calls visit(i) in ascending order.
+  /// Calls visit(i) for each index in ascending order.
   template <class Visit>
   void for_each(Visit&& visit) const {
     for (std::size_t w = 0; w < words_.size(); ++w)

@@ -1,15 +1,15 @@
-// Elementary functions for double and dual numbers. Those of the tracer are in tracer.hpp.
+// Elementary functions for double and dual numbers. tracer.hpp has those for tracers.
 //
-// Inside a formula call them unqualified (sin(x[0])) or as saltus::sin. Where a derivative does not
-// exist or is infinite, the ones below are finite, because one NaN or infinity at a start, a rest
-// or a contact point loses the whole solve:
+// Inside a formula, call them unqualified (sin(x[0])) or as saltus::sin. Where a derivative does
+// not exist or is infinite, these functions return a finite one. Otherwise one NaN or infinity at a
+// start, a rest or a contact point would make the whole solve fail:
 //   abs at 0           derivative 0
 //   min, max of equals the mean of both derivatives, so that max(x, -x) agrees with abs(x)
 //   sqrt, norm, hypot at 0; asin, acos at +-1; x^c at 0 with c < 1
-//                      derivative 0 in place of infinity, so that norm() of a body at rest is flat
-//   atan2(0, 0)        value 0, derivatives 0; these also nearer to it than 1e-150
+//                      derivative 0 instead of infinity, so that norm() is flat at rest
+//   atan2(0, 0)        value 0, derivatives 0; also within 1e-150 of the origin
 //   x^y with x <= 0    the derivative with respect to y is 0 (it is undefined for x < 0)
-// Outside a function's domain the value is NaN as in <cmath>.
+// Outside the domain of a function, the value is NaN as in <cmath>.
 #pragma once
 
 #include <cmath>
@@ -36,15 +36,15 @@ using std::sqrt;
 using std::tan;
 using std::tanh;
 
-/// Never the integer one of <cstdlib>.
+/// Absolute value of a double.
 inline double abs(double x) { return std::abs(x); }  // never the integer one of <cstdlib>
-/// The smaller one; a if they are equal.
+/// The smaller one, or a if they are equal.
 inline double min(double a, double b) { return b < a ? b : a; }
-/// The larger one; a if they are equal.
+/// The larger one, or a if they are equal.
 inline double max(double a, double b) { return a < b ? b : a; }
 
 namespace detail {
-/// numerator / x, and 0 where x is 0: the derivatives that would be infinite.
+/// numerator / x, or 0 if x is 0. Replaces infinite derivatives.
 template <class T>
 T divide_or_zero(const T& numerator, const T& x) {
   return primal(x) == 0.0 ? T(0.0) : T(numerator / x);
@@ -125,8 +125,8 @@ Dual<T, N> max(const Dual<T, N>& a, const Dual<T, N>& b) {
 }
 template <class T, int N>
 Dual<T, N> atan2(const Dual<T, N>& y, const Dual<T, N>& x) {
-  // Divided twice: the square of a length leaves the range of doubles long before the length does.
-  // Where its inverse does, second derivatives would not be finite.
+  // Divides twice: the square of a length overflows or underflows long before the length does.
+  // Below 1e-150, second derivatives would not be finite.
   const T length = hypot(x.value, y.value);
   const auto over_square = [&](const T& v) {
     return primal(length) < 1e-150 ? T(0.0) : T(T(v / length) / length);
@@ -147,14 +147,14 @@ Dual<T, N> pow(const Dual<T, N>& x, double exponent) {
 }
 template <class T, int N>
 Dual<T, N> pow(const Dual<T, N>& x, const Dual<T, N>& exponent) {
-  // No derivative along the exponent, mixed ones included: a constant.
+  // x is not positive: the exponent counts as a constant, also in mixed derivatives.
   if (!(primal(x) > 0.0)) return pow(x, primal(exponent));
   const T f = pow(x.value, exponent.value);
   return chain(x, exponent, f, T(exponent.value * pow(x.value, T(exponent.value - 1.0))),
                T(f * log(x.value)));
 }
 
-// One of two arguments a constant. ActiveScalar covers the tracer as well.
+// Overloads for one constant argument. ActiveScalar includes the tracer.
 template <ActiveScalar S>
 S min(const S& a, double b) {
   return min(a, S(b));
@@ -207,8 +207,8 @@ S cube(const S& x) {
   return x * x * x;
 }
 
-/// Euclidean length of a vector; at zero its derivative is zero. So is that of Eigen's v.norm(),
-/// but v.normalized() branches on the length and does not compile.
+/// Euclidean length of a vector, with derivative zero at zero. Eigen's v.norm() gives the same.
+/// v.normalized() branches on the length and does not compile.
 template <class Derived>
 typename Derived::Scalar norm(const Eigen::MatrixBase<Derived>& v) {
   using S = typename Derived::Scalar;

@@ -1,16 +1,15 @@
-// How the directional derivatives of a dual number lie in memory: chunks of doubles that the
-// processor adds and multiplies at once.
+// Memory layout of the tangent of a dual number: packs of doubles for vector instructions.
 //
-// The width follows the target (8 doubles with AVX-512, 4 with AVX, else 2): a wider pack than the
-// machine has is slow and changes the calling convention. The width is therefore part of the names
-// of what depends on it (SALTUS_LANES_ABI), so that a program and an installed library may be built
-// with different -march: each keeps its own instances, and no type of one meets code of the other.
+// The width follows the target: 8 doubles with AVX-512, 4 with AVX, otherwise 2. A pack wider than
+// the registers is slow and changes the calling convention. The width is therefore part of the
+// names that depend on it (SALTUS_LANES_ABI). A program and an installed library may thus use
+// different -march options: each keeps its own instances of the templates.
 //
-// Packs are aligned like one double. Eigen is told (EIGEN_MAX_ALIGN_BYTES=16) to align the heap to
-// 16 bytes only, so that a dynamic matrix of duals with naturally aligned packs would be a crash.
+// Packs have the alignment of a double. Eigen aligns the heap to 16 bytes only
+// (EIGEN_MAX_ALIGN_BYTES=16). A dynamic matrix of duals with naturally aligned packs would crash.
 #pragma once
 
-// The name of an inline namespace.
+// Name of an inline namespace.
 #if defined(__AVX512F__)
 #define SALTUS_LANES_ABI lanes_8
 #elif defined(__AVX__)
@@ -30,8 +29,8 @@ inline constexpr int native_lanes = 4;
 inline constexpr int native_lanes = 2;
 #endif
 
-/// A vector of `lanes` doubles with element-wise + - * and double * Pack. Written out for each
-/// width because vector attributes are dropped from types that depend on a template parameter.
+/// A vector of `lanes` doubles with element-wise + - * and double * Pack. Each width is a separate
+/// specialisation because types that depend on a template parameter lose vector attributes.
 template <int lanes>
 struct Pack;
 template <>
@@ -51,14 +50,14 @@ struct Pack<8> {
   using Lanes [[gnu::vector_size(64), gnu::aligned(8)]] = double;
 };
 
-/// The widest pack that the machine has and n doubles fill.
+/// The widest pack of the target that n doubles fill.
 constexpr int lanes_for(int n) {
   int lanes = 1;
   while (lanes < n && lanes < native_lanes) lanes *= 2;
   return lanes;
 }
 
-/// n doubles, stored in whole packs; the lanes beyond n are computed and never read.
+/// n doubles stored in whole packs. Surplus lanes are computed and never read.
 template <int n>
 class Chunk {
  public:
@@ -70,9 +69,9 @@ class Chunk {
     for (int k = 0; k < packs; ++k) c.packs_[k] = Lanes{};
     return c;
   }
-  /// From packs * lanes doubles.
+  /// Loads packs * lanes doubles.
   static Chunk load(const double* values) {
-    // Vectors may alias their elements; a memcpy would go in smaller pieces than are read next.
+    // Vector types may alias their elements. A memcpy would use smaller pieces than the next read.
     Chunk c;
     for (int k = 0; k < packs; ++k) c.packs_[k] = reinterpret_cast<const Lanes*>(values)[k];
     return c;
@@ -126,7 +125,7 @@ class Chunk {
     for (int k = 0; k < packs; ++k) c.packs_[k] = s * a.packs_[k];
     return c;
   }
-  /// s a + r b in one sweep: the product and chain rules of two arguments.
+  /// s a + r b in one pass, for the product and chain rules of two arguments.
   [[gnu::always_inline]] friend Chunk combine(double s, const Chunk& a, double r, const Chunk& b) {
     Chunk c;
     for (int k = 0; k < packs; ++k) c.packs_[k] = s * a.packs_[k] + r * b.packs_[k];
@@ -138,7 +137,7 @@ class Chunk {
   Lanes packs_[packs];
 };
 
-/// Nothing: the derivatives of a number that is only evaluated.
+/// An empty tangent, for a number without derivatives.
 template <>
 class Chunk<0> {
  public:

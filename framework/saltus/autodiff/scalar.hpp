@@ -1,5 +1,4 @@
-// What the number types that stand in for double have in common: which types they are, and that no
-// program may branch on one.
+// Concepts for the number types that replace double in a formula, and their compile-time errors.
 #pragma once
 
 #include <concepts>
@@ -7,19 +6,20 @@
 
 namespace saltus {
 
-/// Specialised to true by every number type that carries derivatives or dependencies.
+/// True for number types that carry derivatives or dependencies. Each type specialises it.
 template <class S>
 inline constexpr bool is_active_scalar = false;
 
-/// A number that stands in for double in a user's formula: a dual number or a tracer.
+/// A number type that replaces double in a user's formula: a dual number or a tracer.
 template <class S>
 concept ActiveScalar = is_active_scalar<S>;
 
-/// Anything a formula computes with.
+/// Any number type of a formula.
 template <class S>
 concept Scalar = ActiveScalar<S> || std::is_arithmetic_v<S>;
 
-/// Scalars of which at least one is active: the cases in which our operators and functions apply.
+/// Two scalars of which at least one is active. The operators and functions of Saltus apply to
+/// these.
 template <class A, class B>
 concept ActivePair = (ActiveScalar<A> && (std::same_as<A, B> || std::is_arithmetic_v<B>)) ||
                      (ActiveScalar<B> && std::is_arithmetic_v<A>);
@@ -35,8 +35,8 @@ struct CommonScalar<T, Ts...> {
   using Type = std::conditional_t<ActiveScalar<T>, T, Rest>;
 };
 
-// Each is instantiated once, whatever the scalars: the compiler gives one sentence, not one per
-// scalar.
+// Each function is instantiated once for all scalars, so that the compiler reports one error
+// instead of one per scalar.
 template <bool used>
 bool branching_on_a_state() {
   static_assert(!used,
@@ -69,11 +69,11 @@ double number_without_derivatives() {
 }
 }  // namespace detail
 
-/// The active type among Ts, or double when there is none.
+/// The active type among Ts, or double if there is none.
 template <class... Ts>
 using CommonScalar = typename detail::CommonScalar<Ts...>::Type;
 
-/// A scalar and a number that need not be a double, as in 2 * x.
+/// An active scalar and a number of any arithmetic type, as in 2 * x.
 template <class A, class B>
 concept ScalarAndNumber = (ActiveScalar<A> && (std::is_arithmetic_v<B> || std::is_enum_v<B>)) ||
                           (ActiveScalar<B> && (std::is_arithmetic_v<A> || std::is_enum_v<A>));
@@ -89,8 +89,8 @@ decltype(auto) operand(const A& a) {
 }
 }  // namespace detail
 
-// For numbers that are not doubles, which each type of scalar takes itself. They fit better than
-// the operators of the language, for which the scalar would become a long double
+// Operators for numbers that are not doubles. Each scalar type defines those for doubles itself.
+// These match better than built-in operators, which would convert the scalar to long double
 // (argument_of_standard_function()).
 template <class A, class B>
   requires ScalarAndNumber<A, B>
@@ -113,7 +113,7 @@ CommonScalar<A, B> operator/(const A& a, const B& b) {
   return detail::operand(a) / detail::operand(b);
 }
 
-// Comparisons are declared, so that the compiler reports the advice above and not a missing
+// Comparisons are declared so that the compiler reports the advice above instead of a missing
 // operator.
 template <class A, class B>
   requires ActivePair<A, B>

@@ -1,11 +1,11 @@
-// Vectors and matrices of tracers know their ends, in Release too: what a formula reads or writes
-// beyond one throws IndexError where it is traced, at set-up. Evaluation has other scalars and pays
-// nothing. What was not written yet is marked as such.
+// Bounds-checked vectors and matrices of tracers, also in Release builds. A formula that accesses
+// an entry out of range throws IndexError when it is traced at set-up. Evaluation uses other
+// scalars and costs nothing extra. Entries without a value are marked as unwritten.
 //
-// Eigen reaches every entry of a matrix through its evaluator, and those of a part of a matrix
-// (head<2>(), row(1)) through the part's; both are specialised for tracers, and so is what puts
-// entries after `<<`. coeff() goes to the storage, which asks too. What data() points to has some
-// entries more on either side: they stay unwritten, and writing to them is noted.
+// Eigen accesses the entries of a matrix through its evaluator, and those of a block (head<2>(),
+// row(1)) through the block's evaluator. Both are specialised for tracers, as is the comma
+// initialiser. coeff() reads the storage, which also checks. The storage behind data() has extra
+// entries at both ends. They stay unwritten, so writes to them are detected.
 #pragma once
 
 #include <concepts>
@@ -20,11 +20,12 @@
 
 namespace saltus {
 
-/// An entry was asked for that a vector or matrix of tracers does not have.
+/// Thrown when a formula accesses an entry that a vector or matrix of tracers does not have.
 struct IndexError {
-  long row = 0, col = 0;    ///< counted from 0; of a vector: row
-  long rows = 0, cols = 1;  ///< what there is
-  int first_input = -1;     ///< if its entries are inputs in their order: which one is first
+  long row = 0, col = 0;    ///< accessed entry, counted from 0; a vector uses row
+  long rows = 0, cols = 1;  ///< size of the vector or matrix
+  int first_input =
+      -1;  ///< index of the first input if the entries are consecutive inputs, else -1
 };
 
 namespace detail {
@@ -33,7 +34,7 @@ template <class Expression>
 concept Traced =
     std::same_as<typename Eigen::internal::traits<std::remove_const_t<Expression>>::Scalar, Tracer>;
 
-/// The bounds of a vector or matrix.
+/// Size of a vector or matrix.
 struct TracedBounds {
   long rows = 0, cols = 0;
   const Tracer* first = nullptr;
@@ -41,11 +42,11 @@ struct TracedBounds {
   void check(long row, long col) const {
     if (row < 0 || row >= rows || col < 0 || col >= cols) refuse(row, col);
   }
-  /// Entry of a column or row vector.
+  /// Checks an entry of a column or row vector.
   void check(long index) const {
     if (index < 0 || index >= rows * cols) refuse(index);
   }
-  /// That the part from (row, col) on lies inside.
+  /// Checks that a block starting at (row, col) lies inside.
   void check_part(long row, long col, long part_rows, long part_cols) const {
     if (row < 0 || row + part_rows > rows || col < 0 || col + part_cols > cols)
       refuse(row < 0 ? row : row + part_rows - 1, col < 0 ? col : col + part_cols - 1);
@@ -54,7 +55,7 @@ struct TracedBounds {
   [[noreturn]] void refuse(long index) const;
 };
 
-/// Eigen's evaluator of something with entries, asking first.
+/// An Eigen evaluator that checks each access.
 template <class Evaluator>
 struct CheckedEvaluator : Evaluator {
   TracedBounds bounds;
@@ -83,12 +84,12 @@ struct CheckedEvaluator : Evaluator {
 };
 
 void mark_unwritten(Tracer* entries, int count);
-/// Whether somebody wrote beyond a vector, through data(), since this was asked last in this
-/// thread; known when the vector's life ends.
+/// True if a write through data() went beyond a vector in this thread since the last call. Detected
+/// in the destructor of the vector.
 bool was_written_beyond();
 void note_written(const Tracer* beyond, int count);
 
-/// A pointer to entries that knows how many there are.
+/// A pointer to entries that checks accesses against their number.
 template <class Entry>
 struct TracedPointer {
   using iterator_category = std::random_access_iterator_tag;
@@ -113,7 +114,7 @@ struct TracedPointer {
   }
 };
 
-/// Entries of a vector or matrix of fixed size; they begin unwritten.
+/// Entries of a vector or matrix of fixed size, initially unwritten.
 template <int size>
 class TracedEntries {
  public:
@@ -194,7 +195,7 @@ class DenseStorage<saltus::Tracer, size, row_count, col_count, options> {
   saltus::detail::TracedEntries<size> entries_;
 };
 
-// v << a, b, c: Eigen's rules; what is missing stays unwritten.
+// v << a, b, c with the rules of Eigen. Missing entries stay unwritten.
 template <saltus::detail::Traced Whole>
 struct CommaInitializer<Whole> {
   CommaInitializer(Whole& whole, const saltus::Tracer& entry) : whole_(whole), col_(1), height_(1) {

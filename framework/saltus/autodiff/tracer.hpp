@@ -1,14 +1,14 @@
-// Which inputs a result depends on, and which pairs of inputs act on it nonlinearly: found by
-// running the formula once on numbers that carry no value but these two sets.
+// Determines the inputs that a result depends on and the pairs of inputs that enter nonlinearly.
+// The formula runs once on numbers that carry only these two sets.
 //
-// The sets are structural. x - x still depends on x, and abs, min, max and select count everything
-// that enters them as nonlinear, so that "no pair" safely means "affine". Only constants are known:
-// a constant zero annihilates in products, so that the zeros of a constant matrix are exact zeros
-// of the Jacobian. A formula must therefore keep its constants once it has been traced.
+// The sets are structural: x - x still depends on x. abs, min, max and select treat all their
+// arguments as nonlinear, so an empty pair set safely means "affine". Only constants have values.
+// Products with a constant zero are zero, so zeros of a constant matrix are exact zeros of the
+// Jacobian. A formula must therefore not change its constants after tracing.
 //
-// Beside the sets a number knows its degree as a polynomial in the inputs that count as variables,
-// up to quadratic; parameters are inputs of degree zero. And it knows whether it was written at
-// all: an entry of a vector that was not is no number, nor is what is computed from it.
+// A tracer also knows its degree as a polynomial in the variables, up to quadratic. Parameters are
+// inputs of degree zero. It also knows whether it was written: results computed from an unwritten
+// entry are unwritten.
 #pragma once
 
 #include <concepts>
@@ -20,40 +20,40 @@ namespace saltus {
 
 class Tracer;
 template <>
-inline constexpr bool is_active_scalar<Tracer> = true;  ///< a tracer follows dependence
+inline constexpr bool is_active_scalar<Tracer> = true;  ///< a tracer tracks dependence
 
-/// Stands in for a double in a formula. Allocates freely: set-up only. Its arithmetic is compiled
-/// once, in tracer.cpp, and not with every formula.
+/// Replaces double in a formula that is traced. Allocates, so use it at set-up only. Its arithmetic
+/// is compiled once in tracer.cpp, not with every formula.
 class Tracer {
  public:
   Tracer() = default;  // the constant zero
-  /// A constant: depends on nothing.
+  /// A constant, without dependence.
   Tracer(double constant) : value_(constant) {}  // NOLINT: implicit
   Tracer(const Tracer& other);
   Tracer(Tracer&& other) noexcept;
   Tracer& operator=(const Tracer& other);
   Tracer& operator=(Tracer&& other) noexcept;
   ~Tracer();
-  /// `degree` 1: a variable, 0: a parameter.
+  /// An input. `degree` is 1 for a variable, 0 for a parameter.
   static Tracer input(int index, int degree = 1);
-  /// What stands in a vector that nobody has written to yet.
+  /// The value of an entry before its first write.
   static Tracer unwritten();
-  /// What is not a polynomial of degree 0, 1 or 2 in the variables.
+  /// Degree of a result that is not a polynomial of degree 0, 1 or 2 in the variables.
   static constexpr int no_degree = 3;
 
-  /// Whether it was ever given a value.
+  /// True if it has a value.
   bool is_written() const { return written_; }
-  /// Whether it depends on nothing.
+  /// True if it depends on no input.
   bool is_constant() const { return written_ && inputs_.empty(); }
-  /// Whether it is the constant 0.
+  /// True if it is the constant 0.
   bool is_zero() const { return is_constant() && value_ == 0.0; }
-  /// Its value, if it is a constant.
+  /// The value of a constant.
   double constant() const { return value_; }
-  /// As a polynomial in the variables; no_degree where it is none.
+  /// Degree as a polynomial in the variables, or no_degree.
   int degree() const { return degree_; }
   /// The inputs this result depends on.
   const IndexSet& inputs() const { return inputs_; }
-  /// Calls visit(i, j), i >= j, for every pair whose second derivative can be non-zero.
+  /// Calls visit(i, j), i >= j, for each pair whose second derivative may be non-zero.
   template <class Visit>
   void for_each_pair(Visit&& visit) const {
     pairs_.for_each([&](int index) {
@@ -65,9 +65,9 @@ class Tracer {
 
   /// f(a) for a nonlinear f.
   static Tracer nonlinear(const Tracer& a);
-  /// f(a, b) for an f without any structure.
+  /// f(a, b) for an f without structure.
   static Tracer nonlinear(const Tracer& a, const Tracer& b);
-  /// One of both, so it depends on all that either depends on.
+  /// Either a or b. Depends on all inputs of both and of the condition.
   static Tracer select(const Tracer& condition, const Tracer& a, const Tracer& b);
 
   Tracer& operator+=(const Tracer& b);
@@ -90,7 +90,7 @@ class Tracer {
   friend Tracer operator/(const Tracer& a, double b) { return a / Tracer(b); }
   friend Tracer operator/(double a, const Tracer& b) { return Tracer(a) / b; }
 
-  /// Declared so that the compiler says what to write (scalar.hpp), as the next two.
+  /// Declared for a clear compiler error (scalar.hpp), like the next two.
   template <class Index>
   const Tracer& operator[](const Index&) const {
     detail::index_of_a_scalar<(sizeof(Index) > 0)>();
@@ -102,13 +102,14 @@ class Tracer {
     detail::index_of_a_scalar<(sizeof(Index) > 0)>();
     return *this;
   }
-  /// A value that depends on a state is no number.
+  /// A traced value does not convert to a number.
   template <std::same_as<double> Number>
   explicit operator Number() const {
     return detail::number_without_derivatives<(sizeof(Number) > 0)>();
   }
-  /// Selected by functions of <cmath> alone, which have an overload for long double. As a template
-  /// it converts to no other type, so that `condition ? x[0] : 1.0` has one meaning.
+  /// Only functions of <cmath> select this conversion, because they have an overload for long
+  /// double. As a template it converts to no other type, so `condition ? x[0] : 1.0` stays
+  /// unambiguous.
   template <std::same_as<long double> Number>
   operator Number() const {  // NOLINT: implicit
     return detail::argument_of_standard_function<(sizeof(Number) > 0)>();
@@ -118,7 +119,7 @@ class Tracer {
   static Tracer linear(const Tracer& a, const Tracer& b);
   void interact(const Tracer& a, const Tracer& b);
 
-  double value_ = 0.0;  // meaningful for constants only
+  double value_ = 0.0;  // valid for constants only
   int degree_ = 0;
   bool written_ = true;
   IndexSet inputs_;
@@ -147,5 +148,5 @@ Tracer pow(const Tracer& a, double exponent);
 
 }  // namespace saltus
 
-// Eigen must know it wherever there are vectors of tracers.
+// Eigen needs it in every file with vectors of tracers.
 #include "saltus/autodiff/traced_vector.hpp"

@@ -1,4 +1,4 @@
-// When is a side of some bounds none, and when is a violation of them none?
+// Rules for bounds: which magnitudes count as unbounded, and which violations are tolerated.
 #pragma once
 
 #include <initializer_list>
@@ -7,15 +7,16 @@
 
 namespace saltus {
 
-/// Sides from this magnitude on are no sides: what other tools write for "unbounded".
+/// Bounds of this magnitude or more count as infinite. Other tools write such values for
+/// "unbounded".
 inline constexpr double no_bound = 1e19;
-/// The bounds with sides beyond no_bound left out.
+/// Replaces sides beyond no_bound by infinity.
 inline Bounds without_sentinels(const Bounds& b) {
   return {b.lower <= -no_bound && b.upper > -no_bound ? -infinity : b.lower,
           b.upper >= no_bound && b.lower < no_bound ? infinity : b.upper};
 }
-/// Violation of bounds that counts as none where nobody says more: 1e-6 times the largest of 1 and
-/// the finite sides.
+/// Default tolerance for a violation of the bounds: 1e-6 times the largest of 1 and the magnitudes
+/// of the finite sides.
 inline double tolerance_of(const Bounds& b) {
   double size = 1.0;
   for (const double side : {b.lower, b.upper}) {

@@ -1,35 +1,36 @@
-// Lower and upper bounds of a quantity, written the way one says them.
+// Lower and upper bounds of a quantity, and functions that construct them.
 #pragma once
 
 #include <limits>
 
 namespace saltus {
 
-inline constexpr double infinity = std::numeric_limits<double>::infinity();  ///< no bound
+inline constexpr double infinity =
+    std::numeric_limits<double>::infinity();  ///< stands for "no bound"
 
-/// A closed interval; an absent side is infinite. Equal sides make an equality.
+/// A closed interval. A missing side is infinite. Equal sides make an equality constraint.
 struct Bounds {
-  double lower = -infinity;  ///< none if it is -infinity
-  double upper = infinity;   ///< none if it is infinity
+  double lower = -infinity;  ///< -infinity if there is no lower bound
+  double upper = infinity;   ///< infinity if there is no upper bound
 
-  /// Whether one value alone is allowed.
+  /// True if the bounds allow exactly one value.
   bool is_equality() const { return lower == upper; }
-  /// Whether every value is allowed.
+  /// True if the bounds allow every value.
   bool is_free() const { return lower == -infinity && upper == infinity; }
-  /// Whether no finite value is allowed; also true for NaN.
+  /// True if the bounds allow no finite value. Also true if a side is NaN.
   bool is_empty() const { return !(lower <= upper) || lower == infinity || upper == -infinity; }
   friend bool operator==(const Bounds&, const Bounds&) = default;
 };
 
-/// This value alone.
+/// Bounds that allow only this value.
 inline Bounds exactly(double value) { return {value, value}; }
-/// From lower to upper, both included.
+/// Bounds from lower to upper, both included.
 inline Bounds between(double lower, double upper) { return {lower, upper}; }
-/// From lower on.
+/// Lower bound only.
 inline Bounds at_least(double lower) { return {lower, infinity}; }
-/// Up to upper.
+/// Upper bound only.
 inline Bounds at_most(double upper) { return {-infinity, upper}; }
-/// Whatever it is.
+/// No bounds.
 inline Bounds unbounded() { return {}; }
 
 }  // namespace saltus

@@ -1,4 +1,5 @@
-// Where the files lie that a program reads at run time: scripts that draw, recorded data.
+// Locations of files that a program reads at run time: plot scripts, recorded data, cached
+// downloads.
 #pragma once
 
 #include <filesystem>
@@ -6,17 +7,18 @@
 
 namespace saltus {
 
-/// The file or folder that the source tree calls `name` ("robots/icub/fetch_icub_model"): in
-/// the folder that SALTUS_DATA_DIR names if it is set, else in share/saltus beside the running
-/// program (a build folder) or beside the folder that it lies in (an installation). CMake's
-/// saltus_data() puts it there. Throws InputError naming where it was looked for.
+/// Path of the file or folder that the source tree calls `name`, e.g.
+/// "robots/icub/fetch_icub_model". If SALTUS_DATA_DIR is set, searches only that folder. Otherwise
+/// searches share/saltus next to the running program (build tree), then share/saltus next to the
+/// program's folder (installation). The CMake function saltus_data() installs the files. Throws
+/// InputError with the searched folders if the file is missing.
 std::filesystem::path data_file(const std::string& name);
 
-/// The folder that the running program lies in; empty if the system does not tell.
+/// Folder of the running program. Empty if the system does not provide it.
 std::filesystem::path program_folder();
 
-/// The user's folder for what can be fetched again: saltus in XDG_CACHE_HOME, else in ~/.cache. It
-/// may not exist. Throws InputError if there is neither variable.
+/// The user's cache folder for downloads: saltus in XDG_CACHE_HOME, otherwise in ~/.cache. The
+/// folder may not exist. Throws InputError if neither XDG_CACHE_HOME nor HOME is set.
 std::filesystem::path cache_folder();
 
 }  // namespace saltus

@@ -1,39 +1,41 @@
-// LU factors of a small dense matrix, for equations that are solved inside an evaluation: nothing
-// allocates after construction, and a singular matrix says which of its rows depends on the others.
+// LU factorisation of a small dense matrix, for equations solved during an evaluation. Nothing
+// allocates after construction. If the matrix is singular, the class reports a linearly dependent
+// row.
 #pragma once
 
 #include <vector>
 
 namespace saltus {
 
-/// P A = L U by elimination with pivots that are largest relative to their row.
+/// Factors P A = L U with scaled partial pivoting.
 class DenseLu {
  public:
-  /// For matrices of this size; nothing is allocated afterwards.
+  /// Allocates for matrices of this size.
   explicit DenseLu(int size);
 
-  /// Rows and columns.
+  /// Number of rows and columns.
   int size() const { return size_; }
-  /// Row of A, to be filled before factor(), which replaces it.
+  /// Row i of A. Fill all rows before factor(), which overwrites them with the factors.
   double* row(int i) { return factors_.data() + i * size_; }
-  /// False if a number is not finite, or a row depends on the others to rounding.
+  /// Returns false if an entry is not finite or the matrix is singular to rounding error.
   bool factor();
-  /// After factor() failed: the row of A that is left without a pivot; -1: a number is not finite.
+  /// Valid after factor() returned false: the row of A without a pivot, or -1 if an entry is not
+  /// finite.
   int singular_row() const { return singular_row_; }
 
   /// b <- A^-1 b
   void solve(double* b) const;
-  /// The same for a matrix of size() rows, contiguous, with this many columns.
+  /// B <- A^-1 B for a row-major matrix of size() rows and the given number of columns.
   void solve(double* B, int columns) const;
   /// b <- A^-T b
   void solve_transposed(double* b) const;
 
  private:
   int size_;
-  std::vector<double> factors_;     // L below the diagonal, U on and above it, by rows
-  std::vector<double> row_scale_;   // 1 / largest entry of the rows of A, where they stand now
-  std::vector<double> inverse_;     // of the diagonal of U
-  std::vector<int> pivots_, rows_;  // row swapped with row k; row of A that stands in row k
+  std::vector<double> factors_;     // L below the diagonal, U on and above it, row-major
+  std::vector<double> row_scale_;   // 1 / largest entry of each row of A, permuted like the rows
+  std::vector<double> inverse_;     // 1 / diagonal entries of U
+  std::vector<int> pivots_, rows_;  // row swapped with row k; row of A at position k
   int singular_row_ = -1;
 };
 

@@ -1,4 +1,4 @@
-// What an exception of somebody else's code has to say, for messages.
+// The message of an exception of unknown type.
 #pragma once
 
 #include <exception>
@@ -6,7 +6,7 @@
 
 namespace saltus {
 
-/// Within a catch (...): the words of what was caught, or that it has none.
+/// Message of the exception being handled. Call it only inside a catch block.
 inline std::string describe_exception() {
   try {
     throw;

@@ -1,14 +1,14 @@
-// Constructors of Eigen's vectors whose number of entries fits no size, for scalars that carry
-// derivatives: one sentence in place of the list of all constructors. Eigen includes this file
-// inside of its class PlainObjectBase (types.hpp); by itself it is empty.
+// Constructors of Eigen vectors that receive the wrong number of active scalars. The compiler then
+// reports one sentence instead of a list of all constructors. Eigen includes this file inside its
+// class PlainObjectBase (see types.hpp). Included anywhere else, it is empty.
 #ifdef SALTUS_INSIDE_PLAIN_OBJECT
-/// One scalar for a vector that has another number of rows.
+/// One scalar for a vector with another number of rows.
 template <class T>
   requires(std::is_same_v<T, Scalar> && std::is_class_v<T> && int(Base::SizeAtCompileTime) != 1)
 void _init1(const T&) {
   static_assert(Base::SizeAtCompileTime == 1, SALTUS_WRONG_NUMBER_OF_ENTRIES);
 }
-/// Two scalars for a vector that has another number of rows.
+/// Two scalars for a vector with another number of rows.
 template <class T0, class T1>
   requires(std::is_class_v<Scalar> && (std::is_same_v<T0, Scalar> || std::is_same_v<T1, Scalar>) &&
            int(Base::SizeAtCompileTime) != 2)

@@ -1,12 +1,12 @@
-// Where an entry of a sparse matrix goes when the matrix itself is not stored.
+// Destination of an entry of a sparse matrix that is not stored itself.
 #pragma once
 
 namespace saltus {
 
-/// *to = scale * entry.
+/// Writes *to = scale * entry.
 struct EntryTarget {
-  double* to = nullptr;  ///< where the number goes
-  double scale = 1.0;    ///< by what it is multiplied on the way
+  double* to = nullptr;  ///< destination
+  double scale = 1.0;    ///< factor applied to the entry
 };
 
 }  // namespace saltus

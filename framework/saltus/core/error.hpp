@@ -1,4 +1,4 @@
-// The exceptions of the framework: thrown at set-up only, never while a solve runs.
+// The exceptions of the framework. They are thrown at set-up only, never during a solve.
 #pragma once
 
 #include <stdexcept>
@@ -6,15 +6,15 @@
 
 namespace saltus {
 
-/// A problem, phase, term or option is defined wrongly. The message names it, what was expected
-/// and what was given.
+/// A problem, phase, term or option is defined incorrectly. The message names it, the expected
+/// value and the given value.
 class DefinitionError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
 
-/// A file, key or value that came from outside is unusable. The message is one sentence that names
-/// where it stands and the remedy. Programs end with exit status 2.
+/// A file, key or value from outside the program is unusable. The message names its place and the
+/// remedy in one sentence. Programs end with exit status 2.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

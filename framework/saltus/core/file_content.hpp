@@ -1,4 +1,4 @@
-// A whole file in memory, unless it is none or without an end.
+// Reads a whole file into memory, up to a limit.
 #pragma once
 
 #include <cstddef>
@@ -7,12 +7,12 @@
 
 namespace saltus {
 
-/// More than any file that Saltus reads has: 64 MB.
+/// Default limit of file_content(): 64 MB. No file that Saltus reads is larger.
 inline constexpr std::size_t longest_file = std::size_t{1} << 26U;
 
-/// What a file, or a stream with a name (/dev/stdin), holds. Throws InputError that names it if
-/// there is no such file, if it is a folder, cannot be read or has more than `longest` bytes (a
-/// device may have no end).
+/// Content of a file or of a named stream such as /dev/stdin. Throws InputError with the name if it
+/// does not exist, is a folder, cannot be read or has more than `longest` bytes. The limit guards
+/// against endless devices.
 std::string file_content(const std::filesystem::path& file, std::size_t longest = longest_file);
 
 }  // namespace saltus

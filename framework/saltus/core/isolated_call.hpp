@@ -1,4 +1,4 @@
-// Work of libraries that may break down, in a process of its own.
+// Calls library code that may crash in a separate process.
 #pragma once
 
 #include <functional>
@@ -7,10 +7,10 @@
 
 namespace saltus {
 
-/// What `work` returns, computed by a copy of this process: none if that is ended by a signal,
-/// leaves an exception, takes more than `seconds` of processor time, ten times as long on the clock
-/// (and 10 s more) or 4 GB of memory. Nothing else of what it does is seen here. Not for control
-/// loops.
+/// Runs `work` in a forked copy of this process and returns its result. Returns nullopt if the copy
+/// dies from a signal, throws, or exceeds a limit. The limits are `seconds` of CPU time, 10 *
+/// seconds + 10 s of wall-clock time, and 4 GB of memory. All other side effects of `work` are
+/// lost. Not for control loops.
 std::optional<std::string> isolated_call(const std::function<std::string()>& work, int seconds);
 
 }  // namespace saltus

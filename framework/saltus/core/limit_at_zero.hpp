@@ -1,4 +1,4 @@
-// The limit of a smooth function of d > 0 at d = 0, from its values at d, d/2, d/4, ...
+// Extrapolates a smooth function of d > 0 to d = 0 from its values at d, d/2, d/4, ...
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace saltus {
 
-/// Neville's polynomial through the values, at zero. Of its tableau the entry counts that differs
-/// least from its neighbours, and that difference is the estimated error.
+/// Evaluates Neville's interpolating polynomial at zero. value() is the tableau entry that differs
+/// least from its neighbours. That difference is the error estimate.
 class LimitAtZero {
  public:
-  /// At half the distance of the value before.
+  /// Adds the value at half the previous distance.
   void add(const VectorXd& value) {
     std::vector<VectorXd> row{value};
     double weight = 1.0;
@@ -30,9 +30,9 @@ class LimitAtZero {
     if (before_.empty()) best_ = value;
     before_ = std::move(row);
   }
-  /// The limit, as far as it was found.
+  /// Best estimate of the limit.
   const VectorXd& value() const { return best_; }
-  /// Infinite before the second value.
+  /// Estimated error of value(), largest entry. Infinite before the second value.
   double error() const { return error_; }
 
  private:

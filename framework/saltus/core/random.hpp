@@ -1,5 +1,5 @@
-// Random numbers that are the same with every compiler, which the distributions of the standard do
-// not promise.
+// Reproducible random numbers. The distributions of the C++ standard library may differ between
+// compilers; these do not.
 #pragma once
 
 #include <cmath>
@@ -10,31 +10,31 @@
 
 namespace saltus {
 
-/// Random numbers that are the same for the same seed, on every machine.
+/// Pseudo-random generator. The same seed gives the same numbers on every machine.
 class Random {
  public:
-  /// The same seed gives the same numbers.
+  /// Seeds the generator.
   explicit Random(std::uint64_t seed) : engine_(seed) {}
-  double uniform(double low, double high) {  ///< 53 bits, `high` excluded
+  double uniform(double low, double high) {  ///< in [low, high), 53 random bits
     return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1.0p-53;
   }
-  /// Between low and high, both > 0, uniform in its logarithm.
+  /// Log-uniform number between low and high, both > 0.
   double log_uniform(double low, double high) {
     return std::exp(uniform(std::log(low), std::log(high)));
   }
-  int integer(int low, int high) {  ///< both included
+  int integer(int low, int high) {  ///< in [low, high], both included
     return low + static_cast<int>(engine_() % static_cast<std::uint64_t>(high - low + 1));
   }
   /// True with this probability.
   bool chance(double probability) { return uniform(0.0, 1.0) < probability; }
-  /// Entries in [-1, 1), drawn column by column.
+  /// Matrix with uniform entries in [-1, 1), drawn column by column.
   MatrixXd matrix(int rows, int columns) {
     MatrixXd m(rows, columns);
     for (int j = 0; j < columns; ++j)
       for (int i = 0; i < rows; ++i) m(i, j) = uniform(-1.0, 1.0);
     return m;
   }
-  /// n numbers as matrix() draws them.
+  /// Vector of n uniform entries in [-1, 1).
   VectorXd vector(int n) { return matrix(n, 1); }
 
  private:

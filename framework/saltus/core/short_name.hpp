@@ -1,4 +1,4 @@
-// A name of bounded length, stored in place: copying and replacing it never allocates.
+// A name of bounded length, stored in place. Copying and assigning never allocate.
 #pragma once
 
 #include <algorithm>
@@ -11,26 +11,27 @@
 
 namespace saltus {
 
-/// Reads like a std::string_view. Throws DefinitionError when the text is longer than max_size.
+/// Converts to std::string_view. The constructor throws DefinitionError if the text is longer than
+/// max_size.
 class ShortName {
  public:
-  static constexpr std::size_t max_size = 63;  // with the length one cache line
+  static constexpr std::size_t max_size = 63;  // with the length, one cache line
 
   ShortName() = default;
-  /// Cut to what has room.
+  /// Copies the text. Throws DefinitionError if it is longer than max_size.
   template <class Text>
     requires std::convertible_to<const Text&, std::string_view>
   ShortName(const Text& text) {  // NOLINT(google-explicit-constructor)
     assign(text);
   }
 
-  /// The text; valid as long as this lives.
+  /// The text. Valid during the lifetime of this object.
   std::string_view view() const { return {text_.data(), size_}; }
-  /// A copy as a string.
+  /// The text as a std::string.
   std::string str() const { return std::string(view()); }
-  /// As view().
+  /// Same as view().
   operator std::string_view() const { return view(); }  // NOLINT(google-explicit-constructor)
-  /// The same text.
+  /// Compares the texts.
   friend bool operator==(const ShortName& a, const ShortName& b) { return a.view() == b.view(); }
 
  private:

@@ -1,12 +1,12 @@
-// The matrix of a cross product. Cross products of two vectors, of any scalar, are Eigen's
-// a.cross(b).
+// The skew-symmetric matrix of a cross product. For the product of two vectors use Eigen's
+// a.cross(b), which works with every scalar type.
 #pragma once
 
 #include "saltus/core/types.hpp"
 
 namespace saltus {
 
-/// skew(a) b = a x b.
+/// Skew-symmetric matrix with skew(a) b = a x b.
 template <class S>
 Mat<S, 3, 3> skew(const Vec<S, 3>& a) {
   Mat<S, 3, 3> matrix;

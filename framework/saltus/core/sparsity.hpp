@@ -1,4 +1,4 @@
-// The structure of a sparse matrix: which entries may be non-zero, stored by compressed rows.
+// The sparsity pattern of a matrix: positions of structural non-zeros in compressed row storage.
 #pragma once
 
 #include <utility>
@@ -6,36 +6,36 @@
 
 namespace saltus {
 
-/// Rows in order, columns ascending within a row. Values of a matrix with this pattern are stored
-/// in the same order in a plain array of `entries()` doubles.
+/// Rows are stored in order, with ascending columns within a row. The values of a matrix with this
+/// pattern are an array of `entries()` doubles in the same order.
 class SparsityPattern {
  public:
   SparsityPattern() = default;
-  /// No entries yet.
+  /// An empty pattern of the given size.
   SparsityPattern(int rows, int cols) : cols_(cols), row_start_(rows + 1, 0) {}
 
-  /// From (row, column) pairs in any order; duplicates are merged.
+  /// Builds a pattern from (row, column) pairs in any order. Duplicates are merged.
   static SparsityPattern from_pairs(int rows, int cols, std::vector<std::pair<int, int>> pairs);
-  /// All entries, row by row.
+  /// A full pattern, row by row.
   static SparsityPattern dense(int rows, int cols);
 
-  /// How many rows.
+  /// Number of rows.
   int rows() const { return static_cast<int>(row_start_.size()) - 1; }
-  /// How many columns.
+  /// Number of columns.
   int cols() const { return cols_; }
-  /// How many entries.
+  /// Number of stored entries.
   int entries() const { return static_cast<int>(col_.size()); }
 
-  /// Number of the first entry of a row.
+  /// Index of the first entry of a row.
   int row_begin(int row) const { return row_start_[row]; }
-  /// One behind the last entry of a row.
+  /// Index after the last entry of a row.
   int row_end(int row) const { return row_start_[row + 1]; }
   /// Column of an entry.
   int col(int entry) const { return col_[entry]; }
 
-  /// Position of (row, col) in the value array, or -1.
+  /// Index of (row, col) in the value array, or -1 if it is not stored.
   int find(int row, int col) const;
-  /// Whether there is an entry.
+  /// True if (row, col) is stored.
   bool contains(int row, int col) const { return find(row, col) >= 0; }
 
   /// Calls visit(row, col, entry) for every stored entry.

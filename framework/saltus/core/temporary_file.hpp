@@ -1,4 +1,4 @@
-// Names under which files and folders are begun that shall only be seen whole.
+// Temporary files for atomic writes: readers see a file completely written or not at all.
 #pragma once
 
 #include <filesystem>
@@ -7,21 +7,21 @@
 
 namespace saltus {
 
-/// .NAME.RANDOM.HOST.PROCESS.part beside `path`: nobody guesses it, and whose process is over is
-/// known on that machine (remove_orphans()).
+/// Path of a temporary file in the folder of `path`, called .NAME.RANDOM.HOST.PROCESS.part. The
+/// random part is hard to guess. Host and process allow remove_orphans() to detect dead writers.
 std::filesystem::path temporary_beside(const std::filesystem::path& path);
 
-/// Makes an empty file that nobody else can open, and false if that cannot be done, or if anything
-/// is there already, a link included; errno says why.
+/// Creates an empty file that only the user can access. Returns false and sets errno if this fails
+/// or if the path exists, even as a link.
 bool make_private_file(const std::filesystem::path& file);
 
-/// Writes a file whole or not at all, whoever writes at the same time; with an error what was there
-/// stays. It gets the rights that new files of the process have.
+/// Writes a file atomically, also with concurrent writers. On error, the old content remains and
+/// `error` is set. The file gets the default permissions of the process.
 void write_whole(const std::filesystem::path& file, std::string_view content,
                  std::error_code& error);
 
-/// Removes what processes of this machine that were killed had begun in the folder; not those of
-/// others that share the disk.
+/// Removes temporary files of dead processes of this machine from the folder. Files of other
+/// machines on a shared disk remain.
 void remove_orphans(const std::filesystem::path& folder);
 
 }  // namespace saltus

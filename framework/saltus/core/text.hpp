@@ -1,4 +1,4 @@
-// Words for messages: the nearest known name, lists of names.
+// Text helpers for messages: nearest known name, name lists, printable text.
 #pragma once
 
 #include <string>
@@ -7,17 +7,17 @@
 
 namespace saltus {
 
-/// The known name closest to `given` by edit distance (ties: the first), or an empty string when
-/// none is near enough to be what was meant (more than half of the letters differ).
+/// The known name closest to `given` by edit distance. The first one wins a tie. Empty if no name
+/// is close, i.e. if more than half of the letters differ.
 std::string nearest_name(std::string_view given, const std::vector<std::string>& known);
 
-/// Text from outside as a message shows it: of a long one the beginning, and how long it is.
+/// Shortens long text for a message: its beginning and its length in bytes.
 std::string shortened(std::string_view text);
 
-/// Text with control characters (of a terminal's colours, say) as \n, \t or \x1b.
+/// Replaces control characters, such as terminal colour codes, by \n, \t or \x1b.
 std::string printable(std::string_view text);
 
-/// "a, b and c".
+/// Joins names as "a, b and c".
 std::string join_names(const std::vector<std::string>& names);
 
 }  // namespace saltus

@@ -1,14 +1,14 @@
-// A fixed number of threads that take part in one piece of work after the other.
+// A fixed number of threads that share one task at a time.
 //
-// For work that takes milliseconds: threads sleep between pieces and are woken through a lock. No
-// control path has one.
+// Suited to tasks of milliseconds: idle threads sleep and are woken through a lock. Control loops
+// do not use it.
 #pragma once
 
 #include <memory>
 
 namespace saltus {
 
-/// The calling thread and threads() - 1 of its own. One piece of work at a time.
+/// Consists of the calling thread and threads() - 1 further threads. Runs one task at a time.
 class ThreadPool {
  public:
   /// Throws DefinitionError unless threads >= 1.
@@ -17,12 +17,11 @@ class ThreadPool {
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
-  /// How many work, the caller included.
+  /// Number of threads, including the caller.
   int threads() const { return threads_; }
 
-  /// Calls work(0) .. work(threads() - 1), each on a thread of its own, work(0) on that of the
-  /// caller, and returns when all have returned. If some have thrown, what the first of them in
-  /// this order threw is thrown again.
+  /// Calls work(0) .. work(threads() - 1) in parallel and returns when all calls have returned. The
+  /// calling thread runs work(0). If calls throw, rethrows the exception of the lowest index.
   template <class Work>
   void run(const Work& work) {
     run_erased(&work, [](const void* of, int k) { (*static_cast<const Work*>(of))(k); });

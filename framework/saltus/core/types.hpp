@@ -1,10 +1,10 @@
-// The vector and matrix types in which users write formulas and the framework stores numbers.
+// The vector and matrix types of user formulas and of the framework.
 #pragma once
 
 #include <type_traits>
 
-// What Eigen asserts about sizes, in a sentence. Where Eigen was included before, it keeps its own
-// words. SALTUS_ADVICE_x, where there is one for the name x, is a comma and a text.
+// Replaces Eigen's assertions about sizes by sentences. This has no effect if Eigen was included
+// earlier. If a name x has an advice, SALTUS_ADVICE_x is a comma followed by a text.
 /// \cond
 #ifndef EIGEN_STATIC_ASSERT
 #define SALTUS_WRONG_NUMBER_OF_ENTRIES                                                         \
@@ -35,11 +35,11 @@
 #endif
 /// \endcond
 
-// Eigen's own default follows -march, and with it the layout of its types.
+// Eigen's default alignment, and so the layout of its types, depends on -march.
 static_assert(EIGEN_MAX_ALIGN_BYTES == 16,
               "Saltus is built with EIGEN_MAX_ALIGN_BYTES=16, and so must be what uses it: link to "
               "saltus::core in CMake, or pass -DEIGEN_MAX_ALIGN_BYTES=16");
-#ifdef SALTUS_EIGEN_ALIGN_BYTES  // of an installed library
+#ifdef SALTUS_EIGEN_ALIGN_BYTES  // set by an installed library
 static_assert(EIGEN_DEFAULT_ALIGN_BYTES == SALTUS_EIGEN_ALIGN_BYTES,
               "this installation of Saltus was built for vectors of another width, where Eigen "
               "allocates in another way: leave -march to saltus::core, or build Saltus with "
@@ -56,13 +56,13 @@ using Vec = Eigen::Matrix<S, n, 1>;
 template <class S, int rows, int cols>
 using Mat = Eigen::Matrix<S, rows, cols>;
 
-/// A column of numbers whose length is known at run time.
+/// Column vector whose size is known at run time.
 using VectorXd = Eigen::VectorXd;
-/// A matrix of numbers whose size is known at run time.
+/// Matrix whose size is known at run time.
 using MatrixXd = Eigen::MatrixXd;
-/// A vector that is read, without a copy.
+/// Read-only view of a vector. Contiguous arguments are not copied.
 using VectorRef = Eigen::Ref<const Eigen::VectorXd>;
-/// A vector that is written in place.
+/// Writable view of a vector.
 using VectorOut = Eigen::Ref<Eigen::VectorXd>;
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-// Working memory of const functions that several threads may call at once.
+// Workspaces of const functions that several threads may call concurrently.
 #pragma once
 
 #include <array>
@@ -8,19 +8,18 @@
 
 namespace saltus {
 
-/// Who may call lend().
+/// Which threads may call lend().
 enum class Lending {
-  shared,    ///< any number of threads at once
-  exclusive  ///< one thread at a time: costs nothing and never allocates
+  shared,    ///< any number of threads concurrently
+  exclusive  ///< one thread at a time; never allocates
 };
 
-/// Keeps workspaces between calls and lends each of them to one call at a time. lend() takes no
-/// lock. Where lending is shared, it allocates if none was added or all are in use by other
-/// threads.
+/// Keeps workspaces between calls and lends each to one call at a time. lend() is lock-free. With
+/// shared lending, it allocates if no workspace was added or all are in use.
 template <class T>
 class WorkspacePool {
  public:
-  /// Exclusive lending needs one call of add().
+  /// Exclusive lending requires one call of add().
   explicit WorkspacePool(Lending lending = Lending::shared) : lending_(lending) {}
   WorkspacePool(const WorkspacePool&) = delete;
   WorkspacePool& operator=(const WorkspacePool&) = delete;
@@ -28,10 +27,11 @@ class WorkspacePool {
     for (std::atomic<T*>& slot : kept_) delete slot.load(std::memory_order_relaxed);
   }
 
-  /// A workspace for as long as it lives. It goes back to the pool, also when a call throws.
+  /// Owns a workspace during its lifetime. The destructor returns the workspace to the pool, also
+  /// after an exception.
   class Loan {
    public:
-    /// `back` is where the workspace goes; null: nowhere.
+    /// `back` is the pool that gets the workspace back; null for exclusive lending.
     Loan(const WorkspacePool* back, T* workspace) : back_(back), workspace_(workspace) {}
     ~Loan() {
       if (back_ != nullptr) back_->keep(std::unique_ptr<T>(workspace_));
@@ -44,17 +44,17 @@ class WorkspacePool {
     T* operator->() const { return workspace_; }
 
    private:
-    const WorkspacePool* back_;  // null: the pool still has it
+    const WorkspacePool* back_;  // null: the pool still owns it
     T* workspace_;
   };
 
-  /// Whether several threads may borrow at once.
+  /// True if several threads may borrow concurrently.
   bool is_shared() const { return lending_ == Lending::shared; }
-  /// Adds a workspace, at the end of a constructor that knows all sizes: then lend() does not
-  /// allocate for a single thread.
+  /// Adds a workspace. Call it in a constructor that knows all sizes: then lend() does not allocate
+  /// for a single thread.
   void add(std::unique_ptr<T> workspace) { keep(std::move(workspace)); }
 
-  /// A workspace that no other call uses; make() returns a new one as std::unique_ptr<T>.
+  /// Lends a workspace that no other call uses. make() returns a new one as std::unique_ptr<T>.
   template <class Make>
   Loan lend(const Make& make) const {
     if (!is_shared()) return {nullptr, kept_.front().load(std::memory_order_relaxed)};
@@ -64,7 +64,7 @@ class WorkspacePool {
   }
 
  private:
-  static constexpr int most_kept = 4;  // more threads than that at once make workspaces anew
+  static constexpr int most_kept = 4;  // further concurrent threads allocate
 
   void keep(std::unique_ptr<T> workspace) const {
     for (std::atomic<T*>& slot : kept_) {

@@ -1,4 +1,4 @@
-// All of a text into a pipe.
+// Writes a whole text to a pipe.
 #pragma once
 
 #include <unistd.h>
@@ -8,7 +8,8 @@
 
 namespace saltus {
 
-/// As much as the other end takes: what is missing there says that it has gone.
+/// Writes until the text ends or the other end closes. Errors are ignored: the reader notices
+/// missing text.
 inline void write_all(int file, std::string_view text) {
   while (!text.empty()) {
     const ssize_t n = ::write(file, text.data(), text.size());
