@@ -1,4 +1,4 @@
-// Where time, state, input and parameters stand in the argument z of a model function.
+// Layout of the argument z of a model function: time, state, input and parameters.
 #pragma once
 
 namespace saltus {
@@ -9,15 +9,15 @@ struct Arguments {
   int nu = 0;  ///< inputs
   int np = 0;  ///< parameters
 
-  /// Place of the time.
+  /// Index of the time.
   constexpr int t() const { return 0; }
-  /// Place of state i.
+  /// Index of state i.
   constexpr int x(int i = 0) const { return 1 + i; }
-  /// Place of input i.
+  /// Index of input i.
   constexpr int u(int i = 0) const { return 1 + nx + i; }
-  /// Place of parameter i.
+  /// Index of parameter i.
   constexpr int p(int i = 0) const { return 1 + nx + nu + i; }
-  /// How many numbers in all.
+  /// Total number of entries.
   constexpr int size() const { return 1 + nx + nu + np; }
 
   friend bool operator==(const Arguments&, const Arguments&) = default;

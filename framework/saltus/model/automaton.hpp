@@ -1,4 +1,4 @@
-// A hybrid automaton as the user writes it: named modes, and events that lead from one to another.
+// A hybrid automaton as the user writes it: named modes and events between them.
 #pragma once
 
 #include <memory>
@@ -14,20 +14,20 @@
 
 namespace saltus {
 
-/// Modes and events over nx states, nu inputs and np parameters. Formulas are callables of (t, x),
-/// (t, x, u) or (t, x, u, p): dynamics return dx/dt, a guard one number, a reset the state after
-/// the event. Modes are declared before the events that use them.
+/// Modes and events with nx states, nu inputs and np parameters. Formulas are callables of (t, x),
+/// (t, x, u) or (t, x, u, p). Dynamics return dx/dt, a guard returns a scalar, a reset returns the
+/// state after the event. Declare modes before the events that use them.
 ///
-/// With nz algebraic states z, which follow from equations that all modes share, formulas take them
-/// behind x: f(t, x, z), f(t, x, z, u) or f(t, x, z, u, p), or f(t, x) alone.
+/// All modes share the equations of the nz algebraic states z. Formulas then take z after x: f(t,
+/// x, z), f(t, x, z, u) or f(t, x, z, u, p), or f(t, x) alone.
 template <int nx, int nu = 0, int np = 0, int nz = 0>
 class Automaton {
  public:
   Automaton()
     requires(nz == 0)
   = default;
-  /// 0 = equations(t, x, z, u, p) with nz entries, of index 1, and a guess of z, which also is its
-  /// magnitude. Throws DefinitionError with the equation, as AlgebraicEquations does.
+  /// 0 = equations(t, x, z, u, p) with nz entries and index 1. `guess` starts the iteration for z
+  /// and sets its magnitudes. Throws DefinitionError with the equation, as AlgebraicEquations does.
   template <class Equations>
   Automaton(Equations equations, const Vec<double, nz>& guess)
     requires(nz > 0)
@@ -39,7 +39,7 @@ class Automaton {
         extended("the algebraic equations of", "an automaton", std::move(equations)), guess);
   }
 
-  /// A mode and what moves in it.
+  /// Adds a mode with its dynamics.
   template <class Dynamics>
   Automaton& mode(std::string name, Dynamics dynamics) {
     static_assert(returns_rows<Dynamics, nx>,
@@ -50,7 +50,7 @@ class Automaton {
     system_.modes.push_back({std::move(name), std::move(function)});
     return *this;
   }
-  /// From one mode to another without a jump of the state.
+  /// Adds an event between two modes without a state jump.
   template <class Guard>
   Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
                    Crossing direction) {
@@ -59,7 +59,7 @@ class Automaton {
     Function function = erased("the guard of event", name, std::move(guard));
     return add(std::move(name), from, to, std::move(function), direction, {});
   }
-  /// The same with x+ = reset(t, x-, ...).
+  /// Adds an event with the state jump x+ = reset(t, x-, ...).
   template <class Guard, class Reset>
   Automaton& event(std::string name, const std::string& from, const std::string& to, Guard guard,
                    Crossing direction, Reset reset) {
@@ -71,8 +71,8 @@ class Automaton {
     Function map = erased("the reset of event", name, std::move(reset));
     return add(std::move(name), from, to, std::move(function), direction, std::move(map));
   }
-  /// Two fields that share a surface: `below` holds where guard < 0, `above` where guard > 0. The
-  /// motion crosses, or slides where both push into the surface (Filippov).
+  /// Adds a switching surface: `below` is active where guard < 0, `above` where guard > 0. The
+  /// trajectory crosses the surface, or slides on it if both fields point towards it (Filippov).
   template <class Guard>
   Automaton& surface(const std::string& name, const std::string& below, const std::string& above,
                      Guard guard) {
@@ -83,17 +83,18 @@ class Automaton {
     return add(name, above, below, function, Crossing::falling, {});
   }
 
-  /// Hysteresis: the mode is no function of the state, and is remembered. State i holds its number,
-  /// in the order of declaration from 0: it is given at the start like any state, every formula
-  /// returns a rate of 0 for it, and it changes where an event changes the mode.
+  /// Declares hysteresis: the mode does not follow from the state and is stored in state i. State i
+  /// holds the index of the mode in order of declaration, from 0. Its start value is given as for
+  /// any state, every formula returns the rate 0 for it, and it changes at events that change the
+  /// mode.
   Automaton& remember_in(int i) {
     system_.memory = i;
     return *this;
   }
 
-  /// What was built so far.
+  /// The modes and events declared so far.
   const SwitchingSystem& system() const { return system_; }
-  /// The equations of z, with the dynamics of the first mode; empty: none.
+  /// The algebraic equations with the dynamics of the first mode. Empty if there are none.
   const AlgebraicPart& algebraic() const { return algebraic_; }
 
  private:
@@ -108,7 +109,7 @@ class Automaton {
     else
       return eliminate(extended(what, name, std::move(formula)), algebraic_.equations);
   }
-  // As a function of (t | x z | u | p).
+  // The formula as a function of (t | x z | u | p).
   template <class F>
   static Function extended(const char* what, const std::string& name, F formula) {
     return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},

@@ -1,20 +1,20 @@
-// Which way a guard passes through zero where its event happens.
+// Direction in which a guard crosses zero at its event.
 #pragma once
 
 namespace saltus {
 
-/// The sign of the rate g_t + g_x f of a guard g(t, x, ...) at its event, before any jump.
+/// Sign of the rate g_t + g_x f of a guard g(t, x, ...) at its event, before a jump.
 enum class Crossing {
   rising,  ///< from negative to positive
   falling  ///< from positive to negative
 };
 
-/// In words, for messages.
+/// Text for messages.
 constexpr const char* describe(Crossing crossing) {
   return crossing == Crossing::rising ? "rising" : "falling";
 }
 
-/// +1 for rising, -1 for falling: crossing_sign(c) * rate is positive for an event as declared.
+/// +1 for rising, -1 for falling. crossing_sign(c) * rate is positive at an event in direction c.
 constexpr double crossing_sign(Crossing crossing) {
   return crossing == Crossing::rising ? 1.0 : -1.0;
 }

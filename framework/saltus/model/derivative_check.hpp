@@ -1,5 +1,5 @@
-// Are the derivatives of a function right? Compares Jacobian and Hessian with differences and says
-// which entry is off, in words that name the input and the output.
+// Compares the Jacobian and Hessian of a function with finite differences. The report names the
+// input and the output of each wrong entry.
 #pragma once
 
 #include <cstdint>
@@ -13,58 +13,60 @@
 
 namespace saltus {
 
-/// Where derivatives are looked at, and how closely.
+/// Options of check_derivatives().
 struct DerivativeCheckOptions {
-  /// Difference step relative to max(magnitude, |z_j|): near eps^(1/5), where the truncation (h^4)
-  /// and the rounding (eps / h) of extrapolated central differences balance.
+  /// Difference step relative to max(magnitude, |z_j|). The default is near eps^(1/5), where
+  /// truncation (h^4) and rounding (eps / h) of extrapolated central differences balance.
   double step = 5e-4;
-  /// Largest accepted |exact - difference| / max(1, |exact|), beyond the rounding of differences.
+  /// Largest accepted |exact - difference| / max(1, |exact|), in addition to the rounding error of
+  /// the differences.
   double tolerance = 1e-7;
-  /// Of each input m_j; empty: ones. Where they are given, entries are those of a function whose
-  /// inputs are divided by them and whose outputs by sum_j |J_ij| m_j.
+  /// Magnitude m_j of each input. Default: ones. If given, the check divides inputs by m_j and
+  /// outputs by sum_j |J_ij| m_j.
   VectorXd magnitudes = {};
-  /// Weights of the outputs in the Hessian; empty: distinct numbers near 1.
+  /// Weights of the outputs in the Hessian. Default: distinct numbers near 1.
   VectorXd weights = {};
-  /// For the report; may be empty.
+  /// Names for the report. May be empty.
   std::vector<std::string> input_names = {}, output_names = {};
 };
 
-/// One entry of a derivative. Of a Hessian, row >= col are both inputs.
+/// One entry of a derivative. For a Hessian, row >= col are both inputs.
 struct DerivativeEntry {
   int row = -1;             ///< output, or row of the Hessian
   int col = -1;             ///< input
-  double exact = 0.0;       ///< what the function says; 0 outside its pattern
-  double difference = 0.0;  ///< what differences say
-  double error = 0.0;       ///< scaled as the tolerance is; infinite if either is not finite
-  bool in_pattern = true;   ///< whether the declared pattern has this entry
-  int point = 0;            ///< at which of the points
+  double exact = 0.0;       ///< value from the function; 0 outside its pattern
+  double difference = 0.0;  ///< value from finite differences
+  double error = 0.0;       ///< scaled like the tolerance; infinite if a value is not finite
+  bool in_pattern = true;   ///< true if the declared pattern contains the entry
+  int point = 0;            ///< index of the test point
 };
 
-/// What a check of derivatives found.
+/// Result of check_derivatives().
 struct DerivativeReport {
-  bool ok = true;                                 ///< nothing was found
-  int points = 1;                                 ///< how many were looked at
-  std::optional<std::uint32_t> seed;              ///< if the points were random
-  double tolerance = 0.0;                         ///< of the relative error
-  DerivativeEntry worst_jacobian, worst_hessian;  ///< where the error is largest
-  /// All entries beyond the tolerance, worst first.
+  bool ok = true;                                 ///< all entries are within the tolerance
+  int points = 1;                                 ///< number of test points
+  std::optional<std::uint32_t> seed;              ///< seed of random points
+  double tolerance = 0.0;                         ///< accepted relative error
+  DerivativeEntry worst_jacobian, worst_hessian;  ///< entries with the largest error
+  /// All entries outside the tolerance, worst first.
   std::vector<DerivativeEntry> jacobian_failures, hessian_failures;
-  std::vector<std::string> input_names, output_names;  ///< as given
+  std::vector<std::string> input_names, output_names;  ///< from the options
 };
 
-/// Checks at z. Entries outside the patterns must have zero differences. At a kink (abs at 0) no
-/// difference is right: choose another point.
+/// Checks the derivatives at z. Entries outside the patterns must have zero differences. At a kink,
+/// such as abs at 0, differences are invalid: choose another point.
 DerivativeReport check_derivatives(const Function& function, const VectorRef& z,
                                    const DerivativeCheckOptions& options = {});
 
-/// Checks at `points` points drawn uniformly between lower and upper (each of `inputs` entries).
+/// Checks at `points` random points, uniform between lower and upper. Both have one entry per
+/// input.
 DerivativeReport check_derivatives(const Function& function, const VectorRef& lower,
                                    const VectorRef& upper, int points, std::uint32_t seed,
                                    const DerivativeCheckOptions& options = {});
 
-/// One line if all is well, else a table of the worst entries.
+/// One line if all entries are correct, otherwise a table of the worst entries.
 std::string to_string(const DerivativeReport& report);
-/// So that a test may write EXPECT_TRUE(report.ok) << report.
+/// Lets a test write EXPECT_TRUE(report.ok) << report.
 std::ostream& operator<<(std::ostream& out, const DerivativeReport& report);
 
 }  // namespace saltus

@@ -1,6 +1,6 @@
-// The derivative of an interval's flow along a direction, also where it has no Jacobian: where two
-// events fall together the flow is only piecewise smooth, and which of them comes first depends on
-// where one goes.
+// Directional derivatives of the flow of an interval, also where it has no Jacobian. Where two
+// events coincide, the flow is only piecewise smooth: the direction decides which event comes
+// first.
 #pragma once
 
 #include <string>
@@ -9,19 +9,19 @@
 
 namespace saltus {
 
-/// Derivative along one direction, from one side.
+/// One-sided derivative along a direction.
 struct DirectionalDerivative {
   VectorXd value;       ///< d end / d epsilon at epsilon = 0+; NaN where it does not exist
-  double error = 0.0;   ///< estimated, relative to 1 + the largest entry
-  bool exists = false;  ///< whether there is one
-  std::string message;  ///< why not, empty if it exists
+  double error = 0.0;   ///< estimate, relative to 1 + the largest entry
+  bool exists = false;  ///< true if the derivative exists
+  std::string message;  ///< the reason if it does not exist, else empty
 };
 
-/// lim (F(w + epsilon direction) - F(w)) / epsilon for epsilon -> 0 from above, F(w) the end of the
-/// interval. The Jacobians at w + epsilon direction, where the events have an order, are
-/// extrapolated: with epsilon = first_step, first_step / 2, ... `first_step` should be so short
-/// that nothing else happens along it. Near grazing these grow without bound, and that is said.
-/// Allocates; meant for analysis and design.
+/// Limit of (F(w + epsilon direction) - F(w)) / epsilon for epsilon -> 0+, where F(w) is the end of
+/// the interval. Extrapolates the Jacobians at w + epsilon direction, where the order of events is
+/// defined, with epsilon = first_step, first_step / 2, ... No other event may occur within
+/// `first_step` along the direction. Near grazing, the Jacobians grow without bound and the message
+/// says so. Allocates; intended for analysis and design.
 DirectionalDerivative directional_derivative(Integrator& integrator, const VectorRef& w,
                                              const VectorRef& direction, double first_step = 1e-3);
 

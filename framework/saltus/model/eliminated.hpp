@@ -1,13 +1,13 @@
-// What a function was before eliminate(): for integrators that take the algebraic states as
-// unknowns of their own.
+// Recovers the DAE behind an eliminated function, for integrators that treat the algebraic states
+// as unknowns.
 #pragma once
 
 #include "saltus/model/algebraic.hpp"
 
 namespace saltus {
 
-/// The function of (t | x z | u | p) and the equations of which eliminate() made `function`; empty
-/// for any other.
+/// The function of (t | x z | u | p) and the equations from which eliminate() made `function`.
+/// Empty for any other function.
 AlgebraicPart part_before_elimination(const Function& function);
 
 }  // namespace saltus

@@ -1,17 +1,17 @@
-// A formula of (t, x, z, u, p) as make_function() takes it, with z behind x.
+// Adapts a formula of (t, x, z, u, p) to make_function(), which expects z appended to x.
 #pragma once
 
 #include "saltus/core/types.hpp"
 
 namespace saltus {
 
-/// Called with (x z) in one vector; calls the formula as f(t, x, z, u, p), f(t, x, z, u), f(t, x,
-/// z) or f(t, x).
+/// Takes (x z) as one vector and calls the formula as f(t, x, z, u, p), f(t, x, z, u), f(t, x, z)
+/// or f(t, x).
 template <int nx, int nz, class F>
 struct FormulaWithAlgebraic {
-  F formula;  ///< of (t, (x, z), u, p)
+  F formula;  ///< the user's formula
 
-  /// The formula with the algebraic states found for it.
+  /// Splits xz into x and z and calls the formula.
   template <class S, class U, class P>
   auto operator()(const S& t, const Vec<S, nx + nz>& xz, const U& u, const P& p) const {
     Vec<S, nx> x;

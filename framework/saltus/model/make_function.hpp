@@ -1,9 +1,10 @@
-// Turns a user's formula, a template over the scalar, into a Function: value, exact derivatives and
-// exact sparsity. Nothing else knows the formula's type.
+// Turns a user's formula, a template over the scalar, into a Function with exact derivatives and
+// exact sparsity. No other code knows the type of the formula.
 //
-// A formula is a functor with a const operator() or a generic lambda, called as f(t, x), f(t, x, u)
-// or f(t, x, u, p): t a scalar S, x, u, p of type Vec<S, nx>, Vec<S, nu>, Vec<S, np>. It returns a
-// scalar (one output) or a Vec<S, m>. It is copied and must not change afterwards.
+// A formula is a functor with a const operator() or a generic lambda. It is called as f(t, x), f(t,
+// x, u) or f(t, x, u, p), where t is a scalar S and x, u, p are Vec<S, nx>, Vec<S, nu>, Vec<S, np>.
+// It returns a scalar (one output) or a Vec<S, m>. The Function stores a copy, which must not
+// change.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +25,7 @@
 
 namespace saltus {
 
-/// The argument z = (t | x | u | p) in the types that the formula takes.
+/// The argument z = (t | x | u | p) as the formula takes it.
 template <class S, int nx, int nu, int np>
 struct FormulaArguments {
   S t;           ///< time, s
@@ -32,7 +33,7 @@ struct FormulaArguments {
   Vec<S, nu> u;  ///< inputs
   Vec<S, np> p;  ///< parameters
 
-  /// entry(i) is number i of z, of type S or what turns into it.
+  /// entry(i) is entry i of z, of type S or convertible to it.
   template <class Entry>
   static FormulaArguments from(const Entry& entry) {
     FormulaArguments a;
@@ -42,7 +43,7 @@ struct FormulaArguments {
     for (int i = 0; i < np; ++i) a.p.data()[i] = entry(1 + nx + nu + i);
     return a;
   }
-  /// From numbers z (derivatives zero), or from entries that are scalars S already.
+  /// From numbers z with zero derivatives, or from scalars S.
   template <class Number>
   static FormulaArguments constant(const Number* z) {
     return from([z](int i) { return z[i]; });
@@ -78,7 +79,7 @@ decltype(auto) call(const F& formula, const FormulaArguments<S, nx, nu, np>& z) 
 template <class R>
 concept EigenResult = std::derived_from<R, Eigen::EigenBase<R>>;
 
-// Whether the result owns its numbers: a matrix does, and so does Vec<S, 3>::Zero().
+// True if the result owns its numbers, as a matrix or Vec<S, 3>::Zero() does.
 template <class R>
 struct OwnsItsNumbers : std::is_base_of<Eigen::PlainObjectBase<R>, R> {};
 template <class Op, class Plain>
@@ -103,18 +104,19 @@ using ResultOf = std::remove_cvref_t<decltype(call(
 
 }  // namespace detail
 
-/// The number of outputs of a formula.
+/// Number of outputs of a formula.
 template <int nx, int nu, int np, class F>
 inline constexpr int outputs_of =
     detail::rows_of_result<detail::ResultOf<F, Dual<double, 0>, nx, nu, np>>();
 
-/// Whether a formula returns so many rows. True of what is no formula: make_function() says that.
+/// True if a formula returns this number of rows. Also true for a type that is not a formula, which
+/// make_function() reports.
 template <class F, int rows, int nx, int nu, int np>
 concept ReturnsRows = !Formula<F, Dual<double, 0>, nx, nu, np> || outputs_of<nx, nu, np, F> == rows;
 
 namespace detail {
 
-/// y = formula(z) for any scalar.
+/// Computes y = formula(z) for any scalar.
 template <class F, class S, int nx, int nu, int np>
 void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) {
   using Result = ResultOf<F, S, nx, nu, np>;
@@ -123,7 +125,7 @@ void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) 
                   "a formula must not return an unevaluated Eigen expression, which refers to "
                   "variables that no longer exist: state the return type Vec<S, m> or end the "
                   "expression with .eval()");
-    // Entry by entry: each further type of Eigen costs every formula compile time, per scalar.
+    // Copies entry by entry: each further Eigen type adds compile time per formula and scalar.
     const Result result = call(formula, z);
     for (int r = 0; r < rows_of_result<Result>(); ++r) y[r] = S(result.coeff(r));
   } else {
@@ -134,14 +136,14 @@ void evaluate(const F& formula, const FormulaArguments<S, nx, nu, np>& z, S* y) 
   }
 }
 
-inline namespace SALTUS_LANES_ABI {  // its passes have that width
+inline namespace SALTUS_LANES_ABI {  // the width of its passes
 
 template <int nx, int nu, int np, class F>
 class FormulaBody final : public TracedBody {
   static constexpr int inputs_count = Arguments{nx, nu, np}.size();
   static constexpr int outputs_count = outputs_of<nx, nu, np, F>;
-  // Short passes: after the inputs that may share a direction do, few are left, and a dual of one
-  // pack stays in registers (design/decisions.md, "Width of dual numbers").
+  // Short passes: inputs that can share a direction leave few directions, and a dual of one pack
+  // stays in registers (design/decisions.md, "Width of dual numbers").
   static constexpr int jacobian_lanes = native_lanes;
   static constexpr int hessian_lanes = std::min(native_lanes, 4);
   using First = Dual<double, jacobian_lanes>;
@@ -156,8 +158,8 @@ class FormulaBody final : public TracedBody {
   }
 
   void value(const double* z, double* y) const override {
-    // A Dual without directions and not a double: the formula's abs, min and select are then found
-    // by their argument, and never the integer abs of the C library.
+    // Uses a Dual without directions instead of a double. Argument-dependent lookup then finds abs,
+    // min and select, and never the integer abs of the C library.
     using S = Dual<double, 0>;
     Argument<S> argument = Argument<S>::constant(z);
     S result[outputs_count];
@@ -198,7 +200,7 @@ class FormulaBody final : public TracedBody {
   }
 
  private:
-  // Runs at set-up only, so the compiler need not make it fast.
+  // Called at set-up only, so it need not be optimised.
   [[gnu::cold, gnu::noinline]] void trace(const Tracer* z, Tracer* y) const override {
     evaluate(formula_, Argument<Tracer>::constant(z), y);
   }
@@ -210,10 +212,10 @@ class FormulaBody final : public TracedBody {
 
 }  // namespace detail
 
-/// Erases a formula of nx states, nu inputs and np parameters (each may be 0). Evaluation does not
-/// allocate. Both kinds of Curvature give the full Hessian: dropping terms is for compositions.
-/// Throws DefinitionError with the name when the formula uses an entry that a vector does not have,
-/// or returns one that was never written.
+/// Erases a formula of nx states, nu inputs and np parameters. Each size may be 0. Evaluation does
+/// not allocate. Both kinds of Curvature give the full Hessian: only compositions drop terms.
+/// Throws DefinitionError with the name if the formula accesses an entry out of range or returns an
+/// unwritten entry.
 template <int nx, int nu, int np, class F>
 Function make_function(F formula, const FormulaName& name = {}) {
   static_assert(nx >= 0 && nu >= 0 && np >= 0, "sizes cannot be negative");

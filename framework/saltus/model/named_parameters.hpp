@@ -1,5 +1,5 @@
-// Parameters by name: one struct declares entries of p (scalars, vectors, matrices), formulas read
-// them, and numbers are given by name. Sizes, offsets and names follow from the one list:
+// Named parameters: a struct declares entries of p (scalars, vectors, matrices), formulas read them
+// by member, and values are set by name. Sizes, offsets and names follow from one list:
 //
 //   template <class S>
 //   struct Road {
@@ -24,23 +24,23 @@
 
 namespace saltus {
 
-/// Where a named entry stands in its block. Matrices stand row by row, as they are written.
+/// Position of a named entry in its block. Matrices are stored row-major, as they are written.
 struct ParameterEntry {
-  std::string_view name;              ///< as in the struct
-  int first = 0, rows = 1, cols = 1;  ///< place of the first number; rows and columns of the entry
+  std::string_view name;              ///< member name
+  int first = 0, rows = 1, cols = 1;  ///< index of the first number; rows and columns of the entry
 
-  /// How many numbers.
+  /// Number of scalars.
   constexpr int size() const { return rows * cols; }
   friend bool operator==(const ParameterEntry&, const ParameterEntry&) = default;
 };
 
-/// Every member of the struct that declares it, once and in the order of declaration.
+/// List of all members of the declaring struct, each once, in order of declaration.
 template <auto... members>
 struct ParameterEntries {};
 
 namespace detail {
 
-// The shape of an entry for any scalar: all but matrices are scalars.
+// Shape of an entry for any scalar. Types other than matrices are scalars.
 template <class T>
 struct EntryShape {
   static constexpr int rows = 1, cols = 1;
@@ -58,9 +58,9 @@ struct MemberOf<T Block::*> {
   using Type = T;
 };
 
-// The compiler's own name of a member, so that no string can disagree with it: the text reads
-// "... member = &Road<double>::slope; ..." (gcc) or "... member = &Road<double>::slope]" (clang),
-// which writes (anonymous namespace) where gcc writes {anonymous}.
+// The compiler's name of a member, so that no string can disagree with it. __PRETTY_FUNCTION__
+// reads "... member = &Road<double>::slope; ..." (gcc) or "... member = &Road<double>::slope]"
+// (clang). Clang writes (anonymous namespace) where gcc writes {anonymous}.
 template <auto member>
 struct MemberName {
   static constexpr auto get() {
@@ -89,7 +89,7 @@ struct EntryTable<ParameterEntries<members...>> {
     for (std::size_t i = 1; i < count; ++i) all[i].first = all[i - 1].first + all[i - 1].size();
     return all;
   }();
-  // Size of a struct with these members alone, in this order.
+  // Size in bytes of a struct with exactly these members in this order.
   static constexpr std::size_t bytes = [] {
     std::size_t end = 0, largest = 1;
     const auto append = [&](std::size_t alignment, std::size_t member_bytes) {
@@ -102,7 +102,7 @@ struct EntryTable<ParameterEntries<members...>> {
     return (end + largest - 1) / largest * largest;
   }();
 
-  // Calls f(member, entry) for each.
+  // Calls f(member, entry) for each member.
   template <class F>
   static constexpr void visit(F&& f) {
     std::size_t i = 0;
@@ -112,14 +112,14 @@ struct EntryTable<ParameterEntries<members...>> {
 
 [[noreturn]] void refuse_view(int size, int offset, int given);
 
-// A scalar whose size no padding can make up for.
+// A scalar with an odd size, so that padding cannot hide a missing member.
 struct OddScalar {
   char bytes[17];
 };
 
 }  // namespace detail
 
-/// A block of parameters with numbers in it: Road<double>.
+/// A block of parameters with values, e.g. Road<double>.
 template <class T>
 concept NamedParameters = requires { typename T::Entries; };
 
@@ -140,22 +140,22 @@ template <template <class> class Block, class S>
 inline constexpr bool lists_every_member<Block<S>> = checked_size<Block>() >= 0;
 }  // namespace detail
 
-/// Number of entries of p that a block takes.
+/// Number of entries of p in a block.
 template <template <class> class Block>
 inline constexpr int size_of = detail::checked_size<Block>();
 
-/// How many entries of p blocks take that were declared before: view_as<Tyres>(p, after<Road>).
+/// Offset of a block declared after the given blocks: view_as<Tyres>(p, after<Road>).
 template <template <class> class... Before>
 inline constexpr int after = (0 + ... + size_of<Before>);
 
-/// Names and offsets of a block's entries.
+/// Names and offsets of the entries of a block.
 template <NamedParameters B>
 constexpr std::span<const ParameterEntry> entries_of() {
   static_assert(detail::lists_every_member<B>);
   return detail::TableOf<B>::entries;
 }
 
-/// The numbers of a block in the order of p.
+/// The values of a block in the order of p.
 template <NamedParameters B>
 Vec<double, detail::TableOf<B>::size> packed(const B& block) {
   static_assert(detail::lists_every_member<B>);
@@ -174,8 +174,9 @@ Vec<double, detail::TableOf<B>::size> packed(const B& block) {
   return p;
 }
 
-/// The entries of p under their names. `offset`: of blocks that come before, see after<>. Of a p
-/// whose size is known at run time only, as in a Solution, DefinitionError if it does not fit.
+/// Reads the entries of p into the struct. `offset` is the number of entries in preceding blocks,
+/// see after<>. If the size of p is known at run time only, as in a Solution, throws
+/// DefinitionError if the block does not fit.
 template <template <class> class Block, class P>
 Block<typename P::Scalar> view_as(const Eigen::MatrixBase<P>& p, int offset = 0) {
   using S = typename P::Scalar;

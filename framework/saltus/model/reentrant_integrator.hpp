@@ -1,4 +1,4 @@
-// An integrator as a value: what is integrated and how, for any number of threads at once.
+// An integrator for concurrent use by any number of threads.
 #pragma once
 
 #include <memory>
@@ -8,24 +8,23 @@
 
 namespace saltus {
 
-/// Integrates intervals of one problem by one scheme. Const and re-entrant: each call works with an
-/// Integrator of its own, which is kept for later calls. For offline use: a call makes an
-/// Integrator, and so allocates, where none is free.
+/// Integrates intervals of one problem with one scheme. Const and re-entrant: each call borrows an
+/// Integrator from a pool. A call allocates if none is free, so use it offline.
 class ReentrantIntegrator {
  public:
-  /// Throws DefinitionError if there is no scheme. Whether it fits the problem is found by the
-  /// first call; IntegratorScheme::make() says so earlier.
+  /// Throws DefinitionError if the scheme is null. The first call reports a scheme that does not
+  /// fit the problem; IntegratorScheme::make() reports it earlier.
   ReentrantIntegrator(IntervalProblem problem, IntegratorChoice scheme);
 
-  /// What it integrates.
+  /// The problem that it integrates.
   const IntervalProblem& problem() const { return problem_; }
-  /// Sizes of what it takes.
+  /// Layout and sizes of the argument w.
   IntervalArguments arguments() const { return interval_arguments_; }
-  /// States at the end, then running costs.
+  /// Number of results: states at the end, then running costs.
   int outputs() const { return problem_.arguments.nx + problem_.nq(); }
-  /// As Integrator::value().
+  /// Same as Integrator::value().
   IntegrationStatus value(const double* w, double* end) const;
-  /// A new Integrator of the same problem and scheme, for one thread.
+  /// Creates an Integrator of the same problem and scheme, for one thread.
   std::unique_ptr<Integrator> make() const { return scheme_->make(problem_); }
 
  private:

@@ -1,4 +1,4 @@
-// The steps of a Function that was made of a formula.
+// Elementary steps of a Function made from a formula.
 #pragma once
 
 #include "saltus/autodiff/formula_steps.hpp"
@@ -6,13 +6,12 @@
 
 namespace saltus {
 
-/// Traces the formula once more and writes down what it computes; compared with the function's own
-/// values at some points. Throws DefinitionError where they differ, or if the function was not made
-/// by make_function().
+/// Traces the formula again, records its steps and compares them with the function's values at some
+/// points. Throws DefinitionError if they differ or if make_function() did not make the function.
 FormulaSteps steps_of(const Function& function);
 
-/// Compares values at `points` arguments around `z`. Throws DefinitionError that begins with
-/// `what`.
+/// Compares values at `points` arguments around `z`. Throws DefinitionError with a message that
+/// begins with `what`.
 void check_steps(const FormulaSteps& steps, const Function& function, const VectorXd& z,
                  const char* what, int points = 3);
 

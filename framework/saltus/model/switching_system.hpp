@@ -1,11 +1,11 @@
-// Dynamics with state-triggered events, once the formulas are erased: modes, and transitions
-// between them where a guard crosses zero.
+// Dynamics with state-triggered events after type erasure: modes, and transitions where a guard
+// crosses zero.
 //
-// In a mode every guard of a transition that leaves it is "not yet crossed": negative for a rising
-// guard, positive for a falling one. Where a guard reaches zero, the transition is taken: the
-// state jumps to the reset, if there is one, and the dynamics of the next mode hold. Two
-// transitions without reset, one in each direction through the same guard, divide the state space
-// into two fields; where both push into the surface the motion slides on it (Filippov).
+// In a mode, the guard of every outgoing transition has not crossed yet: it is negative if rising,
+// positive if falling. When a guard reaches zero, its transition is taken. The state jumps to the
+// reset, if there is one, and the dynamics of the next mode become active. Two transitions without
+// reset, one in each direction through the same guard, divide the state space into two fields.
+// Where both point towards the surface, the trajectory slides on it (Filippov).
 // framework/design/events.md has the conventions and the sensitivities.
 #pragma once
 
@@ -18,22 +18,23 @@
 
 namespace saltus {
 
-/// Its parts are members: in a program that says `using namespace saltus` a Mode is the user's.
+/// Mode and Transition are members, so that `using namespace saltus` leaves these names to the
+/// user.
 struct SwitchingSystem {
   /// One field: x' = dynamics(z), z = (t | x | u | p).
   struct Mode {
-    std::string name;            ///< for messages and tables
+    std::string name;            ///< name for messages and tables
     Function dynamics;           ///< nx outputs
     Function running_cost = {};  ///< nq outputs; empty: the running cost of the interval
   };
-  /// mode `from` -> mode `to` where guard(z) crosses zero.
+  /// A transition from mode `from` to mode `to` where guard(z) crosses zero.
   struct Transition {
-    std::string name;                       ///< of the event
+    std::string name;                       ///< name of the event
     int from = 0;                           ///< index into modes
-    int to = 0;                             ///< mode behind it
+    int to = 0;                             ///< index of the mode after the event
     Function guard;                         ///< 1 output
-    Crossing direction = Crossing::rising;  ///< of the guard's zero that counts
-    Function reset = {};  ///< x+ of z = (t | x- | u | p), nx outputs; empty: x+ = x-
+    Crossing direction = Crossing::rising;  ///< direction of the zero crossing that triggers
+    Function reset = {};  ///< x+ as a function of z = (t | x- | u | p), nx outputs; empty: x+ = x-
   };
 
   SwitchingSystem();
@@ -43,19 +44,19 @@ struct SwitchingSystem {
   SwitchingSystem& operator=(SwitchingSystem&& other) noexcept;
   ~SwitchingSystem();
 
-  std::vector<Mode> modes;  ///< the first is in force at the start
+  std::vector<Mode> modes;  ///< the first one is the default dynamics
   std::vector<Transition>
-      transitions;  ///< in the order of their declaration, which decides when two come at once
-  /// The state that holds the number of the mode, so that it is remembered from interval to
-  /// interval where the other states do not tell it; -1: the mode follows from the state.
+      transitions;  ///< in order of declaration; the first one wins if two events coincide
+  /// Index of the state that stores the mode between intervals, for modes that do not follow from
+  /// the other states. -1: the mode follows from the state.
   int memory = -1;
 
-  /// Whether there are no events.
+  /// True if there are no events.
   bool empty() const { return transitions.empty(); }
-  /// Index of the mode of this name, or -1.
+  /// Index of the mode with this name, or -1.
   int mode_index(const std::string& name) const;
-  /// Throws DefinitionError naming mode and event: sizes that do not match, modes that do not
-  /// exist, a guard that depends neither on the state nor on time or input.
+  /// Throws DefinitionError with mode and event if sizes do not match, a mode does not exist, or a
+  /// guard depends on neither state, time nor input.
   void check(const Arguments& sizes, int nq) const;
 };
 

@@ -1,5 +1,4 @@
-// A formula is traced once, where it is defined: its structure, or a sentence on what it does
-// beyond the vectors that it has.
+// Traces a formula once where it is defined, to find its structure or an out-of-range access.
 #pragma once
 
 #include <functional>
@@ -11,18 +10,18 @@
 
 namespace saltus {
 
-/// What a formula is called in messages: "phase 'motion', term 'lane'".
+/// Name of a formula in messages: "phase 'motion', term 'lane'".
 struct FormulaName {
-  std::string_view phase = {};  ///< empty: of none
-  std::string_view what = {};   ///< "term", "the dynamics"
-  std::string_view name = {};   ///< of it, if it has one
+  std::string_view phase = {};  ///< empty: no phase
+  std::string_view what = {};   ///< kind: "term", "the dynamics"
+  std::string_view name = {};   ///< name of the formula, if any
 };
 
-/// y = formula(z), z an entry for each of its inputs.
+/// Computes y = formula(z) with tracers, one entry of z per input.
 using TraceFormula = std::function<void(const Tracer* z, Tracer* y)>;
 
-/// Throws DefinitionError that names the formula and the entry, when it uses one that a vector does
-/// not have or returns one that was never written.
+/// Throws DefinitionError with the formula and the entry if the formula accesses an entry out of
+/// range or returns an unwritten entry.
 FormulaStructure traced_structure(const FormulaName& name, const Arguments& sizes, int outputs,
                                   const TraceFormula& trace);
 

@@ -1,5 +1,5 @@
-// What the bodies of all formulas have in common, whatever the formula: patterns found by a trace,
-// and the passes that fill them. Compiled once, and not with every formula.
+// Common base of the bodies of all formulas: traced patterns and the passes that fill them.
+// Compiled once, not with every formula.
 #pragma once
 
 #include <vector>
@@ -19,11 +19,11 @@ class TracedBody : public FunctionBody {
 
  protected:
   TracedBody(int inputs, int outputs);
-  /// Patterns and passes, at the end of the constructor of a derived class.
-  /// Throws DefinitionError that names the formula: traced_structure().
+  /// Finds patterns and passes. Call it at the end of the derived constructor. Throws
+  /// DefinitionError with the formula, see traced_structure().
   void find_structure(const FormulaName& name, const Arguments& sizes, int jacobian_lanes,
                       int hessian_lanes);
-  /// y = formula(z) with z of inputs() entries, y of outputs().
+  /// Computes y = formula(z) with inputs() and outputs() entries.
   virtual void trace(const Tracer* z, Tracer* y) const = 0;
 
   std::vector<JacobianPass> jacobian_passes_;
