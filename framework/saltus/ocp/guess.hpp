@@ -7,7 +7,7 @@
 
 namespace saltus {
 
-/// A trajectory over the phase, as a function of the fraction in [0, 1] of its duration.
+/// A trajectory over a phase as a function of the fraction in [0, 1] of its duration.
 class Guess {
  public:
   Guess();  ///< not given: the start of the problem for states, zero for inputs
@@ -16,20 +16,20 @@ class Guess {
   Guess& operator=(const Guess& other);
   Guess& operator=(Guess&& other) noexcept;
   ~Guess();
-  /// The same all the time.
+  /// A constant value.
   static Guess constant(VectorXd value);
-  /// Straight line from `first` at the start of the phase to `last` at its end.
+  /// A straight line from `first` at the start of the phase to `last` at its end.
   static Guess interpolate(VectorXd first, VectorXd last);
-  /// Of the fraction of the phase that has passed, 0 to 1.
+  /// A function of the fraction of the phase, 0 to 1.
   static Guess trajectory(std::function<VectorXd(double fraction)> f);
-  /// States only: integrate the dynamics from where the phase starts with the inputs guessed.
+  /// For states only: integrates the dynamics from the start of the phase with the guessed inputs.
   static Guess simulate();
 
-  /// Whether anything was said.
+  /// True if a trajectory was given.
   bool is_given() const { return static_cast<bool>(trajectory_); }
-  /// Whether it is to be simulated.
+  /// True if the guess is a simulation.
   bool is_simulated() const { return simulated_; }
-  /// At a fraction of the phase, 0 to 1.
+  /// Value at a fraction of the phase, 0 to 1.
   VectorXd at(double fraction) const { return trajectory_(fraction); }
 
  private:

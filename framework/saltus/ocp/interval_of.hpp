@@ -1,4 +1,4 @@
-// What an integrator is told of a phase.
+// The interval problem of a phase, as an integrator needs it.
 #pragma once
 
 #include "saltus/model/integrator.hpp"
@@ -6,8 +6,8 @@
 
 namespace saltus {
 
-/// One interval of the phase: its dynamics with algebraic equations and events inside. Without a
-/// running cost, without derivatives with respect to parameters, inputs held.
+/// The dynamics of the phase with algebraic equations and events. Has no running cost, no
+/// derivatives with respect to parameters, and constant inputs.
 IntervalProblem interval_of(const PhaseDefinition& phase);
 
 }  // namespace saltus

@@ -1,5 +1,5 @@
-// The jump between two phases: x+ = g(t, x-, p), where dimensions may change. The same from the end
-// of the last phase to the start of the first one closes the problem (close()).
+// The jump between two phases: x+ = g(t, x-, p). The dimension may change. A jump from the last
+// phase to the first one makes the problem periodic (close()).
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace saltus {
 
-/// z = (t | x- | p) of the phase that ends -> x+ of the phase that begins. Without a function the
-/// jump is the identity and the sizes must agree.
+/// Maps z = (t | x- | p) of the ending phase to x+ of the next phase. Without a function, the jump
+/// is the identity and the state sizes must agree.
 struct Jump {
-  std::string name = "identity";  ///< for messages
-  Function map;                   ///< of (t, x, p) before the event; empty: the state goes on
-  int nx = 0, np = 0;  ///< states and parameters that the map takes; np = 0: it reads none
+  std::string name = "identity";  ///< name for messages
+  Function map;                   ///< function of (t, x, p) before the event; empty: identity
+  int nx = 0, np = 0;             ///< sizes that the map takes; np = 0: no parameters
 
-  /// The argument z of the map; p may be longer than what the map takes.
+  /// The argument z of the map. p may be longer than the map needs.
   VectorXd argument(double t, const VectorXd& x, const VectorXd& p) const {
     VectorXd z(map.inputs());
     z[0] = t;
@@ -24,14 +24,14 @@ struct Jump {
     z.tail(z.size() - 1 - x.size()) = p.head(z.size() - 1 - x.size());
     return z;
   }
-  /// x+
+  /// Returns x+.
   VectorXd apply(double t, const VectorXd& x, const VectorXd& p) const {
     return map ? map(argument(t, x, p)) : x;
   }
 };
 
-/// A jump from a phase with nx states and np parameters; `formula` is a callable of (t, x), or with
-/// parameters of (t, x, no input, p), that returns the state with which the next phase begins.
+/// A jump from a phase with nx states and np parameters. `formula` is a callable of (t, x) or (t,
+/// x, u, p) with an empty u. It returns the first state of the next phase.
 template <int nx, int np = 0, class F>
 Jump jump(std::string name, F formula) {
   Function map = make_function<nx, 0, np>(std::move(formula), {{}, "jump", name});

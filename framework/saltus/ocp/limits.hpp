@@ -1,5 +1,5 @@
-// What a number of the whole problem, an integral or a link, is held to: bounds, or a penalty
-// beyond them.
+// Limits of a quantity of the whole problem, an integral or a link: bounds, or a penalty outside
+// them.
 #pragma once
 
 #include <optional>
@@ -11,20 +11,20 @@
 
 namespace saltus {
 
-/// Bounds on every row, one serves all; with a penalty a violation is possible and is paid once.
+/// Bounds on every row. With a penalty, a violation is allowed and charged once.
 struct Limits {
   std::vector<Bounds> bounds;                  ///< one for all rows, or one per row
-  std::optional<Penalty> soft = std::nullopt;  ///< hard if empty
+  std::optional<Penalty> soft = std::nullopt;  ///< empty: hard bounds
 
   Limits() = default;
-  /// The same for all rows, hard.
+  /// Hard bounds, the same for all rows.
   Limits(Bounds all) : bounds{all} {}  // NOLINT(google-explicit-constructor)
-  /// The same for all rows, soft.
+  /// Soft bounds, the same for all rows.
   Limits(Bounds all, Penalty penalty) : bounds{all}, soft(std::move(penalty)) {}
-  /// One per row, hard.
+  /// Hard bounds, one per row.
   Limits(std::vector<Bounds> rows)
       : bounds(std::move(rows)) {}  // NOLINT(google-explicit-constructor)
-  /// One per row, soft.
+  /// Soft bounds, one per row.
   Limits(std::vector<Bounds> rows, Penalty penalty)
       : bounds(std::move(rows)), soft(std::move(penalty)) {}
 };

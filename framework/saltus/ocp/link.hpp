@@ -1,4 +1,4 @@
-// A link: a constraint on the ends of any phases together, on their states, times, durations and
+// A link: a constraint that couples ends of phases through their states, times, durations and
 // parameters.
 #pragma once
 
@@ -14,47 +14,47 @@
 
 namespace saltus {
 
-/// A phase at one of its ends, as the formula of a link sees it.
+/// Values at one end of a phase, as the formula of a link receives them.
 template <class S, int nx, int np>
 struct EndValues {
   S t;           ///< absolute time, s
-  S duration;    ///< of the phase, s
+  S duration;    ///< duration of the phase, s
   Vec<S, nx> x;  ///< state at that end
   Vec<S, np> p;  ///< parameters of that phase
 };
 
-/// Where a phase begins (after the jump) or ends (before it).
+/// The start of a phase (after the jump) or its end (before the next jump).
 template <int nx, int np>
 struct PhaseEnd {
-  std::string phase;   ///< by name, which is to be the only one of its kind in the problem
-  bool is_end = true;  ///< the end of the phase, or its start
+  std::string phase;   ///< name of the phase, unique in the problem
+  bool is_end = true;  ///< true: end of the phase, false: start
 };
-/// Where a phase starts.
+/// The start of a phase.
 template <int nx, int nu, int np, int nz>
 PhaseEnd<nx, np> start_of(const Phase<nx, nu, np, nz>& phase) {
   return {phase.definition().name, false};
 }
-/// Where a phase ends.
+/// The end of a phase.
 template <int nx, int nu, int np, int nz>
 PhaseEnd<nx, np> end_of(const Phase<nx, nu, np, nz>& phase) {
   return {phase.definition().name, true};
 }
 
-/// Once sizes and formula are erased.
+/// A link after type erasure.
 struct Link {
-  /// One end of a phase, as data.
+  /// One end of a phase, with sizes at run time.
   struct End {
-    std::string phase;   ///< its name
-    bool is_end = true;  ///< the end of it, or its start
+    std::string phase;   ///< name of the phase
+    bool is_end = true;  ///< true: end of the phase, false: start
     int nx = 0, np = 0;  ///< states and parameters
 
-    /// How many numbers the link reads there: time, duration, x, p.
+    /// Number of values that the link reads there: time, duration, x, p.
     int size() const { return 2 + nx + np; }
   };
-  std::string name;       ///< for messages
-  std::vector<End> ends;  ///< whose values the function reads, in this order
+  std::string name;       ///< name for messages
+  std::vector<End> ends;  ///< the ends whose values the function reads, in this order
   Function function;      ///< z = (nothing | t duration x p of the first end | of the second | ...)
-  Limits limits;          ///< of the function's rows
+  Limits limits;          ///< limits of the function's rows
 };
 
 namespace detail {
@@ -62,7 +62,7 @@ namespace detail {
 template <int... sizes>
 inline constexpr int sum_of = (0 + ... + sizes);
 
-// Cuts x = (t duration x p | ...) into what the formula takes.
+// Splits x = (t duration x p | ...) into the arguments of the formula.
 template <class F, int... nx>
 struct Joined {
   template <int... np>
@@ -72,7 +72,7 @@ struct Joined {
     template <class S>
     auto operator()(const S&, const Vec<S, sum_of<(2 + nx + np)...>>& all) const {
       int next = 0;
-      // In braces the ends are read in their order.
+      // Brace initialisation reads the ends in order.
       const std::tuple<EndValues<S, nx, np>...> ends{read<S, nx, np>(all, next)...};
       if constexpr (std::is_invocable_v<const F&, const EndValues<S, nx, np>&...>) {
         return std::apply(formula, ends);
@@ -98,7 +98,7 @@ struct Joined {
 
 }  // namespace detail
 
-/// `formula` takes an EndValues per end, in their order, and returns a scalar or a vector.
+/// `formula` takes one EndValues per end, in order, and returns a scalar or a vector.
 template <class F, int... nx, int... np>
 Link make_link(std::string name, F formula, Limits limits, PhaseEnd<nx, np>... ends) {
   using Formula = typename detail::Joined<F, nx...>::template With<np...>;

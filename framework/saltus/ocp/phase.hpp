@@ -1,4 +1,4 @@
-// The phase as the user writes it: dynamics, terms, bounds and guesses, with sizes in the type.
+// A phase as the user defines it: dynamics, terms, bounds and guesses, with sizes in the type.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@
 
 namespace saltus {
 
-/// One continuous mode with nx states, nu inputs and np parameters. Formulas are callables of
-/// (t, x), (t, x, u) or (t, x, u, p), templates over the scalar; they are erased on the spot.
-/// Every method returns the phase, so that a definition reads as one sentence per line.
+/// One continuous mode with nx states, nu inputs and np parameters. Formulas are callables of (t,
+/// x), (t, x, u) or (t, x, u, p), templates over the scalar. Their types are erased immediately.
+/// Every method returns the phase, so calls can be chained.
 ///
-/// With nz algebraic states z every formula takes them behind x: f(t, x, z), f(t, x, z, u) or
-/// f(t, x, z, u, p), or f(t, x) alone.
+/// With nz algebraic states z, every formula takes them after x: f(t, x, z), f(t, x, z, u) or f(t,
+/// x, z, u, p), or f(t, x) alone.
 template <int nx, int nu, int np = 0, int nz = 0>
 class Phase {
  public:
-  /// `dynamics` returns dx/dt (nx entries). `duration` in s; exactly(T) fixes it.
+  /// `dynamics` returns dx/dt with nx entries. `duration` is in seconds; exactly(T) fixes it.
   template <class Dynamics>
     requires(nz == 0)
   Phase(std::string name, Dynamics dynamics, Bounds duration) {
@@ -33,9 +33,9 @@ class Phase {
     begin(d_, std::move(name), {nx, nu, np},
           make_function<nx, nu, np>(std::move(dynamics), {name, "the dynamics"}), duration);
   }
-  /// Differential-algebraic, of index 1: x' = dynamics(t, x, z, u, p), 0 = equations(t, x, z, u, p)
-  /// with nz entries of which z follows. Of several solutions z is the one that Newton's method
-  /// reaches from the guess, which also is its magnitude; framework/design/dae.md.
+  /// A DAE of index 1: x' = dynamics(t, x, z, u, p), 0 = equations(t, x, z, u, p) with nz entries.
+  /// If several z solve the equations, z is the one that Newton's method reaches from `guess`. The
+  /// guess also sets the magnitude of z; see framework/design/dae.md.
   template <class Dynamics, class Equations>
     requires(nz > 0)
   Phase(std::string name, Dynamics dynamics, Equations equations, const Vec<double, nz>& guess,
@@ -48,8 +48,8 @@ class Phase {
     add_algebraic(d_, extended("the dynamics", {}, std::move(dynamics)),
                   extended("the algebraic equations", {}, std::move(equations)), guess);
   }
-  /// Several modes with state-triggered events between them, all inside one phase; the mode at the
-  /// start of each interval follows from the state (framework/design/events.md).
+  /// Several modes with state-triggered events inside one phase. The mode at the start of each
+  /// interval follows from the state (framework/design/events.md).
   Phase(std::string name, const Automaton<nx, nu, np, nz>& automaton, Bounds duration) {
     begin(d_, std::move(name), {nx, nu, np},
           make_function<nx, nu, np>(NoDynamics{}, {name, "the dynamics"}), duration);
@@ -59,8 +59,8 @@ class Phase {
   }
 
   // --- events inside the phase -------------------------------------------------------------
-  /// The phase's dynamics hold where the guard is negative, `above` where it is positive. Where
-  /// both push onto the surface, the state slides on it (Filippov).
+  /// The phase's dynamics are active where the guard is negative, `above` where it is positive. If
+  /// both fields point towards the surface, the state slides on it (Filippov).
   template <class Guard, class Field>
   Phase& switch_at(const std::string& event, Guard guard, Field above) {
     static_assert(returns_rows<Guard, 1>,
@@ -72,7 +72,7 @@ class Phase {
                 erased("the dynamics above event", event, std::move(above)));
     return *this;
   }
-  /// Where the guard crosses zero the state becomes reset(t, x, ...) and the phase goes on.
+  /// Resets the state to reset(t, x, ...) where the guard crosses zero. The phase continues.
   template <class Guard, class Reset>
   Phase& on(const std::string& event, Guard guard, Crossing crossing, Reset reset) {
     static_assert(returns_rows<Guard, 1>,
@@ -86,29 +86,29 @@ class Phase {
   }
 
   // --- constraints -------------------------------------------------------------------------
-  /// Bounds of input i within a window.
+  /// Bounds input i within a window.
   Phase& bound_input(int i, Bounds bounds, Window window = {}) {
     add_bounds(d_.input_bounds, i, bounds, std::move(window));
     return *this;
   }
-  /// Bounds of state i at the nodes within a window.
+  /// Bounds state i at the nodes within a window.
   Phase& bound_state(int i, Bounds bounds, Window window = {}) {
     add_bounds(d_.state_bounds, i, bounds, std::move(window));
     return *this;
   }
-  /// The same, but a violation is possible and penalised.
+  /// Bounds input i softly: a violation is allowed and penalised.
   Phase& bound_input(int i, Bounds bounds, Window window, Penalty penalty) {
     add_soft_bounds(d_, "input", d_.sizes.u(), nu, i, bounds, std::move(window),
                     std::move(penalty));
     return *this;
   }
-  /// The same as a penalty.
+  /// Bounds state i softly: a violation is allowed and penalised.
   Phase& bound_state(int i, Bounds bounds, Window window, Penalty penalty) {
     add_soft_bounds(d_, "state", d_.sizes.x(), nx, i, bounds, std::move(window),
                     std::move(penalty));
     return *this;
   }
-  /// Algebraic state i, wherever a state would be bounded.
+  /// Bounds algebraic state i at the nodes within a window, optionally as a soft constraint.
   Phase& bound_algebraic(int i, Bounds bounds, Window window = {},
                          std::optional<Penalty> penalty = std::nullopt)
     requires(nz > 0)
@@ -116,7 +116,7 @@ class Phase {
     add_algebraic_bounds(d_, i, bounds, std::move(window), std::move(penalty));
     return *this;
   }
-  /// The formula stays within bounds during the window; one Bounds serves all its rows.
+  /// Keeps the formula within bounds during the window. One Bounds applies to all rows.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window = {}) {
     add_constraint(d_, std::move(name), TermDomain::running,
@@ -124,13 +124,13 @@ class Phase {
                    std::nullopt);
     return *this;
   }
-  /// The same for what is no formula of C++: a Function of z = (t | x | u | p).
+  /// Same as above for a Function of z = (t | x | u | p) that is not a C++ formula.
   Phase& keep(std::string name, Function function, Bounds bounds, Window window = {}) {
     add_constraint(d_, std::move(name), TermDomain::running, std::move(function), {bounds},
                    std::move(window), std::nullopt);
     return *this;
   }
-  /// The same with bounds per row.
+  /// Same as above with one Bounds per row.
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window = {}) {
     add_constraint(d_, std::move(name), TermDomain::running,
@@ -138,8 +138,8 @@ class Phase {
                    std::nullopt);
     return *this;
   }
-  /// The same, but a violation is possible and penalised, at the nodes, per second
-  /// (ocp/penalty.hpp); the solution reports the largest one.
+  /// Soft constraint: a violation is allowed and penalised at the nodes, per second
+  /// (ocp/penalty.hpp). The solution reports the largest violation.
   template <class F>
   Phase& keep(std::string name, F formula, Bounds bounds, Window window, Penalty penalty) {
     add_constraint(d_, std::move(name), TermDomain::running,
@@ -147,7 +147,7 @@ class Phase {
                    std::move(penalty));
     return *this;
   }
-  /// The same as a penalty.
+  /// Same as above with one Bounds per row.
   template <class F>
   Phase& keep(std::string name, F formula, std::vector<Bounds> bounds, Window window,
               Penalty penalty) {
@@ -156,14 +156,15 @@ class Phase {
                    std::move(penalty));
     return *this;
   }
-  /// How far a plan may break the path constraint `term` between the nodes, in the term's units,
-  /// before solve() calls its grid too coarse; `at_nodes` likewise at the nodes (0: the default,
-  /// GridAccuracy::rows). The term is the name given to keep(), or "bounds of state 0".
+  /// Sets tolerances of the path constraint `term` in its units. solve() reports a grid as too
+  /// coarse if a plan violates the term by more than `between_nodes` between the nodes. `at_nodes`
+  /// is the tolerance at the nodes (0: the default, GridAccuracy::rows). The term is the name given
+  /// to keep(), or "bounds of state 0".
   Phase& allow(std::string term, double between_nodes, double at_nodes = 0.0) {
     add_allowance(d_, std::move(term), between_nodes, at_nodes);
     return *this;
   }
-  /// Holds once, where the phase ends (before the jump); if soft, a violation is paid once.
+  /// Constraint at the end of the phase (before the jump). If soft, a violation is charged once.
   template <class F>
   Phase& reach(std::string name, F formula, Bounds bounds,
                std::optional<Penalty> penalty = std::nullopt) {
@@ -171,7 +172,7 @@ class Phase {
                    erased("term", name, std::move(formula)), {bounds}, {}, std::move(penalty));
     return *this;
   }
-  /// The same with bounds per row.
+  /// Same as above with one Bounds per row.
   template <class F>
   Phase& reach(std::string name, F formula, std::vector<Bounds> bounds,
                std::optional<Penalty> penalty = std::nullopt) {
@@ -180,7 +181,7 @@ class Phase {
                    std::move(penalty));
     return *this;
   }
-  /// Holds once, where the phase begins (after the jump).
+  /// Constraint at the start of the phase (after the jump).
   template <class F>
   Phase& begin_with(std::string name, F formula, Bounds bounds,
                     std::optional<Penalty> penalty = std::nullopt) {
@@ -188,9 +189,9 @@ class Phase {
                    erased("term", name, std::move(formula)), {bounds}, {}, std::move(penalty));
     return *this;
   }
-  /// The integral of the scalar formula along the phase stays within limits where the phase ends.
-  /// The same name in several phases is one integral, which goes on from phase to phase: each phase
-  /// limits what has been used up to its end. `magnitude` scales it.
+  /// Limits the integral of the scalar formula, evaluated at the end of the phase. The same name in
+  /// several phases is one integral that continues from phase to phase. Each phase limits the value
+  /// accumulated up to its end. `magnitude` scales it.
   template <class F>
   Phase& bound_integral(std::string name, F formula, Limits limits, double magnitude = 1.0) {
     static_assert(returns_rows<F, 1>, "the formula of bound_integral() must return a scalar");
@@ -199,8 +200,9 @@ class Phase {
     return *this;
   }
 
-  /// The phase ends where the guard, a scalar of (t, x) that may read parameters, passes zero in
-  /// the given direction: a terminal constraint guard = 0 that decides the free duration.
+  /// Ends the phase where the guard crosses zero in the given direction. The guard is a scalar of
+  /// (t, x) and may read parameters. This is a terminal constraint guard = 0 that determines the
+  /// free duration.
   template <class F>
   Phase& ends_when(std::string event, F guard, Crossing crossing) {
     static_assert(returns_rows<F, 1>, "a guard must return a scalar, which is zero at the event");
@@ -210,8 +212,8 @@ class Phase {
   }
 
   // --- costs -------------------------------------------------------------------------------
-  /// The integral of the scalar formula over the window. With costs(CostRule::nodes)
-  /// (saltus/ocp/problem.hpp) it is summed at the nodes instead.
+  /// Adds the integral of the scalar formula over the window to the cost. With
+  /// costs(CostRule::nodes) (saltus/ocp/problem.hpp) it is a sum at the nodes instead.
   template <class F>
   Phase& minimise(std::string name, F formula, Window window = {}) {
     static_assert(returns_rows<F, 1>,
@@ -220,7 +222,7 @@ class Phase {
              std::move(window));
     return *this;
   }
-  /// The scalar formula once, where the phase ends.
+  /// Adds the scalar formula at the end of the phase to the cost.
   template <class F>
   Phase& minimise_at_end(std::string name, F formula) {
     static_assert(returns_rows<F, 1>,
@@ -229,8 +231,8 @@ class Phase {
              {});
     return *this;
   }
-  /// The integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights), with the
-  /// same rule as minimise().
+  /// Adds the integral of 1/2 |residual - reference|^2_W over the window, W = diag(weights).
+  /// CostRule applies as in minimise().
   template <class F>
   Phase& track(std::string name, F residual, const VectorXd& weights, Window window = {},
                Reference reference = {}) {
@@ -239,7 +241,7 @@ class Phase {
                       std::move(reference));
     return *this;
   }
-  /// 1/2 |residual - reference|^2_W once, where the phase ends.
+  /// Adds 1/2 |residual - reference|^2_W at the end of the phase.
   template <class F>
   Phase& track_at_end(std::string name, F residual, const VectorXd& weights,
                       Reference reference = {}) {
@@ -247,88 +249,90 @@ class Phase {
                       erased("term", name, std::move(residual)), weights, {}, std::move(reference));
     return *this;
   }
-  /// 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals, the first against the input applied
-  /// before the horizon; weighted by the nominal over the mean length of the two intervals. It is a
-  /// sum over changes under either CostRule. An input that is forced to a value does not exist
-  /// there and is not charged.
+  /// Adds 1/2 |u_k - u_(k-1)|^2_W between neighbouring intervals. The first interval is compared
+  /// with the input applied before the horizon. Each change is weighted by the nominal length
+  /// divided by the mean length of the two intervals. It is a sum over changes with either
+  /// CostRule. Inputs fixed by their bounds are not charged.
   Phase& penalise_change(const VectorXd& weights) {
     d_.input_change_weight = weights;
     return *this;
   }
 
   // --- inputs, parameters, scaling, guesses --------------------------------------------------
-  /// How inputs run over an interval: InputParametrisation::piecewise_constant (if nothing is
-  /// said), piecewise_linear or piecewise_linear_continuous. Phases with linear inputs integrate
-  /// their running costs under either CostRule.
+  /// Shape of the inputs over an interval: piecewise_constant (default), piecewise_linear or
+  /// piecewise_linear_continuous. Phases with linear inputs integrate their running costs with
+  /// either CostRule.
   Phase& inputs(InputParametrisation parametrisation) {
     d_.input_parametrisation = parametrisation;
     return *this;
   }
-  /// Inputs i to i + size - 1, for each i of `firsts`, act on the state only through a common
-  /// resultant: what any one group does to it, any other could do as well, as wrenches of several
-  /// contacts do. Costs and rows of different groups are separate. Solvers may use this.
+  /// Declares that groups of inputs act on the state only through a common resultant, like wrenches
+  /// of several contacts. Group i consists of inputs i to i + size - 1, for each i of `firsts`. Any
+  /// group could replace any other. Costs and rows of different groups are separate. Solvers may
+  /// exploit this.
   Phase& common_resultant(std::vector<int> firsts, int size) {
     d_.resultants = std::move(firsts);
     d_.resultant_size = size;
     return *this;
   }
-  /// Parameters in the order of declaration make up p. Data: given per solve; the same name in
-  /// several phases is the same data, and has one value.
+  /// Adds a block of data to p, in order of declaration. Its value is set before each solve. The
+  /// same name in several phases is the same data.
   Phase& data(std::string name, const VectorXd& value) {
     add_parameter(d_, std::move(name), value, {});
     return *this;
   }
-  /// The same with a name for every entry (saltus/model/named_parameters.hpp).
+  /// Adds a block of data with a name for every entry (saltus/model/named_parameters.hpp).
   template <NamedParameters Block>
   Phase& data(std::string name, const Block& value) {
     add_parameter(d_, std::move(name), packed(value), entries_of<Block>());
     return *this;
   }
-  /// An unknown of the problem; the same name in several phases is the same unknown, within the
-  /// bounds of all of them and from the guess of the last. `magnitude` scales its entries.
+  /// Adds a parameter that the solver determines. The same name in several phases is the same
+  /// unknown, within the bounds of all of them and with the guess of the last. `magnitude` scales
+  /// its entries.
   Phase& unknown(std::string name, const VectorXd& guess, Bounds bounds, double magnitude = 1.0) {
     add_parameter(d_, std::move(name), guess, {});
     make_unknown(d_, bounds, magnitude);
     return *this;
   }
-  /// The same with bounds that hold for every number of it.
+  /// Adds a block of unknowns with the same bounds for every entry.
   template <NamedParameters Block>
   Phase& unknown(std::string name, const Block& guess, Bounds bounds, double magnitude = 1.0) {
     data(std::move(name), guess);
     make_unknown(d_, bounds, magnitude);
     return *this;
   }
-  /// Magnitudes by which variables and defects are scaled (positive). A magnitude of 1 is declared,
-  /// too.
+  /// Magnitudes that scale variables and defects, all positive. A magnitude of 1 counts as
+  /// declared.
   Phase& nominal(const VectorXd& state, const VectorXd& input) {
     d_.nominal_state = state;
     d_.nominal_input = input;
     d_.has_nominal = true;
     return *this;
   }
-  /// Magnitude of a free duration, s (positive).
+  /// Magnitude of a free duration in seconds, positive.
   Phase& nominal_duration(double seconds) {
     d_.nominal_duration = seconds;
     d_.has_nominal_duration = true;
     return *this;
   }
-  /// Where the search for states begins.
+  /// Initial guess of the states.
   Phase& guess_state(Guess guess) {
     d_.state_guess = std::move(guess);
     return *this;
   }
-  /// Where the search for inputs begins.
+  /// Initial guess of the inputs.
   Phase& guess_input(Guess guess) {
     d_.input_guess = std::move(guess);
     return *this;
   }
-  /// Where the search for a free duration begins, s.
+  /// Initial guess of a free duration, s.
   Phase& guess_duration(double seconds) {
     d_.duration_guess = seconds;
     return *this;
   }
 
-  /// What was declared so far.
+  /// The definition with all declarations so far.
   const PhaseDefinition& definition() const { return d_; }
 
  private:
@@ -342,7 +346,7 @@ class Phase {
   static constexpr bool returns_rows =
       ReturnsRows<std::conditional_t<nz == 0, F, FormulaWithAlgebraic<nx, nz, F>>, rows, nx + nz,
                   nu, np>;
-  // What takes the name beside the formula takes it by reference, so that it is still there here.
+  // Functions that take name and formula take the name by reference, so it is still valid here.
   template <class F>
   Function erased(const char* what, const std::string& name, F formula) {
     if constexpr (nz == 0)
@@ -350,7 +354,7 @@ class Phase {
     else
       return eliminate(extended(what, name, std::move(formula)), d_.algebraic.equations);
   }
-  // As a function of (t | x z | u | p).
+  // The formula as a function of (t | x z | u | p).
   template <class F>
   Function extended(const char* what, const std::string& name, F formula) {
     return make_function<nx + nz, nu, np>(FormulaWithAlgebraic<nx, nz, F>{std::move(formula)},

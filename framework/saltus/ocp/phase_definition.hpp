@@ -1,4 +1,4 @@
-// A phase once its sizes and formulas are erased: what the transcription reads.
+// A phase after type erasure, as the transcription reads it.
 #pragma once
 
 #include <optional>
@@ -19,49 +19,49 @@
 
 namespace saltus {
 
-/// A named block of a phase's parameters. Blocks of the same name in several phases are one: data
-/// have the same value in all of them.
+/// A named block of parameters of a phase. Blocks with the same name in several phases are the same
+/// parameter.
 struct ParameterBlock {
-  std::string name;            ///< the same name in two phases is the same parameter
-  VectorXd value;              ///< data, or the guess of an unknown
-  bool unknown = false;        ///< decided by the solver
-  std::vector<Bounds> bounds;  ///< unknowns only
-  VectorXd nominal;            ///< magnitude, for scaling
-  /// Names of parts of the block, if it was declared by a struct; of static storage.
+  std::string name;            ///< identifies the block across phases
+  VectorXd value;              ///< data, or the initial guess of an unknown
+  bool unknown = false;        ///< true: determined by the solver
+  std::vector<Bounds> bounds;  ///< bounds of an unknown
+  VectorXd nominal;            ///< magnitudes for scaling
+  /// Names of the entries if a struct declared the block. They have static storage duration.
   std::span<const ParameterEntry> entries = {};
 };
 
-/// Bounds on one component of the input or state during a window.
+/// Bounds on one component of the input or state within a window.
 struct ComponentBounds {
-  int component = 0;   ///< number of the state or input
-  Bounds bounds;       ///< what is allowed
-  Window window = {};  ///< when
+  int component = 0;   ///< index of the state or input
+  Bounds bounds;       ///< allowed values
+  Window window = {};  ///< where the bounds are active
 };
 
-/// An integral along the phase that is kept within limits where the phase ends. The same name in
-/// several phases is one integral, which goes on from phase to phase.
+/// An integral along the phase, limited at the end of the phase. The same name in several phases is
+/// one integral that continues from phase to phase.
 struct IntegralConstraint {
-  std::string name;        ///< for messages
-  Function integrand;      ///< z = (t | x | u | p) -> one number
-  Limits limits;           ///< of what it adds up to
+  std::string name;        ///< name for messages
+  Function integrand;      ///< z = (t | x | u | p) -> scalar
+  Limits limits;           ///< limits of the integral
   double magnitude = 1.0;  ///< for scaling, positive
 };
 
-/// Tolerance of a path constraint in place of the default one, in the units of the term.
+/// Tolerances of a path constraint that replace the defaults, in the units of the term.
 struct Allowance {
-  std::string term;            ///< its name, or "bounds of state 0"
-  double between_nodes = 0.0;  ///< between the nodes
-  double at_nodes = 0.0;       ///< at nodes; 0: the default (GridAccuracy::rows)
+  std::string term;            ///< name of the term, or "bounds of state 0"
+  double between_nodes = 0.0;  ///< tolerance between the nodes
+  double at_nodes = 0.0;       ///< tolerance at the nodes; 0: the default (GridAccuracy::rows)
 };
 
-/// How a phase's inputs vary within an interval.
+/// Shape of the inputs within an interval.
 enum class InputParametrisation {
   piecewise_constant,
   piecewise_linear,             ///< may jump at every node
   piecewise_linear_continuous,  ///< jumps at events only
 };
 
-/// Everything that a phase declares, sizes at run time.
+/// All declarations of a phase, with sizes at run time.
 struct PhaseDefinition {
   PhaseDefinition();
   PhaseDefinition(const PhaseDefinition& other);
@@ -70,99 +70,101 @@ struct PhaseDefinition {
   PhaseDefinition& operator=(PhaseDefinition&& other) noexcept;
   ~PhaseDefinition();
 
-  std::string name;   ///< of the mode, too
-  Arguments sizes;    ///< of its formulas
+  std::string name;   ///< also the name of the mode
+  Arguments sizes;    ///< sizes of the formulas
   Function dynamics;  ///< z = (t | x | u | p) -> dx/dt
-  Bounds duration;    ///< s; equal sides: fixed
-  /// Events inside the phase; empty: none. Otherwise `dynamics` are those of the first mode.
+  Bounds duration;    ///< s; equal sides: fixed duration
+  /// Events inside the phase. Empty if there are none. Otherwise `dynamics` belongs to the first
+  /// mode.
   SwitchingSystem switching;
-  /// Algebraic equations, from which z is eliminated in all functions here; empty: none.
+  /// The algebraic equations. All functions here have z eliminated. Empty for an ODE.
   AlgebraicPart algebraic;
 
   InputParametrisation input_parametrisation =
-      InputParametrisation::piecewise_constant;  ///< how inputs run over an interval
-  std::vector<ComponentBounds> input_bounds;     ///< in the order of their declaration
-  std::vector<ComponentBounds> state_bounds;     ///< in the order of their declaration
-  std::vector<Term> terms;  ///< costs and constraints in the order of their declaration
-  std::vector<IntegralConstraint> integrals;  ///< of what formulas add up to
-  std::vector<Allowance> allowances;          ///< tolerances of terms
-  std::vector<EndGuard> end_guards;           ///< at most one; a term of its name keeps it at zero
-  std::vector<ParameterBlock> parameters;     ///< concatenated they are p
-  /// Weights of 1/2 |u_k - u_(k-1)|^2 for piecewise constant inputs; empty: no such cost.
+      InputParametrisation::piecewise_constant;  ///< shape of the inputs over an interval
+  std::vector<ComponentBounds> input_bounds;     ///< in order of declaration
+  std::vector<ComponentBounds> state_bounds;     ///< in order of declaration
+  std::vector<Term> terms;                       ///< costs and constraints in order of declaration
+  std::vector<IntegralConstraint> integrals;     ///< integral constraints
+  std::vector<Allowance> allowances;             ///< tolerances of path constraints
+  std::vector<EndGuard> end_guards;  ///< at most one; the term of the same name keeps it at zero
+  std::vector<ParameterBlock> parameters;  ///< concatenated, they form p
+  /// Weights of 1/2 |u_k - u_(k-1)|^2 for piecewise constant inputs. Empty: no such cost.
   VectorXd input_change_weight;
 
-  /// Groups of inputs that act on the state through a common resultant: the first of each.
+  /// First input of each group that acts on the state through a common resultant.
   std::vector<int> resultants;
-  int resultant_size = 0;  ///< as Stage::resultant_size; 0: nothing declared
+  int resultant_size = 0;  ///< see Stage::resultant_size; 0: none declared
 
-  VectorXd nominal_state;             ///< magnitudes, all positive
-  VectorXd nominal_input;             ///< magnitude of each input; empty: 1
-  double nominal_duration = 1.0;      ///< s
-  bool has_nominal = false;           ///< the magnitudes of state and input were given
-  bool has_nominal_duration = false;  ///< that of the duration was
-  Guess state_guess;                  ///< where the search begins
-  Guess input_guess;                  ///< where the search begins
-  double duration_guess = 0.0;        ///< s; for a free duration
+  VectorXd nominal_state;             ///< magnitudes of the states, all positive
+  VectorXd nominal_input;             ///< magnitudes of the inputs; empty: 1
+  double nominal_duration = 1.0;      ///< magnitude of the duration, s
+  bool has_nominal = false;           ///< true if magnitudes of state and input were given
+  bool has_nominal_duration = false;  ///< true if the magnitude of the duration was given
+  Guess state_guess;                  ///< initial guess of the states
+  Guess input_guess;                  ///< initial guess of the inputs
+  double duration_guess = 0.0;        ///< initial guess of a free duration, s
 
   /// Magnitude of entry i of p.
   double nominal_parameter(int i) const;
-  /// Position of the integral of this name, or -1.
+  /// Index of the integral with this name, or -1.
   int integral_index(const std::string& integral) const;
-  /// Whether the duration is an unknown.
+  /// True if the solver determines the duration.
   bool has_free_duration() const { return !duration.is_equality(); }
-  /// The same in terms of an interval.
+  /// The input shape within one interval.
   InputShape input_shape() const {
     return input_parametrisation == InputParametrisation::piecewise_constant ? InputShape::constant
                                                                              : InputShape::linear;
   }
-  /// Throws DefinitionError with the phase, the term, the expected size and the given one. `start`:
-  /// when the phase may begin, s.
+  /// Throws DefinitionError with the phase, the term, the expected size and the given size. `start`
+  /// bounds the start time of the phase, s.
   void check(const Bounds& start = exactly(0.0)) const;
 };
 
-// What the methods of a Phase come down to, compiled once. What is moved from is taken by
-// reference: each further temporary would be destroyed once more in every definition of a problem.
-/// Name, sizes and dynamics, checked.
+// Implementation of the methods of Phase, compiled once. Moved arguments are passed by reference,
+// because each temporary would add a destructor call to every problem definition.
+/// Sets name, sizes, dynamics and duration after checking them.
 void begin(PhaseDefinition& phase, std::string&& name, const Arguments& sizes, Function&& dynamics,
            const Bounds& duration);
-/// 0 = equations(t | x z | u | p), with `dynamics` of the same argument; sets phase.dynamics too.
-/// Throws DefinitionError with the phase and the equation, as AlgebraicEquations does.
+/// Adds 0 = equations(t | x z | u | p) and `dynamics` with the same argument. Also sets
+/// phase.dynamics. Throws DefinitionError with the phase and the equation, as AlgebraicEquations
+/// does.
 void add_algebraic(PhaseDefinition& phase, Function&& dynamics, Function&& equations,
                    const VectorXd& guess);
-/// Appends a bound, checked.
+/// Appends bounds after checking them.
 void add_bounds(std::vector<ComponentBounds>& all, int component, const Bounds& bounds,
                 Window&& window);
-/// One Bounds serves all rows of the function.
+/// Appends a constraint. A single Bounds applies to all rows of the function.
 void add_constraint(PhaseDefinition& phase, std::string&& name, TermDomain domain,
                     Function&& function, std::vector<Bounds>&& bounds, Window&& window,
                     std::optional<Penalty>&& penalty);
-/// A component of x (first = sizes.x()) or u (sizes.u()) within bounds as a soft constraint of its
-/// own name, "state 2".
+/// Appends a soft constraint on a component of x (first = sizes.x()) or u (first = sizes.u()) under
+/// a name such as "state 2".
 void add_soft_bounds(PhaseDefinition& phase, const char* what, int first, int count, int component,
                      const Bounds& bounds, Window&& window, Penalty&& penalty);
-/// Appends an integral constraint, checked.
+/// Appends an integral constraint after checking it.
 void add_integral(PhaseDefinition& phase, std::string&& name, Function&& integrand, Limits&& limits,
                   double magnitude);
-/// Appends an allowance, checked: the term must have been declared.
+/// Appends tolerances of a term that was declared before.
 void add_allowance(PhaseDefinition& phase, std::string&& term, double between_nodes,
                    double at_nodes);
-/// The phase ends where the guard passes zero.
+/// Makes the guard end the phase.
 void add_end_guard(PhaseDefinition& phase, std::string&& event, Function&& guard,
                    Crossing crossing);
-/// Appends a cost, checked.
+/// Appends a cost after checking it.
 void add_cost(PhaseDefinition& phase, std::string&& name, TermDomain domain, Function&& function,
               Window&& window);
-/// z within bounds: one constraint of the algebraic state's own name.
+/// Appends a constraint on one algebraic state.
 void add_algebraic_bounds(PhaseDefinition& phase, int component, const Bounds& bounds,
                           Window&& window, std::optional<Penalty>&& penalty = std::nullopt);
-/// 1/2 (residual - reference)' diag(weights) (residual - reference)
+/// Appends the cost 1/2 (residual - reference)' diag(weights) (residual - reference).
 void add_least_squares(PhaseDefinition& phase, std::string&& name, TermDomain domain,
                        Function&& residual, const VectorXd& weights, Window&& window,
                        Reference&& reference);
-/// Appends a block of parameters, checked.
+/// Appends a block of parameters after checking it.
 void add_parameter(PhaseDefinition& phase, std::string&& name, const VectorXd& value,
                    std::span<const ParameterEntry> entries);
-/// The parameter added last becomes an unknown.
+/// Turns the last added parameter into an unknown.
 void make_unknown(PhaseDefinition& phase, const Bounds& bounds, double magnitude);
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-// State-triggered events inside a phase, in the short forms that the user writes.
+// Short forms for state-triggered events inside a phase.
 #pragma once
 
 #include <string>
@@ -8,11 +8,12 @@
 
 namespace saltus {
 
-/// The phase's dynamics hold where guard < 0, `above` where guard > 0. Throws DefinitionError when
-/// the phase has a surface already: which of four fields holds where would be a guess.
+/// Makes the phase's dynamics active where guard < 0 and `above` where guard > 0. Throws
+/// DefinitionError if the phase already has a surface, because the four regions would be ambiguous.
 void add_surface(PhaseDefinition& phase, const std::string& event, Function guard, Function above);
 
-/// x+ = reset(z) where the guard crosses zero, in every mode that the phase has or will have.
+/// Adds the jump x+ = reset(z) where the guard crosses zero, in all present and later modes of the
+/// phase.
 void add_reset(PhaseDefinition& phase, const std::string& event, Function guard, Crossing direction,
                Function reset);
 

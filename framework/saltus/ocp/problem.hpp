@@ -1,4 +1,4 @@
-// The optimal control problem: a start, phases in order, the jumps between them, a schedule.
+// The optimal control problem: a start, phases in order, the jumps between them, and a schedule.
 #pragma once
 
 #include <initializer_list>
@@ -15,19 +15,19 @@
 
 namespace saltus {
 
-/// How running costs (minimise(), track()) are accumulated over an interval. Soft constraints,
-/// changes of inputs, integral constraints and costs at ends do not depend on the rule.
+/// How running costs (minimise(), track()) are accumulated over an interval. The rule does not
+/// affect soft constraints, changes of inputs, integral constraints and costs at ends.
 ///
-/// A sum at the nodes approximates the integral with an error of the order of an interval's length
-/// (1 to 2 % with ten intervals where integrated costs are off by 0.1 %). Choose it to reproduce a
-/// discrete-time problem that is defined by such a sum. Phases with linear inputs integrate under
-/// either rule: the cost at the start of an interval does not depend on the input at its end.
+/// A sum at the nodes approximates the integral with an error of first order in the interval
+/// length. With ten intervals, sums are off by 1 to 2 % where integrated costs are off by 0.1 %.
+/// Use it to reproduce a discrete-time problem that is defined by such a sum. Phases with linear
+/// inputs always integrate: a sum would not depend on the input at the end of an interval.
 enum class CostRule {
-  integrated,  ///< Integral by the integrator, together with the dynamics. The default.
+  integrated,  ///< Integral, computed by the integrator together with the dynamics. The default.
   nodes        ///< Length of the interval times the cost at its start.
 };
 
-/// One or more phases in order. Copies are independent; formulas are shared, being immutable.
+/// One or more phases in order. Copies are independent but share the immutable formulas.
 class OptimalControlProblem {
  public:
   OptimalControlProblem(const OptimalControlProblem& other);
@@ -35,38 +35,38 @@ class OptimalControlProblem {
   OptimalControlProblem& operator=(const OptimalControlProblem& other);
   OptimalControlProblem& operator=(OptimalControlProblem&& other) noexcept;
   ~OptimalControlProblem();
-  /// `name` is for messages.
+  /// `name` appears in messages.
   explicit OptimalControlProblem(std::string name = "problem");
 
-  /// The state at the start is given (it can be replaced between solves).
+  /// Fixes the state at the start. It can be replaced between solves.
   OptimalControlProblem& start_at(VectorXd state);
-  /// The same by its numbers: start_at({0, 0}).
+  /// Fixes the state at the start by its entries: start_at({0, 0}).
   OptimalControlProblem& start_at(std::initializer_list<double> state);
-  /// The state at the start is free within bounds; `guess` starts the search.
+  /// Frees the state at the start within bounds, with an initial guess.
   OptimalControlProblem& start_within(std::vector<Bounds> bounds, VectorXd guess);
-  /// Absolute time of the start, s.
+  /// Fixes the absolute start time, s.
   OptimalControlProblem& start_time(double t);
-  /// The time of the start is the solver's to decide within bounds; `guess` starts the search, s.
+  /// Frees the absolute start time within bounds, with an initial guess, s.
   OptimalControlProblem& start_time(Bounds bounds, double guess);
 
-  /// Appends a copy of the phase behind what there is; its first state is that before. What the
-  /// phase is told afterwards does not reach the problem.
+  /// Appends a copy of the phase. Its first state is the last state of the phase before it. Later
+  /// changes to the phase have no effect.
   template <int nx, int nu, int np, int nz>
   OptimalControlProblem& then(const Phase<nx, nu, np, nz>& phase) {
     return append(Jump{}, phase.definition());
   }
-  /// Enters the phase through the jump.
+  /// Appends a copy of the phase, entered through the jump.
   template <int nx, int nu, int np, int nz>
   OptimalControlProblem& then(const Phase<nx, nu, np, nz>& phase, Jump jump) {
     return append(std::move(jump), phase.definition());
   }
 
-  /// Closes the problem: it begins with the state with which it ends (a periodic trajectory), or
-  /// with what the jump makes of it. The start may then be free (start_within()).
+  /// Makes the problem periodic: the first state equals the last state, or the jump applied to it.
+  /// The start may then be free (start_within()).
   OptimalControlProblem& close(Jump jump = Jump{});
 
-  /// Keeps a formula of the ends of any phases within limits: of their states, absolute times,
-  /// durations and parameters (EndValues). Its arguments are the ends in their order.
+  /// Constrains a formula of ends of phases: states, absolute times, durations and parameters
+  /// (EndValues). Its arguments are the ends in the given order.
   ///
   ///     ocp.link("up twice as long as down", [](const auto& up, const auto& down) {
   ///       return up.duration - 2.0 * down.duration; }, exactly(0.0), end_of(up), end_of(down));
@@ -76,64 +76,64 @@ class OptimalControlProblem {
         make_link(std::move(name), std::move(formula), std::move(limits), std::move(ends)...));
   }
 
-  /// Events to which windows refer by name.
+  /// Sets the events and modes to which windows refer by name.
   OptimalControlProblem& schedule(Schedule schedule);
-  /// Sets the rule for running costs: the integral (default) or the sum at the nodes.
+  /// Sets the rule for running costs. Default: the integral.
   OptimalControlProblem& costs(CostRule rule);
-  /// Bounds on the sum of all durations, s.
+  /// Bounds the sum of all durations, s.
   OptimalControlProblem& total_time(Bounds bounds);
 
-  /// The problem once its first phases are over: it begins with the state of the phase that is then
-  /// the first, to be given by start_at(). Throws DefinitionError if none is left, it is closed, or
-  /// an integral or a link joins what is over to what is left.
+  /// The problem without its first `phases` phases. Call start_at() to set its first state. Throws
+  /// DefinitionError if no phase remains, if the problem is periodic, or if an integral or a link
+  /// couples removed and remaining phases.
   OptimalControlProblem after(int phases) const;
 
-  /// Sets every penalty weight of this name; false if there is none.
+  /// Sets every penalty weight of this name. Returns false if there is none.
   bool set_penalty_weight(std::string_view weight_name, double weight);
-  /// For event times that move between solves.
+  /// The schedule, to move events between solves.
   Schedule& editable_schedule() { return schedule_; }
-  /// For a problem that differs from another in a bound or a number: check() looks at it again.
-  /// Throws DefinitionError, as all that take a number, unless there is such a phase.
+  /// Phase j, for variants of a problem with another bound or number. check() validates it again.
+  /// Throws DefinitionError if there is no such phase, like all members that take an index.
   PhaseDefinition& editable_phase(int j);
-  /// The same of a link.
+  /// Link i, for the same purpose.
   Link& editable_link(int i);
 
-  /// For messages.
+  /// Name for messages.
   const std::string& name() const { return name_; }
-  /// In their order.
+  /// The phases in order.
   const std::vector<PhaseDefinition>& phases() const { return phases_; }
-  /// jumps()[j] leads into phase j; the first is never used.
+  /// jumps()[j] leads into phase j. The first entry is unused.
   const std::vector<Jump>& jumps() const { return jumps_; }
-  /// From the end of the last phase to the start of the first; empty: the problem is open.
+  /// The jump from the last phase to the first. Empty if the problem is not periodic.
   const std::optional<Jump>& closing() const { return closing_; }
-  /// One per state of the first phase.
+  /// Bounds of the first state, one per state of the first phase.
   const std::vector<Bounds>& start_bounds() const { return start_bounds_; }
-  /// Where the search for the first state begins.
+  /// Initial guess of the first state.
   const VectorXd& start_guess() const { return start_guess_; }
-  double start_time() const { return start_time_; }  ///< s; if free, its guess
-  /// Of a free start time, s; empty: the start is given.
+  double start_time() const { return start_time_; }  ///< s; if free, the initial guess
+  /// Bounds of a free start time, s. Empty if the start time is fixed.
   const std::optional<Bounds>& start_time_bounds() const { return start_time_bounds_; }
-  /// Between ends of any phases.
+  /// Constraints that couple ends of phases.
   const std::vector<Link>& links() const { return links_; }
-  /// Position of the phase of this name. Throws DefinitionError, naming the nearest one, if there
-  /// is none or more than one.
+  /// Index of the phase with this name. Throws DefinitionError with the nearest name if there is
+  /// none or more than one.
   int phase_index(const std::string& phase) const;
-  /// Of events and modes; may be edited between solves.
+  /// Events and modes.
   const Schedule& schedule() const { return schedule_; }
-  /// The rule for running costs that was set.
+  /// The rule set by costs().
   CostRule cost_rule() const { return cost_rule_; }
-  /// The rule that applies in a phase: phases with linear inputs always integrate.
+  /// The rule that applies to a phase: phases with linear inputs always integrate.
   CostRule cost_rule(int phase) const;
-  /// Of all durations together, s.
+  /// Bounds of the sum of all durations, s.
   Bounds total_time() const { return total_time_; }
-  /// Bounds on entry i of an unknown: those of all phases that declare it.
+  /// Bounds of entry i of an unknown, intersected over all phases that declare it.
   Bounds bounds_of_unknown(const std::string& name, int i) const;
 
-  /// Checks every size once. Throws DefinitionError naming phase and term.
+  /// Checks every size. Throws DefinitionError with phase and term.
   void check() const;
-  /// One sentence for each thing that is sound and yet looks like a mistake, with phase and term: a
-  /// cost that is the same for every trajectory, an input, state or parameter that nothing depends
-  /// on. solve() adds them to the solution. Expects that check() passes.
+  /// One sentence for each valid definition that looks like a mistake, with phase and term.
+  /// Examples: a cost with the same value for every trajectory, an unused input, state or
+  /// parameter. solve() adds them to the solution. Requires that check() passes.
   std::vector<std::string> warnings() const;
 
  private:

@@ -1,4 +1,4 @@
-// What a least-squares term tracks: nothing, a constant, or a trajectory in time.
+// Reference of a least-squares term: zero, a constant, or a trajectory in time.
 #pragma once
 
 #include <vector>
@@ -7,33 +7,35 @@
 
 namespace saltus {
 
-/// A reference signal of m entries. Between samples it is linear, outside it keeps the end values.
+/// A reference signal with m entries. Linear between samples, constant before the first and after
+/// the last one.
 class Reference {
  public:
-  /// Zero, of any size.
+  /// Zero, for any size.
   Reference();
   Reference(const Reference& other);
   Reference(Reference&& other) noexcept;
   Reference& operator=(const Reference& other);
   Reference& operator=(Reference&& other) noexcept;
   ~Reference();
-  /// Constant.
+  /// A constant.
   Reference(VectorXd value);  // NOLINT(google-explicit-constructor)
-  /// Samples at increasing absolute times (s); one column of `values` per time. Throws
-  /// DefinitionError when sizes differ or times do not increase.
+  /// Samples at increasing absolute times in seconds, one column of `values` per time. Throws
+  /// DefinitionError if sizes differ or times do not increase.
   Reference(std::vector<double> times, MatrixXd values);
 
-  /// Whether it is zero all the time.
+  /// True if it is zero at all times.
   bool is_zero() const { return values_.size() == 0; }
-  /// Whether it depends on the time.
+  /// True if it depends on time.
   bool varies() const { return times_.size() > 1; }
-  /// Whether every number is finite.
+  /// True if all its numbers are finite.
   bool is_finite() const { return values_.allFinite(); }
-  /// How many numbers it has at an instant.
+  /// Number of entries.
   int size() const { return static_cast<int>(values_.rows()); }
-  /// Entry i at time t; NaN at NaN, if it varies. Throws DefinitionError if there is no entry i.
+  /// Entry i at time t. NaN if t is NaN and the reference varies. Throws DefinitionError if there
+  /// is no entry i.
   double at(double t, int i) const;
-  /// Its time derivative (right-sided at a sample).
+  /// Time derivative of entry i, right-sided at a sample.
   double rate(double t, int i) const;
 
  private:

@@ -1,4 +1,4 @@
-// The order of modes in absolute time: N modes and the N-1 events between them, which may be
+// Sequence of modes in absolute time: N modes and the N-1 events between them. Events can be
 // retimed, inserted, replaced and erased between solves, within a capacity declared once.
 #pragma once
 
@@ -13,15 +13,15 @@
 
 namespace saltus {
 
-/// A named instant at which the mode changes. Infinite time: the event lies beyond every horizon.
+/// A named instant at which the mode changes. An infinite time lies beyond every horizon.
 struct Event {
-  ShortName name;     ///< by which it is moved, inserted and erased
-  double time = 0.0;  ///< s, absolute
+  ShortName name;     ///< identifies the event
+  double time = 0.0;  ///< absolute, s
 };
 
-/// Modes in order and the events that separate them; times do not decrease along the schedule. A
-/// mode may occur any number of times, an event's name once. Whatever is edited, a DefinitionError
-/// leaves the schedule as it was, and nothing allocates as long as nothing is wrong.
+/// Modes in order and the events between them. Event times do not decrease. Modes may repeat, event
+/// names may not. If an edit throws DefinitionError, the schedule is unchanged. Edits do not
+/// allocate without an error.
 class Schedule {
  public:
   Schedule();
@@ -30,72 +30,73 @@ class Schedule {
   Schedule& operator=(const Schedule& other);
   Schedule& operator=(Schedule&& other) noexcept;
   ~Schedule();
-  /// Throws DefinitionError when the counts do not fit, a name repeats or times decrease.
+  /// Throws DefinitionError if the counts do not match, a name repeats or times decrease.
   Schedule(std::vector<std::string> modes, std::vector<Event> events);
 
-  // --- set-up: what the schedule may become (these two allocate)
+  // Set-up: possible modes and capacity. These two functions allocate.
 
-  /// Names of further modes that may be inserted; at most 64 different ones in all.
+  /// Declares further modes that may be inserted. At most 64 different modes in total.
   Schedule& declare(const std::vector<std::string>& modes);
-  /// Room for so many events at a time; never less than there are.
+  /// Reserves capacity for this number of events, at least the present number.
   Schedule& reserve(int events);
 
-  // --- what it is
+  // Queries.
 
-  /// In the order of time.
+  /// The events in order of time.
   std::span<const Event> events() const { return {events_.data(), count_}; }
-  /// How many events there is room for.
+  /// Maximum number of events.
   int capacity() const { return static_cast<int>(events_.size()); }
-  /// Mode i lies between events i - 1 and i. Throws DefinitionError where there is no mode.
+  /// Mode i, between events i - 1 and i. Throws DefinitionError if there is no such mode.
   const std::string& mode(int i) const;
-  /// All modes that there may be, each once: its position is its number.
+  /// All declared modes, each once. The position is the number of the mode.
   const std::vector<std::string>& known_modes() const { return *names_; }
-  /// Of the mode behind event i - 1. Throws as mode().
+  /// Number of mode i, which follows event i - 1. Throws like mode().
   int number_of_mode(int i) const {
     if (!has_mode(i)) refuse_mode(i);
     return sequence_[i];
   }
 
-  /// Time of the named event (s). Throws DefinitionError naming the nearest known event.
+  /// Time of the event, s. Throws DefinitionError with the nearest known event.
   double time_of(std::string_view event) const;
-  /// Position of the named event. Throws DefinitionError naming the nearest known event.
+  /// Index of the event. Throws DefinitionError with the nearest known event.
   int index_of(std::string_view event) const;
-  /// Whether there is an event of the name.
+  /// True if there is an event with this name.
   bool contains(std::string_view event) const;
-  /// The mode in force at time t; at the event itself the new mode. Throws as mode(), and
+  /// The active mode at time t. At an event, this is the new mode. Throws like mode(), and throws
   /// DefinitionError for NaN.
   const std::string& mode_at(double t) const;
-  /// Bit m is set for mode m. Throws DefinitionError naming the nearest known mode.
+  /// Bit set of these modes: bit m is mode m. Throws DefinitionError with the nearest known mode.
   std::uint64_t mask_of(std::span<const std::string> modes) const;
 
-  // --- edits between solves
+  // Edits between solves.
 
-  /// From `time` to the event after it, `mode` is in force; before it, what was.
+  /// Makes `mode` active from `time` to the next event.
   void insert(std::string_view mode, std::string_view event, double time);
-  /// The mode that the event opens goes with it; the one before lasts until the next event.
+  /// Removes the event and the mode after it. The mode before it lasts until the next event.
   void erase(std::string_view event);
-  /// Another mode is opened by the event.
+  /// Replaces the mode after the event.
   void replace(std::string_view event, std::string_view mode);
-  /// Another mode is in force before the first event.
+  /// Replaces the mode before the first event.
   void replace_first(std::string_view mode);
-  /// Events up to time t are over: only the mode that they led to is kept, as the first.
+  /// Removes events up to time t. The mode after the last of them becomes the first mode.
   void forget_until(double t);
-  /// Moves one event. Throws DefinitionError, changing nothing, if the order would break.
+  /// Moves one event. Throws DefinitionError without a change if the order would break.
   void retime(std::string_view event, double time);
-  /// Moves an event and all later ones by as much, so that their modes last as long as before.
+  /// Moves an event and all later events by the same amount, so that durations of later modes stay.
   void retime_from(std::string_view event, double time);
-  /// The event has happened at `time`, early or late: later ones move along. Events that should
-  /// have come before it are skipped: they move to the same instant.
+  /// Records that the event happened at `time`, early or late. Later events move by the same
+  /// amount. Earlier events still pending are skipped: they move to the same instant.
   void confirm(std::string_view event, double time);
-  /// The event has not happened yet: if it is due before now + lead, it is put off until then,
-  /// and later ones with it. With lead >= one period a tick's input is all of the old mode.
+  /// Records that the event has not happened yet. If it is due before now + lead, moves it to that
+  /// time, and later events with it. With lead >= one control period, the input of the next period
+  /// belongs to the old mode.
   void hold(std::string_view event, double now, double lead);
-  /// All events `elapsed` seconds earlier: the schedule seen from a clock that has moved on.
+  /// Moves all events `elapsed` seconds earlier, for a clock whose origin moved forward.
   void shift(double elapsed);
-  /// Becomes what `other` is, within the modes and the capacity declared here.
+  /// Copies the modes and events of `other`, within the modes and the capacity declared here.
   void adopt(const Schedule& other);
 
-  /// The same modes in the same order with the same events at the same times.
+  /// True if modes, events and times are equal.
   friend bool operator==(const Schedule& a, const Schedule& b);
 
  private:
@@ -108,8 +109,8 @@ class Schedule {
   [[noreturn]] void refuse_mode(int i) const;
 
   Names names_ = no_names();
-  std::vector<int> sequence_;  // numbers of the modes; count_ + 1 of them count
-  std::vector<Event> events_;  // count_ of them count
+  std::vector<int> sequence_;  // indices into names_; the first count_ + 1 are used
+  std::vector<Event> events_;  // the first count_ are used
   std::size_t count_ = 0;
 };
 

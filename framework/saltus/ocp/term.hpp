@@ -1,4 +1,4 @@
-// One named cost or constraint of a phase: its formula, its bounds or weights, when it acts.
+// A named cost or constraint of a phase: formula, bounds or weights, and active window.
 #pragma once
 
 #include <optional>
@@ -13,30 +13,30 @@
 
 namespace saltus {
 
-/// What a term does to the program.
+/// Role of a term in the problem.
 enum class TermKind {
   constraint,     ///< bounds on the formula
   cost,           ///< the formula itself, a scalar
   least_squares,  ///< 1/2 (r - ref)' W (r - ref) with r the formula
 };
-/// When a term acts.
+/// Where a term applies.
 enum class TermDomain {
-  running,      ///< all along its window
-  phase_start,  ///< once, at x+ of the phase's first instant
-  phase_end     ///< once, at x- of the phase's last instant
+  running,      ///< within its window
+  phase_start,  ///< once, at x+ of the first instant
+  phase_end     ///< once, at x- of the last instant
 };
 
 /// A cost or constraint of a phase, sizes at run time.
 struct Term {
-  std::string name;                            ///< for messages and results
+  std::string name;                            ///< name for messages and results
   TermKind kind = TermKind::cost;              ///< cost or constraint
-  TermDomain domain = TermDomain::running;     ///< all the time, at the start, at the end
+  TermDomain domain = TermDomain::running;     ///< running, at the start or at the end
   Function function;                           ///< z = (t | x | u | p)
-  std::vector<Bounds> bounds;                  ///< constraint: one per output
-  std::optional<Penalty> soft = std::nullopt;  ///< hard if empty
-  MatrixXd weight;                             ///< least_squares: symmetric positive semi-definite
-  Reference reference;                         ///< least_squares
-  Window window = {};                          ///< running terms only
+  std::vector<Bounds> bounds;                  ///< constraints: one per output
+  std::optional<Penalty> soft = std::nullopt;  ///< empty: hard constraint
+  MatrixXd weight;      ///< least_squares: symmetric positive semi-definite weight
+  Reference reference;  ///< least_squares: the reference
+  Window window = {};   ///< running terms: where the term applies
 };
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-// Which arguments the outputs of a formula depend on.
+// Dependence of the outputs of a formula on its arguments.
 #pragma once
 
 #include "saltus/model/arguments.hpp"
@@ -6,7 +6,7 @@
 
 namespace saltus {
 
-/// True if the formula reads one of `count` arguments from `first` on.
+/// True if the formula depends on one of `count` arguments from `first` on.
 inline bool reads_any(const Function& f, int first, int count) {
   for (int i = first; i < first + count; ++i)
     if (f.reads(i)) return true;

@@ -1,4 +1,4 @@
-// The windows of everything that a phase restricts or costs.
+// The windows of all terms and bounds of a phase.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,17 +11,19 @@
 
 namespace saltus {
 
-/// Whether a window's limit is a number of seconds, and not an event or as good as none.
+/// True if the limit is a finite number of seconds, not an event.
 inline bool is_number(const std::optional<Instant>& limit) {
   return limit && !limit->is_event() && std::isfinite(limit->seconds());
 }
 
-/// Whether it is one after the start of its clock: of a phase's clock it cuts the phase in two.
+/// True if the limit is a number after the start of its clock. A limit in phase time then cuts the
+/// phase.
 inline bool is_after_start(const std::optional<Instant>& limit) {
   return is_number(limit) && limit->seconds() > same_instant;
 }
 
-/// visit(window, describe) for terms and bounds; describe() makes the name of whose it is.
+/// Calls visit(window, describe) for all terms and bounds. describe() returns the name of the
+/// owner.
 template <class Visit>
 void for_each_window(const PhaseDefinition& phase, Visit&& visit) {
   for (const Term& t : phase.terms) visit(t.window, [&] { return "term '" + t.name + "'"; });

@@ -1,11 +1,11 @@
-// How low can the cost of a quadratic program in stages be? A bound from below by weak duality,
+// Lower bounds on the optimal cost of a staged quadratic program by weak duality:
 //
 //     d(y, m) = min over v of  cost(v) + y'(A x + B u + b - x_next) + m'(M v - side),
 //
-// which holds for every y and every m of the right sign, however well they were computed. With the
-// costs left out a positive bound is a proof (Farkas) that the program has no feasible point. The
-// minimum is bounded in turn from the point v* where the multipliers were found: with r the
-// gradient of the Lagrangian there and H its Hessian, cost(v) >= cost(v*) + r'd + 1/2 d'H d.
+// It holds for every y and every m of the right sign, however they were computed. With zero costs,
+// a positive bound proves that the program is infeasible (Farkas). The minimum over v is bounded
+// from below at the point v* of the multipliers. Let r be the gradient of the Lagrangian at v* and
+// H its Hessian: cost(v) >= cost(v*) + r'd + 1/2 d'H d.
 #pragma once
 
 #include <vector>
@@ -14,30 +14,30 @@
 
 namespace saltus {
 
-/// What holds the inputs of a stage back besides its bounds and rows.
+/// Limits of the inputs of a stage in addition to its bounds and rows.
 struct InputHold {
-  VectorXd radius;  ///< no feasible input is larger; entries may be infinite
-  /// Directions of (x, u) in which the cost of the stage curves, and how much; made when first
-  /// asked for, and of no use for a stage of another Hessian.
+  VectorXd radius;  ///< bound on the magnitude of each feasible input; may be infinite
+  /// Directions of (x, u) with curvature of the stage cost, and the curvatures. Computed on first
+  /// use. Valid only for stages with the same Hessian.
   MatrixXd directions = {};
   VectorXd curvature = {};
 };
 
-/// No feasible point costs less. `enough`: a better bound is not looked for. `holds`: one per
-/// stage. Multipliers of bounds are not read: they are what is left of the gradient. Where
-/// variables have no bounds, costates are chosen so that nothing is left for states, and inputs are
-/// held by the curvature of the cost. An input that neither holds is taken to be within a multiple
-/// of its size.
+/// Lower bound on the cost of every feasible point. Stops improving the bound once it exceeds
+/// `enough`. `holds` has one entry per stage. Bound multipliers are not read: the remaining
+/// gradient determines them. If states have no bounds, costates are chosen so that their gradient
+/// vanishes. The curvature of the cost limits the inputs. An input without any limit is assumed to
+/// stay within a multiple of its magnitude.
 double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
                   double enough);
 
-/// Whether the multipliers of the point prove that the program has no feasible point. Inputs
-/// without bounds are taken to be below 1e8 in the units of the stages.
+/// True if the multipliers of the point prove that the program is infeasible. Assumes that inputs
+/// without bounds stay below 1e8 in the units of the stages.
 bool proves_infeasible(const StageQp& qp, const StagePoint& point,
                        const std::vector<InputHold*>& holds);
 
-/// Eigenvalues of a symmetric matrix, in increasing order. Compiled once, because Eigen's template
-/// takes five seconds.
+/// Eigenvalues of a symmetric matrix in increasing order. Compiled once, because Eigen's template
+/// takes five seconds to compile.
 VectorXd eigenvalues_of(const MatrixXd& symmetric);
 
 }  // namespace saltus

@@ -1,5 +1,5 @@
-// A problem whose sequence of modes is not given: modes, which may follow which, and what holds at
-// the end. Every path through the graph is an OptimalControlProblem.
+// A problem with a free sequence of modes: modes, allowed transitions, and conditions at the end.
+// Every path through the graph is an OptimalControlProblem.
 //
 //     ModeGraph thermostat{"thermostat"};
 //     thermostat.mode(off).mode(on)                       // a Phase each
@@ -8,7 +8,7 @@
 //         .total_time(exactly(3600.0));
 //     const SequenceResult best = search(thermostat, {.at_most = 9});
 //
-// In sampled time a mode lasts one sample, a duration that is fixed, and follows itself.
+// In sampled time, a mode has a fixed duration of one sample and a transition to itself.
 #pragma once
 
 #include <cstdint>
@@ -27,52 +27,54 @@
 
 namespace saltus {
 
-/// A phase of which only the erased definition is left, for OptimalControlProblem::then().
+/// A phase with only its erased definition, for OptimalControlProblem::then().
 template <>
 class Phase<-1, -1, -1> {
  public:
-  /// From what was declared.
+  /// Stores the definition.
   explicit Phase(PhaseDefinition definition) : d_(std::move(definition)) {}
-  /// What was declared.
+  /// The definition.
   const PhaseDefinition& definition() const { return d_; }
 
  private:
   PhaseDefinition d_;
 };
-/// A phase of any sizes.
+/// A phase of any size.
 using ErasedPhase = Phase<-1, -1, -1>;
 
-/// A set of modes as bits.
+/// A set of modes as a bit set.
 using ModeSet = std::uint64_t;
-/// The set of this one.
+/// The set that contains only this mode.
 inline ModeSet only(int mode) { return ModeSet{1} << mode; }
-/// Whether there is one mode in it.
+/// True if the set contains exactly one mode.
 inline bool is_single(ModeSet set) { return (set & (set - 1)) == 0; }
 
-/// What came before a path and lasts on: its last mode, and for how many phases; -1: nothing did.
+/// The mode active before a path and its duration in phases. -1: none.
 struct ModeHistory {
-  int mode = -1;   ///< in force; -1: none yet
-  int phases = 0;  ///< for how many phases it has been
+  int mode = -1;   ///< the active mode, or -1
+  int phases = 0;  ///< phases since it was entered
 };
 
-/// Modes and what may follow what: the graph that is searched.
+/// The graph of modes and transitions that is searched.
 class ModeGraph {
  public:
-  /// `name` is for messages.
+  /// `name` appears in messages.
   explicit ModeGraph(std::string name = "modes");
 
-  // --- modes and what may follow what; names that are unknown or contradict one another are said
-  // --- by check(), so that the order of these calls does not matter
+  // --- modes and transitions. check() reports unknown and contradictory names, so the order of
+  // these
+  // --- calls does not matter.
   /// Appends a mode.
   template <int nx, int nu, int np, int nz>
   ModeGraph& mode(const Phase<nx, nu, np, nz>& phase) {
     modes_.push_back(phase.definition());
     return *this;
   }
-  /// `to` may follow `from`, the state as it is or through a jump.
+  /// Allows `to` after `from`, with or without a jump of the state.
   ModeGraph& transition(std::string from, std::string to, Jump jump = Jump{});
-  /// The same where the guard, a scalar of (t, x), passes zero in the given direction: it decides
-  /// how long `from` lasts, whose duration is free. Where a mode is left otherwise it says nothing.
+  /// Allows `to` after `from` where the guard, a scalar of (t, x), crosses zero in the given
+  /// direction. The guard determines the free duration of `from`. It has no effect on other
+  /// transitions.
   template <int nx, class F>
   ModeGraph& transition_when(std::string from, std::string to, std::string event, F guard,
                              Crossing crossing, Jump jump = Jump{}) {
@@ -83,97 +85,99 @@ class ModeGraph {
     return transition_when(std::move(from), std::move(to), std::move(event), std::move(function),
                            crossing, std::move(jump));
   }
-  /// Every mode may follow every mode, itself included, without a jump.
+  /// Allows all transitions without a jump, including each mode to itself.
   ModeGraph& all_transitions();
-  /// Not this one, whatever all_transitions() says.
+  /// Excludes a transition, also after all_transitions().
   ModeGraph& no_transition(std::string from, std::string to);
-  /// The modes that may be the first (last) one; not said: any.
+  /// Modes that may be the first one. Default: any.
   ModeGraph& begin_in(std::vector<std::string> modes);
-  /// The modes that may be the last one; not said: any.
+  /// Modes that may be the last one. Default: any.
   ModeGraph& end_in(std::vector<std::string> modes);
-  /// Whenever the mode is entered it follows itself until it has lasted so many phases, or to the
-  /// end. In sampled time the dwell time in samples; modes of free duration have bounds for it.
+  /// Minimum number of phases of the mode after each entry, unless the sequence ends first. In
+  /// sampled time this is the dwell time in samples. For modes of free duration, use bounds on the
+  /// duration.
   ModeGraph& dwell(std::string mode, int phases);
-  /// The mode is entered at most so many times; the start counts, following itself does not.
+  /// Maximum number of entries into the mode. Starting in it counts, a transition to itself does
+  /// not.
   ModeGraph& enter_at_most(std::string mode, int times);
 
-  // --- the rest of the problem, as in OptimalControlProblem
-  /// As in OptimalControlProblem.
+  // --- other parts of the problem, as in OptimalControlProblem
+  /// Fixes the state at the start.
   ModeGraph& start_at(VectorXd state);
-  /// As in OptimalControlProblem.
+  /// Fixes the state at the start by its entries.
   ModeGraph& start_at(std::initializer_list<double> state);
-  /// In s.
+  /// Sets the absolute start time, s.
   ModeGraph& start_time(double t);
-  /// Of all durations together, s.
+  /// Bounds the sum of all durations, s.
   ModeGraph& total_time(Bounds bounds);
-  /// Sets the rule for running costs of every mode: the integral (default) or the sum at the nodes.
+  /// Sets the rule for running costs of all modes. Default: the integral.
   ModeGraph& costs(CostRule rule);
-  /// Of (t, x), where the last mode ends, whichever it is.
+  /// Adds a cost of (t, x) at the end of the last mode, whichever it is.
   template <int nx, class F>
   ModeGraph& minimise_at_end(std::string name, F formula) {
     static_assert(ReturnsRows<F, 1, nx, 0, 0>, "a cost must return a scalar");
     return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)), TermKind::cost, {});
   }
-  /// A constraint of (t, x) where the last mode ends, whichever it is.
+  /// Adds a constraint of (t, x) at the end of the last mode, whichever it is.
   template <int nx, class F>
   ModeGraph& reach_at_end(std::string name, F formula, Bounds bounds) {
     return at_end(std::move(name), make_function<nx, 0, 0>(std::move(formula)),
                   TermKind::constraint, bounds);
   }
 
-  // --- what it is
-  /// For messages.
+  // --- queries
+  /// Name for messages.
   const std::string& name() const { return name_; }
-  /// How many modes.
+  /// Number of modes.
   int size() const { return static_cast<int>(modes_.size()); }
   /// Mode i.
   const PhaseDefinition& mode(int i) const { return modes_[i]; }
-  /// The first state.
+  /// The state at the start.
   const VectorXd& start() const { return start_; }
   double start_time() const { return start_time_; }  ///< s
-  /// In s; empty: not limited.
+  /// Bounds of the total time, s. Empty: none.
   const std::optional<Bounds>& total_time() const { return total_time_; }
-  /// Number of the mode of this name. Throws DefinitionError.
+  /// Index of the mode with this name. Throws DefinitionError if there is none.
   int number_of(std::string_view mode) const;
-  /// Whether there is such a transition.
+  /// True if the transition is allowed.
   bool may_follow(int from, int to) const;
-  /// Whether it may be the first one.
+  /// True if the mode may be the first one.
   bool may_begin(int mode) const;
-  /// Whether it may be the last one.
+  /// True if the mode may be the last one.
   bool may_end(int mode) const;
-  /// Whether the state jumps, or a guard decides when.
+  /// True if the transition has a jump or a guard.
   bool has_event(int from, int to) const;
-  /// In phases.
+  /// Minimum dwell in phases.
   int dwell_of(int mode) const;
-  int entries_of(int mode) const;  ///< at most
-  /// Whether any mode may be entered so many times only.
+  int entries_of(int mode) const;  ///< maximum number of entries
+  /// True if a mode has a maximum number of entries.
   bool limits_entries() const { return !entries_.empty(); }
-  /// Whether not every mode may be the last one.
+  /// True if some mode may not be the last one.
   bool limits_end() const { return !end_.empty(); }
-  /// Whether a cost or constraint of the end reads the time of the end.
+  /// True if a cost or constraint at the end depends on the end time.
   bool end_reads_time() const;
-  /// Whether `mode` may be appended to the path: transitions, dwell and number of entries.
+  /// True if transitions, dwell and number of entries allow `mode` after the path.
   bool may_append(std::span<const int> path, int mode, ModeHistory before) const;
-  /// For messages.
+  /// Names of the modes of a path, for messages.
   std::vector<std::string> names_of(std::span<const int> path) const;
 
-  /// The problem with this sequence. Phases are named after the mode and its place, counted from 1.
+  /// The problem of this sequence. Each phase is named after its mode and its position from 1.
   OptimalControlProblem problem(std::span<const int> path) const;
-  /// The same with phases that are `edited` first, by their place from 0. `is_beginning`: without
-  /// what holds at the end and the total time.
+  /// The same with phases that `edited` changes first, by their position from 0. With
+  /// `is_beginning`, omits conditions at the end and the total time.
   OptimalControlProblem problem(std::span<const int> path,
                                 const std::function<void(int, PhaseDefinition&)>& edited,
                                 bool is_beginning = false) const;
-  /// Of one mode alone, with what holds at the end or without it.
+  /// The problem of a single mode, with or without the conditions at the end.
   OptimalControlProblem problem_of(int mode, bool with_end) const;
-  /// The costs and constraints of the end, and nothing else, behind a phase of this mode's size
-  /// that begins at time `begin` (s): the phase that is the last of a sequence.
+  /// Only the costs and constraints at the end, after a phase of this mode's size that begins at
+  /// time `begin` (s). This phase is the last one of a sequence.
   OptimalControlProblem problem_of_end(int mode, double begin) const;
 
-  /// Throws DefinitionError with the names of modes: sizes that do not fit, a mode that nothing
-  /// leads to or from which no end is reached, transitions declared twice or both declared and
-  /// excluded, a dwell time without a way to stay, and, where the number of phases is not limited,
-  /// a cycle in which no time need pass (Zeno).
+  /// Throws DefinitionError with the names of modes if the graph is invalid. It checks sizes,
+  /// unreachable modes, modes without a path to an end, and contradictory transitions. It also
+  /// checks dwell times without a transition to the mode itself. With an unlimited number of
+  /// phases, it rejects cycles without a minimum duration (Zeno).
   void check(bool limited_phases) const;
 
  private:
@@ -191,7 +195,7 @@ class ModeGraph {
     std::string from, to;
     Jump jump;
     std::string event = {};
-    Function guard = {};  // of (t | x); empty: at any time
+    Function guard = {};  // function of (t | x); empty: any time
     Crossing crossing = Crossing::falling;
   };
   PhaseDefinition left_by(PhaseDefinition phase, const Transition* exit) const;
@@ -206,7 +210,7 @@ class ModeGraph {
   std::map<std::string, int> dwell_, entries_;
   struct EndTerm {
     std::string name;
-    Function formula;  // of (t | x)
+    Function formula;  // function of (t | x)
     TermKind kind;
     Bounds bounds;
   };

@@ -1,11 +1,11 @@
-// The best sequence of modes, its times and its trajectory, in one call.
+// Finds the best sequence of modes with its times and its trajectory, in one call.
 //
 //     const SequenceResult best = search(thermostat, {.phases = 15});
 //
-// Convex problems in sampled time go to branch and bound (sequence_search.hpp), which bounds the
-// cost of all sequences. The others are enumerated, shorter sequences first: each is solved as an
-// OptimalControlProblem from what was found for shorter ones, and the result says that its
-// guarantee is no more than that (Guarantee::enumerated).
+// Branch and bound solves convex problems in sampled time (sequence_search.hpp) and bounds the cost
+// of all sequences. Other problems are enumerated, shorter sequences first. Each sequence is an
+// OptimalControlProblem that starts from results of shorter ones. The result then has only the
+// guarantee Guarantee::enumerated.
 #pragma once
 
 #include "saltus/sequences/mode_graph.hpp"
@@ -13,7 +13,7 @@
 
 namespace saltus {
 
-/// Throws DefinitionError when graph or options are wrong (ModeGraph::check()). Give
+/// Throws DefinitionError if the graph or the options are invalid (ModeGraph::check()). Set
 /// SearchOptions::phases, or at_most for modes of free duration.
 SequenceResult search(const ModeGraph& graph, const SearchOptions& options);
 

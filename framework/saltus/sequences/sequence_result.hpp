@@ -1,4 +1,4 @@
-// What a search over sequences of modes is asked for, and what it says of the one it found.
+// Options and result of a search over sequences of modes.
 #pragma once
 
 #include <string>
@@ -10,78 +10,79 @@
 
 namespace saltus {
 
-/// What is known of the best sequence.
+/// Guarantee for the best sequence.
 enum class Guarantee {
-  optimal,       ///< no allowed sequence costs less than lower_bound, and the gap is closed
-  bounded,       ///< the gap is open; no allowed sequence costs less than lower_bound
-  enumerated,    ///< every allowed sequence was solved to a local optimum, or ruled out by a prefix
-                 ///< that was: nothing is known of optima that the solver does not find
-  incomplete,    ///< the search was stopped, and nothing is known of what it did not look at
-  infeasible,    ///< there is no feasible sequence: each was excluded by its times, or by a proof
-                 ///< (Farkas) for a convex program
-  inconclusive,  ///< no sequence was found, but not all were proved infeasible; or the sequence
-                 ///< that was found could not be confirmed
-  contradicted,  ///< the search and a solve of a sequence disagree; the message has both numbers
+  optimal,     ///< the gap is closed: no allowed sequence costs less than lower_bound
+  bounded,     ///< the gap is open: no allowed sequence costs less than lower_bound
+  enumerated,  ///< each allowed sequence was solved to a local optimum or excluded by a prefix;
+               ///< better local optima may exist
+  incomplete,  ///< the search stopped early; unexplored sequences may be better
+  infeasible,  ///< no sequence is feasible: each was excluded by its times, or for convex programs
+               ///< by a Farkas proof
+  inconclusive,  ///< no sequence was found, but not all were proved infeasible; or the found
+                 ///< sequence was not confirmed
+  contradicted,  ///< the search and the solve of a sequence disagree; the message has both numbers
 };
-/// One sentence.
+/// One sentence about the guarantee.
 const char* describe(Guarantee guarantee);
 
-/// How sequences of modes are searched.
+/// Options of a search over sequences.
 struct SearchOptions {
-  int phases = 0;   ///< exactly so many, a horizon in samples; 0: see at_most
-  int at_most = 0;  ///< up to so many phases, one more than switches; 0: no limit but time
-  /// Relative to the cost: sequences that are not better by more are not looked for. Convex
-  /// problems: at least twice `tolerance`.
+  int phases = 0;   ///< exact number of phases, a horizon in samples; 0: see at_most
+  int at_most = 0;  ///< maximum number of phases, one more than switches; 0: limited by time only
+  /// Relative optimality gap: the search ignores improvements below this fraction of the cost. For
+  /// convex problems at least twice `tolerance`.
   double gap = 1e-6;
-  /// Absolute floor of what the gap is relative to, in units of the cost: smaller costs count as
-  /// this large. 0: 1e-6, or in convex problems the largest of a millionth of the largest
-  /// coefficient of all costs, in nominal units, and 1e-4 of the cost of the relaxed problem.
+  /// Smallest cost to which the gap is relative, in units of the cost. 0 selects the default 1e-6.
+  /// In convex problems, 0 selects the larger of two values: 1e-6 times the largest cost
+  /// coefficient in nominal units, and 1e-4 times the cost of the relaxed problem.
   double least_cost = 0.0;
-  double deadline = infinity;  ///< wall clock, s: then the best so far
-  long max_nodes = 1000000;    ///< programs solved
+  double deadline = infinity;  ///< wall-clock limit, s; then returns the best sequence so far
+  long max_nodes = 1000000;    ///< maximum number of programs solved
 
   // Convex problems.
-  double tolerance = 1e-8;  ///< of the quadratic programs, see QpOptions
-  bool warm = true;         ///< a node starts at its parent's point; false: to compare
-  /// The winner is solved again as an OptimalControlProblem, and if there is none a few sequences
-  /// are tried. A result that disagrees with the search is Guarantee::contradicted.
+  double tolerance = 1e-8;  ///< tolerance of the quadratic programs, see QpOptions
+  bool warm = true;         ///< start each node at its parent's point; false for comparisons
+  /// Solves the best sequence again as an OptimalControlProblem, or a few sequences if none was
+  /// found. A disagreement with the search gives Guarantee::contradicted.
   bool confirm = true;
 
-  // All others.
-  int intervals_per_phase = 30;      ///< of every phase
-  IntegratorChoice integrator = {};  ///< empty: zero_order_hold() (convex), runge_kutta4()
-  /// Running and end costs are never negative, so that a prefix costs no more than what it begins:
-  /// prefixes that cost more than the best sequence are ruled out.
+  // Other problems.
+  int intervals_per_phase = 30;      ///< intervals of each phase
+  IntegratorChoice integrator = {};  ///< default: zero_order_hold() (convex), runge_kutta4()
+  /// True if running and end costs are never negative. A prefix then costs no more than its
+  /// continuations, and prefixes that cost more than the best sequence are excluded.
   bool costs_are_nonnegative = false;
 };
 
-/// What a search over sequences gave.
+/// Result of a search over sequences.
 struct SequenceResult {
-  Guarantee guarantee = Guarantee::infeasible;  ///< how much is known of it
+  Guarantee guarantee = Guarantee::infeasible;  ///< guarantee for the sequence
   std::vector<std::string> sequence;            ///< names of the modes; empty: none was found
-  std::vector<int> modes;                       ///< the same by number
-  double cost = infinity;                       ///< of the best sequence
-  double lower_bound = -infinity;  ///< on the cost of every allowed sequence; convex problems only
-  double least_cost = 1e-6;        ///< smaller costs count as this large in gap()
-  std::string message;             ///< a sentence
+  std::vector<int> modes;                       ///< indices of the modes
+  double cost = infinity;                       ///< cost of the sequence
+  double lower_bound = -infinity;  ///< lower bound for all allowed sequences; convex problems only
+  double least_cost = 1e-6;        ///< smaller costs count as this in gap()
+  std::string message;             ///< one sentence
 
-  Solution solution;  ///< of the sequence; convex problems: with SearchOptions::confirm
-  /// Convex problems: state at the start of every phase and at the end of the last one, input of
-  /// every phase.
+  Solution
+      solution;  ///< solution of the sequence; convex problems: only with SearchOptions::confirm
+  /// For convex problems: state at the start of every phase and at the end of the last one, and
+  /// input of every phase.
   std::vector<VectorXd> states, inputs;
 
-  long nodes = 0;        ///< programs solved
-  long infeasible = 0;   ///< of these
-  long unresolved = 0;   ///< of these: the solver failed; the bound of what they began in counts
-  long reused = 0;       ///< leaves taken over from the last tick
-  long iterations = 0;   ///< of the solver, in all
-  double seconds = 0.0;  ///< wall clock
-  // Convex problems, s of CPU time: all of it, and what of it the quadratic programs took.
-  double cpu_seconds = 0.0, solver_seconds = 0.0;  ///< processor time: of all, of solvers, s
+  long nodes = 0;        ///< number of programs solved
+  long infeasible = 0;   ///< of these, infeasible programs
+  long unresolved = 0;   ///< of these, failed solves; the bound of their parent applies
+  long reused = 0;       ///< leaves reused from the last tick
+  long iterations = 0;   ///< total solver iterations
+  double seconds = 0.0;  ///< wall-clock time, s
+  double cpu_seconds = 0.0,
+         solver_seconds = 0.0;  ///< CPU time in total and in the QP solver, s; convex problems only
 
-  /// Whether there is a sequence at all.
+  /// True if a sequence was found.
   bool found() const { return !sequence.empty(); }
-  /// Relative to the cost, or to least_cost where the cost is smaller; infinite without a bound.
+  /// Gap relative to the cost, or to least_cost if that is larger. Infinite without a bound.
   double gap() const;
 };
 

@@ -1,10 +1,11 @@
-// Best-first branch and bound over the beginnings of sequences, for convex problems in sampled time
-// (piecewise affine, mixed logical): the optimum over all sequences, with a certificate.
+// Best-first branch and bound over prefixes of sequences, for convex problems in sampled time
+// (piecewise affine, mixed logical). Finds the optimum over all sequences with a certificate.
 //
-// A node fixes the modes of the first phases; the others are relaxed to the hull of what may follow
-// (mode_stages.cpp), so that its quadratic program is a lower bound on every sequence that begins
-// so. In receding horizon the leaves of the last tick, one phase shorter, cover all sequences of
-// the next one, and their bounds are moved along by duality: framework/design/sequences.md.
+// A node fixes the modes of the first phases. The other phases are relaxed to the hull of possible
+// modes (mode_stages.cpp). The quadratic program of a node is therefore a lower bound for all
+// sequences with this prefix. In receding horizon, the leaves of the last tick, shortened by one
+// phase, cover all sequences of the next tick. Duality carries their bounds over:
+// framework/design/sequences.md.
 #pragma once
 
 #include <memory>
@@ -21,59 +22,63 @@ class ModeStages;
 struct SetStage;
 struct InputHold;
 
-/// Best first search over sequences of modes.
+/// Best-first search over sequences of modes.
 class SequenceSearch {
  public:
-  /// Throws DefinitionError: ModeGraph::check(), options that are none, or a problem that is not
-  /// convex in sampled time, with the mode and the reason; search() takes those too.
+  /// Throws DefinitionError if the graph (ModeGraph::check()) or the options are invalid. Also
+  /// throws, with mode and reason, if the problem is not convex in sampled time; search() handles
+  /// those.
   SequenceSearch(ModeGraph graph, SearchOptions options);
   SequenceSearch(SequenceSearch&&) noexcept;
   SequenceSearch& operator=(SequenceSearch&&) noexcept;
   ~SequenceSearch();
 
-  /// From nothing but the state, at the graph's start time, and what was applied `before`: its mode
-  /// goes on or is left. Throws DefinitionError when the state has another size or is not finite,
-  /// as solve_next() does.
+  /// Solves from `state` at the graph's start time, without earlier results. The mode of `before`
+  /// may continue or end. Throws DefinitionError if the state has another size or is not finite,
+  /// like solve_next().
   SequenceResult solve(const VectorRef& state, ModeHistory before = {});
-  /// The same from another time, s: the costs and constraints of the end may read it.
+  /// Same as above for another start time in seconds, which conditions at the end may depend on.
   SequenceResult solve(const VectorRef& state, ModeHistory before, double time);
-  /// One phase later, and as much later in time: the first mode of the last result was applied and
-  /// led to `state`. Takes over the tree of the last solve; without one, or where ends or entries
-  /// are limited (what was ruled out by them may be allowed now), as solve(). After a solve that
-  /// found nothing `before` stays.
+  /// Solves one phase later, after the first mode of the last result was applied and led to
+  /// `state`. Reuses the tree of the last solve. Without one, or with limits on ends or entries, it
+  /// works like solve(), because sequences excluded before may now be allowed. After a solve that
+  /// found nothing, `before` is unchanged.
   SequenceResult solve_next(const VectorRef& state);
-  /// After so many seconds the best so far is handed out, with its gap.
+  /// Limits the wall-clock time per solve, s. The result is then the best sequence so far with its
+  /// gap.
   void set_deadline(double seconds) { options_.deadline = seconds; }
-  /// The same after so many programs, which is the same on every machine.
+  /// Limits the number of programs per solve. Unlike a deadline, it is reproducible on every
+  /// machine.
   void set_max_nodes(long nodes) { options_.max_nodes = nodes; }
 
-  /// What is searched.
+  /// The graph that is searched.
   const ModeGraph& graph() const { return graph_; }
-  /// What was applied before the horizon of the last solve.
+  /// The mode applied before the horizon of the last solve.
   ModeHistory before() const { return before_; }
   /// Start time of the horizon of the last solve, s.
   double time() const { return time_; }
 
  private:
-  // A dual point, stage by stage: what moves a bound to the next tick.
-  struct Limit {  // of the state where a phase begins: normal' x against side
+  // A dual point by stages, from which bounds for the next tick follow.
+  struct Limit {  // bound on the state at the start of a phase: normal' x against side
     VectorXd normal;
     double side = 0.0, multiplier = 0.0;
   };
   struct Dual {
-    int depth = 0;                           ///< phases whose modes are fixed
-    std::vector<VectorXd> costates;          ///< of the state to which phase k leads
-    std::vector<double> values;              ///< L_k, of all phases but the first
-    std::vector<std::vector<Limit>> limits;  ///< those with multipliers, of all but the first
+    int depth = 0;                   ///< number of phases with fixed modes
+    std::vector<VectorXd> costates;  ///< costates of the state at the end of phase k
+    std::vector<double> values;      ///< L_k, for all phases but the first
+    std::vector<std::vector<Limit>>
+        limits;  ///< limits with multipliers, for all phases but the first
   };
   struct Node {
     std::vector<int> path;
     double bound = -infinity;
-    std::shared_ptr<const StagePoint> point;  // of the last ancestor that was solved
-    std::vector<int> point_path;              // its modes
-    bool point_is_shifted = false;            // its last phase is invented: no dual comes of it
-    std::shared_ptr<const Dual> dual;         // what was moved from the last tick; else of `point`
-    std::shared_ptr<const StagePoint> proof;  // multipliers that say why it is infeasible
+    std::shared_ptr<const StagePoint> point;  // point of the last solved ancestor
+    std::vector<int> point_path;              // modes of that ancestor
+    bool point_is_shifted = false;            // its last phase is extrapolated: gives no dual
+    std::shared_ptr<const Dual> dual;         // dual from the last tick; null: use `point`
+    std::shared_ptr<const StagePoint> proof;  // multipliers that prove infeasibility
   };
 
   std::vector<ModeSet> sets_of(const std::vector<int>& path) const;
@@ -107,31 +112,31 @@ class SequenceSearch {
   ModeGraph graph_;
   SearchOptions options_;
   std::unique_ptr<ModeStages> stages_;
-  std::vector<ModeSet> successors_;  // of every mode
-  ModeSet ends_ = 0;                 // the modes that may be the last
+  std::vector<ModeSet> successors_;  // per mode
+  ModeSet ends_ = 0;                 // the modes that may be last
   StageQp qp_;
   StagePoint point_;
   std::unique_ptr<StageQpSolver> solver_;
-  std::unique_ptr<StageQpSolver> fine_solver_;  // where the bound of a program is far off
+  std::unique_ptr<StageQpSolver> fine_solver_;  // for programs with a poor bound
   StageQp tail_qp_;
   StagePoint tail_point_;
-  ModeSet tail_set_ = 0;  // what its stage holds
+  ModeSet tail_set_ = 0;  // mode set of its stage
   std::unique_ptr<StageQpSolver> tail_solver_;
-  std::vector<ModeSet> filled_;  // what the stages of qp_ hold
+  std::vector<ModeSet> filled_;  // mode sets of the stages of qp_
 
-  std::vector<InputHold*> holds_;  // of the stages of qp_
-  double unit_ = 1.0;              // costs of the programs are divided by it
+  std::vector<InputHold*> holds_;  // limits of the stages of qp_
+  double unit_ = 1.0;              // divisor of the costs of the programs
   double least_unit_ = 1.0;        // in units of the cost
   double least_cost_ = 1.0;        // in units of the cost
-  double dual_bound_ = 0.0;        // of the last program that was solved
+  double dual_bound_ = 0.0;        // bound of the last solved program
 
   VectorXd start_;  // scaled
-  double time_;     // when the horizon begins, s
+  double time_;     // start of the horizon, s
   WallClock::time_point deadline_ = WallClock::time_point::max();
-  ModeHistory before_;        // what was applied before the horizon
-  std::vector<Node> leaves_;  // that cover all sequences of the last solve
+  ModeHistory before_;        // mode applied before the horizon
+  std::vector<Node> leaves_;  // leaves that cover all sequences of the last solve
   std::vector<int> best_;
-  double solver_seconds_ = 0.0;  // of this solve
+  double solver_seconds_ = 0.0;  // time of this solve
   std::shared_ptr<const StagePoint> best_point_;
 };
 
