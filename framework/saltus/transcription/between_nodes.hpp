@@ -1,5 +1,5 @@
-// Refinement of a grid until the plan keeps its path constraints between the nodes, where their
-// rows do not look, and the integration is accurate.
+// Refines a grid until the plan satisfies its path constraints between the nodes and the
+// integration is accurate.
 #pragma once
 
 #include <string>
@@ -11,38 +11,38 @@
 
 namespace saltus {
 
-/// How intervals are cut where a plan breaks constraints between nodes.
+/// Options of solve_refined().
 struct RefinementOptions {
-  double tolerance = 1e-6;    ///< on the largest violation between nodes, in the term's units
-  double integration = 1e-3;  ///< on VerifiedDefect::sum
-  /// The intervals of inputs stay as they are, and new nodes in them only let their rows look
-  /// (Mesh::holds): for a plan that is carried out at the rate of the first grid.
+  double tolerance = 1e-6;    ///< for the largest violation between nodes, in the term's units
+  double integration = 1e-3;  ///< for VerifiedDefect::sum
+  /// True keeps the input intervals: new nodes inside them only add constraint rows (Mesh::holds).
+  /// Use it for a plan executed at the rate of the first grid.
   bool hold_inputs = false;
-  int rounds = 12;            ///< solves, the first included
+  int rounds = 12;            ///< maximum number of solves, including the first
   int most_intervals = 2000;  ///< per phase
 };
 
-/// What a solve with refinement gave.
+/// Result of solve_refined().
 struct RefinedSolution {
-  MultipleShooting shooting;  ///< the last one that was solved
-  Solution solution;          ///< of it
-  /// Per phase; where they lie: shooting.options().meshes.
+  MultipleShooting shooting;  ///< the last solved transcription
+  Solution solution;          ///< its solution
+  /// Intervals per phase. shooting.options().meshes has their positions.
   std::vector<int> intervals = {};
-  /// After each solve, the largest violation between nodes.
+  /// Largest violation between nodes after each solve.
   std::vector<double> violations = {};
-  int iterations = 0;        ///< of all solves
-  double seconds = 0.0;      ///< of all solves, wall clock
-  bool reached = false;      ///< solution.ok(), and within the tolerances
-  std::string message = {};  ///< one sentence: what was reached, or what ended it
+  int iterations = 0;        ///< total of all solves
+  double seconds = 0.0;      ///< wall-clock time of all solves
+  bool reached = false;      ///< solution.ok() and all tolerances met
+  std::string message = {};  ///< one sentence: the achieved accuracy, or the reason for stopping
 };
 
-/// Solves, measures between the nodes and the error of the integration, and cuts the intervals that
-/// miss a tolerance into two to four, so that old nodes stay nodes and no others come where all is
-/// well; each solve begins with the trajectory before. While an obstacle is passed between two
-/// nodes, inputs are held through the new ones, or the plan would pass the next finer interval:
-/// what is reached is then an optimum for inputs on the intervals before. Ends when the tolerances
-/// are met by a plan that is ok(), a limit is reached or a solve fails, which leaves the last
-/// successful one.
+/// Solves and measures the violation between nodes and the integration error. Cuts intervals above
+/// a tolerance into two to four, so that old nodes remain and accurate intervals stay as they are.
+/// Each solve starts from the previous trajectory. If the path passes an obstacle between two
+/// nodes, new nodes there hold the input. Otherwise the plan would pass it between the new nodes.
+/// The result is then optimal for inputs on the coarser intervals. Stops when a plan is ok() and
+/// within the tolerances, at a limit, or when a solve fails. After a failure, the result is the
+/// last successful solve.
 RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOptions options,
                               Solver& solver, const RefinementOptions& refinement = {});
 

@@ -1,4 +1,4 @@
-// A sparse program assembled from small functions: knows blocks and patterns, but no phases.
+// A sparse program assembled from small functions. It knows blocks and patterns, but no phases.
 #pragma once
 
 #include <memory>
@@ -14,28 +14,29 @@
 
 namespace saltus {
 
-/// Part of an argument that comes from a variable: argument += factor * w[variable].
+/// Contribution of a variable to an argument: argument += factor * w[variable].
 struct VariableCoefficient {
-  int variable = 0;     ///< which one
+  int variable = 0;     ///< index of the variable
   double factor = 1.0;  ///< its coefficient
 };
 
-/// Where an output of a block goes.
+/// Destination of an output of a block.
 struct BlockOutput {
-  static constexpr int objective = -1;  ///< stands for the cost in place of a row
-  int row = objective;                  ///< of the program, or `objective`
-  double factor = 1.0;  ///< rows: fixed; objective: a weight that may change between solves
+  static constexpr int objective = -1;  ///< denotes the cost instead of a row
+  int row = objective;                  ///< row of the program, or `objective`
+  double factor =
+      1.0;  ///< fixed for rows; for the objective a weight that may change between solves
 };
 
-/// One small function of a few variables and constants.
+/// A function of a few variables and constants.
 struct Block {
-  Function function;                                           ///< what is evaluated
+  Function function;                                           ///< the function
   std::vector<std::vector<VariableCoefficient>> coefficients;  ///< per argument
   VectorXd constants;                ///< per argument; may change between solves
   std::vector<BlockOutput> outputs;  ///< per output
 
   Block() = default;
-  /// Without coefficients, constants zero; outputs to be given in their order.
+  /// A block with zero constants and without coefficients. `to` lists the outputs in order.
   explicit Block(Function f, std::vector<BlockOutput> to = {})
       : function(std::move(f)),
         coefficients(function.inputs()),
@@ -43,35 +44,36 @@ struct Block {
         outputs(std::move(to)) {}
 };
 
-/// Set-up: add variables, rows, linear entries and blocks in any order, then finish(). After that
-/// sizes and patterns are fixed; constants, bounds and objective weights may change. Blocks are
-/// evaluated again only where their variables or constants changed. Evaluations do not allocate,
-/// and with one thread they know no others.
+/// At set-up, add variables, rows, linear entries and blocks in any order, then call finish(). This
+/// fixes sizes and patterns. Constants, bounds and objective weights may change later. A block is
+/// evaluated again only if its variables or constants changed. Evaluations do not allocate. With
+/// one thread they use no synchronisation.
 class BlockProgram : public NonlinearProgram {
  public:
   BlockProgram() = default;
   BlockProgram(const BlockProgram&) = delete;
   BlockProgram& operator=(const BlockProgram&) = delete;
 
-  int add_variables(int count);  ///< returns the first; free until bounded
-  int add_rows(int count);       ///< returns the first; free until bounded
+  int add_variables(int count);  ///< returns the first index; unbounded at first
+  int add_rows(int count);       ///< returns the first index; unbounded at first
   int add_block(Block block);    ///< returns its index
   /// Adds coefficient times variable to a row.
   void add_linear(int row, int variable, double coefficient);
-  /// Before finish(): how many threads evaluate blocks, 1 at first. Results are the same to the
-  /// bit. Blocks whose functions cannot be separated are all evaluated by the calling thread.
+  /// Number of threads that evaluate blocks, initially 1. Call it before finish(). Results are
+  /// bitwise identical for any number. The calling thread evaluates blocks that cannot be
+  /// separated.
   void set_threads(int threads);
-  /// Fixes the patterns; nothing is added afterwards.
+  /// Fixes sizes and patterns.
   void finish();
 
-  /// Bounds of variable i.
+  /// Sets the bounds of variable i.
   void bound_variable(int i, double lower, double upper) {
     if (lower_[i] == lower && upper_[i] == upper) return;
     lower_[i] = lower;
     upper_[i] = upper;
     ++bounds_revision_;
   }
-  /// Bounds of row i.
+  /// Sets the bounds of row i.
   void bound_row(int i, double lower, double upper) {
     if (row_lower_[i] == lower && row_upper_[i] == upper) return;
     const bool was_off = is_off(i);
@@ -80,47 +82,51 @@ class BlockProgram : public NonlinearProgram {
     ++bounds_revision_;
     if (is_off(i) != was_off) ++revision_;
   }
-  /// An equality stays one, at another value: what a measurement does. Not counted as a change.
+  /// Changes the value of an equality row, e.g. for a measurement. Not counted as a change of
+  /// bounds.
   void move_equality(int i, double value) { row_lower_[i] = row_upper_[i] = value; }
-  /// Sets an argument of a block that is data.
+  /// Sets a constant argument of a block.
   void set_constant(int block, int argument, double value);
-  /// Sets the factor of a block's output.
+  /// Sets the factor of a block output.
   void set_weight(int block, int output, double value);
-  /// Of a block's output.
+  /// Factor of a block output.
   double weight(int block, int output) const { return blocks_[block].outputs[output].factor; }
-  /// Cost a w + b/2 w^2 of a single variable; b needs to have been declared before finish().
+  /// Sets the cost a w + b/2 w^2 of one variable. If b is not zero, declare_quadratic() must
+  /// precede finish().
   void set_variable_cost(int variable, double linear, double quadratic);
-  /// The cost is quadratic in this variable.
+  /// Declares that the cost is quadratic in this variable.
   void declare_quadratic(int variable) { quadratic_variables_.push_back(variable); }
-  /// Solvers drop to limited memory for kinds of curvature that some block cannot deliver.
+  /// Kinds of curvature that all blocks provide. For other kinds, solvers use limited-memory
+  /// updates.
   void set_support(bool exact, bool gauss_newton) {
     exact_ = exact;
     gauss_newton_ = gauss_newton;
   }
 
-  /// What a variable of its own costs at w.
+  /// Separate cost of a variable at w, see set_variable_cost().
   double variable_cost(int variable, double w) const {
     return (linear_cost_[variable] + 0.5 * quadratic_cost_[variable] * w) * w;
   }
-  /// What the program consists of, for those who write it down elsewhere.
+  /// The blocks of the program, for export.
   const std::vector<Block>& blocks() const { return blocks_; }
-  /// Calls visit(row, variable, coefficient) for every linear entry; they add up.
+  /// Calls visit(row, variable, coefficient) for every linear entry. Entries at the same position
+  /// add up.
   template <class Visit>
   void for_each_linear(Visit&& visit) const {
     for (const Linear& l : linear_) visit(l.row, l.variable, l.coefficient);
   }
-  /// How many the function of a block gives.
+  /// Number of outputs of a block.
   int block_outputs(int block) const { return blocks_[block].function.outputs(); }
-  // The Jacobian without a sparse matrix, for programs that are written where they are solved.
-  /// Values and derivatives at w; false where they do not exist.
+  // Jacobian products without a sparse matrix, for programs whose solver stores its own matrices.
+  /// Evaluates values and derivatives at w. False if they do not exist.
   bool evaluate_derivatives(const double* w) { return evaluate(w, Level::derivatives); }
-  /// Writes every entry at w to its target; of rows that are off nothing. False where the program
-  /// cannot be evaluated; linear entries are written then, too.
+  /// Writes every Jacobian entry at w to its target, except for inactive rows. Returns false if the
+  /// program cannot be evaluated; linear entries are written even then.
   bool write_jacobian(const double* w, std::span<const EntryTarget> targets);
-  // With the derivatives of the last evaluation.
+  // The next two use the derivatives of the last evaluation.
   void multiply_jacobian(const VectorXd& v, VectorXd& out) const;             ///< out = J v
   void add_jacobian_transposed(const VectorXd& lambda, VectorXd& out) const;  ///< out += J' lambda
-  /// Outputs of a block at w (for reports).
+  /// Outputs of a block at w, for reports.
   void evaluate_block(int block, const double* w, double* outputs);
 
   int variables() const override { return static_cast<int>(lower_.size()); }
@@ -138,7 +144,7 @@ class BlockProgram : public NonlinearProgram {
   bool is_linear_quadratic() const override { return linear_quadratic_; }
   bool is_affine(int row) const override { return affine_rows_[row] != 0; }
   long revision() const override { return revision_; }
-  /// Counts the changes of bounds, as revision() counts those of everything else.
+  /// Counts changes of bounds. revision() counts all other changes.
   long bounds_revision() const { return bounds_revision_; }
 
   bool objective(const double* w, double& f) override;
@@ -151,8 +157,8 @@ class BlockProgram : public NonlinearProgram {
                            Curvature curvature) override;
 
  private:
-  // A row without bounds: its term is not in force. It is not evaluated, and its blocks add nothing
-  // to its value and derivatives.
+  // A row without bounds: its term is inactive. The row is not evaluated, and its blocks contribute
+  // nothing to it.
   bool is_off(int row) const { return row_lower_[row] == -infinity && row_upper_[row] == infinity; }
   bool counts(const BlockOutput& output) const {
     return output.factor != 0.0 && (output.row == BlockOutput::objective || !is_off(output.row));
@@ -160,36 +166,37 @@ class BlockProgram : public NonlinearProgram {
 
   enum class Level { none, values, derivatives };
 
-  // local entry -> position in the pattern, with the product of its fixed factors
+  // Maps a local entry to its position in the pattern, with the product of its fixed factors.
   struct Scatter {
     int from, to, output;
     double factor;
-    bool adds = false;  // to what a linear entry or this block has put there
+    bool adds = false;  // adds to a linear entry or an earlier entry of this block
   };
-  // One that threads must not take part in, because others write there too.
+  // An entry written by the calling thread, because other threads write to the same position.
   struct SharedScatter {
     int block;
     Scatter scatter;
   };
   struct Compiled {
-    std::vector<Scatter> rows, jacobian, gradient, hessian;  // rows: of the value
+    std::vector<Scatter> rows, jacobian, gradient, hessian;  // rows: of the values
     int first_objective_term = 0;
-    VectorXd argument, value, weights;   // argument: constants, once gathered with the shares
+    VectorXd argument, value,
+        weights;  // argument: the constants at first, plus coefficients once gathered
     std::vector<int> with_coefficients;  // arguments that have coefficients
     std::vector<double> entries, hessian_entries;
-    std::vector<char> reads;   // per argument: whether the function depends on it
-    std::vector<int> read;     // those arguments
-    int before = -1;           // the last block of this thread with the same function, -1: none
-    std::vector<int> degrees;  // of the outputs, in the block's variables
+    std::vector<char> reads;   // per argument: true if the function depends on it
+    std::vector<int> read;     // indices of those arguments
+    int before = -1;           // previous block of this thread with the same function, or -1
+    std::vector<int> degrees;  // degrees of the outputs in the variables of the block
     bool is_affine = false, is_quadratic = false;
-    bool is_curved = false;  // adds to the Hessian
+    bool is_curved = false;  // contributes to the Hessian
 
-    // What `value`, `entries` and `hessian_entries` hold.
+    // Validity of `value`, `entries` and `hessian_entries`.
     Level level = Level::none;  // none: constants changed
-    long point = 0;             // at which they were evaluated
-    bool has_entries = false;   // for the present constants
+    long point = 0;             // the point at which they were evaluated
+    bool has_entries = false;   // valid for the present constants
     bool has_hessian = false;
-    bool counts_hessian = false;  // some weight is not zero
+    bool counts_hessian = false;  // some weight is non-zero
     long hessian_point = 0;
     Curvature hessian_curvature = Curvature::exact;
     VectorXd hessian_weights;
@@ -198,7 +205,7 @@ class BlockProgram : public NonlinearProgram {
   static void gather(const Block& block, Compiled& compiled, const double* w);
   void move_to(const double* w);
   bool evaluate(const double* w, Level level);
-  // Calls work(blocks) once per thread with the indices of its blocks, in order.
+  // Calls work(blocks) once per thread with the indices of its blocks in order.
   template <class Work>
   void share_out(const Work& work);
   template <class Add>
@@ -223,7 +230,7 @@ class BlockProgram : public NonlinearProgram {
   struct Linear {
     int row, variable, position;
     double coefficient;
-    bool adds = false;  // to another linear entry
+    bool adds = false;  // adds to another linear entry
   };
   std::vector<Linear> linear_;
   std::vector<int> quadratic_variables_;
@@ -236,15 +243,15 @@ class BlockProgram : public NonlinearProgram {
   std::vector<char> affine_rows_;
 
   int threads_ = 1;
-  std::unique_ptr<ThreadPool> pool_;      // of more than one thread
+  std::unique_ptr<ThreadPool> pool_;      // null for one thread
   std::vector<std::vector<int>> shares_;  // blocks of each thread
   std::vector<char> finite_in_share_;
   std::vector<SharedScatter> shared_rows_, shared_jacobian_, shared_gradient_, shared_hessian_;
-  std::vector<double> objective_terms_;  // in the order of blocks and outputs
+  std::vector<double> objective_terms_;  // in order of blocks and outputs
 
   VectorXd last_w_;
-  long point_ = 0;     // counts the points visited
-  long revision_ = 1;  // counts the changes of data
+  long point_ = 0;     // counts the evaluated points
+  long revision_ = 1;  // counts changes of data
   long bounds_revision_ = 1;
   Level level_ = Level::none;
   long evaluated_point_ = 0, evaluated_revision_ = 0;

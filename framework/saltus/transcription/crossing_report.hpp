@@ -1,6 +1,6 @@
-// Did the guards that end phases really cross zero there? A solver only knows guard = 0: it may
-// end a phase where the guard passes the wrong way, where the trajectory grazes the surface, or
-// after it had already been crossed.
+// Checks whether the guards that end phases cross zero there as declared. A solver enforces guard =
+// 0 only. The guard may cross in the wrong direction, the trajectory may graze the surface, or an
+// earlier crossing may exist.
 #pragma once
 
 #include <string>
@@ -11,13 +11,12 @@
 
 namespace saltus {
 
-/// One entry for every phase that ends by a guard, in order. The guard before the end is looked at
-/// at the nodes of the trajectory and at so many points inside each interval, along the dense
-/// output.
+/// One entry per phase that ends with a guard, in order. Samples the guard before the end at the
+/// nodes of the trajectory. `samples` adds points inside each interval, from dense output.
 std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
                                            const Trajectory& trajectory, int samples = 0);
 
-/// One clause for a crossing that is not what was declared, or an empty string.
+/// One clause for a crossing that differs from its declaration. Empty if it is as declared.
 std::string describe_doubtful(const GuardCrossing& crossing);
 
 }  // namespace saltus

@@ -1,5 +1,5 @@
-// Which equations of a problem say the same twice, or contradict one another? For solvers that
-// refuse more equations than unknowns.
+// Finds redundant or contradictory equations of a problem, for solvers that refuse more equations
+// than unknowns.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace saltus {
 
-/// One clause, "100 equations for 90 free unknowns; phase 'flight', term 'landing', row 0 at t =
-/// 0.8 s follows from the other equations or contradicts them", or an empty string if the equality
-/// rows are independent at w. Among dependent rows it names those of terms, not the dynamics.
-/// Factorises the Jacobian; set-up and failed solves only.
+/// Empty if the equality rows are linearly independent at w. Otherwise one clause such as "100
+/// equations for 90 free unknowns; phase 'flight', term 'landing', row 0 at t = 0.8 s follows from
+/// the other equations or contradicts them". Prefers rows of terms to rows of the dynamics.
+/// Factorises the Jacobian, so use it at set-up and after failed solves only.
 std::string name_dependent_rows(ShootingProgram& program, const VectorXd& w);
 
 }  // namespace saltus

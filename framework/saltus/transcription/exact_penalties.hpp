@@ -1,8 +1,8 @@
-// Solving a program whose L1 penalties have weights far above the multipliers of their rows.
+// Solves a program whose L1 penalty weights far exceed the multipliers of their rows.
 //
-// An L1 penalty is exact as soon as its weight exceeds the multiplier: the solution is that of any
-// larger weight. So large weights are lowered first. Where a lowered penalty gives way they are
-// raised again, up to what the problem asks for.
+// An L1 penalty is exact if its weight exceeds the multiplier: the solution is then the same for
+// every larger weight. Large weights are therefore lowered first. If a lowered penalty is violated,
+// its weight is raised again, up to the value in the problem.
 #pragma once
 
 #include "saltus/solver/solve_in_scale.hpp"
@@ -10,8 +10,9 @@
 
 namespace saltus {
 
-/// solve_in_scale() of what presolve() leaves of the program, or solve_as_stated() where `in_scale`
-/// is false, with the weights of the problem in the result. Leaves the program as it was.
+/// Presolves the program and solves it with solve_in_scale(), or with solve_as_stated() if
+/// `in_scale` is false. The result refers to the weights of the problem. The program is unchanged
+/// afterwards.
 ScaledResult solve_with_penalties(Solver& solver, ShootingProgram& program, const NlpPoint& start,
                                   bool warm, bool in_scale);
 

@@ -1,4 +1,4 @@
-// Which interval of a plan could not be integrated, and why? For solves that failed.
+// Describes which interval of a plan could not be integrated, and why. Used after failed solves.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace saltus {
 
-/// One clause, "phase 'flight', interval 3 from t = 0.8 s: at t = 0.9 s in mode ...", on the first
-/// interval that cannot be integrated at w. It names the running cost or integral if the dynamics
-/// alone can be integrated. Otherwise on the most recent failure that an integrator can describe;
-/// empty if there is none.
+/// One clause about the first interval that cannot be integrated at w: "phase 'flight', interval 3
+/// from t = 0.8 s: at t = 0.9 s in mode ...". Names the running cost or integral if the dynamics
+/// alone can be integrated. If all intervals can be integrated, describes the last failure of an
+/// integrator. Empty if there is none.
 std::string name_integration_failure(const ShootingProgram& program, const VectorXd& w);
 
 }  // namespace saltus

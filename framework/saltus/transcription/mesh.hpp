@@ -1,5 +1,4 @@
-// Where the nodes of a phase stand before events add theirs: equal intervals, or finer ones where
-// it matters.
+// Node positions of a phase before events add nodes: equal intervals or a graded mesh.
 #pragma once
 
 #include <string>
@@ -7,45 +6,45 @@
 
 namespace saltus {
 
-/// How a phase is cut into intervals.
+/// Division of a phase into intervals.
 struct Mesh {
-  int intervals = 30;  ///< how many
-  /// Fractions of the phase's duration at which the nodes stand, rising from 0 to 1, one more than
-  /// intervals; empty: intervals of equal length.
+  int intervals = 30;  ///< number of intervals
+  /// Node positions as fractions of the phase's duration, increasing from 0 to 1, intervals + 1
+  /// entries. Empty: intervals of equal length.
   std::vector<double> nodes = {};
-  /// Per node, whether the input goes on through it, constant or along its ramp. Such a node lets
-  /// the rows of path constraints look inside an input's interval and gives the inputs no more
-  /// freedom. Ramps go on between intervals of equal length. Empty: no node does.
+  /// Flag per node: true if the input continues across it, constant or along its ramp. Such a node
+  /// adds rows of path constraints inside an input interval without more freedom for the inputs.
+  /// Ramps continue only between intervals of equal length. Empty: no node holds the input.
   std::vector<char> holds = {};
 
-  /// Whether the input goes on over this node.
+  /// True if the input continues across this node.
   bool holds_input(int node) const { return !holds.empty() && holds[node] != 0; }
-  /// The fraction at which a node stands.
+  /// Position of a node as a fraction.
   double fraction(int node) const;
 
-  /// What one input acts on: an interval, or several with held nodes between them.
+  /// The range of one input: an interval, or several intervals separated by held nodes.
   struct InputInterval {
-    int first = 0, count = 1;  ///< intervals
+    int first = 0, count = 1;  ///< first interval, and number of intervals
   };
-  /// The intervals of inputs, in their order.
+  /// The input intervals in order.
   std::vector<InputInterval> input_intervals() const;
-  /// What becomes of an input interval: `pieces` equal intervals in all, with one input if it
-  /// holds.
+  /// Division of an input interval into `pieces` equal intervals in total. They share one input if
+  /// `holds` is true.
   struct Cut {
-    int pieces = 1;      ///< intervals that come of this one
-    bool holds = false;  ///< whether the input goes on over the new nodes
+    int pieces = 1;      ///< number of new intervals
+    bool holds = false;  ///< true: the input continues across the new nodes
   };
-  /// With every interval cut as said, one cut per interval.
+  /// The mesh with every interval cut, one Cut per interval.
   Mesh divided(const std::vector<Cut>& cuts) const;
-  /// Throws DefinitionError, naming the phase, if this is no mesh.
+  /// Throws DefinitionError with the phase if the mesh is invalid.
   void check(const std::string& phase) const;
 };
 
-/// Intervals whose lengths grow by the same factor from each to the next, `ratio` between the last
-/// and the first: short ones at the start (ratio above 1) or at the end (below). Throws
-/// DefinitionError if the ratio is not positive.
+/// Intervals whose lengths grow geometrically. `ratio` is the length of the last divided by the
+/// first: above 1 gives short intervals at the start, below 1 at the end. Throws DefinitionError if
+/// the ratio is not positive.
 Mesh graded_mesh(int intervals, double ratio);
-/// Short intervals at both ends, `ratio` times longer ones in the middle.
+/// Short intervals at both ends. Intervals in the middle are `ratio` times longer.
 Mesh mesh_graded_to_both_ends(int intervals, double ratio);
 
 }  // namespace saltus

@@ -1,4 +1,5 @@
-// From a problem, a grid and an integrator to a sparse nonlinear program, and back to a solution.
+// Transcribes a problem with a grid and an integrator into a sparse nonlinear program, and converts
+// results back.
 #pragma once
 
 #include <memory>
@@ -21,106 +22,109 @@ namespace saltus {
 
 class ShootingProgram;
 
-/// How a problem is transcribed.
+/// Options of the transcription.
 struct ShootingOptions {
-  int intervals_per_phase = 30;     ///< of every phase
-  std::vector<int> intervals = {};  ///< per phase, in place of the number above
-  std::vector<Mesh> meshes = {};    ///< per phase, in place of both
+  int intervals_per_phase = 30;     ///< for every phase
+  std::vector<int> intervals = {};  ///< per phase; replaces intervals_per_phase
+  std::vector<Mesh> meshes = {};    ///< per phase; replaces both numbers of intervals
   IntegratorChoice integrator;      ///< required; see saltus/integrators/
-  GridAccuracy accuracy = {};       ///< tolerances of the verification by solve()
-  /// That evaluate intervals and terms, for offline problems of a thousand intervals and more. What
-  /// comes out is the same to the bit, whatever their number.
+  GridAccuracy accuracy = {};       ///< tolerances of the verification in solve()
+  /// Threads that evaluate intervals and terms, for offline problems with a thousand intervals or
+  /// more. Results are bitwise identical for any number.
   int threads = 1;
-  /// For solve(): cost and rows whose derivatives at the start are below 1e-2 or above 5e3 are
-  /// multiplied by powers of two, and a program that cannot be solved so is solved again divided by
-  /// the sizes of its values (solver/solve_in_scale.hpp). Off: one attempt, exactly as stated.
+  /// Automatic scaling in solve(). Cost and rows whose derivatives at the start are below 1e-2 or
+  /// above 5e3 are multiplied by powers of two. If the program cannot be solved, it is solved again
+  /// with values divided by their sizes (solver/solve_in_scale.hpp). False: one attempt, exactly as
+  /// stated.
   bool automatic_scale = true;
 };
 
-/// Direct multiple shooting. Patterns and sizes are fixed by the constructor; start, data, event
-/// times and penalty weights may change between solves. One that was moved from has no program: its
-/// members throw DefinitionError.
+/// Direct multiple shooting. The constructor fixes patterns and sizes. Start, data, event times and
+/// penalty weights may change between solves. After a move, the members of the source throw
+/// DefinitionError.
 class MultipleShooting : public DataByName<MultipleShooting> {
  public:
-  /// Throws DefinitionError when the problem or the options are wrong.
+  /// Throws DefinitionError if the problem or the options are invalid.
   MultipleShooting(OptimalControlProblem problem, ShootingOptions options);
   ~MultipleShooting();
   MultipleShooting(MultipleShooting&&) noexcept;
   MultipleShooting& operator=(MultipleShooting&&) noexcept;
 
-  /// The program, for a solver.
+  /// The nonlinear program for a solver.
   NonlinearProgram& nlp();
-  /// As defined, with the present schedule and penalty weights.
+  /// The problem with the current schedule and penalty weights.
   const OptimalControlProblem& problem() const;
-  /// Of the next solve.
+  /// Data of the next solve.
   const ProblemData& data() const;
-  /// As given, with the meshes that follow from them.
+  /// The given options with the resulting meshes.
   const ShootingOptions& options() const { return options_; }
-  /// Its intervals.
+  /// The intervals.
   const Grid& grid() const;
-  /// Its variables.
+  /// The variables.
   const Layout& layout() const;
-  /// What nlp() is, with the grid points of its terms: for PlanShift.
+  /// The nonlinear program with the grid points of its terms, for PlanShift.
   const ShootingProgram& program() const { return checked(); }
-  /// The same, for OptimumDerivatives, which commits data beside the present ones and these again.
+  /// The same, for OptimumDerivatives. It commits perturbed data and then restores the current
+  /// data.
   ShootingProgram& editable_program() { return checked(); }
-  /// Stages of nlp(): a node of a phase each, with the interval that begins there.
+  /// Stages of nlp(): one per node of a phase, with the interval that begins there.
   StageStructure stages() const;
 
-  // --- data of the next solve; names and sizes are checked before anything changes, and as long as
-  // --- nothing is wrong nothing allocates
-  // ---------------------------------------------------------
-  /// The start of the next solve, s and state.
+  // --- data of the next solve. Names and sizes are checked before any change. Setters do not
+  // allocate without an error. ---
+  /// Sets the start time (s) and the state.
   void start_at(double t, const VectorRef& state);
-  /// Only the time: the grid moves, the state stays to be given.
+  /// Sets the start time only. The grid moves; the state is unchanged.
   void start_time(double t);
-  /// What is left of the first phase, s (equal sides where its duration is fixed), and of all of
-  /// them: for a horizon that shrinks. Windows in phase time count from the new start;
-  /// DefinitionError where a limit of one has no node any more.
+  /// Sets the remaining duration of the first phase and the remaining total time, s, for a
+  /// shrinking horizon. The sides of `first_phase` are equal if its duration is fixed. Windows in
+  /// phase time count from the new start. Throws DefinitionError if a window limit no longer
+  /// coincides with a node.
   void set_remaining(Bounds first_phase, Bounds total_time);
-  /// set_data() in its forms (saltus/ocp/data_by_name.hpp) comes here.
+  /// Common implementation of set_data() (saltus/ocp/data_by_name.hpp).
   void set_entries(std::string_view name, const VectorRef& values,
                    std::span<const ParameterEntry> entries);
   /// Moves an event of the schedule, s.
   void retime(std::string_view event, double time);
-  /// Other events, modes and times, within the modes and the capacity that the problem's schedule
-  /// declares. Events that windows name must be there.
+  /// Replaces events, modes and times, within the modes and the capacity declared by the problem's
+  /// schedule. Events named by windows must exist.
   void set_schedule(const Schedule& schedule);
-  /// The input applied before the horizon, for penalise_change(); until given, the first interval
-  /// is not charged. NaN marks an entry that did not exist then: it is not charged either.
+  /// Sets the input applied before the horizon, for penalise_change(). Without it, the first
+  /// interval is not charged. NaN marks an entry that did not exist and is not charged.
   void set_previous_input(const VectorRef& input);
   /// Changes the weight of a soft term by its name.
   void set_penalty_weight(std::string_view weight_name, double weight);
 
-  /// The guesses of the problem as a point of the program.
+  /// The initial guess of the problem as a point of the program.
   NlpPoint initial_guess() const;
   /// A guess sampled from another solution of the same problem at the same absolute times, with its
-  /// unknown parameters; free phases end when they ended there. Beyond its end the last state and
-  /// input go on.
+  /// unknown parameters. Free phases keep their end times. After its end, the last state and input
+  /// continue.
   NlpPoint guess_from(const Trajectory& trajectory) const;
 
-  /// Of a point of the program. Throws DefinitionError if w has another size.
+  /// The trajectory of a point of the program. Throws DefinitionError if w has another size.
   Trajectory trajectory(const VectorXd& w) const;
-  /// Interprets a result of a solver of nlp(). Guards that end phases are looked at where nodes
-  /// are, and at so many points inside each interval.
+  /// Converts a solver's result for nlp() into a solution. Guards that end phases are sampled at
+  /// the nodes and at `inside` points in each interval.
   Solution interpret(NlpResult result, int inside = 0);
 
  private:
   ShootingProgram& checked() const;
-  /// Commits an edited copy of the present data.
+  /// Commits an edited copy of the current data.
   template <class Edit>
   void change(Edit&& edit);
 
   std::unique_ptr<ShootingProgram> program_;
-  ProblemData next_;  // where data are edited, so that nothing allocates
+  ProblemData next_;  // buffer for edits, to avoid allocation
   ShootingOptions options_;
 };
 
-/// Solves from the problem's own guess, or from `start` (warm if it has multipliers), and verifies
-/// the plan against the definition of the problem (Solution::verification). Status and message say
-/// where it exceeds ShootingOptions::accuracy.
+/// Solves from the problem's initial guess and verifies the plan against the definition of the
+/// problem (Solution::verification). Status and message report results beyond
+/// ShootingOptions::accuracy.
 Solution solve(MultipleShooting& shooting, Solver& solver);
-/// Solves from this point; what data and schedule say now is in force.
+/// Solves from this point with the current data and schedule. Warm-starts if the point has
+/// multipliers.
 Solution solve(MultipleShooting& shooting, Solver& solver, const NlpPoint& start);
 
 }  // namespace saltus

@@ -1,12 +1,11 @@
-// One-sided derivatives of an optimum where it has no other: an event at a node or at another
-// event. There the optimal cost bends, and OptimumDerivatives says NaN and why.
+// One-sided derivatives of an optimum at an event that coincides with a node or another event. The
+// optimal cost has a kink there, and OptimumDerivatives reports NaN with the reason.
 //
-// Beside that instant all is smooth. With t_i + d rate_i for the events,
+// The optimal cost is smooth on either side. With event times t_i + d rate_i,
 //
 //     dJ*/dd (0+) = lim dJ*/dd (d),   d -> 0 from above, (framework/design/switch_times.md)
 //
-// and the derivatives at d, d/2, d/4, ..., each at an optimum found there, are extrapolated to
-// zero.
+// The derivatives at d, d/2, d/4, ..., each at an optimum computed there, are extrapolated to zero.
 #pragma once
 
 #include <span>
@@ -18,18 +17,19 @@
 
 namespace saltus {
 
-/// Of the optimum, as a parameter grows or falls.
+/// One-sided derivative of an optimum along a direction.
 struct OneSidedDerivative {
-  double cost = 0.0;      ///< d J* / dd at d = 0+; NaN where it is not known
-  VectorXd first_input;   ///< of the input applied at the start, in its own units
-  double error = 0.0;     ///< estimated, relative to 1 + the largest entry
-  bool reliable = false;  ///< whether the optimum was regular enough
-  std::string message;    ///< why not; empty if reliable
+  double cost = 0.0;      ///< d J* / dd at d = 0+; NaN if unknown
+  VectorXd first_input;   ///< derivative of the first input, in its own units
+  double error = 0.0;     ///< estimate, relative to 1 + the largest entry
+  bool reliable = false;  ///< true if the optimum is sufficiently regular
+  std::string message;    ///< the reason if not reliable, else empty
 };
 
-/// Along a direction in which events move. `solver` solves the problem beside the present instant,
-/// to a tolerance of 1e-9 or less, from `solution`, which is an optimum at it. The problem stands
-/// as before when it returns. Throws DefinitionError if an event is not in the schedule. Allocates.
+/// Computes the derivative along a direction in which events move. `solution` is an optimum at the
+/// current event times. `solver` solves nearby problems and needs a tolerance of 1e-9 or less. The
+/// problem is unchanged on return. Throws DefinitionError if an event is not in the schedule.
+/// Allocates.
 OneSidedDerivative one_sided_derivative(MultipleShooting& shooting, Solver& solver,
                                         const Solution& solution,
                                         std::span<const EventRate> direction);

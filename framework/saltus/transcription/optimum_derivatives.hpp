@@ -1,15 +1,15 @@
-// Derivatives of an optimum: how its cost, its first input and the whole plan change with event
-// times, durations, parameters and the start. Derivation: framework/design/switch_times.md.
+// Derivatives of an optimum: cost, first input and whole plan with respect to event times,
+// durations, parameters and the start. Derivation: framework/design/switch_times.md.
 //
-// Of the program min f(w, theta) with rows g(w, theta) between sides and variables between bounds,
+// For the program min f(w, theta) with bounds on rows g(w, theta) and variables,
 //
 //     dJ*/dtheta = d_theta L(w, lambda, z; theta)                              (envelope theorem)
 //
-// and dw*/dtheta follows from the KKT system of what holds (saltus/solver/optimum_system.hpp).
-// Derivatives with respect to theta at fixed (w, lambda) are exact where theta is a variable of
-// the program or the side of a row. Elsewhere the program takes on data at theta +- h and
-// differenced with Richardson extrapolation; the second derivatives of w enter through exact
-// gradients.
+// and dw*/dtheta follows from the KKT system of the active constraints
+// (saltus/solver/optimum_system.hpp). Derivatives with respect to theta at fixed (w, lambda) are
+// exact if theta is a variable of the program or the side of a row. Otherwise they are differences
+// of the program at theta +- h with Richardson extrapolation. Second derivatives with respect to w
+// use exact gradients.
 #pragma once
 
 #include <functional>
@@ -23,62 +23,65 @@
 
 namespace saltus {
 
-/// Per unit of theta: per second, or per unit of the parameter or state.
+/// Derivative per unit of theta: per second, or per unit of the parameter or state.
 struct OptimumDerivative {
-  double cost = 0.0;     ///< NaN where it does not exist
-  VectorXd first_input;  ///< of the input applied at the start, in its own units; NaN: not known
-  /// Of all variables of the program (see Layout), scaled as they are. States and inputs belong to
-  /// their nodes, and those may move with theta.
+  double cost = 0.0;     ///< NaN if it does not exist
+  VectorXd first_input;  ///< derivative of the first input, in its own units; NaN if unknown
+  /// Derivative of all scaled variables of the program (see Layout). States and inputs belong to
+  /// nodes, which may move with theta.
   VectorXd w;
-  /// Estimated error of the differences, relative to 1 + the largest entry; 0: no differences.
+  /// Estimated error of the differences, relative to 1 + the largest entry. 0 without differences.
   double difference_error = 0.0;
-  bool reliable = false;  ///< whether the optimum was regular enough
-  std::string message;    ///< why not; empty if reliable
+  bool reliable = false;  ///< true if the optimum is sufficiently regular
+  std::string message;    ///< the reason if not reliable, else empty
 };
 
-/// How an event of the schedule moves along a direction: rate seconds per unit of it. Later: +1.
+/// Motion of an event along a direction: `rate` seconds later per unit of the direction.
 struct EventRate {
-  std::string event;  ///< of the schedule
+  std::string event;  ///< name in the schedule
   double rate = 1.0;  ///< s per unit of the direction
 };
-/// The schedule with all events `d` units further along the direction. Throws DefinitionError if
-/// they would pass one another, or one that stays.
+/// The schedule with all events moved by `d` units along the direction. Throws DefinitionError if
+/// events would change their order.
 Schedule moved(const Schedule& schedule, std::span<const EventRate> direction, double d);
 
-/// Of the solution of the program as it stands: no data may have changed since the solve. Every
-/// call leaves the program as it was found. Allocates; meant for analysis and design.
+/// Derivatives of the solution of the program in its current state: data must not have changed
+/// since the solve. Each call restores the program. Allocates; intended for analysis and design.
 class OptimumDerivatives {
  public:
-  /// `shooting` must outlive it. Throws DefinitionError if the solution is none of its program.
+  /// `shooting` must outlive this object. Throws DefinitionError if the solution does not belong to
+  /// its program.
   OptimumDerivatives(MultipleShooting& shooting, const Solution& solution);
 
-  /// An event of the schedule, the others held. An event at a node of the grid, or at another
-  /// event, has derivatives from either side only: not reliable.
+  /// Derivative with respect to one event time, with the other events fixed. An event at a node of
+  /// the grid, or at another event, has only one-sided derivatives: the result is not reliable.
   OptimumDerivative wrt_event(std::string_view event);
-  /// Several events that move together, per unit of the direction.
+  /// Derivative with respect to several events that move together, per unit of the direction.
   OptimumDerivative wrt_events(std::span<const EventRate> direction);
-  /// The duration of a phase. Fixed: later phases move along, events stay. Free: the cost and the
-  /// plan if the duration were held at a value near the present one.
+  /// Derivative with respect to the duration of a phase. If fixed, later phases move with it and
+  /// events stay. If free, the result is for a duration fixed near its current value.
   OptimumDerivative wrt_duration(int phase);
-  /// Entry i of a parameter of this name; an unknown is held like a free duration.
+  /// Derivative with respect to entry i of the parameter. An unknown is treated like a free
+  /// duration.
   OptimumDerivative wrt_parameter(std::string_view name, int i = 0);
-  /// Entry i of the state at the start; one that is free is held like a free duration.
+  /// Derivative with respect to entry i of the state at the start. A free one is treated like a
+  /// free duration.
   OptimumDerivative wrt_start(int i);
-  /// The time of the start: phases move along, events stay.
+  /// Derivative with respect to the start time: phases move with it, events stay.
   OptimumDerivative wrt_start_time();
 
-  /// Whether active constraints are independent and the Hessian is positive definite on them;
-  /// otherwise message() says in a sentence what fails, and where.
+  /// True if active constraints are linearly independent and the Hessian is positive definite on
+  /// their null space. Otherwise message() says which condition fails and where.
   bool reliable() const { return system_.reliable(); }
-  /// Why there are none; empty if there are.
+  /// The reason if there are no derivatives, else empty.
   const std::string& message() const { return system_.message(); }
-  /// "exact", or "differences of gradients" where an integrator has no second derivatives.
+  /// "exact", or "differences of gradients" if an integrator has no second derivatives.
   const std::string& hessian() const { return system_.hessian(); }
   /// The solution, refined by Newton steps on the active constraints.
   const NlpPoint& point() const { return system_.point(); }
 
  private:
-  /// Brings data from theta to theta + d.
+  /// Changes data from theta to theta + d.
   using EditData = std::function<void(double d, ProblemData& data)>;
   OptimumDerivative by_differences(const std::string& name, StepRange steps, const EditData& edit);
   OptimumDerivative by_holding(int variable, double nominal);

@@ -1,4 +1,4 @@
-// A trajectory as the verifier takes it.
+// Converts a trajectory into a plan for the verifier.
 #pragma once
 
 #include "saltus/ocp/problem.hpp"
@@ -7,7 +7,7 @@
 
 namespace saltus {
 
-/// The plan of a trajectory of this problem, without a cost. Allocates.
+/// The plan of a trajectory of this problem, without cost. Allocates.
 Plan plan_of(const OptimalControlProblem& problem, const Trajectory& trajectory);
 
 }  // namespace saltus

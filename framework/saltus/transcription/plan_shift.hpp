@@ -1,11 +1,11 @@
-// A plan moved on to the grid of the next solve: same absolute times, primal and dual.
+// Maps a plan to the grid of the next solve at the same absolute times, primal and dual.
 //
-// Between two ticks nodes move, and around an event they appear and vanish; the program's variables
-// and rows keep their numbers, but not their times. States and costates (multipliers of the
-// dynamics) are interpolated between the old nodes; inputs, other multipliers and slacks are those
-// of the old interval or node nearest in time. Beyond its end the plan goes on with its last
-// values. Phases of fixed duration move with the horizon: their plan is looked up across the border
-// between them, if nothing jumps there. Free phases end at the instants at which they ended.
+// Nodes move between ticks, and nodes around events appear and disappear. The program's variables
+// and rows keep their indices, but not their times. States and costates (multipliers of the
+// dynamics) are interpolated between the old nodes. Inputs, other multipliers and slacks come from
+// the old interval or node nearest in time. After its end, the plan continues with its last values.
+// Phases of fixed duration move with the horizon: their plan is read across the border between
+// phases without a jump. Free phases keep their end times.
 #pragma once
 
 #include <vector>
@@ -16,19 +16,20 @@ namespace saltus {
 
 class ShootingProgram;
 
-/// Sized once for a program; after construction nothing allocates.
+/// Allocates for one program at construction only.
 class PlanShift {
  public:
-  /// The program outlives this.
+  /// The program must outlive this object.
   explicit PlanShift(const ShootingProgram& program);
 
-  /// Keeps the times of the program's grid, with free durations as in w: those of the plan.
+  /// Stores the times of the program's grid, with free durations from w. They are the times of the
+  /// plan.
   void remember(const ShootingProgram& program, const VectorXd& w);
-  /// Whether the program's horizon is the remembered one, only later: the same intervals, with the
-  /// same rows and bounds in force. Where the optimum hangs on the state alone, the plan as it was
-  /// is nearer to it than the plan moved on, which has no end of its own yet.
+  /// True if the program's horizon is the stored one at a later time, with the same intervals and
+  /// the same active rows and bounds. If the optimum depends on the state only, the unshifted plan
+  /// is then a better guess, because a shifted plan lacks its end.
   bool is_same_horizon(const ShootingProgram& program, const VectorXd& w);
-  /// `plan`, made on the remembered grid, on the program's present one. Multipliers may be empty.
+  /// Maps `plan` from the stored grid to the current grid of the program. Multipliers may be empty.
   void apply(const ShootingProgram& program, const PrimalDualPoint& plan, PrimalDualPoint& guess);
 
  private:
@@ -36,12 +37,12 @@ class PlanShift {
     double start = 0.0, length = 0.0;  // absolute, s; length 0: an empty slot
     double end() const { return start + length; }
   };
-  // Where an instant lies in the old grid.
+  // Position of an instant in the old grid.
   struct Spot {
     int phase = 0, interval = 0;
     double fraction = 0.0;
   };
-  // Rows of one term in one phase, one instance per node or per interval.
+  // Rows of one term in one phase, one instance per node or interval.
   struct Family {
     int phase = 0;
     bool by_node = false;
@@ -54,11 +55,11 @@ class PlanShift {
                          std::vector<std::vector<Interval>>& times);
 
   std::vector<std::vector<Interval>> old_;  // per phase
-  long bounds_ = -1;                        // revision of the remembered program's
-  std::vector<std::vector<Interval>> new_;  // working memory
+  long bounds_ = -1;                        // bounds revision of the stored program
+  std::vector<std::vector<Interval>> new_;  // workspace
   std::vector<Family> families_;
-  std::vector<int> first_instance_;  // of each phase among the intervals
-  std::vector<char> goes_on_after_;  // whether the next phase is this one's continuation
+  std::vector<int> first_instance_;  // per phase, index of its first instance among the intervals
+  std::vector<char> goes_on_after_;  // true if the next phase continues this one
 };
 
 }  // namespace saltus

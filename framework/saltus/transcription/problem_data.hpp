@@ -1,4 +1,4 @@
-// What may change between two solves of a transcribed problem, as one value.
+// All data that may change between two solves of a transcribed problem, as one value.
 #pragma once
 
 #include <vector>
@@ -10,29 +10,30 @@
 
 namespace saltus {
 
-/// Data of a solve. A program takes it on whole or not at all (ShootingProgram::commit).
+/// Data of a solve. ShootingProgram::commit applies all of it or nothing.
 struct ProblemData {
   double start_time = 0.0;              ///< absolute, s
-  std::vector<Bounds> start_bounds;     ///< of the first state; equal sides where it is given
-  std::vector<double> durations;        ///< per phase, s; of a free one its guess, which stays
-  std::vector<Bounds> duration_bounds;  ///< per phase, s; of fixed ones they are not read
-  Bounds total_time;                    ///< s; read where the problem bounds it
-  std::vector<VectorXd> parameters;     ///< p of each phase: data, and guesses of unknowns
-  VectorXd previous_input;              ///< applied before the horizon; NaN: not known, not charged
-  Schedule schedule;                    ///< of events and modes, in force for the next solve
+  std::vector<Bounds> start_bounds;     ///< bounds of the first state; equal sides if it is fixed
+  std::vector<double> durations;        ///< per phase, s; initial guess if free
+  std::vector<Bounds> duration_bounds;  ///< per phase, s; ignored for fixed durations
+  Bounds total_time;                    ///< s; used if the problem bounds it
+  std::vector<VectorXd> parameters;     ///< p of each phase: data, and initial guesses of unknowns
+  VectorXd previous_input;              ///< applied before the horizon; NaN: unknown, not charged
+  Schedule schedule;                    ///< events and modes of the next solve
 
   ProblemData() = default;
-  /// What the problem's definition says.
+  /// Data from the problem definition.
   explicit ProblemData(const OptimalControlProblem& problem);
 
-  /// Whether the first state is data.
+  /// True if the first state is fixed.
   bool has_given_start() const;
-  /// Whether both put the nodes at the same times, and leave them as much room.
+  /// True if both give the same node times and the same bounds on durations.
   bool has_times_of(const ProblemData& other) const;
 };
 
-/// Sizes, numbers that are none, events that windows name: throws DefinitionError saying which.
-/// Bounds that exclude one another show only on the grid. Allocates nothing if nothing is wrong.
+/// Throws DefinitionError with the item if a size is wrong, a number is invalid or an event of a
+/// window is missing. Contradictory bounds are detected on the grid only. Does not allocate without
+/// an error.
 void check(const OptimalControlProblem& problem, const ProblemData& data);
 
 }  // namespace saltus

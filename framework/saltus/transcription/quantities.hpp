@@ -1,5 +1,5 @@
-// Which variables of a program stand for one quantity: a component of the state or of the input
-// along all phases that have as many of them, a duration, a parameter.
+// Groups the variables of a program by quantity: a component of the state or input in all phases of
+// the same size, a duration, a parameter.
 #pragma once
 
 #include "saltus/solver/program_scale.hpp"
@@ -7,15 +7,15 @@
 
 namespace saltus {
 
-/// True if a nominal magnitude was declared, as far as its value tells: the default is 1. Of
-/// states, inputs and durations PhaseDefinition knows more.
+/// True if the value indicates a declared nominal magnitude; the default is 1. PhaseDefinition has
+/// exact flags for states, inputs and durations.
 inline bool is_declared(double nominal) { return nominal != 1.0; }
 
-/// Variables of each quantity whose nominal magnitude nobody declared; slacks belong to none.
+/// Variables of each quantity without a declared nominal magnitude. Slacks belong to no quantity.
 Quantities undeclared_quantities(const ShootingProgram& program);
 
-/// By what steps of a datum are measured: |value| or, where that is zero but for rounding, a share
-/// of its nominal magnitude.
+/// Magnitude for difference steps of a datum: |value|, or a share of its nominal magnitude if the
+/// value is zero to rounding.
 double size_of_datum(double value, double nominal, double share);
 
 }  // namespace saltus

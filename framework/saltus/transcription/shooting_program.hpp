@@ -1,5 +1,5 @@
-// The program behind MultipleShooting: which block, row and slack stands for which term where, and
-// how data, bounds and weights follow the grid.
+// The program behind MultipleShooting: blocks, rows and slacks of each term, and their updates for
+// new data, bounds and weights.
 #pragma once
 
 #include <memory>
@@ -19,9 +19,9 @@
 
 namespace saltus {
 
-/// Built once (shooting_build.cpp, shooting_terms.cpp): variables, rows and blocks for every grid
-/// point at which a term could ever act. commit() (shooting_data.cpp) then sets constants, bounds
-/// and weights for new data; it changes neither sizes nor patterns.
+/// Built once (shooting_build.cpp, shooting_terms.cpp), with variables, rows and blocks for every
+/// grid point at which a term may become active. commit() (shooting_data.cpp) then sets constants,
+/// bounds and weights for new data, without changing sizes or patterns.
 class ShootingProgram final : public BlockProgram {
  public:
   /// Transcribes the problem on these meshes, one per phase.
@@ -29,41 +29,41 @@ class ShootingProgram final : public BlockProgram {
                   const IntegratorChoice& integrator, int threads = 1);
   StageStructure stages() const override;
   int first_slack() const override { return first_slack_; }
-  /// With the intervals whose integrator has no second derivatives.
+  /// Includes the intervals whose integrator has no second derivatives.
   SparsityPattern curvature_pattern() const override;
 
-  /// In force for the next solve.
+  /// Data of the next solve.
   const ProblemData& data() const { return data_; }
-  /// Takes on the data of the next solve. Throws DefinitionError, changing nothing, when numbers
-  /// are none or bounds would exclude one another; touches only what differs from data() and
-  /// allocates nothing if nothing is wrong.
+  /// Applies the data of the next solve. Throws DefinitionError without a change if a number is
+  /// invalid or bounds contradict each other. Updates only differences from data(). Does not
+  /// allocate without an error.
   void commit(const ProblemData& next);
-  /// Sets every penalty weight of this name; false if there is none.
+  /// Sets every penalty weight of this name. Returns false if there is none.
   bool set_penalty_weight(std::string_view weight_name, double weight);
 
-  /// Lowers the weights of linear penalties to at most this one, while the program is solved;
-  /// infinity: all are as the problem has them. An L1 penalty is exact as long as its weight
-  /// exceeds the multiplier of its row, whatever it is.
+  /// Limits the weights of linear penalties during a solve. Infinity restores the weights of the
+  /// problem. An L1 penalty is exact for every weight above the multiplier of its row.
   void limit_linear_weights(double most);
-  /// Slacks whose weight is lowered now.
+  /// Slacks whose weight is currently lowered.
   std::vector<int> lowered_slacks() const;
 
-  /// What was transcribed.
+  /// The transcribed problem.
   const OptimalControlProblem& problem() const { return problem_; }
-  /// Its intervals.
+  /// The intervals.
   const Grid& grid() const { return grid_; }
-  /// Its variables.
+  /// The variables.
   const Layout& layout() const { return layout_; }
 
-  /// One per phase. They evaluate the program's intervals: for the thread that uses the program.
+  /// One per phase. They evaluate the program's intervals and belong to the thread that uses the
+  /// program.
   const std::vector<std::shared_ptr<Integrator>>& integrators() const { return integrators_; }
-  /// One per phase, for trajectories: what they evaluate is independent of the program.
+  /// One per phase, for trajectories. They are independent of the program.
   const std::vector<std::shared_ptr<const ReentrantIntegrator>>& reentrant_integrators() const {
     return reentrant_integrators_;
   }
-  /// Running costs that are integrated, then integrals, one per phase; empty if there are none.
+  /// Per phase: integrated running costs, then integrals. Empty if there are none.
   const std::vector<SelectiveStack>& integrated_costs() const { return integrated_costs_; }
-  /// What integrates each interval.
+  /// The intervals with their blocks and rows.
   const std::vector<shooting::IntervalInstance>& interval_instances() const { return intervals_; }
   /// Rows of path and point constraints.
   const std::vector<shooting::RowInstance>& row_instances() const { return rows_; }
@@ -71,48 +71,50 @@ class ShootingProgram final : public BlockProgram {
   const std::vector<shooting::CostInstance>& cost_instances() const { return costs_; }
   /// Costs of changes of the input.
   const std::vector<shooting::ChangeInstance>& change_instances() const { return changes_; }
-  /// Bounds as rows.
+  /// Rows of links and integrals.
   const std::vector<shooting::LimitInstance>& limit_instances() const { return limits_; }
-  /// What a limit holds to, and "phase 'burn', integral 'fuel'".
+  /// Limits of an instance.
   const Limits& limits_of(const shooting::LimitInstance& instance) const;
-  /// For messages.
+  /// Name for messages: "phase 'burn', integral 'fuel'".
   std::string describe_limit(const shooting::LimitInstance& instance) const;
-  /// First row that begins the integrals of a phase, from zero or from where they were.
+  /// First row that sets the integrals at the start of a phase, to zero or to their previous
+  /// values.
   int integral_start_row(int phase) const { return integral_start_rows_[phase]; }
-  /// Sets the integrals of w to what its states and inputs make of them.
+  /// Sets the integrals of w to the values of its states and inputs.
   void fill_integrals(VectorXd& w);
-  /// First row of the given start, -1: there is none.
+  /// First row of the fixed start, or -1.
   int start_row() const { return start_row_; }
-  /// First row of the jump into a phase; of the first phase there is none.
+  /// First row of the jump into a phase. The first phase has none.
   int jump_row(int phase) const { return jump_rows_[phase - 1]; }
-  /// First row that joins the end of the last phase to the start of the first; -1: none.
+  /// First row that connects the end of the last phase to the start of the first, or -1.
   int closing_row() const { return closing_row_; }
-  int total_time_row() const { return total_time_row_; }  ///< -1: none
+  int total_time_row() const { return total_time_row_; }  ///< -1 if there is none
 
-  /// Absolute time of a grid point for durations as in w (null: the reference durations), s.
+  /// Absolute time of a grid point in seconds, with durations from w. Null: reference durations.
   double time_of(const shooting::GridPoint& point, const VectorXd* w) const;
-  /// Of a phase at w (or as guessed, without one), s.
+  /// Start time of a phase at w, or of the initial guess if null, s.
   double start_of(int phase, const VectorXd* w) const;
-  /// Of a phase at w (or as guessed, without one), s.
+  /// Duration of a phase at w, or of the initial guess if null, s.
   double duration_of(int phase, const VectorXd* w) const;
-  /// Of a phase at w (or as guessed, without one).
+  /// Parameters of a phase at w, or of the initial guess if null.
   VectorXd parameters_of(int phase, const VectorXd* w) const;
-  /// Whether the state at this node is data.
+  /// True if the state at this node is fixed.
   bool is_given_start(int phase, int node) const;
-  /// Block that charges a slack together with a free duration; -1: it has a cost of its own.
+  /// Block that multiplies the cost of a slack by a free duration, or -1 if the slack has a
+  /// separate cost.
   int penalty_block(int slack) const { return penalty_blocks_[slack - first_slack_]; }
-  /// What a slack costs at w.
+  /// Cost of a slack at w.
   double slack_cost(int slack, const VectorXd& w);
-  /// In force for a component over an interval.
+  /// Active bounds of an input component over an interval.
   Bounds input_bounds(int phase, int interval, int component) const;
 
   std::string describe_row(int row) const override { return describe_row(row, nullptr); }
-  /// With times for durations as in w (null: the reference durations).
+  /// Description with times for durations from w. Null: reference durations.
   std::string describe_row(int row, const VectorXd* w) const;
   std::string describe_variable(int variable) const override { return layout_.describe(variable); }
 
  private:
-  // Times: a part that is known, and free durations with their coefficients.
+  // Times are a constant plus free durations with their coefficients.
   double known_start(int phase) const;
   double known_time(const shooting::GridPoint& point) const;
   std::vector<VariableCoefficient> start_coefficients(int phase) const;
@@ -126,7 +128,7 @@ class ShootingProgram final : public BlockProgram {
   void join_inputs(int j, int k, shooting::IntervalInstance& instance);
   void build_running(int j, int t, bool integrated);
   void build_changes(int j);
-  int build_jump(const Jump& jump, int ends, int begins);  // first row
+  int build_jump(const Jump& jump, int ends, int begins);  // returns the first row
   void build_total_time();
   void build_integral_start(int j);
   void build_integral_limits(int j);
@@ -140,13 +142,13 @@ class ShootingProgram final : public BlockProgram {
   std::vector<VariableCoefficient> duration_coefficients(int phases) const;
   int new_rows(int count, const std::string& what);
 
-  // Grid and bounds for new data, beside those in force: shooting_data.cpp, shooting_refresh.cpp.
+  // Proposed grid and bounds for new data: shooting_data.cpp, shooting_refresh.cpp.
   void propose(const ProblemData& next);
   void propose_input_bounds(int j);
   void propose_state_bounds(int j, bool given_start);
   void place_parameter(int phase, int i, double value);
 
-  // What follows data_ and grid_. Throws nothing.
+  // Update everything that depends on data_ and grid_. They do not throw.
   void refresh();
   void refresh_times();
   void refresh_total_time();
@@ -169,7 +171,7 @@ class ShootingProgram final : public BlockProgram {
   Layout layout_;
   struct Proposal {
     Grid grid;
-    VectorXd lower, upper;  // of the variables before the slacks; only states and inputs are read
+    VectorXd lower, upper;  // for variables before the slacks; only states and inputs are used
   };
   Proposal proposal_;
 
@@ -177,7 +179,7 @@ class ShootingProgram final : public BlockProgram {
   int closing_row_ = -1;
   int first_slack_ = 0;
   std::vector<int> penalty_blocks_;  // per slack
-  std::vector<char> is_lowered_;     // per slack, whether its weight is
+  std::vector<char> is_lowered_;     // per slack: true if its weight is lowered
   double most_linear_weight_ = infinity;
   int total_time_row_ = -1;
   std::vector<int> jump_rows_;                            // into each phase but the first
@@ -191,8 +193,7 @@ class ShootingProgram final : public BlockProgram {
   std::vector<shooting::CostInstance> costs_;
   std::vector<shooting::ChangeInstance> changes_;
   std::vector<shooting::BlockInstance> placed_;  // every block with data arguments
-  // For messages: the name of every group of rows, by its first row, and its grid point if it has
-  // one.
+  // Names of groups of rows for messages, by first row, with their grid point if any.
   struct RowGroup {
     int first = 0;
     std::string name;

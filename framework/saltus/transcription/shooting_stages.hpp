@@ -1,4 +1,4 @@
-// Which variables and rows of a shooting program make up which stage?
+// Assigns the variables and rows of a shooting program to stages.
 #pragma once
 
 #include "saltus/qp/stage_structure.hpp"
@@ -6,9 +6,9 @@
 
 namespace saltus {
 
-/// A stage per node of every phase, the last node of a phase included: its dynamics are the jump.
-/// Unknown parameters and free durations are global. Inputs are carried on for the sake of change
-/// costs, and of the far ends of their ramps.
+/// One stage per node of every phase, including the last node, whose dynamics are the jump. Unknown
+/// parameters and free durations are global. Change costs and ends of input ramps require copies of
+/// inputs in the next stage.
 StageStructure stage_structure(const ShootingProgram& program);
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-// What a solve of an optimal control problem returns.
+// Result of a solve of an optimal control problem.
 #pragma once
 
 #include <limits>
@@ -14,48 +14,48 @@
 
 namespace saltus {
 
-/// How much of a soft constraint was given up; of a link or an integral in the phase where it ends.
+/// Violation of a soft constraint. For a link or an integral, in the phase where it ends.
 struct SoftViolation {
-  std::string phase, term;  ///< where and what
+  std::string phase, term;  ///< names
   double largest = 0.0;     ///< violation in the term's own units
-  double time = 0.0;        ///< s, where it is largest
+  double time = 0.0;        ///< s, at the largest violation
 };
 
-/// How the guard that ends a phase passed zero there.
+/// Zero crossing of the guard at the end of a phase.
 struct GuardCrossing {
-  std::string phase, event;  ///< where and what
-  Crossing declared = {};    ///< the direction asked for
+  std::string phase, event;  ///< names
+  Crossing declared = {};    ///< the declared direction
   double time = 0.0;         ///< s, end of the phase
-  /// g_t + g_x f at x-, in the guard's units per second; NaN: of a phase with modes where the state
-  /// does not tell which one is in force.
+  /// g_t + g_x f at x-, in the guard's units per second. NaN in a phase with modes if the state
+  /// does not determine the mode.
   double rate = 0.0;
-  bool grazes = false;        ///< the rate is as good as zero: the time is not well defined
-  double early_amount = 0.0;  ///< above zero: it had passed zero that way before, by so much
-  double early_time = 0.0;    ///< s, where that was
+  bool grazes = false;        ///< the rate is nearly zero: the event time is ill-defined
+  double early_amount = 0.0;  ///< > 0: amount of an earlier crossing in the same direction
+  double early_time = 0.0;    ///< s, time of the earlier crossing
   double largest = 0.0;       ///< magnitude of the guard along the phase
 
-  /// Whether the guard passes zero in the declared direction.
+  /// True if the guard crosses zero in the declared direction only at the end.
   bool is_as_declared() const { return !grazes && !is_the_wrong_way() && early_amount == 0.0; }
-  /// Whether it passes zero in the other one.
+  /// True if it crosses zero in the opposite direction.
   bool is_the_wrong_way() const { return !grazes && crossing_sign(declared) * rate < 0.0; }
 };
 
-/// What an integral of a phase (Phase::bound_integral) has come to at its end.
+/// Value of an integral (Phase::bound_integral) at the end of a phase.
 struct IntegralValue {
-  std::string phase, integral;  ///< where and what
-  double value = 0.0;           ///< what it adds up to
+  std::string phase, integral;  ///< names
+  double value = 0.0;           ///< accumulated value
 };
 
 /// Name of the costs of Phase::penalise_change() in Solution::costs.
 inline constexpr const char* change_of_inputs = "change of inputs";
 
-/// What a named cost adds to the total.
+/// Contribution of a named cost to the total.
 struct CostContribution {
-  std::string phase, term;  ///< where and what
-  double value = 0.0;       ///< its part of the cost
+  std::string phase, term;  ///< names
+  double value = 0.0;       ///< contribution to the cost
 };
 
-/// What a solve of a problem gave.
+/// The solution of a problem.
 struct Solution {
   Solution();
   Solution(const Solution& other);
@@ -64,45 +64,44 @@ struct Solution {
   Solution& operator=(Solution&& other) noexcept;
   ~Solution();
 
-  SolveStatus status = SolveStatus::invalid_problem;  ///< how it ended
-  /// A sentence; when a constraint cannot be met it names phase, term and time, and by how much.
+  SolveStatus status = SolveStatus::invalid_problem;  ///< outcome of the solve
+  /// One sentence. For an infeasible constraint, it names phase, term, time and violation.
   std::string message;
-  /// What looks like a mistake in the definition, a sentence each
-  /// (OptimalControlProblem::warnings); said in the message too. Asked by solve(), not in control
-  /// loops.
+  /// Possible mistakes in the definition, one sentence each (OptimalControlProblem::warnings). Also
+  /// part of the message. Filled by solve(), not in control loops.
   std::vector<std::string> warnings;
-  double cost = 0.0;                           ///< the optimal one, if it ended well
+  double cost = 0.0;                           ///< optimal cost if ok()
   Trajectory trajectory;                       ///< states and inputs over time
   std::vector<double> durations;               ///< of the phases, s
-  std::vector<CostContribution> costs;         ///< what each term adds
-  std::vector<SoftViolation> soft_violations;  ///< of soft terms, the largest first
-  std::vector<IntegralValue> integrals;        ///< of integral constraints
-  /// Of every phase that ends by a guard. What is not as declared is said in the message too.
+  std::vector<CostContribution> costs;         ///< contributions of the terms
+  std::vector<SoftViolation> soft_violations;  ///< soft terms, largest violation first
+  std::vector<IntegralValue> integrals;        ///< values of integral constraints
+  /// One entry per phase that ends with a guard. The message reports crossings that differ from
+  /// their declaration.
   std::vector<GuardCrossing> crossings;
-  /// What the verifier found: rows between and at the nodes, defects of the integration, the open
-  /// loop, the cost. Filled by solve() unless GridAccuracy::verify is false; empty in control
-  /// loops.
+  /// Result of the verifier: rows at and between the nodes, integration defects, open loop, cost.
+  /// Filled by solve() unless GridAccuracy::verify is false. Empty in control loops.
   std::optional<Verification> verification;
-  /// What second derivatives say of the solution: looked at by solve() where the Hessian is exact,
-  /// not in control loops.
+  /// Second-order classification of the solution. solve() computes it if the Hessian is exact;
+  /// control loops do not.
   OptimumCheck::Curvature curvature = OptimumCheck::Curvature::unknown;
-  /// By how much the cost could still fall, as first and second derivatives predict it, in its own
-  /// units. NaN where solve() did not look.
+  /// Possible decrease of the cost predicted by first and second derivatives, in units of the cost.
+  /// NaN if solve() did not compute it.
   double predicted_gain = std::numeric_limits<double>::quiet_NaN();
-  KktResidual kkt;  ///< recomputed from the program
-  /// The same in the scale in which it was solved, which is what the solver's tolerance is about,
-  /// or in that of the values at the solution where they are unusual
+  KktResidual kkt;  ///< computed from the program
+  /// KKT residual in the scaling of the solve, to which the solver's tolerance refers. For a badly
+  /// scaled program, in the scaling of the values at the solution
   /// (ShootingOptions::automatic_scale).
   KktResidual kkt_in_scale;
-  int iterations = 0;    ///< of the solver
-  double seconds = 0.0;  ///< wall clock of the solver
+  int iterations = 0;    ///< solver iterations
+  double seconds = 0.0;  ///< wall-clock time of the solver
   std::string method;    ///< integrator, cost rule, Hessian
   NlpPoint point;        ///< for warm starts
-  /// d cost / d x0: the multipliers of the start, in physical units (costates up to sign
-  /// conventions: positive where a larger start value costs more).
+  /// d cost / d x0: multipliers of the start in physical units. Positive where a larger start value
+  /// increases the cost. Equal to the costates up to sign conventions.
   VectorXd start_multipliers;
 
-  /// Whether it is an optimum as good as asked for.
+  /// True if it is optimal to the requested tolerance.
   bool ok() const { return is_success(status); }
 };
 

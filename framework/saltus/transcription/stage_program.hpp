@@ -1,6 +1,6 @@
-// The quadratic model of a shooting program in stages: blocks write their slopes straight into the
-// matrices of the stages, and a measurement goes from its rows to the start of the first stage.
-// What is left sparse is the Hessian, which is convexified as such and changes least.
+// The quadratic model of a shooting program in stages. Blocks write their derivatives directly into
+// the stage matrices, and a measurement goes directly to the start of the first stage. Only the
+// Hessian stays sparse, because convexification works on it and it changes least.
 #pragma once
 
 #include <memory>
@@ -13,18 +13,18 @@
 
 namespace saltus {
 
-/// Solves one model, which is filled here and has no entries of rows of its own. `program` and
-/// `model` must outlive it. After construction nothing allocates.
+/// Solves one model, which it fills itself without sparse row entries. `program` and `model` must
+/// outlive it. Does not allocate after construction.
 class StageProgram final : public QpSolver, private DirectRows {
  public:
   StageProgram(ShootingProgram& program, QuadraticModel& model, const MakeStageSolver& make);
 
-  /// The model at w, see QuadraticModel. False where the program cannot be evaluated.
+  /// Builds the model at w, see QuadraticModel. False if the program cannot be evaluated.
   bool linearise(const VectorXd& w, const VectorXd& lambda, Curvature curvature);
-  /// Everything that can be filled by now; what changes later is filled by solve().
+  /// Fills everything that is already known. solve() fills data that changes later.
   void fill() noexcept;
 
-  /// `qp` is that of the model.
+  /// `qp` belongs to the model.
   QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept override;
   void set_deadline(WallClock::time_point deadline) override { solver_->set_deadline(deadline); }
   std::string name() const override { return "stages"; }
@@ -42,9 +42,9 @@ class StageProgram final : public QpSolver, private DirectRows {
   StagePoint point_;
   std::unique_ptr<StageQpSolver> solver_;
   VectorXd at_, rows_times_w_;
-  StageFill state_ = StageFill::not_staged;  // of the last fill
-  bool is_new_model_ = true;                 // since then
-  long filled_bounds_ = -1;                  // bounds_revision() of then
+  StageFill state_ = StageFill::not_staged;  // result of the last fill
+  bool is_new_model_ = true;                 // true if the model changed since the last fill
+  long filled_bounds_ = -1;                  // bounds_revision() at the last fill
 };
 
 }  // namespace saltus

@@ -1,4 +1,5 @@
-// The trajectory of a solution: states and inputs at any time, exact as the integrator, and as CSV.
+// The trajectory of a solution: states and inputs at any time with the accuracy of the integrator,
+// and CSV output.
 #pragma once
 
 #include <iosfwd>
@@ -12,30 +13,31 @@ namespace saltus {
 
 /// One shooting interval of a solution.
 struct TrajectoryPiece {
-  int phase = 0;          ///< which one
+  int phase = 0;          ///< index of the phase
   double start = 0.0;     ///< absolute time, s
   double length = 0.0;    ///< s, positive
   VectorXd state;         ///< at the start of the interval
-  VectorXd coefficients;  ///< of the input, see InputShape
-  VectorXd end_state;     ///< of the node at its end, before any jump
+  VectorXd coefficients;  ///< input coefficients, see InputShape
+  VectorXd end_state;     ///< state of the node at its end, before any jump
 
-  /// In s.
+  /// End time, s.
   double end() const { return start + length; }
 };
 
-/// Pieces in order of time. Right-continuous: at an event the new phase counts, x+ after the jump.
+/// Pieces in order of time. Right-continuous: at an event, values are those of the new phase, x+
+/// after the jump.
 ///
-/// A value: several threads may read one trajectory, or copies of it, at once, also while the
-/// program or the controller that made it goes on. Reading allocates and is not for control loops.
-/// Members throw DefinitionError where the trajectory is empty and where a time is NaN. The plan of
-/// a failed solve may have times that are NaN itself: then what is read of it is NaN.
+/// Value semantics: several threads may read a trajectory or its copies concurrently, also while
+/// the program or controller that made it continues. Reading allocates and is not for control
+/// loops. Members throw DefinitionError if the trajectory is empty or a given time is NaN. The plan
+/// of a failed solve may contain NaN times; values read from it are NaN.
 class Trajectory {
  public:
-  /// What is known of a phase.
+  /// Data of a phase.
   struct PhaseInfo {
-    std::string name;     ///< of the mode
-    VectorXd parameters;  ///< data and unknowns, p of the phase
-    /// Problem and scheme with which the phase was solved.
+    std::string name;     ///< also the name of the mode
+    VectorXd parameters;  ///< p of the phase: data and unknowns
+    /// Problem and scheme of the solve.
     std::shared_ptr<const ReentrantIntegrator> integrator;
   };
 
@@ -45,45 +47,44 @@ class Trajectory {
   Trajectory& operator=(const Trajectory& other);
   Trajectory& operator=(Trajectory&& other) noexcept;
   ~Trajectory();
-  /// Pieces in the order of time. Throws DefinitionError where a phase has no integrator, a piece
-  /// names no phase or a size differs from that of its phase.
+  /// Pieces in order of time. Throws DefinitionError if a phase has no integrator, a piece refers
+  /// to no phase, or a size differs from that of its phase.
   Trajectory(std::vector<PhaseInfo> phases, std::vector<TrajectoryPiece> pieces);
 
-  /// Whether there is none.
+  /// True if it has no pieces.
   bool empty() const { return pieces_.empty(); }
-  /// In their order.
+  /// The phases in order.
   const std::vector<PhaseInfo>& phases() const { return phases_; }
-  /// One per interval, in the order of time.
+  /// One piece per interval in order of time.
   const std::vector<TrajectoryPiece>& pieces() const { return pieces_; }
-  /// Start of the first piece, in s.
+  /// Start of the first piece, s.
   double start_time() const;
-  /// End of the last piece, in s.
+  /// End of the last piece, s.
   double end_time() const;
   /// State at the end of the last phase.
   const VectorXd& final_state() const;
 
-  /// The piece in force at time t; times outside are clipped to the ends.
+  /// The piece at time t. Times outside the trajectory are clipped.
   const TrajectoryPiece& piece_at(double t) const;
-  /// Dense output: integrated from the node before t.
+  /// State at time t, integrated from the node before t (dense output).
   VectorXd state(double t) const;
-  /// The left limit: at an event x- of the old phase, elsewhere state(t).
+  /// Left limit: x- of the old phase at an event, elsewhere state(t).
   VectorXd state_before(double t) const;
-  /// At a time, s; behind a control break.
+  /// Input at time t, right-continuous at control breaks.
   VectorXd input(double t) const;
-  /// The same within one of pieces(), whichever piece is in force at t: there is no rounding of
-  /// times at its ends.
+  /// State at time t within one of pieces(), without the lookup by time and its rounding at the
+  /// ends.
   VectorXd state_in(const TrajectoryPiece& piece, double t) const;
-  /// At its end the left limit.
+  /// Input at time t within a piece. At its end this is the left limit.
   VectorXd input_in(const TrajectoryPiece& piece, double t) const;
-  /// Algebraic states, of which a phase may have none; NaN where they cannot be found.
+  /// Algebraic states at time t. Empty if the phase has none, NaN if they cannot be found.
   VectorXd algebraic(double t) const;
 
-  /// Without the first phases: what is left once they are over. Throws DefinitionError unless it
-  /// leaves one.
+  /// The trajectory without its first `phases` phases. Throws DefinitionError if none remains.
   Trajectory after(int phases) const;
 
-  /// A header and one line per sample: t, phase, x0..., u0..., z0...; columns that a phase does not
-  /// have are empty. Every event appears twice, with the values before and after it.
+  /// Writes a header and one line per sample: t, phase, x0..., u0..., z0... Columns that a phase
+  /// does not have are empty. Events appear twice, with the values before and after.
   void write_csv(std::ostream& out, int samples_per_interval = 1) const;
 
  private:

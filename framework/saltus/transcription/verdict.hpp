@@ -1,4 +1,4 @@
-// What a verification means for a solution: its status and its message.
+// Consequences of a verification for a solution: its status and its message.
 #pragma once
 
 #include "saltus/transcription/multiple_shooting.hpp"
@@ -7,11 +7,11 @@
 
 namespace saltus {
 
-/// The plan of a solution, verified against the problem with the present data of the shooting.
+/// Verifies the plan of a solution against the problem with the current data of the shooting.
 VerificationDetail verify_plan(const MultipleShooting& shooting, const Solution& solution,
                                double resolution = infinity);
-/// Verifies the plan unless ShootingOptions::accuracy says not to, and lets the status of a
-/// solution that is ok() and its message follow.
+/// Verifies the plan unless ShootingOptions::accuracy disables it. Updates status and message of a
+/// solution that is ok().
 void judge_plan(const MultipleShooting& shooting, Solution& solution);
 
 }  // namespace saltus

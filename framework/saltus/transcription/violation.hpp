@@ -1,4 +1,5 @@
-// Which condition of a problem cannot be met, when, and by how much? For solves that failed.
+// Describes which condition of a problem is violated, when, and by how much. Used after failed
+// solves.
 #pragma once
 
 #include <string>
@@ -8,27 +9,27 @@
 
 namespace saltus {
 
-/// One clause, "phase 'flight', term 'landing', row 0 at t = 0.8 s misses its bounds by 0.12", in
-/// the units of the term, or an empty string if w meets everything.
+/// One clause in the units of the term: "phase 'flight', term 'landing', row 0 at t = 0.8 s misses
+/// its bounds by 0.12". Empty if w is feasible.
 ///
-/// A solver that gives up spreads what is missing over terms and gaps of the dynamics as suits its
-/// norm. Where the gaps are largest they are closed by simulating the inputs from the start, so
-/// that all of it shows in the terms that the user wrote.
+/// A failed solver distributes the violation over terms and defects according to its norm. If
+/// defects dominate, the function simulates the inputs from the start, so that the whole violation
+/// appears in terms of the user.
 std::string name_violation(ShootingProgram& program, const VectorXd& w);
 
-/// Which row or bounds presolve() found that nothing meets, with the time at w, one clause.
+/// One clause about the contradictory row or bounds found by presolve(), with the time at w.
 std::string name_contradiction(const ShootingProgram& program, const Contradiction& c,
                                const VectorXd& w);
 
-/// What cannot be met together with the term that `violated` names: terms that hold back the least
-/// violation, by its multipliers. "in conflict with phase 'climb', term 'ceiling'", or an empty
-/// string where no solver found such multipliers.
+/// Terms in conflict with the term in `violated`: those with multipliers of the least violation.
+/// One clause such as "in conflict with phase 'climb', term 'ceiling'". Empty if the solver found
+/// no such multipliers.
 std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda,
                           const std::string& violated);
 
-/// The first phase with events inside (on(), switch_at(), an automaton), or an empty string.
+/// The first phase with events inside (on(), switch_at(), an automaton). Empty if there is none.
 std::string phase_with_events(const OptimalControlProblem& problem);
-/// What such events do to a search that found no point, one clause.
+/// One clause about the effect of such events on a search without a feasible point.
 std::string events_hint(const std::string& phase);
 
 }  // namespace saltus
