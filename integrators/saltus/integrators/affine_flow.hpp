@@ -1,19 +1,18 @@
-// The flow of a linear differential equation over unit time and the integrals of quadratic forms
-// along it, with derivatives in one direction: the matrix exponential behind the zero-order hold.
+// Flow of a linear differential equation over unit time and integrals of quadratic forms along it,
+// with derivatives in one direction. This is the matrix exponential of the zero-order hold.
 //
 //   xi' = M xi  ->  xi(1) = F xi(0),  F = exp(M)
 //   int_0^1 xi' Q xi ds = xi(0)' G xi(0),  G = int_0^1 exp(M s)' Q exp(M s) ds
 //
-// Both are summed as Taylor series over tau = 2^-k, chosen so that |tau M| <= 1/2, and doubled k
-// times: F(2 tau) = F(tau)^2, G(2 tau) = G(tau) + F(tau)' G(tau) F(tau). This is the Gram matrix of
-// C. Van Loan, Computing integrals involving the matrix exponential, IEEE TAC 23 (1978) 395-404,
-// without the growing block exp(-M'). When M is a chain of integrators (its graph has no cycle) the
-// series ends by itself and is summed with tau = 1: exact up to the rounding of a few products.
+// Both are Taylor series over tau = 2^-k with |tau M| <= 1/2, doubled k times: F(2 tau) = F(tau)^2,
+// G(2 tau) = G(tau) + F(tau)' G(tau) F(tau). This is the Gram matrix of C. Van Loan, Computing
+// integrals involving the matrix exponential, IEEE TAC 23 (1978) 395-404, without the growing block
+// exp(-M'). If M is a chain of integrators (its graph has no cycle), the series is finite and is
+// summed with tau = 1. It is then exact up to the rounding of a few products.
 //
-// xi = (x | c): the rates of the constants and ramps c behind the states do not read x. Their
-// columns may be as large as the unit of c is small; so that tau follows from x alone, c is
-// measured in a power of two in which they are not above |M_xx| (nor, as long as tau = 1 will do,
-// 1/2).
+// xi = (x | c): the rates of the constants and ramps c do not depend on x. The columns of c may be
+// large if c has small units. To make tau depend on x only, c is scaled by a power of two, so that
+// its columns do not exceed |M_xx| (or 1/2 if tau = 1 suffices).
 #pragma once
 
 #include <array>
@@ -33,19 +32,19 @@ struct MatrixJet {
   const RowMajorMatrix& operator[](int k) const { return derivative[k]; }
 };
 
-/// Work space for one size; compute() does not allocate.
+/// Computes flow and integrals. compute() does not allocate.
 class AffineFlow {
  public:
-  /// xi has `size` entries, the first of which are `states`.
+  /// xi has `size` entries, of which the first `states` are states.
   AffineFlow(int states, int size, int forms);
 
-  /// Inputs: M and the symmetric Q_i, with derivatives up to the order asked for. compute() leaves
-  /// them in units of its own.
+  /// Inputs: M and the symmetric Q_i, with derivatives up to the requested order. compute()
+  /// rescales them in place.
   MatrixJet generator;
   std::vector<MatrixJet> forms;
 
-  /// Results with derivatives up to `order` (0, 1 or 2). False when an input is not finite or so
-  /// large that no digit would be right; a result that overflows is left to the caller to see.
+  /// Computes the results with derivatives up to `order` (0, 1 or 2). Returns false if an input is
+  /// not finite or too large for any correct digit. The caller must check the results for overflow.
   bool compute(int order);
   MatrixJet flow;
   std::vector<MatrixJet> integrals;

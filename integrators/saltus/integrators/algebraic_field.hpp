@@ -1,13 +1,12 @@
-// Intervals with z as states whose "rates" are g, for integrators of differential-algebraic
-// equations.
+// Intervals with the algebraic states z as states with "rates" g, for DAE integrators.
 #pragma once
 
 #include "saltus/model/integrator.hpp"
 
 namespace saltus {
 
-/// The interval over (x z) in place of x, with rates (f | g), first derivatives only; itself
-/// without an algebraic part. Typical magnitudes of states are left out.
+/// The interval over (x z) instead of x, with rates (f | g) and first derivatives only. Returns the
+/// problem itself if it has no algebraic part. Omits nominal states.
 IntervalProblem with_algebraic_states(const IntervalProblem& problem);
 
 }  // namespace saltus

@@ -1,39 +1,40 @@
-// CVODES: variable-order multistep integration with forward sensitivities under error control.
-// The reference for stiff and offline problems.
+// CVODES: variable-order multistep integration with forward sensitivities under error control. The
+// reference for stiff problems and for offline use.
 #pragma once
 
 #include "saltus/model/integrator.hpp"
 
 namespace saltus {
 
-/// For stiff fields (BDF) or others (Adams).
+/// Multistep method.
 enum class CvodesMethod {
   Bdf,   ///< stiff problems; Newton with the analytic Jacobian and a dense factorisation
   Adams  ///< non-stiff problems; fixed-point iteration
 };
 
-/// How CVODES integrates states and sensitivities together.
+/// Coupling of states and sensitivities.
 enum class CvodesSensitivity {
-  staggered,    ///< state step accepted first, then all sensitivities
-  simultaneous  ///< both corrected together
+  staggered,    ///< accepts the state step first, then all sensitivities
+  simultaneous  ///< corrects both together
 };
 
-/// What integrates with CVODES.
+/// Options of cvodes().
 struct CvodesOptions {
-  CvodesMethod method = CvodesMethod::Bdf;  ///< for stiff fields or others
-  double tolerance = 1e-9;                  ///< relative, on each local step
-  /// Absolute, times the nominal magnitude of each state (IntervalProblem::nominal_state).
-  /// The sensitivity to w_j has this divided by the magnitude of w_j (parameters: their value).
+  CvodesMethod method = CvodesMethod::Bdf;  ///< multistep method
+  double tolerance = 1e-9;                  ///< relative, per local step
+  /// Absolute tolerance, multiplied by the nominal magnitude of each state
+  /// (IntervalProblem::nominal_state). For the sensitivity to w_j it is also divided by the
+  /// magnitude of w_j. For parameters, this is their value.
   double absolute_tolerance = 1e-12;
-  CvodesSensitivity sensitivity = CvodesSensitivity::staggered;  ///< how sensitivities join
+  CvodesSensitivity sensitivity = CvodesSensitivity::staggered;  ///< coupling of sensitivities
   long max_steps = 100000;                                       ///< per interval
 };
 
-/// The interval is integrated in scaled time with running costs as additional states. Sensitivities
-/// take part in the error control, so that value() (without them) and jacobian() may take
-/// different steps: their end states agree within the tolerance, not to the last digit. The global
-/// error is typically 10 to 100 times the tolerance. No allocation after the first call of each
-/// kind, except where the magnitude of a parameter or the length doubles or halves. No second
+/// Integrates the interval in scaled time with running costs as additional states. Sensitivities
+/// are included in error control. value() omits them and may take other steps than jacobian(), so
+/// their end states agree to the tolerance, not to the last digit. The global error is typically 10
+/// to 100 times the tolerance. Does not allocate after the first call of each kind, unless the
+/// magnitude of a parameter or the length changes by a factor of two. There are no second
 /// derivatives. Throws DefinitionError for a tolerance outside (0, 1) or a negative absolute one.
 IntegratorChoice cvodes(CvodesOptions options = {});
 

@@ -1,5 +1,5 @@
-// One CVODES solver for fields of one size: set-up, tolerances and call-backs. The field can be
-// exchanged between integrations, as hybrid systems need.
+// One CVODES solver for fields of one size: set-up, tolerances and callbacks. The field can change
+// between integrations, as hybrid systems require.
 #pragma once
 
 #include <cvodes/cvodes.h>
@@ -13,39 +13,39 @@
 
 namespace saltus::sundials {
 
-/// What a return code of CVode() means.
+/// Converts a return code of CVode().
 IntegrationStatus status_of_cvode(int code);
 
-/// Equations: dy/ds = F(s, y), dS_j/ds = F_y S_j + F_theta_j in scaled time, interval_field.hpp.
-/// Absolute tolerances of S_j: those of y divided by the magnitude of w_j.
+/// Equations in scaled time: dy/ds = F(s, y), dS_j/ds = F_y S_j + F_theta_j (interval_field.hpp).
+/// The absolute tolerance of S_j is that of y divided by the magnitude of w_j.
 class CvodesMemory {
  public:
-  /// `field` has the sizes of all fields; `entries` is the largest number of Jacobian entries.
+  /// `field` has the size of all fields. `entries` is the largest number of Jacobian entries.
   CvodesMemory(const IntervalProblem& problem, const CvodesOptions& options,
                const IntervalField& field, int entries);
 
   static IntegrationStatus status_of(int code) { return status_of_cvode(code); }
   static constexpr int one_step = CV_ONE_STEP;
 
-  /// What is integrated from the next begin() on.
+  /// Sets the field for the next begin().
   void use(const IntervalField& field) { field_ = &field; }
 
   double* state() const { return y_.data(); }
   double* sensitivity(int direction) const { return sensitivity_.data(direction); }
   int directions() const { return directions_; }
 
-  /// Starts at s from state(), and from sensitivity() if they are wanted; never beyond s = 1.
-  /// `w` is the interval's argument, which scales tolerances. Returns a code of CVODES.
+  /// Starts at s from state(), and from sensitivity() if `sensitivities` is true. Integration never
+  /// passes s = 1. `w` is the interval's argument, which scales tolerances. Returns a CVODES code.
   int begin(double s, const double* w, bool sensitivities);
-  /// One call of CVode() towards s = 1: CV_NORMAL or CV_ONE_STEP. State and time reached.
+  /// Calls CVode() once towards s = 1 with CV_NORMAL or CV_ONE_STEP. Sets state() and `reached`.
   int advance(int task, double& reached);
-  /// sensitivity() where CVode() returned.
+  /// Sets sensitivity() at the time reached.
   int read_sensitivity();
-  /// State or sensitivities inside the last step, by the method's own interpolation.
+  /// State or sensitivities inside the last step, from the interpolant of the method.
   int interpolate(double s, double* y);
   int interpolate_sensitivity(double s);
 
-  /// F(s, y), outputs() entries.
+  /// Computes F(s, y), outputs() entries.
   bool evaluate(double s, const double* y, double* rates);
 
  private:
@@ -68,7 +68,7 @@ class CvodesMemory {
   CvodesOptions options_;
   const IntervalField* field_;
   int outputs_, directions_;
-  Context context_;  // outlives everything made in it
+  Context context_;  // outlives everything created in it
   std::vector<double> absolute_;
   Vector y_, inside_;
   VectorArray sensitivity_, sensitivity_tolerance_;

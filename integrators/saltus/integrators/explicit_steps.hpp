@@ -1,4 +1,4 @@
-// What an explicit scheme of fixed steps consists of, for those who write it down elsewhere.
+// Tableau and steps of an explicit fixed-step scheme, for exporters.
 #pragma once
 
 #include <optional>
@@ -7,13 +7,13 @@
 
 namespace saltus {
 
-/// A chain of explicit steps over one interval.
+/// Explicit steps over one interval.
 struct ExplicitSteps {
   ButcherTableau tableau;  ///< of each step
   int steps = 1;           ///< per interval, of equal length
 };
 
-/// Empty for every other scheme.
+/// The steps of an explicit scheme. Empty for every other scheme.
 std::optional<ExplicitSteps> explicit_steps(const IntegratorScheme& scheme);
 
 }  // namespace saltus

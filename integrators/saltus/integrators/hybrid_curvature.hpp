@@ -1,9 +1,9 @@
-// Second derivatives of an interval through its events, for one-step schemes.
+// Second derivatives of an interval with events, for one-step schemes.
 //
-// Everything between start and end is a chain of equations: stages and ends of steps, whose lengths
-// change where an event ends or begins them, g = 0 at events, resets. As in integrators.md the
-// Hessian of weights' end is the second differential of these equations alone, each weighted with
-// its multiplier, along the first-order solution; framework/design/events.md has the formulas.
+// The map from start to end is a chain of equations: stages and ends of steps, g = 0 at events, and
+// resets. Step lengths vary where a step begins or ends at an event. The Hessian of weights' end is
+// the second differential of these equations, each weighted with its multiplier, along the
+// first-order solution (integrators.md). framework/design/events.md has the formulas.
 #pragma once
 
 #include <deque>
@@ -15,20 +15,20 @@
 
 namespace saltus {
 
-/// What HybridIntegrator leaves of a flow, or of the event behind it.
+/// A flow of a HybridIntegrator, or the event after it.
 struct HybridPiece {
   int mode = 0;
-  int guard = -1;                   ///< of an event; -1: a flow
-  bool located = false;             ///< the event's instant is that of g = 0, not the start
-  double begin = 0.0, end = 0.0;    ///< s; of an event both are its instant
-  double rate = 0.0;                ///< dg/ds along the motion
-  VectorXd state;                   ///< (x | q) at `begin`; of an event before it
-  RowMajorMatrix total;             ///< its derivative, the motion of the instant included
+  int guard = -1;        ///< guard of an event; -1: a flow
+  bool located = false;  ///< the instant of the event is defined by g = 0, not by the start
+  double begin = 0.0, end = 0.0;    ///< s; equal for an event
+  double rate = 0.0;                ///< dg/ds along the flow
+  VectorXd state;                   ///< (x | q) at `begin`; for an event before its jump
+  RowMajorMatrix total;             ///< derivative of `state`, including motion of the instant
   VectorXd begin_moves, end_moves;  ///< d begin, d end
   VectorXd slope;                   ///< dy/ds before an event
 };
 
-/// The pieces of one interval in their order. Keeps its memory.
+/// The pieces of one interval in order. Reuses its memory.
 class HybridTape {
  public:
   void clear() { count_ = 0; }
@@ -55,7 +55,7 @@ class HybridCurvature {
  public:
   HybridCurvature(const IntervalProblem& problem, const HybridModes& modes, OneStepScheme scheme);
 
-  /// sum = the Hessian of weights' (x | q) at the end, directions x directions. Allocates where an
+  /// sum = Hessian of weights' (x | q) at the end, directions x directions. Allocates only if an
   /// interval has more steps than any before.
   IntegrationStatus hessian(const HybridTape& tape, const VectorXd& weights, Curvature curvature,
                             RowMajorMatrix& sum);
@@ -82,9 +82,9 @@ class HybridCurvature {
   StageSolver solver_;
   std::deque<Step> pool_;
   int used_ = 0;
-  std::vector<int> first_step_;  // of the pieces
+  std::vector<int> first_step_;  // index of the first step of each piece
   VectorXd y_, lambda_, multipliers_, explicit_, along_, gradient_, moves_, scaled_, z_;
-  double start_multiplier_ = 0.0;  // d (weights' end) / d begin of the flow last swept
+  double start_multiplier_ = 0.0;  // d (weights' end) / d begin of the last swept flow
   std::vector<double> jacobian_, hessian_, value_;
   RowMajorMatrix total_, right_, direct_, dz_;
 };

@@ -1,10 +1,11 @@
-// Integration of an interval with state-triggered events, and its derivatives through them.
+// Integration of an interval with state-triggered events and its derivatives through them.
 //
-// At an event s* of guard g, with A the derivative of y(s) at fixed s and B = dy/ds before it,
+// Consider an event at s* of guard g. A is the derivative of y(s) at fixed s, and B = dy/ds before
+// the event. Then
 //   ds* = -(g_x A + g_w) / (g_x B + g_s),   dy- = A + B ds*,   dx+ = R_x dx- + R_w + R_s ds*,
-// and the flow goes on from the moving instant: A+ = dy+ - F+ ds*, which is the saltation matrix
-// written as the chain rule. Start, length and inputs act through g_w, R_w and the slopes in s.
-// framework/design/events.md derives this and states all conventions.
+// The flow continues from the moving instant: A+ = dy+ - F+ ds*. This is the saltation matrix in
+// chain-rule form. Start, length and inputs act through g_w, R_w and the derivatives in s.
+// framework/design/events.md has the derivation and all conventions.
 #pragma once
 
 #include <functional>
@@ -21,17 +22,17 @@
 
 namespace saltus {
 
-/// Makes the scheme for a problem and its modes.
+/// Creates the stepper for a problem and its modes.
 using MakeStepper =
     std::function<std::unique_ptr<FlowStepper>(const IntervalProblem&, const HybridModes&)>;
 
-/// Events of one interval; more count as accumulation.
+/// Maximum number of events in one interval. More count as accumulation.
 inline constexpr int most_events = 1000;
 
 class HybridIntegrator final : public EventIntegrator {
  public:
-  /// With a `scheme`, which the steppers take, there are second derivatives too, except where
-  /// surfaces are slid on.
+  /// With a `scheme`, which must be that of the steppers, second derivatives are available, except
+  /// where the trajectory slides.
   HybridIntegrator(const IntervalProblem& problem, const MakeStepper& make_stepper,
                    const std::optional<OneStepScheme>& scheme = {});
 
@@ -51,10 +52,10 @@ class HybridIntegrator final : public EventIntegrator {
   const std::string& mode_name(int mode) const override { return modes_[mode].name; }
 
  private:
-  // What is on hand at the present instant s_: y_, and with sensitivities its total derivative
-  // total_ and the derivative moving_ of s_ itself.
+  // State at the current instant s_: y_. With sensitivities also its total derivative total_ and
+  // the derivative moving_ of s_.
   IntegrationStatus run(const double* w, bool sensitivities);
-  void stand_at(const double* w);  // nothing has happened yet
+  void stand_at(const double* w);  // resets to the start of the interval
   IntegrationStatus choose_mode();
   IntegrationStatus catch_up();
   bool is_on_surface(int sliding);
@@ -82,7 +83,7 @@ class HybridIntegrator final : public EventIntegrator {
     double time = 0.0;
     int mode = -1, guard = -1;
   };
-  // Of one guard function: when it fired, for the test of accumulation.
+  // Firing times of one guard, to detect accumulation.
   struct Repetition {
     double last = -1.0, gap = -1.0, ratio = -1.0;
     int regular = 0;

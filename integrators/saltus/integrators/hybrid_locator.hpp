@@ -1,9 +1,10 @@
-// Finds the first guard that a flow crosses in a step, also where it crosses back within the step.
+// Finds the first guard crossing of a flow in a step, also if the guard crosses back within the
+// step.
 //
-// Guards and their rates are sampled at the ends of equal parts of each step. A change of sign is
-// bracketed. Where a guard is negative at both ends of a part but its rate turns from positive to
-// negative, its largest value inside is looked for: positive, it hides a pair of crossings, of
-// which the first is taken; zero, the guard is touched.
+// Guards and their rates are sampled at the ends of equal parts of each step. A sign change
+// brackets a crossing. If a guard is negative at both ends of a part and its rate changes from
+// positive to negative, the maximum inside is computed. A positive maximum means a pair of
+// crossings, of which the first counts. A zero maximum means that the trajectory touches the guard.
 #pragma once
 
 #include <vector>
@@ -13,16 +14,16 @@
 
 namespace saltus {
 
-/// Where a mode stands relative to one of its guards.
+/// Position of the state relative to a guard of the mode.
 enum class GuardSide {
   inside,     ///< not yet crossed
-  departing,  ///< on it at the start of the flow, and moving into the mode
-  returning,  ///< behind it at the start of the interval, and moving back
+  departing,  ///< on the guard at the start of the flow, moving into the mode
+  returning,  ///< beyond the guard at the start of the interval, moving back
 };
 
 struct LocatedCrossing {
   IntegrationStatus status = IntegrationStatus::success;
-  int guard = -1;  ///< of the mode; -1: none was crossed
+  int guard = -1;  ///< guard of the mode; -1: no crossing
   double s = 0.0;
 };
 
@@ -30,10 +31,10 @@ class EventLocator {
  public:
   EventLocator(FlowStepper& stepper, GuardEvaluator& guards, int states_and_costs, int most_guards);
 
-  /// A flow begins in `mode` at (s, x); `sides` has one entry per guard.
+  /// Starts a flow in `mode` at (s, x). `sides` has one entry per guard.
   void begin(const FlowMode& mode, const std::vector<GuardSide>& sides, double s, const double* x);
-  /// Looks through the stepper's last step. A guard that is reached at the end of the interval,
-  /// s = 1, within rounding counts as crossed there.
+  /// Searches the last step of the stepper. A guard reached at the end of the interval, s = 1, to
+  /// rounding counts as crossed there.
   LocatedCrossing search();
 
  private:

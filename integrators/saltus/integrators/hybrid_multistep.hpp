@@ -1,9 +1,9 @@
-// The flow of one mode by a multistep method of SUNDIALS, step by step, with the method's own
-// interpolation inside a step.
+// The flow of one mode by a multistep method of SUNDIALS, step by step, with the method's
+// interpolant inside a step.
 //
-// The libraries' root finding is not used: it sees only guards that differ in sign between the ends
-// of a step, neither a pair of crossings inside nor a root exactly at the stop time. The same
-// interpolation polynomials that it evaluates are searched by EventLocator.
+// The root finding of the libraries is not used: it detects only guards that differ in sign between
+// the ends of a step. It misses a pair of crossings inside and a root exactly at the stop time.
+// EventLocator searches the same interpolants instead.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@
 
 namespace saltus {
 
-// Of the interval: the libraries refuse to start that close to the end; one Euler step has an error
-// of the square of it.
+// Fraction of the interval. The libraries refuse to start this close to the end. One Euler step
+// then has an error of the square of it.
 inline constexpr double too_close = 1e-12;
 
-/// Memory: CvodesMemory or IdasMemory.
+/// Memory is CvodesMemory or IdasMemory.
 template <class Memory>
 class MultistepStepper final : public FlowStepper {
  public:
@@ -74,7 +74,7 @@ class MultistepStepper final : public FlowStepper {
     } else if (s == reached_) {
       std::copy_n(memory_.state(), ny_, y);
     } else {
-      memory_.interpolate(s, y);  // fails outside the step only
+      memory_.interpolate(s, y);  // fails only outside the step
     }
   }
 
@@ -99,7 +99,7 @@ class MultistepStepper final : public FlowStepper {
   Memory memory_;
   long max_steps_, steps_ = 0;
   int ny_;
-  double start_ = 0.0, reached_ = 0.0;  // of the last step
+  double start_ = 0.0, reached_ = 0.0;  // ends of the last step
   bool stepped_ = false;
   std::vector<double> w_, y_, rates_;
 };

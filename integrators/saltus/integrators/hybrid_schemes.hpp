@@ -1,4 +1,4 @@
-// The schemes that integrate intervals with events, and the refusal of the others.
+// Factories of integrators for intervals with events, and the error of schemes without events.
 #pragma once
 
 #include <memory>
@@ -12,13 +12,14 @@ std::unique_ptr<Integrator> hybrid_runge_kutta(const IntervalProblem& problem,
                                                const ButcherTableau& tableau, int steps);
 std::unique_ptr<Integrator> hybrid_implicit(const IntervalProblem& problem,
                                             const ButcherTableau& tableau, int steps);
-struct CvodesOptions;  // cvodes.hpp, of the component sundials
+struct CvodesOptions;  // cvodes.hpp, component sundials
 std::unique_ptr<Integrator> hybrid_cvodes(const IntervalProblem& problem,
                                           const CvodesOptions& options);
-struct IdasOptions;  // idas.hpp, of the component sundials
+struct IdasOptions;  // idas.hpp, component sundials
 std::unique_ptr<Integrator> hybrid_idas(const IntervalProblem& problem, const IdasOptions& options);
 
-/// For schemes that do not integrate events. Throws DefinitionError naming those that do.
+/// For schemes without support for events: throws DefinitionError with a list of those that support
+/// them.
 void refuse_events(const IntervalProblem& problem, const char* scheme);
 
 }  // namespace saltus

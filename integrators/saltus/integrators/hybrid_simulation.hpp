@@ -1,5 +1,5 @@
-// Simulation of a hybrid system: states at requested times, every event with its derivatives, and
-// the derivative of the end. The mode is carried along from interval to interval.
+// Simulation of a hybrid system: states at requested times, all events with their derivatives, and
+// the derivative of the end. The mode persists between intervals.
 #pragma once
 
 #include <string>
@@ -9,24 +9,24 @@
 
 namespace saltus {
 
-/// What one simulation through events gave.
+/// Result of simulate_hybrid().
 struct HybridSimulation {
-  IntegrationStatus status = IntegrationStatus::success;  ///< whether it came to its end
-  std::string message;  ///< a sentence; on failure with time, mode and event
-  int intervals = 0;    ///< integrated successfully
-  VectorXd times;       ///< as given, n + 1
-  MatrixXd states;      ///< nx x (n + 1), behind an event at that time; NaN after a failure
-  MatrixXd costs;       ///< nq x (n + 1), accumulated from the first time on
-  std::vector<HybridEvent> events;  ///< in the order of time
-  std::string end_mode;             ///< in force at the end
+  IntegrationStatus status = IntegrationStatus::success;  ///< success, or the first failure
+  std::string message;  ///< one sentence; on failure with time, mode and event
+  int intervals = 0;    ///< number of successful intervals
+  VectorXd times;       ///< the given times, n + 1
+  MatrixXd states;      ///< nx x (n + 1), after an event at that time; NaN after a failure
+  MatrixXd costs;       ///< nq x (n + 1), accumulated from the first time
+  std::vector<HybridEvent> events;  ///< in order of time
+  std::string end_mode;             ///< active mode at the end
   MatrixXd derivative;              ///< d (x | q)(end) / d (x0 | p), (nx + nq) x (nx + np)
 };
 
-/// Integrates `problem`, which must have events, from times[0] to times[n], which must not
-/// decrease, from x0 (nx), with the inputs of `coefficients` (coefficients() x n) between times.
-/// `start_mode` names the mode at the start; empty: the one that follows from the state.
-/// Throws DefinitionError when sizes do not match, times decrease, the mode does not exist or the
-/// scheme does not handle events.
+/// Integrates `problem`, which must have events, from times[0] to times[n] starting at x0 (nx).
+/// Times must not decrease. `coefficients` (coefficients() x n) are the inputs between times.
+/// `start_mode` is the mode at the start; if empty, it follows from the state. Throws
+/// DefinitionError if sizes do not match, times decrease, the mode does not exist or the scheme
+/// does not support events.
 HybridSimulation simulate_hybrid(const IntegratorChoice& scheme, IntervalProblem problem,
                                  const VectorRef& x0, const VectorRef& times,
                                  const Eigen::Ref<const MatrixXd>& coefficients,

@@ -1,5 +1,5 @@
-// What hybrid integration needs from a scheme: one step at a time along one field, the state
-// anywhere inside that step, and sensitivities there.
+// Interface of schemes for hybrid integration: single steps along one field, with states and
+// sensitivities at any point inside the step.
 #pragma once
 
 #include <cmath>
@@ -9,28 +9,28 @@
 
 namespace saltus {
 
-/// The next point of a grid of equal steps over [0, 1] that is not s.
+/// The next point after s of a grid of equal steps over [0, 1].
 inline double next_grid_point(double s, int steps) {
-  constexpr double same = 1e-12;  // rounding of sums of steps
+  constexpr double same = 1e-12;  // rounding of accumulated steps
   const double n = std::floor(s * steps + same) + 1.0;
   return n >= steps ? 1.0 : n / steps;
 }
 
-/// A flow in scaled time s in [0, 1] that can be begun anywhere. Owns its work space.
+/// A flow in scaled time s in [0, 1] that can start at any s. Owns its workspace.
 class FlowStepper {
  public:
   virtual ~FlowStepper() = default;
 
-  /// Before the first begin() of every interval; `w` is its argument.
+  /// Loads the argument `w` of an interval. Call it before the first begin() of the interval.
   virtual void load(const double* w) = 0;
 
-  /// Begins at s with y = (x | q) along `field`, which must outlive the flow. For sensitivities,
+  /// Starts at s with y = (x | q) along `field`, which must outlive the flow. For sensitivities,
   /// `sensitivity` (outputs x directions) is the total derivative of y and `start_slope`
-  /// (directions) that of s: the flow begins at an event whose time moves. Null: states only.
+  /// (directions) that of s, which is non-zero after an event. Null: states only.
   virtual IntegrationStatus begin(const IntervalField& field, double s, const double* y,
                                   const RowMajorMatrix* sensitivity, const double* start_slope) = 0;
 
-  /// One more step, never beyond 1.
+  /// Takes one step, not beyond s = 1.
   virtual IntegrationStatus step() = 0;
   virtual double step_start() const = 0;
   virtual double step_end() const = 0;
@@ -41,9 +41,9 @@ class FlowStepper {
   virtual IntegrationStatus sensitivity_at(double s, RowMajorMatrix& sensitivity,
                                            double* slope) = 0;
 
-  /// In how many parts of a step guards are looked at.
+  /// Number of parts of a step at whose ends guards are sampled.
   virtual int parts_per_step() const = 0;
-  /// Whether beginning anew between two steps costs nothing (one-step schemes).
+  /// True if a restart between two steps costs nothing (one-step schemes).
   virtual bool restarts_freely() const = 0;
 };
 

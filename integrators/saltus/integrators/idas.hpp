@@ -6,21 +6,21 @@
 
 namespace saltus {
 
-/// What integrates with IDAS.
+/// Options of idas().
 struct IdasOptions {
-  double tolerance = 1e-9;  ///< relative, on each local step
-  /// Absolute, times the nominal magnitude of each state, and of each algebraic state the magnitude
-  /// of its guess; sensitivities as in CvodesOptions.
+  double tolerance = 1e-9;  ///< relative, per local step
+  /// Absolute tolerance, multiplied by the nominal magnitude of each state and by the guess of each
+  /// algebraic state. For sensitivities see CvodesOptions.
   double absolute_tolerance = 1e-12;
   long max_steps = 100000;  ///< per interval
 };
 
-/// Backward differentiation formulas on x' = f(t, x, z, u, p), 0 = g(t, x, z, u, p) in scaled time,
-/// from z that meet g; running costs are additional states. Sensitivities take part in the error
-/// control, those of z in the equations only. Ordinary phases are taken as well, and intervals with
-/// events, in which z is eliminated from the field. All else is as for cvodes(): no second
-/// derivatives, no allocation after the first call of each kind. Throws DefinitionError for a
-/// tolerance outside (0, 1) or a negative absolute one.
+/// Applies BDF to x' = f(t, x, z, u, p), 0 = g(t, x, z, u, p) in scaled time, starting from a
+/// consistent z. Running costs are additional states. Sensitivities are included in error control;
+/// those of z are only part of the equations. Also integrates ordinary phases and intervals with
+/// events, where z is eliminated from the field. As with cvodes(), there are no second derivatives
+/// and no allocation after the first call of each kind. Throws DefinitionError for a tolerance
+/// outside (0, 1) or a negative absolute one.
 IntegratorChoice idas(IdasOptions options = {});
 
 }  // namespace saltus

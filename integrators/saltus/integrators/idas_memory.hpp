@@ -1,5 +1,5 @@
-// One IDAS solver for fields of one size, with algebraic states or without: set-up, tolerances and
-// call-backs. The field can be exchanged between integrations, as hybrid systems need.
+// One IDAS solver for fields of one size, with or without algebraic states: set-up, tolerances and
+// callbacks. The field can change between integrations, as hybrid systems require.
 #pragma once
 
 #include <idas/idas.h>
@@ -14,37 +14,38 @@
 
 namespace saltus::sundials {
 
-/// What a return code of IDASolve() means.
+/// Converts a return code of IDASolve().
 IntegrationStatus status_of_ida(int code);
 
 /// Equations in scaled time, with Y = (x | z | q) and the field's phi = (f | g | L):
 ///   x' = h f,  0 = g,  q' = h L,   and for the sensitivity to w_j the same, differentiated.
 class IdasMemory {
  public:
-  /// The states of `field` are x and, behind them, `algebraic` many z; the entries of w are those
-  /// of `problem`, without z. `entries` is the largest number of Jacobian entries of any field.
+  /// The states of `field` are x followed by z, one z per equation of `algebraic`. The entries of w
+  /// are those of `problem`, without z. `entries` is the largest number of Jacobian entries of any
+  /// field.
   IdasMemory(const IntervalProblem& problem, const IdasOptions& options, const IntervalField& field,
              int entries, const AlgebraicEquations* algebraic = nullptr);
 
   void use(const IntervalField& field) { field_ = &field; }
 
-  /// Y: x and q are to be set before begin(), which finds z.
+  /// Y. Set x and q before begin(), which computes z.
   double* state() const { return y_.data(); }
   double* sensitivity(int direction) const { return sensitivity_.data(direction); }
   int directions() const { return directions_; }
   int states() const { return nx_; }
   int first_cost() const { return nx_ + nz_; }
 
-  /// Starts at s from state(), and from sensitivity() if they are wanted; never beyond s = 1.
-  /// `w` is the interval's argument, which scales tolerances. Returns a code of IDAS.
+  /// Starts at s from state(), and from sensitivity() if `sensitivities` is true. Integration never
+  /// passes s = 1. `w` is the interval's argument, which scales tolerances. Returns an IDAS code.
   int begin(double s, const double* w, bool sensitivities);
   int advance(int task, double& reached);
   int read_sensitivity();
   int interpolate(double s, double* y);
   int interpolate_sensitivity(double s);
-  /// (h f | h L), or (h f | g | h L), at (s, Y).
+  /// Computes (h f | h L), or (h f | g | h L), at (s, Y).
   bool evaluate(double s, const double* y, double* rates);
-  /// (f | g | L) at (s, state()), not multiplied by the length.
+  /// Computes (f | g | L) at (s, state()), not multiplied by the length.
   void rates_at(double s, double* rates);
 
   static IntegrationStatus status_of(int code) { return status_of_ida(code); }
@@ -76,7 +77,7 @@ class IdasMemory {
   const AlgebraicEquations* algebraic_;
   std::optional<AlgebraicSolution> solution_;  // of algebraic_, if there are equations
   int nz_, nx_, outputs_, directions_, first_algebraic_entry_ = 0;
-  Context context_;  // outlives everything made in it
+  Context context_;  // outlives everything created in it
   std::vector<double> absolute_;
   Vector y_, slope_, inside_;
   VectorArray sensitivity_, sensitivity_slope_, sensitivity_tolerance_;
@@ -85,7 +86,7 @@ class IdasMemory {
   LinearSolver linear_;
   std::unique_ptr<void, FreeIda> memory_;
   std::vector<double> z_, phi_, entries_, dense_, reduced_, algebraic_slope_;
-  RowMajorMatrix stacked_, rates_, algebraic_rates_;  // of all directions of the field
+  RowMajorMatrix stacked_, rates_, algebraic_rates_;  // for all directions of the field
   KeptException exception_;
 };
 

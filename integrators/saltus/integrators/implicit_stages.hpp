@@ -1,7 +1,7 @@
-// The stages of one step of a Runge-Kutta scheme, in scaled time from s over the length D:
+// The stages of one Runge-Kutta step in scaled time from s over the length D:
 //   X_i = x + D sum_j a_ij F_j,   F_j = F(s + c_j D, X_j),
-// of implicit schemes by Newton's method to rounding, and the factors of M_ij = I delta_ij - D a_ij
-// F_Xj, with which stages are differentiated in either direction.
+// Newton's method solves implicit stages to rounding. The factors of M_ij = I delta_ij - D a_ij
+// F_Xj give derivatives of the stages in forward and adjoint mode.
 #pragma once
 
 #include <vector>
@@ -12,10 +12,10 @@
 
 namespace saltus {
 
-/// What is known of one step. Fields of several modes may use it: of the most Jacobian entries.
+/// Data of one step. Fields of several modes may share it, sized for the most Jacobian entries.
 struct ImplicitStep {
   struct Stage {
-    VectorXd z, phi, entries;  // argument, rates and entries of the Jacobian
+    VectorXd z, phi, entries;  // argument, rates, Jacobian entries
     VectorXd adjoint;          // Fbar
     VectorXd gradient;         // phi_z' Fbar
   };
@@ -31,17 +31,18 @@ class StageSolver {
 
   const ButcherTableau& tableau() const { return tableau_; }
   int count() const { return tableau_.stages(); }
-  /// d = a^-T b: x+ = x + sum_i d_i (X_i - x), without the rounding of stiff rates. Of implicit
-  /// schemes.
+  /// d = a^-T b for implicit schemes: x+ = x + sum_i d_i (X_i - x), which avoids the rounding of
+  /// stiff rates.
   const VectorXd& end_weights() const { return end_weights_; }
 
-  /// Finds the stages, into states(). Rates and slopes are left as the last iterate had them.
+  /// Computes the stages into states(). Rates and slopes are those of the last iterate.
   IntegrationStatus find(const IntervalField& field, double s, double length, const double* x,
                          ImplicitStep& step);
   /// X_1 | X_2 | ...
   const double* states() const { return states_.data(); }
   const double* state(int stage) const { return states_.data() + stage * nx_; }
-  /// Behind find(): the rates there; with their Jacobians and the factors of M.
+  /// Call after find(). evaluate_rates() computes the rates at the stages, evaluate_slopes() also
+  /// their Jacobians and the factors of M.
   void evaluate_rates(const IntervalField& field, double s, double length, ImplicitStep& step);
   IntegrationStatus evaluate_slopes(const IntervalField& field, double s, double length,
                                     ImplicitStep& step);
@@ -57,7 +58,7 @@ class StageSolver {
   bool is_explicit_;
   VectorXd end_weights_, nominal_;
   VectorXd states_, shorter_states_, residual_, slope_;
-  double fraction_ = 1.0;  // of the step, on the way to all of it
+  double fraction_ = 1.0;  // fraction of the step reached by continuation
 };
 
 }  // namespace saltus

@@ -1,11 +1,11 @@
-// What every scheme integrates: dynamics and running costs of one interval as one field over
-// scaled time, with its derivatives in the directions that are wanted.
+// The equations that every scheme integrates: dynamics and running costs of one interval as one
+// field over scaled time, with derivatives in the requested directions.
 //
-// With s = (t - t0) / h in [0, 1] and y = (x | q) the interval reads
+// With s = (t - t0) / h in [0, 1] and y = (x | q), the interval reads
 //   dy/ds = F(s, x; theta) = h phi(z),  phi = (f | L),  z = (t0 + s h | x | u(s; c) | p),
-// where theta = (c | p | t0 | h) is constant. In scaled time start and length are parameters like
-// any other: they act through t, through u(s) and as the factor h, and an interval of length zero
-// or a negative one needs no special case. z is linear in (x, theta), so that
+// where theta = (c | p | t0 | h) is constant. In scaled time, start and length are ordinary
+// parameters: they enter through t, through u(s) and as the factor h. Intervals of zero or negative
+// length need no special treatment. z is linear in (x, theta), so that
 //   dF     = h phi_z dz + phi dh,
 //   w' d2F = h dz' (w' phi)_zz dz + 2 (w' phi_z dz) dh.
 #pragma once
@@ -16,97 +16,99 @@
 
 namespace saltus {
 
-/// Sensitivities are stored by rows: a sparse Jacobian then adds contiguous rows. A row has one
-/// column per direction, or more (padded_directions()), which then are zero.
+/// Sensitivities are row-major, so that a sparse Jacobian adds contiguous rows. A row has one
+/// column per direction, plus zero columns for padding (padded_directions()).
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// The combined field of an IntervalProblem. Owns scratch memory; after construction nothing
-/// allocates. A "direction" is a differentiated entry of w = (x0 | c | p | t0 | h); directions keep
-/// the order of w, and the first nx of them are the start state.
+/// The combined field of an IntervalProblem. Owns its workspace and does not allocate after
+/// construction. A "direction" is a differentiated entry of w = (x0 | c | p | t0 | h). Directions
+/// keep the order of w, so the first nx are the initial state.
 class IntervalField {
  public:
-  /// Throws DefinitionError when the functions do not have the sizes that the arguments announce.
+  /// Throws DefinitionError if the sizes of the functions do not match the arguments.
   explicit IntervalField(const IntervalProblem& problem);
 
   int states() const { return nx_; }
   int outputs() const { return nx_ + nq_; }
   int arguments() const { return sizes_.size(); }
   int directions() const { return static_cast<int>(column_.size()); }
-  /// Columns of sensitivities whose rows fill whole vectors of the processor.
+  /// Columns of sensitivities, padded to whole vector registers.
   int padded_directions() const;
-  /// Column of w that a direction differentiates.
+  /// Column of w of a direction.
   int column(int direction) const { return column_[direction]; }
   bool differentiates_time() const { return h_direction_ >= 0; }
   int h_direction() const { return h_direction_; }
   int entries() const { return dynamics_entries_ + cost_entries_; }
 
-  /// Takes over c, p, t0 and h of the interval; must precede everything below.
+  /// Loads c, p, t0 and h of the interval. Call it before the functions below.
   void load(const double* w);
   double length() const { return h_; }
 
-  /// z at scaled time s and state x.
+  /// Computes z at scaled time s and state x.
   void argument(double s, const double* x, double* z) const;
 
-  /// phi(z), outputs() entries, not multiplied by h.
+  /// Computes phi(z), outputs() entries, not multiplied by h.
   void value(const double* z, double* phi) const;
-  /// phi(z) and the Jacobian entries of f and then of L, in the order of their patterns.
+  /// Computes phi(z) and the Jacobian entries of f, then of L, in the order of their patterns.
   void jacobian(const double* z, double* phi, double* entries) const;
-  /// phi_z' weights, arguments() entries.
+  /// Computes phi_z' weights, arguments() entries.
   void adjoint(const double* entries, const double* weights, double* gradient) const;
-  /// h phi_x, dense, column-major with leading dimension outputs(); columns of q are zero.
+  /// Computes h phi_x, dense, column-major with leading dimension outputs(). Columns of q are zero.
   void scaled_state_jacobian(const double* entries, double* dense) const;
 
-  /// rates (outputs rows with as many columns as `sensitivity`) = dF along the state directions
-  /// `sensitivity` (states x directions or more rows) at scaled time s.
+  /// Computes dF along the directions at scaled time s into `rates`. `sensitivity` has states rows
+  /// or more and one column per direction. `rates` has outputs rows and the same number of columns.
   void rate_sensitivity(double s, const double* phi, const double* entries,
                         const RowMajorMatrix& sensitivity, double* rates) const;
-  /// The same for one direction: rate (outputs) from the state part (states) of its column.
+  /// Same for one direction: `rate` (outputs) from the state part (states) of its column.
   void rate_sensitivity(double s, const double* phi, const double* entries, int direction,
                         const double* sensitivity, double* rate) const;
 
-  /// Adds h Z' (weights' phi)_zz Z to the lower triangle of `sum` (directions x directions), with
-  /// Z = dz along the directions. Gauss-Newton leaves the dynamics out.
+  /// Adds h Z' (weights' phi)_zz Z to the lower triangle of `sum` (directions x directions), where
+  /// Z = dz along the directions. Gauss-Newton omits the dynamics.
   void add_curvature(double s, const double* z, const double* weights,
                      const RowMajorMatrix& sensitivity, Curvature curvature,
                      RowMajorMatrix& sum) const;
-  /// dz' gradient along all directions (what dh multiplies in the second derivative).
+  /// Computes dz' gradient along all directions, which dh multiplies in the second derivative.
   void pull_back(double s, const double* gradient, const RowMajorMatrix& sensitivity,
                  double* along) const;
 
-  /// The same where the instant moves by `moves` (directions) with the directions, so that all of z
-  /// does: dz (arguments x directions), of which the states are those of `sensitivity`.
+  /// Computes dz (arguments x directions) at an instant that moves by `moves` (directions), so that
+  /// all entries of z vary. The states are those of `sensitivity`.
   void differentiate_argument(double s, const RowMajorMatrix& sensitivity, const double* moves,
                               RowMajorMatrix& dz) const;
-  /// dF (outputs x directions) along dz.
+  /// Computes dF (outputs x directions) along dz.
   void rate_differential(const double* phi, const double* entries, const RowMajorMatrix& dz,
                          RowMajorMatrix& rates) const;
-  /// Adds h dz' (weights' phi)_zz dz to `sum`, as add_curvature() does.
+  /// Adds h dz' (weights' phi)_zz dz to `sum`, like add_curvature().
   void add_moving_curvature(const double* z, const double* weights, const RowMajorMatrix& dz,
                             Curvature curvature, RowMajorMatrix& sum) const;
-  /// gradient' dz/ds, differentiated: through h and the two ends of an input.
+  /// Computes the differential of gradient' dz/ds through h and the two ends of an input.
   void slope_differential(const double* gradient, double* along) const;
-  /// visit(row of phi, state, entry of jacobian()) for all state columns.
+  /// Calls visit(row of phi, state, entry of jacobian()) for all state columns.
   template <class Visit>
   void for_each_state_entry(Visit visit) const {
     for (const Entry& e : state_entries_) visit(e.row, e.col - 1, e.entry);
   }
 
-  /// dF/ds at fixed state: h (phi_t h + phi_u du/ds), outputs() entries.
+  /// Computes dF/ds at fixed state, h (phi_t h + phi_u du/ds), outputs() entries.
   void explicit_rate(const double* entries, double* rate) const;
-  /// The differential m_z dz (outputs of m x directions) of another function of z, given the
-  /// entries of its Jacobian, along the state directions `sensitivity`.
+  /// Computes the differential m_z dz (outputs of m x directions) of another function m of z from
+  /// its Jacobian entries, along the state directions `sensitivity`.
   void differential(const SparsityPattern& pattern, const double* entries, double s,
                     const RowMajorMatrix& sensitivity, RowMajorMatrix& result) const;
-  /// The slope m_z dz/ds of that function at fixed state: m_t h + m_u du/ds.
+  /// Computes the slope m_z dz/ds of that function at fixed state: m_t h + m_u du/ds.
   void explicit_slope(const SparsityPattern& pattern, const double* entries, double* slope) const;
 
-  /// Writes a sensitivity (outputs x directions) into the columns of d end / d w, others zero.
+  /// Writes a sensitivity (outputs x directions) into the columns of d end / d w. Other columns are
+  /// zero.
   void scatter(const RowMajorMatrix& sensitivity, MatrixXd& derivative) const;
-  /// Writes a lower triangle over directions into the symmetric matrix over w, others zero.
+  /// Writes a lower triangle over directions into the symmetric matrix over w. Other entries are
+  /// zero.
   void scatter_symmetric(const RowMajorMatrix& lower, MatrixXd& hessian) const;
 
  private:
-  // dz_row / d direction = constant + slope * s; a theta row has at most two such directions.
+  // dz_row / d direction = constant + slope * s. A row of theta has at most two such directions.
   struct Coefficient {
     int direction;
     double constant;
@@ -118,13 +120,13 @@ class IntervalField {
     int col;  // of z
     int entry;
   };
-  // An entry of a row of a matrix times z: where the row of derivatives of z's entry stands.
+  // An entry in a row of a matrix multiplied by dz, with the row of dz that it multiplies.
   struct Factor {
     int entry;
     bool is_state;
-    int row;  // of the sensitivity, or of direct_rows_
+    int row;  // row of the sensitivity or of direct_rows_
   };
-  // What one direction adds to the rates through t, u or p.
+  // Contribution of a direction to the rates through t, u or p.
   struct DirectEntry {
     int row;
     int entry;
@@ -155,15 +157,15 @@ class IntervalField {
   std::vector<int> column_;
   std::vector<std::vector<Coefficient>> coefficients_;  // per row of z; empty for states and data
   std::vector<Entry> jacobian_entries_;
-  std::vector<std::vector<Factor>> rate_factors_;         // of the rows of phi
-  std::vector<std::vector<Factor>> gradient_factors_;     // of the columns: `row` is one of phi
-  std::vector<Entry> state_entries_;                      // those of state columns
-  std::vector<std::vector<DirectEntry>> direct_entries_;  // the others, per direction
-  std::vector<CurvatureRow> curvature_rows_;              // of (weights' phi)_zz that are not zero
-  int dynamics_curvature_ = 0;  // entries; those of the running cost follow
-  // dz / d direction of what is no state: a row per entry of z that moves, and what of it moves
-  // with s.
-  std::vector<int> direct_row_;  // per entry of z: there, or its state
+  std::vector<std::vector<Factor>> rate_factors_;         // per row of phi
+  std::vector<std::vector<Factor>> gradient_factors_;     // per column of z; `row` is a row of phi
+  std::vector<Entry> state_entries_;                      // entries in state columns
+  std::vector<std::vector<DirectEntry>> direct_entries_;  // other entries, per direction
+  std::vector<CurvatureRow> curvature_rows_;              // non-zero rows of (weights' phi)_zz
+  int dynamics_curvature_ = 0;  // number of entries; those of the running cost follow
+  // dz / d direction of the entries of z that are not states: one row per varying entry, and the
+  // parts that vary with s.
+  std::vector<int> direct_row_;  // per entry of z: its row in direct_rows_, or its state
   struct MovingEntry {
     int row;
     Coefficient coefficient;
@@ -177,7 +179,7 @@ class IntervalField {
   mutable RowMajorMatrix product_;  // (weights' phi)_zz Z
 };
 
-/// Whether all numbers of a range are finite.
+/// True if all numbers are finite.
 bool all_finite(const double* values, int count);
 
 }  // namespace saltus

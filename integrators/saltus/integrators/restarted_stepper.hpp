@@ -1,8 +1,8 @@
-// The flow of one mode by a one-step scheme on the fixed grid of the interval, whatever the scheme.
+// The flow of one mode by any one-step scheme on the fixed grid of the interval.
 //
-// Dense output is the scheme itself, restarted with a part of the step: y(s) = Phi(y_n, s_n, L),
-// L = s - s_n, as accurate as the step and exact to differentiate. Behind an event s_n moves with
-// w, and so does L.
+// Dense output restarts the scheme with a part of the step: y(s) = Phi(y_n, s_n, L), L = s - s_n.
+// It is as accurate as the step, and its derivatives are exact. After an event, s_n and L vary with
+// w.
 #pragma once
 
 #include <vector>
@@ -19,7 +19,7 @@ class RestartedStepper : public FlowStepper {
   IntegrationStatus step() final;
   double step_start() const final { return start_; }
   double step_end() const final { return reached_; }
-  /// NaN where the scheme fails.
+  /// NaN if the scheme fails.
   void state_at(double s, double* y) final;
   IntegrationStatus sensitivity_at(double s, RowMajorMatrix& sensitivity, double* slope) final {
     return propagate(s, sensitivity, slope);
@@ -30,18 +30,19 @@ class RestartedStepper : public FlowStepper {
  protected:
   RestartedStepper(int steps, int nx, int ny, int directions);
 
-  /// y at s, by a step of the length s - start_; whether that is finite is looked at by step().
+  /// Computes y at s by a step of length s - start_. step() checks that it is finite.
   virtual IntegrationStatus advance(double s, double* y) = 0;
-  /// The derivative of y(s) at fixed s, and with `slope` also dy/ds; not_finite if it is not.
+  /// Computes the derivative of y(s) at fixed s, and dy/ds unless `slope` is null. Returns
+  /// not_finite if a value is not finite.
   virtual IntegrationStatus propagate(double s, RowMajorMatrix& sensitivity, double* slope) = 0;
 
   const int nx_, ny_, nd_;  // states, outputs, directions
   const IntervalField* field_ = nullptr;
-  double start_ = 0.0;               // of the last step
-  std::vector<double> y_;            // there
-  RowMajorMatrix sensitivity_;       // there
-  std::vector<double> start_slope_;  // of start_
-  bool moving_ = false;              // start_slope_ is not zero
+  double start_ = 0.0;               // start of the last step
+  std::vector<double> y_;            // y at start_
+  RowMajorMatrix sensitivity_;       // sensitivity at start_
+  std::vector<double> start_slope_;  // derivative of start_
+  bool moving_ = false;              // start_slope_ is non-zero
 
  private:
   int steps_;

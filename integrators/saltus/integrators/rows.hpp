@@ -1,5 +1,5 @@
-// Sums of rows of doubles, as many at once as the processor's vectors hold: what sensitivities are
-// made of. Rows whose length is a multiple of `lanes` have no rest that is added one by one.
+// Vectorised sums of rows of doubles, for sensitivities. Rows whose length is a multiple of `lanes`
+// have no scalar remainder.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@ using Lanes = Pack<lanes>::Lanes;
 /// n rounded up to a multiple of `lanes`.
 constexpr int padded(int n) { return (n + lanes - 1) / lanes * lanes; }
 
-// Vectors may alias their elements; a memcpy would go in smaller pieces than are read next.
+// Vector types may alias their elements. A memcpy would use smaller pieces than the next read.
 inline Lanes load(const double* from) { return *reinterpret_cast<const Lanes*>(from); }
 inline void store(const Lanes& value, double* to) { *reinterpret_cast<Lanes*>(to) = value; }
 
@@ -27,14 +27,14 @@ inline void add_multiple(int n, double a, const double* x, double* y) {
   for (; i < n; ++i) y[i] += a * x[i];
 }
 
-/// A row of a table and its weight in a sum.
+/// Index of a table row and its weight in a sum.
 struct Weighted {
   int row;
   double weight;
 };
 
-/// out = base + sum of weighted rows of a table with `stride` entries per row; n entries of them, a
-/// multiple of `lanes`. The sum runs in registers.
+/// out = base + weighted sum of rows of a table with `stride` entries per row. Uses n entries of
+/// each row, a multiple of `lanes`. The sum stays in registers.
 inline void weighted_sum(int n, const double* base, const std::vector<Weighted>& weighted,
                          const double* table, std::ptrdiff_t stride, double* out) {
   constexpr int block = 4;

@@ -1,8 +1,8 @@
-// Ownership of SUNDIALS objects, its return codes, and the differences between versions 6 and 7.
+// RAII wrappers of SUNDIALS objects, return codes, and differences between versions 6 and 7.
 //
-// A code below zero at set-up throws std::runtime_error with the name of the call (it means a bug
-// or no memory); while an interval is integrated codes become an IntegrationStatus. The library's
-// own messages are switched off: nothing here prints.
+// A negative code at set-up throws std::runtime_error with the name of the call, because it means a
+// bug or lack of memory. During an integration, codes become an IntegrationStatus. The messages of
+// the library are disabled, so nothing prints.
 #pragma once
 
 #include <nvector/nvector_serial.h>
@@ -22,11 +22,12 @@
 
 namespace saltus::sundials {
 
-/// Throws std::runtime_error when a set-up call failed.
+/// Throws std::runtime_error if a set-up call failed.
 void require(int code, const char* call);
 void require(const void* object, const char* call);
 
-/// The context that all objects of one integrator share. One per integrator: no shared state.
+/// The context shared by all objects of one integrator. Each integrator has a separate one, so
+/// integrators share no state.
 class Context {
  public:
   Context();
@@ -39,7 +40,7 @@ class Context {
   SUNContext context_ = nullptr;
 };
 
-/// A serial vector of fixed length, with fused operations.
+/// A serial vector of fixed length with fused operations.
 class Vector {
  public:
   Vector(int size, const Context& context);
@@ -53,7 +54,7 @@ class Vector {
   N_Vector vector_ = nullptr;
 };
 
-/// Several vectors like a given one, contiguous as SUNDIALS wants its sensitivities.
+/// An array of vectors like a given one, as SUNDIALS requires for sensitivities.
 class VectorArray {
  public:
   VectorArray(int count, const Vector& like);
@@ -82,13 +83,14 @@ using LinearSolver = std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, Fre
 using NonlinearSolver =
     std::unique_ptr<std::remove_pointer_t<SUNNonlinearSolver>, FreeNonlinearSolver>;
 
-/// Return values of right-hand sides: SUNDIALS tries a smaller step after a recoverable failure.
+/// Return values of callbacks. After a recoverable failure, SUNDIALS tries a smaller step.
 inline constexpr int callback_success = 0;
 inline constexpr int callback_recoverable = 1;
 inline constexpr int callback_failed = -1;
 
-/// Formulas are called by call-backs, between frames of C through which no exception may pass: what
-/// they throw is kept, ends the call of the library, and is thrown again behind it.
+/// Passes exceptions of formulas through C code. A callback runs between C frames that exceptions
+/// must not cross. keep() stores the exception and returns a failure, and throw_again() rethrows it
+/// after the library call.
 class KeptException {
  public:
   template <class F>
@@ -108,13 +110,14 @@ class KeptException {
   std::exception_ptr kept_;
 };
 
-/// Absolute tolerances of (x | q): `relative_to_nominal` times nominal_state, q with nominal 1.
-/// Throws DefinitionError when a nominal value is not positive or their number is wrong.
+/// Absolute tolerances of (x | q): `relative_to_nominal` times nominal_state, with nominal 1 for q.
+/// Throws DefinitionError if a nominal value is not positive or their number is wrong.
 std::vector<double> absolute_tolerances(const IntervalProblem& problem, double relative_to_nominal);
 
-/// Magnitude of an entry of w, by which the absolute tolerance of its sensitivity is divided:
-/// |p| for parameters, |h| for the length, at least 1e-3, nominal_state for start states, 1 for all
-/// others and instead of zero; rounded to a power of two, so that it seldom changes between calls.
+/// Magnitude of an entry of w, which divides the absolute tolerance of its sensitivity: |p| for
+/// parameters and |h| for the length, both at least 1e-3, and nominal_state for initial states. It
+/// is 1 for all other entries and instead of zero. Rounded to a power of two, so that it rarely
+/// changes between calls.
 double direction_scale(const IntervalProblem& problem, const double* w, int column);
 
 }  // namespace saltus::sundials

@@ -1,24 +1,24 @@
-// The exact solution of an interval with affine dynamics: the scheme of linear MPC.
+// Exact solution of an interval with affine dynamics, for linear MPC.
 #pragma once
 
 #include "saltus/model/integrator.hpp"
 
 namespace saltus {
 
-/// Exact up to rounding for dynamics that are affine in (x, u) and do not depend on t, and for
-/// running costs that are at most quadratic in (x, u) and do not depend on t; parameters may enter
-/// both in any way. Both input shapes are exact (a linear one is a ramp column, not a sample).
+/// Exact to rounding for time-invariant dynamics that are affine in (x, u) and time-invariant
+/// running costs that are at most quadratic in (x, u). Parameters may enter both in any way. Both
+/// input shapes are exact: a linear input is a ramp column, not sampled.
 ///
-/// - The matrices of the last few pairs (h, p) are kept: calls that repeat one only multiply.
-/// - First derivatives with respect to everything, parameters and length included.
-/// - has_hessian(): yes, with the length included, unless parameters are differentiated. Under
-///   Curvature::gauss_newton rows and columns of the length are zero.
-/// - Nothing allocates after construction.
+/// - Stores the matrices of the last few pairs (h, p): repeated pairs cost only multiplications.
+/// - First derivatives with respect to all arguments, including parameters and length.
+/// - has_hessian() is true unless parameters are differentiated. The Hessian includes the length.
+///   With Curvature::gauss_newton, rows and columns of the length are zero.
+/// - Does not allocate after construction.
 ///
-/// make() throws DefinitionError with the offending pair of variables when a function has another
-/// form. Kinks such as abs() in a formula are found by comparing derivatives at random points.
-/// Running costs of another form, such as those of a reference that varies in time, need
-/// costs(CostRule::nodes) or another integrator.
+/// make() throws DefinitionError with the offending pair of variables if a function has another
+/// form. It detects kinks, such as abs() in a formula, by comparing derivatives at random points.
+/// Running costs of another form, such as a time-varying reference, require costs(CostRule::nodes)
+/// or another integrator.
 IntegratorChoice zero_order_hold();
 
 }  // namespace saltus
