@@ -10,8 +10,8 @@
 namespace saltus {
 namespace {
 
-// While a StepRecorder listens, a number that is no constant carries the step that computes it, in
-// the place of a constant's value, which nobody reads of it.
+// While a StepRecorder is active, the value of a non-constant tracer is the index of its step.
+// Nothing else reads the value of a non-constant.
 int step_of(const Tracer& x) {
   FormulaSteps& steps = StepRecorder::active()->steps;
   return x.is_constant() ? steps.add_constant(x.constant()) : static_cast<int>(x.constant());
@@ -21,12 +21,12 @@ template <class... Arguments>
 double recorded(Operation operation, const Arguments&... arguments) {
   StepRecorder* const recorder = StepRecorder::active();
   if (recorder == nullptr) return 0.0;
-  // In their order: braces, not an argument list.
+  // Braces guarantee the order of evaluation.
   const int steps[] = {step_of(arguments)..., -1, -1};
   return recorder->steps.add(operation, steps[0], steps[1], steps[2]);
 }
 
-// Which function nonlinear() stands for: it is told of structure only.
+// The function that nonlinear() represents, which itself sees only structure.
 thread_local Operation applied = Operation::constant;
 
 }  // namespace
@@ -159,7 +159,7 @@ Tracer trace(F f, Operation operation, const Tracer& a, const Tracer& b) {
 
 }  // namespace
 
-// The lambdas pick the double overload, which has no address of its own among the templates.
+// The lambdas select the double overload, whose address is ambiguous among the templates.
 Tracer sin(const Tracer& x) {
   return trace([](double v) { return std::sin(v); }, Operation::sin, x);
 }
@@ -220,7 +220,7 @@ Tracer pow(const Tracer& a, double exponent) { return pow(a, Tracer(exponent)); 
 
 namespace {
 
-// The input that a number is, or -1.
+// Index of the input that a tracer represents, or -1.
 int input_of(const Tracer& x) {
   int input = -1, count = 0, pairs = 0;
   x.inputs().for_each([&](int i) {

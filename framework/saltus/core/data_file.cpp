@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Variables that are set to nothing count as absent, as the XDG specification has it.
+// Empty variables count as unset, as in the XDG specification.
 const char* variable(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr && *value != '\0' ? value : nullptr;

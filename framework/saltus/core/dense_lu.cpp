@@ -47,7 +47,7 @@ bool DenseLu::factor() {
     }
     pivots_[k] = best;
     if (!(size_of_best > rounding)) {
-      // Of the rows left over, the one with least in it.
+      // Report the remaining row with the smallest entries.
       double least = std::numeric_limits<double>::infinity();
       for (int i = k; i < size_; ++i) {
         double largest = 0.0;

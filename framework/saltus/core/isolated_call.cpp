@@ -19,9 +19,9 @@ namespace saltus {
 namespace {
 
 constexpr double more_memory = 4e9;  // bytes
-constexpr char whole = '\x03';       // at the end of what is not cut off
+constexpr char whole = '\x03';       // last byte of complete output
 
-// Pages of data that this process has: with a sanitizer there is no end to them.
+// Data segment of this process in bytes. Unlimited with a sanitizer.
 double data_in_use() {
   double size = 0.0, pages = 0.0;
   std::ifstream statm("/proc/self/statm");
@@ -30,7 +30,7 @@ double data_in_use() {
   return pages * static_cast<double>(::sysconf(_SC_PAGESIZE));
 }
 
-// The whole life of the child: silent, and without cores.
+// Runs the child process: no output, no core dumps.
 [[noreturn]] void serve(int pipe, const std::function<std::string()>& work, int seconds) {
 #ifdef __linux__
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -41,13 +41,13 @@ double data_in_use() {
   const rlimit time{most, most}, core{0, 0};
   ::setrlimit(RLIMIT_CPU, &time);
   ::setrlimit(RLIMIT_CORE, &core);
-  ::alarm(10U * static_cast<unsigned>(seconds) + 10U);  // also where it waits for ever
+  ::alarm(10U * static_cast<unsigned>(seconds) + 10U);  // also ends endless waiting
   const double data = data_in_use() + more_memory;
   const rlimit memory{static_cast<rlim_t>(data), static_cast<rlim_t>(data)};
   if (data < 4.0 * more_memory) ::setrlimit(RLIMIT_DATA, &memory);
   try {
     write_all(pipe, work() + whole);
-  } catch (...) {  // what is missing tells it
+  } catch (...) {  // the parent detects missing output
   }
   ::_exit(0);  // no destructors of the parent's objects
 }

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Of the machine, without dots and at most 16 characters long; whole_file.py has the same.
+// Host name without dots, at most 16 characters. whole_file.py uses the same rule.
 std::string short_host_name() {
   char name[256] = {};
   if (::gethostname(name, sizeof(name) - 1) != 0 || name[0] == '\0') return "host";
@@ -34,7 +34,7 @@ std::string short_host_name() {
 
 fs::path temporary_beside(const fs::path& path) {
   std::random_device random;
-  const std::string name = path.filename().string().substr(0, 160);  // with the rest below NAME_MAX
+  const std::string name = path.filename().string().substr(0, 160);  // total below NAME_MAX
   return path.parent_path() /
          fmt::format(".{}.{:08x}.{}.{}.part", name, random(), short_host_name(), ::getpid());
 }
@@ -59,7 +59,8 @@ void write_whole(const fs::path& file, std::string_view content, std::error_code
   } else {
     const mode_t mask = ::umask(0);
     ::umask(mask);
-    fs::permissions(temporary, static_cast<fs::perms>(0666U & ~mask), ignored);  // where it has any
+    fs::permissions(temporary, static_cast<fs::perms>(0666U & ~mask),
+                    ignored);  // if the file system has permissions
     fs::rename(temporary, file, error);
   }
   if (error) fs::remove(temporary, ignored);
@@ -72,7 +73,7 @@ void remove_orphans(const fs::path& folder) {
     if (!name.starts_with('.') || !name.ends_with(".part")) continue;
     const fs::path of_process = entry.path().stem();  // .NAME.RANDOM.HOST.PROCESS
     const std::string number = of_process.extension().string();
-    const std::string host = of_process.stem().extension().string();  // with its dot
+    const std::string host = of_process.stem().extension().string();  // includes the dot
     if (number.empty() || host.empty() || host.substr(1) != short_host_name()) continue;
     const int process = std::atoi(number.c_str() + 1);
     const bool is_over = process > 0 && ::kill(process, 0) != 0 && errno == ESRCH;

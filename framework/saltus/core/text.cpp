@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-constexpr std::size_t longest_shown = 200;  // bytes, of text from outside
+constexpr std::size_t longest_shown = 200;  // maximum length in bytes of shown outside text
 
 // Levenshtein distance with one row of storage.
 std::size_t edit_distance(std::string_view a, std::string_view b) {

@@ -16,7 +16,7 @@ struct ThreadPool::State {
   explicit State(int threads) : failures(threads) {
     try {
       for (int k = 1; k < threads; ++k) workers.emplace_back([this, k] { serve(k); });
-    } catch (...) {  // no further thread: those that wait already would be joined for ever
+    } catch (...) {  // stops the threads that run already: joining them would hang otherwise
       end();
       throw;
     }
@@ -56,7 +56,7 @@ struct ThreadPool::State {
 
   std::mutex mutex;
   std::condition_variable begins, ends;
-  long piece = 0;  // counts them
+  long piece = 0;  // counts the tasks
   int at_work = 0;
   bool is_ending = false;
   const void* of = nullptr;

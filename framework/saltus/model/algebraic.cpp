@@ -15,10 +15,10 @@
 namespace saltus {
 namespace {
 
-// Newton's method converges quadratically: a correction this small is followed by rounding. It is
-// small relative to nominal + |z| and to |z| itself, which may be far below its nominal value;
-// where z ends at zero, or its digits are lost to others', a correction is done that is rounding of
-// the largest z on the way, or after which corrections do not shrink.
+// Newton's method converges quadratically: after a correction this small, only rounding remains. It
+// is relative to nominal + |z| and to |z|, which may be far below its nominal value. If z converges
+// to zero or loses digits to cancellation, iteration stops in two cases: the correction is at
+// rounding level of the largest z so far, or corrections no longer decrease.
 constexpr double last_correction = 1e-9;
 constexpr double rounding = 1e-15;
 constexpr int most_corrections = 100;
@@ -32,7 +32,7 @@ void spoil(double* values, int count) {
   std::fill_n(values, count, std::numeric_limits<double>::quiet_NaN());
 }
 
-// Position of an entry of (t | x z | u | p) in (t | x | u | p); -1: it is one of z.
+// Index of an entry of (t | x z | u | p) in (t | x | u | p), or -1 for an entry of z.
 int reduced(const Arguments& sizes, int nz, int column) {
   const int first = 1 + sizes.nx;
   if (column < first) return column;
@@ -69,9 +69,9 @@ AlgebraicEquations::AlgebraicEquations(const Arguments& sizes, Function equation
   find_dependencies();
 }
 
-// Each equation is matched with an entry of z that it contains, along augmenting paths. Where that
-// is impossible g_z is singular. Otherwise z_j follows from its own equation and from those of the
-// entries of z therein, and depends on what they read.
+// Matches each equation with an entry of z that it contains, along augmenting paths. If no complete
+// matching exists, g_z is structurally singular. Otherwise z_j depends on what its own equation
+// reads and on the other entries of z in it.
 void AlgebraicEquations::find_dependencies() {
   const int nz = count(), first = 1 + sizes_.nx;
   const SparsityPattern& pattern = equations_.jacobian_pattern();
@@ -180,8 +180,8 @@ AlgebraicStatus AlgebraicEquations::solve(const double* argument, AlgebraicSolut
     const double size = size_of(s.step, s);
     std::copy_n(z, nz, s.before.begin());
     for (int j = 0; j < nz; ++j) s.largest[j] = std::max(s.largest[j], std::abs(z[j]));
-    // As far as the next correction, with the same factors, is shorter: that measures progress in z
-    // and not in equations of any scale.
+    // Damping: shortens the step until the next correction with the same factors is shorter. This
+    // measures progress in z, independent of the scaling of the equations.
     double fraction = 1.0;
     for (;; fraction *= 0.5) {
       for (int j = 0; j < nz; ++j) z[j] = s.before[j] - fraction * s.step[j];
@@ -387,7 +387,7 @@ class Eliminated final : public FunctionBody {
     hessian_pattern_ = SparsityPattern::from_pairs(n, n, std::move(second));
   }
 
-  // (t | x z | u | p); where z is not read, it stays at the guess.
+  // Writes (t | x z | u | p). If z is not read, it keeps its guess.
   bool place(const double* a, AlgebraicSolution& s) const {
     if (reads_z_) return equations_->solve(a, s) == AlgebraicStatus::solved;
     std::copy_n(a, first_, s.argument.begin());
@@ -404,7 +404,7 @@ class Eliminated final : public FunctionBody {
     return true;
   }
 
-  // row += factor * (derivative of entry `column` of (t | x z | u | p))
+  // row += factor * (derivative of entry `column` of (t | x z | u | p)).
   void add_row(const AlgebraicSolution& s, int column, double factor, double* row) const {
     if (const int a = reduced(equations_->sizes(), nz_, column); a >= 0) {
       row[a] += factor;
@@ -432,7 +432,7 @@ class Eliminated final : public FunctionBody {
   Pool workspaces_;
 };
 
-// Some of the entries z of (t | x z | u | p).
+// Selected entries of z as a function of (t | x | u | p).
 class AlgebraicEntries final : public FunctionBody {
  public:
   AlgebraicEntries(const Arguments& extended, int first, int count)

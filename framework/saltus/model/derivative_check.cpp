@@ -13,8 +13,8 @@ namespace saltus {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// Of outputs that hardly change with magnitudes of the inputs: sums of size one that cancel out
-// leave rounding, and no derivative.
+// Relative change below which an output has no measurable derivative: sums of order one that cancel
+// leave only rounding.
 constexpr double smallest_change = 1e-5;
 
 // Columns d g / d z_j by central differences at steps h_j and h_j / 2, extrapolated to order h_j^4.
@@ -26,14 +26,14 @@ MatrixXd differences(const std::function<VectorXd(const VectorXd&)>& g, const Ve
       VectorXd ahead = z, behind = z;
       ahead[j] += h;
       behind[j] -= h;
-      return (g(ahead) - g(behind)) / (ahead[j] - behind[j]);  // the step that rounding left
+      return (g(ahead) - g(behind)) / (ahead[j] - behind[j]);  // the step as rounded
     };
     columns.col(j) = (4.0 * central(steps[j] / 2.0) - central(steps[j])) / 3.0;
   }
   return columns;
 }
 
-// `unit`: what brings the entry to the scale in which it is compared.
+// `unit` converts the entry to the scale of the comparison.
 DerivativeEntry compare(int row, int col, double exact, double difference, double rounding,
                         double unit, bool in_pattern) {
   DerivativeEntry entry{row, col, exact, difference, 0.0, in_pattern, 0};
@@ -145,7 +145,7 @@ DerivativeReport check_derivatives(const Function& function, const VectorRef& lo
   std::mt19937 random(seed);
   for (int k = 0; k < points; ++k) {
     VectorXd z(function.inputs());
-    for (int j = 0; j < z.size(); ++j)  // not uniform_real_distribution: it differs by library
+    for (int j = 0; j < z.size(); ++j)  // uniform_real_distribution differs between libraries
       z[j] = lower[j] + (upper[j] - lower[j]) * (random() / 4294967296.0);
     DerivativeReport one = check_derivatives(function, z, options);
     const auto merge = [&](DerivativeEntry& worst, DerivativeEntry& candidate,

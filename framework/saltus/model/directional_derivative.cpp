@@ -11,7 +11,7 @@ namespace saltus {
 namespace {
 
 constexpr int levels = 7;
-// Relative to 1 + the largest entry: what extrapolation of a smooth function reaches with ease.
+// Relative to 1 + the largest entry. Extrapolation of a smooth function easily achieves it.
 constexpr double inaccurate = 1e-6;
 
 }  // namespace

@@ -12,7 +12,7 @@ Function& Function::operator=(Function&& other) noexcept = default;
 Function::~Function() = default;
 Function::Function(std::unique_ptr<const FunctionBody> body) : body_(std::move(body)) {}
 
-// From the patterns alone: without a pair of variables the function is affine in them.
+// Uses only the patterns: without second derivatives, the function is affine.
 int FunctionBody::degree(int output, const std::vector<char>& variable) const {
   bool affine = true;
   hessian_pattern_.for_each([&](int i, int j, int) {
@@ -44,7 +44,7 @@ Function Function::separate() const {
 }
 
 VectorXd Function::operator()(const VectorRef& z) const {
-  const VectorXd argument = z;  // contiguous whatever the caller passed
+  const VectorXd argument = z;  // contiguous for any argument
   VectorXd y(outputs());
   value(argument.data(), y.data());
   return y;

@@ -14,7 +14,7 @@ IntervalProblem::~IntervalProblem() = default;
 
 IntervalProblem IntervalProblem::separate() const {
   IntervalProblem own = *this;
-  std::map<const void*, Function> separated;  // of each body, so that handles on it stay alike
+  std::map<const void*, Function> separated;  // per body, so that handles to it stay equal
   const auto replace = [&](Function& f) {
     if (!f) return;
     const auto [at, is_new] = separated.try_emplace(f.identity());
@@ -42,7 +42,7 @@ Integrator::Integrator(const IntervalProblem& problem)
 }
 
 IntegrationStatus Integrator::hessian(const double*, const double*, MatrixXd&, Curvature) {
-  return IntegrationStatus::library_failure;  // callers ask has_hessian() first
+  return IntegrationStatus::library_failure;  // callers check has_hessian() first
 }
 
 IntegrationStatus Integrator::derivatives(const double* w, const double* weights, double* end,

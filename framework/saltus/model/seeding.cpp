@@ -7,8 +7,8 @@ namespace {
 
 using Lists = std::vector<std::vector<int>>;
 
-// Greedy colouring: each list (a column's rows, an input's partners) gets the first colour in which
-// it meets no list that holds one of its members; an empty list gets -1.
+// Greedy colouring. Each list (rows of a column, partners of an input) gets the first colour
+// without a list that shares a member. An empty list gets -1.
 std::vector<int> colour_disjoint(const Lists& lists, int members) {
   std::vector<int> colour(lists.size(), -1);
   std::vector<std::vector<bool>> taken;  // per colour: members in use
@@ -25,7 +25,7 @@ std::vector<int> colour_disjoint(const Lists& lists, int members) {
   return colour;
 }
 
-// Inputs that together touch every pair, the one with most untouched pairs first.
+// Greedy vertex cover: inputs that touch every pair, those with most uncovered pairs first.
 std::vector<int> cover_pairs(const Lists& partners) {
   const int n = static_cast<int>(partners.size());
   std::vector<int> cover;
@@ -48,8 +48,8 @@ std::vector<int> cover_pairs(const Lists& partners) {
   }
 }
 
-// What a formula is called with: whole vectors, because a vector that is read right after one of
-// its lanes was written waits for that store.
+// Seeds as whole vectors. Reading a vector right after writing one of its lanes would stall on the
+// store.
 std::vector<double> tangents_of(const std::vector<Seed>& seeds, int inputs, int lanes) {
   std::vector<double> tangents(static_cast<std::size_t>(inputs) * lanes, 0.0);
   for (const Seed& seed : seeds) tangents[seed.input * lanes + seed.lane] = 1.0;
@@ -86,8 +86,8 @@ std::vector<HessianPass> hessian_passes(const SparsityPattern& hessian, int lane
   });
   const std::vector<int> cover = cover_pairs(partners);
 
-  // Outer inputs without a common partner share a direction: whatever the lane, at most one of them
-  // answers.
+  // Outer inputs without a common partner share a direction: for each lane, at most one of them
+  // contributes.
   Lists partners_of_outer;
   for (int j : cover) partners_of_outer.push_back(partners[j]);
   const std::vector<int> colour = colour_disjoint(partners_of_outer, n);

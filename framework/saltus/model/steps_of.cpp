@@ -13,7 +13,7 @@ namespace saltus {
 
 FormulaSteps steps_of(const Function& function) {
   StepRecorder recorder;
-  // Tracing anew is how a formula finds its degree.
+  // degree() traces the formula again, which fills the recorder.
   function.degree(0, std::vector<char>(function.inputs(), 1));
   FormulaSteps& steps = recorder.steps;
   if (recorder.formulas != 1 || steps.inputs != function.inputs() ||
@@ -26,9 +26,10 @@ FormulaSteps steps_of(const Function& function) {
 
 void check_steps(const FormulaSteps& steps, const Function& function, const VectorXd& z,
                  const char* what, int points) {
-  // Rounding of some thousand operations in another order, relative.
+  // Relative rounding error of some thousand operations in another order.
   constexpr double rounding = 1e-9;
-  constexpr double radius = 1e-3;  // relative: density over altitude, for example, is steep
+  constexpr double radius =
+      1e-3;  // relative; small because some formulas are steep, e.g. density over altitude
   Random random(1);
   VectorXd at = z;
   for (int k = 0; k < points; ++k) {

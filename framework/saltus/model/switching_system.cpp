@@ -50,7 +50,7 @@ void SwitchingSystem::check(const Arguments& sizes, int nq) const {
   if (memory >= sizes.nx)
     throw DefinitionError(fmt::format(
         "the mode is to be remembered in state {}, but there are {} states.", memory, sizes.nx));
-  const VectorXd anywhere = VectorXd::Zero(sizes.size());  // a rate that reads nothing is a number
+  const VectorXd anywhere = VectorXd::Zero(sizes.size());  // a rate that reads nothing is constant
   for (const Mode& mode : modes)
     if (memory >= 0 && (mode.dynamics.jacobian_pattern().row_begin(memory) <
                             mode.dynamics.jacobian_pattern().row_end(memory) ||

@@ -58,7 +58,7 @@ FormulaStructure traced_structure(const FormulaName& name, const Arguments& size
                                   const TraceFormula& trace) {
   std::vector<Tracer> z, y(outputs);
   for (int i = 0; i < sizes.size(); ++i) z.push_back(Tracer::input(i));
-  detail::was_written_beyond();  // whatever was before
+  detail::was_written_beyond();  // reset
   try {
     trace(z.data(), y.data());
   } catch (const IndexError& e) {
