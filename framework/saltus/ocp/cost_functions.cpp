@@ -15,7 +15,7 @@ void append(Pairs& pairs, const SparsityPattern& pattern) {
   pattern.for_each([&](int r, int c, int) { pairs.emplace_back(r, c); });
 }
 
-// Position in `whole` of every entry of `part` (a sub-pattern with the same coordinates).
+// Index in `whole` of every entry of `part`, a sub-pattern with the same coordinates.
 std::vector<int> positions(const SparsityPattern& part, const SparsityPattern& whole) {
   std::vector<int> result(part.entries());
   part.for_each([&](int r, int c, int e) { result[e] = whole.find(r, c); });
@@ -109,7 +109,7 @@ class LeastSquares final : public FunctionBody {
  private:
   struct Workspace {
     VectorXd r, weighted;  // r - ref(t), W (r - ref(t))
-    // Jacobian of r, that of r - ref(t), and second derivatives of r.
+    // Jacobians of r and of r - ref(t), and second derivatives of r.
     std::vector<double> entries, shifted, curvature;
   };
   using Pool = WorkspacePool<Workspace>;
@@ -125,7 +125,8 @@ class LeastSquares final : public FunctionBody {
     return workspaces_.lend([this] { return new_workspace(); });
   }
 
-  // One summand W(i, j) r_i' r_j' of the lower triangle: entries of the shifted residual's rows.
+  // A product W(i, j) r_i' r_j' of the lower triangle, with entries of the rows of the shifted
+  // residual.
   struct Product {
     int ei, ej, position;
     double weight;
@@ -169,7 +170,7 @@ class LeastSquares final : public FunctionBody {
 
 class Stack final : public FunctionBody {
  public:
-  // Without `wanted` all functions are evaluated.
+  // A null `wanted` evaluates all functions.
   explicit Stack(const std::vector<Function>& functions,
                  std::shared_ptr<const std::vector<char>> wanted = nullptr,
                  Lending lending = Lending::shared)
@@ -227,7 +228,7 @@ class Stack final : public FunctionBody {
     }
   }
 
-  // Rows follow one another, so the entries of the parts do too.
+  // Rows are concatenated, so entries are, too.
   void jacobian(const double* z, double* y, double* entries) const override {
     for (std::size_t i = 0; i < functions_.size(); ++i) {
       const Function& f = functions_[i];
@@ -326,7 +327,7 @@ class TimesLength final : public FunctionBody {
   void hessian(const double* z, const double* weights, double* entries,
                Curvature curvature) const override {
     const double weight = weights[0] * z[cost_.inputs()];
-    cost_.hessian(z, &weight, entries, curvature);  // the row of h comes last
+    cost_.hessian(z, &weight, entries, curvature);  // the row of h is the last
     double y;
     double* row = entries + cost_.hessian_pattern().entries();
     cost_.jacobian(z, &y, row);

@@ -27,7 +27,7 @@ std::string suggestion(std::string_view given, const std::vector<std::string>& k
   return near.empty() ? "" : "; did you mean '" + near + "'?";
 }
 
-// What there is in place of a name that nothing has.
+// Throws with a list of the valid names.
 [[noreturn]] void refuse_unknown_name(const OptimalControlProblem& problem, std::string_view name) {
   std::vector<std::string> data;
   for (const PhaseDefinition& phase : problem.phases())

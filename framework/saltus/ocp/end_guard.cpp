@@ -13,8 +13,8 @@
 namespace saltus {
 namespace {
 
-// Points z of the phase, reproducible: around its guesses, some near and some far, so that a guard
-// that is flat in places is not taken for one that never moves.
+// Reproducible points z of the phase around its guesses, both near and far. Locally flat guards are
+// thus not taken for constant ones.
 class SeededPoints {
  public:
   SeededPoints(const PhaseDefinition& phase, const Bounds& start) : phase_(phase), start_(start) {}
@@ -41,16 +41,16 @@ class SeededPoints {
     int p = 0;
     for (const ParameterBlock& block : phase_.parameters)
       for (int i = 0; i < block.value.size(); ++i, ++p)
-        // Data change between solves, within no bounds.
+        // Data change between solves and have no bounds.
         z[a.p(p)] = within(block.value[i] + block.nominal[i] * symmetric(),
                            block.unknown ? block.bounds[i] : unbounded());
     return z;
   }
 
  private:
-  // In [-1, 1]; the distributions of the standard library differ between libraries.
+  // Uniform in [-1, 1]. Distributions of the standard library differ between libraries.
   double symmetric() { return 2.0 * (random_() / 4294967295.0) - 1.0; }
-  // When the phase begins; `room`: how far from the other end an open end is taken to be.
+  // Start time of the phase. `room` is the assumed distance of an open end from the other end.
   double begin(double room) {
     double first = start_.lower, last = start_.upper;
     if (first == -infinity) first = std::min(last, 0.0) - room;
@@ -106,8 +106,8 @@ void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const 
                     "ends; give the duration an interval, or state the condition with reach()",
                     phase.duration.lower));
   constexpr int tried = 48;
-  constexpr double rounding = 1e-12;  // of sums of a few products
-  std::vector<Function> fields;       // any of them may be in force where the phase ends
+  constexpr double rounding = 1e-12;  // rounding error of sums of a few products
+  std::vector<Function> fields;       // any of them may be active at the end of the phase
   fields.reserve(phase.switching.modes.size() + 1);
   for (const SwitchingSystem::Mode& mode : phase.switching.modes) fields.push_back(mode.dynamics);
   if (fields.empty()) fields.push_back(phase.dynamics);
@@ -125,7 +125,7 @@ void check_end_guard(const PhaseDefinition& phase, const EndGuard& guard, const 
       highest = std::max(highest, rate.value);
     }
   }
-  if (finite == 0) return;  // nothing can be said before the solve; the solution reports the rate
+  if (finite == 0) return;  // the solution reports the rate instead
   if (moving == 0)
     fail(
         "the dynamics do not move the guard (its rate g_t + g_x f is zero wherever it was tried), "

@@ -13,7 +13,7 @@ namespace saltus {
 namespace {
 
 constexpr double never = std::numeric_limits<double>::infinity();
-constexpr std::size_t most_modes = 64;  // as of any schedule
+constexpr std::size_t most_modes = 64;  // same limit as for a Schedule
 
 }  // namespace
 
@@ -64,7 +64,7 @@ const Schedule& JointSchedule::join(double from, double to) {
   joined_.replace_first(joined_.known_modes()[mode]);
   const Event* last = nullptr;
   for (;;) {
-    std::size_t next = parts_.size();  // the part with the earliest event to come
+    std::size_t next = parts_.size();  // the part with the earliest next event
     double time = never;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       const std::span<const Event> events = parts_[i].events();

@@ -25,10 +25,10 @@ double cost(const Penalty& penalty, double v) {
   return 0.0;
 }
 
-// Huber is the infimal convolution of the other two: min over r of weight/2 r^2 + weight *
-// threshold * |v - r| is reached at r = v up to the threshold, and at r = threshold beyond it. The
-// quadratic part is the free one: it then curves the cost wherever it stands, and one variable
-// serves both sides of a row.
+// Huber is the infimal convolution of L2 and L1: min over r of weight/2 r^2 + weight * threshold *
+// |v - r|. The minimum is at r = v up to the threshold and at r = threshold above it. The quadratic
+// part uses the free variable, so it always has curvature, and one variable serves both sides of a
+// row.
 PenaltySlacks slacks_of(const Penalty& penalty) {
   switch (penalty.kind) {
     case Penalty::L1:

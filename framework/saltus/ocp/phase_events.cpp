@@ -9,7 +9,7 @@
 namespace saltus {
 namespace {
 
-// The phase's own dynamics are the first mode.
+// The switching system, with the phase's own dynamics as first mode.
 SwitchingSystem& with_first_mode(PhaseDefinition& phase) {
   if (phase.switching.modes.empty())
     phase.switching.modes.push_back({phase.name, phase.dynamics, {}});
@@ -29,7 +29,7 @@ void add_surface(PhaseDefinition& phase, const std::string& event, Function guar
   system.modes.push_back(
       {fmt::format("{}, '{}' above zero", phase.name, event), std::move(above), {}});
   const std::size_t resets = system.transitions.size();
-  for (std::size_t i = 0; i < resets; ++i) {  // events of the phase happen on both sides
+  for (std::size_t i = 0; i < resets; ++i) {  // the phase's events apply on both sides
     SwitchingSystem::Transition reset = system.transitions[i];
     reset.from = reset.to = other;
     system.transitions.push_back(std::move(reset));

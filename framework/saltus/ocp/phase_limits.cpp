@@ -19,7 +19,7 @@ namespace {
   throw DefinitionError(fmt::format("phase '{}': {}", phase.name, what));
 }
 
-// "state 2", and with a number if there is such a term already.
+// "state 2", with a number appended if the term already exists.
 std::string free_name(const PhaseDefinition& phase, const char* what, int component) {
   std::string name = fmt::format("{} {}", what, component);
   for (int again = 2; std::any_of(phase.terms.begin(), phase.terms.end(),

@@ -122,14 +122,14 @@ OptimalControlProblem OptimalControlProblem::after(int phases) const {
           "problem '{}': link '{}' joins phases that are over to what is left", name_, link.name));
     return over > 0;
   });
-  // An unknown keeps the bounds that phases which are over gave it.
+  // An unknown keeps its bounds from removed phases.
   for (PhaseDefinition& phase : rest.phases_)
     for (ParameterBlock& block : phase.parameters)
       for (int i = 0; block.unknown && i < block.value.size(); ++i)
         block.bounds[i] = bounds_of_unknown(block.name, i);
   rest.phases_.erase(rest.phases_.begin(), rest.phases_.begin() + phases);
   rest.jumps_.erase(rest.jumps_.begin(), rest.jumps_.begin() + phases);
-  // An equality stays one: what of it is left is known once the phases are over.
+  // An equality remains one: the removed phases have known durations.
   double begin = start_time_, shortest = 0.0, longest = 0.0;
   for (int j = 0; j < phases; ++j) {
     const PhaseDefinition& over = phases_[j];
@@ -223,7 +223,7 @@ void check_instant(const PhaseDefinition& phase, const std::optional<Instant>& i
   }
 }
 
-// Events may move, but not past one another.
+// Events may move but must not change their order.
 void check_order(const PhaseDefinition& phase, const Window& window, const Schedule& schedule,
                  const std::string& what) {
   if (!window.from || !window.to || !window.from->is_event() || !window.to->is_event()) return;
@@ -235,11 +235,11 @@ void check_order(const PhaseDefinition& phase, const Window& window, const Sched
                     phase.name, what, from, to));
 }
 
-// Limits in phase time are where they are, whatever the start.
+// Limits in phase time do not depend on the start.
 void check_reach(const PhaseDefinition& phase, const Window& window, const std::string& what) {
   if (window.clock != Clock::phase) return;
   const double longest = phase.duration.upper;
-  const double latest = window.to ? longest - same_instant : longest;  // of it the end is left
+  const double latest = window.to ? longest - same_instant : longest;  // `to` excludes the end
   if (window.from && !window.from->is_event() && window.from->seconds() > latest)
     throw DefinitionError(
         fmt::format("phase '{}', {}: the window begins at {} s, but the phase lasts {} s at most",
@@ -398,7 +398,7 @@ void OptimalControlProblem::check_times() const {
     throw DefinitionError(fmt::format(
         "problem '{}': the total time [{}, {}] s cannot be met by phases that last {} to {} s",
         name_, total_time_.lower, total_time_.upper, shortest, longest));
-  // One free duration and a total that is given: the guard has nothing left to decide.
+  // With one free duration and a fixed total time, the guard cannot determine the duration.
   const PhaseDefinition* free_phase = nullptr;
   int free_durations = 0;
   for (const PhaseDefinition& phase : phases_)

@@ -1,5 +1,4 @@
-// What joins the phases of a problem beside their jumps: links, and integrals that go on from one
-// to the next.
+// Couplings of phases other than jumps: links, and integrals that continue across phases.
 #include <fmt/format.h>
 
 #include <map>

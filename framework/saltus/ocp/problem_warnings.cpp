@@ -1,5 +1,5 @@
-// What is defined soundly and yet looks like a mistake: costs that are the same for every
-// trajectory, constraints that no trajectory changes, and what nothing depends on.
+// Warnings about valid definitions that look like mistakes: costs without influence, constraints
+// that no trajectory changes, and unused quantities.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ std::vector<Function> fields_of(const PhaseDefinition& phase) {
   return fields;
 }
 
-// Everything of a phase that is evaluated beside its dynamics.
+// All functions of a phase except its dynamics.
 std::vector<Function> others_of(const PhaseDefinition& phase) {
   std::vector<Function> others;
   for (const Term& term : phase.terms) others.push_back(term.function);
@@ -46,7 +46,7 @@ bool is_bounded(const std::vector<ComponentBounds>& bounds, int component) {
   });
 }
 
-// Whether the bounds leave nothing to decide, all along the phase.
+// True if the bounds fix the component throughout the phase.
 bool is_forced(const std::vector<ComponentBounds>& bounds, int component) {
   return std::ranges::any_of(bounds, [&](const ComponentBounds& b) {
     return b.component == component && b.bounds.is_equality() && b.window.is_whole();
@@ -80,8 +80,7 @@ class Warnings {
     found_.push_back(fmt::format(text, std::forward<Args>(args)...));
   }
 
-  // Whether a function of this phase changes with what the solver decides; time does where the
-  // durations are free.
+  // True if the function depends on decisions of the solver. Time counts if durations are free.
   bool reads_decisions(const PhaseDefinition& phase, const Function& f) const {
     const Arguments& a = phase.sizes;
     if (reads_any(f, a.x(), a.nx) || reads_any(f, a.u(), a.nu)) return true;
@@ -111,7 +110,7 @@ class Warnings {
           where);
       return;
     }
-    // Time itself is minimised by the integral of a number, where the duration is free.
+    // The integral of a constant minimises time if the duration is free.
     const bool is_zero = is_the_number_zero(term.function);
     if (!is_zero && term.domain == TermDomain::running && free_times_) return;
     if (is_zero)
@@ -123,7 +122,7 @@ class Warnings {
           where);
   }
 
-  // A duration that inputs may stretch and nothing pays for is whatever the search came upon.
+  // A duration that inputs can stretch at no cost is arbitrary.
   void look_for_a_cost() {
     const PhaseDefinition* undecided = nullptr;
     for (const PhaseDefinition& phase : problem_.phases()) {
@@ -162,7 +161,7 @@ class Warnings {
     }
   }
 
-  // A state may be of no use in one phase; one that is of no use in any is suspicious.
+  // A state may be unused in one phase. A state unused in all phases is suspicious.
   void look_at_states() {
     std::set<int> used;
     const PhaseDefinition* longest = nullptr;
@@ -194,7 +193,7 @@ class Warnings {
     return false;
   }
 
-  // Whether a link reads entry i of (t | duration | x | p) at an end of the phase.
+  // True if a link reads entry i of (t | duration | x | p) at an end of the phase.
   bool is_linked(const PhaseDefinition& phase, int i) const {
     for (const Link& link : problem_.links()) {
       int first = 1;
@@ -206,14 +205,14 @@ class Warnings {
     return false;
   }
 
-  // Whether another state after the jump depends on state i before it.
+  // True if the state after the jump depends on state i before it.
   static bool reads_through(const Function& jump, const PhaseDefinition& phase, int i) {
     for (int row = 0; row < jump.outputs(); ++row)
       if (row != i && jump.jacobian_pattern().contains(row, phase.sizes.x(i))) return true;
     return false;
   }
 
-  // Blocks of one name are one: it is enough that one phase reads them.
+  // Blocks of the same name are one parameter: it suffices that one phase reads them.
   void look_at_parameters() {
     std::set<std::string> read, told;
     for (std::size_t j = 0; j < problem_.phases().size(); ++j) {

@@ -46,7 +46,7 @@ Schedule::Schedule() = default;
 Schedule::Schedule(const Schedule& other) = default;
 Schedule::Schedule(Schedule&& other) noexcept { *this = std::move(other); }
 Schedule& Schedule::operator=(const Schedule& other) = default;
-// What is moved from is a schedule without modes, as one that was never given any.
+// The source becomes a schedule without modes, like a default-constructed one.
 Schedule& Schedule::operator=(Schedule&& other) noexcept {
   if (&other == this) return *this;
   names_ = std::exchange(other.names_, no_names());
@@ -206,7 +206,7 @@ void Schedule::retime_from(std::string_view event, double time) {
   check_time(event, time);
   if (first > 0) check_pair(events_[first - 1], {event, time});
   const double later = time - events_[first].time;
-  // What lies infinitely far away stays there; order is kept in spite of rounding.
+  // Infinite times stay infinite. Enforces the order despite rounding.
   double before = events_[first].time = time;
   for (std::size_t i = first + 1; i < count_; ++i) {
     if (std::isfinite(later)) events_[i].time += later;

@@ -8,32 +8,31 @@
 namespace saltus {
 namespace {
 
-// What gradients may cost over the boxes of their variables, in units of the cost: that of a state
-// before it goes into the costate instead (multipliers of bounds stay, noise along wide boxes
-// moves), that of an input before curvature is asked whether it holds the input better. All pairs
-// are tried until the bound is good enough.
+// Largest contributions of gradients over the boxes of their variables, in units of the cost. A
+// larger contribution of a state moves into the costate. (Multipliers of bounds stay; noise over
+// wide boxes moves.) For a larger contribution of an input, curvature is tried as a tighter limit.
+// All combinations are tried until the bound is sufficient.
 struct Allowance {
   double moving, holding;
 };
 constexpr Allowance allowances[] = {{1e-7, 1e-6}, {1e-10, 1e-12}, {1e-4, 1e-12}};
-// Curvature below this part of the largest counts as none.
+// Relative curvature below which a direction is flat.
 constexpr double flat = 1e-12;
-// An input without bounds and curvature is no larger than so many times its size at the point; in
-// a proof, where sizes are not known, than the second.
+// Assumed limit of an input without bounds and curvature: this multiple of its size at the point.
+// Proofs, where sizes are unknown, use the second value.
 constexpr double far = 1e3, farthest = 1e8;
-// Rounding of a sum, relative to the magnitudes of its parts.
+// Rounding of a sum, relative to the magnitudes of its terms.
 constexpr double ulps = 1e-15;
-// A proof has to exceed this part of the numbers that it adds up.
+// A proof must exceed this fraction of the terms that it adds.
 constexpr double rounding = 1e-9;
 
-// min r d with d from -down to up.
+// min r d over -down <= d <= up.
 double least_over_box(double r, double down, double up) {
   if (r == 0.0) return 0.0;
   return r > 0.0 ? -r * down : r * up;
 }
 
-// min over all d of r'd + 1/2 d'H d, where d is no larger than `reach` along directions in which H
-// is flat.
+// min over d of r'd + 1/2 d'H d, with |d| <= `reach` in directions where H is flat.
 double least_over_curvature(const Stage& s, InputHold& hold, const VectorXd& r, double reach) {
   if (hold.curvature.size() == 0) {
     MatrixXd H(s.nx + s.nu, s.nx + s.nu);
@@ -54,7 +53,7 @@ double least_over_curvature(const Stage& s, InputHold& hold, const VectorXd& r, 
 
 struct DualBound {
   double value = 0.0;
-  double size = 0.0;  // sum of the magnitudes that add up to `value`: its rounding is relative
+  double size = 0.0;  // sum of magnitudes of the terms of `value`, for its rounding error
 };
 
 DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector<InputHold*>& holds,
@@ -65,7 +64,7 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
     bound.size += std::abs(term);
   };
   const int N = qp.intervals();
-  VectorXd ahead, behind;  // costates of the state to which a stage leads, and of its own
+  VectorXd ahead, behind;  // costates of the next and of the current state
   VectorXd rx, ru, part, value, multiplier, led, loose;
   for (int k = N; k >= 0; --k) {
     const Stage& s = qp.stages[k];
@@ -108,7 +107,7 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
         if (m == 0.0) continue;
         bound.value += m * (value[i] - side);
         bound.size += std::abs(m * value[i]) + std::abs(m * side);
-        // Of the penalty l1 s + l2/2 s^2 the least that |m| s can be below.
+        // The minimum of l1 s + l2/2 s^2 - |m| s over s >= 0.
         const double over = std::abs(m) - free;
         if (group.soft && over > 0.0) add(-0.5 * over * over / group.l2[i]);
       }
@@ -130,7 +129,7 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
       bound.value += ahead.dot(led);
       bound.size += (ahead.array() * led.array()).abs().sum();
     }
-    // The state: given, or within its box; what the box does not hold its costate takes.
+    // The state is fixed or within its box. Its costate absorbs what the box does not limit.
     if (k == 0 && qp.fixed_start) {
       add(rx.dot(qp.start.head(s.nx) - x));
     } else {
@@ -147,7 +146,7 @@ DualBound evaluate(const StageQp& qp, const StagePoint& point, const std::vector
       add(-behind.dot(x));
       ahead.swap(behind);
     }
-    // Inputs: within their boxes, or held by curvature.
+    // Inputs are limited by their boxes or by curvature.
     loose.setZero(s.nx + s.nu);
     double size = 1.0, over_boxes = 0.0;
     for (int j = 0; j < s.nu; ++j) {
@@ -187,7 +186,7 @@ double dual_bound(const StageQp& qp, const StagePoint& point, const std::vector<
 
 bool proves_infeasible(const StageQp& qp, const StagePoint& point,
                        const std::vector<InputHold*>& holds) {
-  // Once with the costates as they are, once with those that leave nothing of the states' gradient.
+  // First with the given costates, then with costates that remove the gradient of the states.
   for (const double moving : {infinity, 0.0}) {
     const DualBound bound = evaluate(qp, point, holds, false, {moving, 0.0});
     if (bound.value > rounding * bound.size) return true;

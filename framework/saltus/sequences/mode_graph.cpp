@@ -13,7 +13,7 @@
 namespace saltus {
 namespace {
 
-// A formula of (t | x) as one of (t | x | u | p): a longer argument of which the tail is not read.
+// A formula of (t | x) as a function of (t | x | u | p) that ignores u and p.
 class Widened final : public FunctionBody {
  public:
   Widened(Function formula, int inputs)
@@ -216,7 +216,7 @@ PhaseDefinition ModeGraph::with_end(PhaseDefinition phase) const {
   return phase;
 }
 
-// With the guard of the transition by which it is left.
+// Adds the guard of the transition that ends the phase.
 PhaseDefinition ModeGraph::left_by(PhaseDefinition phase, const Transition* exit) const {
   if (exit == nullptr || !exit->guard) return phase;
   if (exit->guard.inputs() != 1 + phase.sizes.nx)
@@ -365,7 +365,7 @@ void ModeGraph::check_reachability() const {
   }
 }
 
-// A cycle of modes that may take no time, each of which may be entered any number of times.
+// Finds a cycle of modes without minimum duration and without limited entries.
 void ModeGraph::check_zeno() const {
   std::vector<int> state(size(), 0), trail;
   std::function<void(int)> visit = [&](int i) {
@@ -399,7 +399,7 @@ void ModeGraph::check(bool limited_phases) const {
   check_transitions();
   check_reachability();
   if (!limited_phases) check_zeno();
-  // Phases, jumps and sizes, with the words of the problem that they make.
+  // Phases, jumps and sizes, with the error messages of the problem they form.
   for (int i = 0; i < size(); ++i) {
     if (!may_begin(i)) continue;
     if (start_.size() != modes_[i].sizes.nx)
@@ -418,7 +418,7 @@ void ModeGraph::check(bool limited_phases) const {
       const Transition* entry = find(i, j);
       OptimalControlProblem pair(name_);
       pair.start_at(VectorXd(VectorXd::Zero(modes_[i].sizes.nx)))
-          .start_time(at_least(start_time_), start_time_)  // it may be any phase of the sequence
+          .start_time(at_least(start_time_), start_time_)  // any phase of the sequence
           .then(ErasedPhase(left_by(modes_[i], entry)))
           .then(ErasedPhase(modes_[j]), entry != nullptr ? entry->jump : Jump{})
           .check();

@@ -13,9 +13,9 @@
 namespace saltus {
 namespace {
 
-// What rounding leaves of zero, relative to the largest entry.
+// Rounding level of zero, relative to the largest entry.
 constexpr double rounding = 1e-9;
-// A share below which a mode's copy of the input says nothing of the mode alone.
+// Below this share, a mode's copy of the input does not represent the mode.
 constexpr double least_share = 0.05;
 
 MatrixXd hessian_of(const Stage& s) {
@@ -42,7 +42,7 @@ bool is_convex(const MatrixXd& H) {
   return values.minCoeff() >= -rounding * std::max(values.cwiseAbs().maxCoeff(), 1e-300);
 }
 
-// Leading parts only, so that what is read anywhere is what there is.
+// Keeps the leading blocks only, so that sizes match the contents.
 void trim(Stage& s, int next) {
   s.A = s.A.topLeftCorner(next, s.nx).eval();
   s.B = s.B.topLeftCorner(next, s.nu).eval();
@@ -68,7 +68,7 @@ void trim(Stage& s, int next) {
   s.groups = std::move(groups);
 }
 
-// Rows and costs on the next state become rows and costs of (x, u).
+// Moves rows and costs on the next state to (x, u).
 void fold_end(Stage& s, const Stage& end) {
   MatrixXd F(s.b.size(), s.nx + s.nu);
   F << s.A, s.B;
@@ -148,7 +148,8 @@ ModeStages::ModeStages(const ModeGraph& graph, const IntegratorChoice& integrato
         transcribe_end(graph, graph.start_time() + (phases - 1) * graph.mode(0).duration.lower);
 }
 
-// The problem of one phase as a stage and an end; `name` is for the sentence why it is none.
+// Converts the problem of one phase into a stage and an end. Returns the reason if that is
+// impossible; `name` appears in it.
 std::string ModeStages::stage(OptimalControlProblem problem, const std::string& name,
                               ModeStage& made, StageFill& fill) const {
   try {
@@ -179,7 +180,7 @@ std::string ModeStages::transcribe(const ModeGraph& graph, int mode, bool given_
   StageFill fill = StageFill::filled;
   const std::string why = stage(std::move(problem), fmt::format("mode '{}'", name), made, fill);
   if (!why.empty()) return why;
-  // With a start that is free nothing but a row of data can fail already.
+  // With a free start, only a row of data can be infeasible already.
   if (!given_start && fill == StageFill::infeasible) impossible_ |= only(mode);
   made.stage = made.map->stages().stages[0];
   Stage end = made.map->stages().stages[1];
@@ -206,7 +207,7 @@ std::string ModeStages::transcribe_end(const ModeGraph& graph, double begin_of_l
   if (!why.empty()) return why;
   end_is_possible_ = fill != StageFill::infeasible;
   end_ = last.map->stages().stages[1];
-  end_.constant += last.map->stages().stages[0].constant;  // of the whole program
+  end_.constant += last.map->stages().stages[0].constant;  // for the whole program
   trim(end_, 0);
   scale_costs(end_, 1.0 / cost_unit_);
   return is_convex(end_.Q) ? "" : "what holds at the end is not convex";
@@ -297,7 +298,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
   s.u_lower = VectorXd::Constant(nu, -infinity);
   s.u_upper = VectorXd::Constant(nu, infinity);
   result.hold.radius =
-      VectorXd::Ones(nu);  // of shares; copies lie between zero and those of the mode
+      VectorXd::Ones(nu);  // bounds of shares; copies lie between zero and the bounds of the mode
   for (std::size_t m = 0; m < result.modes.size(); ++m) {
     const HullMode& mode = result.modes[m];
     const Stage& one = free_[mode.mode].stage;
@@ -338,7 +339,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
   MatrixXd H = MatrixXd::Zero(n, n), F = MatrixXd::Zero(nx, n);
   VectorXd g = VectorXd::Zero(n);
   s.b = VectorXd::Zero(nx);
-  if (same_hessian) {  // of x and the sum of all inputs
+  if (same_hessian) {  // in x and the sum of all inputs
     MatrixXd sum = MatrixXd::Zero(H0.rows(), n);
     sum.topLeftCorner(nx, nx).setIdentity();
     for (int m = 0; m < count; ++m)
@@ -381,7 +382,7 @@ SetStage ModeStages::hull(ModeSet set, bool first) const {
     };
     for (std::size_t k = 0; k < one.groups.size(); ++k) {
       const RowGroup& group = one.groups[k];
-      if (group.soft) continue;  // costs at least nothing
+      if (group.soft) continue;  // a penalty is never negative
       for (int i = 0; i < group.rows; ++i) {
         Eigen::RowVectorXd on_copy = Eigen::RowVectorXd::Zero(size);
         for (std::size_t c = 0; c < group.columns.size(); ++c)
@@ -443,7 +444,7 @@ StageQp ModeStages::capacity(int phases, bool fixed_start) {
   for (std::size_t i = 0; i < free_.size(); ++i) include(free_[i].stage), include(given_[i].stage);
   const SetStage& everything = of(all_, false);
   include(everything.stage);
-  // Of fewer modes any may be the last one, whose rows have the most columns.
+  // Any of the modes may be the last one, whose rows have the most columns.
   for (RowGroupCapacity& group : most.groups) {
     for (const RowGroup& g : everything.stage.groups) group.rows = std::max(group.rows, g.rows + 1);
     group.columns = most.nx + most.nu;
@@ -470,7 +471,7 @@ void restrict_point(const SetStage& from, const StagePoint::AtStage& point, cons
     out = point;
     return;
   }
-  // What every mode of `from` has: its copies and its share.
+  // Copies and share of each mode of `from`.
   const auto copy_of = [&](std::size_t m, VectorXd& x, VectorXd& u, double& share) {
     const HullMode& mode = from.modes[m];
     if (m + 1 < from.modes.size()) {

@@ -23,21 +23,22 @@
 namespace saltus {
 namespace {
 
-// How much of the phase that is cut a new one takes in the guess.
+// Part of the split phase that an inserted or appended phase takes in the initial guess.
 constexpr double inserted_part = 0.1, appended_part = 0.5;
 
-// Of a duration, in its nominal magnitude: a phase that vanished leaves something to begin with.
+// Smallest guess of a duration, relative to its nominal magnitude, so that a vanished phase can
+// grow.
 constexpr double least_guess = 1e-3;
 
-// What costs are compared relative to, at least, unless SearchOptions says otherwise.
+// Default of SearchOptions::least_cost.
 constexpr double least_cost = 1e-6;
-// A sequence that costs less than its beginning by this part breaks a promise.
+// A sequence cheaper than its prefix by this relative amount violates costs_are_nonnegative.
 constexpr double broken = 1e-5;
 
 using Path = std::vector<int>;
 
-// Where a sequence's search begins: durations of its phases, and states and inputs from the
-// trajectory of a shorter one at the same times. Without a source: the guesses of the modes.
+// Start of a solve: durations of the phases, and states and inputs from the trajectory of a shorter
+// sequence at the same times. Without a source, it uses the guesses of the modes.
 struct Start {
   const Solution* source = nullptr;
   std::vector<double> durations = {};
@@ -55,8 +56,8 @@ class Enumeration {
 
   SequenceResult run() {
     const int most = options_.phases > 0 ? options_.phases : options_.at_most;
-    // By the cost of the beginning, then the longer one; without such costs the shorter one, for
-    // longer ones begin with what was found for it.
+    // Sort by cost of the prefix, then longer first. Without such costs, shorter first, because
+    // longer sequences start from the results of shorter ones.
     const auto later = [&](const Open& a, const Open& b) {
       if (a.bound != b.bound) return a.bound > b.bound;
       if (a.path.size() != b.path.size())
@@ -132,7 +133,7 @@ class Enumeration {
     Path path;
   };
 
-  // Beginnings say something only of sequences of known times.
+  // Prefixes can be compared only for sequences of known duration.
   bool prunes() const {
     if (!options_.costs_are_nonnegative || options_.phases == 0) return false;
     for (int i = 0; i < graph_.size(); ++i)
@@ -140,7 +141,7 @@ class Enumeration {
     return true;
   }
 
-  // The shortest and the longest time that the phases of a path take, s.
+  // The shortest and the longest duration of a path, s.
   Bounds time_of(const Path& path) const {
     Bounds sum = exactly(0.0);
     for (const int mode : path) {
@@ -209,12 +210,12 @@ class Enumeration {
           std::move(problem),
           {.intervals_per_phase = options_.intervals_per_phase,
            .integrator = options_.integrator ? options_.integrator : runge_kutta4({.steps = 2}),
-           .accuracy = {.verify = false}});  // the plan that is returned is verified
+           .accuracy = {.verify = false}});  // only the returned plan is verified
       result = saltus::solve(shooting, *solver_);
-      // Of a convex program that a local solver finds infeasible no point is feasible.
+      // A locally infeasible convex program is infeasible.
       last_is_proof_ =
           result.status == SolveStatus::infeasible && shooting.nlp().is_linear_quadratic();
-    } catch (const DefinitionError& e) {  // such as times that this sequence cannot meet
+    } catch (const DefinitionError& e) {  // e.g. times that this sequence cannot satisfy
       result.status = SolveStatus::invalid_problem;
       result.cost = infinity;
       result.message = e.what();
@@ -224,7 +225,7 @@ class Enumeration {
   }
 
   OptimalControlProblem posed(const Path& path, const Start& start, bool is_beginning) const {
-    // A single duration that the total time decides is not free.
+    // A single free duration that the total time determines counts as fixed.
     int free_phases = 0;
     double fixed = 0.0;
     for (const int mode : path) {
@@ -271,8 +272,8 @@ class Enumeration {
     return {&it->second, std::move(durations)};
   }
 
-  // The guesses of the modes; the sequence without its last mode, which takes part of the one
-  // before; and every sequence of which this one is made by a mode that interrupts another.
+  // Start points: the guesses of the modes, the sequence without its last mode (the last two modes
+  // then share its time), and every sequence that lacks one interrupting mode.
   std::vector<Start> starts(const Path& path) const {
     std::vector<Start> result;
     const int n = static_cast<int>(path.size());
@@ -303,7 +304,7 @@ class Enumeration {
     }
     Start& own = result.emplace_back();
     if (graph_.total_time() && graph_.total_time()->is_equality()) {
-      // Guesses that add up to the time there is.
+      // Scale the guesses to the available time.
       double sum = 0.0;
       for (const int mode : path) sum += guess_of(mode);
       for (const int mode : path)
@@ -325,8 +326,8 @@ class Enumeration {
   std::map<Path, Solution> solved_;
   SequenceResult best_;
   long ruled_out_ = 0;
-  bool last_is_proof_ = false;  // the last program is infeasible, and its constraints are linear
-  bool all_proved_ = true;      // no sequence was given up for another reason
+  bool last_is_proof_ = false;  // the last program is infeasible and has linear constraints
+  bool all_proved_ = true;      // all failed sequences were proved infeasible
   std::string broken_promise_, first_failure_;
 };
 

@@ -19,33 +19,34 @@
 namespace saltus {
 namespace {
 
-// All shares of a relaxed solution this near to 0 or 1: the sequence is tried at once.
+// If all shares of a relaxed solution are this close to 0 or 1, its sequence is tried immediately.
 constexpr double nearly_integral = 1e-3;
-// Of a proof, relative to the numbers that it adds up.
+// Rounding level of a proof, relative to the terms that it adds.
 constexpr double rounding = 1e-9;
-// Bounds of one state that contradict each other by less, relative to their size, differ by
+// Contradictory bounds of one state that differ by less, relative to their size, differ by
 // rounding.
 constexpr double same_bound = 1e-9;
-// Costs are divided by the cost of the relaxed problem, which makes the tolerance of the programs
-// relative to it; by no less than this part of the largest coefficient of the costs, which is also
-// the floor of the gap, and anew where they have changed by more than this factor.
+// The cost of the relaxed problem divides the costs, so that tolerances are relative to it. The
+// divisor is at least this part of the largest cost coefficient, which is also the floor of the
+// gap. It is recomputed if costs change by more than the second factor.
 constexpr double least_part = 1e-6, another_size = 10.0;
-// The floor is at least this part of the relaxed problem's cost: what rounding leaves of a sum of
-// such numbers is no gap.
+// The floor is at least this part of the relaxed problem's cost. Rounding errors of sums of such
+// numbers are no gap.
 constexpr double rounding_part = 1e-4;
 constexpr int unit_rounds = 3;
-// What solver and search may differ by: relative to the cost, and to its largest coefficient.
+// Accepted difference between solver and search, relative to the cost and to its largest
+// coefficient.
 constexpr double same_cost = 1e-5, same_zero = 1e-8;
-// A program whose dual bound is farther from its cost than this part of the gap is solved again, to
-// this part of the tolerance.
+// If the dual bound of a program is off by more than this part of the gap, the program is solved
+// again with this part of the tolerance.
 constexpr double loose_bound = 0.25, finer = 1e-3;
-// So many sequences are solved before it is said that none is feasible.
+// Number of sequences that are solved before the search reports infeasibility.
 constexpr std::size_t tried_sequences = 4;
-// More leaves than this are not worth their tails: the next tick starts anew.
+// With more leaves than this, moving them to the next tick costs more than a new search.
 constexpr std::size_t most_leaves = 5000;
 
-// A node's start is its parent's optimum, farther away than that of the tick before: in units of
-// the cost (1e-5, 1e-3, 1e-2 and 3e-2 were tried).
+// Initial barrier parameter of a node, in units of the cost. Its start, the optimum of its parent,
+// is farther away than that of the previous tick. (1e-5, 1e-3, 1e-2 and 3e-2 were tried.)
 constexpr double warm_barrier = 1e-2;
 
 std::unique_ptr<StageQpSolver> solver_for(const StageQp& capacity, double tolerance) {
@@ -110,14 +111,14 @@ SequenceSearch::SequenceSearch(SequenceSearch&&) noexcept = default;
 SequenceSearch& SequenceSearch::operator=(SequenceSearch&&) noexcept = default;
 SequenceSearch::~SequenceSearch() = default;
 
-// Puts what stages_ has now in the place of what the programs hold.
+// Copies the end of stages_ into the programs.
 void SequenceSearch::fill_ends() {
   qp_.stages.back() = tail_qp_.stages.back() = stages_->end();
   filled_.assign(options_.phases, 0);
   tail_set_ = 0;
 }
 
-// The end is another one where it reads the time.
+// The end depends on the start time if it reads the time.
 void SequenceSearch::begin_at(double time) {
   if (!std::isfinite(time))
     throw DefinitionError(fmt::format("modes '{}': the time is not finite", graph_.name()));
@@ -132,13 +133,13 @@ double SequenceSearch::relative_gap() const {
   return std::max(options_.gap, 2.0 * options_.tolerance);
 }
 
-// What a gap is relative to, in units of the programs.
+// Scale of the relative gap, in units of the programs.
 double SequenceSearch::size_of(double cost) const {
   return std::max(std::abs(cost), least_cost_ / unit_);
 }
 
-// Which modes every phase may have: those that transitions lead to, from the path and back from the
-// end. Dwell times and numbers of entries are left out, which relaxes.
+// Possible modes of every phase: those reachable from the path and from which an end is reachable.
+// Ignores dwell times and limits on entries, which is a relaxation.
 std::vector<ModeSet> SequenceSearch::sets_of(const std::vector<int>& path) const {
   const int N = options_.phases, fixed = static_cast<int>(path.size());
   std::vector<ModeSet> sets(N, 0);
@@ -163,7 +164,7 @@ std::vector<ModeSet> SequenceSearch::sets_of(const std::vector<int>& path) const
   return sets;
 }
 
-// Bounds of the state where phase k begins and the one before it ends.
+// Bounds of the state at the border between phases k - 1 and k.
 void SequenceSearch::limits_of(const std::vector<ModeSet>& sets, int k, VectorXd& lower,
                                VectorXd& upper) {
   const SetStage& before = stages_->of(sets[k - 1], k == 1);
@@ -196,7 +197,8 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
       limits_of(sets, k, qp_.stages[k].x_lower, qp_.stages[k].x_upper);
     previous_changed = changed;
   }
-  for (int k = 1; k <= N; ++k)  // bounds of one mode's end and the next one's start that exclude
+  for (int k = 1; k <= N;
+       ++k)  // contradictory bounds at the end of one mode and the start of the next
     if ((qp_.stages[k].x_lower.array() > qp_.stages[k].x_upper.array()).any()) return result;
   qp_.start = start_;
   const bool warm = options_.warm && from != nullptr && from->point != nullptr;
@@ -216,7 +218,7 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
     const double begin = thread_microseconds();
     result = solver_->solve(qp_, point_, is_warm);
     solver_seconds_ += 1e-6 * (thread_microseconds() - begin);
-    // Without iterations: two sides of one row exclude each other.
+    // Without iterations, the two sides of a row contradict each other.
     if (result.status == QpStatus::infeasible && result.iterations > 0 &&
         !proves_infeasible(qp_, point_, holds_))
       result.status = QpStatus::numerical_failure;
@@ -251,7 +253,7 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
   return fine;
 }
 
-// After the root of a new tree: its cost becomes the unit of the cost.
+// After the root of a new tree: rescales the costs by its cost.
 void SequenceSearch::settle_unit(QpResult& root) {
   for (int round = 0; round < unit_rounds && root.status == QpStatus::optimal; ++round) {
     const double wanted = std::max(std::abs(root.objective) * unit_, least_unit_);
@@ -263,7 +265,7 @@ void SequenceSearch::settle_unit(QpResult& root) {
     fill_ends();
     const int iterations = root.iterations;
     QpResult again = solve_program({}, nullptr);
-    if (again.status != QpStatus::optimal) {  // too fine for the solver
+    if (again.status != QpStatus::optimal) {  // tolerance too tight for the solver
       unit_ = last;
       stages_->divide_costs(unit_);
       fill_ends();
@@ -275,7 +277,7 @@ void SequenceSearch::settle_unit(QpResult& root) {
   }
 }
 
-// mu of every mode of a set, by the number of the mode.
+// mu of every mode of a set, by index of the mode.
 std::vector<double> SequenceSearch::shares(const SetStage& stage,
                                            const StagePoint::AtStage& point) const {
   std::vector<double> result(graph_.size(), 0.0);
@@ -290,7 +292,7 @@ std::vector<double> SequenceSearch::shares(const SetStage& stage,
   return result;
 }
 
-// Whether the relaxed solution has chosen a sequence: every share is nearly 0 or 1.
+// True if the relaxed solution determines a sequence: every share is nearly 0 or 1.
 bool SequenceSearch::choose(const Node& node, std::vector<int>& path) {
   const std::vector<ModeSet> sets = sets_of(node.path);
   path.clear();
@@ -371,17 +373,17 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
   std::shared_ptr<const StagePoint> best_point;
   const int N = options_.phases;
   bool stopped = false;
-  double lowest_closed = infinity;  // of what was given up, or solved, without being ruled out
+  double lowest_closed = infinity;  // lowest bound of nodes closed without being excluded
   bool gave_up = false;
   const auto worse = [](const Node& a, const Node& b) { return a.bound > b.bound; };
   std::make_heap(open.begin(), open.end(), worse);
   const auto cut = [&] {
     return best.cost < infinity ? best.cost - relative_gap() * size_of(best.cost) : infinity;
   };
-  // Of the last tick's sequence what is left goes first: it is feasible or nearly so.
+  // First the rest of the last tick's sequence: it is feasible or nearly so.
   std::vector<int> wanted =
       best_.empty() ? best_ : std::vector<int>(best_.begin() + 1, best_.end());
-  std::vector<Node> dive;  // at most one: the child to go on with
+  std::vector<Node> dive;  // at most one: the next child to process
   if (!wanted.empty())
     for (std::size_t i = 0; i < open.size(); ++i)
       if (!open[i].path.empty() && open[i].path.size() <= wanted.size() &&
@@ -441,7 +443,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
         closed.push_back(std::move(node));
         continue;
       }
-      for (int i = 0; i < graph_.size(); ++i) {  // its bound stays that of what it began in
+      for (int i = 0; i < graph_.size(); ++i) {  // its bound remains that of its parent
         if (!graph_.may_append(node.path, i, before_)) continue;
         Node child = node;
         child.path.push_back(i);
@@ -477,7 +479,7 @@ SequenceResult SequenceSearch::run(std::vector<Node> open, WallClock::time_point
       closed.push_back(std::move(node));
       continue;
     }
-    // Children in the order of their shares; the first one is gone on with.
+    // Children in order of decreasing shares. The search continues with the first one.
     const int depth = static_cast<int>(node.path.size());
     const SetStage& stage = stages_->of(sets[depth], depth == 0);
     std::vector<double> share = stage.modes.empty() ? std::vector<double>(graph_.size(), 1.0)
@@ -561,14 +563,14 @@ Solution SequenceSearch::solve_sequence(const std::vector<int>& path) const {
   return saltus::solve(shooting, *solver);
 }
 
-// The sequence that was found, as a problem of its own: it has to cost what the search says.
+// Solves the found sequence as a separate problem. Its cost must match that of the search.
 void SequenceSearch::confirm_plan(SequenceResult& result) {
   result.solution = solve_sequence(result.modes);
   const Solution& s = result.solution;
   const double least = std::min(result.cost, result.lower_bound);
   const double allowed = same_cost * std::max(std::abs(result.cost), std::abs(s.cost)) +
                          same_zero * stages_->largest_cost();
-  // The program of the samples is what was searched; what lies between them is said beside it.
+  // The search covers the sampled program only. Violations between samples are reported separately.
   const bool is_optimum = s.ok() || s.status == SolveStatus::coarse_grid;
   if (is_optimum && s.cost >= least - allowed && s.cost <= result.cost + allowed) {
     if (!s.ok()) result.message += "; but of its plan: " + s.message;
@@ -594,7 +596,7 @@ void SequenceSearch::confirm_plan(SequenceResult& result) {
   result.lower_bound = -infinity;
 }
 
-// Allowed sequences, of different first modes as far as there are.
+// Allowed sequences, with different first modes if possible.
 std::vector<std::vector<int>> SequenceSearch::some_sequences(std::size_t most) const {
   constexpr int most_steps = 10000;
   std::vector<std::vector<int>> found;
@@ -620,7 +622,7 @@ std::vector<std::vector<int>> SequenceSearch::some_sequences(std::size_t most) c
   return found;
 }
 
-// No solve may find what the search has excluded.
+// No solve may find a sequence that the search excluded.
 void SequenceSearch::confirm_infeasible(SequenceResult& result) {
   for (const std::vector<int>& path : some_sequences(tried_sequences)) {
     Solution s = solve_sequence(path);
@@ -641,7 +643,7 @@ void SequenceSearch::confirm_infeasible(SequenceResult& result) {
 
 namespace {
 
-// Without penalties of soft rows, which are no part of the stage's own function.
+// Excludes penalties of soft rows, which are not part of the stage's function.
 double stage_cost(const Stage& s, const StagePoint::AtStage& p) {
   const auto x = p.x.head(s.nx), u = p.u.head(s.nu);
   double cost = s.constant + s.q.dot(x) + s.r.dot(u) + 0.5 * x.dot(s.Q * x) + u.dot(s.S * x) +
@@ -664,7 +666,7 @@ double stage_cost(const Stage& s, const StagePoint::AtStage& p) {
 
 }  // namespace
 
-// Limits of the state alone, with multipliers: they do not act on a start that is given.
+// Active limits of the state alone, with multipliers. They do not apply to a fixed start.
 std::vector<SequenceSearch::Limit> SequenceSearch::limits_at(const Stage& s,
                                                              const StagePoint::AtStage& p,
                                                              const VectorXd& lower,
@@ -695,7 +697,7 @@ std::vector<SequenceSearch::Limit> SequenceSearch::limits_at(const Stage& s,
   return limits;
 }
 
-// framework/design/sequences.md, "The tree of the last tick".
+// See framework/design/sequences.md, "The tree of the last tick".
 std::shared_ptr<const SequenceSearch::Dual> SequenceSearch::dual_of(const StagePoint& point,
                                                                     const std::vector<int>& path) {
   const int nx = stages_->states(), N = options_.phases;
@@ -750,7 +752,7 @@ double SequenceSearch::shifted_bound(const Dual& dual, ModeSet last, Dual& next)
   next.limits.assign(dual.limits.begin() + 1, dual.limits.end());
   next.limits.push_back(
       limits_at(set.stage, tail_point_.stages[0], set.stage.x_lower, set.stage.x_upper));
-  // Costates and states are what the solver's tolerance lets them be.
+  // The solver's tolerance limits the accuracy of costates and states.
   return bound - options_.tolerance * sizes;
 }
 
@@ -767,8 +769,8 @@ std::shared_ptr<const StagePoint> SequenceSearch::shifted_point(const StagePoint
   return to;
 }
 
-// The same for a proof: what it says of the end it says of the state that the last phase but one
-// led to, which has bounds.
+// Shifts a proof: statements about the end become statements about the end of the last phase but
+// one, which has bounds.
 std::shared_ptr<const StagePoint> SequenceSearch::shifted_proof(const StagePoint& from) const {
   auto proof = std::make_shared<StagePoint>(*shifted_point(from));
   const int N = options_.phases, nx = stages_->states();
@@ -780,8 +782,8 @@ std::shared_ptr<const StagePoint> SequenceSearch::shifted_proof(const StagePoint
   return proof;
 }
 
-// Farkas: the sum of all rows and dynamics with these multipliers is positive for every state and
-// input within their bounds. What it leaves of them is weighed against the bounds.
+// Farkas: with these multipliers, the sum of all rows and dynamics is positive for every state and
+// input within bounds. The remaining gradients are bounded over the boxes.
 bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& proof) {
   const std::vector<ModeSet> sets = sets_of(path);
   const int N = options_.phases, nx = stages_->states();
@@ -840,14 +842,13 @@ bool SequenceSearch::is_proved(const std::vector<int>& path, const StagePoint& p
   return value > rounding * size;
 }
 
-// The leaves that begin with the mode that was applied, with their duals: while start_ is still
-// that of the last tick.
+// The leaves that begin with the applied mode, with their duals. Call it before start_ changes.
 std::vector<SequenceSearch::Node> SequenceSearch::leaves_to_move() {
   std::vector<Node> result;
   std::map<const StagePoint*, std::shared_ptr<const Dual>> duals;
   for (Node& leaf : leaves_) {
     if (!leaf.path.empty() && leaf.path.front() != best_.front()) continue;
-    if (leaf.path.size() < 2) return {};  // all sequences may follow: nothing is known of them
+    if (leaf.path.size() < 2) return {};  // any sequence may follow: no bound is known
     if (!leaf.dual && !leaf.proof && leaf.point && !leaf.point_is_shifted &&
         !leaf.point_path.empty()) {
       std::shared_ptr<const Dual>& dual = duals[leaf.point.get()];
