@@ -12,7 +12,7 @@
 namespace saltus {
 namespace {
 
-// The largest violation in the units of its term.
+// Largest violation relative to its tolerance, in the units of its term.
 VerifiedMiss largest(const VerificationDetail& found) {
   VerifiedMiss worst;
   for (const PathFinding& f : found.violated)
@@ -20,15 +20,14 @@ VerifiedMiss largest(const VerificationDetail& found) {
   return worst;
 }
 
-// Into how many pieces an interval is cut that misses a tolerance so many times. A bulge falls at
-// least with the square of the length, so that more than that would be too much.
+// Number of pieces for an interval that exceeds a tolerance by the factor `excess`. Violations fall
+// at least with the square of the length, so more pieces would be excessive.
 int pieces_for(double excess) {
   if (!(excess > 1.0)) return 1;
   return static_cast<int>(std::clamp(std::ceil(std::sqrt(excess)), 2.0, 4.0));
 }
 
-// How many times the worst interval within each input interval of a phase misses what is asked of
-// it.
+// Largest excess over the tolerances within each input interval of a phase.
 std::vector<double> worst_of_inputs(const Mesh& mesh, const Trajectory& trajectory, int phase,
                                     const std::vector<double>& excess) {
   const std::vector<Mesh::InputInterval> inputs = mesh.input_intervals();
@@ -50,8 +49,8 @@ std::vector<double> worst_of_inputs(const Mesh& mesh, const Trajectory& trajecto
   return worst;
 }
 
-// Where a window ends inside a phase of free duration, intervals stay equal on both sides of it,
-// and the phase is refined as a whole.
+// If a window ends inside a phase of free duration, intervals on either side must stay equal, and
+// the whole phase is refined.
 bool needs_equal_intervals(const PhaseDefinition& phase) {
   if (!phase.has_free_duration()) return false;
   bool cuts = false;
@@ -61,8 +60,8 @@ bool needs_equal_intervals(const PhaseDefinition& phase) {
   return cuts;
 }
 
-// How many times each interval misses what is asked of it, and whether the plan passes an obstacle
-// between two nodes: a violation that a bulge does not explain.
+// Excess of each interval over its tolerances, and whether the plan passes an obstacle between two
+// nodes, i.e. has a violation too large for a bulge of the path.
 struct Judgement {
   std::vector<double> excess = {};  // of each piece of the trajectory
   bool passes_obstacle = false;
@@ -70,13 +69,13 @@ struct Judgement {
 
 Judgement judge(const MultipleShooting& shooting, const VerificationDetail& found,
                 const RefinementOptions& options) {
-  constexpr double obstacle = 1e-2;  // of the scale of a term: more than a bulge
+  constexpr double obstacle = 1e-2;  // of the scale of a term; larger than a bulge
   Judgement result;
   for (const PathFinding& f : found.violated)
     result.passes_obstacle = result.passes_obstacle || f.miss.amount > obstacle * f.scale;
   const double share = options.integration / static_cast<double>(found.intervals.size());
   const bool is_off = !(found.summary.defect.sum <= options.integration);
-  constexpr double halved = 4.0;  // an error of the integration falls faster than a bulge
+  constexpr double halved = 4.0;  // an integration error falls faster than a bulge
   for (const IntervalFinding& i : found.intervals) {
     double excess = std::max(i.violation / options.tolerance, i.excess);
     const double defect =
@@ -86,8 +85,9 @@ Judgement judge(const MultipleShooting& shooting, const VerificationDetail& foun
   return result;
 }
 
-// The meshes of the next round; false: the limit is reached everywhere. If an obstacle was passed
-// all inputs are held: with more freedom the plan would pass the next finer interval.
+// Computes the meshes of the next round. Returns false if the limit is reached everywhere. If the
+// plan passed an obstacle, all inputs are held: with more freedom the plan would pass it between
+// the new nodes.
 bool refine(const MultipleShooting& shooting, const Trajectory& trajectory, const Judgement& judged,
             const RefinementOptions& options, std::vector<Mesh>& meshes) {
   bool changed = false;
@@ -99,7 +99,7 @@ bool refine(const MultipleShooting& shooting, const Trajectory& trajectory, cons
     if (needs_equal_intervals(shooting.problem().phases()[j])) {
       const int factor = std::min(most, options.most_intervals / mesh.intervals);
       if (factor < 2) continue;
-      if (!mesh.holds.empty()) {  // what one input acts on stays so
+      if (!mesh.holds.empty()) {  // input intervals stay as they are
         std::vector<char> holds(static_cast<std::size_t>(mesh.intervals * factor) + 1, 1);
         for (int i = 0; i <= mesh.intervals; ++i)
           holds[static_cast<std::size_t>(i * factor)] = mesh.holds_input(i) ? 1 : 0;
@@ -167,7 +167,7 @@ RefinedSolution solve_refined(const OptimalControlProblem& problem, ShootingOpti
     return result;
   }
   for (int round = 1;; ++round) {
-    // A tenth of the tolerance must not be missed.
+    // The verification must resolve a tenth of the tolerance.
     const VerificationDetail found =
         verify_plan(result.shooting, result.solution, 0.1 * refinement.tolerance);
     result.violations.push_back(largest(found).amount);

@@ -1,4 +1,4 @@
-// Evaluation of a BlockProgram: blocks at a point, their values and derivatives added up.
+// Evaluation of a BlockProgram: evaluates blocks at a point and sums their values and derivatives.
 #include "saltus/transcription/block_program.hpp"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ void BlockProgram::set_constant(int block, int argument, double value) {
   if (constant == value) return;
   constant = value;
   Compiled& c = compiled_[block];
-  c.argument[argument] = value;  // variables are added when it is gathered
+  c.argument[argument] = value;  // variables are added by gather()
   if (!c.reads[argument]) return;
   c.level = Level::none;
   c.has_entries = c.has_hessian = false;
@@ -46,8 +46,8 @@ void BlockProgram::move_to(const double* w) {
   ++point_;
 }
 
-// Equal intervals of a problem that does not look at the clock: what one block has found, the next
-// one of the same function has too.
+// A block repeats the result of the previous block with the same function if the arguments agree.
+// This happens for equal intervals of a time-invariant problem.
 bool BlockProgram::repeats(Compiled& c, Level level) const {
   if (c.before < 0) return false;
   const Compiled& other = compiled_[c.before];
@@ -70,7 +70,7 @@ void BlockProgram::update(const Block& block, Compiled& c, const double* w, Leve
   c.level = Level::none;  // in case the formula throws
   gather(block, c, w);
   if (repeats(c, level)) return;
-  // The slopes of an affine block are those of any point.
+  // The derivatives of an affine block do not depend on the point.
   if (level == Level::values || (c.is_affine && c.has_entries)) {
     block.function.value(c.argument.data(), c.value.data());
   } else {
@@ -82,7 +82,7 @@ void BlockProgram::update(const Block& block, Compiled& c, const double* w, Leve
   c.point = point_;
 }
 
-// Which blocks are a thread's own is fixed, and so is the order in which it takes them.
+// Each thread has fixed blocks in a fixed order.
 template <class Work>
 void BlockProgram::share_out(const Work& work) {
   if (!pool_) return work(shares_.front(), 0);
@@ -90,8 +90,8 @@ void BlockProgram::share_out(const Work& work) {
   pool_->run(part);
 }
 
-// Calls add(block, entry) for every entry of a list: threads for what only they add to, then this
-// one for the rest.
+// Calls add(block, entry) for every entry of a list. Threads process entries that only they write;
+// the calling thread then processes the others.
 template <class Add>
 void BlockProgram::add_shared(std::vector<Scatter> Compiled::*list,
                               const std::vector<SharedScatter>& shared, const Add& add) {
@@ -130,7 +130,7 @@ bool BlockProgram::evaluate(const double* w, Level level) {
       for (int o = 0; o < c.value.size(); ++o)
         if (!std::isfinite(c.value[o]) && counts(block.outputs[o])) {
           finite = false;
-          c.level = Level::none;  // what failed here may be over when it is asked again
+          c.level = Level::none;  // the failure may not occur at the next evaluation
         }
     }
     finite_in_share_[k] = finite;
@@ -194,7 +194,7 @@ bool BlockProgram::jacobian(const double* w, double* entries) {
                      [](double e) { return std::isfinite(e); });
 }
 
-// Linear entries first: what a block has there as well is added.
+// Linear entries first. Blocks add to them at the same positions.
 bool BlockProgram::write_jacobian(const double* w, std::span<const EntryTarget> targets) {
   for (const Linear& l : linear_) {
     const EntryTarget& target = targets[l.position];
@@ -233,7 +233,7 @@ void BlockProgram::add_jacobian_transposed(const VectorXd& lambda, VectorXd& out
   });
 }
 
-// False if the block adds nothing.
+// Returns false if the block contributes nothing.
 bool BlockProgram::weigh(const Block& block, Compiled& c, double sigma, const double* lambda,
                          Curvature curvature) const {
   bool any = false;
@@ -241,7 +241,7 @@ bool BlockProgram::weigh(const Block& block, Compiled& c, double sigma, const do
     const BlockOutput& output = block.outputs[o];
     const bool cost = output.row == BlockOutput::objective;
     c.weights[o] = cost ? sigma * output.factor : output.factor * lambda[output.row];
-    // Gauss-Newton: constraints do not curve. Interval functions keep the costs they carry.
+    // Gauss-Newton drops the curvature of constraints. Interval functions keep that of their costs.
     if (!cost && (curvature == Curvature::gauss_newton || is_off(output.row))) c.weights[o] = 0.0;
     any = any || c.weights[o] != 0.0;
   }
@@ -262,7 +262,7 @@ void BlockProgram::note_hessian(Compiled& c, Curvature curvature) const {
 
 void BlockProgram::prepare_derivatives(const double* w, double sigma, const double* lambda,
                                        Curvature curvature) {
-  if (linear_quadratic_) return;  // most is known whatever the point
+  if (linear_quadratic_) return;  // most derivatives are known for every point
   move_to(w);
   share_out([&](const std::vector<int>& blocks, int) {
     for (const int i : blocks) {

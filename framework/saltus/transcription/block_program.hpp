@@ -24,8 +24,7 @@ struct VariableCoefficient {
 struct BlockOutput {
   static constexpr int objective = -1;  ///< denotes the cost instead of a row
   int row = objective;                  ///< row of the program, or `objective`
-  double factor =
-      1.0;  ///< fixed for rows; for the objective a weight that may change between solves
+  double factor = 1.0;  ///< rows: fixed; objective: a weight, may change between solves
 };
 
 /// A function of a few variables and constants.
@@ -180,8 +179,7 @@ class BlockProgram : public NonlinearProgram {
   struct Compiled {
     std::vector<Scatter> rows, jacobian, gradient, hessian;  // rows: of the values
     int first_objective_term = 0;
-    VectorXd argument, value,
-        weights;  // argument: the constants at first, plus coefficients once gathered
+    VectorXd argument, value, weights;   // argument: constants, plus coefficients once gathered
     std::vector<int> with_coefficients;  // arguments that have coefficients
     std::vector<double> entries, hessian_entries;
     std::vector<char> reads;   // per argument: true if the function depends on it

@@ -1,4 +1,4 @@
-// Set-up of a BlockProgram: its patterns, and where every derivative of a block goes in them.
+// Set-up of a BlockProgram: patterns, and positions of all derivatives of blocks.
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -60,9 +60,9 @@ void BlockProgram::set_threads(int threads) {
   pool_ = threads == 1 ? nullptr : std::make_unique<ThreadPool>(threads);
 }
 
-// Blocks of one function are dealt out in runs, so that neighbours mostly stay with one thread.
-// Each thread gets functions of its own: nobody else's evaluation makes one of the program wait for
-// memory. The calling thread keeps functions that are not re-entrant, which only this program has.
+// Distributes blocks of each function in contiguous runs, so that neighbours mostly share a thread.
+// Each thread gets separate functions, so that no evaluation elsewhere makes the program allocate.
+// The calling thread keeps functions that are not re-entrant.
 void BlockProgram::assign_threads() {
   constexpr int runs_per_thread = 8;
   shares_.assign(threads_, {});
@@ -73,7 +73,7 @@ void BlockProgram::assign_threads() {
   };
   std::map<const void*, Group> groups;
   for (const Block& block : blocks_) ++groups[block.function.identity()].count;
-  int alone = 0;  // counts blocks that are the only ones of their function
+  int alone = 0;  // counts blocks whose function occurs once
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     Function& function = blocks_[i].function;
     Group& group = groups[function.identity()];
@@ -95,8 +95,8 @@ void BlockProgram::assign_threads() {
   }
 }
 
-// Entries that blocks of several threads add to are left to the calling thread, which takes them in
-// the order of the blocks: every sum is that of one thread.
+// Entries written by blocks of several threads are left to the calling thread, in the order of
+// blocks. Every sum then equals that of a single thread.
 void BlockProgram::separate_shared() {
   if (threads_ == 1) return;
   std::vector<int> thread_of(blocks_.size(), 0);

@@ -10,9 +10,8 @@
 namespace saltus {
 namespace {
 
-// What counts as being on a side of zero: a fraction of the largest value that the guard takes in
-// the phase, or of what it is made of. After a jump it often starts at zero, and a solver leaves it
-// there within its tolerance.
+// The guard must exceed this fraction of its largest value in the phase, or of its scale, to count
+// as non-zero. After a jump it often starts at zero, to the solver's tolerance.
 constexpr double side_share = 1e-6;
 
 VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorXd& u,
@@ -22,7 +21,7 @@ VectorXd argument(const Arguments& a, double t, const VectorXd& x, const VectorX
   return z;
 }
 
-// The furthest that the guard had been beyond zero after having been before it: t and amount.
+// Finds the largest value of the guard beyond zero after it was before zero, with its time.
 void find_early_crossing(const std::vector<std::pair<double, double>>& samples, GuardCrossing& c) {
   for (const auto& [t, g] : samples) c.largest = std::max(c.largest, std::abs(g));
   const double side = side_share * c.largest;
@@ -35,8 +34,8 @@ void find_early_crossing(const std::vector<std::pair<double, double>>& samples, 
   }
 }
 
-// The field in force: of the mode that is remembered, or of the first one inside all its guards
-// (framework/design/events.md). Nothing on a guard, where a mode begins, ends or slides.
+// The active dynamics: those of the stored mode, or of the first mode inside all its guards
+// (framework/design/events.md). Null on a guard, where a mode begins, ends or slides.
 const Function* field_at(const PhaseDefinition& phase, const VectorXd& z) {
   const SwitchingSystem& s = phase.switching;
   if (s.modes.size() < 2) return &phase.dynamics;
@@ -69,7 +68,7 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
     const VectorXd& p = trajectory.phases()[j].parameters;
     const int nu = phase.sizes.nu;
     GuardCrossing c{.phase = phase.name, .event = guard.event, .declared = guard.crossing};
-    std::vector<std::pair<double, double>> values;  // t, guard with rising as the direction
+    std::vector<std::pair<double, double>> values;  // t and guard, oriented as rising
     const TrajectoryPiece* last = nullptr;
     for (const TrajectoryPiece& piece : trajectory.pieces()) {
       if (piece.phase != static_cast<int>(j)) continue;
@@ -79,7 +78,7 @@ std::vector<GuardCrossing> guard_crossings(const OptimalControlProblem& problem,
       values.emplace_back(piece.start, crossing_sign(guard.crossing) * guard.guard(z)[0]);
       for (int s = 1; s <= samples && piece.length > 0.0; ++s) {
         const double t = piece.start + piece.length * s / (samples + 1);
-        if (&trajectory.piece_at(t) != &piece) continue;  // shorter than time can be told
+        if (&trajectory.piece_at(t) != &piece) continue;  // piece shorter than the time resolution
         const VectorXd inside =
             argument(phase.sizes, t, trajectory.state(t), trajectory.input(t), p);
         const double g = crossing_sign(guard.crossing) * guard.guard(inside)[0];

@@ -15,11 +15,10 @@ using namespace shooting;
 namespace {
 
 constexpr std::size_t rows_named = 3;
-constexpr double held = 1e-9;  // of an equation between numbers of size 1
+constexpr double held = 1e-9;  // tolerance of an equation with terms of size 1
 
-// Equations in the order in which they are taken: what comes later is what is superfluous. First
-// the start and the dynamics, then what the user added. Those in which nothing is left to decide,
-// and which hold, say nothing.
+// Equations in order: start and dynamics first, then those of the user, so that dependent rows are
+// those of the user. Omits equations that have no unknowns and hold.
 std::vector<int> equations(ShootingProgram& program, const VectorXd& w) {
   std::vector<char> has_unknown(program.rows(), 0);
   program.jacobian_pattern().for_each([&](int r, int c, int) {
@@ -61,13 +60,13 @@ std::string name_dependent_rows(ShootingProgram& program, const VectorXd& w) {
     if (equation[r] >= 0 && unknown[c] >= 0)
       transposed.emplace_back(unknown[c], equation[r], entries[e]);
   });
-  // Each of length one: what counts as dependent must not hang on units.
+  // Normalises each equation, so that the test does not depend on units.
   VectorXd length = VectorXd::Zero(static_cast<int>(rows.size()));
   for (const auto& entry : transposed) length[entry.col()] += entry.value() * entry.value();
   for (auto& entry : transposed)
     if (length[entry.col()] > 0.0)
       entry = {entry.row(), entry.col(), entry.value() / std::sqrt(length[entry.col()])};
-  // A column of J' that depends on those before it is put last.
+  // QR puts a column of J' that depends on previous ones last.
   Eigen::SparseMatrix<double> J(unknowns, static_cast<int>(rows.size()));
   J.setFromTriplets(transposed.begin(), transposed.end());
   J.makeCompressed();

@@ -12,11 +12,11 @@ namespace saltus {
 namespace {
 
 constexpr double first_weight = 1e3;  // times the largest derivative of the cost
-constexpr double growth = 1e3;        // of weights that did not suffice
-// Part of its weight that the bound of a slack must hold up for the penalty to be exact.
+constexpr double growth = 1e3;        // factor for weights that are too small
+// A penalty counts as exact if the bound multiplier of its slack exceeds this part of the weight.
 constexpr double held = 1e-3;
 
-// Lowers weights, and gives them back whatever happens.
+// Lowers weights and restores them in the destructor.
 class LoweredWeights {
  public:
   explicit LoweredWeights(ShootingProgram& program) : program_(program) {}
@@ -38,7 +38,7 @@ class LoweredWeights {
   bool are_lowered_ = false;
 };
 
-// Largest derivative of the cost at the start, penalties left out.
+// Largest derivative of the cost at the start, without penalties.
 double size_of_cost(ShootingProgram& program, const VectorXd& w) {
   VectorXd gradient(program.variables());
   if (w.size() != program.variables() || !program.gradient(w.data(), gradient.data()) ||
@@ -47,7 +47,7 @@ double size_of_cost(ShootingProgram& program, const VectorXd& w) {
   return std::max(1.0, gradient.head(program.first_slack()).cwiseAbs().maxCoeff());
 }
 
-// True if every lowered penalty holds with weight to spare.
+// True if every lowered penalty is exact with margin.
 bool is_exact(ShootingProgram& program, const std::vector<int>& lowered, const NlpPoint& point) {
   VectorXd gradient(program.variables());
   if (point.z.size() != program.variables() || !program.gradient(point.w.data(), gradient.data()))
@@ -56,7 +56,7 @@ bool is_exact(ShootingProgram& program, const std::vector<int>& lowered, const N
                      [&](int slack) { return -point.z[slack] > held * std::abs(gradient[slack]); });
 }
 
-// The slacks of exact penalties at zero, with the multipliers that balance the problem's weights.
+// Sets the slacks of exact penalties to zero, with multipliers for the weights of the problem.
 void complete(ShootingProgram& program, const std::vector<int>& lowered, NlpPoint& point) {
   for (const int slack : lowered) point.w[slack] = program.lower()[slack];
   VectorXd balance(program.variables());
@@ -69,13 +69,13 @@ void complete(ShootingProgram& program, const std::vector<int>& lowered, NlpPoin
   for (const int slack : lowered) point.z[slack] = -balance[slack];
 }
 
-// Ends that other weights do not change: someone stopped the solve, or hard rows cannot be met.
+// Outcomes that other weights do not change: the solve was stopped, or hard rows are infeasible.
 bool is_final(SolveStatus status) {
   return status == SolveStatus::time_limit || status == SolveStatus::interrupted ||
          status == SolveStatus::infeasible || status == SolveStatus::invalid_problem;
 }
 
-// Cost and residual with the weights of the program, and the effort of all solves.
+// Sets cost and residual for the weights of the program, and the total effort of all solves.
 void describe_end(ShootingProgram& program, int iterations, double seconds, NlpResult& result) {
   if (result.point.w.size() == program.variables()) {
     result.kkt = kkt_residual(program, result.point);

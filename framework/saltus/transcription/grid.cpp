@@ -54,7 +54,7 @@ void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const
             fmt::format("{}: its window has a limit at {} s, but the phase may "
                         "last only {} s",
                         where, s, phase.duration.lower));
-      if (!(s > same_instant) || s >= T - same_instant) return;  // the ends are nodes anyway
+      if (!(s > same_instant) || s >= T - same_instant) return;  // the ends are nodes already
       const double nearest = nearest_base_offset(grid.mesh, T, s);
       if (!grid.is_free && std::abs(s - nearest) <= same_instant) {
         grid.marks.push_back(nearest);
@@ -81,7 +81,7 @@ void Grid::collect_instants(const PhaseDefinition& phase, PhaseGrid& grid) const
   });
   if (!grid.has_modes) return;
   grid.cuts.resize(schedule_.capacity());
-  for (std::size_t i = grid.slots.size(); i-- > 0;)  // among the cuts anyway
+  for (std::size_t i = grid.slots.size(); i-- > 0;)  // already among the cuts
     if (grid.slots[i].is_event()) {
       grid.slots.erase(grid.slots.begin() + static_cast<std::ptrdiff_t>(i));
       grid.clocks.erase(grid.clocks.begin() + static_cast<std::ptrdiff_t>(i));
@@ -106,7 +106,7 @@ double Grid::nominal_length(int phase) const {
   return phases_[phase].duration / phases_[phase].mesh.intervals;
 }
 
-// Offset of a base node at a duration (s).
+// Offset of a base node for a given duration, s.
 double Grid::base_offset(const Mesh& mesh, double duration, int node) {
   return mesh.nodes.empty() ? duration * node / mesh.intervals : duration * mesh.nodes[node];
 }
@@ -136,7 +136,7 @@ double Grid::instant_offset(const PhaseGrid& grid, const Instant& instant, Clock
   return clock == Clock::absolute ? instant.seconds() - grid.start : instant.seconds();
 }
 
-// An instant within same_instant of a base node, or of the ends, is that node.
+// Rounds an instant within same_instant of a base node or an end to that node.
 double Grid::snap(const PhaseGrid& grid, double offset) {
   if (!std::isfinite(offset)) return offset;
   if (grid.duration > 0.0 && !grid.is_free) {
@@ -156,12 +156,12 @@ void Grid::place_events(const Schedule& schedule, double start_time) {
   }
 }
 
-// Puts a node at an offset, which may lie outside the phase; returns the offset that it got.
+// Inserts a node at an offset, which may lie outside the phase. Returns the actual offset.
 double Grid::insert_node(PhaseGrid& grid, std::size_t& count, double at) {
   const bool inside = at >= 0.0 && at <= grid.duration;
   const double wanted = at;
   at = std::clamp(at, 0.0, grid.duration);
-  // Two events closer than an instant are one.
+  // Two events closer than same_instant share a node.
   for (std::size_t i = 0; i < count; ++i)
     if (std::abs(grid.offsets[i] - at) <= same_instant) at = grid.offsets[i];
   std::size_t i = count++;
@@ -179,7 +179,7 @@ double Grid::insert_node(PhaseGrid& grid, std::size_t& count, double at) {
 void Grid::place_fixed(PhaseGrid& grid) {
   const double T = grid.duration;
   const int n = grid.mesh.intervals;
-  // Base nodes first, then the events; std::stable_sort would allocate, insertion does not.
+  // Base nodes first, then events, by insertion sort: std::stable_sort would allocate.
   std::size_t count = 0;
   for (int i = 0; i <= n; ++i) {
     grid.offsets[count] = base_offset(grid.mesh, grid.duration, i);
@@ -189,19 +189,19 @@ void Grid::place_fixed(PhaseGrid& grid) {
   for (std::size_t s = 0; s < grid.slots.size(); ++s)
     insert_node(grid, count, snap(grid, instant_offset(grid, grid.slots[s], grid.clocks[s])));
   const std::span<const Event> events = schedule_.events();
-  for (std::size_t i = 0; i < grid.cuts.size(); ++i)  // without an event: an empty slot at the end
+  for (std::size_t i = 0; i < grid.cuts.size(); ++i)  // unused slots are empty intervals at the end
     grid.cuts[i] = insert_node(
         grid, count, i < events.size() ? snap(grid, events[i].time - grid.start) : infinity);
   for (const double mark : grid.marks)
     for (std::size_t i = 0; i < count; ++i)
       if (std::abs(grid.offsets[i] - mark) <= same_instant) grid.event_node[i] = 1;
-  // All nodes of one instant are breaks if one of them is.
+  // If one node at an instant is a control break, all nodes at this instant are.
   for (std::size_t i = count - 1; i > 0; --i)
     if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i]) grid.event_node[i - 1] = 1;
   for (std::size_t i = 1; i < count; ++i)
     if (grid.offsets[i] == grid.offsets[i - 1] && grid.event_node[i - 1]) grid.event_node[i] = 1;
-  // Whole intervals of a uniform mesh have one length, free of the rounding of their ends: an
-  // integrator that keeps what it computed for a length would otherwise compute it for every
+  // Gives all whole intervals of a uniform mesh exactly the same length, without the rounding of
+  // their ends. Integrators that cache results per length would otherwise recompute them for each
   // interval.
   const double whole = T / n;
   const double rounding = 4.0 * std::numeric_limits<double>::epsilon() * T;
@@ -212,8 +212,8 @@ void Grid::place_fixed(PhaseGrid& grid) {
   }
 }
 
-// Free duration: the segments between window limits are uniform, the last one stretches with T. A
-// mesh of its own stretches as a whole, and then no window may have a limit inside.
+// For a free duration, segments between window limits have uniform intervals, and the last segment
+// scales with T. A custom mesh scales as a whole and allows no window limit inside.
 void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
   std::vector<double> limits{0.0};
   for (std::size_t s = 0; s < grid.slots.size(); ++s)
@@ -254,7 +254,7 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
     left -= n;
     for (int i = 0; i < n; ++i) {
       const double fraction = static_cast<double>(i) / n;
-      if (last)  // from begin to T
+      if (last)  // from `begin` to T
         grid.intervals.push_back({begin * (1.0 - fraction), fraction, -begin / n, 1.0 / n});
       else
         grid.intervals.push_back(
@@ -273,7 +273,7 @@ void Grid::place_free(PhaseGrid& grid, const PhaseDefinition& phase) {
 PhaseWindow Grid::resolve(int phase, const Window& window) const {
   const PhaseGrid& grid = phases_[phase];
   PhaseWindow result{0.0, infinity};
-  // No earlier than the phase: one that ends as the phase begins has nothing of it.
+  // Not before the phase: a window that ends where the phase begins does not contain any of it.
   if (window.from)
     result.from = std::max(0.0, snap(grid, instant_offset(grid, *window.from, window.clock)));
   if (window.to) result.to = snap(grid, instant_offset(grid, *window.to, window.clock));
@@ -283,7 +283,7 @@ PhaseWindow Grid::resolve(int phase, const Window& window) const {
 
 double Grid::node_offset(int phase, int node) const { return phases_[phase].offsets[node]; }
 
-// Whether `visit` holds for one of the intervals [from, to) that the window consists of.
+// True if `visit` holds for one of the intervals [from, to) of the window.
 template <class Visit>
 bool Grid::any_span(const PhaseGrid& grid, const PhaseWindow& window, Visit&& visit) const {
   if (window.modes == 0) return visit(window.from, window.to);
@@ -292,7 +292,7 @@ bool Grid::any_span(const PhaseGrid& grid, const PhaseWindow& window, Visit&& vi
     if (!(window.modes >> schedule_.number_of_mode(i) & 1)) continue;
     const double from = std::max(window.from, i > 0 ? grid.cuts[i - 1] : -infinity);
     const double to = std::min(window.to, i < last ? grid.cuts[i] : infinity);
-    // Limits of a mode and of the window that are one node may differ by less than an instant.
+    // Limits of a mode and of the window at the same node may differ by less than same_instant.
     if (to - from > same_instant && visit(from, to)) return true;
   }
   return false;

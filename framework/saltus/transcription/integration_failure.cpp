@@ -7,8 +7,8 @@
 namespace saltus {
 namespace {
 
-// What is integrated along phase j besides its states: running costs, then integrals. Leaves their
-// selection as it was.
+// The quantities integrated along phase j besides the states: running costs, then integrals.
+// Restores their selection in the destructor.
 class IntegratedCosts {
  public:
   IntegratedCosts(const ShootingProgram& program, int j)
@@ -32,12 +32,12 @@ class IntegratedCosts {
   IntegratedCosts(const IntegratedCosts&) = delete;
   IntegratedCosts& operator=(const IntegratedCosts&) = delete;
 
-  // Selects those in whose windows interval k is.
+  // Selects the quantities whose windows contain interval k.
   void select(int k) {
     for (std::size_t i = 0; i < items_.size(); ++i) costs_.evaluate(static_cast<int>(i), in(k, i));
   }
 
-  // The name of the one without which interval k can be integrated; empty if the dynamics fail.
+  // Name of the quantity that prevents integration of interval k. Empty if the dynamics fail.
   std::string culprit(int k, const VectorXd& argument) {
     if (items_.empty() || !is_good_with(-1, argument)) return {};
     for (std::size_t i = 0; i < items_.size(); ++i)

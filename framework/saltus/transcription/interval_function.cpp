@@ -16,7 +16,7 @@ void unite(Flags& into, const Flags& from) {
   for (std::size_t i = 0; i < into.size(); ++i) into[i] = into[i] || from[i];
 }
 
-// Which arguments of the interval a model argument (t, x, u, p) can depend on along the interval.
+// Dependence of model arguments (t, x, u, p) on arguments of the interval.
 class Reach {
  public:
   explicit Reach(const IntervalProblem& problem, const IntervalArguments& w)
@@ -112,7 +112,7 @@ class IntervalFunction final : public FunctionBody {
     if (integrator_->has_hessian() && problem.switching.empty()) {
       add_function(problem.dynamics);
       add_function(problem.running_cost);
-    } else if (integrator_->has_hessian()) {  // the instants of events couple what moves them
+    } else if (integrator_->has_hessian()) {  // event times couple their arguments
       Flags any(w.size(), 0);
       for (const auto& [row, column] : first) any[column] = 1;
       add_pairs(any, any);
@@ -121,7 +121,7 @@ class IntervalFunction final : public FunctionBody {
     hessian_pattern_ = SparsityPattern::from_pairs(inputs(), inputs(), std::move(second));
   }
 
-  // The flow of affine dynamics is affine, and a running cost along it is of its own degree.
+  // The flow of affine dynamics is affine. A running cost along it keeps its degree.
   int degree(int output, const std::vector<char>& variable) const override {
     const IntervalProblem& problem = integrator_->problem();
     const IntervalArguments w = integrator_->arguments();
@@ -209,7 +209,7 @@ class IntervalFunction final : public FunctionBody {
   }
 
  private:
-  // Optional costs are evaluated during one call only.
+  // Enables optional costs during one call.
   class Selection {
    public:
     Selection(const IntervalFunction& function, const double* w) : function_(function) {

@@ -76,7 +76,7 @@ Mesh graded_mesh(int intervals, double ratio) {
 Mesh mesh_graded_to_both_ends(int intervals, double ratio) {
   check_grading(intervals, ratio);
   std::vector<double> lengths;
-  const int steps = (intervals - 1) / 2;  // from an end to the middle
+  const int steps = (intervals - 1) / 2;  // number of steps from an end to the middle
   for (int k = 0; k < intervals; ++k)
     lengths.push_back(
         steps == 0 ? 1.0

@@ -94,7 +94,7 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
   if (!first.has_free_duration() && !first_phase.is_equality())
     throw DefinitionError(fmt::format("phase '{}': its duration is fixed, not within [{}, {}] s",
                                       first.name, first_phase.lower, first_phase.upper));
-  if (first.has_free_duration())  // as when the grid was made
+  if (first.has_free_duration())  // same as in the constructor of the grid
     for_each_window(first, [&](const Window& window, const auto& describe) {
       for (const std::optional<Instant>* limit : {&window.from, &window.to})
         if (is_after_start(*limit) && (*limit)->seconds() >= first_phase.lower)
@@ -103,7 +103,7 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
               "last only {} s",
               first.name, describe(), (*limit)->seconds(), first_phase.lower));
     });
-  else  // between two nodes a limit would leave the interval around it out of all windows
+  else  // a limit between nodes would exclude the interval around it from all windows
     for_each_window(first, [&](const Window& window, const auto& describe) {
       if (window.clock != Clock::phase) return;
       for (const std::optional<Instant>* limit : {&window.from, &window.to})
@@ -126,7 +126,7 @@ void MultipleShooting::set_remaining(Bounds first_phase, Bounds total_time) {
 void MultipleShooting::set_entries(std::string_view name, const VectorRef& values,
                                    std::span<const ParameterEntry> entries) {
   check_data(problem(), name, static_cast<int>(values.size()), entries);
-  for (int i = 0; i < values.size(); ++i)  // by the name that was given
+  for (int i = 0; i < values.size(); ++i)  // message with the given name
     if (!std::isfinite(values[i]))
       throw DefinitionError(fmt::format("parameter '{}': entry {} is {}", name, i, values[i]));
   change([&](ProblemData& next) {
@@ -163,8 +163,8 @@ void MultipleShooting::set_penalty_weight(std::string_view weight_name, double w
 
 namespace {
 
-// What the program cannot know of its own solution: first whether phases end by the event that was
-// declared, for a plant leaves a phase at the first one.
+// Checks of the solution that the program cannot make. First, whether phases end at the declared
+// crossing of their guard, because a plant leaves a phase at the first crossing.
 void judge_crossings(const GridAccuracy& accuracy, Solution& solution) {
   if (!solution.ok()) return;
   const auto wrong = std::ranges::find_if(solution.crossings, [&](const GuardCrossing& c) {
@@ -175,8 +175,8 @@ void judge_crossings(const GridAccuracy& accuracy, Solution& solution) {
   solution.message = fmt::format("{}; {}", describe(solution.status), describe_doubtful(*wrong));
 }
 
-// First-order conditions hold at saddles and maxima too; and where a solver gave up, a cost that
-// curves downward may be why.
+// First-order conditions also hold at saddle points and maxima. If a solver failed, negative
+// curvature of the cost may be the reason.
 void judge_curvature(MultipleShooting& shooting, const OptimumCheck& check, double most_gain,
                      Solution& solution) {
   using Curvature = OptimumCheck::Curvature;
@@ -207,11 +207,11 @@ void judge_curvature(MultipleShooting& shooting, const OptimumCheck& check, doub
       describe(solution.status), check.descent, where);
 }
 
-// A cost that has fallen without end shows as whatever limit was met first, and as gaps that mean
-// nothing where the numbers are so large.
+// An unbounded cost appears as whichever limit was reached first, with defects that mean nothing
+// for numbers of that size.
 void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& solution) {
   if (solution.ok() || solution.status == SolveStatus::evaluation_failed) return;
-  constexpr double endless = 1e6;  // times what the cost was where the search began
+  constexpr double endless = 1e6;  // relative to the cost at the start
   double first = 0.0;
   if (start.w.size() != shooting.nlp().variables() ||
       !shooting.nlp().objective(start.w.data(), first))
@@ -224,7 +224,7 @@ void judge_descent(MultipleShooting& shooting, const NlpPoint& start, Solution& 
         first, solution.cost);
 }
 
-// The solver's own scale was met, the problem's was not.
+// The residual meets the tolerance in the solver's scaling, but not in the problem's.
 void judge_scale(const ScaledResult& result, Solution& solution) {
   solution.status = SolveStatus::numerical_failure;
   const std::string miss =
@@ -238,7 +238,7 @@ void judge_scale(const ScaledResult& result, Solution& solution) {
       describe(solution.status), miss);
 }
 
-// Points inside each interval at which guards that end phases are looked at.
+// Sample points per interval for guards that end phases.
 constexpr int samples_inside = 20;
 
 }  // namespace

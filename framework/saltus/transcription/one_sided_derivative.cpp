@@ -13,8 +13,9 @@ namespace saltus {
 namespace {
 
 constexpr int levels = 5;
-constexpr double of_interval = 0.05;  // first step, of the shortest interval
-// Relative to 1 + the largest entry; above it something else changes within the first step.
+constexpr double of_interval = 0.05;  // first step as a part of the shortest interval
+// Relative to 1 + the largest entry. A larger error means that something else changes within the
+// first step.
 constexpr double inaccurate = 1e-5;
 
 double shortest_interval(const Grid& grid) {

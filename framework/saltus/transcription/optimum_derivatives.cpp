@@ -17,18 +17,18 @@
 namespace saltus {
 namespace {
 
-// First steps of the extrapolation. Times act through lengths of intervals, which bound the step of
-// the integrator; parameters through formulas that vary with their magnitude.
+// First steps of the extrapolation. Times act through interval lengths, which limit the step.
+// Parameters act through formulas that vary over their magnitude.
 constexpr double step_of_interval = 0.1;
 constexpr double step_of_parameter = 0.05;
 constexpr double smallest_of_parameter = 1e-7;
-constexpr double smallest_magnitude = 1e-3;  // of the nominal value: of data that are zero
-// Above this estimate the differences are not what a derivative should be.
+constexpr double smallest_magnitude = 1e-3;  // of the nominal value, for data equal to zero
+// Error estimate above which differences do not converge to a derivative.
 constexpr double inaccurate = 1e-5;
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
-// What stands at a node leaves it within the smallest step.
+// Range of steps for times. An event at a node leaves it with the smallest step.
 StepRange time_steps(const Grid& grid) {
   double shortest = infinity;
   for (int j = 0; j < grid.phases(); ++j)
@@ -73,7 +73,7 @@ void OptimumDerivatives::finish(OptimumDerivative& result, bool solved,
     result.w = rate * moved.w;
   else
     result.w.setConstant(shooting_->nlp().variables(), unknown);
-  int k = 0;  // the first interval in which time passes
+  int k = 0;  // the first interval of non-zero length
   while (k + 1 < grid.intervals(0) && grid.interval(0, k).is_empty()) ++k;
   result.first_input = result.w.segment(shooting_->layout().input(0, k), first.sizes.nu)
                            .cwiseProduct(first.nominal_input);
@@ -124,7 +124,7 @@ OptimumDerivative OptimumDerivatives::by_differences(const std::string& name, St
   return result;
 }
 
-// L has the term z (w_i - theta / nominal).
+// The Lagrangian L has the term z (w_i - theta / nominal).
 OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
   OptimumDerivative result;
   OptimumMovement moved;
@@ -134,7 +134,7 @@ OptimumDerivative OptimumDerivatives::by_holding(int variable, double nominal) {
   return result;
 }
 
-// --- what may change ----------------------------------------------------------------------------
+// --- parameters of the derivative ---------------------------------------------------------------
 
 OptimumDerivative OptimumDerivatives::wrt_event(std::string_view event) {
   const double time = shooting_->data().schedule.time_of(event);
@@ -144,7 +144,8 @@ OptimumDerivative OptimumDerivatives::wrt_event(std::string_view event) {
       [&](double d, ProblemData& data) { data.schedule.retime(event, time + d); });
 }
 
-// Events that move to the same side do not pass one another: the first in its direction goes first.
+// Moves events in an order in which they do not pass one another: the foremost in each direction
+// first.
 Schedule moved(const Schedule& schedule, std::span<const EventRate> direction, double d) {
   Schedule result = schedule;
   std::vector<EventRate> order(direction.begin(), direction.end());
@@ -199,7 +200,7 @@ OptimumDerivative OptimumDerivatives::wrt_duration(int phase) {
 }
 
 OptimumDerivative OptimumDerivatives::wrt_parameter(std::string_view name, int i) {
-  std::vector<std::pair<int, int>> entries;  // phase, entry of p
+  std::vector<std::pair<int, int>> entries;  // pairs (phase, entry of p)
   std::vector<std::string> names;
   const ParameterBlock* found = nullptr;
   for (int j = 0; j < shooting_->grid().phases(); ++j) {
@@ -246,7 +247,7 @@ OptimumDerivative OptimumDerivatives::wrt_start(int i) {
   const int row = program.start_row() + i;
   if (system_.row_side(row) == 0)
     return by_holding(shooting_->layout().state(0, 0) + i, first.nominal_state[i]);
-  // The side of a row: g - side falls as theta grows.
+  // Side of a row: g - side decreases with theta.
   OptimumDerivative result;
   const double rate = 1.0 / first.nominal_state[i];
   result.cost = -system_.point().lambda[row] * rate;

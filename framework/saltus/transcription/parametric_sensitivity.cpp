@@ -11,13 +11,13 @@ namespace saltus {
 namespace {
 
 constexpr int levels = 8;
-constexpr double shrink = 0.5;    // of the step, from level to level
-constexpr double enough = 1e-14;  // relative error at which no level more is needed
-// Relative difference of the slopes to either side above which they are two.
+constexpr double shrink = 0.5;    // factor of the step between levels
+constexpr double enough = 1e-14;  // relative error that ends the extrapolation
+// One-sided slopes with a larger relative difference indicate a kink.
 constexpr double kinked = 1e-6;
-constexpr double after_failure = 1.0 / 3;  // of the step
+constexpr double after_failure = 1.0 / 3;  // factor of the step after a failed evaluation
 
-// Which terms act where: what must not change for a difference to mean something.
+// The set of active terms, which must be the same for all samples of a difference.
 std::vector<char> structure(ShootingProgram& program) {
   std::vector<char> signs;
   const Grid& grid = program.grid();
@@ -42,7 +42,7 @@ std::vector<char> structure(ShootingProgram& program) {
   return signs;
 }
 
-// (f | grad f + J' lambda | g - side | side of bounds), of which each part is judged on its own.
+// Samples (f | grad f + J' lambda | g - side | side of bounds). Each part has a separate error.
 class Sampler {
  public:
   Sampler(ShootingProgram& program, const OptimumSystem& optimum)
@@ -91,7 +91,7 @@ double largest(const Eigen::Ref<const VectorXd>& v) {
   return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0.0;
 }
 
-// Central slopes of the samples. Between calls the program stands at theta.
+// Central differences of the samples. Between calls the program is at theta.
 class Slopes {
  public:
   Slopes(ShootingProgram& program, const OptimumSystem& optimum,
@@ -100,7 +100,7 @@ class Slopes {
     can_start_ = sample(middle_);
   }
 
-  /// False where the two sides cannot be compared.
+  /// False if the two sides cannot be compared.
   bool at(double h, VectorXd& slope) {
     const bool valid = can_start_ && visit(h, above_) && visit(-h, below_);
     move_(0.0);
@@ -111,14 +111,14 @@ class Slopes {
   }
 
   Sampler sample;
-  double bend = 0.0;  ///< difference of the slopes to either side, relative
+  double bend = 0.0;  ///< relative difference of the one-sided slopes
 
  private:
   bool visit(double d, VectorXd& values) {
     try {
       move_(d);
       return structure(program_) == here_ && sample(values);
-    } catch (const DefinitionError&) {  // events change their order, bounds exclude one another
+    } catch (const DefinitionError&) {  // events change order, or bounds contradict each other
       return false;
     }
   }
@@ -138,7 +138,7 @@ struct Extrapolation {
   bool has_kink = false;
 };
 
-// False where some step cannot be taken.
+// Returns false if a step is impossible.
 bool extrapolate(Slopes& slopes, double first_step, Extrapolation& result) {
   const auto& starts = slopes.sample.starts;
   result.error.fill(infinity);
@@ -148,7 +148,7 @@ bool extrapolate(Slopes& slopes, double first_step, Extrapolation& result) {
     now.assign(1, VectorXd());
     if (!slopes.at(step, now[0])) return false;
     if (level == 0) result.best = now[0];
-    // Of a smooth function the bend halves with the step.
+    // For a smooth function, the difference of slopes halves with the step.
     if (level == 1) result.has_kink = slopes.bend > kinked && slopes.bend > 0.75 * bend_before;
     bend_before = slopes.bend;
     bool better = level == 0;

@@ -11,7 +11,7 @@ using namespace shooting;
 
 namespace {
 
-// Same variables in the same units, no jump, and a border that moves with the horizon.
+// True for the same variables in the same units, no jump, and a border that moves with the horizon.
 bool is_continuation(const OptimalControlProblem& problem, int next) {
   const PhaseDefinition& a = problem.phases()[next - 1];
   const PhaseDefinition& b = problem.phases()[next];
@@ -35,7 +35,7 @@ PlanShift::PlanShift(const ShootingProgram& program) {
     const RowInstance& s = instances[i];
     const bool by_node = s.block.point.interval < 0;
     const Term& term = program.problem().phases()[s.phase].terms[s.term];
-    if (term.domain != TermDomain::running) continue;  // at one end of the phase: keeps its node
+    if (term.domain != TermDomain::running) continue;  // at an end of the phase: keeps its node
     const auto same = [&](const Family& f) {
       const RowInstance& first = instances[f.instances.front()];
       return first.phase == s.phase && first.term == s.term &&
@@ -76,7 +76,7 @@ bool PlanShift::is_same_horizon(const ShootingProgram& program, const VectorXd& 
   return true;
 }
 
-// Within the phase, or in the one that was there at that time.
+// Looks up t in the phase, or in the phase that covered this time before.
 PlanShift::Spot PlanShift::find_across(int phase, double t, bool from_left) const {
   const double rounding = 1e-9;  // s, as below
   while (goes_on_after_[phase] && t > old_[phase].back().end() + rounding) ++phase;
@@ -85,7 +85,7 @@ PlanShift::Spot PlanShift::find_across(int phase, double t, bool from_left) cons
   return find(phase, t, from_left);
 }
 
-// At a node the interval that starts there, or from the left the one that ends.
+// At a node, finds the interval that starts there, or with `from_left` the one that ends there.
 PlanShift::Spot PlanShift::find(int phase, double t, bool from_left) const {
   const std::vector<Interval>& intervals = old_[phase];
   const double rounding = 1e-9;  // s; far below the distance of two nodes
@@ -103,7 +103,7 @@ PlanShift::Spot PlanShift::find(int phase, double t, bool from_left) const {
   return spot;
 }
 
-// Of nodes at one instant the last: the others are superseded.
+// Of several nodes at one instant, finds the last one, which counts.
 int PlanShift::nearest_node(int phase, double t) const {
   const Spot spot = find(phase, t, false);
   const std::vector<Interval>& intervals = old_[phase];
@@ -122,7 +122,7 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
   const Grid& grid = program.grid();
   const Layout& layout = program.layout();
 
-  // Free phases end when they ended in the plan.
+  // Free phases keep the end times of the plan.
   double start = program.start_of(0, &plan.w);
   for (int j = 0; j < grid.phases(); ++j) {
     const PhaseDefinition& phase = program.problem().phases()[j];
@@ -165,7 +165,7 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
     }
     if (!dual) continue;
 
-    // Costates: of node k + 1, in the rows that define it.
+    // The costate of node k + 1 is in the rows of interval k.
     const auto old_instance = [&](const Spot& spot) {
       return program.interval_instances()[first_instance_[spot.phase] + spot.interval];
     };
@@ -220,7 +220,7 @@ void PlanShift::apply(const ShootingProgram& program, const PrimalDualPoint& pla
       }
     }
 
-  // What is not in force any more, or now.
+  // Clip to the present bounds, which may have changed.
   guess.w = guess.w.cwiseMax(program.lower()).cwiseMin(program.upper());
   if (!dual) return;
   const auto drop = [](double& multiplier, double lower, double upper) {

@@ -10,7 +10,7 @@ namespace saltus {
 
 Quantities undeclared_quantities(const ShootingProgram& program) {
   Quantities list;
-  // Of the phases with as many states, or inputs: by their number and the component.
+  // Keyed by the number of states (or inputs) of a phase and the component.
   std::map<std::pair<int, int>, std::vector<int>> states, inputs;
   std::map<std::string, std::vector<int>> integrals;  // by name
   const Layout& layout = program.layout();

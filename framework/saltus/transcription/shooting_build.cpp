@@ -1,5 +1,5 @@
-// Set-up of ShootingProgram: variables, rows and blocks for every grid point at which a term could
-// act.
+// Set-up of ShootingProgram: variables, rows and blocks for every grid point at which a term may be
+// active.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using namespace shooting;
 
 namespace {
 
-// Terms that are summed or integrated along the phase, in order.
+// Indices of terms that are summed or integrated along the phase.
 std::vector<int> running_costs(const PhaseDefinition& phase) {
   std::vector<int> result;
   for (int t = 0; t < static_cast<int>(phase.terms.size()); ++t)
@@ -73,7 +73,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const bool integrated = problem_.cost_rule(j) == CostRule::integrated;
   std::vector<Function> running;
-  std::vector<int> optional;  // costs that act in windows
+  std::vector<int> optional;  // costs that are active in windows only
   if (integrated)
     for (const int t : running_costs(phase)) {
       if (!phase.terms[t].window.is_whole()) optional.push_back(static_cast<int>(running.size()));
@@ -99,7 +99,7 @@ void ShootingProgram::build_phase(int j, const IntegratorChoice& choice) {
   } catch (const DefinitionError& e) {
     throw DefinitionError(fmt::format("phase '{}': {}", phase.name, e.what()));
   }
-  // Plans are read for their states, by any thread: the costs of the program stay out of them.
+  // Any thread may evaluate a plan's states, so its integrator must not use costs of the program.
   IntervalProblem states = interval;
   states.running_cost = {};
   for (SwitchingSystem::Mode& mode : states.switching.modes) mode.running_cost = {};
@@ -184,8 +184,8 @@ void ShootingProgram::build_intervals(int j, const Function& flow, int nq,
   }
 }
 
-// Continuous inputs: the end of one ramp is the start of the next. Held ones: the same constant, or
-// also the same slope.
+// Continuous inputs: the end of a ramp equals the start of the next. Held inputs: the same
+// constant, and for ramps the same slope.
 void ShootingProgram::join_inputs(int j, int k, IntervalInstance& instance) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const int nu = phase.sizes.nu;
@@ -204,14 +204,14 @@ void ShootingProgram::join_inputs(int j, int k, IntervalInstance& instance) {
   if (!holds || !is_linear) return;
   instance.slope_row =
       new_rows(nu, fmt::format("phase '{}', slope at node {}, input", phase.name, k + 1));
-  for (int i = 0; i < nu; ++i) {  // with the continuity: c1 - c0 of both
+  for (int i = 0; i < nu; ++i) {  // with the continuity rows: equal c1 - c0
     add_linear(instance.slope_row + i, layout_.input(j, k) + i, 1.0);
     add_linear(instance.slope_row + i, layout_.input(j, k + 1) + i, -2.0);
     add_linear(instance.slope_row + i, layout_.input(j, k + 1) + nu + i, 1.0);
   }
 }
 
-// x+ - g(t, x-, p) = 0, divided by the nominal state of the phase that begins.
+// x+ - g(t, x-, p) = 0, divided by the nominal state of the next phase.
 int ShootingProgram::build_jump(const Jump& jump, int ends, int begins) {
   const PhaseDefinition& from = problem_.phases()[ends];
   const PhaseDefinition& to = problem_.phases()[begins];

@@ -1,4 +1,4 @@
-// How a shooting program takes on new data: all of it, or nothing.
+// Applies new data to a shooting program, completely or not at all.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -19,8 +19,8 @@ bool is_same_input(const VectorXd& a, const VectorXd& b) {
 
 }  // namespace
 
-// The grid and the bounds of the new data are made beside those in force: whatever is refused is
-// refused there. From the swap on nothing throws.
+// Builds grid and bounds of the new data separately, where invalid data throw. Nothing throws after
+// the swap.
 void ShootingProgram::commit(const ProblemData& next) {
   check(problem_, next);
   const bool given_changes = next.has_given_start() != data_.has_given_start();

@@ -1,5 +1,4 @@
-// Where the search starts: the guesses of the problem, or another solution, as a point of the
-// program.
+// Initial guess as a point of the program, from the guesses of the problem or another solution.
 #include <algorithm>
 
 #include "saltus/transcription/multiple_shooting.hpp"
@@ -77,7 +76,7 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     const PhaseDefinition& phase = problem().phases()[j];
     const int nx = phase.sizes.nx, nu = phase.sizes.nu;
     double T = grid().reference_duration(j);
-    if (layout().duration(j) >= 0) {  // it ends when it ended there
+    if (layout().duration(j) >= 0) {  // keeps its end time
       for (const TrajectoryPiece& piece : trajectory.pieces())
         if (piece.phase == j)
           T = std::clamp(piece.end() - start, data().duration_bounds[j].lower,
@@ -95,12 +94,12 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
     };
     for (int k = 0; k <= grid().intervals(j); ++k) {
       const double t = time_of(k);
-      const bool closes = k == grid().intervals(j);  // with x-, before any jump
+      const bool closes = k == grid().intervals(j);  // uses x-, before any jump
       const VectorXd x = closes ? trajectory.state_before(t) : trajectory.state(t);
-      if (x.size() != nx) continue;  // another phase is in force there
+      if (x.size() != nx) continue;  // another phase is active at this time
       point.w.segment(layout().state(j, k), nx) = x.cwiseQuotient(phase.nominal_state);
       if (closes || grid().interval(j, k).is_empty()) continue;
-      // From the middle of the interval: the ends may belong to neighbours.
+      // Sample inside the interval: its ends may belong to neighbours.
       const double next = time_of(k + 1);
       const auto set_input = [&](int first, double at) {
         const VectorXd u = trajectory.input(at);
@@ -112,13 +111,13 @@ NlpPoint MultipleShooting::guess_from(const Trajectory& trajectory) const {
         }
       };
       const bool linear = phase.input_shape() == InputShape::linear;
-      constexpr double just_inside = 1e-9;  // of the interval
+      constexpr double just_inside = 1e-9;  // fraction of the interval
       set_input(0, linear ? t + just_inside * (next - t) : 0.5 * (t + next));
       if (linear) set_input(nu, next - just_inside * (next - t));
     }
     start += T;
   }
-  // A start that is given, or bounded, is not the trajectory's to decide.
+  // A fixed or bounded start overrides the trajectory.
   const PhaseDefinition& first = problem().phases().front();
   for (int i = 0; i < first.sizes.nx; ++i) {
     double& x = point.w[layout().state(0, 0) + i];

@@ -1,5 +1,4 @@
-// Rows that join instants: integrals along phases, and links between their ends. What they are:
-// framework/design/links.md.
+// Rows of integrals along phases and of links between their ends; see framework/design/links.md.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -14,7 +13,7 @@ namespace saltus {
 
 using namespace shooting;
 
-// An integral begins at zero, or where the last phase of that name left it.
+// An integral begins at zero, or at its value from the last phase with that integral.
 void ShootingProgram::build_integral_start(int j) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const int ni = static_cast<int>(phase.integrals.size());
@@ -46,7 +45,7 @@ void ShootingProgram::build_integral_limits(int j) {
   }
 }
 
-// Each end has its place among the arguments: (nothing | t duration x p | ...).
+// Arguments of the link: (nothing | t duration x p | ...), one group per end.
 void ShootingProgram::build_link(int l) {
   const Link& link = problem_.links()[l];
   LimitInstance instance;
@@ -98,7 +97,7 @@ std::string ShootingProgram::describe_limit(const LimitInstance& instance) const
                      phase.integrals[instance.integral].name);
 }
 
-// Paid once: no time is in it.
+// Charged once, not per unit of time.
 void ShootingProgram::build_limit_slacks() {
   for (LimitInstance& instance : limits_) {
     const Limits& limits = limits_of(instance);
@@ -123,7 +122,7 @@ void ShootingProgram::build_limit_slacks() {
   }
 }
 
-// Links and integrals are always in force, and paid once.
+// Links and integrals are always active and charged once.
 void ShootingProgram::refresh_limits() {
   for (const LimitInstance& instance : limits_) {
     const Limits& limits = limits_of(instance);

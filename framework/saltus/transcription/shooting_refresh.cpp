@@ -1,4 +1,4 @@
-// Data, bounds and weights of ShootingProgram for the present grid. Conventions at events:
+// Data, bounds and weights of ShootingProgram for the current grid. Conventions at events:
 // framework/design/conventions.md.
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@ using namespace shooting;
 
 namespace {
 
-// Cuts [lower, upper], in multiples of `nominal`, to what further bounds leave of it.
+// Intersects [lower, upper], in multiples of `nominal`, with further bounds.
 void intersect(double& lower, double& upper, const Bounds& bounds, double nominal,
                const PhaseDefinition& phase, const char* what, int component) {
   const double lower_before = lower, upper_before = upper;
@@ -83,7 +83,7 @@ void ShootingProgram::refresh_start() {
   }
 }
 
-// Of states and inputs as proposed; unknowns have their own.
+// Sets bounds of states and inputs from the proposal. refresh_unknowns() handles unknowns.
 void ShootingProgram::refresh_bounds() {
   for (int v = 0; v < first_slack_; ++v) bound_variable(v, proposal_.lower[v], proposal_.upper[v]);
   for (int j = 0; j < grid_.phases(); ++j) {
@@ -131,7 +131,7 @@ void ShootingProgram::propose_input_bounds(int j) {
   const PhaseDefinition& phase = problem_.phases()[j];
   const int coefficients = (phase.input_shape() == InputShape::linear ? 2 : 1) * phase.sizes.nu;
   for (int k = 0; k < grid.intervals(j); ++k) {
-    // In an empty slot no time passes, so any value serves: take zero.
+    // Inputs of an empty slot have no effect. Fix them to zero.
     const double free = grid.interval(j, k).is_empty() ? 0.0 : infinity;
     lower.segment(layout_.input(j, k), coefficients).setConstant(-free);
     upper.segment(layout_.input(j, k), coefficients).setConstant(free);

@@ -1,4 +1,4 @@
-// From a point of the program back to a solution of the problem: trajectory, costs, messages.
+// Converts a point of the program into a solution of the problem: trajectory, costs, messages.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -107,7 +107,7 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
     for (std::size_t i = 0; i < instance.slack_below.size(); ++i) {
       const int below = instance.slack_below[i], above = instance.slack_above[i],
                 both = instance.slack_free[i];
-      const double part = both >= 0 ? w[both] : 0.0;  // of the violation, > 0: below
+      const double part = both >= 0 ? w[both] : 0.0;  // part of the violation; > 0: below
       const double violation =
           std::max(below >= 0 ? w[below] + part : 0.0, above >= 0 ? w[above] - part : 0.0);
       if (violation > use.largest) {
@@ -135,8 +135,8 @@ std::vector<SoftViolation> soft_violations(const ShootingProgram& program, const
   return uses;
 }
 
-// The first term that has no finite value at w, among the constraints, then among the costs; or
-// nothing.
+// Name of the first term without a finite value at w, constraints before costs. Empty if there is
+// none.
 std::string name_without_value(ShootingProgram& program, const VectorXd& w) {
   VectorXd outputs;
   const auto is_finite = [&](int block) {
@@ -157,7 +157,8 @@ std::string name_without_value(ShootingProgram& program, const VectorXd& w) {
   return {};
 }
 
-// Free phases that have no more than what a solver's tolerance leaves of them; one clause, or none.
+// One clause about free phases whose duration is zero to the solver's tolerance. Empty if there are
+// none.
 std::string describe_vanished(const OptimalControlProblem& problem,
                               const std::vector<double>& durations) {
   constexpr double negligible = 1e-6;  // of the guess
@@ -170,7 +171,7 @@ std::string describe_vanished(const OptimalControlProblem& problem,
   return names.empty() ? names : "given no time, and so without effect: " + names;
 }
 
-// How the solver did without the exact Hessian, and whose second derivatives it lacked.
+// Describes the Hessian approximation and which second derivatives are missing.
 std::string describe_hessian(const ShootingProgram& program, const std::string& hessian) {
   std::string names;
   for (std::size_t j = 0; j < program.integrators().size(); ++j)

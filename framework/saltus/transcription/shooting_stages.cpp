@@ -1,4 +1,4 @@
-// Where every variable and row of a shooting program stands.
+// Stage of every variable and row of a shooting program.
 #include "saltus/transcription/shooting_stages.hpp"
 
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
   const std::vector<PhaseDefinition>& phases = program.problem().phases();
   StageStructure structure;
 
-  std::vector<int> first_stage;  // of each phase
+  std::vector<int> first_stage;  // per phase
   std::vector<int> stage_of(program.variables(), -1);
   for (int j = 0; j < grid.phases(); ++j) {
     const PhaseDefinition& phase = phases[j];
@@ -60,8 +60,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
       for (const std::vector<int>* list : {&stage.states, &stage.inputs})
         for (const int v : *list) stage_of[v] = static_cast<int>(structure.stages.size()) - 1;
     }
-    // A component's value is carried from one interval to the next that has one; of ramps, their
-    // far ends.
+    // A component's value is carried to the next interval that has it. Ramps carry their end value.
     const int carried = phase.input_shape() == InputShape::constant ? 0 : phase.sizes.nu;
     for (int i = 0; i < phase.sizes.nu; ++i) {
       std::vector<int>& chain = structure.carried.emplace_back();
@@ -87,7 +86,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
     if (instance.continuity_row >= 0 && nu > 0)
       structure.stages[stage + 1].groups.push_back(range(instance.continuity_row, nu));
   }
-  // Rows of a term stand where the last of their variables does.
+  // A row of a term belongs to the stage of its last variable.
   for (const RowInstance& instance : program.row_instances()) {
     const GridPoint& point = instance.block.point;
     const int here =
@@ -103,7 +102,7 @@ StageStructure stage_structure(const ShootingProgram& program) {
       bool eliminated = false;
       for (const int slack : {instance.slack_below[i], instance.slack_above[i]}) {
         if (slack < 0) continue;
-        // Where a free duration enters the cost, the slack is an input of the row's stage.
+        // If a free duration enters the cost, the slack is an input of the row's stage.
         eliminated = program.penalty_block(slack) < 0;
         if (!eliminated) structure.stages[stage].inputs.push_back(slack);
       }
@@ -115,8 +114,8 @@ StageStructure stage_structure(const ShootingProgram& program) {
     for (auto& [stage, group] : rows) structure.stages[stage].groups.push_back(std::move(group));
   }
 
-  // Links and limits of integrals stand at their latest end; what they use of earlier ones is
-  // carried there.
+  // Links and limits of integrals belong to the stage of their latest end. Values from earlier ends
+  // are carried there.
   for (const LimitInstance& instance : program.limit_instances()) {
     StageStructure::Stage& stage =
         structure.stages[first_stage[instance.phase] + instance.point.node];
@@ -129,12 +128,12 @@ StageStructure stage_structure(const ShootingProgram& program) {
     }
   }
 
-  // The closing rows stand at the end; what they use of the first state is carried there.
+  // Closing rows belong to the last stage. The first state is carried there.
   if (program.closing_row() >= 0)
     for (int i = 0; i < phases.front().sizes.nx; ++i)
       structure.stages.back().groups.push_back({program.closing_row() + i});
 
-  int last_free = -1;  // phase
+  int last_free = -1;  // index of the phase
   for (int j = 0; j < grid.phases(); ++j) {
     for (int i = 0; i < phases[j].sizes.np; ++i)
       if (layout.parameter(j, i) >= 0) structure.globals.push_back(layout.parameter(j, i));

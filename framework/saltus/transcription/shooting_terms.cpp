@@ -1,4 +1,4 @@
-// Set-up of ShootingProgram, continued: the blocks of costs, constraints, changes and slacks.
+// Set-up of ShootingProgram, continued: blocks of costs, constraints, changes and slacks.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -71,7 +71,7 @@ void ShootingProgram::build_running(int j, int t, bool integrated) {
   const Term& term = phase.terms[t];
   const int n = grid_.intervals(j);
   if (term.kind != TermKind::constraint) {
-    if (integrated) return;  // rides along with the dynamics
+    if (integrated) return;  // the integrator evaluates these costs
     const Function f = cost_function(term);
     const bool is_free = layout_.duration(j) >= 0;
     for (int k = 0; k < n; ++k) {
@@ -96,7 +96,7 @@ void ShootingProgram::build_changes(int j) {
   const int nu = phase.sizes.nu;
   const Function f = change_costs(phase.input_change_weight);
   const int slots = grid_.intervals(j) - grid_.base_intervals(j);
-  // Neighbours, and neighbours across empty slots, wherever the slots may come to lie.
+  // Pairs of neighbours, also across empty slots, for all positions that slots may take.
   const int before_first = j == 0 ? -1 : 0;
   for (int from = before_first; from < grid_.intervals(j); ++from)
     for (int to = from + 1; to <= std::min(from + 1 + slots, grid_.intervals(j) - 1); ++to) {
@@ -110,8 +110,8 @@ void ShootingProgram::build_changes(int j) {
     }
 }
 
-// Where the length of the interval that pays is unknown, the cost of a slack is a function of both:
-// length(T) x slack, or half its square. Returns the block, -1 where the length is known.
+// If the length of the paying interval is unknown, the cost of a slack is a function of both:
+// length(T) x slack, or half its square. Returns the block, or -1 if the length is known.
 int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack, bool is_quadratic) {
   const Term& term = problem_.phases()[instance.phase].terms[instance.term];
   if (term.domain != TermDomain::running || layout_.duration(instance.phase) < 0) return -1;
@@ -130,8 +130,8 @@ int ShootingProgram::add_penalty_block(const RowInstance& instance, int slack, b
   return add_block(std::move(block));
 }
 
-// Slacks come last, so that the index of everything before them is the same whatever is soft. What
-// they stand for: ocp/penalty.hpp.
+// Slacks come last, so that soft constraints do not change the indices of other variables.
+// ocp/penalty.hpp explains their meaning.
 void ShootingProgram::build_slacks() {
   first_slack_ = variables();
   layout_.set_first_slack(first_slack_);
@@ -146,8 +146,8 @@ void ShootingProgram::build_slacks() {
       const int slack = add_variables(1);
       add_linear(row, slack, sign);
       penalty_blocks_.push_back(add_penalty_block(instance, slack, cost.is_quadratic));
-      // With a free duration the cost has mixed derivatives: a solver needs the diagonal as well,
-      // to make the program convex.
+      // With a free duration, the cost has mixed derivatives. Solvers then also need the diagonal
+      // entry to convexify.
       if (cost.is_quadratic || penalty_blocks_.back() >= 0) declare_quadratic(slack);
       return slack;
     };

@@ -1,4 +1,4 @@
-// Times of ShootingProgram: a known part, and coefficients of the free durations.
+// Times of ShootingProgram: a known part plus coefficients of the free durations.
 #include "saltus/transcription/shooting_program.hpp"
 
 namespace saltus {
@@ -18,7 +18,7 @@ std::vector<VariableCoefficient> ShootingProgram::start_coefficients(int phase) 
   return coefficients;
 }
 
-// The free durations among those of the first phases.
+// Coefficients of the free durations among the first phases.
 std::vector<VariableCoefficient> ShootingProgram::duration_coefficients(int phase) const {
   std::vector<VariableCoefficient> coefficients;
   for (int i = 0; i < phase; ++i)

@@ -1,4 +1,4 @@
-// Which terms are in force on the present grid, and with what weights. Conventions at events:
+// Active terms on the current grid and their weights. Conventions at events:
 // framework/design/conventions.md.
 #include <cmath>
 
@@ -8,8 +8,8 @@ namespace saltus {
 
 using namespace shooting;
 
-// Running penalties are per unit of time: of the interval that starts at the grid point if the
-// window reaches into it, else of the one that ends there; -1: of none.
+// The interval whose length multiplies a running penalty. It starts at the grid point if the window
+// extends into it, otherwise it ends there. -1: none.
 int ShootingProgram::paying_interval(const RowInstance& instance, const PhaseWindow& window) const {
   const int j = instance.phase;
   const GridPoint& point = instance.block.point;
@@ -30,7 +30,7 @@ double ShootingProgram::slack_cost(int slack, const VectorXd& w) {
 }
 
 void ShootingProgram::refresh_rows() {
-  const Term* last = nullptr;  // instances of one term follow one another
+  const Term* last = nullptr;  // instances of a term are contiguous
   PhaseWindow window;
   for (const RowInstance& instance : rows_) {
     const Term& term = problem_.phases()[instance.phase].terms[instance.term];
@@ -45,7 +45,7 @@ void ShootingProgram::refresh_rows() {
       at_given_start = instance.state_only && is_given_start(instance.phase, point.node);
       if (term.soft) {
         const int k = paying_interval(instance, window);
-        // Ramps have rows at both ends of an interval, which share it.
+        // Ramps have rows at both ends of an interval, each with half its length.
         const bool halves = !instance.state_only &&
                             problem_.phases()[instance.phase].input_shape() == InputShape::linear;
         fraction = halves ? 0.5 : 1.0;
@@ -78,7 +78,7 @@ void ShootingProgram::charge_slack(int slack, const SlackCost& cost, double frac
   const bool is_lowered = !cost.is_quadratic && fraction > 0.0 && cost.weight > most_linear_weight_;
   is_lowered_[slack - first_slack_] = is_lowered ? 1 : 0;
   const double rate = (is_lowered ? most_linear_weight_ : cost.weight) * fraction;
-  if (const int block = penalty_block(slack); block >= 0) {  // the length is in the block
+  if (const int block = penalty_block(slack); block >= 0) {  // the block contains the length
     set_weight(block, 0, rate);
     return;
   }
@@ -119,8 +119,8 @@ void ShootingProgram::refresh_costs() {
   }
 }
 
-// An input that is forced to a value does not exist there, so nothing is charged into or out of
-// such an interval; empty slots are skipped over.
+// Input changes into or out of an interval with a fixed input are not charged. Empty slots are
+// skipped.
 void ShootingProgram::refresh_changes() {
   for (const ChangeInstance& instance : changes_) {
     const int j = instance.phase;

@@ -38,7 +38,7 @@ void StageProgram::fill() noexcept {
   }
   if (!same_bounds) model_->update_bounds(*program_);
   state_ = map_.fill(model_->qp(), is_new_model_);
-  is_new_model_ = state_ != StageFill::filled;  // what was not written is still to be
+  is_new_model_ = state_ != StageFill::filled;  // entries are missing unless the fill succeeded
   filled_bounds_ = program_->bounds_revision();
 }
 
@@ -57,7 +57,7 @@ QpResult StageProgram::solve(const SparseQp& qp, PrimalDualPoint& point, bool wa
   return result;
 }
 
-// What a formula throws is a point that cannot be evaluated: the solver finds no numbers there.
+// If a formula throws, the point counts as not evaluable.
 
 bool StageProgram::write(std::span<const EntryTarget> targets) noexcept try {
   return program_->write_jacobian(at_.data(), targets);
@@ -66,7 +66,7 @@ bool StageProgram::write(std::span<const EntryTarget> targets) noexcept try {
 }
 
 void StageProgram::multiply(const VectorXd& w, VectorXd& rows) const noexcept try {
-  program_->evaluate_derivatives(at_.data());  // again, if somebody looked elsewhere since
+  program_->evaluate_derivatives(at_.data());  // again if it was evaluated elsewhere
   program_->multiply_jacobian(w, rows);
 } catch (...) {
   rows.setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -15,15 +15,15 @@
 namespace saltus {
 
 namespace {
-// Ends and starts of neighbours are sums of durations in different order, and so are the times at
-// which callers ask: what differs by rounding only is one instant. Some units in the last place,
-// for clocks count from an epoch and intervals last milliseconds all the same.
+// Tolerance for equal times. Ends and starts of neighbours sum durations in different order, as do
+// times of callers. A few units in the last place, because clocks may count from an epoch while
+// intervals last milliseconds.
 double rounding(double t) {
   if (std::isinf(t)) return 0.0;
   return std::max(1e-12, 4.0 * std::numeric_limits<double>::epsilon() * std::abs(t));
 }
 
-// Refuses NaN, except where the times of the plan, of which this is the last, are NaN themselves.
+// Throws for NaN, unless the times of the plan are NaN themselves; `last` is its last piece.
 void check_time(double t, const TrajectoryPiece& last) {
   if (std::isnan(t) && !std::isnan(last.end()))
     throw DefinitionError("trajectory: it is asked for a time that is NaN");

@@ -12,8 +12,8 @@ using namespace shooting;
 
 namespace {
 
-constexpr double worth_naming = 1e-7;  // ten times what a good solution leaves
-// Of terms in conflict with one that is violated: multipliers over the largest, and how many.
+constexpr double worth_naming = 1e-7;  // ten times the residual of a good solution
+// For terms in conflict: smallest multiplier relative to the largest, and maximum number of terms.
 constexpr double worth_mentioning = 1e-3;
 constexpr int most_mentioned = 3;
 
@@ -33,7 +33,7 @@ struct Violation {
   }
 };
 
-// Among what the user wrote: hard terms, bounds on states, the closing and the total time.
+// Searches the user's conditions: hard terms, bounds on states, closing rows and the total time.
 Violation worst_of_terms(ShootingProgram& program, const VectorXd& w) {
   Violation worst;
   VectorXd g(program.rows());
@@ -79,7 +79,8 @@ Violation worst_of_rows(ShootingProgram& program, const VectorXd& w) {
   return worst;
 }
 
-// The states that the inputs of w really lead to, from its start; false if that is not finite.
+// Replaces the states of w by those that its inputs give from its start. Returns false if they are
+// not finite.
 bool close_gaps(const ShootingProgram& program, VectorXd& w) {
   VectorXd x;
   for (int j = 0; j < program.grid().phases(); ++j) {
@@ -114,7 +115,7 @@ bool close_gaps(const ShootingProgram& program, VectorXd& w) {
   return true;
 }
 
-// How strongly the rows of a term, a link or an integral hold back the least violation.
+// Multiplier of a term, link or integral in the least violation.
 struct Pull {
   std::string name;
   double force = 0.0;
@@ -162,7 +163,7 @@ std::string name_conflict(const ShootingProgram& program, const VectorXd& lambda
 std::string name_violation(ShootingProgram& program, const VectorXd& w) {
   const Violation any = worst_of_rows(program, w);
   Violation named = worst_of_terms(program, w);
-  if (any.amount > worth_naming && any.amount > named.amount) {  // a gap of the dynamics
+  if (any.amount > worth_naming && any.amount > named.amount) {  // a defect of the dynamics
     VectorXd simulated = w;
     Violation closed;
     if (close_gaps(program, simulated)) closed = worst_of_terms(program, simulated);
