@@ -24,8 +24,7 @@ namespace saltus {
 struct IndexError {
   long row = 0, col = 0;    ///< accessed entry, counted from 0; a vector uses row
   long rows = 0, cols = 1;  ///< size of the vector or matrix
-  int first_input =
-      -1;  ///< index of the first input if the entries are consecutive inputs, else -1
+  int first_input = -1;     ///< first input if entries are consecutive inputs, else -1
 };
 
 namespace detail {

@@ -5,8 +5,7 @@
 
 namespace saltus {
 
-inline constexpr double infinity =
-    std::numeric_limits<double>::infinity();  ///< stands for "no bound"
+inline constexpr double infinity = std::numeric_limits<double>::infinity();  ///< no bound
 
 /// A closed interval. A missing side is infinite. Equal sides make an equality constraint.
 struct Bounds {

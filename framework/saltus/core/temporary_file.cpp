@@ -59,8 +59,7 @@ void write_whole(const fs::path& file, std::string_view content, std::error_code
   } else {
     const mode_t mask = ::umask(0);
     ::umask(mask);
-    fs::permissions(temporary, static_cast<fs::perms>(0666U & ~mask),
-                    ignored);  // if the file system has permissions
+    fs::permissions(temporary, static_cast<fs::perms>(0666U & ~mask), ignored);  // best effort
     fs::rename(temporary, file, error);
   }
   if (error) fs::remove(temporary, ignored);

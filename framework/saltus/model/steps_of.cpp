@@ -28,8 +28,7 @@ void check_steps(const FormulaSteps& steps, const Function& function, const Vect
                  const char* what, int points) {
   // Relative rounding error of some thousand operations in another order.
   constexpr double rounding = 1e-9;
-  constexpr double radius =
-      1e-3;  // relative; small because some formulas are steep, e.g. density over altitude
+  constexpr double radius = 1e-3;  // relative; small for steep formulas (density over altitude)
   Random random(1);
   VectorXd at = z;
   for (int k = 0; k < points; ++k) {

@@ -65,8 +65,7 @@ struct SequenceResult {
   double least_cost = 1e-6;        ///< smaller costs count as this in gap()
   std::string message;             ///< one sentence
 
-  Solution
-      solution;  ///< solution of the sequence; convex problems: only with SearchOptions::confirm
+  Solution solution;  ///< of the sequence; convex problems: only with SearchOptions::confirm
   /// For convex problems: state at the start of every phase and at the end of the last one, and
   /// input of every phase.
   std::vector<VectorXd> states, inputs;
@@ -77,8 +76,7 @@ struct SequenceResult {
   long reused = 0;       ///< leaves reused from the last tick
   long iterations = 0;   ///< total solver iterations
   double seconds = 0.0;  ///< wall-clock time, s
-  double cpu_seconds = 0.0,
-         solver_seconds = 0.0;  ///< CPU time in total and in the QP solver, s; convex problems only
+  double cpu_seconds = 0.0, solver_seconds = 0.0;  ///< CPU time: total, QP solver, s; convex only
 
   /// True if a sequence was found.
   bool found() const { return !sequence.empty(); }

@@ -197,8 +197,7 @@ QpResult SequenceSearch::solve_program(const std::vector<int>& path, const Node*
       limits_of(sets, k, qp_.stages[k].x_lower, qp_.stages[k].x_upper);
     previous_changed = changed;
   }
-  for (int k = 1; k <= N;
-       ++k)  // contradictory bounds at the end of one mode and the start of the next
+  for (int k = 1; k <= N; ++k)  // contradictory bounds of consecutive modes
     if ((qp_.stages[k].x_lower.array() > qp_.stages[k].x_upper.array()).any()) return result;
   qp_.start = start_;
   const bool warm = options_.warm && from != nullptr && from->point != nullptr;

@@ -65,11 +65,10 @@ class SequenceSearch {
     double side = 0.0, multiplier = 0.0;
   };
   struct Dual {
-    int depth = 0;                   ///< number of phases with fixed modes
-    std::vector<VectorXd> costates;  ///< costates of the state at the end of phase k
-    std::vector<double> values;      ///< L_k, for all phases but the first
-    std::vector<std::vector<Limit>>
-        limits;  ///< limits with multipliers, for all phases but the first
+    int depth = 0;                           ///< number of phases with fixed modes
+    std::vector<VectorXd> costates;          ///< costates of the state at the end of phase k
+    std::vector<double> values;              ///< L_k, for all phases but the first
+    std::vector<std::vector<Limit>> limits;  ///< with multipliers, all phases but the first
   };
   struct Node {
     std::vector<int> path;
