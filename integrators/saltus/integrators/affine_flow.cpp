@@ -7,14 +7,14 @@ namespace saltus {
 namespace {
 
 constexpr int binomial[3][3] = {{1, 0, 0}, {1, 1, 0}, {1, 2, 1}};
-constexpr double series_norm = 0.5;        // bound of |tau M| at which the series is summed
-constexpr double negligible_term = 1e-20;  // relative: small entries keep their digits too
+constexpr double series_norm = 0.5;        // norm bound |tau M| of the series
+constexpr double negligible_term = 1e-20;  // per entry, to keep the digits of small ones
 constexpr int longest_series = 40;         // 0.5^40 / 40! is far below negligible_term
-constexpr double until_zero = 0.0;         // series that end by themselves
-// 50 doublings; a larger exponent would have no correct digit.
+constexpr double until_zero = 0.0;         // for finite series
+// Equals 50 doublings. A larger norm leaves no correct digit.
 constexpr double largest_norm = 1e15;
 
-// c += scale a b; rows of zeros in `a` cost nothing, and most entries are zero.
+// c += scale a b. Skips zeros in `a`, which has mostly zeros.
 void add_product(double scale, const RowMajorMatrix& a, const RowMajorMatrix& b,
                  RowMajorMatrix& c) {
   const Eigen::Index n = a.rows();
@@ -44,7 +44,7 @@ void add_transposed_product(double scale, const RowMajorMatrix& a, const RowMajo
   }
 }
 
-// The rule of Leibniz for all derivatives up to `order`.
+// Leibniz rule for all derivatives up to `order`.
 template <class Product>
 void add_product(int order, double scale, const MatrixJet& a, const MatrixJet& b, MatrixJet& c,
                  Product&& product) {
@@ -81,7 +81,7 @@ bool is_negligible(int order, double relative, const MatrixJet& term, const Matr
 
 double norm_of(const RowMajorMatrix& m) { return m.cwiseAbs().rowwise().sum().maxCoeff(); }
 
-// Rows of what stands behind the states times `row`, its columns times `column`.
+// Scales rows after the states by `row` and the corresponding columns by `column`.
 void change_unit(int order, int states, double row, double column, MatrixJet& jet) {
   for (int k = 0; k <= order; ++k) {
     const Eigen::Index behind = jet[k].rows() - states;
@@ -108,7 +108,7 @@ AffineFlow::AffineFlow(int states, int size, int count)
     for (MatrixJet& jet : *jets) jet.resize(size);
 }
 
-// Settles every state whose rate depends on settled ones only; with all settled M is nilpotent.
+// Marks states whose rates depend on marked states only. If all are marked, M is nilpotent.
 bool AffineFlow::has_no_cycle(int order) {
   const int n = static_cast<int>(settled_.size());
   std::fill(settled_.begin(), settled_.end(), char{0});
@@ -129,7 +129,7 @@ bool AffineFlow::has_no_cycle(int order) {
   return left == 0;
 }
 
-// That of c, a power of two: changes of units round nothing.
+// Unit of c, a power of two, so that the change of units does not round.
 double AffineFlow::unit_of_columns() const {
   const auto rates = generator[0].topRows(states_).cwiseAbs();
   if (rates.size() == 0) return 1.0;
@@ -147,7 +147,7 @@ bool AffineFlow::compute(int order) {
     for (const MatrixJet& form : forms) finite += form[k].cwiseAbs().sum();
   }
   if (!std::isfinite(finite) || norm > largest_norm) return false;
-  // A chain over n states ends after n terms, the integral of a form after twice as many.
+  // The series of a chain of n states has n terms, the integral of a form twice as many.
   const bool ends = has_no_cycle(order);
   const int longest = ends ? 2 * static_cast<int>(settled_.size()) : longest_series;
   const double negligible = ends ? until_zero : negligible_term;
@@ -203,7 +203,7 @@ bool AffineFlow::compute(int order) {
     for (MatrixJet& integral : integrals)
       change_unit(order, states_, 1.0 / unit, 1.0 / unit, integral);
   }
-  // Rounding leaves the two triangles a digit apart.
+  // Rounding makes the two triangles differ in the last digit.
   for (MatrixJet& integral : integrals) {
     copy(order, integral, next_);
     symmetrise(order, 0.5, next_, integral);

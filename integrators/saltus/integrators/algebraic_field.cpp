@@ -10,8 +10,8 @@
 namespace saltus {
 namespace {
 
-// (f | g) of (t | x z | u | p), or a function of (t | x | u | p) as one of those. First derivatives
-// only.
+// (f | g) as a function of (t | x z | u | p), or a function of (t | x | u | p) with that argument.
+// First derivatives only.
 class Stacked final : public FunctionBody {
  public:
   Stacked(const Arguments& sizes, int nz, std::vector<Function> functions,

@@ -1,10 +1,9 @@
-// Equations in scaled time (interval_field.hpp): y' = F(s, y) alone, or with the columns
-// S_j' = F_y S_j + F_theta_j behind it in one vector (y | S_1 | ... | S_m).
-// The Newton matrix of the augmented system is block lower triangular with equal blocks
-// I - gamma F_y on the diagonal. The blocks below it (second derivatives times S_j) are left out:
-// all columns are solved with one factorisation of size ny, and Newton's iteration converges
-// linearly instead, to the same solution.
-// ARKODE: D. Reynolds and others, User Documentation for ARKODE, LLNL.
+// Equations in scaled time (interval_field.hpp): y' = F(s, y), optionally with the sensitivities
+// S_j' = F_y S_j + F_theta_j in one vector (y | S_1 | ... | S_m). The Newton matrix of this system
+// is block lower triangular with equal diagonal blocks I - gamma F_y. The blocks below (second
+// derivatives times S_j) are omitted. One factorisation of size ny then solves all columns, and
+// Newton's iteration converges linearly to the same solution. ARKODE: D. Reynolds and others, User
+// Documentation for ARKODE, LLNL.
 #include "saltus/integrators/arkode.hpp"
 
 #include <fmt/format.h>
@@ -28,7 +27,7 @@ using sundials::callback_recoverable;
 using sundials::callback_success;
 using sundials::require;
 
-// Since 7.1 one set of calls serves all steppers, and the old names are deprecated.
+// Since version 7.1, common functions serve all steppers, and the old names are deprecated.
 namespace calls {
 #if SUNDIALS_VERSION_MAJOR > 7 || (SUNDIALS_VERSION_MAJOR == 7 && SUNDIALS_VERSION_MINOR >= 1)
 constexpr auto evolve = ARKodeEvolve;
@@ -67,15 +66,15 @@ constexpr auto set_user_data = ARKStepSetUserData;
 #endif
 }  // namespace calls
 
-// Newton's iteration stops at this fraction of the tolerance, so that it adds nothing to it.
+// Fraction of the tolerance at which Newton's iteration stops, so that its error is negligible.
 constexpr double newton_fraction = 1e-2;
-// The sensitivities converge linearly, and fixed steps cannot be shortened to help them.
+// The sensitivities converge linearly, and fixed steps cannot be shortened.
 constexpr int newton_iterations = 30;
-// Robertson's kinetics over long times needs more than the 7 and 10 attempts per step that are the
-// library's limits, and a fresh Jacobian per step.
+// Robertson's kinetics over long times needs a fresh Jacobian in every step and more attempts per
+// step than the library's limits of 7 and 10.
 constexpr int attempts = 30;
 
-// Named, because the default of an order differs between versions of the library.
+// Explicit table names, because defaults per order differ between versions of the library.
 ARKODE_ERKTableID explicit_table(int order) {
   switch (order) {
     case 2:
@@ -95,7 +94,7 @@ ARKODE_ERKTableID explicit_table(int order) {
   }
 }
 
-// L-stable and stiffly accurate; from order 3 on with stage order 2.
+// L-stable and stiffly accurate, with stage order 2 from order 3 on.
 ARKODE_DIRKTableID implicit_table(int order) {
   switch (order) {
     case 2:
@@ -136,7 +135,7 @@ struct FreeArkode {
   void operator()(void* memory) const { calls::free(&memory); }
 };
 
-// One factorisation of the ny x ny matrix serves all columns of the vector.
+// Solves all columns of the vector with one factorisation of the ny x ny matrix.
 class SharedFactorSolver {
  public:
   SharedFactorSolver(int size, int columns, const sundials::Context& context)
@@ -148,7 +147,7 @@ class SharedFactorSolver {
     solver_->ops->setup = setup;
     solver_->ops->solve = solve;
     solver_->ops->free = [](SUNLinearSolver solver) {
-      solver->content = nullptr;  // not SUNDIALS' to free
+      solver->content = nullptr;  // SUNDIALS must not free it
       SUNLinSolFreeEmpty(solver);
       return 0;
     };
@@ -234,8 +233,8 @@ class Stepper {
   double* column(int k) { return y_.data() + k * ny_; }
   double* tolerance(int k) { return tolerances_.data() + k * ny_; }
 
-  // From the start values in column(); the stop time is forgotten once it was reached. Aiming
-  // beyond it returns the last step itself instead of an interpolation.
+  // Integrates from the start values in column(). ARKODE forgets the stop time after reaching it. A
+  // target beyond the stop time returns the last step instead of an interpolated value.
   int integrate() {
     const bool implicit = options_.method == ArkodeMethod::DiagonallyImplicit;
     int code =
@@ -347,7 +346,7 @@ class Arkode final : public Integrator {
     return status;
   }
 
-  sundials::Context context_;  // outlives everything made in it
+  sundials::Context context_;  // outlives everything created in it
   IntervalField field_;
   ArkodeOptions options_;
   std::vector<double> absolute_;

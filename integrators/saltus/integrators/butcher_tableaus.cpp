@@ -1,4 +1,4 @@
-// Coefficients of the explicit tableaus. The order is measured in tests/integrators.
+// Coefficients of the explicit tableaus. tests/integrators measures their order.
 #include <cmath>
 
 #include "saltus/integrators/runge_kutta.hpp"

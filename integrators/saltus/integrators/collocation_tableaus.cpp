@@ -1,7 +1,7 @@
-// Coefficients of collocation methods: with the nodes c_i and their Lagrange polynomials l_j,
+// Coefficients of collocation methods with nodes c_i and their Lagrange polynomials l_j:
 //   a_ij = int_0^{c_i} l_j,   b_j = int_0^1 l_j.
-// E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., sec. IV.5. In long
-// double, so that the coefficients are right to the last digit of a double.
+// E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., sec. IV.5. Computed in
+// long double, so that all digits of a double are correct.
 #include <fmt/format.h>
 
 #include <array>
@@ -25,7 +25,7 @@ void check_stages(const char* scheme, int stages) {
                                       most_stages, stages));
 }
 
-// P_n(2 c - 1) by the recursion of Bonnet.
+// P_n(2 c - 1) by Bonnet's recursion.
 Real legendre(int n, Real c) {
   const Real x = 2 * c - 1;
   Real before = 0, now = 1;
@@ -37,7 +37,7 @@ Real legendre(int n, Real c) {
   return now;
 }
 
-// The `count` simple zeros in (0, 1), in ascending order: each between two samples, by bisection.
+// The `count` simple zeros in (0, 1) in ascending order, by sampling and bisection.
 template <class Polynomial>
 std::vector<Real> zeros(int count, Polynomial polynomial) {
   constexpr int samples = 97, bisections = 70;  // to the last digit

@@ -11,7 +11,7 @@
 namespace saltus::sundials {
 
 IntegrationStatus status_of_cvode(int code) {
-  if (code >= 0) return IntegrationStatus::success;  // CV_TSTOP_RETURN included
+  if (code >= 0) return IntegrationStatus::success;  // includes CV_TSTOP_RETURN
   switch (code) {
     case CV_TOO_MUCH_WORK:
       return IntegrationStatus::too_many_steps;
@@ -96,7 +96,7 @@ void CvodesMemory::create_sensitivity_solver() {
   require(CVodeSensSVtolerances(memory_.get(), options_.tolerance, sensitivity_tolerance_),
           "CVodeSensSVtolerances");
   require(CVodeSetSensErrCon(memory_.get(), SUNTRUE), "CVodeSetSensErrCon");
-  if (options_.method == CvodesMethod::Bdf) return;  // CVODES made a Newton solver itself
+  if (options_.method == CvodesMethod::Bdf) return;  // CVODES creates a Newton solver itself
   if (options_.sensitivity == CvodesSensitivity::staggered) {
     sensitivity_nonlinear_.reset(SUNNonlinSol_FixedPointSens(count, y_, 0, context_));
     require(sensitivity_nonlinear_.get(), "SUNNonlinSol_FixedPointSens");
@@ -114,7 +114,7 @@ int CvodesMemory::sensitivity_method() const {
   return options_.sensitivity == CvodesSensitivity::staggered ? CV_STAGGERED : CV_SIMULTANEOUS;
 }
 
-// Whether they changed: CVODES allocates when it takes over new ones.
+// Returns true if they changed: CVODES allocates when it copies new tolerances.
 bool CvodesMemory::update_sensitivity_tolerances(const double* w) {
   bool changed = false;
   for (int d = 0; d < field_->directions(); ++d) {
@@ -175,8 +175,7 @@ int CvodesMemory::begin(double s, const double* w, bool sensitivities) {
   } else if (code >= 0) {
     code = CVodeSensToggleOff(memory_.get());
   }
-  // The stop time keeps the functions from being called beyond the end; CVODES forgets it once
-  // it was reached.
+  // The stop time prevents function calls beyond the end. CVODES forgets it after reaching it.
   return code >= 0 ? CVodeSetStopTime(memory_.get(), 1.0) : code;
 }
 

@@ -1,9 +1,10 @@
-// With a step from s over L, both moving, e_i = s + c_i L, and multipliers lambda of its end:
+// Consider a step from s over the length L, both varying, with e_i = s + c_i L and multipliers
+// lambda of its end:
 //   sum_i M_ij' xi_i = L b_j F_Xj' lambda,     Fhat_j = b_j lambda + sum_i a_ij xi_i,
 //   lambda- = lambda + sum_j xi_j,             Fbar_j = L Fhat_j,
 //   d/ds = sum_j (Fbar_j' F_s,j (1 - c_j) - Fhat_j' F_j)   at a fixed end,
 //   d2 += sum_j (Fbar_j' d2F_j + 2 dL Fhat_j' dF_j),
-// where z moves with s too: d2z = 2 de dz_s. At an event with the reset R and the guard g
+// where z varies with s, too: d2z = 2 de dz_s. For an event with reset R and guard g:
 //   mu = -(d/ds + lambda+' (R_s + R_x B)) / (g_s + g_x B),   lambda- = R_x' lambda+ + mu g_x,
 //   d2 += lambda+' d2R + mu d2g.
 #include "saltus/integrators/hybrid_curvature.hpp"
@@ -88,7 +89,7 @@ IntegrationStatus HybridCurvature::hessian(const HybridTape& tape, const VectorX
                                                               : IntegrationStatus::not_finite;
 }
 
-// The steps of a flow, as its stepper took them, and their first derivatives.
+// Reconstructs the steps of a flow, as its stepper took them, with first derivatives.
 IntegrationStatus HybridCurvature::find_steps(const HybridPiece& flow) {
   y_ = flow.state;
   total_ = flow.total;
@@ -113,7 +114,7 @@ IntegrationStatus HybridCurvature::find_steps(const HybridPiece& flow) {
   return IntegrationStatus::success;
 }
 
-// Stages of a step from y_ and total_, and both at its end.
+// Computes the stages of a step from y_ and total_, and updates both to its end.
 IntegrationStatus HybridCurvature::differentiate(Step& step) {
   const IntervalField& field = *step.field;
   const ButcherTableau& tableau = solver_.tableau();
@@ -219,7 +220,7 @@ void HybridCurvature::add_event(const HybridPiece& event, Curvature curvature,
   });
 }
 
-// weight' d2 of a function of z at an event.
+// Adds weight' d2 of a function of z at an event.
 void HybridCurvature::add_second(const Function& function, const double* weight,
                                  const HybridPiece& event, RowMajorMatrix& sum) {
   function.hessian(z_.data(), weight, hessian_.data(), Curvature::exact);

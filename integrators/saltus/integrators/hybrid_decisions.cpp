@@ -1,4 +1,4 @@
-// Which mode holds at an instant: at the start of an interval, and behind an event.
+// Determines the active mode at an instant: at the start of an interval and after an event.
 #include "saltus/integrators/hybrid_integrator.hpp"
 
 #include <algorithm>
@@ -7,16 +7,16 @@
 namespace saltus {
 namespace {
 
-// Events that may happen at one instant, one after the other.
+// Maximum number of consecutive events at one instant.
 constexpr int most_at_once = 16;
-// Of the interval: how far ahead one looks where the rate of a guard is zero.
+// Look-ahead, as a fraction of the interval, where the rate of a guard is zero.
 constexpr double a_little_later = 1e-4;
 
 }  // namespace
 
-// Whether the mode fits the state, by its guards: sets sides_. Returns success, beyond_guard where
-// a guard is crossed already, grazing where a guard is about to be crossed at this very instant,
-// or ambiguous_start.
+// Checks by its guards whether the mode fits the state, and sets sides_. Returns success, or
+// beyond_guard if a guard is crossed already. Returns grazing if a guard is crossed at this
+// instant, or ambiguous_start.
 IntegrationStatus HybridIntegrator::judge_start(int mode) {
   const FlowMode& m = modes_[mode];
   guards_.sample(m, s_, y_.data(), samples_.data());
@@ -37,8 +37,8 @@ IntegrationStatus HybridIntegrator::judge_start(int mode) {
   return verdict;
 }
 
-// Where the rate of a guard is zero, its own rate decides: whether the motion leaves the guard into
-// the mode.
+// If the rate of a guard is zero, the rate slightly later decides whether the trajectory moves away
+// from the guard into the mode.
 bool HybridIntegrator::moves_away(int mode, int guard) {
   const FlowMode& m = modes_[mode];
   m.field->argument(s_, y_.data(), z_.data());
@@ -48,23 +48,23 @@ bool HybridIntegrator::moves_away(int mode, int guard) {
   return later.rate < 0.0 && !later.is_tangent();
 }
 
-// Whether the state is on the surface of a sliding mode, of which the first guard leads to a mode
-// beside it. Parameters and inputs may have moved the surface away since the last interval.
+// True if the state is on the surface of a sliding mode, whose first guard leads to an adjacent
+// mode. Parameters and inputs may have moved the surface since the last interval.
 bool HybridIntegrator::is_on_surface(int sliding) {
   const OutgoingGuard& leave = modes_[sliding].guards.front();
   return guards_.sample(modes_[leave.target], leave.partner, s_, y_.data()).is_on();
 }
 
-// First a mode inside all its guards, or on one of them and moving away from it; then one that has
-// an event at this very instant; then one behind a guard to which it returns (a shooting node just
-// behind the reset of the event before it); then, if the mode is given, its event at once.
+// Order of preference: a mode inside all its guards, or on one of them and moving away. Then a mode
+// with an event at this instant. Then a mode beyond a guard to which it returns, as for a shooting
+// node just beyond a reset. If the mode is given, its overdue event finally fires.
 IntegrationStatus HybridIntegrator::choose_mode() {
   int given = given_mode_;
   if (const int memory = problem().switching.memory; memory >= 0)
     given = std::clamp(static_cast<int>(std::lround(y_[memory])), 0, modes_.declared() - 1);
   if (given >= modes_.declared()) {
     mode_ = given;
-    if (is_on_surface(given)) return settle(false, -1, false, -1);  // sliding goes on
+    if (is_on_surface(given)) return settle(false, -1, false, -1);  // sliding continues
     given = -1;
   }
   const int first = std::max(given, 0);
@@ -111,13 +111,13 @@ IntegrationStatus HybridIntegrator::choose_mode() {
     return IntegrationStatus::success;
   }
   mode_ = first;
-  if (given >= 0 && h_ == 0.0) return IntegrationStatus::success;  // no time for an event
+  if (given >= 0 && h_ == 0.0) return IntegrationStatus::success;  // no event without passing time
   return given >= 0 ? catch_up() : fail(IntegrationStatus::beyond_guard);
 }
 
-// A guard of the given mode_ was moved over the state since the last interval, by a parameter, an
-// input or a disturbance: its event happens at once, wherever the guard is now. Its instant is the
-// start, whatever moves.
+// Since the last interval, a parameter, an input or a disturbance moved a guard of the given mode_
+// past the state. Its event fires at the start of the interval, wherever the guard is now. The
+// event time therefore does not vary.
 IntegrationStatus HybridIntegrator::catch_up() {
   for (int hops = 0; hops <= most_at_once; ++hops) {
     const IntegrationStatus verdict = judge_start(mode_);
@@ -144,8 +144,8 @@ IntegrationStatus HybridIntegrator::catch_up() {
   return fail(IntegrationStatus::accumulation);
 }
 
-// After a jump or at the start: what the guards of mode_ say at this instant. `partner` is the
-// guard on whose surface the state is for certain, `fired` one that must not fire at once again.
+// Resolves the guards of mode_ at this instant, after a jump or at the start. The state is exactly
+// on the surface of guard `partner`. Guard `fired` must not fire again at this instant.
 IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool left_sliding,
                                            int fired) {
   for (int hops = 0; hops <= most_at_once; ++hops) {
@@ -164,13 +164,13 @@ IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool le
       } else if (k == partner || g.is_on()) {
         sides_[k] = GuardSide::departing;
         bool pushes = g.rate > 0.0;
-        if (g.is_tangent()) {  // at the edge of sliding, sliding decides
+        if (g.is_tangent()) {  // at the edge of sliding, sliding wins
           pushes = k == partner && guard.slide >= 0;
           if (!pushes && !moves_away(mode_, k)) return fail(IntegrationStatus::ambiguous_start, k);
         }
         if (pushes && now < 0) now = k;
       } else if (g.value > 0.0) {
-        // Behind a surface that divides two fields the other field holds.
+        // Beyond a surface between two fields, the other field is active.
         if (!after_jump || guard.partner < 0) return fail(IntegrationStatus::beyond_guard, k);
         mode_ = guard.target;
         partner = fired = -1;
@@ -181,7 +181,7 @@ IntegrationStatus HybridIntegrator::settle(bool after_jump, int partner, bool le
     if (now < 0) return IntegrationStatus::success;
     if (now == partner && mode.guards[now].slide >= 0) return enter_sliding(now);
     if (now == fired) return fail(IntegrationStatus::beyond_guard, now);
-    note_flow();  // of no length
+    note_flow();  // of zero length
     hold_instant();
     return fire(now);
   }

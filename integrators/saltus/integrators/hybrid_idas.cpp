@@ -1,5 +1,5 @@
-// Each mode with algebraic equations is integrated with its z as unknowns; from a mode that slides,
-// which has no equations of its own, and from guards and resets z is eliminated.
+// Integrates modes with algebraic equations with z as unknowns. z is eliminated in guards, resets
+// and sliding modes, which have no algebraic equations.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -32,7 +32,7 @@ struct ModesOptions : IdasOptions {
   const HybridModes* modes = nullptr;
 };
 
-// What MultistepStepper takes, with (x | q) in place of (x | z | q).
+// Adapter for MultistepStepper with (x | q) instead of (x | z | q).
 class ModesMemory {
  public:
   ModesMemory(const IntervalProblem& problem, const ModesOptions& options,
@@ -78,7 +78,7 @@ class ModesMemory {
       const IntervalArguments index{nx_, mode_->problem.coefficients(),
                                     mode_->problem.arguments.np};
       std::copy_n(w, nx_, w_.begin());
-      std::fill_n(w_.begin() + nx_, nz, 0.0);  // of z nothing is read
+      std::fill_n(w_.begin() + nx_, nz, 0.0);  // z has no entries in w
       std::copy(w + nx_, w + index.size(), w_.begin() + nx_ + nz);
       mode_->field.load(w_.data());
     }
@@ -102,7 +102,7 @@ class ModesMemory {
     for (int d = 0; d < directions(); ++d) narrow(mode_->memory.sensitivity(d), sensitivity(d));
     return code;
   }
-  // (h f | h L) at (s, y), z eliminated.
+  // (h f | h L) at (s, y) with z eliminated.
   bool evaluate(double s, const double* y, double* rates) {
     field_->argument(s, y, z_.data());
     field_->value(z_.data(), rates);
@@ -129,7 +129,7 @@ class ModesMemory {
   }
 
   int nx_, ny_;
-  std::vector<const IntervalField*> fields_;  // of the modes, z eliminated
+  std::vector<const IntervalField*> fields_;  // per mode, with z eliminated
   std::vector<std::unique_ptr<ModeEquations>> modes_;
   const IntervalField* field_ = nullptr;
   ModeEquations* mode_ = nullptr;

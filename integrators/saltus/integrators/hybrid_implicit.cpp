@@ -1,8 +1,8 @@
 // The flow of one mode by an implicit Runge-Kutta scheme on the fixed grid of the interval.
 //
-// Dense output as restarted_stepper.hpp has it: y(s) = Phi(y_n, s_n, L), L = s - s_n, stable
-// however long. With e_i = s_n + c_i L, at fixed s, dL = -ds_n, de_i = (1 - c_i) ds_n and
-// M_ij = I delta_ij - L a_ij F_Xj:
+// Dense output as in restarted_stepper.hpp: y(s) = Phi(y_n, s_n, L), L = s - s_n, stable for every
+// step length. With e_i = s_n + c_i L, at fixed s, dL = -ds_n, de_i = (1 - c_i) ds_n and M_ij = I
+// delta_ij - L a_ij F_Xj:
 //   sum_j M_ij dX_j = dx_n + sum_j a_ij (L (F_theta,j dtheta + F_s,j de_j) + F_j dL),
 // and the slope dPhi/dL has sum_j M_ij X'_j = sum_j a_ij (F_j + L c_j F_s,j).
 #include <algorithm>
@@ -48,8 +48,8 @@ class ImplicitStepper final : public RestartedStepper {
     return IntegrationStatus::success;
   }
 
-  // What moves the rate of a stage besides its state: in all directions, and with L in the last
-  // column.
+  // Rates of a stage through arguments other than its state, in all directions and, in the last
+  // column, along L.
   void find_direct_rates(int j, double length) {
     const ImplicitStep::Stage& stage = step_.stages[j];
     const double c = solver_.tableau().c[j];
@@ -99,7 +99,7 @@ class ImplicitStepper final : public RestartedStepper {
                : IntegrationStatus::not_finite;
   }
 
-  // dq = sum_i b_i (L L_x dX_i + what moves with it besides).
+  // dq = sum_i b_i (L L_x dX_i + direct terms).
   void add_costs(double length, RowMajorMatrix& result, double* slope) {
     for (int i = 0; i < solver_.count(); ++i) {
       const ImplicitStep::Stage& stage = step_.stages[i];
@@ -121,7 +121,7 @@ class ImplicitStepper final : public RestartedStepper {
   StageSolver solver_;
   ImplicitStep step_;
   std::vector<double> explicit_;
-  RowMajorMatrix right_;  // stages one below the other; the last column along L
+  RowMajorMatrix right_;  // stages stacked vertically; the last column is along L
   RowMajorMatrix zero_;
   std::vector<RowMajorMatrix> rates_;
   RowMajorMatrix rate_sensitivity_;

@@ -12,15 +12,15 @@
 namespace saltus {
 namespace {
 
-// Gaps between repetitions of an event that shrink by factors equal to this fraction ...
+// If the gaps between repetitions of an event shrink by factors that agree to this fraction ...
 constexpr double regular_ratio = 0.1;
-// ... this many times in a row are a geometric series. Its sum is the time of accumulation, at
-// which integration stops when what is left is this fraction of the interval.
+// ... this many times in a row, they form a geometric series. Its sum is the time of accumulation.
+// Integration stops when the remaining time to it is this fraction of the interval.
 constexpr int regular_gaps = 4;
 constexpr double left_of_interval = 1e-6;
 constexpr int most_projections = 20;
 
-// A value for as long as it lives, also where a formula throws.
+// Sets a value for the lifetime of this object, also if a formula throws.
 template <class T>
 class Meanwhile {
  public:
@@ -61,7 +61,7 @@ HybridIntegrator::HybridIntegrator(const IntervalProblem& definition,
   guard_row_.resize(1, directions);
   reset_rows_.resize(states(), directions);
   for (int m = 0; m < modes_.count(); ++m) repetitions_.emplace_back(modes_[m].guards.size());
-  if (!scheme || modes_.count() > modes_.declared()) return;  // sliding modes have no second order
+  if (!scheme || modes_.count() > modes_.declared()) return;  // sliding has first derivatives only
   curvature_.emplace(problem(), modes_, *scheme);
   second_.resize(directions, directions);
   weights_.resize(outputs());
@@ -132,7 +132,7 @@ IntegrationStatus HybridIntegrator::run(const double* w, bool sensitivities) {
   if (!all_finite(w, index.size())) return fail(IntegrationStatus::not_finite);
   if (h_ < 0.0) return fail(IntegrationStatus::backward);
   if (h_ == 0.0) {  // the identity; only the derivative with respect to h needs the field
-    // What happens at once happens in the interval that follows.
+    // Events at this instant belong to the next interval.
     {
       const Meanwhile unrecorded(recorded_, static_cast<std::vector<HybridEvent>*>(nullptr));
       if (choose_mode() != IntegrationStatus::success) mode_ = 0;
@@ -168,7 +168,7 @@ void HybridIntegrator::stand_at(const double* w) {
   std::fill(moving_.begin(), moving_.end(), 0.0);
 }
 
-// The state that holds the mode's number, once events have changed it: a number that nothing moves.
+// Sets the state that stores the mode after events changed it. Its derivative is zero.
 void HybridIntegrator::remember() {
   const int memory = problem().switching.memory;
   remembered_ = memory >= 0 && (events_ > 0 || mode_ != std::lround(y_[memory]));
@@ -189,14 +189,14 @@ void HybridIntegrator::note_flow() {
   piece.end_moves = VectorXd::Zero(total_.cols());
 }
 
-// The event of a guard of mode_ at s_, and with it the end of the flow before.
+// Records the event of a guard of mode_ at s_, which ends the previous flow.
 void HybridIntegrator::note_event(int k, bool located, double rate) {
   if (!taping_) return;
   if (located) {
     tape_.back().end = s_;
     tape_.back().end_moves = Eigen::Map<const VectorXd>(moving_.data(), total_.cols());
   }
-  note_flow();  // what it has in common with a flow
+  note_flow();  // fields in common with a flow
   HybridPiece& piece = tape_.back();
   piece.guard = k;
   piece.located = located;
@@ -249,14 +249,14 @@ IntegrationStatus HybridIntegrator::flow(bool& finished) {
       if (status != IntegrationStatus::success) return status;
     }
     finished = reached >= 1.0;
-    // A sliding step of a one-step scheme: onto the surface, and on from there.
+    // After a sliding step of a one-step scheme: project onto the surface and continue.
     if (!finished) std::fill_n(sides_.begin(), mode.guards.size(), GuardSide::inside);
     return IntegrationStatus::success;
   }
 }
 
-// Back onto the surface of a sliding mode, along the state that moves the guard most; the
-// derivative is that of the implicit function.
+// Projects onto the surface of a sliding mode along the state that changes the guard most. The
+// derivative follows from the implicit function theorem.
 IntegrationStatus HybridIntegrator::project() {
   const FlowMode& mode = modes_[mode_];
   const SparsityPattern& pattern = mode.surface.jacobian_pattern();
@@ -292,7 +292,7 @@ IntegrationStatus HybridIntegrator::project() {
 
 // --- events ---------------------------------------------------------------------------------
 
-// The event of a guard at s_, with y_, and held_ and slope_ before it.
+// Fires the event of a guard at s_ with y_; held_ and slope_ are those before it.
 IntegrationStatus HybridIntegrator::fire(int k) {
   const FlowMode& mode = modes_[mode_];
   const OutgoingGuard& guard = mode.guards[k];
@@ -327,8 +327,8 @@ IntegrationStatus HybridIntegrator::fire(int k) {
   return settle(static_cast<bool>(guard.reset), guard.partner, guard.ends_sliding, same ? k : -1);
 }
 
-// Through the guard into the next mode, at s_ with y_, total_ and moving_: the record and the
-// reset.
+// Passes through the guard into the next mode at s_ with y_, total_ and moving_: records the event
+// and applies the reset.
 IntegrationStatus HybridIntegrator::pass(int k) {
   const FlowMode& mode = modes_[mode_];
   const OutgoingGuard& guard = mode.guards[k];
@@ -374,7 +374,7 @@ IntegrationStatus HybridIntegrator::pass(int k) {
   return IntegrationStatus::success;
 }
 
-// held_ and slope_ at s_ from total_ and moving_, in the field of mode_.
+// Computes held_ and slope_ at s_ from total_ and moving_ in the field of mode_.
 void HybridIntegrator::hold_instant() {
   if (!sensitivities_) return;
   const IntervalField& field = *modes_[mode_].field;
@@ -387,7 +387,7 @@ void HybridIntegrator::hold_instant() {
   }
 }
 
-// Gaps between repetitions of one event that form a geometric series have an end.
+// Detects gaps between repetitions of an event that form a geometric series and thus accumulate.
 IntegrationStatus HybridIntegrator::watch_accumulation(const OutgoingGuard& guard) {
   const FlowMode& mode = modes_[mode_];
   Repetition& r = repetitions_[mode_][&guard - mode.guards.data()];

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-// A zero of f in [a, b], where fa and fb have different signs: the Illinois variant of the regula
-// falsi, with a bisection whenever three steps did not halve the bracket. Down to rounding of s.
+// A zero of f in [a, b] with fa and fb of different sign, to rounding of s. Uses the Illinois
+// variant of regula falsi, with a bisection whenever three steps do not halve the bracket.
 template <class F>
 double zero(F&& f, double a, double fa, double b, double fb) {
   if (fa == 0.0) return a;
@@ -90,7 +90,7 @@ LocatedCrossing EventLocator::search() {
     guards_.sample(*mode_, b, y_.data(), after_.data());
     const LocatedCrossing found = search_part(a, b);
     if (found.status != IntegrationStatus::success || found.guard >= 0) return found;
-    stepper_.state_at(b, y_.data());  // elsewhere the search may have looked last
+    stepper_.state_at(b, y_.data());  // the search may have evaluated another point last
     guards_.pass(y_.data());
     std::swap(before_, after_);
     a = b;
@@ -102,7 +102,7 @@ LocatedCrossing EventLocator::search_part(double a, double b) {
   LocatedCrossing first;
   for (std::size_t k = 0; k < mode_->guards.size(); ++k) {
     const LocatedCrossing found = search_guard(static_cast<int>(k), a, b);
-    // A failure counts where it is: behind an event the mode's flow is not what happens.
+    // A failure counts only before the first event: after it, another mode is active.
     if (found.guard >= 0 && (first.guard < 0 || found.s < first.s)) first = found;
   }
   return first;
@@ -141,7 +141,7 @@ LocatedCrossing EventLocator::search_guard(int k, double a, double b) {
         return fail(IntegrationStatus::beyond_guard, b);
       return none;
     }
-    // Departing, and not gone yet: possible as long as it moves the right way.
+    // Still departing: valid if it moves in the right direction.
     return end.is_on() || end.rate < 0.0 ? none : fail(IntegrationStatus::ambiguous_start, a);
   }
 

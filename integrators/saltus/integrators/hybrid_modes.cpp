@@ -12,12 +12,12 @@
 namespace saltus {
 namespace {
 
-// Rounding of a sum of a few terms, each known to a few ulp after an integration step that is
-// polished to the guard; far below any tolerance of an integrator.
+// Rounding error of a sum of a few terms, each accurate to a few ulp after a step refined to the
+// guard. Far below all integrator tolerances.
 constexpr double on_guard = 1e-13;
 
-// At distance eps from a tangency the rate is of the order of sqrt(eps): a smaller one cannot be
-// told from a tangency in double precision.
+// At distance eps from a tangency, the rate is of order sqrt(eps). Smaller rates are
+// indistinguishable from a tangency in double precision.
 constexpr double tangent = 1.5e-8;
 
 IntervalProblem problem_of_mode(const IntervalProblem& problem, Function dynamics,
@@ -34,7 +34,8 @@ const Function& running_cost(const IntervalProblem& problem, int mode) {
   return own ? own : problem.running_cost;
 }
 
-// How fast the other states are says nothing of whether a guard is touched or crossed.
+// Finds the states that affect the guard. The rates of other states do not matter for touching or
+// crossing.
 void find_what_counts(const Arguments& sizes, const Function& dynamics, OutgoingGuard& guard) {
   const auto state = [&](int column) {
     const int i = column - sizes.x();
@@ -94,7 +95,8 @@ HybridModes::HybridModes(const IntervalProblem& problem)
                     system.memory, modes_[declared_].name));
 }
 
-// The mode that slides on guard k of mode m. "Below" is the side of m, whatever the guard's sign.
+// Adds the mode that slides on guard k of mode m. "Below" is the side of m, whatever the sign of
+// the guard.
 void HybridModes::add_sliding(const IntervalProblem& problem, int m, int k) {
   const Arguments& sizes = problem.arguments;
   OutgoingGuard& there = modes_[m].guards[k];
@@ -127,7 +129,7 @@ void HybridModes::add_sliding(const IntervalProblem& problem, int m, int k) {
   };
   leave(m, k, f_m, -there.sign);  // sign r_m > 0 while sliding
   leave(n, back, f_n, there.sign);
-  for (const int side : {m, n})  // other events of both sides act on the surface too
+  for (const int side : {m, n})  // other events of both sides also apply on the surface
     for (const OutgoingGuard& other : modes_[side].guards) {
       if (other.function.is(guard)) continue;
       mode.guards.push_back(other);

@@ -1,10 +1,10 @@
 // The flow of one mode by an explicit Runge-Kutta scheme on the fixed grid of the interval.
 //
-// Dense output as restarted_stepper.hpp has it: y(s) = Phi(y_n, s_n, L), L = s - s_n.
-// With e_i = s_n + c_i L, at fixed s, dL = -ds_n and de_i = (1 - c_i) ds_n:
+// Dense output as in restarted_stepper.hpp: y(s) = Phi(y_n, s_n, L), L = s - s_n. With e_i = s_n +
+// c_i L, at fixed s, dL = -ds_n and de_i = (1 - c_i) ds_n:
 //   dX_i = dx_n + sum_j a_ij (L dF_j + F_j dL),   dF_i = F_x dX_i + F_w + F_s de_i,
-// and the slope B = dPhi/dL has dX_i = sum_j a_ij (F_j + L dF_j), dF_i = F_x dX_i + c_i F_s.
-// These are the derivatives of the discrete map, event times included.
+// and the slope B = dPhi/dL has dX_i = sum_j a_ij (F_j + L dF_j), dF_i = F_x dX_i + c_i F_s. These
+// are the derivatives of the discrete map, including event times.
 #include <algorithm>
 #include <utility>
 
@@ -83,7 +83,7 @@ class RungeKuttaStepper final : public RestartedStepper {
           for (int d = 0; d < nd_; ++d)
             rate_sensitivity_[i](r, d) += explicit_[r] * (1.0 - c) * start_slope_[d];
       if (slope == nullptr) continue;
-      // Direction 0 is a state: no other argument moves with it.
+      // Direction 0 is a state: no other argument varies with it.
       field_->rate_sensitivity(at, phi_.data(), entries_.data(), 0, slope_stage_.data(),
                                slope_rate(i));
       for (int r = 0; r < ny_; ++r) slope_rate(i)[r] += c * explicit_[r];

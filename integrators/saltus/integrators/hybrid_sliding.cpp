@@ -7,8 +7,8 @@
 namespace saltus {
 namespace {
 
-// A function with dense Jacobian, working memory of its own and no second derivatives. Not
-// re-entrant: it never leaves the integrator that makes it.
+// A function with dense Jacobian, its own workspace and no second derivatives. Not re-entrant,
+// because only one integrator uses it.
 class FirstOrderBody : public FunctionBody {
  public:
   FirstOrderBody(int inputs, int outputs) : FunctionBody(inputs, outputs) {
@@ -61,7 +61,7 @@ class Rate {
 
  private:
   bool is_state(int col) const { return col >= 1 && col <= sizes_.nx; }
-  // dz/dt along the field, inputs and parameters held.
+  // dz/dt along the field for constant inputs and parameters.
   double motion(int col) const { return col == 0 ? 1.0 : is_state(col) ? f_[col - 1] : 0.0; }
   double combine() const {
     double r = 0.0;

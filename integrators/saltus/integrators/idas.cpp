@@ -64,8 +64,8 @@ class Idas final : public Integrator {
   }
 
  private:
-  // The identity, and the mean of f and L along the ramp of the input: with a state that does not
-  // move, IDAS stays at order 1.
+  // The identity, plus the mean of f and L along the input ramp. With a constant state, IDAS would
+  // stay at order 1.
   IntegrationStatus at_length_zero(double* end, MatrixXd& derivative) {
     const int nx = arguments().nx, nz = field_.states() - nx;
     derivative.setZero();
@@ -89,7 +89,7 @@ class Idas final : public Integrator {
   void start(const double* w) {
     const int nx = arguments().nx, nz = field_.states() - nx;
     std::copy_n(w, nx, extended_w_.begin());
-    std::fill_n(extended_w_.begin() + nx, nz, 0.0);  // of z nothing is read
+    std::fill_n(extended_w_.begin() + nx, nz, 0.0);  // z has no entries in w
     std::copy(w + nx, w + arguments().size(), extended_w_.begin() + nx + nz);
     field_.load(extended_w_.data());
     std::copy_n(w, nx, memory_.state());

@@ -11,7 +11,7 @@
 namespace saltus::sundials {
 
 IntegrationStatus status_of_ida(int code) {
-  if (code >= 0) return IntegrationStatus::success;  // IDA_TSTOP_RETURN included
+  if (code >= 0) return IntegrationStatus::success;  // includes IDA_TSTOP_RETURN
   switch (code) {
     case IDA_TOO_MUCH_WORK:
       return IntegrationStatus::too_many_steps;
@@ -34,7 +34,7 @@ IntegrationStatus status_of_ida(int code) {
 
 namespace {
 
-// Of (x | z | q).
+// Tolerances of (x | z | q).
 std::vector<double> tolerances(const IntervalProblem& problem, double relative_to_nominal,
                                const AlgebraicEquations* algebraic) {
   std::vector<double> result = absolute_tolerances(problem, relative_to_nominal);
@@ -121,12 +121,12 @@ void IdasMemory::create_sensitivity_solver() {
   require(IDASetSensErrCon(memory_.get(), SUNTRUE), "IDASetSensErrCon");
 }
 
-// Whether they changed: IDAS allocates when it takes over new ones.
+// Returns true if they changed: IDAS allocates when it copies new tolerances.
 bool IdasMemory::update_sensitivity_tolerances(const double* w) {
   bool changed = false;
   for (int d = 0; d < directions_; ++d) {
     int column = field_->column(direction_of(d));
-    if (d >= nx_) column -= nz_;  // of w without z
+    if (d >= nx_) column -= nz_;  // w has no entries for z
     const double scale = direction_scale(problem_, w, column);
     if (scale == sensitivity_scale_[d]) continue;
     changed = true;
@@ -155,7 +155,7 @@ bool IdasMemory::evaluate_jacobian(double s, const double* y) {
   return all_finite(entries_.data(), field_->entries());
 }
 
-// Right-hand sides of all sensitivities in stacked_, rows of z: their algebraic equations.
+// Right-hand sides of all sensitivities in stacked_. Rows of z have their algebraic equations.
 void IdasMemory::sensitivity_rates(double s) {
   field_->rate_sensitivity(s, phi_.data(), entries_.data(), stacked_, rates_.data());
   if (nz_ > 0)
@@ -163,7 +163,7 @@ void IdasMemory::sensitivity_rates(double s) {
                          entries_.data() + first_algebraic_entry_, s, stacked_, algebraic_rates_);
 }
 
-// z and its sensitivities that meet their equations, and the slopes of all but those of the latter.
+// Computes consistent z with sensitivities, and all slopes except those of the sensitivities of z.
 bool IdasMemory::make_consistent(double s, bool sensitivities) {
   AlgebraicSolution* const solution = nz_ > 0 ? &*solution_ : nullptr;
   if (nz_ > 0) {

@@ -1,14 +1,13 @@
 // In scaled time (interval_field.hpp), D = 1 / steps, y = (x | q), for a tableau with regular a:
 //   X_i = x_n + D sum_j a_ij F_j,   F_j = F(s_n + c_j D, X_j),
 //   x_{n+1} = x_n + sum_i d_i (X_i - x_n),  d = a^-T b,   q_{n+1} = q_n + D sum_i b_i F_qi,
-// where d in place of b keeps the rounding of stiff rates out. With M_ij = I delta_ij - D a_ij
-// F_Xj:
+// where d instead of b avoids the rounding of stiff rates. With M_ij = I delta_ij - D a_ij F_Xj:
 //   first order:   sum_j M_ij dX_j = dx_n + D sum_j a_ij F_theta,j dtheta,
 //   second order:  weighted with lambda at the end, the multipliers xi of the stage equations,
 //     sum_i M_ij' xi_i = D b_j F_Xj' lambda,   Fbar_j = D (b_j lambda + sum_i a_ij xi_i),
 //     lambda_n = lambda_{n+1} + sum_j xi_j     (rows of x; lambda of q is constant),
-// and the Hessian is the sum over all stages of the second differential of Fbar_j' F_j along dX_j;
-// see framework/design/integrators.md. E. Hairer, G. Wanner, Solving Ordinary Differential
+// and the Hessian is the sum over all stages of the second differential of Fbar_j' F_j along dX_j.
+// See framework/design/integrators.md. E. Hairer, G. Wanner, Solving Ordinary Differential
 // Equations II, 2nd ed., sec. IV.5 and IV.8.
 #include "saltus/integrators/implicit_runge_kutta.hpp"
 
@@ -244,7 +243,7 @@ class ImplicitRungeKutta final : public Integrator {
   const VectorXd& end_weights_;  // d
   VectorXd y_, before_;          // (x | q), and x at the start of the step
   VectorXd multipliers_, costate_, weighted_, along_;
-  RowMajorMatrix sensitivity_, stacked_;  // stacked_: stage sensitivities one below the other
+  RowMajorMatrix sensitivity_, stacked_;  // stacked_: stage sensitivities, stacked vertically
   std::vector<RowMajorMatrix> stage_sensitivity_, rate_sensitivity_;
   RowMajorMatrix zero_, curvature_;
   std::vector<ImplicitStep> steps_;

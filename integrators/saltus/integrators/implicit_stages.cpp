@@ -8,18 +8,18 @@
 namespace saltus {
 namespace {
 
-// Newton's method. With the slopes of the present iterate it converges quadratically: a correction
-// this small is followed by rounding. With older ones it contracts by a constant factor, and ends
-// where what is left is rounding. Corrections are small relative to nominal + |X| and to the state
-// itself, which may be far below its nominal value; a state whose digits are lost to others' is
-// done where corrections no longer shrink.
+// Newton's method converges quadratically with the current slopes: after a correction this small,
+// only rounding remains. With older slopes it contracts linearly and stops at rounding level.
+// Corrections are relative to nominal + |X| and to the state, which may be far below its nominal
+// value. If a state loses digits to cancellation, iteration stops when corrections no longer
+// decrease.
 constexpr double last_correction = 1e-9;
 constexpr double rounding = 1e-15;
 constexpr double noise = 1e-12, stalled = 0.5;
-constexpr double slow_contraction = 0.02;  // slopes are evaluated anew
+constexpr double slow_contraction = 0.02;  // then slopes are evaluated again
 constexpr int most_corrections = 30;
 
-// Shorter steps on the way to one that is not found at once.
+// Continuation in the step length if Newton's method fails.
 constexpr double shortest_fraction = 1e-9;
 constexpr double longest_stride = 8.0, shortest_stride = 1.02;
 
@@ -51,7 +51,8 @@ StageSolver::StageSolver(ButcherTableau tableau, const VectorXd& nominal_state, 
   if (!is_explicit_) end_weights_ = tableau_.a.transpose().partialPivLu().solve(tableau_.b);
 }
 
-// From the start of the step; where it is too long for that, by shorter ones.
+// Starts Newton's method at the start of the step. If the step is too long for that, continues from
+// shorter steps.
 IntegrationStatus StageSolver::find(const IntervalField& field, double s, double length,
                                     const double* x, ImplicitStep& step) {
   if (is_explicit_) return find_explicit(field, s, length, x, step);

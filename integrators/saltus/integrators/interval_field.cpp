@@ -23,8 +23,7 @@ void check_sizes(const Function& function, const char* what, int inputs) {
                     what, inputs, function.inputs()));
 }
 
-// result[i] = first(i) + scale * sum_k term(k, i) of `count` terms that stand at row(k) with a
-// weight each, over n entries.
+// result[i] = scale * sum over k < count of weight(k) * row(k)[i], for i < n.
 template <class Row, class Weight>
 void sum_rows(int n, int count, const Row& row, const Weight& weight, double scale,
               double* result) {
@@ -65,7 +64,7 @@ IntervalField::IntervalField(const IntervalProblem& problem)
     throw DefinitionError(fmt::format("differentiate_parameter has {} entries for {} parameters.",
                                       wanted.size(), sizes_.np));
 
-  // Directions in the order of w, and what each row of z takes from them.
+  // Directions in the order of w, and the coefficients of each row of z.
   coefficients_.resize(sizes_.size());
   for (int i = 0; i < nx_; ++i) column_.push_back(interval_.x(i));
   for (int i = 0; i < interval_.nc; ++i) column_.push_back(interval_.c(i));
@@ -91,7 +90,7 @@ IntervalField::IntervalField(const IntervalProblem& problem)
     column_.push_back(interval_.h());
   }
 
-  // One list of Jacobian entries for f and L, without those that no direction reaches.
+  // One list of Jacobian entries of f and L, without entries that no direction affects.
   const auto reached = [&](int col) { return is_state(col) || !coefficients_[col].empty(); };
   dynamics_entries_ = dynamics_.jacobian_pattern().entries();
   dynamics_.jacobian_pattern().for_each([&](int r, int c, int e) {
@@ -136,7 +135,7 @@ IntervalField::IntervalField(const IntervalProblem& problem)
 
 int IntervalField::padded_directions() const { return rows::padded(directions()); }
 
-// One row for each entry of z that is no state and moves, and a last one for h itself.
+// One row for each varying entry of z that is not a state, and a last row for h.
 void IntervalField::place_directions() {
   int count = 0;
   for (int col = 0; col < sizes_.size(); ++col)

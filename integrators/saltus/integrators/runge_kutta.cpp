@@ -2,12 +2,12 @@
 //   Y_i = y_n + step sum_{j<i} a_ij F_j,   F_i = F(s_n + c_i step, X_i),
 //   y_{n+1} = y_n + step sum_i b_i F_i.
 // First order: the same recursion for dY_i, dF_i. Second order, weighted with lambda at the end:
-// the adjoints of the stage rates, backward over steps and stages,
+// adjoints of the stage rates, backward over steps and stages,
 //   Fbar_i = step (b_i lambda_{n+1} + sum_{j>i} a_ji Xbar_j),  Xbar_i = h phi_x' Fbar_i,
 //   lambda_n = lambda_{n+1} + sum_i Xbar_i   (state rows; lambda of q is constant),
 // and the Hessian is the sum over all stages of the second differential of Fbar_i' F_i along the
-// first-order stage sensitivities, which the way forward has left behind: the Jacobian is found
-// with the Hessian at no cost. See framework/design/integrators.md.
+// stage sensitivities. The forward sweep stores these, so the Hessian includes the Jacobian at no
+// extra cost. See framework/design/integrators.md.
 #include "saltus/integrators/runge_kutta.hpp"
 
 #include <fmt/format.h>
@@ -103,14 +103,14 @@ class RungeKutta final : public Integrator {
   }
 
  private:
-  // What the way back needs of a stage.
+  // Data of a stage for the backward sweep.
   struct Record {
     explicit Record(const IntervalField& field)
         : z(field.arguments()),
           entries(field.entries()),
           sensitivity(RowMajorMatrix::Zero(field.states(), field.padded_directions())) {}
     std::vector<double> z, entries;
-    RowMajorMatrix sensitivity;  // of the state
+    RowMajorMatrix sensitivity;  // sensitivity of the state
   };
 
   double stage_time(int step, int stage) const { return (step + c_[stage]) / steps_; }
@@ -123,7 +123,7 @@ class RungeKutta final : public Integrator {
     std::fill(y_.begin() + nx_, y_.end(), 0.0);
   }
 
-  // Argument at a stage, from the rates of those before.
+  // Computes the argument at a stage from the rates of earlier stages.
   void find_stage(int n, int i, double* z) {
     rows::weighted_sum(padded(nx_), y_.data(), before_[i], rates_.data(), padded(ny_),
                        stage_.data());
@@ -139,7 +139,7 @@ class RungeKutta final : public Integrator {
     rows::weighted_sum(padded(ny_), y_.data(), end_, rates_.data(), padded(ny_), y_.data());
   }
 
-  // State and sensitivity to the end; record_of(step, stage) is what a stage leaves behind.
+  // Propagates state and sensitivity to the end. record_of(step, stage) stores the data of a stage.
   template <class RecordOf>
   void sweep_forward(const RecordOf& record_of) {
     const int count = ny_ * columns_;
@@ -175,7 +175,7 @@ class RungeKutta final : public Integrator {
                : IntegrationStatus::not_finite;
   }
 
-  // Adjoints Fbar of the stage rates and phi_z' Fbar, and what they weight.
+  // Computes the adjoints Fbar of the stage rates and phi_z' Fbar, and adds their curvature.
   IntegrationStatus sweep_back(const double* weights, MatrixXd& hessian, Curvature curvature) {
     const double h = field_.length();
     const bool lengths_matter = curvature == Curvature::exact && field_.differentiates_time();
@@ -203,7 +203,7 @@ class RungeKutta final : public Integrator {
                : IntegrationStatus::not_finite;
   }
 
-  // The length multiplies every rate; h is the last direction.
+  // The length multiplies every rate. h is the last direction.
   void add_length(double s, const Record& at) {
     field_.pull_back(s, gradient_.data(), at.sensitivity, along_.data());
     const int last = field_.h_direction();
@@ -214,7 +214,7 @@ class RungeKutta final : public Integrator {
   IntervalField field_;
   int stages_, steps_, nx_, ny_, columns_;
   VectorXd c_;
-  // Stages that enter a stage, that a stage enters, and that enter the end, times the step.
+  // Step times tableau: weights of earlier stages, of later stages, and of the end.
   std::vector<std::vector<Weighted>> before_, after_;
   std::vector<Weighted> end_;
   std::vector<double> end_weights_;
@@ -250,7 +250,7 @@ class RungeKuttaScheme final : public IntegratorScheme {
 };
 
 void check(const ButcherTableau& tableau) {
-  // Rounding of sums of a dozen coefficients of order one.
+  // Rounding error of sums of a dozen coefficients of order one.
   constexpr double rounding = 1e-12;
   const int stages = tableau.stages();
   const auto fail = [&](const std::string& why) {

@@ -72,8 +72,8 @@ std::vector<double> absolute_tolerances(const IntervalProblem& problem,
   return tolerances;
 }
 
-// The tolerance of a derivative by a parameter of 1e-8 would else be 1e8 times that of states,
-// above all that the derivative is.
+// For a parameter of 1e-8, the tolerance of its sensitivity would otherwise be 1e8 times that of
+// states, more than the sensitivity itself.
 constexpr double smallest_scale = 1e-3;
 
 double direction_scale(const IntervalProblem& problem, const double* w, int column) {

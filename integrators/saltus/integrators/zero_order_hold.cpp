@@ -1,12 +1,12 @@
-// With xi = (x | u | delta | 1), delta = c1 - c0 for linear inputs (absent for constant ones), the
-// interval in scaled time s in [0, 1] is linear and autonomous:
+// Let xi = (x | u | delta | 1) with delta = c1 - c0 for linear inputs (absent for constant ones).
+// The interval in scaled time s in [0, 1] is linear and autonomous:
 //        [ hA  hB  0  ha ]
 //   M =  [  0   0  I   0 ]      xi(0) = v = (x0 | c0 | c1 - c0 | 1)
 //        [  0   0  0   0 ]
 //        [  0   0  0   0 ]
-// x(h) = T v, T the first nx rows of exp(M); L = xi' Q xi with Q from value, gradient and Hessian
-// of the cost at the origin, q = v' G v, G = int exp(Ms)' hQ exp(Ms) ds. See affine_flow.hpp for
-// the exponential, and framework/design/integrators.md.
+// x(h) = T v, where T is the first nx rows of exp(M). L = xi' Q xi with Q from value, gradient and
+// Hessian of the cost at the origin; q = v' G v, G = int exp(Ms)' hQ exp(Ms) ds. affine_flow.hpp
+// has the exponential; see also framework/design/integrators.md.
 #include "saltus/integrators/zero_order_hold.hpp"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@
 namespace saltus {
 namespace {
 
-constexpr int cached_discretisations = 4;  // both parts of a split interval and two whole ones
+constexpr int cached_discretisations = 4;  // two for a split interval and two for whole intervals
 
 std::string entry_name(const Arguments& sizes, int i) {
   if (i == sizes.t()) return "t";
@@ -33,7 +33,7 @@ std::string entry_name(const Arguments& sizes, int i) {
   return fmt::format("p[{}]", i - sizes.p());
 }
 
-// Set-up checks of the form of f and L.
+// Checks the form of f and L at set-up.
 class StructureCheck {
  public:
   explicit StructureCheck(const IntervalProblem& problem) : problem_(problem) {
@@ -62,7 +62,7 @@ class StructureCheck {
   }
 
  private:
-  // Derivatives of a formula at arguments of order one agree this well when they are constant.
+  // Constant derivatives at arguments of order one agree to this accuracy.
   static constexpr double rounding = 1e-10;
   static constexpr int points = 6;
   static constexpr const char* remedy =
@@ -88,7 +88,7 @@ class StructureCheck {
   }
 
   VectorXd random_parameters() {
-    // Positive and of order one, as masses, lengths and stiffnesses are.
+    // Positive and of order one, like masses, lengths and stiffnesses.
     std::uniform_real_distribution<double> uniform(0.5, 1.5);
     VectorXd p(problem_.arguments.np);
     for (double& value : p) value = uniform(random_);
@@ -96,7 +96,7 @@ class StructureCheck {
   }
 
   static bool agree(const MatrixXd& a, const MatrixXd& b) {
-    if (!a.allFinite() || !b.allFinite() || a.size() == 0) return true;  // cannot judge here
+    if (!a.allFinite() || !b.allFinite() || a.size() == 0) return true;  // not comparable here
     const double scale = std::max({1.0, a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff()});
     return (a - b).cwiseAbs().maxCoeff() <= rounding * scale;
   }
@@ -122,7 +122,7 @@ class StructureCheck {
         const VectorXd from = random_point(p), to = random_point(p);
         const MatrixXd a = cost.dense_hessian(from, weights).topLeftCorner(n, n);
         const MatrixXd b = cost.dense_hessian(to, weights).topLeftCorner(n, n);
-        // A kink leaves the Hessian alone but breaks the gradient's linearity.
+        // A kink does not change the Hessian but makes the gradient nonlinear.
         const VectorXd slope_change =
             (cost.dense_jacobian(to) - cost.dense_jacobian(from)).row(i).head(n).transpose();
         if (!agree(a, b) || !agree(slope_change, a * (to - from).head(n))) return i;
@@ -132,7 +132,7 @@ class StructureCheck {
   }
 
   const IntervalProblem& problem_;
-  std::mt19937 random_{20240229};  // any fixed seed
+  std::mt19937 random_{20240229};  // fixed seed
 };
 
 // The matrices of one pair (h, p).
@@ -226,7 +226,7 @@ class ZeroOrderHold final : public Integrator {
     return finish(*d, end);
   }
 
-  bool follows_running_costs() const override { return false; }  // quadratic forms are kept
+  bool follows_running_costs() const override { return false; }  // quadratic forms are stored
   bool has_hessian() const override { return parameters_.empty(); }
 
   IntegrationStatus hessian(const double* w, const double* weights, MatrixXd& hessian,
@@ -238,14 +238,14 @@ class ZeroOrderHold final : public Integrator {
     load_start(w);
     curvature_.setZero();
     for (int i = 0; i < nq_; ++i) curvature_ += (2.0 * weights[nx_ + i]) * d->integral[i];
-    // Rows of v, then their columns, to w.
+    // Map the rows of v, then its columns, to w.
     for (int row = 0; row + 1 < size_; ++row) {
       gradient_ = curvature_.row(row).transpose();
       place_row(gradient_, [&](int column, double g) {
         place_entry(row, [&](int target, double sign) { hessian(target, column) += sign * g; });
       });
     }
-    // The two triangles were added in different order: make them equal to the last digit.
+    // The two triangles were summed in different order: make them equal.
     for (int row = 0; row < hessian.rows(); ++row)
       for (int column = 0; column < row; ++column) hessian(column, row) = hessian(row, column);
     if (time() == 0 || curvature == Curvature::gauss_newton) return IntegrationStatus::success;
@@ -268,7 +268,7 @@ class ZeroOrderHold final : public Integrator {
   }
 
  private:
-  // x' = A x + B u + a as one row block over (x | u | 1).
+  // x' = A x + B u + a as one block row over (x | u | 1).
   struct Model {
     RowMajorMatrix rows;
     void resize(int nx, const Arguments& sizes) { rows.setZero(nx, sizes.nx + sizes.nu + 1); }
@@ -288,18 +288,18 @@ class ZeroOrderHold final : public Integrator {
     v_[size_ - 1] = 1.0;
   }
 
-  // put(column of w, factor) for everything that entry `i` of v depends on.
+  // Calls put(column of w, factor) for every entry of w on which entry `i` of v depends.
   template <class Put>
   void place_entry(int i, Put&& put) const {
     if (i < nx_ + nu_) {
-      put(i, 1.0);  // states and first coefficients come first in w, too
+      put(i, 1.0);  // states and first coefficients are first in w, too
     } else {
       put(i, 1.0);
       put(i - nu_, -1.0);  // delta = c1 - c0
     }
   }
 
-  // Gradient in v to gradient in (x0 | c): put(column of w, value).
+  // Maps a gradient in v to one in (x0 | c): put(column of w, value).
   template <class Put>
   void place_row(const VectorXd& gradient, Put&& put) const {
     for (int i = 0; i < nx_; ++i) put(i, gradient[i]);
@@ -339,7 +339,7 @@ class ZeroOrderHold final : public Integrator {
     const double h = key_.back();
     read_model();
 
-    // One run per extra direction; each also yields the undifferentiated matrices.
+    // One evaluation per extra direction. Each also computes the undifferentiated matrices.
     const int np = static_cast<int>(parameters_.size());
     const int runs = np + time();
     for (int k = 0; k < std::max(runs, 1); ++k) {
@@ -372,7 +372,7 @@ class ZeroOrderHold final : public Integrator {
     return &d;
   }
 
-  // scale [A B 0 a] and, if asked, the identity that makes u grow by delta.
+  // Writes scale [A B 0 a] and, with `ramp`, the identity that makes u grow by delta.
   void fill_generator(double scale, const RowMajorMatrix& rows, RowMajorMatrix& m,
                       bool ramp) const {
     for (int r = 0; r < nx_; ++r) {
@@ -383,7 +383,7 @@ class ZeroOrderHold final : public Integrator {
       for (int i = 0; i < nu_; ++i) m(nx_ + i, nx_ + nu_ + i) = 1.0;
   }
 
-  // A form over (x | u | 1) written into xi.
+  // Writes a form over (x | u | 1) into one over xi.
   void fill_form(double scale, const RowMajorMatrix& form, RowMajorMatrix& q) const {
     const int n = nx_ + nu_;
     for (int r = 0; r <= n; ++r)
@@ -391,9 +391,9 @@ class ZeroOrderHold final : public Integrator {
         q(r == n ? size_ - 1 : r, c == n ? size_ - 1 : c) = scale * form(r, c);
   }
 
-  // Values, slopes and curvatures of f and L at the origin, and their derivatives with respect to
-  // parameters: an affine (quadratic) function is known from its derivatives at 0 and at the units.
-  // The model of another length is the same.
+  // Reads values, slopes and curvatures of f and L at the origin, and their parameter derivatives.
+  // Derivatives at the origin and at unit points determine an affine or quadratic function. The
+  // model does not depend on the length.
   void read_model() {
     if (knows_model_ && std::equal(read_.begin(), read_.end(), key_.begin())) return;
     knows_model_ = false;  // in case a formula throws
@@ -417,7 +417,7 @@ class ZeroOrderHold final : public Integrator {
     }
   }
 
-  // at = -1: the origin; else the unit point of entry `at` of (x | u).
+  // at = -1: the origin, otherwise the unit point of entry `at` of (x | u).
   void read_dynamics(int at) {
     const int n = nx_ + nu_;
     const Function& f = problem().dynamics;
@@ -465,11 +465,11 @@ class ZeroOrderHold final : public Integrator {
       unit_.setZero();
       unit_[i] = 1.0;
       cost.hessian(z_.data(), unit_.data(), hessian_entries_.data(), Curvature::exact);
-      if (at >= 0)  // column `at` of the curvature's slope: difference to the gradient's slope at 0
+      if (at >= 0)  // column `at` of the curvature's slope, as a difference from the origin
         for (auto& slopes : cost_slope_)
           for (int c = 0; c < n; ++c) slopes[i](c, at) = -slopes[i](c, n);
       cost.hessian_pattern().for_each([&](int r, int c, int e) {
-        // Lower triangle: r >= c, and parameters come last.
+        // Lower triangle with r >= c. Parameters come last.
         if (c < 1 || c >= sizes_.p()) return;
         if (r < sizes_.p()) {
           if (at < 0) cost_[i](r - 1, c - 1) = cost_[i](c - 1, r - 1) = 0.5 * hessian_entries_[e];
@@ -487,21 +487,21 @@ class ZeroOrderHold final : public Integrator {
     }
   }
 
-  IntervalField field_;  // checks the sizes of the functions before anything reads them
+  IntervalField field_;  // checks the sizes of the functions before their first use
   Arguments sizes_;
   IntervalArguments place_;
   int nx_, nu_, nq_;
   bool linear_;
-  int size_;  // of xi
+  int size_;  // size of xi
   AffineFlow work_;
-  std::vector<int> parameters_;  // differentiated ones
+  std::vector<int> parameters_;  // indices of parameters with derivatives
   Model model_;
   std::vector<Model> model_slope_;
   std::vector<RowMajorMatrix> cost_;                     // Q over (x | u | 1)
   std::vector<std::vector<RowMajorMatrix>> cost_slope_;  // [parameter][cost]
   std::array<Discretisation, cached_discretisations> cache_;
   int oldest_ = 0;
-  std::vector<double> read_;  // parameters of the model that is known
+  std::vector<double> read_;  // parameters of the current model
   bool knows_model_ = false;
   std::vector<double> key_, outputs_, entries_, hessian_entries_;
   VectorXd z_, unit_, v_, gradient_, end_;
