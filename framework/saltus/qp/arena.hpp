@@ -1,19 +1,19 @@
-// Memory that is sized once and handed out anew in every solve.
+// Memory that is allocated once and reused by every solve.
 #pragma once
 
 #include <cstddef>
 
 namespace saltus::qp {
 
-/// Hands out pieces of an array, each on a boundary of 64 bytes where T is double and the storage
-/// begins on one.
+/// Hands out consecutive pieces of an array. With T = double and aligned storage, every piece
+/// starts on a 64-byte boundary.
 template <class T, class Storage>
 class Arena {
  public:
   Arena() = default;
   explicit Arena(std::size_t capacity) : storage_(capacity), capacity_(capacity) {}
   void reset() { used_ = 0; }
-  /// nullptr where the capacity does not suffice.
+  /// Returns the next `count` elements, or nullptr if the capacity is exhausted.
   T* take(int count) {
     const std::size_t step = (static_cast<std::size_t>(count) + 7) / 8 * 8;
     if (used_ + step > capacity_) return nullptr;

@@ -1,4 +1,4 @@
-// Mehrotra's predictor-corrector method for convex quadratic programs, for any linear algebra that
+// Mehrotra's predictor-corrector method for convex quadratic programs, with any linear algebra that
 // models KktSystem. Notation and derivation: framework/design/riccati.md.
 #pragma once
 
@@ -24,8 +24,9 @@ namespace saltus::qp {
 template <KktSystem System>
 class InteriorPoint {
  public:
-  /// Largest sizes of the systems to be solved, padding included. Nothing allocates later. Of
-  /// `active_set_rounds` see ipm_active_set.hpp: warm starts of convex programs try so many first.
+  /// Takes the largest sizes of the systems to be solved, padding included; later calls do not
+  /// allocate. Warm starts of convex programs first try up to `active_set_rounds` rounds, see
+  /// ipm_active_set.hpp.
   InteriorPoint(int variables, int equalities, int sides, int active_set_rounds = 0)
       : active_set_rounds_(active_set_rounds),
         point_(variables, equalities, sides),
@@ -42,11 +43,11 @@ class InteriorPoint {
         active_set_(variables, equalities, sides),
         certificates_(variables, equalities, sides) {}
 
-  /// The start is read from it (with `warm`, v, y and lambda; otherwise v), and the last iterate
-  /// is left in it.
+  /// Start and result. A warm start reads v, y and lambda, a cold start reads v. After solve() it
+  /// holds the last iterate.
   Iterate& point() { return point_; }
 
-  /// What breaks down numerically is tried once more from the other kind of start.
+  /// After a numerical failure, solves once more from the other kind of start.
   QpResult solve(System& system, const QpOptions& options, WallClock::time_point deadline,
                  bool warm) {
     newton_.reset();  // not between the two attempts: lifts that the first has come to are kept
@@ -118,16 +119,18 @@ class InteriorPoint {
   }
 
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  // Centrality correctors (Gondzio) where the step is short, and what they must bring.
+  // Centrality correctors (Gondzio) for short steps, and the gain in step length that they must
+  // bring.
   static constexpr int centrality_corrections = 1;
   static constexpr double short_step = 0.9, hoped_gain = 0.2, least_gain = 0.01;
-  // After a step as short as this a proof that there is no solution is looked for.
+  // Steps shorter than this trigger the search for a certificate that there is no solution.
   static constexpr double suspicious_step = 0.05;
-  // Mehrotra's method can cycle. Once mu has not fallen for this long, iterates are held nearer to
-  // the central path.
+  // Mehrotra's method can cycle. If mu has not fallen for `cycle` steps, iterates are kept closer
+  // to the central path.
   static constexpr int cycle = 4, most_caution = 2;
   static constexpr double hoped_fall = 0.9, cautious_centring = 0.3;
-  static constexpr double centred_step = 0.99;  // leaves the products near one another
+  // a step of this length leaves the products well centred
+  static constexpr double centred_step = 0.99;
   static constexpr int most_halvings = 8;
   static constexpr double expected_fall = 0.1;
   static constexpr double second_order[] = {1.0, 0.5, 0.0};  // fraction, by caution
@@ -151,7 +154,7 @@ class InteriorPoint {
     return convergence_.reached(system, point_, residuals_);
   }
 
-  // In work_ are the values of the sides: see starts_at_optimum().
+  // Expects G v in work_: see starts_at_optimum().
   bool ends_by_active_set(System& system, const QpOptions& options,
                           WallClock::time_point deadline) {
     const int most = std::min(active_set_rounds_, options.max_iterations);
@@ -170,7 +173,7 @@ class InteriorPoint {
 
   bool begin(System& system, const QpOptions& options, bool warm) {
     if (warm) {
-      // In work_ are the values of the sides: see starts_at_optimum().
+      // starts_at_optimum() left G v in work_.
       start_warm(system, options.warm_barrier, work_, point_, row_size_);
       residuals_.reset(system);
       return true;
@@ -195,7 +198,8 @@ class InteriorPoint {
     return done;
   }
 
-  // The last step points where the iterates run to, even before they have got there.
+  // The last step points in the direction of divergence before the iterates have grown, so it is
+  // checked too.
   bool has_no_solution(System& system, QpStatus& status) {
     if (is_unbounded(system, point_.v, certificates_) ||
         is_unbounded(system, step_.v, certificates_)) {
@@ -211,7 +215,7 @@ class InteriorPoint {
       status = QpStatus::infeasible;
     } else if (prove(step_)) {
       status = QpStatus::infeasible;
-      // Whoever asks why finds the certificate in the multipliers.
+      // The multipliers report the infeasibility certificate.
       std::copy_n(step_.y.data(), system.equalities(), point_.y.data());
       for (int i = 0; i < system.sides(); ++i)
         point_.lambda[i] = std::fmax(step_.lambda[i], 0.0) * system.active()[i];
@@ -223,11 +227,11 @@ class InteriorPoint {
     const Residuals& r = residuals_.at_point();
     const int soft = system.first_soft(), sides = system.sides();
     if (!factor(system, residuals_.lost_digits())) return false;
-    // Predictor: all products to zero.
+    // Predictor: targets zero for all products.
     predictor_target(system, point_, target_);
     newton_.solve(system, point_, r, target_, step_);
     const double affine = std::fmin(1.0, largest_step(point_, step_, soft, sides));
-    // Corrector: products to `wanted`, with the second-order term of the predictor.
+    // Corrector: targets `wanted` for the products, with the second-order term of the predictor.
     const double after = mean_product_after(system, point_, step_, affine, residuals_.products());
     watch_for_cycles(r.mu);
     const double least_centring = caution_ > 0 ? cautious_centring : 0.0;
@@ -247,7 +251,7 @@ class InteriorPoint {
       length = std::fmax(length, longer);
       if (!helps) break;
     }
-    // As long as rows are missed, multipliers may have to grow.
+    // While rows are violated, the multipliers may have to grow.
     const bool only_products = r.feasibility <= convergence_.tolerance();
     if (caution_ == most_caution && only_products) length = descending(system, length);
     if (length > centred_step) caution_ = 0;
@@ -255,7 +259,7 @@ class InteriorPoint {
     return true;
   }
 
-  // Shortened until the products fall as a step of this length lets expect.
+  // Halves the step length until the products decrease as expected for that length.
   double descending(System& system, double length) const {
     const double mu = residuals_.at_point().mu;
     for (int halvings = 0; halvings < most_halvings; ++halvings) {
@@ -301,7 +305,7 @@ class InteriorPoint {
   int caution_ = 0;
   double least_mu_ = infinite, last_step_ = 1.0;
   int steps_without_fall_ = 0;
-  int rounds_ = 0;  // of the active set
+  int rounds_ = 0;  // rounds of the active set
 };
 
 }  // namespace saltus::qp

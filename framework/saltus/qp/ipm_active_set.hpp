@@ -1,7 +1,6 @@
-// Warm starts beside the optimum: Newton's method on the conditions of the optimum with the
-// inequalities that the neighbour's multipliers say are in force (the primal-dual active set
-// method; Hintermüller, Ito and Kunisch, 2002), proximal in the multipliers. Derivation:
-// framework/design/riccati.md.
+// Warm starts close to the optimum: Newton's method on the optimality conditions with the active
+// set that the given multipliers indicate. This is the primal-dual active set method (Hintermüller,
+// Ito and Kunisch, 2002), proximal in the multipliers. Derivation: framework/design/riccati.md.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +10,12 @@
 
 namespace saltus::qp {
 
-/// With multipliers from before as centre, a side answers a gap G v - beta by the multiplier
-/// max(0, centre - weight gap), a soft one that has reached its penalty by the slope that its
-/// violation has. Between the sides that come and go this is linear: a round is one factorisation
-/// and one solve. Nothing promises that rounds end. Where they do, they do so at the optimum after
-/// one or two; where the first one has many sides come and go, an interior point is the better way.
-/// It begins where that round has come to, which meets the dynamics of this program.
+/// With the previous multipliers as centre, a side maps the gap G v - beta to the multiplier max(0,
+/// centre - weight gap). A soft side at its penalty follows the slope of the penalty instead. For a
+/// fixed active set this map is linear: a round is one factorisation and one solve. Convergence is
+/// not guaranteed. If the rounds converge, they usually do so within one or two. If the first round
+/// changes many sides, the interior-point method is faster. It then starts from the result of that
+/// round, which satisfies the dynamics of the current program.
 template <KktSystem System>
 class ActiveSetRounds {
  public:
@@ -33,16 +32,17 @@ class ActiveSetRounds {
         step_y_(equalities),
         given_lambda_(sides) {}
 
-  /// From v, y and lambda of the point, with `values` = G v. True where rounds have ended with all
-  /// sides met to the tolerance and `is_optimum()` agrees; else y and lambda are as they were, and
-  /// v is that of the first round if there was one. `stop()` is asked before each round.
+  /// Starts from v, y and lambda of the point, with `values` = G v. Returns true if the rounds
+  /// converged with all sides satisfied to the tolerance and `is_optimum()` confirms it. Otherwise
+  /// y and lambda are unchanged, and v is that of the first round if there was one. Each round
+  /// first checks `stop()`.
   template <class Stop, class Check>
   bool solve(System& system, double tolerance, int most, const AlignedArray& values, Iterate& p,
              const Stop& stop, const Check& is_optimum) {
     remember(system, p);
     const int sides = system.sides();
     std::copy_n(p.lambda.data(), sides, centre_.data());
-    std::fill_n(weights_.data(), sides, -1.0);  // none that a side could have
+    std::fill_n(weights_.data(), sides, -1.0);  // a weight that no side can have
     for (int i = 0; i < sides; i += lanes)
       store(&gap_[i], load(&values[i]) - load(system.beta() + i));
     int changes = respond(system, p);
@@ -59,23 +59,24 @@ class ActiveSetRounds {
       if (solves == 0 && changes > most_changes) break;
       if (changes > 0) continue;
       if (meets_sides(system, tolerance, p) && is_optimum()) return true;
-      // The sides are found; what their finite weight leaves of the gaps goes to the multipliers.
+      // The active set is found. The multipliers absorb the gaps that the finite weight leaves.
       std::copy_n(p.lambda.data(), sides, centre_.data());
       changes = respond(system, p);
     }
     give_back(system, p);
     return false;
   }
-  /// Factorisations of the last solve().
+  /// Number of factorisations of the last solve().
   int rounds() const { return rounds_; }
 
  private:
-  // In units of the cost, per unit of the row squared. A larger one gives sides that contradict one
-  // another for a moment multipliers that later rounds do not forget; with a smaller one gaps take
-  // more solves to close. From 300 to 3000 nothing changes.
+  // In units of the cost per squared unit of the row. If the weight is larger, temporarily
+  // contradictory sides get multipliers that later rounds do not correct. If it is smaller, closing
+  // the gaps takes more solves. Results are the same from 300 to 3000.
   static constexpr double weight = 1e3;
   static constexpr int most_changes = 5, most_solves = 10;
-  static constexpr double gap_fraction = 0.1;  // of the tolerance, for what missed sides are worth
+  // fraction of the tolerance that is allowed for gap x multiplier
+  static constexpr double gap_fraction = 0.1;
 
   void remember(System& system, const Iterate& p) {
     std::copy_n(p.v.data(), system.variables(), first_v_.data());
@@ -88,7 +89,7 @@ class ActiveSetRounds {
     std::copy_n(given_lambda_.data(), system.sides(), p.lambda.data());
   }
 
-  // Multipliers for the present gaps, and their slopes as weights; how many weights are new.
+  // Computes multipliers and weights for the current gaps. Returns the number of changed weights.
   int respond(System& system, Iterate& p) {
     const Lanes none{}, one = broadcast(1.0), stiff = broadcast(weight);
     Lanes changed{};
@@ -124,7 +125,7 @@ class ActiveSetRounds {
     for (int i = 0; i < size; i += lanes) store(&to[i], load(&to[i]) + load(&step[i]));
   }
 
-  // Hard sides; those that are held, with what they are worth to the cost.
+  // Checks the violation of hard sides and the products gap x multiplier of active sides.
   bool meets_sides(System& system, double tolerance, const Iterate& p) const {
     Lanes missed{}, worth{};
     for (int i = 0; i < system.sides(); i += lanes) {
@@ -133,7 +134,7 @@ class ActiveSetRounds {
         missed = larger(missed, -gap);
         worth += magnitude(gap) * lambda;
       } else {
-        // Between the penalty's corner and zero the side is held.
+        // A soft side with a multiplier between 0 and l1 is active.
         worth += lambda < load(system.l1() + i) ? magnitude(gap) * lambda : Lanes{};
       }
     }

@@ -1,4 +1,4 @@
-// Proofs that a quadratic program has no solution, looked for when the iterates run away.
+// Certificates that a quadratic program has no solution, checked when the iterates diverge.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 
 namespace saltus::qp {
 
-/// Work space of the two checks, and the multipliers that came nearest to a proof that there is no
-/// feasible point. In `lambda` are those of the last one.
+/// Work space of the two checks, and the multipliers that came closest to proving infeasibility.
+/// `lambda` holds the multipliers of the last check.
 struct CertificateSpace {
   CertificateSpace(int variables, int equalities, int sides)
       : zero_v(variables),
@@ -28,26 +28,28 @@ struct CertificateSpace {
   AlignedArray zero_v, zero_y, zero_lambda, lambda, cost_gradient, gradient, direction;
   AlignedArray equality, side, row_size;
   AlignedArray best_y, best_lambda;
-  double best_multiple = 0.0;  ///< within this multiple of the size they leave no point
+  double best_multiple = 0.0;  ///< radius of the proof, as a multiple of the expected size of v
 };
 
-/// No point within this radius about the iterate satisfies the rows: taken as infeasible. At least
-/// the first, and the second as a multiple of the size that v has or must have for a single row.
+/// The program counts as infeasible if no point within this radius around the iterate satisfies the
+/// rows. The radius must be at least the first value, and at least the second one times the size
+/// that v has or that a single row requires.
 inline constexpr double certified_radius = 1e8, certified_multiple = 1e5;
-/// Once every attempt to find an optimum has broken down: of that size, or of that of the sides.
+/// The multiple if every attempt to find an optimum has broken down. The size then includes that of
+/// the sides.
 inline constexpr double certified_multiple_at_end = 1e3;
 
-/// Whether these multipliers may pass is_infeasible() at all: what the residuals of the iterate,
-/// with slacks s, tell of lambda'beta - y'e seen from there. As a rule it is far below zero.
+/// Cheap test whether these multipliers can pass is_infeasible(). It estimates lambda'beta - y'e
+/// from the residuals of the iterate with slacks s. The estimate is usually far below zero.
 template <class System>
 bool may_prove(System& system, const Residuals& r, const AlignedArray& s, const Iterate& of) {
-  constexpr double doubt = 1e-3;  // residuals may be those that steps let expect
+  constexpr double doubt = 1e-3;  // the residuals may be extrapolated instead of evaluated
   Lanes value{}, size{};
   const auto add = [&](const Lanes& term) {
     value += term;
     size += magnitude(term);
   };
-  // The last vector of hard sides is whole: soft ones begin a vector of their own.
+  // The last vector contains hard sides only: soft sides start at a new vector.
   for (int i = 0; i < system.first_soft(); i += lanes)
     add(-larger(load(&of.lambda[i]), Lanes{}) * load(system.active() + i) *
         (load(&r.side[i]) + load(&s[i])));
@@ -55,21 +57,21 @@ bool may_prove(System& system, const Residuals& r, const AlignedArray& s, const 
   return !(sum(value) <= -doubt * sum(size));
 }
 
-/// Farkas: multipliers lambda >= 0 and y with E'y - G'lambda = 0 and lambda'beta - y'e > 0. What
-/// is left of the first is weighed against the second over a ball about the iterate v. Soft sides
-/// can be missed, so they prove nothing. Negative multipliers are left out.
+/// Farkas certificate: multipliers lambda >= 0 and y with E'y - G'lambda = 0 and lambda'beta - y'e
+/// > 0. The remainder of the first equation is compared with the second over a ball around the
+/// iterate v. Soft sides can be violated and prove nothing. Negative multipliers are set to zero.
 template <class System>
 bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
                    const AlignedArray& lambda, CertificateSpace& w) {
   for (int i = 0; i < system.sides(); ++i)
     w.lambda[i] = i < system.first_soft() ? std::fmax(lambda[i], 0.0) * system.active()[i] : 0.0;
-  // Without H v + g, in which small differences would be lost.
+  // H v + g is left out: small differences would be lost in it.
   system.apply(w.zero_v.data(), y.data(), w.lambda.data(), w.gradient.data(), w.equality.data(),
                w.side.data());
   system.evaluate(v.data(), w.zero_y.data(), w.zero_lambda.data(), w.cost_gradient.data(),
                   w.equality.data(), w.side.data());
   system.row_sizes(w.row_size.data());
-  // Seen from v: lambda'(beta - G v) + y'(E v - e) > (E'y - G'lambda)'d for all d of the ball.
+  // Relative to v: lambda'(beta - G v) + y'(E v - e) > (E'y - G'lambda)'d for all d in the ball.
   double value = 0.0, rest = 0.0, size = 1.0, multipliers = 0.0, sides = 0.0;
   for (int i = 0; i < system.first_soft(); ++i) {
     const double missing = system.beta()[i] - w.side[i];
@@ -88,10 +90,10 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
     rest += std::fabs(w.gradient[i]);
     size = std::fmax(size, std::fabs(v[i]));
   }
-  // Where the rows hold up to rounding there is nothing to prove.
+  // Rows that hold up to rounding cannot prove infeasibility.
   constexpr double held = 1e-9;
   if (!(value > held * size * multipliers)) return false;
-  // Sides that are far away tell that v may be, too.
+  // If the sides are large, v may be large as well.
   const double expected = std::fmax(size, sides);
   const double multiple = value / (expected * std::fmax(rest, std::numeric_limits<double>::min()));
   if (multiple > w.best_multiple) {
@@ -103,9 +105,9 @@ bool is_infeasible(System& system, const AlignedArray& v, const AlignedArray& y,
   return value > radius * rest;
 }
 
-/// Whether d = v / |v| is a direction with E d = 0, G d >= 0 (hard sides) and either H d = 0 and
-/// g'd < 0 or d'H d < 0. What they may differ from zero lets the cost fall at least until v is of
-/// size 1 / nearly_zero. Only asked where |v| has run away.
+/// True if d = v / |v| satisfies E d = 0, G d >= 0 (hard sides) and either H d = 0 and g'd < 0, or
+/// d'H d < 0. The tolerance lets the cost fall at least until v has the size 1 / nearly_zero.
+/// Checked only if |v| has diverged.
 template <class System>
 bool is_unbounded(System& system, const AlignedArray& v, CertificateSpace& w) {
   constexpr double nearly_zero = 1e-9, downhill = 1e-6, far = 1e6, bent = 1e-3;

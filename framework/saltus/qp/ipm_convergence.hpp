@@ -1,4 +1,4 @@
-// When the interior-point method has arrived, and when it will not get any further.
+// Termination criteria of the interior-point method: convergence and stagnation.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,11 @@
 
 namespace saltus::qp {
 
-/// Three things are asked of an optimum: residuals below the tolerance, rows and bounds met to the
-/// tolerance whatever the multipliers are, and a duality gap, the sum of the products, below the
-/// tolerance relative to the cost. Rounding may forbid the last digits where multipliers are large:
-/// the best point that meets the tolerance in units of the multipliers is kept, and is the answer
-/// if nothing better comes.
+/// An optimum needs three properties: residuals below the tolerance, rows and bounds satisfied to
+/// the tolerance regardless of the multipliers, and a duality gap (the sum of the products) below
+/// the tolerance relative to the cost. With large multipliers, rounding may prevent the last
+/// digits. The best point that meets the tolerance in units of the multipliers is therefore kept,
+/// and returned if the iteration finds no better one.
 template <KktSystem System>
 class Convergence {
  public:
@@ -28,7 +28,7 @@ class Convergence {
     has_best_ = false;
   }
 
-  /// To be told before each iteration.
+  /// Must be called before each iteration.
   void weigh_multipliers(System& system, const Iterate& p) {
     const double scale = std::fmax(largest_magnitude(p.y, system.equalities()),
                                    largest_magnitude(p.lambda, system.sides()));
@@ -36,17 +36,17 @@ class Convergence {
     acceptable_ = requested_ * std::clamp(scale, 1.0, largest_multiplier);
     has_run_away_ = !(scale <= largest_multiplier);
   }
-  /// Whether multipliers are as large as those of problems without a solution.
+  /// True if the multipliers are as large as in problems without a solution.
   bool has_run_away() const { return has_run_away_; }
   double tolerance() const { return tolerance_; }
   double acceptable() const { return acceptable_; }
-  /// Products are not driven further down than this: it would only cost digits.
+  /// Lower limit of the products: smaller ones only cost digits.
   double least_product(double products) const {
     return std::clamp(gap_of_floor * requested_ / std::fmax(products, 1.0),
                       least_floor * requested_, largest_floor * requested_);
   }
 
-  /// Whether this is the optimum; if not, the point is kept where it is the best so far.
+  /// True if the point is optimal. Otherwise keeps the point if it is the best so far.
   bool reached(System& system, const Iterate& p, const ResidualTracker<System>& tracker) {
     const Residuals& r = tracker.at_point();
     if (!tracker.exact() || !(r.largest <= acceptable_) || r.feasibility > requested_) return false;
@@ -67,7 +67,7 @@ class Convergence {
     return false;
   }
 
-  /// False when nothing has improved for too long, or nothing is left to improve.
+  /// False if nothing has improved for too many iterations, or nothing is left to improve.
   bool goes_on(const Residuals& r) {
     double& least = has_best_ ? least_shortfall_ : least_residual_;
     const double now = has_best_ ? best_shortfall_ : r.largest;
@@ -77,7 +77,7 @@ class Convergence {
   }
 
   bool has_best() const { return has_best_; }
-  /// Exchanges the point for the best one.
+  /// Swaps the point with the best one.
   void restore(Iterate& p, double& residual, double& feasibility) {
     std::swap(p.v, best_.v);
     std::swap(p.y, best_.y);
@@ -88,12 +88,12 @@ class Convergence {
 
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  // A side with a multiplier of a million cannot be met to 1e-8 / 1e6: rounding forbids it. Beyond
-  // the first size the tolerance grows with the multipliers, up to the second. Multipliers beyond
-  // that are those of a problem without a solution.
+  // Rounding prevents a side with a multiplier of 1e6 from being satisfied to 1e-8 / 1e6. Above
+  // `large_multiplier` the tolerance grows with the multipliers, up to `largest_multiplier`. Larger
+  // multipliers indicate a problem without a solution.
   static constexpr double large_multiplier = 1e4, largest_multiplier = 1e7;
   static constexpr double largest_relief = largest_multiplier / large_multiplier;
-  // Of the mean product, so that the largest ones are not all there are.
+  // Fraction of the mean product, so that the largest products do not dominate.
   static constexpr double enough_on_average = 1e-2;
   static constexpr double gap_fraction = 0.3, gap_of_floor = 0.1;
   static constexpr double least_floor = 1e-5, largest_floor = 2e-3;

@@ -1,8 +1,8 @@
-// What a step of the interior-point method aims at, and how the sides enter the condensed system.
+// Targets of an interior-point step, and the sides in the condensed system.
 //
-// A target is, per side, the product to be removed over s: (s lambda - wanted) / s, so that
+// The target of a side is the product to be removed divided by s: (s lambda - wanted) / s. It gives
 // dlambda = -target - W ds with W = lambda / s. On soft sides the violation t is eliminated too:
-// D = l2 + W + tau / t, and what remains has weight W (D - W) / D.
+// with D = l2 + W + tau / t, the condensed weight is W (D - W) / D.
 #pragma once
 
 #include <algorithm>
@@ -11,16 +11,16 @@
 
 namespace saltus::qp {
 
-/// Changes of smaller slacks drown in the rounding of the rows.
+/// Below this slack, changes are lost in the rounding of the rows.
 inline constexpr double tiny_slack = 1e-11;
 
-/// Mehrotra's centring: the better the predictor alone would do, the less is kept.
+/// Mehrotra's centring parameter: it decreases with the progress of the predictor.
 inline double centring(double mu, double mu_after_predictor) {
   const double ratio = mu > 0.0 ? std::clamp(mu_after_predictor / mu, 0.0, 1.0) : 0.0;
   return ratio * ratio * ratio;
 }
 
-/// Condensed weights of the sides; returns the largest.
+/// Computes the condensed weights of the sides and returns the largest.
 template <class System>
 double weigh(System& system, const Iterate& p, AlignedArray& weights) {
   Lanes most{};
@@ -39,7 +39,7 @@ double weigh(System& system, const Iterate& p, AlignedArray& weights) {
   return largest(most);
 }
 
-/// Target of the predictor: all products to zero.
+/// Target of the predictor: zero for all products.
 template <class System>
 void predictor_target(System& system, const Iterate& p, SideTarget& target) {
   for (int i = 0; i < system.sides(); i += lanes) store(&target.side[i], load(&p.lambda[i]));
@@ -47,7 +47,7 @@ void predictor_target(System& system, const Iterate& p, SideTarget& target) {
     store(&target.soft[i], load(&p.tau[i]) * load(system.active() + i));
 }
 
-/// Target of the corrector: products to `wanted`, second-order term included.
+/// Target of the corrector: `wanted` for all products, with the second-order term.
 template <class System>
 void corrector_target(System& system, const Iterate& p, const Iterate& predictor, double wanted,
                       double second_order, SideTarget& target) {
@@ -64,8 +64,8 @@ void corrector_target(System& system, const Iterate& p, const Iterate& predictor
   }
 }
 
-/// Gondzio's centrality corrector: products that a step of this length would leave far from
-/// `wanted` are drawn to within a factor of ten of it.
+/// Gondzio's centrality corrector: moves products that a step of this length would leave far from
+/// `wanted` to within a factor of ten of it.
 template <class System>
 void centrality_target(System& system, const Iterate& p, const Iterate& step, double length,
                        double wanted, SideTarget& target) {
@@ -98,7 +98,7 @@ Lanes soft_offset(System& system, const Iterate& p, const Residuals& r, const Si
   return load(&target.side[i]) - w * e / D;
 }
 
-/// The part of dlambda = -offset - weight (G dv + residual) that does not depend on dv.
+/// Computes the part of dlambda = -offset - weight (G dv + residual) that does not depend on dv.
 template <class System>
 void side_offset(System& system, const Iterate& p, const Residuals& r, const SideTarget& target,
                  AlignedArray& offset) {
@@ -107,7 +107,7 @@ void side_offset(System& system, const Iterate& p, const Residuals& r, const Sid
     store(&offset[i], soft_offset(system, p, r, target, i));
 }
 
-/// gradient = what the sides add to the right-hand side before G': offset + W residual.
+/// Computes gradient = offset + W residual, which G' then adds to the right-hand side.
 template <class System>
 void side_gradient(System& system, const Iterate& p, const Residuals& r,
                    const AlignedArray& weights, const SideTarget& target, AlignedArray& gradient) {
@@ -118,7 +118,7 @@ void side_gradient(System& system, const Iterate& p, const Residuals& r,
           soft_offset(system, p, r, target, i) + load(&weights[i]) * load(&r.side[i]));
 }
 
-/// step.s holds G dv; completes ds, dlambda and, on soft sides, dt and dtau.
+/// Given G dv in step.s, computes ds, dlambda and, on soft sides, dt and dtau.
 template <class System>
 void recover_sides(System& system, const Iterate& p, const Residuals& r,
                    const AlignedArray& weights, const SideTarget& target, Iterate& step) {
@@ -142,9 +142,9 @@ void recover_sides(System& system, const Iterate& p, const Residuals& r,
   }
 }
 
-/// step.s holds G dv and step.lambda is known; completes ds and, on soft sides, dt and dtau. The
-/// linear equations hold whatever dlambda is, except where a variable is so small that they have no
-/// digits of it: it follows from its product.
+/// Given G dv in step.s and dlambda in step.lambda, computes ds and, on soft sides, dt and dtau.
+/// The linear equations hold for any dlambda. Variables too small for these equations follow from
+/// their product instead.
 template <class System>
 void recover_from_multipliers(System& system, const Iterate& p, const Residuals& r,
                               const SideTarget& target, Iterate& step) {

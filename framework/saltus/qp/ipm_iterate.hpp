@@ -1,4 +1,4 @@
-// The iterate of the interior-point method and its direction, as flat arrays.
+// The iterate of the interior-point method and its step, as flat arrays.
 #pragma once
 
 #include "saltus/qp/lanes.hpp"
@@ -24,10 +24,10 @@ struct Residuals {
   double mu = 0.0;            ///< mean product s lambda and t tau
   double largest_product = 0.0;
   double largest = 0.0;      ///< of all of the above
-  double feasibility = 0.0;  ///< of equality and side
+  double feasibility = 0.0;  ///< largest violation in equality and side
 };
 
-/// What a step wants removed from the products, over s (or t): see ipm_corrector.hpp.
+/// Product changes that a step aims at, divided by s (or t): see ipm_corrector.hpp.
 struct SideTarget {
   explicit SideTarget(int sides) : side(sides), soft(sides) {}
   AlignedArray side, soft;

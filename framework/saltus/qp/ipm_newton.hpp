@@ -2,11 +2,11 @@
 //
 //     H dv + E'dy - G'dl = -rv,   E dv = -ry,   dl + W (G dv + rs) = -c
 //
-// with rs the residual of the sides, W their condensed weights and c their targets (on soft sides
-// with the violation eliminated, ipm_corrector.hpp). As a rule dl is eliminated and follows from
-// G dv. A side that is met with a large multiplier has a weight W that drowns H, and G dv is lost
-// in rounding where W multiplies it: then W^-1 is raised to W^-1 + d, dl stays an unknown of its
-// own, and what the lift changed is put right by iterative refinement.
+// where rs is the residual of the sides, W their condensed weights and c their targets (with the
+// violation of soft sides eliminated, see ipm_corrector.hpp). Usually dl is eliminated and follows
+// from G dv. A satisfied side with a large multiplier has a weight W that dominates H, and G dv is
+// lost in rounding where W multiplies it. Then W^-1 is raised to W^-1 + d, dl stays an unknown, and
+// iterative refinement corrects the effect of the lift d.
 #pragma once
 
 #include <algorithm>
@@ -34,11 +34,11 @@ class NewtonStep {
         correction_y_(equalities),
         best_(variables, equalities, sides) {}
 
-  /// Forgets with which lift the last program was solved.
+  /// Resets the lift to that of a new program.
   void reset() { level_ = 0; }
 
-  /// For the steps from this iterate, which are refined where weights are large or `careful` says
-  /// so; false as system.factor() says, which adds shift I to H.
+  /// Factors the system for steps from this iterate. Steps are refined if weights are large or with
+  /// `careful`. Returns the value of system.factor(), which adds shift I to H.
   bool factor(System& system, const Iterate& p, bool careful, double shift = 0.0) {
     shift_ = shift;
     system.set_shift(shift);
@@ -62,12 +62,13 @@ class NewtonStep {
 
  private:
   static constexpr double stiff_weight = 1e11;
-  // H loses 1e-16 / lift of its digits, and the refinement converges at the larger one of that and
-  // lift times the stiffness of H.
+  // H loses a fraction 1e-16 / lift of its digits. The refinement converges at the larger rate of
+  // that and of lift times the stiffness of H.
   static constexpr double lifts[] = {1e-12, 1e-10, 0.0, 1e-14, 1e-8};
   static constexpr int levels = std::size(lifts);
   static constexpr int refinements = 8;
-  // Error of a step: of its products relative to the multipliers, or this much of the rest.
+  // Error of a step: that of its products relative to the multipliers, or these units of the other
+  // equations.
   static constexpr double accurate = 1e-3, very_accurate = 1e-6, worthwhile = 0.5;
   static constexpr double stationarity_unit = 1e-10, equality_unit = 1e-9;
 
@@ -97,7 +98,7 @@ class NewtonStep {
     recover_from_multipliers(system, p, r, target, step);
   }
 
-  // Keeps the step in best_ if its error is smaller than the smallest so far.
+  // Keeps the step in best_ if its error is the smallest so far.
   void refine(System& system, const Iterate& p, const Residuals& r, Iterate& step,
               double& smallest) {
     const int sides = system.sides(), variables = system.variables();
@@ -119,7 +120,8 @@ class NewtonStep {
     for (int round = 0;; ++round) {
       accumulate(residual_v_, r.stationarity, variables);
       accumulate(residual_y_, r.equality, equalities);
-      // In side_residual_ is G dv. What the last equation lacks, and the same over 1 + lift W.
+      // side_residual_ holds G dv. Computes the residual of the last equation, and the same divided
+      // by 1 + lift W.
       Lanes wrong{}, multipliers{};
       for (int i = 0; i < sides; i += lanes) {
         const Lanes w = load(&weights_[i]), step_lambda = load(&step.lambda[i]);

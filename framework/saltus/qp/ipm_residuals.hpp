@@ -1,4 +1,4 @@
-// The residuals of the optimality conditions along the iterates of the interior-point method.
+// Residuals of the optimality conditions along the iterates of the interior-point method.
 #pragma once
 
 #include <cmath>
@@ -21,7 +21,8 @@ class ResidualTracker {
       : residuals_(variables, equalities, sides) {}
 
   const Residuals& at_point() const { return residuals_; }
-  /// Whether they come from the problem, not from the steps that were taken.
+  /// True if the residuals were evaluated at the point, false if they were extrapolated from the
+  /// steps.
   bool exact() const { return trusted_steps_ == 0; }
 
   void reset(System& system) {
@@ -32,15 +33,15 @@ class ResidualTracker {
       active += load(system.active() + i) * (i < system.first_soft() ? 1.0 : 2.0);
     products_ = sum(active);
   }
-  /// The next step leaves other residuals than follow() takes for granted.
+  /// Declares that the next step does not reduce residuals as follow() assumes.
   void distrust() { known_ = false; }
-  /// Whether rows were met worse after a step than they should have been: digits were lost.
+  /// True if a step left rows with a larger violation than predicted: digits were lost.
   bool lost_digits() const { return lost_digits_; }
-  /// How many s lambda and t tau there are.
+  /// Number of products s lambda and t tau.
   double products() const { return products_; }
 
-  /// After a step of this length, which leaves (1 - length) of every linear residual: as long as
-  /// the optimum is far, that is taken for granted. The last word has the problem itself.
+  /// Updates the residuals after a step of this length, which leaves (1 - length) of every linear
+  /// residual. Far from the optimum this prediction is used; near it the residuals are evaluated.
   void follow(System& system, const Iterate& p, double length, double nearly_solved) {
     measure_products(system, p);
     const bool far = !lost_digits_ && residuals_.largest_product > nearly_solved &&
@@ -63,7 +64,7 @@ class ResidualTracker {
     }
   }
 
-  /// From the problem.
+  /// Evaluates the residuals at the point.
   void evaluate(System& system, const Iterate& p) {
     Residuals& r = residuals_;
     trusted_steps_ = 0;
@@ -115,7 +116,7 @@ class ResidualTracker {
       most = larger(most, magnitude(slope));
       total += slope;
     }
-    // A maximum ignores NaN: a sum does not.
+    // A maximum ignores NaN; adding 0 x sum propagates it.
     stationary_ = largest(most) + 0.0 * sum(total);
     find_largest();
   }

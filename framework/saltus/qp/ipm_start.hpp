@@ -1,4 +1,4 @@
-// Where the interior-point method begins.
+// Starting points of the interior-point method.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace saltus::qp {
 
-/// Slacks follow from the sides at v where they are far enough inside, multipliers from the
-/// barrier: s lambda = barrier. y starts at zero.
+/// Slacks are the distances to the sides at v where v is far enough inside. Multipliers follow from
+/// s lambda = barrier. y starts at zero.
 template <class System>
 void start_at_guess(System& system, double barrier, Iterate& point, AlignedArray& work) {
   const double least_slack = std::sqrt(barrier);
@@ -22,7 +22,7 @@ void start_at_guess(System& system, double barrier, Iterate& point, AlignedArray
     point.lambda[i] = active ? barrier / point.s[i] : 0.0;
     point.t[i] = point.tau[i] = 1.0;
     if (i < system.first_soft() || !active) continue;
-    // A soft side starts with a violation that explains the gap, and multipliers in balance.
+    // The initial violation of a soft side covers the gap, and its multipliers balance.
     point.t[i] = std::max(point.s[i] - gap, least_slack);
     point.s[i] = std::max(gap + point.t[i], least_slack);
     point.lambda[i] = barrier / point.s[i];
@@ -31,14 +31,14 @@ void start_at_guess(System& system, double barrier, Iterate& point, AlignedArray
   }
 }
 
-/// Weights of the sides in start_least_squares(): 1, and 0 for sides that are not active and for
-/// those that hold at v = 0 by far more than rows ask for elsewhere. Bounds that never act must not
-/// decide where the method begins.
+/// Weights of the sides in start_least_squares(): 1, or 0 for inactive sides and for sides that
+/// hold at v = 0 by far more than other rows require. Bounds that never become active must not
+/// influence the start.
 template <class System>
 void weigh_sides(System& system, AlignedArray& weights) {
   constexpr double idle = 1e5;
   system.row_sizes(weights.data());
-  double asked = 1.0;  // in variables: how far from v = 0 some side is met
+  double asked = 1.0;  // largest distance from v = 0 to a side, in units of the variables
   for (int i = 0; i < system.sides(); ++i)
     if (system.active()[i] != 0.0 && weights[i] > 0.0)
       asked = std::max(asked, system.beta()[i] / weights[i]);
@@ -48,9 +48,9 @@ void weigh_sides(System& system, AlignedArray& weights) {
   }
 }
 
-/// Mehrotra's start, which needs no guess: the point that meets the sides best in the least-squares
-/// sense, its distances to them taken as slacks and, with the other sign, as multipliers, and both
-/// shifted until they are positive. The system was factored with `weights`, see weigh_sides().
+/// Mehrotra's start, which needs no guess: the least-squares solution of all sides. Its distances
+/// to the sides give the slacks and, with reversed sign, the multipliers. Both are shifted until
+/// they are positive. The system must be factored with `weights`, see weigh_sides().
 template <class System>
 void start_least_squares(System& system, const AlignedArray& weights, Iterate& point,
                          AlignedArray& work, AlignedArray& gradient, AlignedArray& equality) {
@@ -81,7 +81,7 @@ void start_least_squares(System& system, const AlignedArray& weights, Iterate& p
     slacks += gap + slack_shift;
     multipliers += multiplier_shift - gap;
   }
-  // Where every side holds with ease, or none does, something positive is still needed.
+  // Lower limit of the shift, also if all sides hold easily or none holds.
   constexpr double something = 1e-2;
   slack_shift += std::max(0.5 * products / std::max(multipliers, something), something);
   multiplier_shift += std::max(0.5 * products / std::max(slacks, something), something);
@@ -106,8 +106,8 @@ void start_least_squares(System& system, const AlignedArray& weights, Iterate& p
   }
 }
 
-/// Slacks as v leaves them. False where a side is missed, or a product left, by more than the
-/// tolerance: v, y and lambda are no optimum then. `values`: G v.
+/// Computes the slacks from v. Returns false if a side is violated or a product left by more than
+/// the tolerance: v, y and lambda are then not optimal. `values`: G v.
 template <class System>
 bool take_literally(System& system, double tolerance, const AlignedArray& values, Iterate& point) {
   const Lanes one = broadcast(1.0);
@@ -130,20 +130,21 @@ bool take_literally(System& system, double tolerance, const AlignedArray& values
   return largest(worst) <= tolerance;
 }
 
-/// Keeps v, y and lambda of a neighbouring problem. Slacks become just large enough for products of
-/// a barrier, but not larger than a tenth of the row's coefficients, then multipliers likewise; on
-/// soft sides violations and their multipliers first. The barrier grows with the multipliers, from
-/// `least_barrier` on. `values`: G v; `size`: work, becomes the sizes of the rows.
+/// Keeps v, y and lambda of a neighbouring problem. Slacks are raised until their products reach
+/// the barrier, but at most to a tenth of the row's coefficients; then multipliers are raised
+/// likewise. On soft sides, violations and their multipliers come first. The barrier starts at
+/// `least_barrier` and grows with the multipliers. `values`: G v. `size`: work space that receives
+/// the norms of the rows.
 ///
-/// What held and what did not stays apart by orders of magnitude: where the same rows bind, two or
-/// three steps are enough, and where others do, little has to be undone.
+/// Active and inactive sides stay separated by orders of magnitude. If the active set is unchanged,
+/// two or three steps suffice; if it changes, few slacks need correction.
 template <class System>
 void start_warm(System& system, double least_barrier, const AlignedArray& values, Iterate& point,
                 AlignedArray& size) {
   constexpr double barrier_per_multiplier = 3e-4;    // per unit of the row
   constexpr double largest_slack = 0.1;              // likewise
   constexpr double product_of_slack = 3.0;           // in units of the barrier
-  const Lanes least_multiplier = broadcast(1e-100);  // so that nothing is divided by zero
+  const Lanes least_multiplier = broadcast(1e-100);  // avoids division by zero
   const Lanes one = broadcast(1.0);
   system.row_sizes(size.data());
   Lanes most{};

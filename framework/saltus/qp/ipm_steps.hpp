@@ -1,4 +1,4 @@
-// How far the interior-point method goes along its direction.
+// Step lengths of the interior-point method.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace saltus::qp {
 
-/// Where x + a dx stays positive, a <= 1 / largest(-dx / x).
+/// x + a dx stays positive for a <= 1 / largest(-dx / x).
 inline Lanes shrink_rate(const AlignedArray& x, const AlignedArray& dx, int i) {
   return -load(&dx[i]) / load(&x[i]);
 }
@@ -16,7 +16,7 @@ inline Lanes shrink_rate(const AlignedArray& x, const AlignedArray& dx, int i) {
 inline double largest_step(const Iterate& p, const Iterate& step, int first_soft, int sides) {
   Lanes rate{};
   for (int i = 0; i < sides; i += lanes) {
-    // Padding has lambda = 0, and does not move.
+    // Padding has lambda = 0 and does not move.
     const Lanes lambda = larger(load(&p.lambda[i]), broadcast(1e-300));
     rate = larger(rate, larger(shrink_rate(p.s, step.s, i), -load(&step.lambda[i]) / lambda));
   }
@@ -26,8 +26,8 @@ inline double largest_step(const Iterate& p, const Iterate& step, int first_soft
   return most > 0.0 ? 1.0 / most : 1e300;
 }
 
-/// The length of the step that is taken: not quite to the boundary, closer to it as the optimum
-/// nears, and the same for v and y, so that every linear residual shrinks by the same fraction.
+/// Length of the step: it stops short of the boundary, and closer to it as mu decreases. It is the
+/// same for v and y, so that every linear residual shrinks by the same fraction.
 inline double damped_step(const Iterate& p, const Iterate& step, int first_soft, int sides,
                           double mu) {
   const double fraction = std::clamp(1.0 - mu, 0.995, 0.9999);

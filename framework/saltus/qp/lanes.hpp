@@ -1,16 +1,17 @@
-// Vectors as wide as the processor of the build: the arithmetic under the structured solver.
+// SIMD vectors of the build's width: the arithmetic of the structured solver.
 #pragma once
 
 #include <cstdlib>
 #include <memory>
 #include <new>
 
-// Kernels whose sizes the compiler knows are worth it only if it sees them whole.
+// Kernels with compile-time sizes pay off only if they are inlined completely.
 #define SALTUS_INLINE inline __attribute__((always_inline))
 
 namespace saltus::qp {
 
-// Only widths that the build's -march has in hardware: emulated ones are ten times slower.
+// Uses only widths that the build's -march supports in hardware. Emulated vectors are ten times
+// slower.
 #if defined(__AVX512F__)
 inline constexpr int lanes = 8;
 #elif defined(__AVX__)
@@ -19,14 +20,14 @@ inline constexpr int lanes = 4;
 inline constexpr int lanes = 2;
 #endif
 
-/// `lanes` doubles; arithmetic is element by element (a gcc and clang extension).
+/// A vector of `lanes` doubles with element-wise arithmetic (a gcc and clang extension).
 typedef double Lanes __attribute__((vector_size(lanes * sizeof(double))));
 
-// Addresses are multiples of the vector's size.
+// Addresses must be multiples of the vector size.
 inline Lanes load(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
 inline void store(double* p, const Lanes& a) { *reinterpret_cast<Lanes*>(p) = a; }
 inline Lanes broadcast(double a) {
-  // Lanes{} + a would be an addition that the compiler has to keep: 0 + -0 is not -0.
+  // Lanes{} + a would be an addition that the compiler may not remove: 0 + -0 is not -0.
 #if defined(__AVX512F__)
   return Lanes{a, a, a, a, a, a, a, a};
 #elif defined(__AVX__)
@@ -49,7 +50,7 @@ inline double sum(const V& a) {
   else
     return a[0] + a[1];
 }
-/// Of each vector: sums(a)[i] = sum(a[i]).
+/// Sum of the lanes of every vector: sums(a)[i] = sum(a[i]).
 inline Lanes sums(const Lanes (&a)[lanes]) {
 #if defined(__AVX__) && !defined(__AVX512F__)
   const Lanes low = __builtin_shufflevector(a[0], a[1], 0, 4, 2, 6) +
@@ -70,15 +71,15 @@ inline double largest(const Lanes& a) {
   return result;
 }
 
-// Unaligned.
+// Loads and stores at addresses without alignment.
 typedef double LooseLanes __attribute__((vector_size(lanes * sizeof(double)), aligned(8)));
 inline Lanes load_loose(const double* p) { return *reinterpret_cast<const LooseLanes*>(p); }
 inline void store_loose(double* p, const Lanes& a) { *reinterpret_cast<LooseLanes*>(p) = a; }
 
-/// Rounded up to whole vectors.
+/// Rounds n up to whole vectors.
 constexpr int padded(int n) { return (n + lanes - 1) / lanes * lanes; }
 
-/// An array of doubles on 64-byte boundaries, zero at first; its size is fixed.
+/// A zero-initialised array of doubles of fixed size on a 64-byte boundary.
 class AlignedArray {
  public:
   AlignedArray() = default;

@@ -1,4 +1,4 @@
-// One pass of PackedQp::pack(): what its steps share. Private to packed_qp.cpp and pack_*.cpp.
+// State that the steps of one PackedQp::pack() call share. Private to packed_qp.cpp and pack_*.cpp.
 #pragma once
 
 #include <algorithm>
@@ -11,32 +11,33 @@ namespace saltus::qp {
 struct Packing {
   PackedQp& to;
   const StageQp& qp;
-  int v = 0, y = 0, hard = 0, soft = 0, blocks = 0;  ///< entries given away so far
-  bool ok = true;         ///< false: a step met what is no program, or is beyond the capacity
-  int cost_compared = 0;  ///< the stage that cost_repeats is about
+  int v = 0, y = 0, hard = 0, soft = 0, blocks = 0;  ///< number of entries assigned so far
+  bool ok = true;         ///< false if a step found an invalid program or exceeded the capacity
+  int cost_compared = 0;  ///< stage that cost_repeats refers to
   bool cost_repeats = false;
 
-  /// pack_stage.cpp: sizes, dynamics and cost of a stage. Stages in their order, before any rows.
+  /// pack_stage.cpp: packs sizes, dynamics and cost of a stage. Call it for all stages in order,
+  /// before any rows.
   bool stage(int k);
-  /// Where it is factored, once the sizes of all stages are known.
+  /// Allocates the work space of the factorisation, once the sizes of all stages are known.
   bool work_of_recursion();
-  /// pack_rows.cpp: groups and bounds of a stage, in blocks of rows.
+  /// pack_rows.cpp: packs the groups and bounds of a stage into blocks of rows.
   bool rows(int k);
-  /// pack_sides.cpp: numbers of all sides and equality rows.
+  /// pack_sides.cpp: fills the values of all sides and equality rows.
   void fill_sides();
 
  private:
   bool starts_fixed(int k) const { return k == 0 && qp.fixed_start; }
   bool starts_free(int k) const { return k == 0 && !qp.fixed_start; }
 
-  // Where entry j of the user's v = (x, u) went: the part, and the offset in it. Part -1: it is
+  // Position of entry j of the user's v = (x, u): the part and the offset in it. Part -1 marks a
   // constant.
   struct Column {
     int part, offset;
   };
   Column column_of(int k, int j) const;
 
-  // Pieces of the program's memory; beyond its capacity null, and ok is false.
+  // Returns a piece of the program's memory. Beyond the capacity, returns null and sets ok = false.
   double* numbers(int count) { return taken(to.storage.numbers.take(count)); }
   int* integers(int count) { return taken(to.storage.integers.take(count)); }
   double* zeros(int count) {
@@ -64,7 +65,7 @@ struct Packing {
   double* products_of_pairs(const RowBlock& block);
   void give_offsets(RowBlock& block, bool equalities, bool has_lower, bool has_upper);
 
-  // pack_groups.cpp.
+  // Implemented in pack_groups.cpp.
   bool add_group(int k, int g, bool equalities);
   bool repeat_group(int k, int g);
   bool is_settled(int k, int g, int row);
@@ -74,7 +75,7 @@ struct Packing {
   void scale_rows(RowBlock& block, double* C);
   const RowBlock* twin_of(int k, const RowBlock& block) const;
 
-  // pack_bounds.cpp.
+  // Implemented in pack_bounds.cpp.
   bool without_bounds(int k) const;
   void bounds(int k);
   void add_bound_rows(int k, int part, bool equalities, int begin, int end);
@@ -86,7 +87,7 @@ struct Packing {
   void set_side(int side, double value, double sign);
 };
 
-/// Whether the leading rows x columns of both have the same bits.
+/// True if the leading rows x columns of both matrices have the same bits.
 bool same(const MatrixXd& a, const MatrixXd& b, int rows, int columns);
 bool same(const VectorXd& a, const VectorXd& b, int rows);
 
@@ -98,7 +99,7 @@ inline double upper_bound(const Stage& s, int j) {
   return j < s.nx ? s.x_upper[j] : s.u_upper[j - s.nx];
 }
 
-/// Which of the sides of some rows exist.
+/// Records which sides exist in a set of rows.
 struct Sides {
   bool lower = false, upper = false;
   void see(double l, double u) {
@@ -107,11 +108,11 @@ struct Sides {
   }
 };
 
-/// True for NaN as well, and where only an infinite value would do.
+/// True if no finite value lies between l and u. Also true for NaN.
 inline bool crossed(double l, double u) { return !(l <= u && l < infinity && u > -infinity); }
 inline bool without_sides(double l, double u) { return l == -infinity && u == infinity; }
 
-/// The kernel made for this size, or the last one, which fits any.
+/// Returns the kernel for this size, or the last one, which fits every size.
 template <class Kernel, std::size_t count>
 const Kernel* kernel_for(const Kernel (&kernels)[count], int Kernel::*size, int wanted) {
   for (const Kernel& k : kernels)

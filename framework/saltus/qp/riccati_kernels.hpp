@@ -1,6 +1,6 @@
-// One stage of the Riccati recursion: elimination of its inputs, and the two sweeps that use it.
-// Derivation: framework/design/riccati.md. The same source serves sizes known to the compiler and
-// sizes known at run time only (-1).
+// One stage of the Riccati recursion: elimination of its inputs, and the backward and forward
+// sweeps. Derivation: framework/design/riccati.md. The same source serves sizes known at compile
+// time and sizes known only at run time (-1).
 #pragma once
 
 #include <type_traits>
@@ -10,7 +10,7 @@
 
 namespace saltus::qp {
 
-/// A size, known to the compiler if N >= 0.
+/// A size; a compile-time constant if N >= 0.
 template <int N>
 struct Extent {
   explicit constexpr Extent(int) {}
@@ -23,7 +23,7 @@ struct Extent<-1> {
   int n;
 };
 
-// step(i) for i = 0 ... N-1, written out where the compiler knows N: every i is a constant then.
+// Calls step(i) for i = 0 ... N-1. For N >= 0 the loop is unrolled and every i is a constant.
 template <int N, class Step>
 SALTUS_INLINE void for_each(const Extent<N>& n, const Step& step) {
   if constexpr (N >= 0)
@@ -34,37 +34,38 @@ SALTUS_INLINE void for_each(const Extent<N>& n, const Step& step) {
   else for (int i = 0; i < n; ++i) step(i);
 }
 
-/// Matrices by columns, every column padded to whole vectors; stage vector v = (x, u), n = nx + nu.
+/// Matrices are stored by columns, padded to whole vectors. Stage vector v = (x, u), n = nx + nu.
 struct SweepStage {
-  int nx = 0, nu = 0, next = 0;             ///< next: states of the stage that follows
+  int nx = 0, nu = 0, next = 0;             ///< next: number of states of the next stage
   int ld = 0;                               ///< padded(nx + nu)
   int ld_next = 0;                          ///< padded(next)
   const double* flow = nullptr;             ///< [A B], next x n, leading dimension ld_next
   const double* flow_transposed = nullptr;  ///< n x next, leading dimension ld
-  /// Rows of flow from this one on hand an entry of v on as it is, one after the other: previous
-  /// inputs that are states. `next` where there are none.
+  /// Rows of flow from this one on copy consecutive entries of v: previous inputs that are states.
+  /// Equal to `next` if there are none.
   int dense = 0;
-  int handed_on = 0;                 ///< the first of these entries
-  int zero_begin = 0, zero_end = 0;  ///< in whole vectors: columns of flow that are zero
-  const int* flow_rows =
-      nullptr;  ///< per four columns of flow, its dense rows that are not zero: from, to
-  /// n x n, upper triangle: before factor() cost and barrier, after it P in the leading nx x nx
-  /// (both triangles); behind those nx columns it is then free for the stage before.
+  int handed_on = 0;                 ///< first of the copied entries
+  int zero_begin = 0, zero_end = 0;  ///< zero columns of flow, in whole vectors
+  /// First and end row of the nonzero dense rows, for every four columns of flow.
+  const int* flow_rows = nullptr;
+  /// n x n, upper triangle. Before factor(): cost and barrier. After it: P in the leading nx x nx
+  /// (both triangles); the columns behind it are then free for the previous stage.
   double* M = nullptr;
   double* L = nullptr;       ///< ld x nu: unit upper factor, without its diagonal
   double* pivot = nullptr;   ///< nu: inverse pivots
-  bool curves_down = false;  ///< set by factor() when it met a pivot that is clearly negative
-  double* p = nullptr;       ///< ld: gradient; after backward() of the cost to go, eliminated below
+  bool curves_down = false;  ///< set by factor() if a pivot was clearly negative
+  double* p = nullptr;  ///< ld: gradient; after backward() gradient of the cost to go, with the
+                        ///< eliminated inputs below it
 };
 
-/// A pivot this small beside the diagonal it began as is nothing but rounding.
+/// A pivot this small relative to its initial diagonal is rounding error.
 inline constexpr double lost_digits = 1e-15;
-/// A pivot below minus this, relative to 1 + the diagonal it began as, is more than rounding.
+/// A pivot below minus this, relative to 1 + its initial diagonal, is more than rounding error.
 inline constexpr double clearly_negative = 1e-12;
 
 enum class Update { set, add, subtract };
 
-// V vectors x C columns of out = [from +/-] A B, B(i, j) = B[i * step_i + j * step_j].
+// Computes V vectors x C columns of out = [from +/-] A B, B(i, j) = B[i * step_i + j * step_j].
 template <Update update, int V, int C>
 SALTUS_INLINE void tile(int depth, const double* A, int lda, const double* B, int step_i,
                         int step_j, const double* from, double* out, int ldo) {
@@ -89,7 +90,7 @@ SALTUS_INLINE void tile(int depth, const double* A, int lda, const double* B, in
     for (int v = 0; v < V; ++v) store(out + c * ldo + v * lanes, acc[c][v]);
 }
 
-// C columns of any height. Tiles are as high as the registers allow.
+// Computes C columns of any height. Tiles are as high as the registers allow.
 template <Update update, int C>
 SALTUS_INLINE void strip(int vectors, int depth, const double* A, int lda, const double* B,
                          int step_i, int step_j, const double* from, double* out, int ldo) {
@@ -107,7 +108,7 @@ SALTUS_INLINE void strip(int vectors, int depth, const double* A, int lda, const
   if (vectors - v == 1) next.template operator()<1>();
 }
 
-// What whole strips of four have left over.
+// Computes the columns that remain after strips of four.
 template <Update update>
 SALTUS_INLINE void last_strip(int columns, int vectors, int depth, const double* A, int lda,
                               const double* B, int step_i, int step_j, const double* from,
@@ -129,8 +130,7 @@ SALTUS_INLINE void multiply(int rows, int columns, int depth, const double* A, i
                           out + j * ldo, out + j * ldo, ldo);
 }
 
-/// The same where of every four columns of B only rows from in_force[0] to in_force[1] are not
-/// zero.
+/// The same if in every four columns of B only rows in_force[0] to in_force[1] are nonzero.
 SALTUS_INLINE void multiply_within(int rows, int columns, const int* in_force, const double* A,
                                    int lda, const double* B, int ldb, double* out, int ldo) {
   const int vectors = padded(rows) / lanes;
@@ -144,7 +144,7 @@ SALTUS_INLINE void multiply_within(int rows, int columns, const int* in_force, c
                             ldo);
 }
 
-/// The upper triangle of a symmetric result, out = [from +/-] A B.
+/// Computes the upper triangle of a symmetric result, out = [from +/-] A B.
 template <Update update>
 SALTUS_INLINE void multiply_upper(int columns, int depth, const double* A, int lda, const double* B,
                                   int step_i, int step_j, const double* from, double* out,
@@ -157,8 +157,8 @@ SALTUS_INLINE void multiply_upper(int columns, int depth, const double* A, int l
                      step_j, from + j * ldo, out + j * ldo, ldo);
 }
 
-/// out = from + A B where rows and columns between `zero_begin` and `zero_end`, in whole strips and
-/// vectors, have zero products.
+/// Computes out = from + A B, where the products of rows and columns from `zero_begin` to
+/// `zero_end` (in whole strips and vectors) are zero.
 template <int N>
 SALTUS_INLINE void add_upper_without(int zero_begin, int zero_end, const Extent<N>& columns,
                                      int depth, const double* A, int lda, const double* B, int ldb,
@@ -197,7 +197,8 @@ SALTUS_INLINE void add_upper_without(int zero_begin, int zero_end, const Extent<
       });
 }
 
-// V vectors of y (+/-)= A x; two sums where one would wait for its own additions.
+// Computes V vectors of y (+/-)= A x. Two independent sums avoid the latency of dependent
+// additions.
 template <Update update, int V>
 SALTUS_INLINE void vector_tile(int columns, const double* A, int lda, const double* x, double* y) {
   Lanes even[V], odd[V];
@@ -235,15 +236,15 @@ SALTUS_INLINE void multiply_vector(int rows, int columns, const double* A, int l
   if (vectors - v == 1) vector_tile<update, 1>(columns, A, lda, x, y);
 }
 
-/// Where the flow hands entries on and which columns of it are zero (SweepStage's fields of these
-/// names): known at run time only, or to the compiler.
+/// Copied entries and zero columns of the flow (see the fields of SweepStage), known at run time
+/// only.
 struct HandedOnAnywhere {
   explicit HandedOnAnywhere(const SweepStage& s)
       : dense(s.dense), first(s.handed_on), zero_begin(s.zero_begin), zero_end(s.zero_end) {}
   const int dense, first, zero_begin, zero_end;
 };
-/// All NU inputs become the last states of the next stage, whose NN - NU others do not look at
-/// the inputs from before, the last states of this one.
+/// All NU inputs become the last states of the next stage. Its NN - NU other states do not depend
+/// on the previous inputs, which are the last states of this stage.
 template <int NX, int NU, int NN>
 struct InputsHandedOn {
   explicit constexpr InputsHandedOn(const SweepStage&) {}
@@ -253,9 +254,9 @@ struct InputsHandedOn {
   static constexpr int zero_end = zero_begin > 0 ? in_whole_vectors : 0;
 };
 
-// What RiccatiStage does with the flow where entries are handed on.
+// Operations of RiccatiStage with the flow if entries are copied.
 
-// to += from, entry by entry.
+// Computes to += from, entry by entry.
 SALTUS_INLINE void add_entries(int count, const double* from, double* to) {
   int i = 0;
   for (; i + lanes <= count; i += lanes)
@@ -263,7 +264,7 @@ SALTUS_INLINE void add_entries(int count, const double* from, double* to) {
   for (; i < count; ++i) to[i] += from[i];
 }
 
-// M = from + flow' P flow; in `work` the product of P with the dense rows of the flow.
+// Computes M = from + flow' P flow. `work` holds the product of P with the dense rows of the flow.
 template <class HandedOn, int N>
 SALTUS_INLINE void assemble_handing_on(SweepStage& s, const HandedOn& handed, const Extent<N>& n,
                                        int next, const double* from, const double* P, int ld_P,
@@ -281,18 +282,18 @@ SALTUS_INLINE void assemble_handing_on(SweepStage& s, const HandedOn& handed, co
                 work + handed.dense + j * ld_next, s.M + handed.first + j * ld);
 }
 
-// out += flow v.
+// Computes out += flow v.
 template <class HandedOn>
 SALTUS_INLINE void add_flow_handing_on(const SweepStage& s, const HandedOn& handed, int n, int next,
                                        const double* v, double* out) {
-  // Rows beyond the dense ones that share their last vector come with them.
+  // The last vector of the dense rows may contain further rows, which are included.
   const int rows = padded(handed.dense), ld_next = padded(next), after = handed.zero_end;
   multiply_vector<Update::add>(rows, handed.zero_begin, s.flow, ld_next, v, out);
   multiply_vector<Update::add>(rows, n - after, s.flow + after * ld_next, ld_next, v + after, out);
   if (next > rows) add_entries(next - rows, v + handed.first + rows - handed.dense, out + rows);
 }
 
-// out (+)= flow' x.
+// Computes out (+)= flow' x.
 template <Update update, class HandedOn>
 SALTUS_INLINE void flow_transposed_handing_on(const SweepStage& s, const HandedOn& handed, int n,
                                               int next, const double* x, double* out) {
@@ -300,7 +301,7 @@ SALTUS_INLINE void flow_transposed_handing_on(const SweepStage& s, const HandedO
   add_entries(next - handed.dense, x + handed.dense, out + handed.first);
 }
 
-// The same for sizes known at run time, apart, so that the rest stays small.
+// The same for run-time sizes. Not inlined, to keep the callers small.
 [[gnu::noinline]] inline void assemble_handing_on_anywhere(SweepStage& s, int n, const double* from,
                                                            const double* P, int ld_P,
                                                            double* work) {
@@ -316,13 +317,14 @@ template <Update update>
   flow_transposed_handing_on<update>(s, HandedOnAnywhere(s), n, s.next, x, out);
 }
 
-/// What the recursion does at one stage; with `hands_on` one of InputsHandedOn<NX, NU, NN>.
+/// Operations of the recursion at one stage. With `hands_on`, the flow is InputsHandedOn<NX, NU,
+/// NN>.
 template <int NX, int NU, int NN, bool hands_on = false>
 struct RiccatiStage {
   using Handed = InputsHandedOn<NX, NU, NN>;
 
-  /// M = from + flow' P flow, upper triangles, and `on_states` and `on_inputs` on its diagonal.
-  /// P: next x next, leading dimension ld_P. `work`: ld_next x n.
+  /// Computes M = from + flow' P flow (upper triangles) and adds `on_states` and `on_inputs` to its
+  /// diagonal. P: next x next, leading dimension ld_P. `work`: ld_next x n.
   static void assemble(SweepStage& s, const double* from, double on_states, double on_inputs,
                        const double* P, int ld_P, double* work) {
     const Extent<NX> nx(s.nx);
@@ -344,7 +346,7 @@ struct RiccatiStage {
     for (int i = nx; i < n; ++i) s.M[i * (ld + 1)] += on_inputs;
   }
 
-  // out += flow v.
+  // Computes out += flow v.
   static SALTUS_INLINE void add_flow(const SweepStage& s, const double* v, double* out) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
@@ -357,7 +359,7 @@ struct RiccatiStage {
       add_flow_handing_on_anywhere(s, nx + nu, v, out);
   }
 
-  // out (+)= flow' x.
+  // Computes out (+)= flow' x.
   template <Update update>
   static SALTUS_INLINE void flow_transposed_times(const SweepStage& s, const double* x,
                                                   double* out) {
@@ -373,8 +375,8 @@ struct RiccatiStage {
       flow_transposed_handing_on_anywhere<update>(s, n, x, out);
   }
 
-  // Takes from `count` columns of M, those of the inputs from `first` on, what inputs `behind` and
-  // further ones, which are eliminated, take from them.
+  // Subtracts from `count` columns of M, those of the inputs from `first` on, the contributions of
+  // the `further` eliminated inputs from `behind` on.
   static void take_from_inputs(SweepStage& s, int first, int count, int behind, int further) {
     const int column = s.nx + first, ld = padded(s.nx + s.nu);
     const double* factors = s.L + behind * ld;
@@ -387,8 +389,8 @@ struct RiccatiStage {
       last_strip<Update::subtract>(count, vectors, further, factors, ld, rows, ld, 1, out, out, ld);
   }
 
-  // Input j, whose `diagonal` was that of M at first; of those behind it, what inputs before
-  // `behind` take is still in its column.
+  // Eliminates input j, whose initial diagonal in M was `diagonal`. The contributions of later
+  // inputs before `behind` are not yet subtracted from its column.
   static SALTUS_INLINE void eliminate_input(SweepStage& s, int nx, int j, int behind, int ld,
                                             double diagonal, double least_pivot) {
     double* column = s.M + (nx + j) * ld;
@@ -396,7 +398,7 @@ struct RiccatiStage {
     strip<Update::subtract, 1>(padded(nx + j + 1) / lanes, behind - 1 - j, factor + ld, ld,
                                column + ld + nx + j, ld, 0, column, column, ld);
     double pivot = column[nx + j];
-    // What rounding has left of a stiff direction: it stays where it is in this step.
+    // A stiff direction of which only rounding error is left does not move in this step.
     if (!(pivot > least_pivot + lost_digits * diagonal)) {
       if (pivot < -clearly_negative * (1.0 + (diagonal < 0.0 ? -diagonal : diagonal)))
         s.curves_down = true;
@@ -404,18 +406,18 @@ struct RiccatiStage {
     }
     const double inverse = 1.0 / pivot;
     s.pivot[j] = inverse;
-    // Entries from the diagonal down must not count in the sweeps.
+    // Entries from the diagonal down must not contribute to the sweeps.
     for (int i = nx + j; i < padded(nx + j + 1); ++i) column[i] = 0.0;
     for (int v = 0; v < padded(nx + j); v += lanes) store(factor + v, load(column + v) * inverse);
   }
 
-  /// Eliminates the inputs from M. Pivots at or below `least_pivot` are replaced.
+  /// Eliminates the inputs from M. Replaces pivots at or below `least_pivot`.
   static void eliminate(SweepStage& s, double least_pivot) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const int n = nx + nu, ld = padded(n);
     if constexpr (NU < 0) {
-      // Four columns at a time: what they lose to the inputs behind them is one product.
+      // Four columns at a time: the contributions of the inputs behind them are one product.
       for (int behind = nu; behind > 0;) {
         const int begin = behind > 4 ? behind - 4 : 0;
         double diagonal[4];
@@ -438,8 +440,8 @@ struct RiccatiStage {
       for (int i = 0; i < j; ++i) s.M[j + i * ld] = s.M[i + j * ld];
   }
 
-  /// s.p: from the gradient, which it may be, to that of the cost to go. `gap`: defect A x + B u +
-  /// b - x_next; `P`, `p` of the next stage; `work`: ld_next.
+  /// Computes the gradient of the cost to go in s.p. `gradient` may be s.p itself. `gap`: defect A
+  /// x + B u + b - x_next. `P`, `p`: of the next stage. `work`: ld_next.
   static void backward(SweepStage& s, const double* gradient, const double* P, int ld_P,
                        const double* p, const double* gap, double* work) {
     const Extent<NX> nx(s.nx);
@@ -460,7 +462,7 @@ struct RiccatiStage {
     }
   }
 
-  // u in v, given x. Four inputs at a time: what stands in whole vectors before them, then the
+  // Computes u in v, given x. Four inputs at a time: first the whole vectors before them, then the
   // rest.
   static void forward_inputs(const SweepStage& s, double* v) {
     const int nx = s.nx, nu = s.nu, ld = padded(nx + nu);
@@ -483,14 +485,14 @@ struct RiccatiStage {
     for (; j < nu; ++j) some.template operator()<1>(j);
   }
 
-  /// v: x in, u out; then the next stage's x and the multipliers of the dynamics.
+  /// v: x on entry, with u on return. Also computes the next x and the multipliers of the dynamics.
   static void forward(const SweepStage& s, const double* P, int ld_P, const double* p,
                       const double* gap, double* v, double* v_next, double* costate) {
     const Extent<NX> nx(s.nx);
     const Extent<NU> nu(s.nu);
     const Extent<NN> nn(s.next);
     const int n = nx + nu, ld = padded(n), ld_next = padded(nn);
-    // The part of x first: the products of the inputs are independent of one another.
+    // The part of x comes first: there the products of the inputs are independent.
     int j = 0;
     if constexpr (NX > 0 && NU > 0) {
       // Inputs are zero meanwhile, so that the products may run to the end of a vector.
@@ -534,9 +536,9 @@ struct RiccatiStage {
     for (int i = nn; i < ld_next; ++i) costate[i] = 0.0;
   }
 
-  /// gradient = [g] + H v - [arriving] + force, force = flow' costate, gap = [b] + flow u - v_next,
-  /// where u is v or what the dynamics see in its place; `arriving`: the costate of the stage
-  /// before. What is null in brackets is left out.
+  /// Computes gradient = [g] + H v - [arriving] + force, force = flow' costate and gap = [b] + flow
+  /// u - v_next. u is v or the resultant that the dynamics see. `arriving` is the costate of the
+  /// previous stage. Null arguments in brackets are omitted.
   static void products(const SweepStage& s, const double* H, const double* g, const double* b,
                        const double* v, const double* u, const double* arriving,
                        const double* costate, const double* v_next, double* gradient, double* force,
@@ -560,11 +562,12 @@ struct RiccatiStage {
   }
 };
 
-/// The functions of one combination of sizes, behind pointers.
+/// Function pointers for one combination of sizes.
 struct RiccatiKernel {
   int nx, nu, next;  ///< -1: any
-  bool hands_on;     ///< for stages whose inputs are the last states of the next one, and no others
-  int zero_begin, zero_end;  ///< with `hands_on`: columns of flow that have to be zero
+  bool hands_on;  ///< only for stages whose inputs are exactly the copied last states of the next
+                  ///< stage
+  int zero_begin, zero_end;  ///< with `hands_on`: columns of flow that must be zero
   void (*assemble)(SweepStage&, const double*, double, double, const double*, int, double*);
   void (*eliminate)(SweepStage&, double);
   void (*backward)(SweepStage&, const double*, const double*, int, const double*, const double*,
@@ -576,8 +579,8 @@ struct RiccatiKernel {
                    double*);
 };
 
-/// For stages of these sizes; `hands_on`: of these only those whose inputs are handed on as the
-/// last states of the next stage, where changes of inputs cost or are bounded.
+/// For stages of these sizes. With `hands_on`, only for stages whose inputs are copied to the last
+/// states of the next stage, as with costs or bounds on input changes.
 template <int NX, int NU, int NN, bool hands_on = false>
 constexpr RiccatiKernel riccati_kernel() {
   using S = RiccatiStage<NX, NU, NN, hands_on>;

@@ -1,4 +1,4 @@
-// Newton's equations stage by stage: a Riccati recursion in place of a sparse factor.
+// Newton's equations solved stage by stage: a Riccati recursion instead of a sparse factorisation.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ namespace qp {
 struct RiccatiKernel;
 }
 
-/// Throws DefinitionError if the structure does not fit the patterns. The Hessian's pattern needs
-/// the whole diagonal. `kernels` as for make_riccati_solver().
+/// Throws DefinitionError if the structure does not fit the patterns. The Hessian pattern must
+/// contain the whole diagonal. For `kernels` see make_riccati_solver().
 std::unique_ptr<NewtonSystem> make_riccati_newton(const SparsityPattern& hessian,
                                                   const SparsityPattern& rows,
                                                   StageStructure structure,

@@ -12,19 +12,20 @@ namespace qp {
 struct RiccatiKernel;
 }
 
-/// How a quadratic program in stages is solved.
+/// Options of the solver for quadratic programs in stages.
 struct RiccatiOptions : QpOptions {
-  /// Cold starts replace the states of the given point by those that its inputs lead to.
+  /// True: a cold start replaces the states of the given point by a roll-out of its inputs.
   bool roll_out = false;
-  /// Warm starts first try to end with the sides in force that the multipliers name, in at most so
-  /// many factorisations, each counted as an iteration; 0: they do not. That works beside the
-  /// optimum; elsewhere the interior-point method begins where the first of them has come to.
+  /// Maximum number of active-set factorisations of a warm start, each counted as an iteration; 0
+  /// disables them. They start from the active set that the multipliers indicate and succeed close
+  /// to the optimum. If they fail, the interior-point method starts from the result of the first
+  /// one.
   int active_set_rounds = 6;
 };
 
-/// `capacity`: a program of the largest sizes that will be solved. `kernels` of fixed sizes (see
-/// riccati_kernels.hpp: riccati_kernel<nx, nu, next nx>()) are used for the stages that they fit;
-/// a fixed start has nx = 0 in its stage, inputs with a common resultant count once.
+/// `capacity` is a program of the largest sizes to be solved. `kernels` of fixed sizes (see
+/// riccati_kernels.hpp: riccati_kernel<nx, nu, next nx>()) are used for the stages that they fit. A
+/// fixed start has nx = 0 in its stage. Inputs with a common resultant count once.
 std::unique_ptr<StageQpSolver> make_riccati_solver(const StageQp& capacity,
                                                    const RiccatiOptions& options = {},
                                                    std::span<const qp::RiccatiKernel> kernels = {});

@@ -1,5 +1,5 @@
-// A quadratic program in stages for the interior-point method: models KktSystem with a Riccati
-// recursion over a packed program. Derivation: framework/design/riccati.md.
+// A quadratic program in stages that models KktSystem by a Riccati recursion over a packed program.
+// Derivation: framework/design/riccati.md.
 #pragma once
 
 #include <span>
@@ -14,16 +14,16 @@ namespace saltus::qp {
 
 class RiccatiSystem {
  public:
-  /// Sized for the capacity of the program; `kernels` of fixed sizes are used where they fit.
+  /// Allocates for the capacity of the program. `kernels` of fixed sizes are used where they fit.
   RiccatiSystem(const StageQp& capacity, std::span<const RiccatiKernel> kernels);
 
-  /// False if it is no problem: see PackedQp::pack().
+  /// Returns false if the program is invalid; see PackedQp::pack().
   bool pack(const StageQp& qp);
   const PackedQp& packed() const { return packed_; }
-  /// Replaces the states in v by those that the dynamics give for its inputs.
+  /// Replaces the states in v by a roll-out of its inputs.
   void roll_out(double* v);
 
-  // KktSystem.
+  // Implements KktSystem.
   int variables() const { return packed_.variables; }
   int equalities() const { return packed_.equalities; }
   int sides() const { return packed_.sides; }

@@ -1,4 +1,4 @@
-// Rows of a stage with few columns: products with them, and what they add to the Hessian.
+// Kernels for rows of a stage with few columns: products, and their contribution to the Hessian.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ constexpr int padded_pairs_of(int columns) {
   for (int j = 0; j < columns; ++j) size += padded(j + 1);
   return size;
 }
-/// Up to this many columns the products of all pairs of columns are kept.
+/// Products of column pairs are stored for at most this many columns.
 inline constexpr int max_pair_columns = 8;
 
 struct RowKernel;
@@ -22,34 +22,35 @@ struct RowKernel;
 /// Rows of a stage that have the same columns and kind, packed over whole vectors.
 struct RowBlock {
   int rows = 0, columns = 0;
-  int lower_at = -1, upper_at = -1;  ///< first side, -1: no lower (upper) sides
+  int lower_at = -1, upper_at = -1;  ///< first side; -1: no lower (upper) sides
   int equality_at = -1;              ///< first entry of y; then there are no sides
   bool soft = false;
   bool partial = false;            ///< some of its rows lack one of the sides that others have
-  const RowBlock* twin = nullptr;  ///< of the stage before, with the same coefficients and sides
+  const RowBlock* twin = nullptr;  ///< block of the stage before with the same coefficients and
+                                   ///< sides
   int part = 0;                    ///< of the inputs, or 0: the stage's main variables
   int joined = -1;                 ///< part whose Hessian it adds to, or -1: that of the stage
   int v_at = 0;                    ///< where the part's variables begin in v
   const int* column = nullptr;     ///< per column, its offset behind v_at
   bool contiguous = false;         ///< the columns follow one another
   bool diagonal = false;  ///< row i has an entry in column i alone: C is one column of them
-  const int* target =
-      nullptr;  ///< per pair of columns (of one column, if diagonal), its offset in that Hessian
+  /// Offset in that Hessian of every pair of columns (of every column, if diagonal).
+  const int* target = nullptr;
   const double* C = nullptr;   ///< by columns, over rows
   const double* Ct = nullptr;  ///< by rows, over columns
-  /// Products of two columns, by rows over an upper triangle of padded columns; few columns only.
+  /// Products of two columns, by rows over a padded upper triangle; only for few columns.
   const double* pairs = nullptr;
   const RowKernel* kernel = nullptr;
-  // Where the rows come from: group of the stage, or -1 for bounds; and which of its rows.
+  // Origin of the rows: the group of the stage (-1: bounds), and the row indices in it.
   int group = -1;
   const int* source = nullptr;
-  const double* scale = nullptr;  ///< equalities: factor of every row
+  const double* scale = nullptr;  ///< equalities: scale factor of every row
 };
 
-/// For COLUMNS columns, or any number (-1).
+/// For COLUMNS columns; -1: any number.
 template <int COLUMNS>
 struct RowFunctions {
-  /// out = sign C x. x: the variables of the block's part.
+  /// Computes out = sign C x. x: the variables of the block's part.
   static void multiply(const RowBlock& b, const double* x, double sign, double* out) {
     if (b.contiguous)
       multiply_entries(
@@ -65,7 +66,7 @@ struct RowFunctions {
     const int rows = b.rows, ld = padded(columns);
     const auto chunk = [&]<int V>(int i) {
       const double* Ct = b.Ct + i;
-      // Two sums where one would wait for its own additions.
+      // Two independent sums avoid the latency of dependent additions.
       Lanes even[V] = {}, odd[V] = {};
       int r = 0;
       for (; r + 2 <= rows; r += 2) {
@@ -81,7 +82,7 @@ struct RowFunctions {
         const Lanes total = (even[v] + odd[v]) * sign;
         const int begin = i + v * lanes;
         if (b.contiguous) {
-          // Lanes beyond the columns add zero to what follows.
+          // Lanes beyond the columns add zero to the entries that follow.
           double* to = x + b.column[0] + begin;
           store_loose(to, load_loose(to) + total);
         } else {
@@ -95,7 +96,8 @@ struct RowFunctions {
     if (i < ld) chunk.template operator()<1>(i);
   }
 
-  /// H += C' diag(weights) C by the products of columns. `work`: padded_pairs_of(columns).
+  /// Computes H += C' diag(weights) C from the products of columns. `work`:
+  /// padded_pairs_of(columns).
   static void add_square(const RowBlock& b, const double* weights, double* H, double* work) {
     const Extent<COLUMNS> columns(b.columns);
     const int ld = padded_pairs_of(columns);
@@ -113,7 +115,7 @@ struct RowFunctions {
       Lanes sum[vectors];
       chunk(0, sum);
       if (b.contiguous) {
-        // Lanes below the diagonal add zero to what nobody reads.
+        // Lanes below the diagonal add zero to entries that are not read.
         for_each(
             columns, [&](auto j) __attribute__((always_inline)) {
               for (int v = 0; v <= j; v += lanes) {
@@ -136,7 +138,7 @@ struct RowFunctions {
   }
 
  private:
-  // entry(c): the variable of column c.
+  // entry(c): value of the variable of column c.
   template <class Entry>
   static SALTUS_INLINE void multiply_entries(const RowBlock& b, Entry entry, double sign,
                                              double* out) {
@@ -151,7 +153,7 @@ struct RowFunctions {
       }
       for (int v = 0; v < V; ++v) store(out + i + v * lanes, sum[v] * sign);
     };
-    // Most blocks are of these heights.
+    // Most blocks have one of these heights.
     if (ld == 4 * lanes) return chunk.template operator()<4>(0);
     if (ld == 2 * lanes) return chunk.template operator()<2>(0);
     int i = 0;
@@ -160,11 +162,11 @@ struct RowFunctions {
   }
 };
 
-/// For blocks that are diagonal, as those of limits of single variables.
+/// For diagonal blocks, such as limits of single variables.
 struct DiagonalRowFunctions {
   static void multiply(const RowBlock& b, const double* x, double sign, double* out) {
     if (b.contiguous) {
-      // Beyond the rows C is zero.
+      // C is zero beyond the rows.
       for (int i = 0; i < padded(b.rows); i += lanes)
         store(out + i, load(b.C + i) * load_loose(x + b.column[0] + i) * sign);
       return;
@@ -206,9 +208,9 @@ inline constexpr RowKernel diagonal_row_kernel = {-1, &DiagonalRowFunctions::mul
                                                   &DiagonalRowFunctions::add_transposed,
                                                   &DiagonalRowFunctions::add_square};
 
-/// Two groups of inputs that act through their sum. With S = R_1 + R_2 = L D L' their joint Hessian
-/// is R_1 S^-1 R_2. An explicit inverse of S would be quicker and loses half the digits, as rows
-/// that are in force make S stiff. m x m, leading dimension padded(m).
+/// Two groups of inputs that act through their sum. With S = R_1 + R_2 = L D L', their joint
+/// Hessian is R_1 S^-1 R_2. An explicit inverse of S would be faster but loses half the digits,
+/// because active rows make S stiff. All matrices are m x m with leading dimension padded(m).
 struct Split {
   double* before = nullptr;      ///< R_1
   double* second = nullptr;      ///< R_2
@@ -221,7 +223,8 @@ struct Split {
 
 template <int M>
 struct SplitFunctions {
-  /// The groups' Hessians before any rows: `R` one after the other, and something on the diagonals.
+  /// Copies the Hessians of the groups, stored consecutively in `R`, and adds constants to the
+  /// diagonals.
   static void begin(int size, int parts, const double* R, double on_first, double on_further,
                     double* out) {
     const Extent<M> m(size);
@@ -233,8 +236,8 @@ struct SplitFunctions {
     }
   }
 
-  /// The upper triangle of `out` becomes the joint Hessian, or it is added to it. s.before and
-  /// s.second hold upper triangles, and whole matrices afterwards.
+  /// Writes or adds the joint Hessian to the upper triangle of `out`. s.before and s.second hold
+  /// upper triangles on entry and full matrices on return.
   static void join(int size, Split& s, double* work, double least_pivot, double* out, int ldo,
                    bool add) {
     const Extent<M> m(size);
@@ -251,7 +254,7 @@ struct SplitFunctions {
       for (int i = m; i < ld; ++i) s.before[i + j * ld] = s.second[i + j * ld] = 0.0;
     }
     for (int i = 0; i < m; ++i) {
-      // What a vector has too much is overwritten by the next.
+      // The next row overwrites the excess of the last vector.
       double* row = rows + i * stride;
       for (int v = 0; v < ld; v += lanes) store(row + v, load(s.before + i * ld + v));
       for (int v = 0; v < ld; v += lanes) {
@@ -292,11 +295,11 @@ struct SplitFunctions {
       }
   }
 
-  // x = S^-1 x; padding beyond m must be zero.
+  // Computes x = S^-1 x. Padding beyond m must be zero.
   static SALTUS_INLINE void solve(const Extent<M>& m, const Split& s, double* x) {
     const int ld = padded(m);
     if constexpr (M >= 0) {
-      // In registers.
+      // The fixed size fits in registers.
       Lanes part[padded(M) / lanes];
       for (int v = 0; v < ld; v += lanes) part[v / lanes] = load(x + v);
       const auto subtract = [&](const double* column, int j, int first, int last)
@@ -325,7 +328,8 @@ struct SplitFunctions {
         store(x + v, load(x + v) - load(s.Lt + j * ld + v) * x[j]);
   }
 
-  /// Gradient of the sum from those of the groups; `own`, that of the first, becomes it.
+  /// Computes the gradient of the sum from those of the groups. `own` holds that of the first group
+  /// and receives the result.
   static void gather(int size, Split& s, const double* further, double* own, double* work) {
     const Extent<M> m(size);
     const int ld = padded(m);
@@ -337,7 +341,8 @@ struct SplitFunctions {
     for (int i = 0; i < m; ++i) own[i] += product[i];
   }
 
-  /// What each group contributes to their sum `own`: that of the first stays in it.
+  /// Divides the sum `own` into the contributions of the groups. `own` receives that of the first
+  /// group.
   static void divide(int size, const Split& s, double* own, double* further, double* work) {
     const Extent<M> m(size);
     const int ld = padded(m);

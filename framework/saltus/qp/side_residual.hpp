@@ -1,5 +1,4 @@
-// What one row or bound adds to a KKT residual: its violation, and its multiplier against its
-// sides.
+// Contribution of one row or bound to a KKT residual: its violation and its complementarity.
 #pragma once
 
 #include <algorithm>
@@ -10,41 +9,39 @@
 
 namespace saltus {
 
-/// worst = max(worst, |value|), where NaN counts as infinite: a residual is never flattered by it.
+/// Sets worst = max(worst, |value|). NaN counts as infinite, so that it never improves a residual.
 inline void raise(double& worst, double value) {
   const double size = std::abs(value);
   if (!(size <= worst)) worst = std::isnan(size) ? infinity : size;
 }
 
-/// The largest magnitude in v, likewise.
+/// Largest magnitude in v. NaN counts as infinite.
 inline double largest_entry(const Eigen::Ref<const VectorXd>& v) {
   double worst = 0.0;
   for (const double x : v) raise(worst, x);
   return worst;
 }
 
-/// Raises both parts for a hard row (or variable) of this value between its sides. A multiplier
-/// must push against the side that holds: positive at the upper, negative at the lower one; its
-/// product with the distance to that side must vanish. Where the sides are equal it is free.
+/// Raises both residuals for a hard row or variable with the given value and sides. The multiplier
+/// must push against the active side: positive at the upper, negative at the lower one. Its product
+/// with the distance to that side must vanish. Equal sides leave the multiplier free.
 inline void add_hard(double value, double lower, double upper, double multiplier,
                      double& feasibility, double& complementarity) {
   if (!(value >= lower)) raise(feasibility, lower - value);
   if (!(value <= upper)) raise(feasibility, value - upper);
   if (lower == upper || multiplier == 0.0) return;
   const double distance = multiplier > 0.0 ? upper - value : value - lower;
-  // Without a side there it pushes against nothing, and counts as it is.
+  // A multiplier without a side in its direction counts in full.
   raise(complementarity,
         std::isfinite(distance) ? multiplier * std::max(distance, 0.0) : multiplier);
 }
 
-/// The same for a soft row. A side missed by t >= 0 costs l1 t + l2/2 t^2; optimal are
-/// 0 <= multiplier <= l1 + l2 t, equal to the upper limit if t > 0, zero if the side is not
-/// reached.
+/// The same for a soft row. A side violated by t >= 0 costs l1 t + l2/2 t^2. Optimality requires 0
+/// <= multiplier <= l1 + l2 t: equal to the upper limit if t > 0, zero if the side is inactive.
 ///
-/// t is what the value implies, with one freedom: a multiplier above its limit by e is an error e
-/// of stationarity in t, or, as the limit rises with t, an error multiplier x e / l2 of
-/// complementarity at the t that permits it. The smaller counts, as it would with t among the
-/// variables.
+/// The value determines t, with one freedom. A multiplier that exceeds its limit by e is an error e
+/// of stationarity in t. Since the limit rises with t, it is also an error multiplier x e / l2 of
+/// complementarity at the t that permits it. The smaller error counts, as if t were a variable.
 inline void add_soft(double value, double lower, double upper, double l1, double l2,
                      double multiplier, double& stationarity, double& complementarity) {
   const auto add_side = [&](double miss, double m) {

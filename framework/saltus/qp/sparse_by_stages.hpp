@@ -1,4 +1,4 @@
-// A solver of programs in stages as a solver of sparse ones whose stages are known.
+// Adapter that solves sparse programs with known stages by a stage solver.
 #pragma once
 
 #include <functional>
@@ -10,12 +10,12 @@
 
 namespace saltus {
 
-/// Makes a stage solver for programs within the capacity of the one given.
+/// Makes a stage solver for programs within the given capacity.
 using MakeStageSolver = std::function<std::unique_ptr<StageQpSolver>(const StageQp&)>;
 
 /// For programs with the patterns of `patterns`. Throws DefinitionError if the structure does not
-/// fit them, naming what does not. Numbers that cannot be staged (see StageFill) are an
-/// invalid_problem. Residual and violation of a result are those of the program in stages.
+/// fit them and names the mismatch. Values that cannot be staged (see StageFill) give the status
+/// invalid_problem. Residual and violation of a result refer to the program in stages.
 std::unique_ptr<QpSolver> make_sparse_solver_by_stages(const SparseQp& patterns,
                                                        StageStructure structure,
                                                        const MakeStageSolver& make);

@@ -1,4 +1,4 @@
-// Newton's equations on a sparse factor.
+// Newton's equations with a sparse factorisation.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace saltus {
 
-/// Patterns as in SparseQp; the Hessian's needs the whole diagonal.
+/// Patterns as in SparseQp. The Hessian pattern must contain the whole diagonal.
 std::unique_ptr<NewtonSystem> make_sparse_newton(const SparsityPattern& hessian,
                                                  const SparsityPattern& rows);
 

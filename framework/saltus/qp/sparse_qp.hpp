@@ -1,4 +1,4 @@
-// A quadratic program with sparse data, and the seam between it and its solvers.
+// A quadratic program with sparse data, and the interface of its solvers.
 #pragma once
 
 #include <memory>
@@ -12,27 +12,27 @@
 
 namespace saltus {
 
-/// min 1/2 w'Hw + gradient'w + constant subject to lower <= w <= upper and
-/// row_lower <= J w <= row_upper. Patterns are fixed; everything else may change between solves.
+/// min 1/2 w'Hw + gradient'w + constant subject to lower <= w <= upper and row_lower <= J w <=
+/// row_upper. The patterns are fixed; all values may change between solves.
 struct SparseQp {
   SparsityPattern hessian_pattern;              ///< lower triangle
   SparsityPattern row_pattern;                  ///< rows x variables
   VectorXd hessian, rows;                       ///< values in the order of their patterns
   VectorXd gradient;                            ///< linear part of the cost
-  double constant = 0.0;                        ///< part of the cost that no variable changes
+  double constant = 0.0;                        ///< constant part of the cost
   VectorXd lower, upper, row_lower, row_upper;  ///< may be infinite; equal sides are equalities
 
   SparseQp() = default;
-  /// Zeros, without bounds.
+  /// Zero data without bounds.
   SparseQp(SparsityPattern hessian_pattern, SparsityPattern row_pattern);
-  /// How many.
+  /// Number of variables.
   int variables() const { return static_cast<int>(gradient.size()); }
 };
 
-/// Cost of w.
+/// Cost at w.
 double objective(const SparseQp& qp, const VectorXd& w);
 
-/// First-order optimality, each the largest absolute entry; zero at the optimum.
+/// First-order optimality residuals: largest absolute entries, zero at the optimum.
 struct SparseQpResidual {
   double stationarity = 0.0;     ///< of the Lagrangian
   double feasibility = 0.0;      ///< rows and bounds
@@ -40,18 +40,19 @@ struct SparseQpResidual {
   /// The largest of the three.
   double largest() const;
 };
-/// From the data of the program and nothing else. Does not allocate.
+/// Computes the residual from the data of the program alone. Does not allocate.
 SparseQpResidual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point);
 
-/// A solver for programs with the patterns it was made for. After construction nothing allocates.
+/// A solver for programs with the patterns it was made for. It does not allocate after
+/// construction.
 class QpSolver {
  public:
   virtual ~QpSolver() = default;
-  /// `point` holds the start (with `warm` its multipliers count too) and receives the solution.
+  /// `point` is the start and receives the solution. With `warm`, its multipliers are used too.
   virtual QpResult solve(const SparseQp& qp, PrimalDualPoint& point, bool warm) noexcept = 0;
-  /// Later solves stop at this instant; time_point::max(): never.
+  /// Later solves stop at this time; time_point::max(): no deadline.
   virtual void set_deadline(WallClock::time_point deadline) = 0;
-  /// For messages and results.
+  /// Name of the solver in messages and results.
   virtual std::string name() const = 0;
 };
 

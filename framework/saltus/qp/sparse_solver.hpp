@@ -1,5 +1,5 @@
-// The interior-point method on a sparse factor: for programs that do not fall into stages, and to
-// cross-check the solver of those that do.
+// The interior-point method with a sparse factorisation: for programs without stages, and to
+// cross-check the stage solver.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace saltus {
 
-/// For programs with these patterns (of the Hessian the lower triangle). Programs with others, and
-/// data that are no problem, get the status invalid_problem.
+/// `hessian` is the lower triangle. Programs with other patterns and invalid data get the status
+/// invalid_problem.
 std::unique_ptr<QpSolver> make_sparse_qp_solver(const SparsityPattern& hessian,
                                                 const SparsityPattern& rows,
                                                 const QpOptions& options = {});

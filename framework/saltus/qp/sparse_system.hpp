@@ -1,4 +1,4 @@
-// A sparse quadratic program as the interior-point method sees it: models KktSystem.
+// A sparse quadratic program that models KktSystem for the interior-point method.
 #pragma once
 
 #include <vector>
@@ -10,30 +10,31 @@
 
 namespace saltus::qp {
 
-/// v is w without its fixed variables: those (equal bounds) stay zero in v, and their values are
-/// part of the constants. The cost is divided by cost_unit(), its largest slope at the origin (at
-/// least 1), and with it y and lambda: rounding and regularisation are relative to that. Rows with
-/// equal sides are equalities; every other finite side of a row or bound is a side. Which is which
-/// may change with load().
+/// v is w without its fixed variables (equal bounds): they stay zero in v, and their values enter
+/// the constants. The cost, y and lambda are divided by cost_unit(), the largest slope of the cost
+/// at the origin (at least 1). Rounding and regularisation are relative to it. Rows with equal
+/// sides are equalities; every other finite side of a row or bound is a side. This division may
+/// change with load().
 ///
-/// Behind solve() stands one matrix whose pattern covers all cases,
+/// solve() uses one matrix whose pattern covers all cases,
 ///
 ///     [ H + diag(bound weights) + rho     J'          ]
 ///     [ J                                 -1/w - delta ],   w: weights of a row's sides, infinite
 ///                                                         for an equality,
 ///
-/// which rho, delta > 0 make quasi-definite. Its solutions are refined until the equations without
-/// rho and delta hold, as far as the residual can be made to shrink; where that is not far enough,
-/// the matrix is factored again with others. Columns of fixed variables are
-/// zero but for a 1 on the diagonal.
+/// where rho, delta > 0 make the matrix quasi-definite. Refinement reduces the residual of the
+/// equations without rho and delta as far as possible. If that is not enough, the matrix is
+/// factored again with other values. Columns of fixed variables are zero except for a 1 on the
+/// diagonal.
 class SparseSystem {
  public:
-  /// Lower triangle of the Hessian. Later programs must have these patterns.
+  /// `hessian` is the lower triangle. Later programs must have these patterns.
   SparseSystem(const SparsityPattern& hessian, const SparsityPattern& rows);
 
-  /// Takes the data. False if they are not a problem: NaN, crossed bounds, other patterns' sizes.
+  /// Loads the data. Returns false if they are invalid: NaN, crossed bounds, or sizes of other
+  /// patterns.
   bool load(const SparseQp& qp);
-  /// Arrays of v, y and lambda for the loaded program, and back.
+  /// Converts between points and the arrays v, y and lambda of the loaded program.
   void load_point(const PrimalDualPoint& point, double* v, double* y, double* lambda) const;
   void unload_point(const SparseQp& qp, const double* v, const double* y, const double* lambda,
                     PrimalDualPoint& point) const;
@@ -44,7 +45,7 @@ class SparseSystem {
   int max_equalities() const { return padded(m_); }
   int max_sides() const { return padded(2 * (n_ + m_)); }
 
-  // KktSystem.
+  // Implements KktSystem.
   int variables() const { return padded(n_); }
   int equalities() const { return padded(static_cast<int>(equality_rows_.size())); }
   int sides() const { return padded(static_cast<int>(sides_.size())); }
@@ -62,25 +63,25 @@ class SparseSystem {
   void set_shift(double shift) { shift_ = shift; }
   bool factor(const double* weights);
   void solve(const double* rv, const double* ry, double* dv, double* dy);
-  /// Of the last solution dv, rows with large weights are known to more digits than dv tells.
+  /// For the last solution dv, rows with large weights are accurate to more digits than dv itself.
   void multiply(const double* v, double* side);
   void add_transposed(const double* side, double* v);
   void row_sizes(double* side);
 
-  /// Since load(): how often a factor was made with another regularisation, because the first one
-  /// broke down or its solutions were poor.
+  /// Number of factorisations since load() with another regularisation, because the first one broke
+  /// down or gave poor solutions.
   int regularisation_changes() const { return changes_; }
   int factor_entries() const { return ldl_.factor_entries(); }
 
  private:
-  /// lower <= quantity: sign +1; quantity <= upper: sign -1.
+  /// lower <= quantity has sign +1; quantity <= upper has sign -1.
   struct Side {
     int row;  ///< of J, or m + variable
     double sign;
   };
   void add_sides(int row, double lower, double upper, double offset);
   bool factor_with(double regularisation);
-  /// out = K x for the matrix without rho and delta; x and out hold variables, then rows.
+  /// Computes out = K x for the matrix without rho and delta. x and out hold variables, then rows.
   void multiply_matrix(const double* x, double* out) const;
   void multiply_rows(const double* v);
   void spread(const double* v, double* side) const;
@@ -95,7 +96,7 @@ class SparseSystem {
   VectorXd gradient_;
   VectorXd fixed_;  ///< values of fixed variables, else zero
   std::vector<char> is_fixed_;
-  VectorXd row_offset_;  ///< what the fixed variables contribute to each row
+  VectorXd row_offset_;  ///< contribution of the fixed variables to each row
 
   std::vector<int> equality_rows_;
   VectorXd equality_;  ///< right-hand sides
@@ -103,18 +104,18 @@ class SparseSystem {
   AlignedArray active_, beta_, weights_;
 
   SparseLdl ldl_;
-  std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  ///< entries of the matrix's pattern
+  std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  ///< positions in the matrix pattern
   VectorXd hessian_diagonal_;
   VectorXd diagonal_;  ///< of the matrix without H, rho and delta: bound weights, -1/w
   VectorXd right_side_, solution_, residual_, best_;
-  bool best_is_of_factor_ = false;  ///< the last solution, of this factor and these rows
+  bool best_is_of_factor_ = false;  ///< true if best_ solves the current factor and rows
   VectorXd row_work_;
   double cost_unit_ = 1.0;
   bool expects_convex_ = true;
   double shift_ = 0.0;
   double scale_ = 1.0;      ///< largest entry of H, at least 1: the unit of rho
   double row_scale_ = 0.0;  ///< largest entry of J
-  std::size_t level_ = 0;   ///< of regularisation, the one in use
+  std::size_t level_ = 0;   ///< current index of the regularisation
   int changes_ = 0;
 };
 

@@ -1,5 +1,4 @@
-// From a sparse program whose stages are known to the program in stages, and points of either to
-// points of the other.
+// Maps a sparse program with known stages to a program in stages, and points in both directions.
 #pragma once
 
 #include <memory>
@@ -13,63 +12,64 @@
 
 namespace saltus {
 
-/// What became of the numbers of a sparse program.
+/// Result of filling the stages with the values of a sparse program.
 enum class StageFill {
   filled,
-  /// A row of which every variable has equal bounds is violated, or a given start is outside the
+  /// A row whose variables all have equal bounds is violated, or a given start is outside the
   /// bounds of its variable.
   infeasible,
-  /// Not expressible with these numbers: a row of the dynamics that is no equality, a slack with an
-  /// upper bound or a negative weight, or two variables carried into one stage as one state.
+  /// These values cannot be staged: a row of the dynamics is not an equality, a slack has an upper
+  /// bound or a negative weight, or two variables are carried into one stage as one state.
   not_staged
 };
 
-/// Rows of a program that are written straight into the stages, without a sparse matrix between.
+/// Rows of a program that are written directly into the stages, without a sparse matrix.
 class DirectRows {
  public:
   virtual ~DirectRows() = default;
-  /// Writes every entry of the rows' pattern to its target; of rows without bounds none.
+  /// Writes every entry of the row pattern to its target, except entries of rows without bounds.
   virtual bool write(std::span<const EntryTarget> targets) noexcept = 0;
   virtual void multiply(const VectorXd& w, VectorXd& rows) const noexcept = 0;  ///< rows = J w
   /// gradient += J' lambda.
   virtual void add_transposed(const VectorXd& lambda, VectorXd& gradient) const noexcept = 0;
 };
 
-/// Variables with equal bounds, rows without bounds and slacks vanish; what is left is written into
-/// the stages by lists of offsets. The lists of a stage are made anew only where something in it
-/// appeared or vanished. After construction nothing allocates.
+/// Variables with equal bounds, rows without bounds and slacks are eliminated. The remaining values
+/// are written into the stages by lists of offsets. The lists of a stage are rebuilt only if an
+/// entry of it appeared or vanished. After construction nothing allocates.
 ///
-/// Global variables are inputs of the stage before the first that uses them and states from there
-/// on. If that is the first one, a stage is put in front in which nothing else happens.
+/// Global variables are inputs of the stage before the first stage that uses them, and states from
+/// there on. If the first stage uses them, an additional empty stage is inserted before it.
 ///
-/// The cost of a carried variable alone stays in the stage of the variable; where it is carried to,
-/// only what it shares with others is left. The Hessian of one stage may thus be indefinite though
-/// the program is convex: recursions over stages do not mind, solvers that expect every stage to be
-/// convex do.
+/// The cost of a carried variable alone stays in the stage of the variable. The stages that it is
+/// carried to hold only the terms shared with other variables. The Hessian of one stage may thus be
+/// indefinite although the program is convex. Recursions over stages allow this; solvers that
+/// expect every stage to be convex do not.
 class StageMap {
  public:
-  /// Throws DefinitionError if the structure does not fit the patterns, naming what does not.
+  /// Throws DefinitionError if the structure does not fit the patterns and names the mismatch.
   StageMap(const SparseQp& patterns, StageStructure structure);
   StageMap(StageMap&&) noexcept;
   StageMap& operator=(StageMap&&) noexcept;
   ~StageMap();
 
-  /// The program in stages as of the last fill(); its address stays.
+  /// The program in stages of the last fill(). The reference stays valid.
   const StageQp& stages() const;
   StageFill fill(const SparseQp& qp) noexcept;
 
-  /// From now on the rows' entries come from `rows`, and `qp`, which is the one that will be
-  /// filled, keeps only those that stand in no stage. Both must outlive the map.
+  /// From now on the row entries come from `rows`. `qp` must be the program that is filled later;
+  /// it keeps only the entries that belong to no stage. Both must outlive the map.
   void write_directly(SparseQp& qp, DirectRows& rows);
-  /// As fill(qp); unless `rows_changed`, only what moved to another column is written again.
+  /// As fill(qp). Without `rows_changed`, only entries that moved to another column are written
+  /// again.
   StageFill fill(const SparseQp& qp, bool rows_changed) noexcept;
-  /// Direct rows: since the last fill() nothing but the values of a given start has changed.
+  /// For direct rows, if only the values of a given start have changed since the last fill().
   void restart(const VectorXd& row_sides) noexcept;
 
   // For the program of the last fill(), which must have succeeded.
-  /// All variables and multipliers, those of vanished variables included. `to` is resized.
+  /// Converts all variables and multipliers, including those of eliminated variables. Resizes `to`.
   void convert(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) noexcept;
-  /// `to` was made for stages(). Without multipliers in `from` those of `to` are zero.
+  /// `to` must be made for stages(). If `from` has no multipliers, those of `to` are set to zero.
   void convert(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to) noexcept;
 
  private:

@@ -1,5 +1,5 @@
-// The inside of StageMap: what is known of every variable and row, and per stage the lists of
-// offsets along which numbers are written. Private to stage_map*.cpp.
+// Implementation data of StageMap: the properties of every variable and row, and per stage the
+// lists of offsets for writing values. Private to stage_map*.cpp.
 #pragma once
 
 #include <string>
@@ -13,25 +13,26 @@ namespace stage_map {
 enum class Kind { none, state, input, global, slack };
 struct Variable {
   Kind kind = Kind::none;
-  int stage = -1;  ///< of which it is a state or input; a global: where it is an input; a slack: -1
-  int index = -1;  ///< among those states, inputs or globals; a slack: the row that it softens
-  int last = -1;   ///< last stage that may use it
-  int first = -1;  ///< first stage of a variable with which it shares an entry of the Hessian
-  int chain = -1;  ///< the additional state that carries it, -1: none
-  bool gone = false;  ///< at present its bounds are equal
-  int column = -1;    ///< at present in (x, u) of its stage, -1: vanished
+  int stage = -1;     ///< stage of the state or input; a global: the stage where it is an input; a
+                      ///< slack: -1
+  int index = -1;     ///< index among those states, inputs or globals; a slack: its soft row
+  int last = -1;      ///< last stage that may use it
+  int first = -1;     ///< first stage of a variable with which it shares a Hessian entry
+  int chain = -1;     ///< additional state that carries it; -1: none
+  bool gone = false;  ///< true if its bounds are currently equal
+  int column = -1;    ///< current column in (x, u) of its stage; -1: eliminated
 };
-// A side of a row, or both; soft rows are two of these if both sides have a slack.
+// One side of a row, or both. A soft row has two parts if both sides have a slack.
 struct Part {
   int row = -1;
   int side = 0;  ///< -1 lower, 1 upper, 0 both
   int slack = -1;
   bool active = false;
-  bool constant = false;  ///< all its variables vanished
-  int group_row = -1;     ///< of the program in stages, -1: not in force
+  bool constant = false;  ///< all its variables are eliminated
+  int group_row = -1;     ///< row in the program in stages; -1: inactive
   double l1 = 0.0, l2 = 0.0;
 };
-// A slack and its entries in its row and in the Hessian (-1: none).
+// A slack and the indices of its entries in its row and in the Hessian (-1: none).
 struct Slack {
   int variable = -1, entry = -1, hessian = -1;
 };
@@ -41,46 +42,47 @@ struct SoftRow {
 struct Move {  // values[from] goes to data[to]
   int from, to;
 };
-struct MovePair {  // of a symmetric matrix
+struct MovePair {  // entry of a symmetric matrix
   int from, to, mirror;
 };
-struct Fixed {  // values[from] times the value of a vanished variable goes to entry `to`
+struct Fixed {  // values[from] times the value of an eliminated variable goes to entry `to`
   int from, to, variable;
 };
 struct Group {
   bool soft = false;
   bool in_force = false;  ///< some part is active
   std::vector<Part> parts;
-  std::vector<int> variables;  ///< that may be columns
-  std::vector<int> entries;    ///< of the rows, slacks left out
+  std::vector<int> variables;  ///< possible columns
+  std::vector<int> entries;    ///< row entries without slacks
   std::vector<Move> M;
   std::vector<Fixed> fixed;  ///< `to` is a part
-  std::vector<Move> twins;   ///< in M: the second side of a soft row, of direct rows
-  VectorXd shift;            ///< of every part, by vanished variables and least slacks
+  std::vector<Move> twins;   ///< in M: second side of a soft row (direct rows)
+  VectorXd shift;            ///< per part: contribution of eliminated variables and minimum slacks
 };
-struct Entry {  // of the Hessian
+struct Entry {  // entry of the Hessian
   int from, a, b;
 };
 struct StagePlan {
   bool is_front = false;
   std::vector<int> states, inputs, chosen;  ///< variables; chosen: globals that begin here
-  std::vector<int> globals, chains;         ///< that may be states here
+  std::vector<int> globals, chains;         ///< possible states of this stage
   std::vector<int> dynamics, diagonal;      ///< rows, and their entries of the next state
-  std::vector<int> global_column, chain_column, holder;  ///< per global or chain, -1: none
+  std::vector<int> global_column, chain_column, holder;  ///< per global or chain; -1: none
   std::vector<Entry> hessian;
-  std::vector<Entry> later;  ///< entries of a later stage: a is of this one, b of that
+  std::vector<Entry> later;  ///< entries shared with a later stage: a belongs to this stage, b to
+                             ///< the later one
   std::vector<Group> groups;
   std::vector<int> resultants;
   int resultant_size = 0;
   int max_nx = 0, max_nu = 0;
-  // Present lists.
+  // Current lists.
   bool dirty = true;
   int nx = 0, nu = 0;
-  std::vector<int> u_variable;  ///< of present inputs
+  std::vector<int> u_variable;  ///< variables of the current inputs
   std::vector<MovePair> Q, R;
   std::vector<Move> S;
-  std::vector<Fixed> cost_fixed;     ///< `to` in (x, u)
-  std::vector<Entry> cost_constant;  ///< of two vanished variables
+  std::vector<Fixed> cost_fixed;     ///< `to` is an index into (x, u)
+  std::vector<Entry> cost_constant;  ///< entries of two eliminated variables
   struct Scaled {
     int from, to, row;
   };
@@ -96,7 +98,7 @@ struct Coupling {
   bool on = false;
 };
 
-[[noreturn]] void fail(const std::string& what);  // of a structure: DefinitionError
+[[noreturn]] void fail(const std::string& what);  // throws DefinitionError about the structure
 
 }  // namespace stage_map
 
@@ -116,18 +118,18 @@ struct StageMap::Lists {
 
   Lists(const SparseQp& patterns, StageStructure structure);
 
-  // Construction, what belongs where: stage_map_build.cpp.
+  // Construction, assignment to stages: stage_map_build.cpp.
   void assign_variables();
   void assign_rows(const SparseQp& patterns);
   void find_uses(const SparseQp& patterns);
   void assign_globals(const SparseQp& patterns);
   void assign_chains();
-  // Construction, what each stage may hold: stage_map_plans.cpp.
+  // Construction, capacity of each stage: stage_map_plans.cpp.
   void make_plans(const SparseQp& patterns);
   void make_groups(const SparseQp& patterns, int stage, const StageStructure::Stage& given);
   void make_stages();
 
-  // What is watched: stage_map_watch.cpp.
+  // Detection of changes: stage_map_watch.cpp.
   void mark(int first, int last);
   StageFill watch(const SparseQp& qp);
   StageFill watch_soft(const SparseQp& qp, Part& part) const;
@@ -142,7 +144,7 @@ struct StageMap::Lists {
   void list_groups(const SparseQp& qp, int stage);
   int resultant_size(int stage) const;
 
-  // Numbers along the lists: stage_map_values.cpp.
+  // Writing values along the lists: stage_map_values.cpp.
   StageFill write(const SparseQp& qp);
   void write_cost(const SparseQp& qp, int stage);
   StageFill write_dynamics(const SparseQp& qp, int stage);
@@ -160,7 +162,7 @@ struct StageMap::Lists {
   void aim_group(Group& group, RowGroup& target);
   void restart(const VectorXd& row_sides);
 
-  // Points: stage_map_points.cpp.
+  // Conversion of points: stage_map_points.cpp.
   void to_sparse(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
   void to_stages(const SparseQp& qp, const PrimalDualPoint& from, StagePoint& to);
   void give_slacks(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to);
@@ -171,14 +173,14 @@ struct StageMap::Lists {
   double costate(const StagePoint& point, int stage, int x) const;
 
   StageStructure structure;
-  int front = 0;  // stages put in front
+  int front = 0;  // number of stages inserted before the first one
   std::vector<Variable> variables;
-  std::vector<int> row_stage;  // of groups and dynamics; -1: start rows
+  std::vector<int> row_stage;  // stage of groups and dynamics; -1: start rows
   std::vector<int> row_first;  // first stage of its variables
   std::vector<char> row_active;
   std::vector<SoftRow> soft_rows;
   std::vector<int> soft_of_row;  // -1: hard
-  std::vector<int> start_entry;  // of the start rows
+  std::vector<int> start_entry;  // entries of the start rows
   std::vector<StagePlan> plans;
   std::vector<Coupling> couplings;
   std::vector<int> removable;  // inputs and globals
@@ -188,9 +190,9 @@ struct StageMap::Lists {
   StageQp stages;
   VectorXd gradient;
 
-  DirectRows* direct = nullptr;      // null: entries of rows are those of the sparse program
-  double* aside = nullptr;           // where entries go that stand in no stage
-  std::vector<EntryTarget> targets;  // of every entry
+  DirectRows* direct = nullptr;      // null: row entries come from the sparse program
+  double* aside = nullptr;           // target of entries that belong to no stage
+  std::vector<EntryTarget> targets;  // target of every entry
   VectorXd row_values;               // work space
 };
 

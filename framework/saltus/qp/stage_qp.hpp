@@ -9,83 +9,84 @@
 namespace saltus {
 
 /// Rows lower <= M v[columns] <= upper of one stage, v = (x, u). Rows with equal sides are
-/// equalities. A group is hard, or soft as a whole: a violation s >= 0 of a side then costs
-/// l1 s + l2/2 s^2, and the rows never make a problem infeasible.
+/// equalities. A group is hard or soft as a whole. In a soft group a violation s >= 0 of a side
+/// costs l1 s + l2/2 s^2, and the rows never make a problem infeasible.
 ///
-/// Penalties of one violation that rows of a stage express, all of them convex:
+/// Convex penalties of a violation that the rows of a stage can express:
 ///
 ///     linear, exact (L1)    l1 = w, l2 = 0
 ///     quadratic (L2)        l1 = 0, l2 = w
 ///     both, an elastic net  l1 = w, l2 = c
-///     Huber: c/2 s^2 up to s = w/c, then w s - w^2/(2c). It is the least of c/2 a^2 + w b with
-///     a + b = s, a >= 0, b >= 0: b is a further input of the stage, with bounds [0, inf) and the
-///     linear cost w b, that is subtracted in the row (added on a lower side); a is the row's own
-///     violation, l1 = 0, l2 = c.
+///     Huber: c/2 s^2 up to s = w/c, then w s - w^2/(2c). It is the minimum of c/2 a^2 + w b over
+///     a + b = s, a >= 0, b >= 0. b is an additional input of the stage with bounds [0, inf) and
+///     the linear cost w b; the row subtracts it (a lower side adds it). a is the violation of the
+///     row with l1 = 0, l2 = c.
 ///
-/// What has to be concave somewhere, such as a saturated penalty, has no such form.
+/// Penalties that are not convex, such as a saturated penalty, have no such form.
 ///
-/// Sizes may change between solves within the capacity: `rows` of them are in force, on the first
-/// `columns.size()` columns.
+/// Sizes may change between solves within the capacity: the leading `rows` rows on the first
+/// `columns.size()` columns are active.
 struct RowGroup {
-  int rows = 0;              ///< of them in force
-  std::vector<int> columns;  ///< ascending entries of v: state i is i, input i is nx + i
+  int rows = 0;              ///< number of active rows
+  std::vector<int> columns;  ///< ascending indices into v: state i is i, input i is nx + i
   MatrixXd M;                ///< at least rows x columns
   VectorXd lower, upper;     ///< may be infinite
   bool soft = false;         ///< may be violated at a cost
   VectorXd l1, l2;           ///< penalty weights per row, read if soft; >= 0 and not both zero
 };
 
-/// One stage: state x, input u, cost 1/2 x'Qx + u'Sx + 1/2 u'Ru + q'x + r'u + constant, and the
-/// map to the next stage's state, A x + B u + b. Matrices are at least of the present size; only
-/// their leading parts are read, so that sizes may change within a capacity without allocation.
+/// One stage: state x, input u, cost 1/2 x'Qx + u'Sx + 1/2 u'Ru + q'x + r'u + constant, and the map
+/// to the next state, A x + B u + b. Matrices have at least the current size and only their leading
+/// parts are read. Sizes may thus change within the capacity without allocation.
 struct Stage {
-  int nx = 0, nu = 0;     ///< states and inputs in force
+  int nx = 0, nu = 0;     ///< numbers of active states and inputs
   MatrixXd A, B;          ///< next nx x nx, next nx x nu; unused in the last stage
   VectorXd b;             ///< next nx
   MatrixXd Q, S, R;       ///< symmetric nx x nx; nu x nx; symmetric nu x nu
   VectorXd q, r;          ///< linear part of the cost: nx, nu
-  double constant = 0.0;  ///< part of the cost that no variable changes
-  VectorXd x_lower, x_upper, u_lower, u_upper;  ///< may be infinite; of a fixed start not read
+  double constant = 0.0;  ///< constant part of the cost
+  VectorXd x_lower, x_upper, u_lower, u_upper;  ///< may be infinite; x bounds of a fixed start are
+                                                ///< not read
   std::vector<RowGroup> groups;  ///< rows on (x, u), in groups that are hard or soft together
-  /// Declares that the inputs fall into nu / resultant_size groups of this size that act on the
-  /// next state through a common resultant, B_i = B_1 T_i with T_i invertible, and share neither
-  /// cost nor rows. Solvers check it and may ignore it. 0: nothing declared.
+  /// Declares that the inputs form nu / resultant_size groups of this size that act on the next
+  /// state through a common resultant, B_i = B_1 T_i with T_i invertible, and share neither cost
+  /// nor rows. Solvers check the declaration and may ignore it. 0: nothing is declared.
   int resultant_size = 0;
 };
 
-/// Capacity of a group of rows and of a stage.
+/// Capacity of a group of rows.
 struct RowGroupCapacity {
-  int rows = 0, columns = 0;  ///< the largest numbers that will be in force
+  int rows = 0, columns = 0;  ///< maximum sizes
   bool soft = false;          ///< may be violated at a cost
 };
-/// The largest sizes of a stage.
+/// Capacity of a stage.
 struct StageCapacity {
   int nx = 0, nu = 0;                    ///< states and inputs
   std::vector<RowGroupCapacity> groups;  ///< in the order of Stage::groups
 };
 
-/// min sum_k cost_k(x_k, u_k) subject to x_(k+1) = A_k x_k + B_k u_k + b_k, k < N, bounds and rows
-/// of every stage. The last stage, N, may have inputs and rows but has no successor.
+/// min sum_k cost_k(x_k, u_k) subject to x_(k+1) = A_k x_k + B_k u_k + b_k, k < N, and the bounds
+/// and rows of every stage. The last stage N may have inputs and rows but no successor.
 struct StageQp {
-  std::vector<Stage> stages;  ///< N + 1 of them
+  std::vector<Stage> stages;  ///< N + 1 stages
   bool fixed_start = true;    ///< x_0 = start; otherwise x_0 is free within its bounds and rows
   VectorXd start;             ///< x_0 if it is fixed
 
   StageQp() = default;
-  /// Zero cost and dynamics, no bounds, no rows in force, all sizes at their capacity.
+  /// Zero cost and dynamics, no bounds, no active rows, all sizes at their capacity.
   explicit StageQp(const std::vector<StageCapacity>& capacity);
 
-  /// N, the number of intervals.
+  /// Number of intervals, N.
   int intervals() const { return static_cast<int>(stages.size()) - 1; }
 };
 
-/// A primal-dual point. Multipliers are positive where the upper side of their row or bound holds
-/// the cost up, negative at the lower side. Vectors are at least of the present size.
+/// A primal-dual point. Multipliers are positive if the upper side of their row or bound is active,
+/// negative if the lower side is. Vectors have at least the current size.
 struct StagePoint {
-  /// What belongs to one stage.
+  /// The part of the point that belongs to one stage.
   struct AtStage {
     VectorXd x, u;  ///< primal values
-    /// Of x_(k+1) = A x + B u + b: derivative of the optimal cost with respect to b.
+    /// Multiplier of x_(k+1) = A x + B u + b: derivative of the optimal cost with respect to b.
     VectorXd costate;
     VectorXd x_bound, u_bound;    ///< multipliers of the bounds
     std::vector<VectorXd> group;  ///< multipliers of the rows
@@ -97,10 +98,10 @@ struct StagePoint {
   explicit StagePoint(const StageQp& qp);
 };
 
-/// Cost at the point, penalties of violated soft rows included.
+/// Cost at the point, including penalties of violated soft rows.
 double objective(const StageQp& qp, const StagePoint& point);
 
-/// First-order optimality, each the largest absolute entry; zero at the optimum.
+/// First-order optimality residuals: largest absolute entries, zero at the optimum.
 struct StageQpResidual {
   double stationarity = 0.0;     ///< of the Lagrangian
   double feasibility = 0.0;      ///< dynamics, start, hard rows and bounds
@@ -108,7 +109,7 @@ struct StageQpResidual {
   /// The largest of the three.
   double largest() const;
 };
-/// From the data of the program and nothing else. Does not allocate.
+/// Computes the residual from the data of the program alone. Does not allocate.
 StageQpResidual kkt_residual(const StageQp& qp, const StagePoint& point);
 
 }  // namespace saltus

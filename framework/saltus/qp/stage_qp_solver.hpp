@@ -1,4 +1,4 @@
-// The seam between quadratic programs in stages and their solvers.
+// Interface of solvers of quadratic programs in stages.
 #pragma once
 
 #include "saltus/qp/qp_result.hpp"
@@ -6,14 +6,14 @@
 
 namespace saltus {
 
-/// A solver for programs within the capacity of the one it was made for. After construction
-/// nothing allocates.
+/// A solver for programs within the capacity of the one it was made for. It does not allocate after
+/// construction.
 class StageQpSolver {
  public:
   virtual ~StageQpSolver() = default;
-  /// `point` holds the start (with `warm` its multipliers count too) and receives the solution.
+  /// `point` is the start and receives the solution. With `warm`, its multipliers are used too.
   virtual QpResult solve(const StageQp& qp, StagePoint& point, bool warm) noexcept = 0;
-  /// Later solves stop at this instant; time_point::max(): never.
+  /// Later solves stop at this time; time_point::max(): no deadline.
   virtual void set_deadline(WallClock::time_point deadline) = 0;
 };
 

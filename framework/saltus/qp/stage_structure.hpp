@@ -1,45 +1,46 @@
-// Which variables and rows of a sparse program make up which stage: what a transcription knows and
-// a pattern does not show.
+// Assignment of the variables and rows of a sparse program to stages. A transcription knows it; a
+// pattern does not show it.
 #pragma once
 
 #include <vector>
 
 namespace saltus {
 
-/// Variables and rows are indices into the sparse program; every one of them is named here once.
+/// Variables and rows are indices into the sparse program. Each appears here exactly once.
 ///
-/// A variable that meets one of a later stage, in a row or in the Hessian, is carried there as an
-/// additional state while that entry is in force. Rows and entries may thus join any stages;
-/// nothing but the width of the stages grows. Variables with equal bounds do not exist in theirs.
+/// A variable that shares a row or Hessian entry with a variable of a later stage is carried there
+/// as an additional state while that entry is active. Rows and entries may thus join any stages;
+/// only the width of the stages grows. Variables with equal bounds are eliminated.
 struct StageStructure {
-  /// What belongs to one stage.
+  /// Variables and rows of one stage.
   struct Stage {
-    std::vector<int> states = {}, inputs = {};  ///< numbers of variables of the program
-    /// Equality rows that define the states of the next stage, in their order: each has that state,
-    /// no other one of a later stage, and nothing of later stages otherwise.
+    std::vector<int> states = {}, inputs = {};  ///< indices of variables of the program
+    /// Equality rows that define the states of the next stage, in their order. Each row contains
+    /// its own next state and no other variable of a later stage.
     std::vector<int> dynamics = {};
-    /// Other rows, in groups with the same columns. None of their variables is of a later stage.
+    /// Other rows, in groups with the same columns. They contain no variable of a later stage.
     std::vector<std::vector<int>> groups = {};
-    /// Positions in `inputs`, each the first of `resultant_size` that act on the next
-    /// states through a common resultant (see saltus::Stage). Used where no other input exists.
+    /// Positions in `inputs`, each the first of `resultant_size` inputs that act on the next states
+    /// through a common resultant (see saltus::Stage). Used if no other inputs exist.
     std::vector<int> resultants = {};
     int resultant_size = 0;  ///< as Stage::resultant_size of the program in stages
   };
-  std::vector<Stage> stages;  ///< in their order
+  std::vector<Stage> stages;  ///< in order
 
   /// One row per state of the first stage, on that state alone: its value or its bounds.
   std::vector<int> start_rows;
-  /// Variables of no stage: carried from the first stage that uses them to the last one.
+  /// Variables that belong to no stage. They are carried from the first stage that uses them to the
+  /// last.
   std::vector<int> globals;
-  /// Variables of different stages that share one additional state, because no two of them are
-  /// carried into the same stage. A variable that is not listed here has its own.
+  /// Sets of variables of different stages that share one additional state, because no two of them
+  /// are carried into the same stage. A variable that is not listed here has its own state.
   std::vector<std::vector<int>> carried;
 
-  /// Variables that only penalise the violation of a row: at least their lower bound, in no other
-  /// row, alone in the Hessian. They are eliminated.
+  /// Variables that only penalise the violation of a row: bounded below, in no other row, and
+  /// without mixed Hessian entries. They are eliminated.
   struct SoftRow {
-    int row = 0;                 ///< of the program
-    int below = -1, above = -1;  ///< slacks of the lower and upper side, -1: no such side
+    int row = 0;                 ///< index of the row in the program
+    int below = -1, above = -1;  ///< slacks of the lower and upper side; -1: none
   };
   std::vector<SoftRow> soft_rows;  ///< rows whose slacks are variables of the program
 };
