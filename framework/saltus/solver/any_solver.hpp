@@ -1,4 +1,5 @@
-// All solvers of nonlinear programs by name, for programs that let their users choose. Needs Ipopt.
+// Creates any solver of nonlinear programs by name, for applications with a solver option. Needs
+// Ipopt.
 #pragma once
 
 #include <memory>
@@ -8,13 +9,13 @@
 
 namespace saltus {
 
-/// What every solver can be asked for.
+/// Options that every solver supports.
 struct SolverLimits {
   double tolerance = 1e-8;   ///< scaled KKT error
-  int max_iterations = 500;  ///< after which the solver gives up
-  double time_limit = 0.0;   ///< s of wall clock, 0: none
+  int max_iterations = 500;  ///< iteration limit
+  double time_limit = 0.0;   ///< wall-clock limit in seconds; 0: none
 };
-/// The solver that is chosen, with these limits.
+/// Creates the chosen solver with these limits.
 std::unique_ptr<Solver> make_solver(SolverChoice choice, const SolverLimits& limits = {});
 
 }  // namespace saltus

@@ -1,14 +1,15 @@
-// One run of the barrier method: from a start to where it ends.
+// One run of the barrier method from a start to its termination. It solves
 //
 //     min f(w) - mu sum log(distances to the sides)   subject to   g_e(w) = b,  g_i(w) - s = 0
 //
-// for a falling sequence of barrier parameters mu: one Newton step on the primal-dual equations per
-// linearisation, cut to stay inside the bounds and shortened until a filter of violation and
-// barrier cost accepts it; second-order corrections and a watchdog against short steps, and a
-// restoration of the rows (restoration_program.hpp) where no step is accepted.
+// for a decreasing sequence of barrier parameters mu. Each linearisation gives one Newton step on
+// the primal-dual equations. The step is cut to stay inside the bounds and shortened until a filter
+// of violation and barrier cost accepts it. Second-order corrections and a watchdog avoid short
+// steps. If no step is accepted, a restoration phase reduces the violation
+// (restoration_program.hpp).
 //
-// Waechter and Biegler, On the implementation of an interior-point filter line-search algorithm for
-// large-scale nonlinear programming, Math. Program. 106, 2006: constants are those of the paper.
+// The constants are those of Waechter and Biegler, On the implementation of an interior-point
+// filter line-search algorithm for large-scale nonlinear programming, Math. Program. 106, 2006.
 #pragma once
 
 #include <functional>
@@ -24,17 +25,17 @@
 
 namespace saltus {
 
-/// What depends on the patterns only, kept between runs.
+/// Data that depend only on the patterns and are kept between runs.
 struct BarrierEngine {
   BarrierEngine(const NonlinearProgram& program, std::unique_ptr<NewtonSystem> newton);
-  /// The Hessian's pattern with the whole diagonal, as Newton systems want it.
+  /// Hessian pattern with the whole diagonal, as Newton systems require.
   static SparsityPattern full_hessian(const NonlinearProgram& program);
 
-  SparseQp qp;                  ///< H and J as last evaluated, the sides of the program
-  std::vector<int> position;    ///< of the program's Hessian entries
+  SparseQp qp;                  ///< H and J of the last evaluation, and the sides of the program
+  std::vector<int> position;    ///< positions of the program's Hessian entries
   std::vector<double> hessian;  ///< in the program's pattern
   std::unique_ptr<NewtonSystem> newton;
-  std::unique_ptr<BarrierEngine> restoration;  ///< once it was needed
+  std::unique_ptr<BarrierEngine> restoration;  ///< created when first needed
 };
 
 class BarrierRun;
@@ -44,14 +45,14 @@ struct BarrierOptions {
   int max_iterations = 500;
   WallClock::time_point deadline = WallClock::time_point::max();
   double first_barrier = 0.1;
-  double push = 1e-2;       ///< of the start away from its sides, relative to them
-  bool is_central = false;  ///< the start's multipliers of sides are mu / distance, not 1
+  double push = 1e-2;       ///< relative distance to which the start is moved away from its sides
+  bool is_central = false;  ///< true: initial side multipliers are mu / distance, not 1
   bool can_restore = true;
-  /// Asked after each step, with w and the rows' slacks; true: that will do.
+  /// Called after each step with w and the slacks of the rows; true ends the run.
   std::function<bool(const VectorXd& w, const VectorXd& slacks)> suffices = {};
   std::function<void(const BarrierRun&)> report = {};
   const SolveObserver* observer = nullptr;  ///< must outlive the run; null: none
-  int first_number = 0;                     ///< of the iterations that it hears of
+  int first_number = 0;                     ///< number of the first iteration that it reports
 };
 
 class BarrierRun {
@@ -60,24 +61,24 @@ class BarrierRun {
              BarrierOptions options);
 
   SolveStatus solve(const NlpPoint& start);
-  /// The last iterate, or the best one where progress stopped.
+  /// The last iterate, or the best one if progress stopped.
   NlpPoint point() const;
   VectorXd slacks() const { return now_.x.tail(m_); }
   int iterations() const { return iterations_; }
   std::string describe() const;
 
  private:
-  // Variables w, then slacks s of the rows; rows that are no inequalities have none.
+  // Variables w, then slacks s of the inequality rows.
   struct Trial {
     VectorXd x;
     VectorXd rows;  ///< residuals
     double cost = 0.0, violation = 0.0, barrier_cost = 0.0;
   };
-  // From where progress is measured.
+  // Values against which progress is measured.
   struct Reference {
     double violation = 0.0, barrier_cost = 0.0, slope = 0.0;
   };
-  // Full steps that nobody accepted yet, and the way back.
+  // Watchdog: full steps that are not yet accepted, and the iterate to return to.
   struct Watch {
     bool active = false;
     int trials = 0;
@@ -87,7 +88,7 @@ class BarrierRun {
     double longest = 1.0;
   };
 
-  // The iterate with the least error that meets the looser tolerance.
+  // The iterate with the smallest error that meets the looser tolerance.
   struct Best {
     double error = infinity;
     int iteration = 0;
@@ -143,7 +144,7 @@ class BarrierRun {
   int n_, m_;
   enum class Row : char { free, equality, inequality };
   std::vector<Row> row_kind_;
-  VectorXd lower_, upper_;  // of (w, s); infinite where there is no such side
+  VectorXd lower_, upper_;  // sides of (w, s); infinite if there is none
   VectorXd lambda_, z_lower_, z_upper_;
   VectorXd gradient_, stationarity_;
   VectorXd dx_, dlambda_, dz_lower_, dz_upper_;
@@ -156,9 +157,9 @@ class BarrierRun {
   double least_violation_ = 0.0, largest_violation_ = 0.0;
   double alpha_ = 0.0, dual_alpha_ = 0.0;
   int iterations_ = 0;
-  int shortened_ = 0;   // steps in a row that were shortened
-  int tiny_ = 0;        // steps in a row that were rounding
-  int acceptable_ = 0;  // points in a row that meet the looser tolerance
+  int shortened_ = 0;   // consecutive shortened steps
+  int tiny_ = 0;        // consecutive steps of the size of rounding
+  int acceptable_ = 0;  // consecutive points that meet the looser tolerance
   bool evaluation_failed_ = false, was_restored_ = false;
 };
 

@@ -1,28 +1,28 @@
-// Newton's step on the barrier problem's equations: solved to full accuracy, and always a step that
-// leads down where the rows are met.
+// Newton's step on the barrier equations: solved to full accuracy, and a descent direction if the
+// rows are satisfied.
 #pragma once
 
 #include "saltus/qp/newton_system.hpp"
 
 namespace saltus {
 
-/// Factors [H + W + shift I, J'; J, -1/V - rows' shift] with the least shift that makes H convex
-/// along the rows (Waechter and Biegler, Math. Program. 106, 2006, sec. 3.1), and solves it with
-/// refinement.
+/// Factors [H + W + shift I, J'; J, -1/V - row shift] with the smallest shift that makes H convex
+/// along the rows (Waechter and Biegler, Math. Program. 106, 2006, sec. 3.1). Solves the system
+/// with iterative refinement.
 class BarrierStep {
  public:
   BarrierStep(NewtonSystem& system, int variables, int rows);
 
-  /// H and J of `qp`, weights as NewtonSystem takes them. `mu` scales the shift of dependent rows.
-  /// False where no shift helps.
+  /// Uses H and J of `qp`, and weights as in NewtonSystem. `mu` scales the shift of dependent rows.
+  /// Returns false if no shift succeeds.
   bool factor(const SparseQp& qp, const VectorXd& variable_weights, const VectorXd& row_weights,
               double mu);
-  /// False if the solution is of no use; then correct() may lead to one that is.
+  /// Returns false if the solution is too inaccurate; correct() may then lead to a better one.
   bool solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, VectorXd& dlambda);
-  /// Larger shifts than those of the last factor.
+  /// Factors with larger shifts than the last factor.
   bool correct();
   /// Factors again with a shift of the rows, which bounds the multipliers of rows that nearly
-  /// contradict one another or the weights. False if the rows are shifted already.
+  /// contradict each other or the weights. Returns false if the rows are shifted already.
   bool shift_rows();
 
   double shift() const { return shift_; }

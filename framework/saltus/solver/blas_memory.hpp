@@ -1,12 +1,12 @@
-// The memory that OpenBLAS computes in, taken before it is needed.
+// Reserves the memory of OpenBLAS before it is needed.
 #pragma once
 
 namespace saltus {
 
-/// While one lives, OpenBLAS has a buffer for the thread that made it. Without one it asks for
-/// memory until it gets it, and never returns where there is none. Throws std::bad_alloc if there
-/// is no memory for the buffer. Buffers stay with OpenBLAS, so that only the first object at a time
-/// allocates. With another BLAS it does nothing.
+/// While an object lives, OpenBLAS has a buffer for the thread that created it. Without the buffer
+/// OpenBLAS requests memory until it succeeds, and never returns if there is none. Throws
+/// std::bad_alloc if there is no memory for the buffer. OpenBLAS keeps its buffers, so that only
+/// the first of several objects allocates. With another BLAS this class does nothing.
 class BlasMemory {
  public:
   BlasMemory();

@@ -1,10 +1,10 @@
-// A Hessian made positive definite, block by block, without new entries.
+// Makes a Hessian positive definite, block by block, without new entries.
 //
-// The Hessian of an optimal control problem falls into blocks that share no entry: a stage each, or
-// a phase with its free duration. A block V diag(d) V' that is not positive definite becomes
-// P = V diag(max(|d|, floor)) V': directions of negative curvature become directions of caution.
-// Where the pattern has no entry for E = the rest of P, the diagonal takes it over:
-// P - E + diag(sum_j |E_ij|) is P plus a diagonally dominant matrix, so still positive definite.
+// The Hessian of an optimal control problem has blocks that share no entry, such as a stage, or a
+// phase with its free duration. A block V diag(d) V' that is not positive definite is replaced by P
+// = V diag(max(|d|, floor)) V', which reverses negative curvature. Let E be the entries of P
+// outside the pattern. They are moved to the diagonal: P - E + diag(sum_j |E_ij|) is P plus a
+// diagonally dominant matrix, hence positive definite.
 #pragma once
 
 #include <vector>
@@ -14,13 +14,13 @@
 
 namespace saltus {
 
-/// The pattern with the whole diagonal: what apply() and add_to_diagonal() need.
+/// The pattern with the whole diagonal, as apply() and add_to_diagonal() require.
 SparsityPattern with_diagonal(const SparsityPattern& lower_triangle);
 
-/// Symbolic work and memory for the Hessians of one pattern; after construction nothing allocates.
+/// Symbolic data and memory for Hessians of one pattern. It does not allocate after construction.
 class Convexification {
  public:
-  /// Blocks of more variables than `largest_block` are shifted by their Gershgorin bound instead.
+  /// Blocks with more variables than `largest_block` are shifted by their Gershgorin bound instead.
   explicit Convexification(const SparsityPattern& with_whole_diagonal, int largest_block = 64);
 
   /// Changes the entries in place. `floor` is relative to the largest eigenvalue of a block.
@@ -34,7 +34,7 @@ class Convexification {
   struct Block {
     std::vector<int> diagonal;  // positions
     std::vector<Entry> below;
-    int workspace = -1;  // -1: too large
+    int workspace = -1;  // -1: block too large
     int size() const { return static_cast<int>(diagonal.size()); }
   };
   struct Workspace {

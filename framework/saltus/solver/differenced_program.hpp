@@ -1,5 +1,5 @@
-// A program whose second derivatives are differences of its first ones, for functions that have no
-// others: flows through events, whose Jacobian jumps, and user's own code.
+// A program whose second derivatives are finite differences of the first ones. It serves functions
+// without second derivatives: flows through events, whose Jacobian jumps, and user code.
 #pragma once
 
 #include <optional>
@@ -9,15 +9,16 @@
 
 namespace saltus {
 
-/// The curvature to solve with: the one that is asked for, or the exact one, which is never worse.
-/// Empty where the program has neither: second derivatives are then to be differenced. Gauss-Newton
-/// is not a substitute, because it is zero where costs are no sums of squares.
+/// The curvature to solve with: the requested one, or the exact one if the program does not support
+/// it. Empty if the program supports neither; second derivatives are then finite differences.
+/// Gauss-Newton is no substitute for exact curvature: it is zero if no cost is a sum of squares.
 std::optional<Curvature> supported_curvature(const NonlinearProgram& program, Curvature asked);
 
-/// Everything but the Hessian is that of `program`, which must outlive this one. Central
-/// differences of the gradient of the Lagrangian: of error (step)^2 = 1e-8 plus 1e4 times the noise
-/// of the first derivatives. Variables of different blocks of the Hessian are moved together;
-/// those that meet many others, as durations do, alone.
+/// All functions except the Hessian are those of `program`, which must outlive this object. The
+/// Hessian consists of central differences of the gradient of the Lagrangian. Their error is
+/// (step)^2 = 1e-8 plus 1e4 times the noise of the first derivatives. Variables of different
+/// Hessian blocks are perturbed together. Variables coupled to many others, such as durations, are
+/// perturbed alone.
 class DifferencedProgram final : public NonlinearProgram {
  public:
   explicit DifferencedProgram(NonlinearProgram& program);
@@ -52,7 +53,7 @@ class DifferencedProgram final : public NonlinearProgram {
 
   NonlinearProgram& program_;
   SparsityPattern hessian_pattern_;
-  std::vector<int> colour_of_;  // variables of one colour are moved together
+  std::vector<int> colour_of_;  // variables of one colour are perturbed together
   std::vector<char> is_hub_;
   int colours_ = 0;
   VectorXd w_, above_, below_;

@@ -1,4 +1,4 @@
-// A quadratic program relaxed by an l1 penalty on its rows: it always has a feasible point.
+// A quadratic program with an l1 penalty on its rows, so that it always has a feasible point.
 //
 //     min 1/2 w'Hw + g'w + weight sum(s + t)   subject to   lower <= w <= upper,
 //     row_lower <= J w + s - t <= row_upper,  s, t >= 0
@@ -14,7 +14,7 @@ namespace saltus {
 
 class ElasticQp {
  public:
-  /// For models of `program`; its own programs have no stages.
+  /// For models of `program`. The relaxed programs have no stages.
   ElasticQp(const NonlinearProgram& program, const SparseQp& shape, const QpMethod& method,
             const QpOptions& options);
 
@@ -24,7 +24,7 @@ class ElasticQp {
 
  private:
   SparseQp qp_;
-  std::vector<int> position_;  // of the entries of J
+  std::vector<int> position_;  // positions of the entries of J
   std::unique_ptr<QpSolver> solver_;
   PrimalDualPoint point_;
 };

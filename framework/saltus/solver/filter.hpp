@@ -1,5 +1,5 @@
-// The filter by which points are accepted: whoever is worse than a point in it both in violation
-// and in cost is refused.
+// The filter that accepts points: it rejects a point if a stored point is better in both violation
+// and cost.
 //
 // Fletcher and Leyffer, Nonlinear programming without a penalty function, Math. Program. 91, 2002.
 #pragma once
@@ -11,7 +11,7 @@ namespace saltus {
 
 class Filter {
  public:
-  /// Nothing with a larger violation is accepted.
+  /// Empties the filter and sets the largest violation that it accepts.
   void reset(double largest_violation) {
     corners_.clear();
     largest_ = largest_violation;

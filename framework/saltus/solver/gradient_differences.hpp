@@ -1,5 +1,5 @@
-// The Hessian of the Lagrangian by differences of its gradient, for programs whose functions have
-// first derivatives only.
+// Computes the Hessian of the Lagrangian by differences of its gradient, for programs with first
+// derivatives only.
 #pragma once
 
 #include <vector>
@@ -8,10 +8,11 @@
 
 namespace saltus {
 
-/// Fills the entries of the Hessian of f + lambda' g in the order of `pattern` (lower triangle),
-/// outside of which it must be zero, by central differences: of error (step)^2 = 1e-8 plus 1e4
-/// times the noise of the first derivatives. Variables that share no row of the Hessian are moved
-/// together (A. R. Curtis, M. J. D. Powell, J. K. Reid, 1974). False where an evaluation fails.
+/// Fills the entries of the Hessian of f + lambda' g in the order of `pattern` (lower triangle).
+/// The Hessian must be zero outside the pattern. Central differences have the error (step)^2 = 1e-8
+/// plus 1e4 times the noise of the first derivatives. Variables that share no row of the Hessian
+/// are perturbed together (A. R. Curtis, M. J. D. Powell, J. K. Reid, 1974). Returns false if an
+/// evaluation fails.
 bool difference_gradients(NonlinearProgram& program, const NlpPoint& point,
                           const SparsityPattern& pattern, std::vector<double>& hessian);
 

@@ -1,4 +1,4 @@
-// Ipopt behind the Solver interface.
+// Implements the Solver interface with Ipopt.
 #pragma once
 
 #include <memory>
@@ -10,32 +10,33 @@
 
 namespace saltus {
 
-/// How Ipopt solves.
+/// Options of Ipopt.
 struct IpoptOptions {
-  /// Scaled KKT error. A result whose reported residual, NlpResult::kkt, is larger than the
-  /// tolerance is `acceptable` up to 100 times the tolerance, and no success beyond.
+  /// Scaled KKT error. If the reported residual NlpResult::kkt exceeds the tolerance, the result is
+  /// `acceptable` up to 100 times the tolerance and a failure above that.
   double tolerance = 1e-8;
-  int max_iterations = 500;  ///< after which it gives up
-  double time_limit = 0.0;   ///< s of wall clock, 0: none; works with Ipopt 3.11 too
-  /// Hessian of the Lagrangian; exact where the problem offers it.
+  int max_iterations = 500;  ///< iteration limit
+  double time_limit = 0.0;   ///< wall-clock limit in seconds; 0: none; also works with Ipopt 3.11
+  /// Hessian of the Lagrangian. The default is the exact one if the problem supports it.
   Curvature curvature = Curvature::exact;
   /// Relaxation of bounds before the solve; 0 solves the problem as stated.
   double bound_relaxation = 0.0;
   /// Mehrotra's predictor-corrector: fewer iterations, for convex quadratic programs only.
   bool mehrotra = false;
-  bool adaptive_barrier = false;     ///< "adaptive" in place of "monotone" barrier updates
+  bool adaptive_barrier = false;     ///< "adaptive" instead of "monotone" barrier updates
   double warm_start_barrier = 1e-6;  ///< initial barrier parameter of warm starts
-  int print_level = 0;               ///< Ipopt's own, 0: silent
-  /// Threads of the BLAS under the linear solver, where it can be told (OpenBLAS). The dense blocks
-  /// of optimal control problems are small: more threads wait for one another. 0: as it is.
+  int print_level = 0;               ///< Ipopt's print level; 0: silent
+  /// Number of threads of the BLAS below the linear solver, if it can be set (OpenBLAS). The dense
+  /// blocks of optimal control problems are small, so that more threads mostly wait for each other.
+  /// 0: unchanged.
   int blas_threads = 1;
-  /// Ipopt's own options by name, after all of the above: {{"mu_init", "1e-2"}}. Numbers are
-  /// written as text.
+  /// Further Ipopt options by name, applied after all of the above: {{"mu_init", "1e-2"}}. Numbers
+  /// are written as text.
   std::vector<std::pair<std::string, std::string>> named = {};
 };
 
-/// Works with Ipopt 3.11 to 3.14. Throws DefinitionError where it does not know a named option, or
-/// not that value.
+/// Works with Ipopt 3.11 to 3.14. Throws DefinitionError if Ipopt rejects a named option or its
+/// value.
 std::unique_ptr<Solver> make_ipopt(const IpoptOptions& options = {});
 
 }  // namespace saltus

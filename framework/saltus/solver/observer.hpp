@@ -1,4 +1,4 @@
-// Watching a solve: what every iteration has come to, and a way to end it.
+// Observes the iterations of a solve, and can stop it.
 //
 //     solve(car, {.observer = {.report = table_of_iterations(print)}});
 #pragma once
@@ -9,40 +9,41 @@
 
 namespace saltus {
 
-/// A solve after an iteration; NaN: the method has no such number. All in the scale in which the
-/// program is solved, but for the cost.
+/// State of a solve after an iteration. NaN: the method has no such value. All values except the
+/// cost are in the scale in which the program is solved.
 struct SolverIteration {
   int number = 0;             ///< 0: the start
-  bool is_restoring = false;  ///< towards a point that meets the rows, not towards the optimum
-  double cost = 0.0;          ///< of the program; while restoring: of what is missing
-  double violation = 0.0;     ///< largest of a row or bound
-  double stationarity = 0.0;  ///< largest entry of the Lagrangian's gradient
-  double barrier = std::numeric_limits<double>::quiet_NaN();  ///< parameter mu
+  bool is_restoring = false;  ///< true in the restoration phase, which reduces the violation
+  double cost = 0.0;          ///< cost of the program; in the restoration phase its objective
+  double violation = 0.0;     ///< largest violation of a row or bound
+  double stationarity = 0.0;  ///< largest entry of the gradient of the Lagrangian
+  double barrier = std::numeric_limits<double>::quiet_NaN();  ///< barrier parameter mu
   double step = 0.0;                                          ///< largest entry of the full step
-  double regularisation = 0.0;                                ///< shift of the Hessian's diagonal
-  double step_length = 0.0;  ///< part of the step that was taken, 0 to 1
-  double dual_step_length = std::numeric_limits<double>::quiet_NaN();  ///< of bound multipliers
+  double regularisation = 0.0;  ///< shift of the diagonal of the Hessian
+  double step_length = 0.0;     ///< fraction of the step taken, 0 to 1
+  double dual_step_length = std::numeric_limits<double>::quiet_NaN();  ///< of the bound multipliers
 };
 
-/// Unset, it costs nothing.
+/// Callbacks of a solve. Empty callbacks cost nothing.
 struct SolveObserver {
-  /// Called after each iteration, by the thread that solves.
+  /// Called after each iteration on the solving thread.
   std::function<void(const SolverIteration&)> report = {};
-  /// Asked after each iteration; true: the solve ends with what there is, as `interrupted`.
+  /// Called after each iteration. True ends the solve with the current point and the status
+  /// `interrupted`.
   std::function<bool()> should_stop = {};
 
-  /// Asks, if there is whom to ask.
+  /// True if a stop callback is set and requests a stop.
   bool wants_stop() const { return should_stop && should_stop(); }
 };
 
-/// The same of a program whose cost was divided by `factor`.
+/// The same observer for a program whose cost was divided by `factor`.
 SolveObserver with_cost_times(const SolveObserver& observer, double factor);
 
-/// The columns of a table: number (r: restoring), cost, violation, stationarity, lg(mu), step,
-/// regularisation, step lengths; and a row of it. Without line ends.
+/// Header and row of an iteration table, without line ends. Columns: number (r: restoration), cost,
+/// violation, stationarity, lg(mu), step, regularisation, step lengths.
 std::string header_of_iterations();
 std::string row_of_iterations(const SolverIteration& iteration);
-/// Hands a table to `print`, line by line, with the header before every `header_every` rows.
+/// Passes a table to `print` line by line, with the header before every `header_every` rows.
 std::function<void(const SolverIteration&)> table_of_iterations(
     std::function<void(const std::string& line)> print, int header_every = 10);
 

@@ -1,15 +1,15 @@
-// Which rows of a program say nothing, say again what others say, or cannot be met at all?
+// Detects rows of a program that are redundant, repeated or contradictory.
 //
-// A variable is known if its bounds are equal, or if an affine equality leaves nothing else free. A
-// row that reads known variables only is constant: it holds and is left out, or nothing meets it.
-// An affine equality between two variables (an identity jump, a held input) makes them one, so that
-// rows at both ends of a jump can be compared. Of rows that are multiples of one another, and of
+// A variable is known if its bounds are equal, or if an affine equality determines it. A row that
+// depends only on known variables is constant: it holds and is removed, or it is infeasible. An
+// affine equality between two variables (an identity jump, a held input) merges them, so that rows
+// at both ends of a jump can be compared. Among rows that are multiples of each other, and among
 // rows and bounds on one variable, only the tightest sides are kept.
 //
-// A row that is left out has infinite sides. Sizes, patterns and stages stay, so a point of the
-// reduced program is one of the program, and its multipliers are valid there: those of what was
-// left out are zero. Andersen and Andersen, Presolving in linear programming, Math. Program. 71,
-// 1995; nonlinear rows are compared at points near the start, and checked after the solve.
+// A removed row has infinite sides. Sizes, patterns and stages are unchanged. A point of the
+// reduced program is therefore a point of the original one, with zero multipliers of removed rows.
+// Andersen and Andersen, Presolving in linear programming, Math. Program. 71, 1995. Nonlinear rows
+// are compared at points near the start and checked after the solve.
 #pragma once
 
 #include <functional>
@@ -22,30 +22,30 @@
 
 namespace saltus {
 
-/// What presolve() may do.
+/// Options of presolve().
 struct PresolveOptions {
-  bool keeps_stages = false;       ///< leaves the rows that define stages as they are
-  bool compares_nonlinear = true;  ///< looks for multiples among rows that are not affine
+  bool keeps_stages = false;       ///< does not change the rows that define stages
+  bool compares_nonlinear = true;  ///< looks for multiples among nonlinear rows
 };
 
-/// The sides that are left, or a contradiction.
+/// The remaining sides, or a contradiction.
 struct Presolve {
   VectorXd lower, upper;          ///< of the variables, without sentinels such as 1e20
-  VectorXd row_lower, row_upper;  ///< infinite where a side is left out
-  std::vector<int> nonlinear;     ///< rows left out by comparison at points, to be checked
+  VectorXd row_lower, row_upper;  ///< infinite if the side was removed
+  std::vector<int> nonlinear;     ///< rows removed by comparison at points; to be checked
   bool has_changed = false;       ///< some side differs from that of the program
-  std::optional<Contradiction> contradiction;  ///< nothing meets these rows
+  std::optional<Contradiction> contradiction;  ///< rows that no point satisfies
 };
 
-/// Looks at a program near w. Where it cannot be evaluated there, only sentinels are left out.
+/// Analyses a program near w. If it cannot be evaluated there, only sentinels are removed.
 Presolve presolve(NonlinearProgram& program, const VectorXd& w,
                   const PresolveOptions& options = {});
 
-/// A program with the sides that presolve() has left. The program must outlive it, and its data
-/// must not change meanwhile.
+/// A program with the sides that presolve() kept. The original program must outlive it, and its
+/// data must not change meanwhile.
 class PresolvedProgram final : public NonlinearProgram {
  public:
-  /// `program` and `sides` outlive this.
+  /// `program` and `sides` must outlive this object.
   PresolvedProgram(NonlinearProgram& program, const Presolve& sides)
       : program_(program), sides_(sides) {}
 
@@ -86,9 +86,8 @@ class PresolvedProgram final : public NonlinearProgram {
   const Presolve& sides_;
 };
 
-/// Solves what presolve() leaves of a program by `solve(reduced)`, and gives the result for the
-/// program as it is: point, multipliers and residual. A contradiction is `infeasible`, without a
-/// solve.
+/// Solves the presolved program by `solve(reduced)` and returns the result for the original
+/// program: point, multipliers and residual. A contradiction gives `infeasible` without a solve.
 ScaledResult solve_presolved(const Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                              const std::function<ScaledResult(NonlinearProgram&)>& solve);
 

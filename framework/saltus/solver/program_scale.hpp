@@ -1,4 +1,4 @@
-// The units of a program, from what it tells of the size of its values and derivatives.
+// Scaling of a program, from the sizes of its values and derivatives.
 #pragma once
 
 #include <vector>
@@ -7,64 +7,65 @@
 
 namespace saltus {
 
-/// What the cost, each row and each variable are multiplied by.
+/// Scale factors of the cost, rows and variables.
 struct ProgramScale {
-  double cost = 1.0;        ///< of the cost
-  VectorXd rows;            ///< of each row
+  double cost = 1.0;        ///< factor of the cost
+  VectorXd rows;            ///< factor of each row
   VectorXd variables = {};  ///< empty: all 1
 
-  /// Whether nothing is changed.
+  /// True if all factors are 1.
   bool is_one() const {
     return cost == 1.0 && (rows.array() == 1.0).all() && (variables.array() == 1.0).all();
   }
 };
 
-/// Variables that have one unit: a component of the state along all phases, say.
+/// Groups of variables with one unit, such as a component of the state along all phases.
 using Quantities = std::vector<std::vector<int>>;
 
-/// Sizes of quantities, those of size 0 estimated: what moves a row as far as quantities of known
-/// size do. 0 where no row tells. `jacobian` in the order of the program's pattern; `quantity_of`
-/// each variable, -1: none, of size 1.
+/// Sizes of quantities. A size of 0 is estimated from the rows: the change that moves a row as far
+/// as quantities of known size do. It stays 0 if no row gives an estimate. `jacobian` is in the
+/// order of the program's pattern. `quantity_of` maps each variable to its quantity; -1: none, of
+/// size 1.
 VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jacobian,
                             const std::vector<int>& quantity_of, VectorXd sizes);
 
-/// How large the values of quantities and the derivatives of cost and rows are, at the points that
-/// were looked at. Variables of no quantity have the size 1.
+/// Sizes of the values of quantities and of the derivatives of cost and rows at the sampled points.
+/// Variables without a quantity have the size 1.
 class ProgramSize {
  public:
-  /// The program must outlive it, and its data must not change meanwhile.
+  /// The program must outlive this object, and its data must not change meanwhile.
   ProgramSize(NonlinearProgram& program, Quantities quantities);
 
-  /// Counts the point too; second derivatives are looked at at the first one only. False where
-  /// cost or rows cannot be evaluated: then it does not count.
+  /// Adds a sample point. Second derivatives are evaluated at the first point only. Returns false,
+  /// without adding the point, if cost or rows cannot be evaluated.
   bool look_at(const VectorXd& w);
 
-  /// True if all sizes that values tell, times the scale, are between 1e-2 and 1e2, and a change of
-  /// the variables by their size changes the cost by at least 1e-3: where it changes less, a
-  /// tolerance is met anywhere.
+  /// True if all sizes of values, times the scale, are between 1e-2 and 1e2, and a change of the
+  /// variables by their size changes the cost by at least 1e-3. With a smaller change, any point
+  /// would meet the tolerance.
   bool is_usual_where_known(const ProgramScale& scale) const;
-  /// Whether any size, of what is estimated and of derivatives too, is below 1e-4 or above 1e6.
+  /// True if any size, also of estimates and derivatives, is below 1e-4 or above 1e6.
   bool is_far_from_usual(const ProgramScale& scale) const;
 
-  /// Cost and rows times powers of two, so that nothing is rounded, where the size of their
-  /// derivatives is not usual; all else as it is stated.
+  /// Scales cost and rows by powers of two (exact in floating point) if their derivatives are badly
+  /// scaled. All else is as stated.
   ProgramScale usual() const;
-  /// Everything divided by its size: in other units the scaled program is the same, up to
-  /// rounding. The size of a quantity is the largest of its values. Where they are zero it is
-  /// estimated: what moves a row as far as quantities of known size do. Bounds and penalty weights
-  /// are no sizes: many only stand for "no bound" and "exactly".
+  /// Divides everything by its size. A change of units leaves the scaled program the same up to
+  /// rounding. The size of a quantity is its largest value. If all values are zero, it is
+  /// estimated: the change that moves a row as far as quantities of known size do. Bounds and
+  /// penalty weights do not count: many only express "no bound" or "exactly".
   ProgramScale to_one() const;
 
  private:
   void look_at_curvature(const VectorXd& w);
-  VectorXd known_sizes() const;  // of quantities; 0: unknown
+  VectorXd known_sizes() const;  // per quantity; 0: unknown
   VectorXd sizes() const;
 
   NonlinearProgram& program_;
   Quantities quantities_;
-  std::vector<int> quantity_of_;  // each variable, -1: none
-  VectorXd values_;               // of quantities
-  // Largest magnitudes of entries.
+  std::vector<int> quantity_of_;  // per variable; -1: none
+  VectorXd values_;               // per quantity
+  // Largest magnitudes of the entries.
   VectorXd gradient_, jacobian_, hessian_;
   bool has_hessian_ = false;
 };

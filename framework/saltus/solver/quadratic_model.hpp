@@ -1,10 +1,10 @@
-// The quadratic model of a program at a point: what sequential quadratic programming solves.
+// The quadratic model of a program at a point, as sequential quadratic programming solves it:
 //
 //     min f + g'(w - w0) + 1/2 (w - w0)'H(w - w0)   subject to the bounds and
 //     row_lower <= c + J (w - w0) <= row_upper
 //
-// It is posed in w itself and not in the step, so that bounds stay as they are, a solution is a
-// point of the program, and its multipliers are the new multipliers.
+// The model is stated in w instead of the step: bounds stay unchanged, a solution is a point of the
+// program, and its multipliers are the new multipliers.
 #pragma once
 
 #include <vector>
@@ -14,32 +14,32 @@
 
 namespace saltus {
 
-/// Sized once for a program; after construction nothing allocates.
+/// Allocated once for a program; later calls do not allocate.
 class QuadraticModel {
  public:
-  /// The Hessian has the pattern of the program's; unless that is linear-quadratic, with the whole
-  /// diagonal, so that it can be convexified.
+  /// The Hessian has the pattern of the program. Unless the program is linear-quadratic, the
+  /// pattern includes the whole diagonal for convexification.
   explicit QuadraticModel(const NonlinearProgram& program);
 
-  /// Evaluates everything at w. `lambda` are the multipliers of the Hessian. False where the
+  /// Evaluates the model at w. `lambda` are the multipliers of the Hessian. Returns false if the
   /// program cannot be evaluated.
   bool linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
                  Curvature curvature);
-  /// The same without the rows' entries, which stand elsewhere; `rows_times_w` is J w.
+  /// The same without the entries of the rows, which are stored elsewhere. `rows_times_w` is J w.
   bool linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
                  Curvature curvature, const VectorXd& rows_times_w);
-  /// Hessian alone, at the w of the last linearise().
+  /// Evaluates the Hessian alone, at the w of the last linearise().
   bool set_curvature(NonlinearProgram& program, const VectorXd& lambda, Curvature curvature);
-  /// To be called after the Hessian's entries were changed from outside, and by nobody else.
+  /// Must be called after the Hessian entries were changed through qp().
   void hessian_changed();
-  /// Bounds of variables and rows as they are now, everything else as linearised.
+  /// Updates the bounds of variables and rows; everything else stays as linearised.
   void update_bounds(const NonlinearProgram& program);
-  /// Second-order correction: the rows as if they had the values `c` at w.
+  /// Second-order correction: shifts the rows as if they had the values `c` at w.
   void correct_rows(const NonlinearProgram& program, const VectorXd& w, const VectorXd& c);
 
   SparseQp& qp() { return qp_; }
   const SparseQp& qp() const { return qp_; }
-  // At the point of linearisation.
+  // Values at the linearisation point.
   const VectorXd& w() const { return w0_; }
   double cost() const { return cost_; }
   const VectorXd& gradient() const { return gradient_; }
@@ -50,17 +50,17 @@ class QuadraticModel {
   void shift_rows(const NonlinearProgram& program);
 
   SparseQp qp_;
-  std::vector<int> position_;  // of the program's Hessian entries; empty: the same
+  std::vector<int> position_;  // positions of the program's Hessian entries; empty: identical
   VectorXd hessian_;           // in the program's pattern
   VectorXd w0_, gradient_, c_;
   VectorXd offset_;  // c - J w0
   double cost_ = 0.0;
 };
 
-/// out = H v with H given by its lower triangle.
+/// Computes out = H v with H given by its lower triangle.
 void multiply_symmetric(const SparsityPattern& pattern, const VectorXd& entries, const VectorXd& v,
                         VectorXd& out);
-/// out = J v.
+/// Computes out = J v.
 void multiply(const SparsityPattern& pattern, const VectorXd& entries, const VectorXd& v,
               VectorXd& out);
 

@@ -1,4 +1,4 @@
-// Where steps towards the optimum fail: the nearest point at which the rows are met.
+// Restoration phase: the nearest point that satisfies the rows.
 //
 //     min weight sum(p + q) + zeta/2 |D (w - w0)|^2
 //     subject to   lower <= w <= upper,  row_lower <= g(w) - p + q <= row_upper,  p, q >= 0,
@@ -15,10 +15,11 @@ namespace saltus {
 
 class RestorationProgram final : public SlackProgram {
  public:
-  /// `program` must outlive this one; its data may change. Its variables come first, then p, q.
+  /// `program` must outlive this object; its data may change. Its variables come first, then p and
+  /// q.
   explicit RestorationProgram(NonlinearProgram& program);
 
-  /// Of the program as it is now, from w0.
+  /// Restarts with the current bounds of the program and the reference w0.
   void restart(const VectorXd& w0, double zeta) { start_from(w0, zeta); }
   static constexpr double weight = 1000.0;
 

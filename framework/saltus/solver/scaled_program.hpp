@@ -1,4 +1,4 @@
-// A program whose variables, cost or rows are in units far from one, as solvers should see it.
+// A badly scaled program in the scaling that solvers see.
 #pragma once
 
 #include <string>
@@ -7,20 +7,20 @@
 
 namespace saltus {
 
-/// The program times a scale: same patterns and stages. The program must outlive it, and
+/// The program times a scale, with the same patterns and stages. The program must outlive it, and
 /// its data must not change meanwhile.
 class ScaledProgram final : public NonlinearProgram {
  public:
-  /// `program` outlives this.
+  /// `program` must outlive this object.
   ScaledProgram(NonlinearProgram& program, ProgramScale scale);
 
-  /// Leaves out sides at 1e6 and beyond of ranges that contain zero, where variables are divided by
-  /// their sizes: they hardly ever act. The result must be checked against them. Returns how many
-  /// there were.
+  /// Removes sides of magnitude 1e6 and above from ranges that contain zero, if variables are
+  /// divided by their sizes. Such sides are rarely active. The result must be checked against them.
+  /// Returns the number of removed sides.
   int leave_out_idle_sides();
-  /// A point of the given program in units of the scaled one.
+  /// Converts a point of the given program to the scaled one.
   NlpPoint to_scaled(NlpPoint point) const;
-  /// A point of the scaled program in units of the given one.
+  /// Converts a point of the scaled program to the given one.
   NlpPoint from_scaled(NlpPoint point) const;
 
   int variables() const override { return program_.variables(); }

@@ -1,4 +1,4 @@
-// A solver is watched for a while.
+// Sets the observer of a solver for a scope.
 #pragma once
 
 #include <utility>
@@ -7,10 +7,10 @@
 
 namespace saltus {
 
-/// While it lives the solver has this observer, then the one before again, whatever was thrown.
+/// Sets the observer and restores the previous one on destruction, also after an exception.
 class ScopedObserver {
  public:
-  /// The solver outlives it.
+  /// The solver must outlive this object.
   ScopedObserver(Solver& solver, SolveObserver observer)
       : solver_(&solver), before_(solver.observer()) {
     solver.set_observer(std::move(observer));

@@ -1,10 +1,10 @@
-// A program that a solver makes of another one: slacks behind its variables let rows give, and cost
-// the same each; of many solutions it seeks the one near w0.
+// A program derived from another one. Slacks behind its variables relax the rows at equal cost, and
+// a quadratic term selects the solution near w0:
 //
 //     min  weight sum(s) + zeta/2 |D (w - w0)|^2,   D = 1 / max(1, |w0|),   s >= 0
 //
 // The rows are those of the other program, and further ones behind them, plus constant multiples of
-// variables. What they are, and which bounds hold, is for who derives from it.
+// variables. Derived classes define these rows and the active bounds.
 #pragma once
 
 #include <vector>
@@ -13,7 +13,7 @@
 
 namespace saltus {
 
-/// Objective and derivatives of such a program.
+/// Objective and derivatives of a program with slacks.
 class SlackProgram : public NonlinearProgram {
  public:
   int variables() const final { return n_ + slacks_; }
@@ -30,24 +30,24 @@ class SlackProgram : public NonlinearProgram {
                Curvature curvature) final;
 
  protected:
-  /// A constant entry of the Jacobian beyond those of the other program.
+  /// A constant entry of the Jacobian in addition to those of the other program.
   struct Constant {
-    int row = 0;         ///< of this program
-    int column = 0;      ///< likewise
-    double value = 0.0;  ///< of the entry
+    int row = 0;         ///< row of this program
+    int column = 0;      ///< column of this program
+    double value = 0.0;  ///< value of the entry
   };
-  /// `program` must outlive this one.
+  /// `program` must outlive this object.
   SlackProgram(NonlinearProgram& program, int slacks, double weight);
-  /// To be called once by the constructor of who derives.
+  /// Must be called once by the constructor of a derived class.
   void set_pattern(int rows, const std::vector<Constant>& constants);
-  /// The bounds of the other program as they are now, and what to stay near.
+  /// Copies the current bounds of the other program and sets the reference w0.
   void start_from(const VectorXd& w0, double zeta);
 
   NonlinearProgram& program_;  ///< the other program
-  const int n_;                ///< its variables
-  const int m_;                ///< its rows
-  VectorXd lower_;             ///< of all variables; of slacks 0
-  VectorXd upper_;             ///< of all variables; of slacks none
+  const int n_;                ///< its number of variables
+  const int m_;                ///< its number of rows
+  VectorXd lower_;             ///< of all variables; slacks: 0
+  VectorXd upper_;             ///< of all variables; slacks: infinite
 
  private:
   struct Entry {

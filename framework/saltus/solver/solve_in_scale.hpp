@@ -1,5 +1,5 @@
-// Solving a program in the user's units first, and in units of its values where that fails. Success
-// is judged from the program as it is stated, whatever it was divided by.
+// Solves a program in the user's units first, and in scaled units if that fails. Success is judged
+// for the program as stated, regardless of the scaling.
 #pragma once
 
 #include "saltus/solver/optimum_check.hpp"
@@ -8,45 +8,44 @@
 
 namespace saltus {
 
-/// What a solve gave, and how good it is.
+/// Result of a solve and its quality.
 struct ScaledResult {
-  NlpResult nlp;  ///< of the program as it is: point, cost, residual; effort of all attempts
-  /// The residual in the scale in which it was solved.
+  NlpResult nlp;  ///< of the program as stated: point, cost, residual; effort of all attempts
+  /// Residual in the scale of the solve.
   KktResidual in_scale;
-  /// Of the program as it is stated. Empty gap (infinite) where nothing was solved.
+  /// Check of the program as stated. The gap is infinite if nothing was solved.
   OptimumCheck check;
-  /// Largest |violation| of a row or bound over its size: the largest of 1, its finite sides and
-  /// its largest term.
+  /// Largest violation of a row or bound relative to its size: the largest of 1, its finite sides
+  /// and its largest term.
   double violation = infinity;
-  /// True if the solver reports success, but the point misses most_gain() or most_violation.
+  /// True if the solver reports success, but the point exceeds most_gain() or most_violation.
   bool is_doubtful = false;
 };
 
-/// What an optimum may still gain, relative to its cost.
+/// Largest possible cost decrease of an accepted optimum, relative to its cost.
 double most_gain(const Solver& solver);
-/// What an optimum may violate, relative to the size of the row.
+/// Largest violation of an accepted optimum, relative to the size of the row.
 inline constexpr double most_violation = 1e-6;
 
-/// Solves the program as it is stated; only cost and rows whose derivatives are below 1e-2 or above
-/// 5e3 at the start are multiplied by powers of two. If the solver fails, or its result is no
-/// optimum of the program as it is stated, it is solved again with everything divided by its size
-/// (ProgramSize::to_one). Returns the first result that is an optimum, or else the best one. Where
-/// the cost of that can still fall, it is solved once more with the cost magnified. Where it is
-/// `infeasible`, but a step towards the rows helps (step_towards_rows()), the solve begins again
-/// from there.
+/// Solves the program as stated; only cost and rows with derivatives below 1e-2 or above 5e3 at the
+/// start are multiplied by powers of two. If the solver fails, or its result is no optimum of the
+/// program as stated, solves again with everything divided by its size (ProgramSize::to_one).
+/// Returns the first result that is an optimum, otherwise the best one. If its cost can still
+/// decrease, solves once more with the cost magnified. If it is `infeasible` but
+/// step_towards_rows() reduces the violation, solves again from there.
 ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                             bool warm, const Quantities& quantities = {});
 
-/// Solves the program exactly as it is stated, once, and judges the result.
+/// Solves the program exactly as stated, once, and judges the result.
 ScaledResult solve_as_stated(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                              bool warm, const Quantities& quantities = {});
 
-/// Judges a result from the program as it is stated: fills in all but `nlp` and `in_scale`.
+/// Judges a result for the program as stated: sets all fields except `nlp` and `in_scale`.
 void judge(const Solver& solver, NonlinearProgram& program, const Quantities& quantities,
            ScaledResult& result);
 
-/// The same for control loops, where nothing is judged but the residual in the scale of the values
-/// at the solution: `check` and `violation` stay empty.
+/// The same for control loops. It judges only the residual, in the scale of the values at the
+/// solution; `check` and `violation` stay empty.
 ScaledResult solve_tick_in_scale(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                                  bool warm, const Quantities& quantities);
 

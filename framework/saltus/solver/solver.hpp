@@ -1,4 +1,4 @@
-// The seam between problems and solvers: options in, a status and a point out.
+// Interface between problems and solvers: options in, a status and a point out.
 #pragma once
 
 #include <memory>
@@ -14,79 +14,82 @@
 
 namespace saltus {
 
-/// Why a solve ended. A solve that does not converge is a result, never an exception.
+/// Reason why a solve ended. A solve that does not converge returns a status and never throws.
 enum class SolveStatus {
   optimal,
-  acceptable,  ///< a looser tolerance was met and progress had stopped
-  feasible,    ///< one step was taken: within all rows and bounds, but not shown to be an optimum
-  step_taken,  ///< one step was taken, and nobody knows yet, or has seen, that it meets the rows
-  /// An optimum of the program, but not of the problem: its grid is too coarse. Path constraints
-  /// are violated between the nodes, or the integration is far off.
+  acceptable,  ///< a looser tolerance was met and progress stopped
+  feasible,    ///< one step was taken: it satisfies all rows and bounds, but is not shown to be an
+               ///< optimum
+  step_taken,  ///< one step was taken; it violates the rows, or they are not checked yet
+  /// An optimum of the program, but not of the problem, because the grid is too coarse: path
+  /// constraints are violated between the nodes, or the integration error is too large.
   coarse_grid,
-  /// An optimum of the program, but not of the problem: where a phase ends its guard passes zero
-  /// the other way, or it had passed before.
+  /// An optimum of the program, but not of the problem: at the end of a phase its guard crosses
+  /// zero in the wrong direction, or it crossed zero before.
   wrong_crossing,
-  /// The first-order conditions hold, but the cost falls from here along a direction and along its
-  /// negative: a saddle or a maximum.
+  /// The first-order conditions hold, but the cost decreases along a direction and its negative: a
+  /// saddle point or a maximum.
   no_minimum,
-  infeasible,  ///< near the point reached nothing meets the constraints; where convex, nowhere
-  unbounded,   ///< the cost falls without limit
+  infeasible,  ///< no point near the result satisfies the constraints; in a convex problem no point
+               ///< at all
+  unbounded,   ///< the cost is unbounded below
   iteration_limit,
-  time_limit,         ///< wall clock
-  interrupted,        ///< SolveObserver::should_stop
-  evaluation_failed,  ///< the functions could not be evaluated at the start or along the way
-  numerical_failure,  ///< linear algebra or line search gave up
+  time_limit,         ///< wall-clock limit
+  interrupted,        ///< stopped by SolveObserver::should_stop
+  evaluation_failed,  ///< a function could not be evaluated at the start or during the solve
+  numerical_failure,  ///< the linear algebra or the line search failed
   invalid_problem,    ///< too few degrees of freedom, inconsistent bounds, bad options
 };
-/// One sentence.
+/// Describes the status in one sentence.
 const char* describe(SolveStatus status);
-/// What a quadratic program's status means for the program that it is.
+/// Converts the status of a quadratic program that is the whole problem.
 SolveStatus to_solve_status(QpStatus status);
-/// Whether the solve did what it is for: it converged, or took the one step that was asked of it
-/// and is within all rows and bounds.
+/// True if the solve converged, or took the single requested step and satisfies all rows and
+/// bounds.
 inline bool is_success(SolveStatus s) {
   return s == SolveStatus::optimal || s == SolveStatus::acceptable || s == SolveStatus::feasible;
 }
 
-/// Rows and bounds that no choice of the variables meets.
+/// Rows and bounds that no value of the variables satisfies.
 struct Contradiction {
-  int row = -1;         ///< of the program
-  int other_row = -1;   ///< that `row` contradicts, or
-  int variable = -1;    ///< whose bounds it contradicts; both -1: it reads nothing that is free
-  double amount = 0.0;  ///< by which it misses its bounds while the others hold
+  int row = -1;         ///< row of the program
+  int other_row = -1;   ///< row that `row` contradicts, or
+  int variable = -1;    ///< variable whose bounds it contradicts; both -1: it depends on no free
+                        ///< variable
+  double amount = 0.0;  ///< violation of its bounds while the others hold
 };
 
-/// What a solve gave.
+/// Result of a solve.
 struct NlpResult {
-  SolveStatus status = SolveStatus::invalid_problem;  ///< how it ended
-  NlpPoint point;                              ///< the last iterate, also when the solve failed
+  SolveStatus status = SolveStatus::invalid_problem;  ///< reason why the solve ended
+  NlpPoint point;                              ///< the last iterate, also if the solve failed
   double objective = 0.0;                      ///< cost at the point
-  int iterations = 0;                          ///< of all attempts, also of those that failed
-  double seconds = 0.0;                        ///< wall clock, of all attempts
+  int iterations = 0;                          ///< of all attempts, including failed ones
+  double seconds = 0.0;                        ///< wall-clock time of all attempts
   KktResidual kkt;                             ///< recomputed from the program
-  std::optional<Contradiction> contradiction;  ///< why nothing meets the rows, if that is known
+  std::optional<Contradiction> contradiction;  ///< rows that no point satisfies, if known
   std::string hessian;  ///< exact, Gauss-Newton, differenced or limited-memory BFGS
 };
 
 /// A solver of sparse nonlinear programs. It may keep work space between solves of programs with
-/// the same patterns. Never prints unless its options ask for it.
+/// the same patterns. It prints only if its options request it.
 class Solver {
  public:
   virtual ~Solver() = default;
   /// `start` needs w; multipliers may be empty. With `warm`, they are used.
   virtual NlpResult solve(NonlinearProgram& program, const NlpPoint& start, bool warm) = 0;
-  /// Later solves stop at this instant as well as at their own time limit; max(): never. Solvers
-  /// that cannot be stopped ignore it.
+  /// Later solves stop at this time or at their own time limit; max(): no deadline. Solvers that
+  /// cannot be stopped ignore it.
   virtual void set_deadline(WallClock::time_point deadline) { (void)deadline; }
-  /// Of later solves. Solvers that cannot be watched ignore it.
+  /// Sets the observer of later solves. Solvers without observer support ignore it.
   void set_observer(SolveObserver observer) { observer_ = std::move(observer); }
-  /// The one that was set, or one that does nothing.
+  /// The observer that was set, or an empty one.
   const SolveObserver& observer() const { return observer_; }
-  /// The scaled KKT error that it is asked for.
+  /// Requested scaled KKT error.
   virtual double tolerance() const { return 1e-8; }
-  /// Whether it solves stage by stage, and so needs the rows that define stages.
+  /// True if it solves stage by stage and needs the rows that define stages.
   virtual bool keeps_stages() const { return false; }
-  /// For messages and results.
+  /// Name of the solver in messages and results.
   virtual std::string name() const = 0;
 
  private:

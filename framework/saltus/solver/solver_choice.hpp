@@ -1,4 +1,4 @@
-// The solvers a user can choose among, by name.
+// Solvers that users can choose by name.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace saltus {
 
-/// Which solver.
+/// Solver of a nonlinear program.
 enum class SolverChoice {
   ipopt,
-  sparse,   ///< our own, quadratic programs by sparse linear algebra
-  riccati,  ///< our own, quadratic programs stage by stage
+  sparse,   ///< native solver; quadratic programs by sparse linear algebra
+  riccati,  ///< native solver; quadratic programs stage by stage
 };
-/// As users write them, for Settings::choice().
+/// Names in settings, for Settings::choice().
 const std::vector<std::pair<std::string, SolverChoice>>& solver_choices();
-/// As settings and results have it.
+/// Name in settings and results.
 const char* name_of(SolverChoice choice);
-/// How our own solvers of that name solve their quadratic programs; DefinitionError of others.
+/// Linear algebra of the native solver of that name. Throws DefinitionError for other solvers.
 QpMethod qp_method(SolverChoice choice);
 
 }  // namespace saltus

@@ -1,14 +1,14 @@
-// Our own solver of nonlinear programs: quadratic models of the program, one after the other.
+// The native solver of nonlinear programs, based on quadratic models of the program.
 //
-// Cold starts: the barrier method (barrier_run.hpp), which takes one Newton step per model, judged
-// by a filter. Far from the solution models are wrong anyway, and a step costs one factor.
+// Cold starts use the barrier method (barrier_run.hpp): one Newton step per model, accepted by a
+// filter. Far from the solution models are inaccurate, and a step costs one factorisation.
 //
-// Warm starts, and methods without Newton's equations: sequential quadratic programming
-// (sqp_run.hpp), which solves every model to its end and so keeps what the multipliers know. Where
-// that does not converge the barrier method starts over.
+// Warm starts, and methods without Newton systems, use sequential quadratic programming
+// (sqp_run.hpp). It solves every model to convergence and so keeps the information in the
+// multipliers. If it does not converge, the barrier method starts again.
 //
-// A linear-quadratic program is one model, solved once. Second derivatives that a program does not
-// have are differences of the first ones (differenced_program.hpp).
+// A linear-quadratic program is one model, solved once. Missing second derivatives are replaced by
+// differences of first ones (differenced_program.hpp).
 #pragma once
 
 #include <memory>
@@ -18,28 +18,29 @@
 
 namespace saltus {
 
-/// How the own SQP and barrier method solve.
+/// Options of the native solver.
 struct SqpOptions {
-  /// Scaled KKT error. A result whose reported residual, NlpResult::kkt, is larger than the
-  /// tolerance is `acceptable` up to 100 times the tolerance, and no success beyond.
+  /// Scaled KKT error. If the reported residual NlpResult::kkt exceeds the tolerance, the result is
+  /// `acceptable` up to 100 times the tolerance and a failure above that.
   double tolerance = 1e-8;
-  int max_iterations = 500;  ///< quadratic models; of a linear-quadratic program: of its QP solver
-  double time_limit = 0.0;   ///< s of wall clock, 0: none
-  /// Hessian of the Lagrangian, or Gauss-Newton. Where the program does not support the one asked
-  /// for, the exact one is used, and without that differences of first derivatives.
+  int max_iterations = 500;  ///< limit of quadratic models; for a linear-quadratic program, of QP
+                             ///< iterations
+  double time_limit = 0.0;   ///< wall-clock limit in seconds; 0: none
+  /// Exact or Gauss-Newton Hessian of the Lagrangian. If the program does not support the requested
+  /// one, the exact one is used, or else differences of first derivatives.
   Curvature curvature = Curvature::exact;
-  /// Smallest eigenvalue after convexification, relative to the largest of its block.
+  /// Smallest eigenvalue after convexification, relative to the largest eigenvalue of its block.
   double convexity_floor = 1e-6;
-  /// Of models that are solved to their end, from a cold start: the largest change of a variable,
-  /// in nominal magnitudes. Longer steps take durations to their bounds, from where other local
-  /// optima are nearer.
+  /// Largest change of a variable by the first SQP step of a cold start, in nominal magnitudes.
+  /// Longer steps take durations to their bounds, close to other local optima.
   double initial_trust_radius = 1.0;
-  QpMethod qp = sparse_qp();  ///< what solves quadratic models and Newton systems
-  /// Of elastic mode, whose programs have two variables more per row and no stages.
+  QpMethod qp = sparse_qp();  ///< linear algebra of quadratic models and Newton systems
+  /// Linear algebra of elastic mode. Its programs have two additional variables per row and no
+  /// stages.
   QpMethod elastic_qp = sparse_qp();
 };
 
-/// The own solver.
+/// Creates the native solver.
 std::unique_ptr<Solver> make_sqp(SqpOptions options = {});
 
 }  // namespace saltus

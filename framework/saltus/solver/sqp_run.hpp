@@ -1,16 +1,16 @@
-// One run of sequential quadratic programming: from a start to where it ends.
+// One run of sequential quadratic programming from a start to its termination.
 //
-// From w the solution w+ of the model gives the step d = w+ - w and the new multipliers. The step
-// is judged by the l1 merit function (l1_merit.hpp), corrected to second order where the curvature
-// of the rows alone makes it fail, and shortened where that does not help.
+// At w, the solution w+ of the model gives the step d = w+ - w and the new multipliers. The l1
+// merit function (l1_merit.hpp) accepts or rejects the step. A second-order correction handles
+// rejections caused by the curvature of the rows; otherwise the step is shortened.
 //
-// Models have the exact Hessian and need not be convex: the QP solver finds a local solution by
-// inertia correction (ipm_inertia.hpp) within a trust region, a box about w that follows the steps
-// which were accepted, because a far solution of an indefinite model says nothing. Where no trust
-// region gives a step downhill the model is convexified (convexify.hpp), and shifted further while
-// that does not help. A model without a feasible point is relaxed by an l1 penalty (elastic mode),
-// and where a convex model with a large penalty weight cannot reduce the violations the program is
-// infeasible. Of cold starts the multipliers are estimated by least squares first.
+// Models have the exact Hessian and need not be convex. The QP solver finds a local solution by
+// inertia correction (ipm_inertia.hpp) within a trust region, a box around w whose size follows the
+// accepted steps. Without it, indefinite models could have meaningless distant solutions. If no
+// trust region gives a descent step, the model is convexified (convexify.hpp) and shifted further
+// as needed. A model without a feasible point is relaxed by an l1 penalty (elastic mode). If a
+// convex model with a large penalty weight cannot reduce the violation, the program is infeasible.
+// Cold starts estimate the multipliers by least squares first.
 //
 // Nocedal and Wright, Numerical Optimization, 2nd ed., ch. 18; Fletcher, Practical Methods of
 // Optimization, 2nd ed., sec. 14.4 (trust regions and elastic mode).
@@ -29,19 +29,19 @@
 
 namespace saltus {
 
-/// What depends on the patterns only, kept between runs.
+/// Data that depend only on the patterns and are kept between runs.
 struct SqpEngine {
   SqpEngine(const NonlinearProgram& program, const SqpOptions& options);
   bool fits(const NonlinearProgram& program) const;
 
   QuadraticModel model;
   QpOptions qp_options;
-  SparsityPattern hessian_pattern;  ///< of the program
+  SparsityPattern hessian_pattern;  ///< pattern of the program
   std::unique_ptr<QpSolver> qp;
-  std::vector<int> coupled;                          ///< variables that meet others in the Hessian
-  std::unique_ptr<Convexification> convexification;  ///< of nonlinear programs
-  std::unique_ptr<ElasticQp> elastic;                ///< once it was needed
-  std::unique_ptr<BarrierEngine> barrier;            ///< once it was needed
+  std::vector<int> coupled;                          ///< variables coupled to others in the Hessian
+  std::unique_ptr<Convexification> convexification;  ///< for nonlinear programs
+  std::unique_ptr<ElasticQp> elastic;                ///< created when first needed
+  std::unique_ptr<BarrierEngine> barrier;            ///< created when first needed
 };
 
 class SqpRun {
@@ -77,12 +77,12 @@ class SqpRun {
   QuadraticModel& model_;
   WallClock::time_point begin_ = WallClock::now(), deadline_;
   const SolveObserver& observer_;
-  int first_number_;  // of the iterations that it hears of
+  int first_number_;  // number of the first iteration that it reports
   NlpPoint point_, next_;
   L1Merit merit_;
   VectorXd rows_, trial_;
-  VectorXd exact_;            // Hessian as it came
-  double radius_ = infinity;  // of the trust region: largest change of a coupled variable
+  VectorXd exact_;            // Hessian before convexification
+  double radius_ = infinity;  // trust region: largest change of a coupled variable
   KktResidual kkt_;
   double elastic_weight_ = 0.0, largest_multiplier_ = 0.0;
   int iterations_ = 0;

@@ -1,4 +1,4 @@
-// The status of a solve, judged by the residual that it reports.
+// Status of a solve, judged by its reported residual.
 #pragma once
 
 #include "saltus/solver/solver.hpp"
@@ -8,9 +8,9 @@ namespace saltus {
 /// Largest reported residual, as a multiple of the tolerance, that counts as success.
 inline constexpr double acceptable_multiple = 100.0;
 
-/// The status that the residual allows. Solvers end by the error in a scale of their own.
-/// `otherwise` replaces a success whose reported residual is larger than acceptable_multiple times
-/// the tolerance.
+/// Status that the residual permits. Solvers terminate by the error in their own scaling.
+/// `otherwise` replaces a success whose reported residual exceeds acceptable_multiple times the
+/// tolerance.
 SolveStatus status_by_residual(SolveStatus status, const KktResidual& kkt, double tolerance,
                                SolveStatus otherwise);
 

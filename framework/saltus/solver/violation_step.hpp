@@ -1,4 +1,4 @@
-// Tests a claim that no point near this one meets the rows.
+// Tests a claim that no nearby point satisfies the rows.
 #pragma once
 
 #include <optional>
@@ -7,11 +7,10 @@
 
 namespace saltus {
 
-/// A point within the bounds that violates the rows by at most half as much as w in sum, each row
-/// relative to its derivatives. Takes a few Gauss-Newton steps towards the equalities and the
-/// violated sides, the shortest ones in variables that are divided by their largest derivative, so
-/// that units of variables do not matter. Empty if these steps do not help: w may be a minimum of
-/// the violation.
+/// Returns a point within the bounds with at most half the total violation of w, each row relative
+/// to its derivatives. It takes a few shortest Gauss-Newton steps towards the equalities and
+/// violated sides. Variables are divided by their largest derivative, so that their units do not
+/// matter. Empty if the steps do not help: w may be a minimum of the violation.
 std::optional<VectorXd> step_towards_rows(NonlinearProgram& program, const VectorXd& w);
 
 }  // namespace saltus

@@ -1,12 +1,12 @@
-// Is this a program and a start that a solver can be given at all?
+// Tests whether a program and a start are valid input of a solver.
 #pragma once
 
 #include "saltus/solver/nonlinear_program.hpp"
 
 namespace saltus {
 
-/// Whether the start has an entry per variable, and every variable and row a finite value within
-/// its bounds (so no NaN among them).
+/// True if the start has an entry per variable, and every variable and row has a finite value
+/// within its bounds (no NaN).
 bool is_well_posed(const NonlinearProgram& program, const NlpPoint& start);
 
 }  // namespace saltus
