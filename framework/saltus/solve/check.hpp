@@ -1,4 +1,4 @@
-// A problem looked at before it is relied on: one page with a verdict per line.
+// Checks a problem before it is used: one page with a verdict per line.
 //
 //     std::cout << check(car).text();
 //
@@ -13,49 +13,50 @@
 
 namespace saltus {
 
-/// Of one line of a check.
+/// Verdict of one line of a check.
 enum class CheckVerdict {
   good,
-  doubtful,  ///< what the line says should be looked at
-  unknown    ///< could not be looked at, and the line says why
+  doubtful,  ///< the aspect needs attention; the text says why
+  unknown    ///< could not be checked; the text says why
 };
 
 /// One aspect of a problem: "start", "derivatives", "sparsity", "jumps", "bounds", "scaling",
 /// "ranks", "integration", "reach", "definition".
 struct CheckLine {
-  std::string aspect;                         ///< what was looked at
-  CheckVerdict verdict = CheckVerdict::good;  ///< of it
-  std::string text;                           ///< a sentence, with phase, term and time
+  std::string aspect;                         ///< aspect that was checked
+  CheckVerdict verdict = CheckVerdict::good;  ///< verdict of the aspect
+  std::string text;                           ///< a sentence with phase, term and time
 };
 
-/// A page of verdicts on a problem before it is solved.
+/// A page of verdicts on a problem, made before it is solved.
 struct ProblemCheck {
-  std::string problem;           ///< its name
+  std::string problem;           ///< name of the problem
   std::vector<CheckLine> lines;  ///< one per aspect
 
-  /// Whether nothing is doubtful.
+  /// True if no line is doubtful.
   bool ok() const;
-  /// By its aspect.
+  /// The line of the given aspect.
   const CheckLine& line(const std::string& aspect) const;
-  /// All lines, each with its verdict.
+  /// All lines with their verdicts.
   std::string text() const;
 };
 
-/// Looks at:
-/// - definition: what is refused, and what is sound and yet looks like a mistake;
-/// - start: are all formulas and their derivatives finite at the guess;
+/// Checks these aspects:
+/// - definition: definitions that solvers reject, and valid ones that look like mistakes;
+/// - start: formulas and their derivatives are finite at the guess;
 /// - derivatives and sparsity: first and second derivatives, and entries outside the patterns,
-///   against differences near the guess (what formulas of C++ have is exact; an external Function's
-///   may be wrong);
-/// - jumps: are maps between phases, the closing and resets finite where the guess ends, and their
-///   derivatives right?
-/// - bounds: sides that exclude one another, a start that is outside;
-/// - scaling: sizes far from one of what nobody gave a nominal magnitude;
+///   compared with differences near the guess (formulas in C++ are exact; an external Function may
+///   be wrong);
+/// - jumps: maps between phases, the closing and resets are finite at the end of the guess, and
+///   their derivatives are correct;
+/// - bounds: sides that exclude each other, a start outside its bounds;
+/// - scaling: sizes far from one of quantities without a nominal magnitude;
 /// - ranks: equations that follow from others or contradict them;
-/// - integration: what the grid leaves of the differential equation along a first solution;
-/// - reach: does a first solve, by our own solver, meet the constraints?
+/// - integration: the integration error of the grid along a first solution;
+/// - reach: a first solve by the native solver satisfies the constraints.
 ///
-/// `options` as for MultipleShooting; without an integrator Runge-Kutta 4 in two steps, as solve()
+/// `options` as for MultipleShooting; the default integrator is Runge-Kutta 4 in two steps, as in
+/// solve(). Takes about as long as a solve. Errors of the problem never throw.
 /// has it. Takes about as long as a solve. Throws nothing for what is wrong with the problem.
 ProblemCheck check(const OptimalControlProblem& problem, ShootingOptions options = {});
 

@@ -1,4 +1,4 @@
-// The solves of one explanation: on one kind of grid, with one deadline, counted.
+// The solves of one explanation: they share grid options, one deadline and a counter.
 #pragma once
 
 #include <functional>
@@ -9,35 +9,35 @@
 
 namespace saltus {
 
-/// Relaxes and solves problems as the options say.
+/// Relaxes and solves problems with the given options.
 class CountedSolves {
  public:
-  /// The time begins to run.
+  /// Starts the clock.
   explicit CountedSolves(const ExplainOptions& options);
 
-  /// What least_relaxation() may relax; empty: all that is asked for.
+  /// Selects what least_relaxation() may relax; empty: everything negotiable.
   std::function<bool(const AskedFor&)> is_negotiable = {};
 
-  /// The least relaxation, from the guess or else from the problem's own.
+  /// Computes the least relaxation, from the guess or by default from the problem's own guess.
   LeastRelaxation relax(const OptimalControlProblem& problem, const Trajectory* guess = nullptr) {
     return relax(problem, guess, grid());
   }
   /// The same on another grid.
   LeastRelaxation relax(const OptimalControlProblem& problem, const Trajectory* guess,
                         const ShootingOptions& grid);
-  /// A solution: from the problem's own guess and, if that leads nowhere, from the other one.
+  /// Solves from the problem's own guess and, if that fails, from the other guess.
   Solution plan(MultipleShooting& shooting, const Trajectory& other_guess);
 
-  /// ExplainOptions::may_change.
+  /// True if ExplainOptions::may_change permits the change.
   bool may_change(const ProblemChange& change) const {
     return !options_.may_change || options_.may_change(change);
   }
-  /// Of new shootings.
+  /// Options of new shootings.
   const ShootingOptions& grid() const { return options_.shooting; }
-  /// Whether the time is over: what is solved later ends at once.
+  /// True if the time limit has passed. Later solves then end at once.
   bool is_late() const { return WallClock::now() >= deadline_; }
-  int count() const { return count_; }                      ///< of solves
-  double seconds() const { return seconds_since(begin_); }  ///< wall clock, so far
+  int count() const { return count_; }                      ///< number of solves
+  double seconds() const { return seconds_since(begin_); }  ///< wall-clock time so far
 
  private:
   std::unique_ptr<Solver> make_solver() const;
@@ -47,7 +47,7 @@ class CountedSolves {
   int count_ = 0;
 };
 
-/// Whether a plan is one that could be driven: an optimum, whatever its grid leaves open.
+/// True if a solution is an optimum, even if its grid is too coarse.
 bool is_plan(const Solution& solution);
 
 }  // namespace saltus

@@ -1,18 +1,21 @@
-// Why can a problem not be met, by how much, and what would help? Why does a soft term give way?
+// Explains why a problem is infeasible, by how much, and what would help; and why a soft term is
+// violated at the optimum.
 //
 //     const Solution plan = solve(problem);
 //     if (plan.status == SolveStatus::infeasible) std::cout << explain(problem).text();
 //
-// The least relaxation (solver/elastic_program.hpp) of what is asked for: hard terms, bounds of
-// states, links, integrals, the closing and the total time, each divided by its nominal value.
-// Dynamics, jumps, the start, inputs and durations are not negotiable there; what they could give
-// follows from the multipliers of that optimum, and each answer is carried out before it is given.
+// explain() computes the least relaxation (solver/elastic_program.hpp) of the negotiable
+// constraints: hard terms, bounds of states, links, integrals, the closing and the total time, each
+// divided by its nominal value. Dynamics, jumps, the start, inputs and durations are not relaxed.
+// Multipliers of the relaxed optimum show how they could help. Each remedy is verified by a solve
+// before it is reported.
 //
-// Where all that can be met, the problem is solved, and soft terms that give way are asked in turn:
-// could they hold, as hard terms? If not, what is missing at least, and what would help; if so,
-// what that would cost, which cost they give way to, and the weight from which on they hold.
+// If all of these are feasible, the problem is solved and each violated soft term is examined:
+// could it hold as a hard term? If not, explain() reports the least shortage and what would help.
+// If so, it reports the cost of holding it, the cost term that outweighs it, and the weight that
+// makes it hold.
 //
-// A controller's tick is explained afterwards: explain(present_problem(controller.shooting())).
+// A controller tick can be explained afterwards: explain(present_problem(controller.shooting())).
 #pragma once
 
 #include <functional>
@@ -26,27 +29,28 @@
 
 namespace saltus {
 
-/// How explain() looks.
+/// Options of explain().
 struct ExplainOptions {
-  ShootingOptions shooting = {};  ///< without an integrator Runge-Kutta 4 in two steps
-  int remedies = 3;               ///< at most, besides the shortages themselves; 0: none looked for
-  double time_limit = 20.0;       ///< s of wall clock, 0: none
-  /// Makes what solves; empty: make_sqp() to 1e-9.
+  ShootingOptions shooting = {};  ///< default integrator: Runge-Kutta 4 in two steps
+  int remedies = 3;               ///< largest number besides the shortages themselves; 0: none
+  double time_limit = 20.0;       ///< wall-clock limit in seconds; 0: none
+  /// Factory for the solver; empty: make_sqp() with tolerance 1e-9.
   std::function<std::unique_ptr<Solver>()> make_solver = {};
-  /// Where the search begins, beside the problem's own guess: the trajectory of a failed solve.
+  /// Additional initial guess, such as the trajectory of a failed solve.
   std::optional<Trajectory> guess = {};
-  bool soft_terms = true;  ///< whether those that give way are explained, too
-  /// Whether a number may be proposed to change (its `by` is not read), e.g. none that was
-  /// measured; empty: each may.
+  bool soft_terms = true;  ///< explain violated soft terms too
+  /// True if a number may be changed by a remedy (`by` is not read); false, for example, for
+  /// measured values. Empty: every number may change.
   std::function<bool(const ProblemChange&)> may_change = {};
 };
 
-/// Throws DefinitionError where the problem or the options are wrong. Where functions are not
-/// convex, the relaxation is the least near the guess.
+/// Throws DefinitionError for invalid problems or options. If functions are not convex, the
+/// relaxation is a local minimum near the guess.
 Explanation explain(const OptimalControlProblem& problem, const ExplainOptions& options = {});
 
-/// What is asked for, as groups of rows and bounds of the shooting's program; nominal values are
-/// what nominal changes of the variables do to a term at w, at most. For comparing solvers.
+/// The negotiable constraints as groups of rows and bounds of the shooting's program. The nominal
+/// value of a group is the largest change of its term at w for nominal changes of the variables.
+/// For comparing solvers.
 std::vector<ElasticGroup> elastic_groups(MultipleShooting& shooting, const VectorXd& w);
 
 }  // namespace saltus

@@ -1,5 +1,4 @@
-// What explain() finds: what is missing, what soft terms give way, and what would help, in words
-// and as data.
+// Result of explain() as text and data: shortages, violated soft terms and remedies.
 #pragma once
 
 #include <optional>
@@ -12,86 +11,89 @@
 
 namespace saltus {
 
-/// What is missing of one side of a term, wherever it acts: so far its bound would have to give.
+/// Shortage of one side of a term over all its nodes: the amount by which its bound would have to
+/// move.
 struct Shortage {
   /// "term", "state", "integral", "link", "closing" or "total time".
   std::string kind = {};
-  std::string phase = {};                                 ///< empty where it belongs to none
-  std::string term = {};                                  ///< of a state's bounds "state 1"
-  int component = 0;                                      ///< row of the term
-  ProblemChange::Side side = ProblemChange::Side::upper;  ///< that is missed
+  std::string phase = {};  ///< empty if it belongs to no phase
+  std::string term = {};   ///< name; for the bounds of a state "state 1"
+  int component = 0;       ///< row of the term
+  ProblemChange::Side side = ProblemChange::Side::upper;  ///< violated side
   double amount = 0.0;                                    ///< in the term's own units, positive
-  double nominal = 1.0;                                   ///< what counts as one of them
-  double time = 0.0;                                      ///< s, where it is held up most
-  double value = 0.0;                                     ///< there
-  double bound = 0.0;                                     ///< that it misses
-  bool is_exact = false;                                  ///< both bounds are one
-  /// Whether it is missing wherever one looks: the program is linear-quadratic. Else it is missing
-  /// near the guess.
+  double nominal = 1.0;                                   ///< nominal value of the term
+  double time = 0.0;      ///< time in seconds of the largest multiplier
+  double value = 0.0;     ///< value at that time
+  double bound = 0.0;     ///< violated bound at that time
+  bool is_exact = false;  ///< lower and upper bound are equal
+  /// True if the program is linear-quadratic, so that the shortage is global. Otherwise it is local
+  /// to the guess.
   bool is_certain = false;
 
   /// "phase 'ride', term 'there'"
   std::string name() const;
   /// "2.5 too little at t = 2 s (2 where 4.5 is asked)"
   std::string miss() const;
-  /// The sentence: name, amount, time, value and bound.
+  /// A sentence with name, amount, time, value and bound.
   std::string text() const;
 };
 
-/// A row of a soft term that gives way at the optimum, and why.
+/// A row of a soft term that is violated at the optimum, and the reason.
 struct SoftShortage {
-  /// How much at the optimum, where most; its side is that of the larger amount.
+  /// Largest violation at the optimum, on the side with the larger amount.
   Shortage missed;
-  double price = 0.0;  ///< what all of it costs, both sides and wherever it acts
-  /// So much is missing at least when all that gives way is held to its bounds, in units of the
-  /// term; 0: it can hold. Empty: not known.
+  double price = 0.0;  ///< penalty of all violations of the row, both sides and all nodes
+  /// Least shortage if all violated soft terms are held to their bounds, in units of the term; 0:
+  /// it can hold. Empty: not known.
   std::optional<double> least = {};
-  /// Of the problem in which all that gives way is hard, if it can be met.
+  /// Cost of the problem with all violated soft terms made hard, if that is feasible.
   std::optional<double> cost_if_held = {};
-  /// An L1 penalty of this weight holds it, together with those of the others that give way: tried.
+  /// Weight of an L1 penalty that holds it, together with those of the other violated terms;
+  /// verified.
   std::optional<double> weight_that_holds = {};
-  double weight = 0.0;  ///< of its penalty now
+  double weight = 0.0;  ///< current weight of its penalty
 
-  /// The sentence: name, amount, time and price.
+  /// A sentence with name, amount, time and price.
   std::string text() const;
 };
 
-/// Changes of the problem after which it can be met.
+/// Changes of the problem that make it feasible.
 struct Remedy {
-  std::vector<ProblemChange> changes;  ///< all of them together
+  std::vector<ProblemChange> changes;  ///< to be applied together
   std::string text;  ///< "with the duration of phase 'ride' 2.6 s in place of 2 s"
-  /// Of the problem with the changes, solved: a remedy is one only if that worked.
+  /// Status of the changed problem. A remedy is valid only if that solve succeeded.
   SolveStatus status = SolveStatus::invalid_problem;
-  double cost = 0.0;  ///< of it
-  /// Of the change over the value before, or over its nominal magnitude where that is zero.
+  double cost = 0.0;  ///< cost of the changed problem
+  /// Change relative to the previous value, or to its nominal magnitude if that is zero.
   double effort = 0.0;
 };
 
-/// What explain() finds.
+/// Result of explain().
 struct Explanation {
-  /// Of the elastic program; only an optimum explains anything.
+  /// Status of the elastic program. Other values explain something only if it is optimal.
   SolveStatus status = SolveStatus::invalid_problem;
-  /// sum of amounts over nominal values.
+  /// Sum of the amounts over their nominal values.
   double relaxation = 0.0;
-  std::vector<Shortage> shortages;  ///< the largest first, relative to nominal values
-  /// Of an optimum, where nothing is missing: the dearest first.
+  std::vector<Shortage> shortages;  ///< largest first, relative to nominal values
+  /// Violated soft terms of the optimum if nothing is infeasible, highest price first.
   std::vector<SoftShortage> gives_way;
-  double cost = 0.0;  ///< of that optimum; 0 where none was looked for
-  /// The cost that grows most if all that gives way is held, "phase 'ride', 'effort'": what it
-  /// gives way to. Empty where that is not known.
+  double cost = 0.0;  ///< cost of that optimum; 0 if it was not computed
+  /// The cost that increases most if all violated soft terms are held: "phase 'ride', 'effort'".
+  /// Empty if not known.
   std::string gives_way_to;
-  /// The least effort first; then the shortages themselves. Where nothing but soft terms cannot
-  /// hold, what would let them.
+  /// Remedies with the least effort first, then the shortages themselves. If only soft terms are
+  /// violated, changes that let them hold.
   std::vector<Remedy> remedies;
-  /// A phase whose own events make the motion jump, so that another guess may do; empty: none.
+  /// A phase with events that make its motion discontinuous, so that another guess may help; empty:
+  /// none.
   std::string events_in;
-  Trajectory trajectory;  ///< with the least relaxation; where soft terms give way, the optimum
-  int solves = 0;         ///< of elastic programs and of changed problems
-  double seconds = 0.0;   ///< wall clock
+  Trajectory trajectory;  ///< of the least relaxation; for violated soft terms, the optimum
+  int solves = 0;         ///< number of solves of elastic and changed problems
+  double seconds = 0.0;   ///< wall-clock time
 
-  /// Whether the least relaxation is known, and is one.
+  /// True if the least relaxation was found.
   bool ok() const { return is_success(status); }
-  /// Whether something is missing.
+  /// True if a shortage was found.
   bool is_infeasible() const { return ok() && !shortages.empty(); }
   /// A sentence per shortage or soft term, and one with the remedies.
   std::string text() const;

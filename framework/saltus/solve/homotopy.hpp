@@ -1,5 +1,5 @@
-// A hard problem by way of easy ones: a parameter moves from where the problem is easily solved to
-// where it is wanted, and every solution is the start of the next.
+// Homotopy: a parameter moves in steps from an easy value to the wanted one, and each solution is
+// the start of the next solve.
 //
 //     MultipleShooting shooting(swing_up, options);
 //     const Homotopy way = solve_along(shooting, *solver, "gravity", no_gravity, earth);
@@ -13,33 +13,32 @@
 
 namespace saltus {
 
-/// How a parameter is led from an easy value to the one that is wanted.
+/// Options of a homotopy.
 struct HomotopyOptions {
-  double first_step =
-      0.25;  ///< of the way, 0 to 1; doubled after a success, halved after a failure
-  double least_step = 1e-3;  ///< below it the way ends
+  double first_step = 0.25;  ///< fraction of the path; doubled on success, halved on failure
+  double least_step = 1e-3;  ///< the homotopy fails below this step
 };
 
-/// What a homotopy gave.
+/// Result of a homotopy.
 struct Homotopy {
-  Solution solution;     ///< at `reached`; where not even the first solve worked, that one
-  double reached = 0.0;  ///< part of the way; 1: all of it
-  /// One solve on the way.
+  Solution solution;     ///< at `reached`; if the first solve failed, the result of that solve
+  double reached = 0.0;  ///< fraction of the path; 1: complete
+  /// One solve of the homotopy.
   struct Step {
-    double at = 0.0;      ///< part of the way
-    double cost = 0.0;    ///< of it
-    bool solved = false;  ///< with success
-    int iterations = 0;   ///< of it
+    double at = 0.0;      ///< fraction of the path
+    double cost = 0.0;    ///< cost of the solution
+    bool solved = false;  ///< the solve succeeded
+    int iterations = 0;   ///< iterations of the solve
   };
-  std::vector<Step> steps;  ///< in the order in which they were tried
+  std::vector<Step> steps;  ///< in the order of the attempts
 
-  /// Whether the wanted problem was solved.
+  /// True if the wanted problem was solved.
   bool ok() const { return reached == 1.0 && solution.ok(); }
 };
 
-/// Data `name` of the problem from one value to another, on the straight line between them. The
-/// shooting keeps the value of the last solve that worked. Throws DefinitionError for names and
-/// sizes that are wrong.
+/// Moves parameter `name` of the problem along the straight line between two values. The shooting
+/// keeps the value of the last successful solve. Throws DefinitionError for unknown names and wrong
+/// sizes.
 Homotopy solve_along(MultipleShooting& shooting, Solver& solver, std::string_view name,
                      const VectorRef& from, const VectorRef& to,
                      const HomotopyOptions& options = {});

@@ -1,4 +1,4 @@
-// The least relaxation of a problem: solved, with what it is about, and read.
+// Computes and evaluates the least relaxation of a problem.
 #pragma once
 
 #include <functional>
@@ -11,52 +11,53 @@
 
 namespace saltus {
 
-/// A relaxation, or a part of one, that counts: what a good solution of the problem itself leaves.
+/// Smallest relaxation that counts: the accuracy of a good solution of the problem itself.
 inline constexpr double worth_naming = 1e-6;
 
-/// How hard something holds at the optimum: sums of its multipliers.
+/// Total multipliers of a constraint at the optimum.
 struct HoldingForce {
-  double upper = 0.0, lower = 0.0;  ///< at upper and at lower sides, positive
-  bool is_value = true;             ///< both sides are one, wherever it acts
+  double upper = 0.0, lower = 0.0;  ///< sums over upper and lower sides, positive
+  bool is_value = true;             ///< both sides are equal at all nodes
 };
 
-/// What an elastic program of the problem came to.
+/// Result of the elastic program of a problem.
 struct LeastRelaxation {
-  std::unique_ptr<MultipleShooting> shooting;  ///< of the problem
-  std::vector<AskedFor> asked;                 ///< of it
-  std::vector<int> group;                      ///< of each of these in `program`; -1: it holds
-  std::unique_ptr<ElasticProgram> program;     ///< of `shooting`
-  NlpResult result;                            ///< of `program`
-  double amount = infinity;                    ///< sum of amounts over nominal values
+  std::unique_ptr<MultipleShooting> shooting;  ///< transcription of the problem
+  std::vector<AskedFor> asked;                 ///< its negotiable constraints
+  std::vector<int> group;  ///< group in `program` of each entry of `asked`; -1: hard
+  std::unique_ptr<ElasticProgram> program;  ///< relaxed program of `shooting`
+  NlpResult result;                         ///< solution of `program`
+  double amount = infinity;                 ///< sum of the amounts over their nominal values
 
-  /// Whether it is the least, near where it began.
+  /// True if the relaxation is a local minimum.
   bool ok() const { return is_success(result.status); }
-  /// Whether something has to give.
+  /// True if the problem needs a relaxation.
   bool is_needed() const { return amount > worth_naming; }
-  /// As a point of the problem's own program.
+  /// The solution as a point of the original program.
   VectorXd point() const;
-  /// The motion.
+  /// The trajectory of the solution.
   Trajectory trajectory() const;
-  /// Of a row of `program`.
+  /// Multiplier of a row of `program`.
   double multiplier(int row) const { return result.point.lambda[row]; }
-  /// How hard asked[k] holds.
+  /// Total multipliers of asked[k].
   HoldingForce force_of(int k) const;
 };
 
-/// Solves the elastic program, from the trajectory or else from the problem's own guess. Throws
-/// DefinitionError where the problem or the options are wrong.
+/// Solves the elastic program from the trajectory, or by default from the problem's own guess.
+/// Throws DefinitionError for invalid problems or options.
 LeastRelaxation least_relaxation(const OptimalControlProblem& problem,
                                  const ShootingOptions& options, Solver& solver,
                                  const Trajectory* guess = nullptr,
                                  const std::function<bool(const AskedFor&)>& is_negotiable = {});
 
-/// What gives, read from a relaxation.
+/// Relaxed constraints of a least relaxation.
 struct WhatGives {
-  std::vector<Shortage> shortages;     ///< the largest first, relative to nominal values
-  std::vector<ProblemChange> changes;  ///< by which bounds would have to move
-  bool can_change = true;              ///< whether `changes` has all of it: a closing cannot
+  std::vector<Shortage> shortages;     ///< largest first, relative to nominal values
+  std::vector<ProblemChange> changes;  ///< moves of bounds that make the problem feasible
+  bool can_change = true;              ///< `changes` covers all shortages: a closing cannot change
 };
-/// A row that repeats another one, as hulls of fixed size have, is named once.
+/// Collects the relaxed constraints. Rows that repeat each other, as in hulls of fixed size, are
+/// listed once.
 WhatGives what_gives(LeastRelaxation& relaxed);
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-// A problem that differs from another in one number: a bound, a time, a value.
+// Change of one number of a problem: a bound, a time, a value.
 #pragma once
 
 #include <string>
@@ -7,37 +7,37 @@
 
 namespace saltus {
 
-/// One number of a definition, and by how much it moves.
+/// One number of a definition and its change.
 struct ProblemChange {
-  /// What it is a number of.
+  /// Kind of the number.
   enum class Kind {
     term,        ///< bounds of a hard constraint
     state,       ///< bounds of a state
     input,       ///< bounds of an input
     integral,    ///< limits of an integral
     link,        ///< limits of a link
-    duration,    ///< of a phase: fixed, or a bound of a free one, s
-    total_time,  ///< its bounds, s
-    event,       ///< its time in the schedule, s
-    parameter,   ///< data, or a bound of an unknown
-    start        ///< the state at the start, or a bound of a free one
+    duration,    ///< of a phase in seconds: fixed, or a bound of a free one
+    total_time,  ///< its bounds in seconds
+    event,       ///< its time in the schedule in seconds
+    parameter,   ///< data, or a bound of a free parameter
+    start        ///< initial state, or a bound of a free one
   };
-  /// Which sides move; where both are equal, both do.
+  /// Side that moves; equal sides move together.
   enum class Side { lower, upper };
 
-  Kind kind = Kind::term;   ///< what it is a number of
-  int phase = 0;            ///< of links, events and the total time not read
-  std::string name = {};    ///< of term, integral, link, event or parameter
-  int component = 0;        ///< row of a term or link, entry of a parameter, state or input
-  Side side = Side::upper;  ///< of bounds
-  double by = 0.0;          ///< added, in the units of what changes
+  Kind kind = Kind::term;   ///< kind of the number
+  int phase = 0;            ///< not read for links, events and the total time
+  std::string name = {};    ///< of the term, integral, link, event or parameter
+  int component = 0;        ///< row of a term or link; entry of a parameter, state or input
+  Side side = Side::upper;  ///< side of bounds
+  double by = 0.0;          ///< added amount, in the units of the number
 };
 
-/// A word: "term", "duration".
+/// Name of the kind: "term", "duration".
 const char* describe(ProblemChange::Kind kind);
-/// Throws DefinitionError where there is no such thing.
+/// Returns the changed problem. Throws DefinitionError if the number does not exist.
 OptimalControlProblem changed(const OptimalControlProblem& problem, const ProblemChange& change);
-/// What `by` is added to. Throws DefinitionError where there is no such thing.
+/// The number before the change. Throws DefinitionError if it does not exist.
 double value_before(const OptimalControlProblem& problem, const ProblemChange& change);
 /// "with the upper bound of input 0 in phase 'ride' at 4.2 in place of 3"
 std::string describe(const OptimalControlProblem& problem, const ProblemChange& change);

@@ -1,4 +1,4 @@
-// What would help: which numbers of a problem could move so that nothing has to give.
+// Finds remedies: changes of numbers of a problem that make it feasible.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace saltus {
 
-/// At most `most` changes of one number each, the least effort first, and behind them what gives
-/// itself. How fast the relaxation falls with a number is read from its multipliers; the change is
-/// then made, and the problem with it solved: what does not work is not told.
+/// Returns at most `most` changes of one number each, least effort first, and then the shortages
+/// themselves. The multipliers give the rate at which the relaxation decreases with a number. Each
+/// change is made and the changed problem solved; changes that fail are not reported.
 std::vector<Remedy> find_remedies(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
                                   const WhatGives& gives, int most, CountedSolves& solves);
 

@@ -1,4 +1,5 @@
-// How fast the least relaxation of a problem falls with its numbers: bounds, times, values.
+// Rates at which the least relaxation of a problem decreases with its numbers: bounds, times,
+// values.
 #pragma once
 
 #include <cmath>
@@ -9,27 +10,27 @@
 
 namespace saltus {
 
-/// A number that could change, and how fast the relaxation does so.
+/// A number that could change, and the rate of the relaxation.
 struct Candidate {
-  ProblemChange change;  ///< `by`: where it would be met if it went on like that
-  double slope = 0.0;    ///< of the relaxation, over the units of the number
-  double before = 0.0;   ///< its value
-  double scale = 1.0;    ///< the value before, or what is nominal for it
+  ProblemChange change;  ///< `by`: change to feasibility by linear extrapolation
+  double slope = 0.0;    ///< derivative of the relaxation with respect to the number
+  double before = 0.0;   ///< current value
+  double scale = 1.0;    ///< current magnitude, or nominal value
 
-  /// Of moving it so far.
+  /// Relative size of the change.
   double effort() const { return std::abs(change.by) / scale; }
-  /// Whether that is still the same problem: not twenty times the value, and data keep their sign
-  /// (a mass, a frequency).
+  /// True if the changed problem is still plausible: no value changes twentyfold, and data such as
+  /// a mass or frequency keep their sign.
   bool is_credible() const;
 };
 
-/// A number with its slope, if that says anything.
+/// Adds a number with its slope if the slope is significant.
 void add_candidate(const OptimalControlProblem& problem, ProblemChange change, double slope,
                    double nominal, double relaxation, std::vector<Candidate>& candidates);
 
-/// From the multipliers: bounds of terms, states, inputs, durations, unknowns and the start, fixed
-/// durations and data, the latter by differences of what multipliers hold. `is_late`: to leave
-/// out the rest. Events are not among them, they move nodes.
+/// Candidates from the multipliers: bounds of terms, states, inputs, durations, free parameters and
+/// the start, fixed durations, and data. Data use differences of the active constraints. `is_late`
+/// ends the search early. Events are excluded because they move nodes.
 std::vector<Candidate> candidates_of(const OptimalControlProblem& problem, LeastRelaxation& relaxed,
                                      const std::function<bool()>& is_late);
 

@@ -1,11 +1,11 @@
-// Several starts of one problem, on all processors: which optima there are, and which start leads
-// to which.
+// Solves one problem from several starts in parallel, and reports the distinct optima and which
+// start led to which.
 //
 //     const SeveralSolutions found = solve_from(car, {{.durations = {5.0, 2.0}},
 //                                                     {.durations = {1.0, 9.0}}});
 //     found.optima.front().cost;      // the best
 //
-// A local solver ends where its start leads it; nothing is known of optima that no start led to.
+// A local solver converges near its start. Optima that no start leads to stay unknown.
 #pragma once
 
 #include <functional>
@@ -18,41 +18,42 @@
 
 namespace saltus {
 
-/// Where one search begins. What is empty is as the problem guesses it.
+/// One start. Empty fields use the guess of the problem.
 struct StartingPoint {
-  std::vector<double> durations = {};           ///< of all phases, s; of fixed ones not read
+  std::vector<double> durations = {};  ///< of all phases in seconds; fixed ones are not read
   std::vector<Guess> states = {}, inputs = {};  ///< per phase, over the fraction of its duration
-  std::optional<Trajectory> trajectory = {};    ///< another solution; the others then count on top
+  std::optional<Trajectory> trajectory = {};  ///< another solution; the other fields override parts
+                                              ///< of it
 };
 
-/// How a problem is solved from several starts.
+/// Options of solve_from().
 struct SeveralStartsOptions {
-  int intervals_per_phase = 30;      ///< of every phase
-  std::vector<int> intervals = {};   ///< per phase, in place of the number above
+  int intervals_per_phase = 30;      ///< for every phase
+  std::vector<int> intervals = {};   ///< per phase; overrides the number above
   IntegratorChoice integrator = {};  ///< empty: runge_kutta4({.steps = 2})
-  /// Called once for every start; empty: make_sqp().
+  /// Called once per start; empty: make_sqp().
   std::function<std::unique_ptr<Solver>()> make_solver = {};
-  int threads = 0;  ///< 0: as many as there are processors
-  /// Two optima are one where no variable differs by more, in nominal magnitudes or, where none are
-  /// declared, relative to the largest of its quantity in both, and the costs by no more than
-  /// `same_cost`, relative to the larger one.
+  int threads = 0;  ///< 0: number of processors
+  /// Two results are the same optimum if no variable differs by more than this and the costs differ
+  /// by at most `same_cost`. Differences are in nominal magnitudes or, if none are declared,
+  /// relative to the largest value of the quantity in both.
   double same_point = 1e-3;
-  double same_cost = 1e-6;  ///< relative: what is closer is one optimum
+  double same_cost = 1e-6;  ///< relative difference of the costs
 };
 
-/// What several starts gave.
+/// Result of several starts.
 struct SeveralSolutions {
-  /// Distinct ones, the cheapest first; of those that count as one the cheapest.
+  /// Distinct optima, lowest cost first; each is the cheapest of its duplicates.
   std::vector<Solution> optima;
-  std::vector<int> optimum_of;   ///< per start: its place in `optima`; -1: the solver found none
-  std::vector<Solution> failed;  ///< of these starts, in their order
+  std::vector<int> optimum_of;   ///< per start: index in `optima`; -1: no optimum found
+  std::vector<Solution> failed;  ///< results of those starts, in order
 
-  /// Whether any start led to an optimum.
+  /// True if any start led to an optimum.
   bool ok() const { return !optima.empty(); }
 };
 
-/// The result does not depend on the number of threads. Throws DefinitionError when problem,
-/// options or a start are wrong, before anything is solved.
+/// The result does not depend on the number of threads. Throws DefinitionError for an invalid
+/// problem, option or start before anything is solved.
 SeveralSolutions solve_from(const OptimalControlProblem& problem,
                             const std::vector<StartingPoint>& starts,
                             const SeveralStartsOptions& options = {});

@@ -1,4 +1,5 @@
-// Soft terms that give way at an optimum, and why: they cannot hold, or that would cost more.
+// Soft terms that are violated at an optimum, and the reason: they cannot hold, or holding them
+// costs more.
 #pragma once
 
 #include "saltus/solve/counted_solves.hpp"
@@ -6,16 +7,16 @@
 
 namespace saltus {
 
-/// Rows of soft terms, links and integrals that give way in a solution of the shooting, the dearest
-/// first; those that hardly cost anything beside them are left out.
+/// Rows of soft terms, links and integrals that are violated in a solution of the shooting, highest
+/// price first. Rows with a negligible price are left out.
 std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solution& solution);
 
-/// The problem in which they are hard, with all rows of their terms.
+/// Returns the problem in which these terms are hard, with all their rows.
 OptimalControlProblem with_held(const OptimalControlProblem& problem,
                                 const std::vector<SoftShortage>& soft);
 
-/// Solves the problem, whose hard terms can be met, and completes the explanation: what gives way,
-/// and at most so many remedies.
+/// Solves the problem, whose hard terms are feasible, and completes the explanation with the
+/// violated soft terms and at most `most_remedies` remedies.
 void explain_soft_terms(const OptimalControlProblem& problem, int most_remedies,
                         CountedSolves& solves, Explanation& explanation);
 

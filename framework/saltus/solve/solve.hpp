@@ -1,12 +1,11 @@
-// One call from a problem to its solution: a grid, an integrator and a solver are chosen unless you
-// say which.
+// Solves a problem in one call, with a default grid, integrator and solver:
 //
 //     const Solution plan = solve(car);
 //     const Solution finer = solve(car, {.intervals_per_phase = 100,
 //                                        .integrator = cvodes({.tolerance = 1e-9}),
 //                                        .solver = make_ipopt()});
 //
-// For many solves of one problem with other data, keep a MultipleShooting and a Solver.
+// For many solves of one problem with different data, keep a MultipleShooting and a Solver.
 #pragma once
 
 #include <concepts>
@@ -22,26 +21,25 @@ namespace saltus {
 
 struct ShootingOptions;
 
-/// How a problem is transcribed and solved.
+/// Options of the transcription and the solve.
 struct SolveOptions {
-  int intervals_per_phase = 30;     ///< of every phase
-  std::vector<int> intervals = {};  ///< per phase, in place of the number above
-  /// Empty: runge_kutta4({.steps = 2}). For stiff dynamics take one of SUNDIALS.
+  int intervals_per_phase = 30;     ///< for every phase
+  std::vector<int> intervals = {};  ///< per phase; overrides the number above
+  /// Empty: runge_kutta4({.steps = 2}). For stiff dynamics use a SUNDIALS integrator.
   IntegratorChoice integrator = {};
-  int threads = 1;  ///< that evaluate intervals: ShootingOptions::threads
-  /// Empty: make_sqp(), our own, to a scaled KKT error of 1e-8. A solver may be used again.
+  int threads = 1;  ///< threads that evaluate intervals: ShootingOptions::threads
+  /// Empty: make_sqp() with a scaled KKT error of 1e-8. The solver can be reused.
   std::shared_ptr<Solver> solver = {};
-  /// Where the search starts, in place of the problem's own guess: another solution of it, on any
-  /// grid.
+  /// Initial guess instead of the problem's own guess: another solution of the problem on any grid.
   std::optional<Trajectory> guess = {};
-  /// Hears of every iteration, and may end the solve: solver/observer.hpp.
+  /// Receives every iteration and can end the solve: solver/observer.hpp.
   SolveObserver observer = {};
 };
 
-/// A solve that does not converge is a result: see Solution::status and message. Throws
-/// DefinitionError when the problem or the options are wrong.
+/// A solve that does not converge returns its status and message (Solution) without throwing.
+/// Throws DefinitionError for invalid problems or options.
 Solution solve(const OptimalControlProblem& problem, const SolveOptions& options = {});
-/// Refused by the compiler in one sentence.
+/// Gives a clear compiler error for options of the wrong type.
 template <std::same_as<ShootingOptions> Options>
 Solution solve(const OptimalControlProblem& problem, const Options&) {
   static_assert(!std::same_as<Options, ShootingOptions>,

@@ -1,4 +1,4 @@
-// What a problem asks for, as groups of rows and bounds of its program: each gives as one.
+// Negotiable constraints of a problem, as groups of rows and bounds of its program.
 #pragma once
 
 #include <functional>
@@ -12,22 +12,23 @@
 
 namespace saltus {
 
-/// A row of a hard term, link, integral or of the closing, or the bounds of a state, wherever they
-/// act.
+/// A row of a hard term, link or integral or of the closing, or the bounds of a state, at all its
+/// nodes.
 struct AskedFor {
   const char* kind = "term";                       ///< as in Shortage
-  std::optional<ProblemChange::Kind> change = {};  ///< empty: nothing that could be changed
-  int phase = 0;          ///< of links that where the latest end is, of the whole 0
-  bool has_phase = true;  ///< whether its name says so
-  std::string name;       ///< of the term; of a state "state 1"
+  std::optional<ProblemChange::Kind> change = {};  ///< empty: no number of the problem changes it
+  int phase = 0;          ///< links: phase of the latest end; constraints of the whole problem: 0
+  bool has_phase = true;  ///< true if its name includes the phase
+  std::string name;       ///< name of the term; of a state "state 1"
   int component = 0;      ///< row of the term, or state
-  double unit = 1.0;      ///< of the term over that of the rows
-  bool gives = true;      ///< whether it is negotiable
+  double unit = 1.0;      ///< unit of the term over that of the rows
+  bool gives = true;      ///< true if it is negotiable
   ElasticGroup group;     ///< its rows and variables
-  std::vector<shooting::GridPoint> points;  ///< where they act, rows first
+  std::vector<shooting::GridPoint> points;  ///< nodes of the rows, then of the variables
 };
 
-/// All of it; nominal values as at w. What `is_negotiable` denies does not give (empty: all does).
+/// All constraints, with nominal values at w. Those that `is_negotiable` rejects stay hard (empty:
+/// all are negotiable).
 std::vector<AskedFor> what_is_asked(ShootingProgram& program, const VectorXd& w,
                                     const std::function<bool(const AskedFor&)>& is_negotiable = {});
 
