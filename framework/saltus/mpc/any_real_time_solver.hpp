@@ -1,4 +1,4 @@
-// All solvers of a control loop by name, for programs that let their users choose. Needs Ipopt.
+// Creates any solver of a control loop by name, for applications with a solver option. Needs Ipopt.
 //
 //     auto controller = make_controller(MultipleShooting(problem, grid),
 //                                       {.solver = SolverChoice::riccati}, {.period = 0.01});
@@ -17,31 +17,31 @@
 
 namespace saltus {
 
-/// What a tick is for.
+/// Method of a tick.
 enum class TickMethod {
-  step,    ///< the real-time iteration: one quadratic model, made ahead of the measurement
-  optimum  ///< the program is solved, after the measurement, and whatever that takes
+  step,    ///< real-time iteration: one quadratic model, prepared before the measurement
+  optimum  ///< full solve after the measurement, without a limit on its duration
 };
-/// As users write them, for Settings::choice().
+/// Names in settings, for Settings::choice().
 const std::vector<std::pair<std::string, TickMethod>>& tick_methods();
 
-/// What every solver of a control loop can be asked for.
+/// Options that every solver of a control loop supports.
 struct RealTimeChoice {
-  SolverChoice solver = SolverChoice::riccati;  ///< what solves the program of a tick
-  TickMethod method = TickMethod::step;         ///< Ipopt knows no steps: it always solves
+  SolverChoice solver = SolverChoice::riccati;  ///< solver of the program of a tick
+  TickMethod method = TickMethod::step;         ///< Ipopt always solves to the optimum
   double tolerance = 1e-8;                      ///< of the quadratic model, or scaled KKT error
-  int max_iterations = 0;                       ///< per tick; 0: the solver's own limit
-  /// See RealTimeIterationOptions::kernels; of no use elsewhere.
+  int max_iterations = 0;                       ///< per tick; 0: the default of the solver
+  /// See RealTimeIterationOptions::kernels; other methods ignore it.
   std::span<const qp::RiccatiKernel> kernels = {};
 };
-/// For the program of this transcription and no other. Throws DefinitionError when the program does
-/// not fit the solver.
+/// For the program of this transcription only. Throws DefinitionError if the program does not fit
+/// the solver.
 std::unique_ptr<RealTimeSolver> make_real_time_solver(MultipleShooting& shooting,
                                                       const RealTimeChoice& choice = {});
-/// The controllers with such a solver: of a horizon that moves on, and of one that shrinks.
+/// Controller with such a solver and a receding horizon.
 RecedingHorizonController make_controller(MultipleShooting shooting, const RealTimeChoice& choice,
                                           ControllerOptions options);
-/// A controller for the problem with this choice of solver.
+/// Controller with such a solver and a shrinking horizon.
 ShrinkingHorizonController make_controller(const OptimalControlProblem& problem,
                                            const ShootingOptions& grid,
                                            const RealTimeChoice& choice,

@@ -1,4 +1,4 @@
-// The input that a controller hands over until its next tick.
+// The input that a controller applies until its next tick.
 #pragma once
 
 #include <utility>
@@ -10,42 +10,42 @@ namespace saltus {
 
 class MultipleShooting;
 
-/// A constant input during [start, start + length), absolute time in s.
+/// A constant input during [start, start + length).
 struct InputPiece {
-  double start = 0.0;   ///< of the time from the plan's start, s
-  double length = 0.0;  ///< s
-  int size = 0;         ///< how many numbers the input has
-  VectorXd values;      ///< of the largest phase; `size` of them count
+  double start = 0.0;   ///< absolute time in seconds
+  double length = 0.0;  ///< in seconds
+  int size = 0;         ///< dimension of the input
+  VectorXd values;      ///< sized for the largest phase; the first `size` entries are valid
 
-  /// The input, `size` numbers.
+  /// The input of dimension `size`.
   Eigen::VectorBlock<const VectorXd> input() const { return values.head(size); }
 };
 
-/// Pieces that cover one tick without gap, in order: one, or more when an event falls inside. Has
-/// room for as many as will ever be needed. Empty before the first tick and once it was moved from.
+/// Pieces that cover one tick without gaps, in order. There is one piece, or more if an event falls
+/// inside the tick. The capacity is fixed. Empty before the first tick and after a move.
 class HeldInput {
  public:
   HeldInput() = default;
   HeldInput(const HeldInput& other) = default;
   HeldInput& operator=(const HeldInput& other) = default;
-  /// Leaves the other one empty.
+  /// Leaves the other object empty.
   HeldInput(HeldInput&& other) noexcept
       : pieces_(std::move(other.pieces_)), count_(std::exchange(other.count_, 0)) {}
-  /// Leaves the other one empty.
+  /// Leaves the other object empty.
   HeldInput& operator=(HeldInput&& other) noexcept {
     pieces_ = std::move(other.pieces_);
     count_ = std::exchange(other.count_, 0);
     return *this;
   }
   ~HeldInput() = default;
-  /// Room for so many pieces and inputs so large; nothing is allocated afterwards.
+  /// Allocates for the given number of pieces and input dimension. Later calls do not allocate.
   HeldInput(int pieces, int largest_input);
 
-  /// How many pieces.
+  /// Number of pieces.
   std::size_t size() const { return count_; }
-  /// Whether there is none.
+  /// True if there is no piece.
   bool empty() const { return count_ == 0; }
-  /// Piece i. Throws DefinitionError unless there is one.
+  /// Piece i. Throws DefinitionError if it does not exist.
   const InputPiece& operator[](std::size_t i) const {
     if (i >= count_) refuse(i);
     return pieces_[i];
@@ -54,24 +54,24 @@ class HeldInput {
   const InputPiece& back() const { return (*this)[count_ - 1]; }
   /// First piece.
   std::vector<InputPiece>::const_iterator begin() const { return pieces_.begin(); }
-  /// One behind the last piece.
+  /// Past-the-end iterator.
   std::vector<InputPiece>::const_iterator end() const {
     return pieces_.begin() + static_cast<std::ptrdiff_t>(count_);
   }
 
-  /// Forgets all pieces.
+  /// Removes all pieces.
   void clear() { count_ = 0; }
-  /// A piece to be filled in. Throws DefinitionError where there is no room for one.
+  /// Appends a piece to fill in. Throws DefinitionError if the capacity is exhausted.
   InputPiece& add() {
     if (count_ >= pieces_.size()) refuse(count_);
     return pieces_[count_++];
   }
-  /// The last piece, to be changed. Throws DefinitionError if there is none.
+  /// The last piece, mutable. Throws DefinitionError if there is none.
   InputPiece& last() {
     if (count_ == 0) refuse(0);
     return pieces_[count_ - 1];
   }
-  /// Whether every number is finite.
+  /// True if all numbers are finite.
   bool all_finite() const;
 
  private:
@@ -81,12 +81,12 @@ class HeldInput {
   std::size_t count_ = 0;
 };
 
-/// As many pieces as a tick of any length can need.
+/// Allocates enough pieces for a tick of any length.
 HeldInput held_input_for(const MultipleShooting& shooting);
 
-/// Cuts [t, t + period) out of the plan w on the present grid: a piece for every shooting interval
-/// that the tick touches (linear inputs are sampled at the middle of their part). Where the plan
-/// ends before the tick does, its last input goes on. Does not allocate.
+/// Extracts [t, t + period) from the plan w on the current grid: one piece for every shooting
+/// interval that the tick touches. Linear inputs are sampled at the middle of their part. If the
+/// plan ends before the tick, its last input is held. Does not allocate.
 void hold(const MultipleShooting& shooting, const VectorXd& w, double t, double period,
           HeldInput& held);
 

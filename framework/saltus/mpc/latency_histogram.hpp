@@ -1,5 +1,5 @@
-// How long things took, counted in fixed logarithmic buckets: counting costs a few nanoseconds and
-// no memory, and quantiles are good to the width of a bucket.
+// Histogram of durations in fixed logarithmic buckets. Counting takes a few nanoseconds and does
+// not allocate; quantiles are accurate to the width of a bucket.
 #pragma once
 
 #include <array>
@@ -7,26 +7,26 @@
 
 namespace saltus {
 
-/// Eight buckets per factor of two, from 2^-24 s (60 ns) to 2^6 s; what lies beyond goes to the
-/// outermost ones. A quantile is the upper end of its bucket, at most 12.5 % too large.
+/// There are eight buckets per factor of two, from 2^-24 s (60 ns) to 2^6 s; durations outside go
+/// to the outermost buckets. A quantile is the upper end of its bucket, at most 12.5 % too large.
 class LatencyHistogram {
  public:
-  /// Counts one.
+  /// Adds one duration in seconds.
   void add(double seconds);
-  /// Counts all of the other's.
+  /// Adds all entries of the other histogram.
   void merge(const LatencyHistogram& other);
 
-  /// How many were counted.
+  /// Number of entries.
   long count() const { return count_; }
-  /// Smallest bucket end that `fraction` of all entries do not exceed; never above max(). s.
+  /// Smallest bucket end in seconds that `fraction` of all entries do not exceed; at most max().
   double quantile(double fraction) const;
-  /// Half of them took no longer, s.
+  /// Median in seconds.
   double median() const { return quantile(0.5); }
-  /// 99 of 100 took no longer, s.
+  /// 99th percentile in seconds.
   double p99() const { return quantile(0.99); }
-  /// 999 of 1000 took no longer, s.
+  /// 99.9th percentile in seconds.
   double p999() const { return quantile(0.999); }
-  /// The longest, s.
+  /// Largest duration in seconds.
   double max() const { return max_; }
 
  private:

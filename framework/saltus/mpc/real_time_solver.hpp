@@ -1,5 +1,4 @@
-// The seam between the controller and its solvers: what can be done before the measurement, and
-// what is left to do after it.
+// Interface between the controller and its solvers: work before the measurement, and after it.
 #pragma once
 
 #include <memory>
@@ -11,34 +10,35 @@
 
 namespace saltus {
 
-/// What a solve came to; the point is the caller's.
+/// Result of a solve; the caller owns the point.
 struct TickResult {
-  SolveStatus status = SolveStatus::invalid_problem;  ///< of the tick's program
+  SolveStatus status = SolveStatus::invalid_problem;  ///< status of the program of the tick
   int iterations = 0;                                 ///< of the quadratic program or of the solver
   double objective = 0.0;                             ///< cost of the plan
   double kkt = infinity;                              ///< scaled residual, see KktResidual
-  double violation = infinity;                        ///< largest one of a row or bound
-  /// The last three are those of a quadratic model, which say little of the program.
+  double violation = infinity;                        ///< largest violation of a row or bound
+  /// The last three values are those of a quadratic model, which approximate the program only
+  /// roughly.
   bool of_model = false;
 };
 
-/// Solves a program again and again within a deadline.
+/// Solves a program repeatedly within a deadline.
 class RealTimeSolver {
  public:
   virtual ~RealTimeSolver() = default;
-  /// Whatever does not need the measured state. `guess` is where the program will be solved.
+  /// Does all work that does not need the measured state. `guess` is the point of linearisation.
   virtual void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept = 0;
-  /// `point` holds the guess (with `warm` its multipliers count too) and receives the solution, or
-  /// what there was of it when the deadline passed.
+  /// `point` is the guess and receives the solution, or the last iterate at the deadline. With
+  /// `warm`, its multipliers are used too.
   virtual TickResult feedback(NonlinearProgram& program, NlpPoint& point, bool warm,
                               WallClock::time_point deadline) noexcept = 0;
-  /// For messages and results.
+  /// Name of the solver in messages and results.
   virtual std::string name() const = 0;
 };
 
-/// Any solver of nonlinear programs, in units in which numbers are of a usual size as solve() does,
-/// and with residuals in those: everything is done after the measurement, and may allocate.
-/// Interior-point methods for whole programs gain little from multipliers that are only near.
+/// Adapts any solver of nonlinear programs. Like solve(), it scales badly scaled programs;
+/// residuals are in that scale. All work is done after the measurement and may allocate.
+/// Interior-point methods for whole programs gain little from approximate multipliers.
 std::unique_ptr<RealTimeSolver> make_real_time_solver(std::unique_ptr<Solver> solver,
                                                       bool use_multipliers = false);
 

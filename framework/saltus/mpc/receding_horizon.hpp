@@ -1,5 +1,5 @@
-// Receding horizon control: solve from the measured state, hand over the input until the next tick,
-// and hand over some input whatever happens.
+// Receding horizon control: solves from the measured state and applies the input until the next
+// tick. Every tick returns an input, also if the solve fails.
 #pragma once
 
 #include <array>
@@ -20,156 +20,160 @@
 
 namespace saltus {
 
-/// Where the input of a tick comes from. Of a plan made in the tick: what it is for the program
-/// itself, whatever model of it was solved. What counts are residuals in the units of the program
-/// and, where its guess tells at set-up that its numbers are of no usual size, in theirs too.
-/// Only a linear-quadratic program that is solved by an iteration is measured in its own units
-/// alone: weights and magnitudes (nominal) are to be such that 1e-8 is little.
+/// Source of the input of a tick. A plan of the current tick is judged for the program itself,
+/// regardless of the model that was solved. Residuals must be small in the units of the program
+/// and, if the guess at set-up shows that it is badly scaled, in scaled units too. Only a
+/// linear-quadratic program solved by the real-time iteration is judged in its own units alone. Its
+/// weights and nominal magnitudes should then make 1e-8 negligible.
 enum class Provenance {
-  optimal,   ///< of the plan made in this tick, an optimum
-  feasible,  ///< of the plan made in this tick, within all rows and bounds, but no optimum
-  shifted,   ///< the plan of an earlier tick goes on, where it is over its last input
-  fallback,  ///< there is no plan, or none that is new enough: what the user supplied for that case
-  step       ///< of the plan made in this tick, a step towards the optimum that is neither yet
+  optimal,   ///< plan of this tick, an optimum
+  feasible,  ///< plan of this tick, satisfies all rows and bounds but is no optimum
+  shifted,   ///< plan of an earlier tick, shifted; its last input is held after its end
+  fallback,  ///< no plan, or none that is recent enough: the user's fallback
+  step  ///< plan of this tick, a step towards the optimum that is neither optimal nor feasible yet
 };
-inline constexpr int provenances = 5;  ///< how many kinds there are
-/// In words, for tables and messages.
+inline constexpr int provenances = 5;  ///< number of enumerators
+/// Name for tables and messages.
 const char* describe(Provenance provenance);
-/// Whether the plan behind the input was made in the tick itself.
+/// True if the plan was made in the current tick.
 inline bool is_of_this_tick(Provenance p) {
   return p == Provenance::optimal || p == Provenance::feasible || p == Provenance::step;
 }
 
-/// What one tick gave.
+/// Result of one tick.
 struct ControlTick {
-  double time = 0.0;                             ///< s
-  Provenance provenance = Provenance::fallback;  ///< where the input comes from
+  double time = 0.0;                             ///< in seconds
+  Provenance provenance = Provenance::fallback;  ///< source of the input
   HeldInput input;                               ///< covers the tick; never empty, never NaN
-  /// Why this tick's solve ended; where it took one step, what the check found of its plan.
+  /// Reason why the solve ended; after a single step, the result of the check of its plan.
   SolveStatus status = SolveStatus::invalid_problem;
-  int iterations = 0;  ///< of the solver
-  // Of the program at the plan of this tick; where only a model of it was solved (see `check`)
-  // they are infinite until the check, and if formulas fail there; and where no plan was made.
+  int iterations = 0;  ///< iterations of the solver
+  // Values of the program at the plan of this tick. They are infinite if no plan was made. If only
+  // a model was solved (see `check`), they are infinite until the check, and if formulas fail
+  // there.
   double objective = infinity;  ///< cost of the plan
   double kkt = infinity;        ///< scaled residual, see KktResidual
-  double violation = infinity;  ///< largest one of a row or bound, in scaled variables
-  // Wall clock, s.
-  double preparation = 0.0;  ///< of prepare(), whether it was called ahead or was due in the tick
+  double violation = infinity;  ///< largest violation of a row or bound, in scaled variables
+  // Wall-clock times in seconds.
+  double preparation = 0.0;  ///< duration of prepare(), called ahead or within the tick
   double feedback = 0.0;     ///< from the measurement to the input, without preparation
-  double seconds = 0.0;      ///< from the measurement to the input, all in all
-  /// Of the check that follows the input: the nonlinear program, of which one quadratic model was
-  /// solved, is evaluated at the plan. 0: it was not needed. Not part of the others.
+  double seconds = 0.0;      ///< from the measurement to the input, in total
+  /// Duration of the check after the input: it evaluates the nonlinear program at the plan if only
+  /// a quadratic model was solved. 0: not needed. Not part of the other times.
   double check = 0.0;
 };
 
-/// What a controller does besides solving.
+/// Options of a controller besides those of the solver.
 struct ControllerOptions {
-  double period = 0.01;        ///< between ticks, s; more than 1e-5
-  double deadline = infinity;  ///< wall clock per tick, s
-  /// Largest scaled KKT residual of an "optimal" plan of a real-time iteration on a nonlinear
-  /// program: steps end where the model's own tolerance (1e-8) and the motion of the plant let
-  /// them. What solves the program itself has a tolerance of its own.
+  double period = 0.01;        ///< control period in seconds; more than 1e-5
+  double deadline = infinity;  ///< wall-clock limit per tick in seconds
+  /// Largest scaled KKT residual of an "optimal" plan of the real-time iteration on a nonlinear
+  /// program. Its accuracy is limited by the tolerance of the model (1e-8) and the motion of the
+  /// plant. Other solvers use their own tolerance.
   double optimality = 1e-6;
   double feasibility = 1e-6;  ///< largest violation of a "feasible" plan, in scaled variables
-  /// How long a plan goes on where solves fail, s since the tick that made it; then the fallback
-  /// acts until there is a plan again. The horizon's length is a good choice: behind it the last
-  /// input of the plan is held, for ever if nothing is said.
+  /// Longest use of a plan while solves fail, in seconds since its tick. After that the fallback
+  /// acts until there is a plan again. The length of the horizon is a good choice. Beyond it the
+  /// last input of the plan is held, by default without limit.
   double longest_shift = infinity;
-  /// The moment to apply the input: called as soon as it stands, before the plan is checked, so
-  /// that a step on a nonlinear program is still a `step` here. Must not allocate if the tick must
-  /// not; what it throws is dropped. Without it the input is there when the tick returns, which is
-  /// ControlTick::check later.
+  /// Applies the input. It is called as soon as the input is known, before the plan is checked, so
+  /// that a step on a nonlinear program is still a `step` here. It must not allocate if the tick
+  /// must not. Its exceptions are ignored. Without it, the input is available when the tick
+  /// returns, ControlTick::check later.
   std::function<void(const ControlTick& tick)> send = {};
-  VectorXd fallback_input = {};  ///< constant; empty: zero. Cut to the bounds of the inputs
-  /// In place of the constant: fills in the input at time t for the measured state, which may be
-  /// NaN. Must not allocate if the tick must not; what it throws, or NaN, leads to the constant.
+  VectorXd fallback_input = {};  ///< constant; empty: zero; clipped to the bounds of the inputs
+  /// Fallback instead of the constant: writes the input at time t for the measured state, which may
+  /// be NaN. It must not allocate if the tick must not. If it throws or writes NaN, the constant is
+  /// used.
   std::function<void(double t, const VectorRef& state, VectorOut input)> fallback = {};
-  /// For tests of the loop: the solver gets no time at all in ticks for which this is true, or
-  /// which it leaves by an exception.
+  /// For tests of the loop: in ticks for which this returns true or throws, the solver gets no
+  /// time.
   std::function<bool(long tick)> miss_deadline = {};
 };
 
-/// How often, and how long it took.
+/// Counts and latencies of the ticks.
 struct LoopStatistics {
-  std::array<LatencyHistogram, provenances> latency;  ///< all in all, indexed by provenance
-  LatencyHistogram preparation, feedback, check;      ///< apart, see ControlTick
-  long prepared_ahead = 0;                            ///< ticks that found their preparation done
-  /// How many ticks got their input from there.
+  std::array<LatencyHistogram, provenances> latency;  ///< total latency, indexed by provenance
+  LatencyHistogram preparation, feedback, check;      ///< parts of it, see ControlTick
+  long prepared_ahead = 0;  ///< number of ticks whose preparation was done before
+  /// Number of ticks with this source of the input.
   long count(Provenance p) const { return latency[static_cast<std::size_t>(p)].count(); }
-  /// Of all ticks, wherever their input came from.
+  /// Latency of all ticks, regardless of the source of their input.
   LatencyHistogram all() const;
 };
 
-/// Every tick: the last plan is moved on to the new grid (plan_shift.hpp), solved again from the
-/// measurement, and held. Where solves fail again and again, every other one starts where the very
-/// first did: what a wrong measurement did to the plan does not last. Data, event times and the
-/// previous input are set before the tick. After construction a tick does not allocate, if the
-/// solver does not, and never throws: what a formula or a function of the options throws, whatever
-/// it is, leads to the plan before or the fallback.
+/// In every tick the controller shifts the last plan to the new grid (plan_shift.hpp), solves from
+/// the measurement, and holds the input. If solves fail repeatedly, every other one starts from the
+/// initial guess, so that a wrong measurement has no lasting effect on the plan. Data, event times
+/// and the previous input are set before the tick. After construction a tick never throws, and it
+/// does not allocate if the solver does not. An exception of a formula or of a function of the
+/// options leads to the previous plan or the fallback.
 ///
-/// A controller that was moved from has no program any more: its ticks are fallbacks with an empty
-/// input, and its other members throw DefinitionError.
+/// After a move, the ticks of the source object are fallbacks with an empty input, and its other
+/// members throw DefinitionError.
 class RecedingHorizonController : public DataByName<RecedingHorizonController> {
  public:
-  /// The controller owns both; the solver belongs to this program.
+  /// The controller owns both. The solver must be made for this program.
   RecedingHorizonController(MultipleShooting shooting, std::unique_ptr<RealTimeSolver> solver,
                             ControllerOptions options);
-  /// With the real-time iteration, stage by stage. Others by name: any_real_time_solver.hpp.
+  /// Uses the real-time iteration with the Riccati recursion. For other solvers see
+  /// any_real_time_solver.hpp.
   RecedingHorizonController(MultipleShooting shooting, ControllerOptions options);
 
-  /// Its program, for data and schedule between ticks.
+  /// Transcription of the problem, for changes of data and schedule between ticks.
   MultipleShooting& shooting() { return checked(); }
-  /// What it plans.
+  /// The planned problem.
   const OptimalControlProblem& problem() const { return checked().problem(); }
-  /// Of the ticks, s.
+  /// Control period in seconds.
   double period() const { return options_.period; }
 
-  // Like those of shooting(), which throw DefinitionError for names, sizes and orders of events
-  // that are wrong, but what is no number makes the next tick go on with its plan instead of
-  // throwing.
+  // As the functions of shooting(), which throw DefinitionError for unknown names, wrong sizes and
+  // wrong orders of events. However, NaN does not throw here: the next tick then uses the previous
+  // plan.
   void set_entries(std::string_view name, const VectorRef& values,
                    std::span<const ParameterEntry> entries);  // behind set_data()
-  /// To the same time: nothing happens, and what was prepared stays so.
+  /// Moves an event. The same time has no effect and keeps the preparation.
   void retime(std::string_view event, double time);
-  /// An event that came early or late: Schedule::confirm and hold on a copy of the schedule, which
-  /// is then set here.
+  /// Sets a schedule after an early or late event: apply Schedule::confirm and hold to a copy and
+  /// set it here.
   void set_schedule(const Schedule& schedule);
-  /// What acted on the plant before the first tick, where the problem reads it.
+  /// Sets the input before the first tick, if the problem reads it.
   void set_previous_input(const VectorRef& input);
-  /// For a horizon that shrinks, before every tick: MultipleShooting::set_remaining.
+  /// For a shrinking horizon, before every tick: MultipleShooting::set_remaining.
   void set_remaining(Bounds first_phase, Bounds total_time);
-  /// Begins with what is left at time t of a plan made elsewhere: it is where the next solve
-  /// starts, and goes on where that fails. Allocates.
+  /// Adopts the remainder at time t of a plan made elsewhere. The next solve starts from it, and if
+  /// that solve fails, the plan is used. Allocates.
   void adopt_plan(double t, const Trajectory& plan);
 
-  /// Everything for the tick at absolute time t that does not need the measurement: grid, shifted
-  /// plan, and of the linearisation what later calls of set_data() leave as it is. Optional; to be
-  /// called ahead of the tick, when the measurement is not there yet. Data may change afterwards;
-  /// another schedule has it done again in the tick.
+  /// Does all work for the tick at absolute time t that does not need the measurement: grid,
+  /// shifted plan, and the part of the linearisation that later set_data() calls leave unchanged.
+  /// Optional; call it before the measurement arrives. Data may change afterwards; a new schedule
+  /// repeats the work in the tick.
   void prepare(double t) noexcept;
-  /// The tick at the time prepared for. The result is the controller's and lasts until the next.
+  /// Runs the tick at the prepared time. The controller owns the result, which is valid until the
+  /// next tick.
   const ControlTick& feedback(const VectorRef& state) noexcept;
-  /// Both. A time that is no number stands for the one prepared for or, without any, for one period
-  /// after the last tick.
+  /// Calls both. A time that is not finite is replaced by the prepared time or, without one, by one
+  /// period after the last tick.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
 
-  /// Whether the last input was of a plan, or one was adopted since.
+  /// True if the last input came from a plan, or a plan was adopted since.
   bool follows_plan() const { return tick_.provenance != Provenance::fallback; }
-  /// Of all ticks so far.
+  /// Statistics of all ticks so far.
   const LoopStatistics& statistics() const { return statistics_; }
-  /// Of what solves the ticks.
+  /// Name of the solver of the ticks.
   std::string solver_name() const;
-  /// When the plan behind the last tick's input ends this phase, s. Throws DefinitionError unless
-  /// the problem has the phase.
+  /// End time in seconds of this phase in the plan of the last tick. Throws DefinitionError if the
+  /// problem has no such phase.
   double end_of_phase(int phase) const;
-  /// The plan behind the last tick's input with all its costs and residuals recomputed: outside the
-  /// loop, before anything is changed. Its status is the tick's, so that ok() is false where the
-  /// plan is not known to be within its constraints. Allocates, and formulas that throw are heard.
+  /// The plan of the last tick with all costs and residuals recomputed. Call it outside the loop,
+  /// before anything is changed. Its status is that of the tick: ok() is false if the plan is not
+  /// known to satisfy its constraints. Allocates, and formulas may throw.
   ///
-  /// Where the tick came to no plan, status, iterations and the first words of the message are of
-  /// its solve; trajectory, costs, residuals and what the message says of terms are of what the
-  /// input was taken from: the plan of an earlier tick moved on to the grid of this one, which does
-  /// not begin at the measurement, or the fallback held all along.
+  /// If the tick made no plan, status, iterations and the start of the message describe its solve.
+  /// Trajectory, costs, residuals and the terms in the message describe the source of the input:
+  /// the fallback, or the plan of an earlier tick on the current grid, which does not start at the
+  /// measurement.
   Solution report();
 
  private:
@@ -187,20 +191,20 @@ class RecedingHorizonController : public DataByName<RecedingHorizonController> {
   ControllerOptions options_;
   PlanShift shift_;
   KktCheck check_;
-  std::optional<ProgramScale> scale_;  // of its values, where they are of no usual size
-  NlpPoint initial_;                   // where the first solve starts
-  NlpPoint plan_;           // the last one that was accepted, on the grid that shift_ remembers
-  NlpPoint guess_, point_;  // on the present grid
+  std::optional<ProgramScale> scale_;  // scale of its values if badly scaled
+  NlpPoint initial_;                   // start of the first solve
+  NlpPoint plan_;                      // last accepted plan, on the grid of shift_
+  NlpPoint guess_, point_;             // on the current grid
   bool has_plan_ = false, has_multipliers_ = false, is_prepared_ = false, has_bad_data_ = false;
   bool has_bad_grid_ = false;  // of the last prepare()
-  bool has_time_ = false;      // now_ is of the next tick: prepare() was told
-  bool is_of_model_ = false;   // what the present tick knows of its plan
-  double made_at_ = 0.0;       // s, the tick that made the plan
-  // What was wrong with the last measurement: its size, or -1: nothing, -2: an entry.
+  bool has_time_ = false;      // now_ is the time of the next tick, from prepare()
+  bool is_of_model_ = false;   // the current tick knows only model values of its plan
+  double made_at_ = 0.0;       // time in seconds of the tick that made the plan
+  // Error of the last measurement: its size; -1: none; -2: an entry is not finite.
   Eigen::Index bad_measurement_ = -1;
-  int failures_ = 0;          // solves in a row that came to nothing, for want of time apart
-  bool begins_anew_ = false;  // where the problem's guess is, not where the last plan is
-  double preparation_ = 0.0;  // s, of the last prepare()
+  int failures_ = 0;          // consecutive failed solves, missed deadlines not counted
+  bool begins_anew_ = false;  // start from the problem's guess instead of the last plan
+  double preparation_ = 0.0;  // duration in seconds of the last prepare()
   double now_ = 0.0;
   long ticks_ = 0;
   VectorXd fallback_;

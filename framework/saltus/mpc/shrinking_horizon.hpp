@@ -1,14 +1,14 @@
-// Control of a motion that has an end: every tick solves what is left of the problem, from the
-// measured state to the same end. Phases that are over are dropped; the one that has begun, and the
-// total time, lose what has passed.
+// Control of a motion with an end: every tick solves the remaining problem from the measured state
+// to the same end. Completed phases are dropped. The active phase and the total time are shortened
+// by the elapsed time.
 //
 //     ShrinkingHorizonController controller(
 //         problem, rests_of(problem, grid, [](MultipleShooting rest) {
 //           return RecedingHorizonController(std::move(rest), {.period = 0.1});
 //         }));
 //
-// (by a solver of choice: make_controller(problem, grid, choice, options) in
-// any_real_time_solver.hpp).
+// For another solver use make_controller(problem, grid, choice, options) of
+// any_real_time_solver.hpp.
 #pragma once
 
 #include <functional>
@@ -18,51 +18,51 @@
 
 namespace saltus {
 
-/// A controller for every phase with which what is left can begin, each on the grid that the phases
-/// have in all. Throws DefinitionError when a rest is no problem of its own: see
+/// Creates one controller per phase with which the remaining problem can start, each on the grid of
+/// the whole problem. Throws DefinitionError if a remaining problem is not valid by itself: see
 /// OptimalControlProblem::after().
 std::vector<RecedingHorizonController> rests_of(
     const OptimalControlProblem& problem, ShootingOptions options,
     const std::function<RecedingHorizonController(MultipleShooting)>& controller_of);
 
-/// Ticks allocate nothing if the solver does not, but for the one in which a phase begins: it takes
-/// over the plan of those before it. One that was moved from throws DefinitionError, except tick():
-/// that is a fallback with an empty input.
+/// Ticks do not allocate if the solver does not, except the tick in which a phase begins: it takes
+/// over the plan of the previous phases. After a move, tick() of the source object returns a
+/// fallback with an empty input and its other members throw DefinitionError.
 class ShrinkingHorizonController {
  public:
-  /// rests[j]: of the problem after j phases. All have one period.
+  /// rests[j] controls the problem after j phases. All have the same period.
   ShrinkingHorizonController(const OptimalControlProblem& problem,
                              std::vector<RecedingHorizonController> rests);
 
-  /// Of the ticks, s.
+  /// Control period in seconds.
   double period() const { return present().period(); }
-  /// Of what solves the ticks.
+  /// Name of the solver of the ticks.
   std::string solver_name() const { return present().solver_name(); }
-  /// The phase that ticks take to have begun: the first one until said otherwise.
+  /// Index of the active phase: the first one until enter() is called.
   int phase() const { return phase_; }
-  double entered_at() const { return entered_; }  ///< s
-  /// The phase that is in force.
+  double entered_at() const { return entered_; }  ///< in seconds
+  /// The active phase.
   const PhaseDefinition& definition() const;
-  /// Begins with a plan of the whole problem, made ahead. Allocates.
+  /// Adopts a plan of the whole problem that was made before. Allocates.
   void adopt_plan(const Trajectory& plan);
-  /// The plant went on to a later phase at time t. Allocates. Throws DefinitionError unless there
-  /// is such a phase and t is finite.
+  /// Reports that the plant entered a later phase at time t. Allocates. Throws DefinitionError if
+  /// there is no such phase or t is not finite.
   void enter(int phase, double t);
 
-  /// As RecedingHorizonController::tick, with the state of the present phase.
+  /// As RecedingHorizonController::tick, with the state of the active phase.
   const ControlTick& tick(double t, const VectorRef& state) noexcept;
-  /// When the plan behind the last tick's input ends a phase that is not over, s. Throws
+  /// End time in seconds of the active or a later phase in the plan of the last tick. Throws
   /// DefinitionError for any other phase.
   double end_of_phase(int phase) const;
-  /// What the next tick solves.
+  /// Transcription of the next tick.
   MultipleShooting& shooting() { return present().shooting(); }
-  /// The plan behind the last tick's input; its first phase is phase().
+  /// The plan of the last tick; its first phase is phase().
   Solution report() { return present().report(); }
-  /// What report() is a solution of.
+  /// The problem that report() solves.
   const OptimalControlProblem& rest() const { return present().problem(); }
-  /// The problem with all its phases, whichever of them are over.
+  /// The problem with all its phases, including completed ones.
   const OptimalControlProblem& whole() const;
-  /// Parameters p of a phase of whole(): the data with which it is, or was, controlled.
+  /// Parameters p of a phase of whole(): the data of its control.
   VectorXd parameters_of(int phase);
 
  private:
@@ -70,11 +70,11 @@ class ShrinkingHorizonController {
   RecedingHorizonController& present();
 
   std::vector<RecedingHorizonController> rests_;
-  std::vector<Bounds> durations_;  // of the phases, s
-  Bounds total_time_;              // s
-  double start_, entered_;         // of the problem, and of the present phase, s
+  std::vector<Bounds> durations_;  // of the phases, in seconds
+  Bounds total_time_;              // in seconds
+  double start_, entered_;         // start of the problem and of the active phase, in seconds
   int phase_ = 0;
-  ControlTick moved_from_;  // the answer of a controller that has no rests any more
+  ControlTick moved_from_;  // tick of a controller that was moved from
 };
 
 }  // namespace saltus
