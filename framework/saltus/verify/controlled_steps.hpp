@@ -1,10 +1,10 @@
-// Integration with error control, by schemes that no transcription uses.
+// Integration with error control, by schemes that the transcriptions do not use.
 //
-// Not stiff: the pair of Dormand and Prince 1980 of orders 5(4) with their continuous extension of
-// order 4. Stiff: the L-stable pair SDIRK of orders 4(3) of Hairer and Wanner (Solving Ordinary
+// Non-stiff: the pair of Dormand and Prince 1980 of orders 5(4) with their continuous extension of
+// order 4. Stiff: the L-stable SDIRK pair of orders 4(3) of Hairer and Wanner (Solving Ordinary
 // Differential Equations II, section IV.6) with cubic Hermite interpolation. The first step, the
-// largest step and the growth of steps are powers of the golden ratio, so that no step is a simple
-// fraction of the interval: what oscillates in step with the grid cannot hide.
+// largest step and the growth of steps are powers of the golden ratio. No step is therefore a
+// simple fraction of the interval, so that oscillations synchronous with the grid are detected.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@
 
 namespace saltus {
 
-/// One step at a time from a scaled time to 1, with a polynomial for the state inside each step.
+/// Integrates in steps from a scaled time to 1, with a polynomial for the state inside each step.
 class ControlledSteps {
  public:
   /// Degree of the polynomials.
@@ -23,12 +23,12 @@ class ControlledSteps {
   /// `field` must outlive this object.
   ControlledSteps(PlanField& field, double tolerance);
 
-  /// The error of a step is kept below tolerance * max(unit, |y|) in each of (x | q).
+  /// Keeps the error of a step below tolerance * max(unit, |y|) in each entry of (x | q).
   void set_units(const VectorXd& units) { units_ = units; }
   void set_tolerance(double tolerance) { tolerance_ = tolerance; }
-  /// Starts at s from y (states and integrals) along the field as it is now.
+  /// Starts at s from y (states and integrals) with the field as currently loaded.
   void begin(double s, const double* y);
-  /// One step, not beyond 1; false: no step size works.
+  /// Takes one step, at most to 1. Returns false if no step size succeeds.
   bool step();
 
   /// True at the end of the interval.

@@ -1,8 +1,8 @@
-// Bounds of a formula and of its first two time derivatives over a piece of time, by interval
-// arithmetic on its elementary steps: what no number of samples can promise.
+// Bounds of a formula and its first two time derivatives over a time interval, by interval
+// arithmetic on its elementary steps. Unlike sampling, the bounds are guaranteed.
 //
-// The arguments are given as jets (value, first, second derivative) over the piece. Rounding of the
-// interval arithmetic itself is not counted: it is ten orders below every tolerance.
+// The arguments are jets (value, first, second derivative) over the interval. Rounding errors of
+// the interval arithmetic are neglected: they are ten orders of magnitude below every tolerance.
 #pragma once
 
 #include <limits>
@@ -20,19 +20,19 @@ struct Interval {
   Interval() = default;
   Interval(double value) : lower(value), upper(value) {}  // NOLINT(google-explicit-constructor)
   Interval(double from, double to) : lower(from), upper(to) {}
-  /// Nothing is known.
+  /// The whole real line.
   static Interval entire() {
     return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   }
 };
 
-/// A quantity over a piece of time with its time derivatives.
+/// A quantity over a time interval with its time derivatives.
 template <class T>
 struct TimeJet {
   T value, first, second;
 };
 
-/// Evaluates a formula on jets of intervals, or of numbers. Keeps its memory.
+/// Evaluates a formula on jets of intervals or numbers. Reuses its memory.
 class FormulaBounds {
  public:
   explicit FormulaBounds(FormulaSteps steps);
@@ -40,10 +40,11 @@ class FormulaBounds {
   int outputs() const { return static_cast<int>(steps_.outputs.size()); }
   const FormulaSteps& steps() const { return steps_; }
 
-  /// `arguments`: a jet for each input of the formula. Results: one jet per output.
+  /// Evaluates bounds. `arguments` holds one jet per input of the formula; the result has one jet
+  /// per output.
   void evaluate(const std::vector<TimeJet<Interval>>& arguments);
   const TimeJet<Interval>& bounds(int output) const { return boxes_[steps_.outputs[output]]; }
-  /// The same at one instant.
+  /// Evaluates the formula at one instant.
   void evaluate(const std::vector<TimeJet<double>>& arguments);
   const TimeJet<double>& at(int output) const { return numbers_[steps_.outputs[output]]; }
 

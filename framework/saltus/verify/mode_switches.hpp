@@ -1,5 +1,5 @@
-// State-triggered events inside an interval, for the verifier: which mode holds at its start, and
-// where a step meets a guard. Conventions: framework/design/events.md.
+// State-triggered events inside an interval, for the verifier: the mode at its start, and the time
+// at which a step crosses a guard. Conventions: framework/design/events.md.
 #pragma once
 
 #include <optional>
@@ -10,18 +10,20 @@
 
 namespace saltus {
 
-/// Modes of a phase along an interval. What it cannot decide (sliding on a surface, a start on a
-/// guard without a rate) it reports.
+/// Modes of a phase along an interval. Cases that it cannot decide (sliding on a surface, a start
+/// on a guard without a rate) are reported.
 class ModeSwitches {
  public:
   explicit ModeSwitches(const PhaseDefinition& phase) : phase_(phase) {}
 
   bool empty() const { return phase_.switching.empty(); }
-  /// Finds the mode at s = 0 and lets `field` follow it; false: undecided.
+  /// Finds the mode at s = 0 and sets its dynamics in `field`. Returns false if undecided.
   bool start(PlanField& field, const VectorXd& state);
-  /// The first part of the last step at whose end a guard of the mode is met; nothing: none is.
+  /// Fraction of the last step at which a guard of the mode is first crossed; empty: none is
+  /// crossed.
   std::optional<double> first_event(PlanField& field, const ControlledSteps& steps);
-  /// Through the event at scaled time s: `y` becomes the state behind it. False: undecided.
+  /// Applies the event at scaled time s: `y` becomes the state after it. Returns false if
+  /// undecided.
   bool take(PlanField& field, double s, std::vector<double>& y);
 
  private:

@@ -1,4 +1,4 @@
-// The cost of a plan by the definition of the problem, and all its rows that act at instants.
+// The cost of a plan by the definition of the problem, and all its rows at single instants.
 #pragma once
 
 #include <functional>
@@ -12,27 +12,27 @@
 
 namespace saltus {
 
-/// What a phase accumulates from its start to its end, by the verifier's quadrature.
+/// Integrals of a phase from its start to its end, by the verifier's quadrature.
 struct PhaseTotals {
-  std::vector<double> costs;      ///< of each term of the phase; 0 where it is no integrated cost
+  std::vector<double> costs;      ///< of each term of the phase; 0 if it is not an integrated cost
   std::vector<double> integrals;  ///< of each integral constraint
 };
 
-/// A cost and the sum of the magnitudes of what it consists of.
+/// A cost, and the sum of the magnitudes of its contributions.
 struct PlanCost {
   double value = 0.0, magnitude = 0.0;
 };
-/// Costs, and penalties of soft terms by the violations of the plan itself.
+/// Costs, and penalties of soft terms for the violations of the plan.
 PlanCost cost_of(const OptimalControlProblem& problem, const Plan& plan,
                  const std::vector<PhaseTotals>& totals);
 
-/// Hears of every row that is missed, with its tolerance.
+/// Receives every violated row with its tolerance.
 using NoteMiss = std::function<void(VerifiedMiss)>;
-/// Hard rows at ends of phases with these states in place of the planned ones; empty: the planned
-/// ones.
+/// Checks hard rows at ends of phases with this end state instead of the planned one; empty: the
+/// planned one.
 void check_end_terms(const OptimalControlProblem& problem, const Plan& plan, int phase,
                      const VectorXd& end_state, const GridAccuracy& accuracy, const NoteMiss& note);
-/// Start, jumps, closing, links, integrals, durations, unknown parameters, bounds of inputs.
+/// Checks start, jumps, closing, links, integrals, durations, free parameters and input bounds.
 void check_instants(const OptimalControlProblem& problem, const Plan& plan,
                     const std::vector<PhaseTotals>& totals, const GridAccuracy& accuracy,
                     const NoteMiss& note);

@@ -10,18 +10,18 @@
 
 namespace saltus {
 
-/// Rates of states and integrals along an interval of a plan. Owns scratch memory.
+/// Rates of states and integrals along an interval of a plan. Owns its work memory.
 class PlanField {
  public:
-  /// `integrands`: one output each; there may be none.
+  /// `integrands` have one output each and may be empty.
   PlanField(const Arguments& sizes, Function dynamics, std::vector<Function> integrands,
             InputShape shape);
 
-  /// Takes over times, inputs and parameters of an interval, which must outlive their use here.
+  /// Loads times, inputs and parameters of an interval. They must outlive their use here.
   void load(const PlannedInterval& interval, const VectorXd& parameters);
-  /// An integrand that is not active is not evaluated; its integral stays as it is.
+  /// Inactive integrands are not evaluated; their integrals stay constant.
   void activate(int integrand, bool active) { active_[integrand] = active ? 1 : 0; }
-  /// Another field from now on: that of the mode in force.
+  /// Replaces the dynamics by those of the active mode.
   void use(const Function& dynamics) { dynamics_ = dynamics; }
 
   const Arguments& sizes() const { return sizes_; }
@@ -40,9 +40,9 @@ class PlanField {
 
   /// z at scaled time s and state x; valid until the next call.
   const double* argument(double s, const double* x);
-  /// dy/ds at (s, y); false where it is not finite.
+  /// Computes dy/ds at (s, y). Returns false if it is not finite.
   bool rates(double s, const double* y, double* rates);
-  /// length * f_x, by rows (states x states); false where it is not finite.
+  /// Computes length * f_x by rows (states x states). Returns false if it is not finite.
   bool state_jacobian(double s, const double* x, double* rows);
 
  private:

@@ -1,4 +1,4 @@
-// The hard rows of a problem as the verifier reads them: where they act and their tolerances.
+// Hard rows of a problem for the verifier: their windows and tolerances.
 #pragma once
 
 #include <optional>
@@ -15,12 +15,12 @@ namespace saltus {
 /// One output of a path constraint with its tolerances.
 struct PathRow {
   Bounds bounds;                                ///< infinite from 1e19 on
-  double lower_at_node, upper_at_node;          ///< tolerance of either bound at nodes
-  double lower_between, upper_between;          ///< and between them
-  double lower_found = 0.0, upper_found = 0.0;  ///< largest violation in the present interval
-  double lower_time = 0.0, upper_time = 0.0;    ///< s, where that is
-  double least = infinity, most = -infinity;    ///< what the row was seen to take along the phase
-  bool reads_state = true;                      ///< a given start is not asked to meet such rows
+  double lower_at_node, upper_at_node;          ///< tolerances of the bounds at nodes
+  double lower_between, upper_between;          ///< tolerances between nodes
+  double lower_found = 0.0, upper_found = 0.0;  ///< largest violations in the current interval
+  double lower_time = 0.0, upper_time = 0.0;    ///< their times in seconds
+  double least = infinity, most = -infinity;    ///< range of the row along the phase
+  bool reads_state = true;                      ///< true: not checked at a given start
 };
 
 /// A path constraint of a phase: a term, or a bound on one state.
@@ -32,22 +32,23 @@ struct PathConstraint {
   Window window = {};
   std::vector<PathRow> rows = {};
   std::optional<FormulaBounds> formula = {};  ///< empty: only values and slopes are known
-  std::vector<int> arguments = {};            ///< entries of z that the formula reads
+  std::vector<int> arguments = {};            ///< entries of z that the formula depends on
 };
 
 /// All hard path constraints of a phase.
 std::vector<PathConstraint> path_constraints(const PhaseDefinition& phase,
                                              const GridAccuracy& accuracy);
-/// True if the window is open in the middle of an interval of the phase that begins at `start`.
+/// True if the window is open at the midpoint of an interval of the phase that starts at
+/// `phase_start`.
 bool is_open(const Window& window, const Schedule& schedule, double phase_start,
              const PlannedInterval& interval);
 /// Tolerance of one bound of a row (GridAccuracy::rows).
 double tolerance_of(double bound, double nominal, const GridAccuracy& accuracy);
-/// How far a value is beyond its bounds; infinite if it is not a number.
+/// Violation of the bounds by a value; infinite for NaN.
 double beyond(double value, const Bounds& bounds);
 
-/// Magnitudes that errors of the states of each phase are relative to: the nominal magnitude where
-/// one is declared, otherwise the largest along the plan if that is below 1. At least 1e-9.
+/// Units of the state errors of each phase: the declared nominal magnitude, or else the largest
+/// magnitude along the plan if that is below 1. At least 1e-9.
 std::vector<VectorXd> units_of_states(const OptimalControlProblem& problem, const Plan& plan);
 
 }  // namespace saltus

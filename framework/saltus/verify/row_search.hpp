@@ -1,11 +1,12 @@
 // The largest violation of a path constraint along one step of the dense output.
 //
-// Where the formula is known as elementary steps the search is a branch and bound: over a piece of
-// time with middle m and half width r the row is at most the least of
-//   its value over the piece,  v(m) + r max |v'|,  max_d v(m) + d v'(m) + d^2/2 max v'',
-// with bounds by interval arithmetic, and pieces that may hide more than was found are halved. A
-// violation of more than a tenth of its tolerance is found however thin it is, to a thousandth of
-// itself. Other functions are sampled, more finely until cubic Hermite interpolation predicts them.
+// If the formula is known as elementary steps, the search is a branch and bound: over a time
+// interval with middle m and half width r, the row is at most the least of
+//   its value over the interval,  v(m) + r max |v'|,  max_d v(m) + d v'(m) + d^2/2 max v'',
+// with bounds by interval arithmetic. Intervals that may hide more than the largest found violation
+// are halved. Every violation above a tenth of its tolerance is found, however short, with a
+// relative accuracy of 1e-3. Other functions are sampled, more finely until cubic Hermite
+// interpolation predicts them.
 #pragma once
 
 #include "saltus/verify/controlled_steps.hpp"
@@ -13,15 +14,16 @@
 
 namespace saltus {
 
-/// Searches rows along steps of a plan. Keeps its memory.
+/// Searches rows along steps of a plan. Reuses its memory.
 class RowSearch {
  public:
-  /// Violations below `resolution`, in the units of the row, need not be found.
+  /// Violations below `resolution`, in the units of the row, may be missed.
   explicit RowSearch(double resolution) : resolution_(resolution) {}
 
-  /// The step of `field` that `steps` has taken last, up to `end`, a part of it.
+  /// Selects the last step of `steps` along `field`, up to the fraction `end` of it.
   void look_at(PlanField& field, const ControlledSteps& steps, double end = 1.0);
-  /// Updates the violations found in the rows of a constraint. False: the search ran out of pieces.
+  /// Updates the violations of the rows of a constraint. Returns false if the search ran out of
+  /// intervals.
   bool search(PathConstraint& constraint);
 
  private:
