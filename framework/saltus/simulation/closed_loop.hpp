@@ -1,9 +1,10 @@
-// A closed loop in simulation: every period the controller sees the plant's state, through noise
-// and delay, and the plant moves on under the controller's input, with what disturbs it.
+// Closed-loop simulation: in every control period the controller measures the state of the plant,
+// with noise and delay, and the plant advances under its input and the disturbances.
 //
-//     RecedingHorizonController controller(MultipleShooting(problem, grid), solver, {.period =
-//     0.1}); IntegratorPlant plant = nominal_plant(problem, cvodes()); const LoopLog log =
-//     simulate_closed_loop(controller, plant, {.duration = 5.0}); log.write("results/car");
+//     RecedingHorizonController controller(MultipleShooting(problem, grid), {.period = 0.1});
+//     IntegratorPlant plant = nominal_plant(problem, cvodes());
+//     const LoopLog log = simulate_closed_loop(controller, plant, {.duration = 5.0});
+//     log.write("results/car");
 #pragma once
 
 #include <concepts>
@@ -21,45 +22,44 @@
 
 namespace saltus {
 
-/// How a closed loop is run and recorded.
+/// Options of a closed-loop run and its log.
 struct LoopOptions {
-  double duration = 1.0;     ///< s; the last tick may end a little later
-  double period = 0.01;      ///< of a feedback law, s; a receding horizon controller has its own
-  int samples_per_tick = 1;  ///< of the log; events and steps of the input are recorded anyway
-  int plan_every = 0;        ///< every so many ticks the plan is kept; 0: never
-  /// Of ticks of a receding horizon whose constraints could not be met the problem is kept, of so
-  /// many at most: between ticks, so that they take no longer.
+  double duration = 1.0;     ///< in seconds; the last tick may end slightly later
+  double period = 0.01;      ///< period of a feedback law in seconds; controllers have their own
+  int samples_per_tick = 1;  ///< samples of the log; events and input steps are always recorded
+  int plan_every = 0;        ///< a plan is stored every so many ticks; 0: never
+  /// Number of ticks of a receding horizon with unsatisfied constraints whose problems are stored.
+  /// They are stored between ticks, so that ticks take no longer.
   int keep_unmet = 0;
-  Disturbances disturbances = {};  ///< what the plant does not share with the model
-  /// What may be missed of the problem's hard constraints before LoopLog::misses has it.
+  Disturbances disturbances = {};  ///< differences between the plant and the model
+  /// Tolerances of the problem's hard constraints; larger violations appear in LoopLog::misses.
   MissTolerance tolerance = {};
-  /// Names and units for the tables: "height [m]".
+  /// Column names with units: "height [m]".
   std::vector<std::string> state_names = {}, input_names = {};
-  /// Before every tick, with what the controller will see: the moment to set data, references and
-  /// event times.
+  /// Called before every tick with the measured state, to set data, references and event times.
   std::function<void(double t, const VectorRef& measured)> before_tick = {};
-  /// For every event of the plant, as soon as the piece of the input in which it falls is over.
+  /// Called for every event of the plant, at the end of the input piece that contains it.
   std::function<void(const HybridEvent& event)> on_event = {};
-  /// Ends the run early when it is true, asked after every tick with the true state.
+  /// Called after every tick with the true state; true ends the run.
   std::function<bool(double t, const VectorRef& state)> until = {};
 };
 
-/// Fills in the input for the measured state: as many numbers as the plant has inputs just then.
+/// Writes the input for the measured state. The size is the current number of inputs of the plant.
 using FeedbackLaw = std::function<void(double t, const VectorRef& measured, VectorOut input)>;
 
-/// Runs from the plant's present time and state. A plant that cannot go on, a law that returns what
-/// is no number, and a formula of either that throws end the run: the log says so and keeps what
-/// came before. The same arguments give the same log, but for solve times, and plans that a
-/// deadline cuts off. Throws DefinitionError when sizes or options do not fit; what functions of
-/// the options throw comes through.
+/// Runs from the current time and state of the plant. The run ends early if the plant cannot
+/// advance, a law returns NaN, or a formula of either throws; the log reports it and keeps the
+/// results until then. The same arguments give the same log, except for solve times and for plans
+/// cut off by a deadline. Throws DefinitionError for invalid sizes or options. Exceptions of
+/// functions of the options propagate.
 LoopLog simulate_closed_loop(RecedingHorizonController& controller, LoopPlant& plant,
                              const LoopOptions& options);
-/// A motion with an end: the plan says when the plant goes on to its next phase, where no guard
-/// does, and the run is over when the plant's last phase is; a tick that would fall less than a
-/// hundredth of a period before that is not made.
+/// For a motion with an end. The plan determines when the plant enters its next phase, unless a
+/// guard does. The run ends with the last phase of the plant. A tick less than a hundredth of a
+/// period before the end is skipped.
 LoopLog simulate_closed_loop(ShrinkingHorizonController& controller, PhasedPlant& plant,
                              const LoopOptions& options);
-/// Refused by the compiler in one sentence.
+/// Gives a clear compiler error for a plant without phases.
 template <std::derived_from<LoopPlant> Plant>
   requires(!std::derived_from<Plant, PhasedPlant>)
 LoopLog simulate_closed_loop(ShrinkingHorizonController&, Plant&, const LoopOptions&) {
@@ -68,9 +68,9 @@ LoopLog simulate_closed_loop(ShrinkingHorizonController&, Plant&, const LoopOpti
                 "problem; a LoopPlant of your own goes with a RecedingHorizonController");
   return {};
 }
-/// The same for a law u(t, x), asked every `period`.
+/// The same for a law u(t, x), evaluated every `period`.
 LoopLog simulate_closed_loop(const FeedbackLaw& law, LoopPlant& plant, const LoopOptions& options);
-/// The same; misses are those of the plant's problem.
+/// The same; misses refer to the plant's problem.
 LoopLog simulate_closed_loop(const FeedbackLaw& law, PhasedPlant& plant,
                              const LoopOptions& options);
 

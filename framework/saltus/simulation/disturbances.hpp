@@ -1,4 +1,4 @@
-// What stands between a controller and the plant of its model: forces, noise, delays.
+// Differences between a plant and the model of its controller: forces, noise, delays.
 #pragma once
 
 #include <cstdint>
@@ -9,32 +9,33 @@
 
 namespace saltus {
 
-/// Nothing happens unless it is said. The same seed gives the same run on every machine.
-/// (A mismatch of parameters is a matter of the plant: it is made with parameters of its own.)
+/// All disturbances are off by default. The same seed gives the same run on every machine. For a
+/// mismatch of parameters, give the plant its own parameters.
 struct Disturbances {
-  /// Added to the input that reaches the plant; asked at the start of every piece of the input with
-  /// the true state, fills `added` (nu), which is zero before.
+  /// Disturbance added to the input of the plant. Called at the start of every piece of the input
+  /// with the true state; writes `added` (nu), which is zero on entry.
   std::function<void(double t, const VectorRef& state, VectorOut added)> input = {};
-  /// Added to the state at the start of every tick, before it is measured; fills `added` (nx).
+  /// Disturbance of the state at the start of every tick, before the measurement; writes `added`
+  /// (nx).
   std::function<void(double t, const VectorRef& state, VectorOut added)> state = {};
   /// Standard deviations (nx) of white Gaussian noise; empty: none.
-  VectorXd state_noise = {};        ///< added to the state itself at the start of every tick
-  VectorXd measurement_noise = {};  ///< added to what the controller sees only
-  std::uint64_t seed = 1;           ///< the same numbers for the same seed
-  /// The controller sees the state of so long ago, s; a multiple of its period.
+  VectorXd state_noise = {};        ///< added to the state at the start of every tick
+  VectorXd measurement_noise = {};  ///< added to the measured state only
+  std::uint64_t seed = 1;           ///< seed of the noise
+  /// Delay of the measured state in seconds; a multiple of the control period.
   double measurement_delay = 0.0;
-  /// The plant obeys so late, s; until then `first_input` (nu; empty: zero) is in force.
+  /// Delay of the input in seconds. Until then `first_input` is applied.
   double input_delay = 0.0;
-  VectorXd first_input = {};  ///< what acts before the first one arrives; empty: zeros
+  VectorXd first_input = {};  ///< input before the first one arrives (nu); empty: zero
 };
 
-/// White Gaussian noise that does not depend on the standard library: Box and Muller's formula
-/// over the Mersenne twister.
+/// White Gaussian noise, independent of the standard library: the Box-Muller formula with the
+/// Mersenne twister.
 class GaussianNoise {
  public:
-  /// The same numbers for the same seed.
+  /// Equal seeds give equal numbers.
   explicit GaussianNoise(std::uint64_t seed) : random_(seed) {}
-  /// One number of standard deviation 1.
+  /// Returns a number with standard deviation 1.
   double operator()();
 
  private:

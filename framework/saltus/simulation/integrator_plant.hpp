@@ -1,4 +1,4 @@
-// A plant given by its dynamics: any formula or hybrid automaton, advanced by any integrator.
+// A plant given by its dynamics: any formula or hybrid automaton, with any integrator.
 #pragma once
 
 #include <memory>
@@ -15,14 +15,14 @@
 
 namespace saltus {
 
-/// x' = f(t, x, u, p) with constant u over each call of advance(). Systems with events record them,
-/// and their mode is carried along; a guard that an input, a parameter or a disturbance moves over
-/// the state (a thermostat's set-point) has its event at once. What formulas throw is a failure().
+/// x' = f(t, x, u, p) with constant u during each call of advance(). Systems with events record
+/// them and keep their mode. If an input, a parameter or a disturbance moves a guard past the state
+/// (a thermostat's set-point), its event occurs at once. Exceptions of formulas become a failure().
 class IntegratorPlant final : public LoopPlant {
  public:
-  /// From `start` (nx) at `time` s; `parameters` (np) are those of the plant, which need not be
-  /// those of the controller's model. Running costs and derivatives of `problem` are left out.
-  /// Throws DefinitionError when sizes do not match, or the scheme does not fit the problem.
+  /// Starts from `start` (nx) at `time` seconds. `parameters` (np) are those of the plant and may
+  /// differ from those of the controller's model. Running costs and derivatives of `problem` are
+  /// ignored. Throws DefinitionError for wrong sizes or a scheme that does not fit the problem.
   IntegratorPlant(IntervalProblem problem, const IntegratorChoice& scheme, VectorXd start,
                   VectorXd parameters = {}, double time = 0.0);
 
@@ -36,7 +36,7 @@ class IntegratorPlant final : public LoopPlant {
   void disturb(const VectorRef& change) override;
   std::string name() const override { return name_; }
 
-  /// From now on; np entries.
+  /// Sets the parameters (np) from now on.
   void set_parameters(const VectorRef& parameters);
 
  private:
@@ -44,11 +44,11 @@ class IntegratorPlant final : public LoopPlant {
   IntegrationStatus evaluate(double length);
 
   std::unique_ptr<Integrator> integrator_;
-  EventIntegrator* hybrid_ = nullptr;  // the same, if it knows modes
+  EventIntegrator* hybrid_ = nullptr;  // the same object if it supports modes
   std::string name_, failure_;
   PlantClock clock_;
   VectorXd state_, parameters_, w_, end_;
-  int mode_ = -1;  // -1: follows from the state
+  int mode_ = -1;  // -1: determined by the state
   std::vector<HybridEvent> events_;
 };
 

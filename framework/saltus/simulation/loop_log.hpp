@@ -1,4 +1,4 @@
-// What a closed loop did: the motion of the plant, every tick of the controller, plans and events.
+// Log of a closed-loop run: motion of the plant, ticks of the controller, plans and events.
 #pragma once
 
 #include <filesystem>
@@ -13,73 +13,73 @@
 
 namespace saltus {
 
-/// A tick as the controller saw and answered it.
+/// A tick of the controller: its measurement and its answer.
 struct LoopTick {
-  double time = 0.0;  ///< s
+  double time = 0.0;  ///< in seconds
   VectorXd measured;  ///< the state with noise and delay
-  /// Where the input came from; a feedback law has no provenance, and nothing of what follows.
+  /// Source of the input; empty for a feedback law, whose following fields are unset too.
   std::optional<Provenance> provenance;
-  SolveStatus status = SolveStatus::invalid_problem;  ///< of the tick's program
+  SolveStatus status = SolveStatus::invalid_problem;  ///< status of the tick's program
   int iterations = 0;                                 ///< of the solver
-  double objective = 0.0;                             ///< cost of the plan; infinite: there is none
-  double kkt = 0.0;                                   ///< residual of the optimality conditions
-  double violation = 0.0;                             ///< largest of the constraints
-  double seconds = 0.0;      ///< wall clock of the controller, from the measurement to the input
-  double preparation = 0.0;  ///< wall clock ahead of the measurement
-  double check = 0.0;        ///< wall clock behind the input, see ControlTick
+  double objective = 0.0;                             ///< cost of the plan; infinite: no plan
+  double kkt = 0.0;                                   ///< scaled KKT residual
+  double violation = 0.0;                             ///< largest violation of the constraints
+  double seconds = 0.0;      ///< wall-clock time from the measurement to the input
+  double preparation = 0.0;  ///< wall-clock time before the measurement
+  double check = 0.0;        ///< wall-clock time after the input, see ControlTick
 };
 
-/// What the controller had in mind at a tick: states and inputs at the nodes of its plan.
+/// Plan of a tick: states and inputs at its nodes.
 struct LoopPlan {
-  double made_at = 0.0;         ///< s
-  std::vector<Sample> samples;  ///< of the plan, thin
+  double made_at = 0.0;         ///< in seconds
+  std::vector<Sample> samples;  ///< nodes of the plan
 };
 
-/// A tick whose constraints could not be met, with the problem as the controller had it: for
-/// explain() (saltus/solve/explain.hpp), when the run is over.
+/// A tick whose constraints could not be satisfied, with the problem of the controller, for
+/// explain() (saltus/solve/explain.hpp) after the run.
 struct UnmetTick {
-  double time = 0.0;              ///< s
+  double time = 0.0;              ///< in seconds
   OptimalControlProblem problem;  ///< from the measured state, with the data of the tick
-  ShootingOptions shooting;       ///< its grid and its integrator
+  ShootingOptions shooting;       ///< its grid and integrator
 };
 
-/// Everything that a closed loop leaves.
+/// Result of a closed-loop run.
 struct LoopLog {
-  bool completed = false;  ///< the plant reached the end, or `until` said that it is over
-  /// A sentence; it names the worst miss, if there is any.
+  bool completed = false;  ///< the plant reached the end, or `until` ended the run
+  /// A sentence that names the largest violation, if any.
   std::string message;
-  std::string controller, plant;  ///< their names
-  double period = 0.0;            ///< s
-  Recording recording;            ///< of the plant, with the inputs that reached it
+  std::string controller, plant;  ///< names
+  double period = 0.0;            ///< in seconds
+  Recording recording;            ///< of the plant, with its actual inputs
   std::vector<LoopTick> ticks;    ///< one per tick
-  std::vector<LoopPlan> plans;    ///< those that were kept
+  std::vector<LoopPlan> plans;    ///< plans that were stored
   std::vector<UnmetTick> unmet;   ///< the first ones, see LoopOptions::keep_unmet
-  LoopStatistics statistics;      ///< of a receding horizon controller, in this run
-  /// Hard constraints of the controller's problem that the motion misses by more than their
-  /// tolerances, the worst first: ends, path constraints and bounds. A receding horizon has no ends
-  /// that are reached; a feedback law has no problem, and nothing is missed.
+  LoopStatistics statistics;      ///< of a receding horizon controller, for this run
+  /// Hard constraints of the controller's problem that the motion violates by more than their
+  /// tolerances, largest first: ends, path constraints and bounds. A receding horizon has no end
+  /// constraints to check. A feedback law has no problem, so that its list is empty.
   std::vector<LoopMiss> misses;
-  /// False: the run was over before the motion of a shrinking horizon was, whose later ends are not
-  /// judged. Runs that `until` ended are as long as they were meant to be.
+  /// False: the run ended before the motion of a shrinking horizon; constraints at its end are not
+  /// checked. Runs that `until` ended count as complete.
   bool reached_end = true;
 
-  /// Whether the plant went through the run and missed nothing that the controller's problem asks.
+  /// True if the run completed and satisfied all constraints of the controller's problem.
   bool ok() const { return completed && reached_end && misses.empty(); }
 
-  /// Where it ended. Throws DefinitionError if nothing was recorded.
+  /// Last recorded state. Throws DefinitionError if nothing was recorded.
   const VectorXd& final_state() const;
-  /// How many ticks got their input from there.
+  /// Number of ticks with this source of the input.
   int count(Provenance provenance) const;
 
   /// One line per tick: "t [s]", provenance, status, iterations, objective, KKT residual,
-  /// violation, solve time, check time, measured states. Times of computing differ from run to run.
+  /// violation, solve time, check time, measured states. Computing times differ from run to run.
   std::string ticks_csv() const;
-  /// One line per node of every plan that was kept: "made at [s]", "t [s]", mode, states, inputs.
+  /// One line per node of every stored plan: "made at [s]", "t [s]", mode, states, inputs.
   std::string plans_csv() const;
-  /// The run in figures: length, misses, provenances, solve times, events, final state.
+  /// Summary of the run: length, misses, provenances, solve times, events, final state.
   std::string summary_json() const;
-  /// trajectory.csv, events.csv, ticks.csv, summary.json and, if any were kept, plans.csv. Creates
-  /// the folder. Throws InputError naming the file that cannot be written.
+  /// Writes trajectory.csv, events.csv, ticks.csv, summary.json and, if plans were stored,
+  /// plans.csv. Creates the folder. Throws InputError naming the file that cannot be written.
   void write(const std::filesystem::path& folder) const;
 };
 

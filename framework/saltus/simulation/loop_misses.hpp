@@ -1,5 +1,5 @@
-// What a closed loop missed of the problem that its controller solves: ends, path constraints and
-// bounds, judged by the motion of the plant and in the units of the terms.
+// Violations of the controller's problem by a closed-loop run: ends, path constraints and bounds,
+// evaluated on the motion of the plant in the units of the terms.
 #pragma once
 
 #include <functional>
@@ -12,44 +12,44 @@
 
 namespace saltus {
 
-/// A hard constraint that the motion did not meet: the largest miss of each.
+/// A violated hard constraint with its largest violation.
 struct LoopMiss {
   std::string phase;       ///< name of the phase
   std::string term;        ///< its name; "state 2", "input 0", "duration" or "total time"
-  double time = 0.0;       ///< where the miss is largest, s
-  double amount = 0.0;     ///< beyond the bound, in the unit of the term; infinite: no number
-  double tolerance = 0.0;  ///< in the unit of the term: a smaller miss is none
-  bool at_end = false;     ///< asked for at the end or the start of a phase, not along the way
+  double time = 0.0;       ///< time in seconds of the largest violation
+  double amount = 0.0;     ///< beyond the bound, in the unit of the term; infinite: not a number
+  double tolerance = 0.0;  ///< in the unit of the term; smaller violations are ignored
+  bool at_end = false;     ///< constraint at the start or end of a phase, not along it
 };
 
-/// Largest miss that counts as none, per row: `relative` times the largest of 1, the finite bounds
-/// of the row and its nominal value; for a term of a name in `of_term` the number given there.
+/// Tolerances per row: `relative` times the largest of 1, the finite bounds of the row and its
+/// nominal value. `of_term` overrides the tolerance of named terms.
 struct MissTolerance {
-  double relative = 1e-6;                      ///< see above
+  double relative = 1e-6;                      ///< relative tolerance
   std::map<std::string, double> of_term = {};  ///< in the units of the terms
-  /// For a row of this term.
+  /// Tolerance of a row of this term.
   double of(const std::string& term, const Bounds& bounds, double nominal = 1.0) const;
 };
 
-/// Follows a motion through the phases of a problem. Formulas that throw count as missed by
-/// infinity.
+/// Follows a motion through the phases of a problem and records violations. Formulas that throw
+/// count as an infinite violation.
 class MissRecord {
  public:
-  /// `problem` must outlive the record; `parameters` gives p of a phase as it is then. `recedes`:
-  /// the horizon moves along, so that no phase ends and windows count from each instant.
+  /// `problem` must outlive the record. `parameters` returns the current p of a phase. With
+  /// `recedes` the horizon moves along: no phase ends, and windows count from each instant.
   MissRecord(const OptimalControlProblem& problem, MissTolerance tolerance,
              std::function<VectorXd(int phase)> parameters, bool recedes);
 
-  /// The first phase begins.
+  /// Starts the first phase.
   void begin(double t, const VectorXd& state, const VectorXd& input);
-  /// Along a piece of constant input: bounds and path constraints.
+  /// Checks bounds and path constraints at an instant with this input.
   void look(double t, const VectorXd& state, const VectorXd& input);
-  /// The phase ends before the event; the next one, if any, begins behind it.
+  /// Ends the phase before the event and starts the next one, if any, after it.
   void end_phase(const HybridEvent& event, const VectorXd& input);
-  /// Whether the last phase has ended.
+  /// True if the last phase has ended.
   bool is_over() const { return is_over_; }
 
-  /// What is missed by more than its tolerance, the worst relative to its tolerance first.
+  /// Violations beyond their tolerances, largest ratio first.
   std::vector<LoopMiss> misses() const;
 
  private:
@@ -67,11 +67,12 @@ class MissRecord {
   bool recedes_;
   int phase_ = 0;
   bool is_over_ = false;
-  double begin_ = 0.0, entered_ = 0.0;  // s
+  double begin_ = 0.0, entered_ = 0.0;  // in seconds
   std::vector<LoopMiss> largest_;
 };
 
-/// One clause: "phase 'swing up', 'upright' is missed by 0.33 at t = 1.9 s (tolerance 3e-06)".
+/// Describes a miss in one clause: "phase 'swing up', 'upright' is missed by 0.33 at t = 1.9 s
+/// (tolerance 3e-06)".
 std::string describe(const LoopMiss& miss);
 
 }  // namespace saltus

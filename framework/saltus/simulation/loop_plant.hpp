@@ -1,4 +1,4 @@
-// What a closed loop drives: anything that moves on by a given time under a given input.
+// Interface of plants in a closed loop.
 #pragma once
 
 #include <string>
@@ -9,32 +9,32 @@
 
 namespace saltus {
 
-/// Derive from it to drive a simulator of your own; four functions are needed.
-/// IntegratorPlant is the plant for dynamics given as formulas.
+/// Derive from this class to use your own simulator; four functions are required. For dynamics
+/// given as formulas use IntegratorPlant.
 class LoopPlant {
  public:
   virtual ~LoopPlant() = default;
 
-  virtual double time() const = 0;     ///< s
-  virtual VectorXd state() const = 0;  ///< true state (nx), which the controller sees through noise
-  virtual int inputs() const = 0;      ///< nu
-  /// Moves on by `length` s, 0 or more, under a constant input (nu). False: it could not; then
-  /// time() and state() are as before, and failure() is a sentence that says why.
+  virtual double time() const = 0;     ///< in seconds
+  virtual VectorXd state() const = 0;  ///< true state (nx); the controller measures it with noise
+  virtual int inputs() const = 0;      ///< number of inputs, nu
+  /// Advances by `length` >= 0 seconds under a constant input (nu). On failure returns false,
+  /// leaves time() and state() unchanged, and failure() explains the reason in a sentence.
   virtual bool advance(const VectorRef& input, double length) = 0;
 
-  /// Why advance() could not go on.
+  /// Reason why advance() failed.
   virtual std::string failure() const { return "the plant could not go on"; }
-  /// The mode in force; empty: the plant has one only.
+  /// Name of the active mode; empty if the plant has only one.
   virtual std::string mode() const { return {}; }
-  /// Events since the last call, in the order of their times.
+  /// Events since the last call, in order of time.
   virtual std::vector<HybridEvent> take_events() { return {}; }
-  /// Adds `change` (nx) to the state. Throws DefinitionError when the plant cannot do that.
+  /// Adds `change` (nx) to the state. Throws DefinitionError if the plant does not support it.
   virtual void disturb(const VectorRef& change);
-  /// For messages and results.
+  /// Name of the plant in messages and results.
   virtual std::string name() const { return "plant"; }
 };
 
-/// Why advance() refuses a length below 0 or that is no number, a sentence.
+/// Error sentence of advance() for a negative or non-finite length.
 std::string describe_bad_length(double length);
 
 }  // namespace saltus

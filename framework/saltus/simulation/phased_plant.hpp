@@ -1,7 +1,7 @@
-// The plant of a problem with phases: their dynamics one after the other, with the jumps between
-// them. A phase ends where its guard passes zero, or else when it is told to: the instant of a
-// switch is then an input like others. What the motion costs, and how far it misses what the
-// problem asks for, is counted along the way.
+// The plant of a problem with phases: it integrates their dynamics in order, with the jumps between
+// them. A phase ends where its guard crosses zero, or otherwise at a given time; a switch time is
+// then an input like others. The plant integrates the cost of the motion and records violations of
+// the problem's constraints.
 #pragma once
 
 #include <memory>
@@ -18,22 +18,22 @@
 
 namespace saltus {
 
-/// A plant that goes through the phases of a problem.
+/// A plant that runs through the phases of a problem.
 class PhasedPlant final : public LoopPlant {
  public:
-  /// Begins at the problem's start (its guess, where it is free). Unknown parameters keep their
-  /// guesses. Throws DefinitionError when the scheme does not fit a phase, or a phase has events
-  /// inside: IntegratorPlant is for those.
+  /// Starts at the start of the problem (its guess, if free). Free parameters keep their guesses.
+  /// Throws DefinitionError if the scheme does not fit a phase or a phase has inner events; use
+  /// IntegratorPlant for those.
   PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& scheme);
 
   double time() const override { return clock_.time(); }
   VectorXd state() const override { return state_; }
-  /// Of the present phase.
+  /// Number of inputs of the active phase.
   int inputs() const override { return definition().sizes.nu; }
-  /// A guard is looked at where the piece ends: one that is crossed twice within it is not noticed.
-  /// A phase that begins on it or beyond it ends at once, or comes back first.
-  /// Once the last phase has ended time goes on, and nothing else. An input of another phase's size
-  /// is cut off or filled up by zeros, any other size throws DefinitionError.
+  /// The guard is checked at the end of each piece; two crossings within a piece are missed. A
+  /// phase that starts on its guard or beyond it ends at once, or returns first. After the last
+  /// phase only time advances. An input of the size of another phase is truncated or padded by
+  /// zeros; any other size throws DefinitionError.
   bool advance(const VectorRef& input, double length) override;
   std::string failure() const override { return failure_; }
   std::string mode() const override { return definition().name; }
@@ -41,44 +41,44 @@ class PhasedPlant final : public LoopPlant {
   void disturb(const VectorRef& change) override;
   std::string name() const override { return name_; }
 
-  /// As it was given.
+  /// The problem as given.
   const OptimalControlProblem& problem() const { return problem_; }
   /// Parameters p of a phase.
   const VectorXd& parameters_of(int phase) const { return phases_[phase].parameters; }
-  /// How many.
+  /// Number of phases.
   int phases() const { return static_cast<int>(problem_.phases().size()); }
-  /// That is in force.
+  /// Index of the active phase.
   int phase() const { return phase_; }
-  double entered_at() const { return entered_; }  ///< the present phase, s
-  /// When a phase that is not over will end, s; not heard where a guard decides. Until told, never.
+  double entered_at() const { return entered_; }  ///< start of the active phase in seconds
+  /// Sets the end time in seconds of the active or a later phase. Phases with a guard ignore it.
+  /// The default is never.
   void end_phase_at(int phase, double t) { ends_[phase] = t; }
-  /// When the last phase, in which the plant is, will end as told, s; infinity before, where a
-  /// guard decides, and until told.
+  /// End time in seconds of the last phase once the plant is in it. Infinite before, with a guard,
+  /// and until set.
   double end() const;
-  /// Whether the last phase has ended.
+  /// True if the last phase has ended.
   bool is_over() const { return over_since_.has_value(); }
-  double over_since() const { return *over_since_; }  ///< s; once it is over
+  double over_since() const { return *over_since_; }  ///< in seconds; only valid once it is over
 
-  /// Of the motion so far: running costs integrated, whatever rule the problem sums them by, and
-  /// terms at the phases' starts and ends. Penalties and costs of changes are not in it.
+  /// Cost of the motion so far: integrals of running costs, regardless of the cost rule, and terms
+  /// at starts and ends of phases. Without penalties and costs of input changes.
   double cost() const { return cost_; }
-  /// Something that is asked for and missed, in its own units.
+  /// A violated constraint, in its own units.
   struct Miss {
-    std::string phase, term;  ///< where and what
-    double time = 0.0;        ///< s
-    double amount = 0.0;      ///< beyond its bound, in the term's unit
+    std::string phase, term;  ///< names of phase and term
+    double time = 0.0;        ///< in seconds
+    double amount = 0.0;      ///< violation of its bound, in the unit of the term
   };
-  /// The largest of each hard term and bounded state at ends of phases (and their starts), or along
-  /// the motion, where pieces end.
+  /// Largest violation of each hard term and bounded state at starts and ends of phases.
   const std::vector<Miss>& misses_at_ends() const { return at_ends_; }
-  /// Of path constraints.
+  /// Largest violation of each path constraint, sampled at the ends of pieces.
   const std::vector<Miss>& misses_on_the_way() const { return on_the_way_; }
 
  private:
   struct Phase {
     std::unique_ptr<Integrator> integrator;
-    std::vector<int> running;  // terms: the integrator's costs
-    SelectiveStack costs;      // these
+    std::vector<int> running;  // terms of the integrator's costs
+    SelectiveStack costs;      // functions of these terms
     VectorXd parameters;
   };
   const PhaseDefinition& definition() const { return problem_.phases()[phase_]; }
@@ -88,7 +88,7 @@ class PhasedPlant final : public LoopPlant {
   bool advance_from_here(const VectorRef& input, double length);
   std::optional<double> move(const VectorRef& input, double length);
   double guard(const VectorRef& input) const;   // oriented: negative inside the phase
-  double growth(const VectorRef& input) const;  // of the guard, per s
+  double growth(const VectorRef& input) const;  // rate of the guard per second
   bool is_leaving(const VectorRef& input) const;
   void end_phase(const VectorRef& input);
   void begin_phase(const VectorRef& input);
@@ -98,7 +98,7 @@ class PhasedPlant final : public LoopPlant {
 
   OptimalControlProblem problem_;
   std::vector<Phase> phases_;
-  std::vector<double> ends_;  // s
+  std::vector<double> ends_;  // in seconds
   std::string name_, failure_;
   int phase_ = 0;
   PlantClock clock_;
@@ -107,7 +107,8 @@ class PhasedPlant final : public LoopPlant {
   std::optional<double> over_since_;
   double cost_ = 0.0;
   bool has_begun_ = false;
-  bool passed_guard_ = false;  // at the start or by a push: the phase ends with the next piece
+  // true at the start or after a disturbance: the phase ends with the next piece
+  bool passed_guard_ = false;
   std::vector<Miss> at_ends_, on_the_way_;
   std::vector<HybridEvent> events_;
 };

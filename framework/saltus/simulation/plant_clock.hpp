@@ -1,18 +1,18 @@
-// The time of a plant: where it began, and the sum of what it has moved on by since. Far from zero,
-// where neighbouring numbers are 1e-7 s apart, pieces shorter than that count all the same.
+// Time of a plant: its start plus the sum of its steps. Far from zero, where adjacent doubles are
+// 1e-7 s apart, steps shorter than that still count.
 #pragma once
 
 namespace saltus {
 
-/// Kahan's sum: its error does not grow with the number of pieces.
+/// Kahan summation: the error does not grow with the number of steps.
 class PlantClock {
  public:
-  /// At `start` s.
+  /// Starts at `start` seconds.
   explicit PlantClock(double start) : start_(start) {}
 
-  /// Now, s.
+  /// Current time in seconds.
   double time() const { return start_ + elapsed_; }
-  /// By so many s.
+  /// Advances by `length` seconds.
   void move_on(double length) {
     const double added = length + missing_, sum = elapsed_ + added;
     missing_ = added - (sum - elapsed_);
@@ -21,7 +21,7 @@ class PlantClock {
 
  private:
   double start_, elapsed_ = 0.0;
-  double missing_ = 0.0;  // of elapsed_, by rounding
+  double missing_ = 0.0;  // rounding error of elapsed_
 };
 
 }  // namespace saltus

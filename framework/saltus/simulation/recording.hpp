@@ -1,5 +1,5 @@
-// What happened over time, or is planned to: states, inputs, modes and events as tables, in the one
-// form that the scripts that draw read.
+// Trajectories as tables: states, inputs, modes and events over time, in the format that the plot
+// scripts read.
 #pragma once
 
 #include <string>
@@ -13,32 +13,31 @@ namespace saltus {
 
 /// Values at one instant.
 struct Sample {
-  double time = 0.0;      ///< s
+  double time = 0.0;      ///< in seconds
   VectorXd state, input;  ///< values
-  std::string mode;       ///< empty where there is one only
+  std::string mode;       ///< empty if there is only one
 };
 
-/// A run in tables.
+/// A recorded run.
 struct Recording {
-  /// With their units: "height [m]". What is not named is x0, x1, ... and u0, u1, ...
+  /// Names with units: "height [m]". The defaults are x0, x1, ... and u0, u1, ...
   std::vector<std::string> state_names, input_names;
-  /// Times do not decrease; an event appears twice, with the values before and after it.
+  /// Times do not decrease. An event has two samples, with the values before and after it.
   std::vector<Sample> samples;
-  std::vector<HybridEvent> events;  ///< in the order of their times
+  std::vector<HybridEvent> events;  ///< in order of time
 
-  /// The names of all columns of states and of inputs.
+  /// Column names of the states.
   std::vector<std::string> state_columns() const;
-  /// As the table heads them.
+  /// Column names of the inputs.
   std::vector<std::string> input_columns() const;
-  /// "t [s]", mode, states, inputs; columns that a mode does not have are empty.
+  /// "t [s]", mode, states, inputs. Columns that a mode does not have are empty.
   std::string trajectory_csv() const;
   /// "t [s]", event, kind, and the modes before and after it.
   std::string events_csv() const;
 };
 
-/// A plan: its modes are the phases, inside a phase those of its automaton, or of the schedule; its
-/// events are the ends of phases and what happens inside of them. Every shooting interval is
-/// sampled so many times.
+/// Samples a plan. Its modes are the phases, and inside a phase those of its automaton or schedule.
+/// Its events are the ends of phases and the events inside them.
 Recording record(const OptimalControlProblem& problem, const Trajectory& trajectory,
                  int samples_per_interval = 8);
 

@@ -1,4 +1,4 @@
-// Tables of numbers and words as CSV, and JSON strings: what logs are written with.
+// Writes logs: CSV tables of numbers and text, and JSON strings.
 #pragma once
 
 #include <string>
@@ -7,27 +7,27 @@
 
 namespace saltus {
 
-/// Comma-separated values with one header line. Numbers have the fewest digits from which the same
-/// double is read again, what is not a number is an empty cell, words are quoted where they must.
+/// Comma-separated values with one header line. Numbers have the fewest digits that give the same
+/// double when read. NaN and infinity give empty cells. Text is quoted if necessary.
 class TextTable {
  public:
-  /// The first line.
+  /// Writes the header line.
   explicit TextTable(const std::vector<std::string>& columns);
 
-  // Cells of the present row, from left to right. A row that is ended early is filled up with
-  // empty cells; more cells than columns throw DefinitionError.
-  /// With 17 digits, so that it reads back the same.
+  // Cells of the current row, from left to right. Missing cells at the end of a row stay empty; too
+  // many cells throw DefinitionError.
+  /// A number that reads back exactly.
   TextTable& number(double value);
-  /// A whole number.
+  /// An integer.
   TextTable& integer(long value);
-  /// A text; quoted if it must be.
+  /// A text, quoted if necessary.
   TextTable& word(std::string_view value);
-  /// Nothing.
+  /// An empty cell.
   TextTable& empty();
-  /// Ends the row; what is missing in it stays empty.
+  /// Ends the row. Missing cells stay empty.
   void end_row();
 
-  /// What was written so far.
+  /// The table so far.
   const std::string& text() const { return text_; }
 
  private:
@@ -37,9 +37,9 @@ class TextTable {
   std::string text_;
 };
 
-/// The text as a string of JSON, with its quotes.
+/// The text as a JSON string with quotes.
 std::string json_string(std::string_view text);
-/// The number as JSON, which has no word for what is not finite: null.
+/// The number as JSON; null if it is not finite.
 std::string json_number(double value);
 
 }  // namespace saltus
