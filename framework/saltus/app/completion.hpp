@@ -1,4 +1,4 @@
-// Words that a shell can complete: verbs, problems, settings and their values.
+// Shell completion: verbs, problems, settings and their values.
 #pragma once
 
 #include <span>
@@ -9,16 +9,16 @@
 
 namespace saltus {
 
-/// What the scripts for shells ask the program, followed by the words up to and with the one that
-/// is being written.
+/// Hidden verb of the shell scripts. Its arguments are the words up to and including the one being
+/// typed.
 inline constexpr const char* completion_question = "__complete";
 
-/// What the last of `words` (which may be empty, or begun) can be. Nothing where a file is due.
+/// Completions of the last of `words`, which may be empty or partial. Empty if a file is expected.
 std::vector<std::string> completions(std::span<const std::string> words,
                                      std::span<const std::string> verbs,
                                      std::span<const ProblemEntry> problems);
 
-/// `saltus completion bash|zsh|fish`: the script.
+/// `saltus completion bash|zsh|fish` prints the script.
 ExitStatus print_completion(std::span<const std::string> arguments);
 
 }  // namespace saltus

@@ -7,22 +7,22 @@
 
 namespace saltus {
 
-/// Comma-separated values with one header line ("t,com_x,com_y"). Each number has the fewest digits
-/// from which the same double is read again.
+/// Comma-separated values with one header line ("t,com_x,com_y"). Numbers have the fewest digits
+/// that give the same double when read.
 class CsvTable {
  public:
-  /// Throws DefinitionError if there is no column, or a name is empty or holds a comma, a quote or
-  /// a line break.
+  /// Throws DefinitionError if there is no column, or a name is empty or contains a comma, a quote
+  /// or a line break.
   explicit CsvTable(const std::vector<std::string>& columns);
 
   /// Throws DefinitionError unless there is one number per column.
   void add_row(std::span<const double> row);
 
-  /// How many columns were named.
+  /// Number of columns.
   std::size_t columns() const { return columns_; }
-  /// How many rows are complete.
+  /// Number of complete rows.
   std::size_t rows() const { return rows_; }
-  /// The whole table as CSV, with its line of names.
+  /// The whole table as CSV, including the header.
   const std::string& text() const { return text_; }
 
  private:

@@ -1,16 +1,16 @@
-// What a program of the project tells its caller when it ends.
+// Exit statuses of the programs of the project.
 #pragma once
 
 namespace saltus {
 
-/// Exit statuses of the programs. A robot that falls is a result: `ok`.
+/// Exit status of a program. A robot that falls is a valid result: `ok`.
 enum class ExitStatus {
-  ok = 0,              ///< the run finished, and its results say what happened
-  internal_error = 1,  ///< something the program did not foresee; please report it
-  bad_input = 2,       ///< a file, key, flag or value is unusable; nothing was written
-  solver_failed = 3,   ///< a solver gave up; the results written so far say which and why
-  not_applicable = 4,  ///< makes no sense for this problem, and a sentence says why
-  differs = 5,         ///< what was compared is not the same, or a check found something
+  ok = 0,              ///< the run finished; its results contain the outcome
+  internal_error = 1,  ///< unexpected error; please report it
+  bad_input = 2,       ///< a file, key, flag or value is invalid; nothing was written
+  solver_failed = 3,   ///< a solver failed; the results written so far name it and the reason
+  not_applicable = 4,  ///< not applicable to this problem; a sentence explains why
+  differs = 5,         ///< a comparison found a difference, or a check found a defect
 };
 
 }  // namespace saltus

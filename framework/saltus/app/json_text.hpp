@@ -1,15 +1,15 @@
-// JSON from elsewhere: refused before it is parsed where it is nested beyond reason.
+// Rejects external JSON that is nested too deeply, before it is parsed.
 #pragma once
 
 #include <string_view>
 
 namespace saltus {
 
-/// Lists and objects in each other; ours have fewer than ten levels.
+/// Maximum nesting of lists and objects. Files of this project have fewer than ten levels.
 inline constexpr int deepest_json = 100;
 
-/// What walks a document recurses, and would run out of stack in one of a million levels. Throws
-/// InputError that names the source if the text has more than deepest_json.
+/// Parsers recurse and would overflow the stack on extremely deep documents. Throws InputError that
+/// names the source if the text is nested deeper than deepest_json.
 void refuse_deep_json(std::string_view text, std::string_view source);
 
 }  // namespace saltus

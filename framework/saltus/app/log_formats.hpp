@@ -1,4 +1,4 @@
-// In which formats a run leaves its tables: CSV, and what other people's tools read.
+// Formats of the tables of a run: CSV, and formats of other tools.
 #pragma once
 
 #include <filesystem>
@@ -8,20 +8,21 @@ namespace saltus {
 
 class Settings;
 
-/// CSV is always written: pictures and `saltus rerun` read it.
+/// CSV is always written: the plots and `saltus rerun` read it.
 struct LogFormats {
   std::string names = "csv";  ///< "csv", "mat", "mcap" in any order, separated by commas
 };
 
-/// `log.formats`; other names are refused.
+/// Declares `log.formats`, which rejects unknown names.
 void declare_log_formats(Settings& settings, LogFormats& formats);
 
-/// What is wrong with the names, after "... must"; empty if nothing is.
+/// Error of the names, after "... must"; empty if they are valid.
 std::string complaint_of_formats(const LogFormats& formats);
 
-/// Writes run.mat and run.mcap of the folder's tables if they are wanted, by the Python package;
-/// those written are told; a sentence on the error stream says which Python package is missing.
-/// Returns whether all is there that is wanted. Throws InputError if files cannot be written.
+/// Writes run.mat and run.mcap from the tables of the folder as requested, with the Python package,
+/// and prints the names of the files. If a Python package is missing, prints a sentence to the
+/// error stream. Returns true if all requested files exist. Throws InputError if files cannot be
+/// written.
 bool write_logs(const LogFormats& formats, const std::filesystem::path& results);
 
 }  // namespace saltus

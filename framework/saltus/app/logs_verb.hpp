@@ -1,12 +1,12 @@
-// `saltus logs DIR`: the tables of a folder of results for other people's tools.
+// `saltus logs DIR`: converts the tables of a results folder for other tools.
 #pragma once
 
 #include "saltus/app/program.hpp"
 
 namespace saltus {
 
-/// Writes run.mat and run.mcap beside the tables of any folder with trajectory.csv, a project's own
-/// too. `not_applicable` if a Python package is missing, which is said.
+/// Writes run.mat and run.mcap for any folder with trajectory.csv, including those of other
+/// projects. Returns `not_applicable` with a message if a Python package is missing.
 Verb logs_verb();
 
 }  // namespace saltus

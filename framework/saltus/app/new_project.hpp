@@ -1,4 +1,4 @@
-// A project of a user's own, made from the templates that are installed with the program.
+// Creates a user project from the installed templates.
 #pragma once
 
 #include <filesystem>
@@ -10,17 +10,17 @@
 
 namespace saltus {
 
-/// What a new project begins with: the folder framework/templates/NAME.
+/// Template of a new project: the folder framework/templates/NAME.
 struct ProjectKind {
-  std::string name;     ///< as --kind takes it
-  std::string summary;  ///< a sentence, for its README and for help
+  std::string name;     ///< value of --kind
+  std::string summary;  ///< a sentence for README and help
 };
 /// All kinds, in the order of the help.
 std::span<const ProjectKind> project_kinds();
 
-/// Makes the folder with all files, or nothing. Its last part is the project's name, in which a
-/// letter begins and letters, digits, _ and - follow. Throws InputError: another name, one that
-/// CMake has taken, something that exists already, a folder that cannot be written, no templates.
+/// Creates the folder with all files, or nothing. Its last part is the project name: a letter, then
+/// letters, digits, _ and -. Throws InputError for an invalid name, a name reserved by CMake, an
+/// existing path, a folder that cannot be written, or missing templates.
 void make_project(const std::filesystem::path& folder, const ProjectKind& kind);
 
 /// `saltus new NAME [--kind KIND]`

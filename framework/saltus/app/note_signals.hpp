@@ -1,14 +1,14 @@
-// An interrupt that is noted, so that work ends where its results are whole.
+// Records an interrupt, so that work stops when its results are complete.
 #pragma once
 
 #include <csignal>
 
 namespace saltus {
 
-/// While it lives, the first SIGINT or SIGTERM is only noted. The work polls `received`, keeps its
-/// results, and raises the signal again after this object is gone, so that callers see the signal's
-/// status. The second signal of either kind ends the process at once, wherever it is: from the
-/// first on both have their default action, which the system carries out. One object at a time.
+/// While an object lives, the first SIGINT or SIGTERM is only recorded. The caller polls
+/// `received`, saves its results, and raises the signal again after this object is destroyed, so
+/// that its parent sees the signal. A second signal of either kind ends the process at once: after
+/// the first one both have their default action. Only one object may live at a time.
 class NoteSignals {
  public:
   NoteSignals();
@@ -16,7 +16,7 @@ class NoteSignals {
   NoteSignals(const NoteSignals&) = delete;
   NoteSignals& operator=(const NoteSignals&) = delete;
 
-  /// The signal that was noted since the last object was made, or 0.
+  /// The signal recorded since the last object was created, or 0.
   static int received();
 
  private:

@@ -1,5 +1,5 @@
-// The options of a command line, by CLI11, with values that are written --flag VALUE or
-// --flag=VALUE, and with every mistake as one sentence.
+// Command-line options with CLI11. Values are written --flag VALUE or --flag=VALUE. Every error is
+// reported in one sentence.
 #pragma once
 
 #include <functional>
@@ -12,17 +12,17 @@
 
 namespace saltus {
 
-/// Declares what a command understands, then takes its words apart. A value may begin with one dash
-/// ("-2") but not with two; options are given once unless they are declared as repeated.
+/// Declares the options of a command and parses its arguments. A value may start with one dash
+/// ("-2") but not with two. Options may be given once unless declared as repeated.
 ///
 ///     OptionParser parser("suite", "every problem of the library against its known answer");
 ///     parser.option("--only", "PATTERN", "part of an id or name", request.only);
 ///     parser.parse(words);
 class OptionParser {
  public:
-  /// Takes the word after a flag; throws InputError if it is none of what the flag takes.
+  /// Receives the value of a flag. Throws InputError if the value is invalid.
   using Take = std::function<void(const std::string& value)>;
-  /// Of what is not declared: a flag without its dashes, and its value if one follows.
+  /// Receives an undeclared flag without its dashes, and its value if one follows.
   using TakeOther =
       std::function<void(const std::string& flag, const std::optional<std::string>& value)>;
 
@@ -30,27 +30,28 @@ class OptionParser {
   OptionParser(std::string command, std::string summary);
   ~OptionParser();
 
-  /// `what` names the value in help and messages ("FILE"); an empty value is refused.
+  /// An option with a value. `what` names the value in help and messages ("FILE"). Empty values are
+  /// rejected.
   OptionParser& option(const std::string& flag, const std::string& what, const std::string& doc,
                        Take take);
-  /// A flag with a word after it, `--flag WHAT`.
+  /// An option with a value, stored in `field`.
   OptionParser& option(const std::string& flag, const std::string& what, const std::string& doc,
                        std::string& field);
-  /// The same, given as often as one likes.
+  /// An option that may be repeated.
   OptionParser& repeated(const std::string& flag, const std::string& what, const std::string& doc,
                          Take take);
-  /// A flag without a word: sets the field.
+  /// A flag without a value; sets the field to true.
   OptionParser& flag(const std::string& flag, const std::string& doc, bool& field);
-  /// A word that belongs to no option. Without one every such word is refused.
+  /// A positional argument. Without one, positional arguments are rejected.
   OptionParser& word(const std::string& name, const std::string& doc, std::string& field);
-  /// Flags that are not declared are handed over, in their order, instead of being refused.
+  /// Passes undeclared flags to `take` in order instead of rejecting them.
   OptionParser& others(TakeOther take);
 
-  /// Throws InputError: unknown flags with the nearest known one, missing or superfluous values,
-  /// what is given twice, words that nobody takes. Then no option has been handed over; a `take`
-  /// may throw it too.
+  /// Parses the arguments. Throws InputError for unknown flags (with the nearest known one),
+  /// missing or superfluous values, repeated options and unexpected arguments. In these cases no
+  /// option has been stored. A `take` may also throw InputError.
   void parse(std::span<const std::string> words);
-  /// Whether --help (-h) was among the words.
+  /// True if --help or -h was given.
   bool help_wanted() const { return help_wanted_; }
   /// Command, summary and one line per option.
   std::string help() const;

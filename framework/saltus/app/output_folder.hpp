@@ -1,4 +1,4 @@
-// Where a run leaves its results, such that nothing is ever half-written.
+// Output folder of a run, without partially written files.
 #pragma once
 
 #include <filesystem>
@@ -12,28 +12,28 @@
 
 namespace saltus {
 
-/// A folder that is proved writable before any work begins, and comes into being with the first
-/// file. Every file is written beside its final name and then renamed: a reader, or an interrupted
-/// run, sees the old file or the new one. Everything that fails throws InputError.
+/// A folder that is checked to be writable before any work begins, and created with the first file.
+/// Every file is written to a temporary name and renamed: a reader, also after an interrupted run,
+/// sees the old file or the new one. All errors throw InputError.
 class OutputFolder {
  public:
   /// Throws InputError naming the folder if files cannot be created in it.
   explicit OutputFolder(std::filesystem::path path);
 
-  /// The folder.
+  /// Path of the folder.
   const std::filesystem::path& path() const { return path_; }
 
-  /// These files of an earlier run go as soon as one is written: what two runs leave never lies
-  /// side by side, and a run that writes nothing takes nothing.
+  /// Marks files of an earlier run for removal before the first write, so that files of two runs
+  /// are never mixed. A run that writes nothing removes nothing.
   void clear_when_written(std::vector<std::string> names) { earlier_ = std::move(names); }
-  /// When this folder was opened, by the clock of files.
+  /// Time when this folder was opened, by the file clock.
   std::filesystem::file_time_type begin() const { return begin_; }
 
-  /// A text as it is.
+  /// Writes a text unchanged.
   void write(std::string_view name, std::string_view content) const;
-  /// Indented JSON; numbers that are not finite become null, as JSON has no word for them.
+  /// Writes indented JSON. Non-finite numbers become null.
   void write(std::string_view name, const nlohmann::ordered_json& value) const;
-  /// A table as CSV.
+  /// Writes a table as CSV.
   void write(std::string_view name, const CsvTable& table) const;
 
  private:
@@ -42,8 +42,8 @@ class OutputFolder {
   mutable std::vector<std::string> earlier_;
 };
 
-/// The folder of a file that `flag` names, proved writable before the work begins that fills the
-/// file. Throws InputError if it cannot be, or if the name is a folder's.
+/// Output folder of the file given by `flag`, checked to be writable. Throws InputError if it is
+/// not, or if the name is that of a folder.
 OutputFolder folder_of_file(std::string_view flag, const std::filesystem::path& file);
 
 }  // namespace saltus

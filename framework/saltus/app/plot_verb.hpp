@@ -1,12 +1,12 @@
-// `saltus plot DIR`: all pictures of a folder of results again, from its tables.
+// `saltus plot DIR`: draws all plots of a results folder again from its tables.
 #pragma once
 
 #include "saltus/app/program.hpp"
 
 namespace saltus {
 
-/// The Python package draws what the folder holds: a run, a legged robot's run with report and
-/// replay, a survival map. `not_applicable` if it cannot, which is said.
+/// Draws with the Python package: a run, a legged robot's run with report and replay, or a survival
+/// map. Returns `not_applicable` with a message if that is not possible.
 Verb plot_verb();
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-// How a problem presents itself to the program that runs it by name.
+// Registration of problems that the program runs by name.
 #pragma once
 
 #include <fmt/format.h>
@@ -19,41 +19,41 @@
 
 namespace saltus {
 
-/// A problem by name. `run` does everything from reading the settings to writing the results;
-/// `problem_entry` makes it from the two functions that differ between problems.
+/// A problem with its name. `run` does everything from reading the settings to writing the results.
+/// `problem_entry` creates it from the two functions that differ between problems.
 struct ProblemEntry {
-  std::string name;     ///< under which `saltus run` finds it
+  std::string name;     ///< name for `saltus run`
   std::string summary;  ///< one line for `saltus list`
-  /// Reads the settings, runs, writes the results.
+  /// Reads the settings, runs, and writes the results.
   std::function<ExitStatus(const RunRequest&)> run;
-  std::vector<std::string> aliases = {};  ///< other names under which it is found
+  std::vector<std::string> aliases = {};  ///< alternative names
   std::string kind = {};                  ///< for `saltus list`: "optimal control", "simulation"
-  /// Calls `use` with the settings as they are declared; empty if there are none.
+  /// Calls `use` with the declared settings; empty if there are none.
   std::function<void(const std::function<void(const Settings&)>& use)> with_settings = {};
 };
 
-/// What a problem is given besides its configuration.
+/// Inputs of a problem besides its configuration.
 struct RunContext {
-  const RunRequest& request;            ///< the command line, as it was read
-  OutputFolder& output;                 ///< known to be writable
-  const std::string& effective_config;  ///< all settings as YAML, to be kept beside the results
+  const RunRequest& request;            ///< the parsed command line
+  OutputFolder& output;                 ///< checked to be writable
+  const std::string& effective_config;  ///< all settings as YAML, to store with the results
 };
 
-/// What the run before left in the folder, by its run.json, goes as soon as this one writes.
+/// Marks the files that run.json lists for removal when this run writes its first file.
 void replace_earlier_run(OutputFolder& output);
 
-/// Leaves run.json in the folder, if the run left anything there: what `saltus rerun` needs to know
-/// beside config.yaml, and which files are of this run.
+/// Writes run.json if the run wrote anything to the folder. It holds the data that `saltus rerun`
+/// needs in addition to config.yaml, and the names of the files.
 void note_run(const OutputFolder& output, const std::string& problem);
 
-/// What a verb adds to the folder of a run that is over (pictures, other formats) is of that run
-/// from then on, and goes with it. Made before the verb writes.
+/// Records files that a verb adds to the folder of a finished run (plots, other formats), so that
+/// they are removed with the run. Create the object before the verb writes.
 class AddedFiles {
  public:
-  /// Takes note of what lies there.
+  /// Lists the current files of the folder.
   explicit AddedFiles(std::filesystem::path folder);
-  /// Names in run.json what was written since; nothing where run.json does not tell of files.
-  /// Throws InputError if it cannot be written.
+  /// Adds the new files to run.json. Does nothing if run.json lists no files. Throws InputError if
+  /// it cannot be written.
   void note() const;
 
  private:
@@ -61,11 +61,11 @@ class AddedFiles {
   std::map<std::string, std::filesystem::file_time_type> before_;
 };
 
-/// The usual entry. `declare` binds the keys to the fields of a Config, whose values are the
-/// defaults; `run` is called with what file and command line made of it, after everything has been
-/// checked. With --help, --print-config or --print-schema the settings are printed instead. Every
-/// problem has the setting `log.formats`: what is asked for beside CSV and cannot be written makes
-/// a good run `not_applicable`.
+/// The standard entry. `declare` binds the keys to the fields of a Config, whose values are the
+/// defaults. `run` is called with the resulting Config after all checks. With --help,
+/// --print-config or --print-schema the settings are printed instead. Every problem has the setting
+/// `log.formats`. If a requested format cannot be written, the status of a successful run is
+/// `not_applicable`.
 ///
 ///     problem_entry<PushConfig>("push_recovery", "iCub caught by a step", declare_settings, run)
 template <class Config>

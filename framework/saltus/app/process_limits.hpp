@@ -1,16 +1,17 @@
-// What a program does about the limits under which the system runs it.
+// Handling of system limits on the process.
 #pragma once
 
 namespace saltus {
 
-/// Sets the signals of the process so that faults end in a sentence and every interrupt works: a
-/// file that may grow no further (SIGXFSZ) is an error of the write, and SIGINT and SIGTERM are
-/// neither ignored nor blocked, whatever the caller left. Memory that runs out where no handler can
-/// be reached (a destructor, a thread) ends the process with one sentence and status 2.
+/// Sets the signal handling of the process. A file size limit (SIGXFSZ) becomes a write error.
+/// SIGINT and SIGTERM are neither ignored nor blocked, whatever the parent process set. If memory
+/// runs out where no handler can be reached (a destructor, a thread), the process ends with one
+/// sentence and status 2.
 ///
-/// Programs call it first. On Linux, linking it also starts the program again with
-/// OPENBLAS_NUM_THREADS=1 where its memory or its processes are limited: the threads that OpenBLAS
-/// starts before main() ask for memory in an endless loop, or end the process if there are none.
+/// Programs call it first. On Linux, linking it also restarts the program with
+/// OPENBLAS_NUM_THREADS=1 if its memory or number of processes is limited. Otherwise the threads
+/// that OpenBLAS starts before main() request memory in an endless loop, or end the process if no
+/// threads are available.
 void prepare_process();
 
 }  // namespace saltus

@@ -1,7 +1,7 @@
-// Work in processes of its own: several at a time, and one that crashes takes nothing with it.
+// Runs work in parallel child processes, so that a crash affects only its own work.
 //
-// Each piece of work is done by a forked child of this process, so that it needs no thread-safe
-// libraries and leaves none of their globals behind. The child hands back a text.
+// A forked child of this process does each piece of work. Libraries therefore need not be
+// thread-safe, and their globals stay unchanged. The child returns a text.
 #pragma once
 
 #include <functional>
@@ -14,44 +14,45 @@
 
 namespace saltus {
 
-/// How a piece of work ended.
+/// Outcome of a piece of work.
 struct FinishedWork {
-  /// Ended with what it had to say, was refused (an InputError), or its process died.
+  /// Finished, rejected (an InputError), or ended by the death of its process.
   enum class End { done, refused, died };
 
   long id = 0;          ///< as given to start()
   End end = End::died;  ///< how it ended
-  /// `done`: what the work returned. `refused`: the sentence of the InputError or DefinitionError
-  /// that it threw. `died`: what happened (exception, signal, time limit), one sentence.
+  /// `done`: the returned text. `refused`: the message of the InputError or DefinitionError.
+  /// `died`: one sentence with the exception, signal or time limit.
   std::string text;
 };
 
-/// At most `jobs` processes at a time. Its destructor ends those that still run.
+/// Runs at most `jobs` processes at a time. Its destructor ends running ones.
 class ProcessPool {
  public:
-  /// Work that takes longer than `time_limit` seconds is ended and has died. Throws
+  /// Work that takes longer than `time_limit` seconds is killed and counts as died. Throws
   /// DefinitionError unless jobs >= 1 and time_limit > 0.
   ProcessPool(int jobs, double time_limit);
   ~ProcessPool();
   ProcessPool(const ProcessPool&) = delete;
   ProcessPool& operator=(const ProcessPool&) = delete;
 
-  /// Whether as many run as may run at once.
+  /// True if `jobs` processes are running.
   bool is_full() const { return static_cast<int>(running_.size()) >= jobs_; }
-  /// Whether none runs.
+  /// True if no process is running.
   bool is_idle() const { return running_.empty(); }
-  /// How many may run at once.
+  /// Maximum number of parallel processes.
   int jobs() const { return jobs_; }
 
-  /// Begins in a child; `id` comes back with the result. What the work prints on either stream is
-  /// kept only to say why it died. The caller should not have other threads. Throws
-  /// std::system_error if the system has no more processes or files, DefinitionError if full.
+  /// Starts work in a child process; its result carries `id`. Output of the work on either stream
+  /// is kept only to report why it died. The caller should not have other threads. Throws
+  /// std::system_error if the system has no more processes or files, DefinitionError if the pool is
+  /// full.
   void start(long id, const std::function<std::string()>& work);
 
-  /// Waits until something has finished, at most `seconds`; returns early on a signal.
+  /// Waits at most `seconds` for results. Returns early on a signal.
   std::vector<FinishedWork> wait(double seconds);
 
-  /// Ends everything that still runs.
+  /// Ends all running processes.
   void stop();
 
  private:
@@ -59,12 +60,12 @@ class ProcessPool {
     long id = 0;
     pid_t process = -1;
     int pipe = -1;
-    std::string output;  // so far
+    std::string output;  // output so far
     WallClock::time_point begin;
     bool overdue = false;
   };
 
-  double end_overdue();  // returns the time until another is, s
+  double end_overdue();  // returns the time in seconds until the next one is overdue
   FinishedWork collect(Child& child) const;
 
   int jobs_;

@@ -1,5 +1,5 @@
-// The body of a program with verbs: finds what the first argument names, runs it, and turns errors
-// into one sentence and an exit status.
+// Main function of programs with verbs: runs the verb of the first argument, and converts errors to
+// one sentence and an exit status.
 #pragma once
 
 #include <functional>
@@ -11,22 +11,22 @@
 
 namespace saltus {
 
-/// A verb besides `list`, `run` and `help`; it is given the arguments after its name.
+/// A verb besides `list`, `run` and `help`. It receives the arguments after its name.
 struct Verb {
   std::string name;     ///< the word on the command line
   std::string summary;  ///< one line for `saltus help`
-  /// Carries it out.
+  /// Runs the verb.
   std::function<ExitStatus(std::span<const std::string> arguments)> run;
 };
 
-/// A verb that another program in the folder of the running one carries out: the process becomes
-/// that program, given the verb and its arguments. InputError if the program is not there.
+/// A verb implemented by another program in the same folder: the process is replaced by that
+/// program, with the verb and its arguments. Throws InputError if the program is missing.
 Verb verb_of_program(std::string name, std::string summary, std::string program);
 
 /// `int main(int argc, char** argv) { return saltus_main(argc, argv, problems); }`
 ///
-/// InputError and DefinitionError end with one sentence on the error stream and status 2, whatever
-/// was not foreseen with status 1.
+/// InputError and DefinitionError end with one sentence on the error stream and status 2.
+/// Unexpected exceptions end with status 1.
 int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry> problems,
                 std::span<const Verb> more_verbs = {});
 

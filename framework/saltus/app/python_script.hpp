@@ -1,4 +1,4 @@
-// Runs Python on a folder of results, without a shell: modules of the package saltus (python/),
+// Runs Python on a results folder without a shell: modules of the package saltus (python/) and
 // scripts.
 #pragma once
 
@@ -9,19 +9,20 @@
 
 namespace saltus {
 
-/// Runs `module` of the package saltus ("saltus.plot") on a folder and further words. Pictures are
-/// a service: when the module cannot do its work, one sentence on the error stream says that there
-/// is no `what` ("picture"), and the run goes on. Returns whether it did. Throws InputError if its
-/// files cannot be written, on a full disk for example.
+/// Runs `module` of the package saltus ("saltus.plot") with a folder and further arguments. Plots
+/// are optional: if the module fails, one sentence on the error stream reports that there is no
+/// `what` ("picture"), and the run continues. Returns true on success. Throws InputError if its
+/// files cannot be written, for example on a full disk.
 bool run_python_module(std::string_view module, const std::filesystem::path& results,
                        std::string_view what, std::span<const std::string> more = {});
 
-/// The same for a script that data_file() finds ("problems/mine/plot.py"); it may import saltus.
+/// The same for a script found by data_file() ("problems/mine/plot.py"). The script may import
+/// saltus.
 bool run_python_script(std::string_view script, const std::filesystem::path& results,
                        std::string_view what);
 
-/// Why the limits of the process leave no room for python3 and its packages, one sentence; empty if
-/// they do. With less memory numpy's OpenBLAS would wait for ever.
+/// A sentence if process limits leave too little memory for python3 and its packages, otherwise
+/// empty. With less memory numpy's OpenBLAS would wait forever.
 std::string refusal_of_python();
 
 }  // namespace saltus

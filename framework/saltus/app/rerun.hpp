@@ -1,4 +1,4 @@
-// A run that was made is made again, and compared to the last bit.
+// Repeats a run and compares the results bit by bit.
 #pragma once
 
 #include <filesystem>
@@ -10,21 +10,20 @@
 
 namespace saltus {
 
-/// Two files of one name in two runs.
+/// Comparison of two files with the same name.
 struct FileComparison {
   std::string name;      ///< in both folders
-  bool is_same = false;  ///< but for computing times
-  std::string text;      ///< a sentence: the same, or where they differ first
+  bool is_same = false;  ///< equal except for computing times
+  std::string text;      ///< a sentence: equal, or the first difference
 };
 
-/// Every table (.csv) of the first folder beside that of the second, but for columns of computing
-/// times ("solve time [s]"), summary.json but for entries of computing times, version and commit,
-/// and robot.json where both have it.
+/// Compares all tables (.csv) except columns of computing times ("solve time [s]"), summary.json
+/// except computing times, version and commit, and robot.json if both folders have it.
 std::vector<FileComparison> compare_runs(const std::filesystem::path& before,
                                          const std::filesystem::path& after);
 
-/// `saltus rerun DIR [--out DIR]`: `differs` if anything does. Without --out the new run is kept
-/// only then.
+/// `saltus rerun DIR [--out DIR]`: returns `differs` if anything differs. Without --out the new run
+/// is kept only in that case.
 ExitStatus rerun(std::span<const std::string> arguments, std::span<const ProblemEntry> problems);
 
 }  // namespace saltus

@@ -1,4 +1,4 @@
-// Which keys a program understands, and how text from outside becomes values of plain structs.
+// Settings of a program: named keys whose text values are converted to fields of plain structs.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@
 
 namespace saltus {
 
-/// A registry of keys, each bound to a field of a struct that outlives the registry. The value the
-/// field has when it is declared is its default.
+/// A registry of keys, each bound to a field of a struct that must outlive the registry. The value
+/// of the field at its declaration is the default.
 ///
 ///     PushConfig config;
 ///     Settings settings;
@@ -27,94 +27,93 @@ namespace saltus {
 ///     at_least(0)); settings.flag("stepping", config.stepping, "may the robot step?");
 ///     settings.apply("push.yaml", {parse_set_argument("push.impulse=8")});
 ///
-/// Declaring is programming: a key declared twice, or a default outside its range, throws
-/// DefinitionError. Applying reads what a user wrote: whatever is wrong throws InputError, one
-/// sentence with location, key, value and remedy, and leaves every field as it was.
+/// Errors of declarations throw DefinitionError: a repeated key, or a default outside its range.
+/// Errors of user input throw InputError: one sentence with location, key, value and remedy. All
+/// fields are then unchanged.
 class Settings {
  public:
-  /// A finite number. `unit` is for the reader ("" if there is none).
+  /// A finite number. `unit` is for documentation ("" for none).
   void number(std::string key, double& field, std::string unit, std::string doc, Range range = {});
-  /// A finite number, or "none".
+  /// A finite number or "none".
   void number(std::string key, std::optional<double>& field, std::string unit, std::string doc,
               Range range = {});
-  /// A whole number.
+  /// An integer.
   void integer(std::string key, int& field, std::string unit, std::string doc, Range range = {});
-  /// true or false.
+  /// A boolean, true or false.
   void flag(std::string key, bool& field, std::string doc);
-  /// Any text, a file name for example.
+  /// A text, such as a file name.
   void text(std::string key, std::string& field, std::string doc);
-  /// A list of exactly field.size() numbers, each within `range`.
+  /// A list of exactly field.size() numbers within `range`.
   void vector(std::string key, VectorOut field, std::string unit, std::string doc,
               Range range = {});
-  /// One of some names.
+  /// One of several names.
   void choice(std::string key, std::string& field, std::vector<std::string> names, std::string doc);
-  /// One of some names, each standing for a value of an enumeration.
+  /// One of several names, each with an enumerator.
   template <class Enum>
   void choice(std::string key, Enum& field, std::vector<std::pair<std::string, Enum>> named_values,
               std::string doc);
 
-  /// A name for values of other settings, each "KEY=VALUE" as --set takes it.
+  /// A named set of values of other settings, each "KEY=VALUE" as in --set.
   struct Preset {
-    std::string name;                 ///< as the user gives it
+    std::string name;                 ///< name in the settings
     std::vector<std::string> values;  ///< each "KEY=VALUE"
   };
-  /// One of some presets. Its values act when apply() is given `key`; whatever else apply() is
-  /// given wins over them, in a file too. Every key must have been declared before, and the field's
-  /// default names the preset to which all other defaults belong.
+  /// One of several presets. Its values apply if apply() receives `key`; other values that apply()
+  /// receives, also from a file, override them. Every key must be declared before. The field's
+  /// default names the preset that matches all other defaults.
   void preset(std::string key, std::string& field, const std::vector<Preset>& presets,
               std::string doc);
 
-  /// When apply() is given one of `values` for the choice or flag `key`, it takes `assignment`
-  /// ("KEY=VALUE" as --set takes it) for given too, unless something else is given for that key.
-  /// What is implied may imply more, by what is declared after it. Both keys must have been
-  /// declared before.
+  /// If apply() receives one of `values` for the choice or flag `key`, it also applies `assignment`
+  /// ("KEY=VALUE" as in --set), unless a value is given for that key. Implications declared later
+  /// may follow from it. Both keys must be declared before.
   void implies(const std::string& key, const std::vector<std::string>& values,
                const std::string& assignment);
 
-  /// Lets a flag of the command line stand for a key: alias("urdf", "robot.urdf").
+  /// Makes a command-line flag an alias of a key: alias("urdf", "robot.urdf").
   void alias(std::string flag, const std::string& key);
 
-  /// A key that had another name: the old one is still understood, in files and on the command
-  /// line, with a warning. `version` in which it will be gone.
+  /// Declares an old name of a key. It is still accepted in files and on the command line, with a
+  /// warning. It is removed in `version`.
   void renamed(std::string old_key, const std::string& key, std::string version);
 
-  /// A condition on several settings, checked after all are known. `complaint` returns what is
-  /// wrong ("contact.fz_min (50) exceeds contact.fz_max (20)"), or an empty string; the message
-  /// is preceded by the location that set one of `keys` last.
+  /// A condition on several settings, checked after all are set. `complaint` returns an error
+  /// ("contact.fz_min (50) exceeds contact.fz_max (20)") or an empty string. The message starts
+  /// with the location that set one of `keys` last.
   void rule(std::vector<std::string> keys, std::function<std::string()> complaint);
 
-  /// Reads the file, if one is given, then the assignments, which win. All or nothing.
+  /// Applies the file, if any, then the assignments, which override it. Applies everything or
+  /// nothing.
   void apply(const std::optional<std::filesystem::path>& file,
              const std::vector<Assignment>& assignments);
-  /// The same for assignments alone. A key that occurs twice among them is an error.
+  /// Applies assignments only. A repeated key is an error.
   void apply(const std::vector<Assignment>& assignments) { apply(std::nullopt, assignments); }
 
-  /// Of the last apply(): one sentence for every key that was given by an old name. Whoever prints
-  /// shows them.
+  /// Warnings of the last apply(): one sentence per key given by an old name. The caller prints
+  /// them.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
-  /// One line per key: name, default, unit, what is allowed, what it means.
+  /// One line per key: name, default, unit, range, meaning.
   std::string describe() const;
-  /// The values the fields have now, as a YAML file that `apply` reads back exactly.
+  /// The current values as a YAML file that `apply` reads back exactly.
   std::string to_yaml() const;
-  /// The same with meaning, unit, range and default of every key as comments: to be edited and
-  /// given back.
+  /// The same with meaning, unit, range and default of every key as comments, for editing.
   std::string to_documented_yaml() const;
-  /// A JSON Schema (draft 2020-12) of the files that apply() reads, for editors: types, ranges,
-  /// names, defaults, meanings.
+  /// A JSON Schema (draft 2020-12) of the settings file, for editors: types, ranges, names,
+  /// defaults and meanings.
   std::string json_schema(const std::string& title) const;
-  /// Of these the ones whose values are not their defaults.
+  /// The settings that differ from their defaults, as YAML.
   std::string changes_to_yaml() const;
   /// All keys, in the order of their declaration.
   std::vector<std::string> keys() const;
-  /// What --NAME can be on a command line: the keys, then the aliases.
+  /// All flags of the command line: the keys, then the aliases.
   std::vector<std::string> flags() const;
-  /// The values of a flag that can be told beforehand: names of a choice, true and false. Empty for
-  /// others, and for what is no flag.
+  /// Known values of a flag, for completion: names of a choice, true and false. Empty for other
+  /// flags.
   std::vector<std::string> values_of(std::string_view flag) const;
 
  private:
-  // A field of unknown enumeration type: read and written as the index of a name.
+  // A field of any enumeration type, read and written as an index of the names.
   struct ChoiceField {
     std::function<std::optional<std::size_t>()> index;
     std::function<void(std::size_t)> assign;
@@ -129,7 +128,7 @@ class Settings {
     std::string unit;
     std::string doc;
     Range range;
-    std::vector<std::string> names;  // of a choice
+    std::vector<std::string> names;  // names of a choice
     std::string default_text;
   };
   struct Rule {
@@ -173,7 +172,7 @@ class Settings {
   static std::string documentation(const Setting& setting, std::size_t indentation);
 
   std::vector<Setting> settings_;
-  std::vector<std::pair<std::string, std::string>> aliases_;  // flag, key
+  std::vector<std::pair<std::string, std::string>> aliases_;  // flag and key
   std::vector<Renamed> renamed_;
   std::vector<PresetChoice> presets_;
   std::vector<Implication> implications_;

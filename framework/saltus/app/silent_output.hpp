@@ -1,9 +1,10 @@
-// Nothing on the standard output for a while, of this process and of those that it starts.
+// Suppresses the standard output of this process and its children for a scope.
 #pragma once
 
 namespace saltus {
 
-/// While it lives, what is printed is lost; errors are not. One at a time.
+/// Discards the standard output while it lives; the error stream is not affected. Only one object
+/// may live at a time.
 class SilentOutput {
  public:
   SilentOutput();
@@ -12,7 +13,7 @@ class SilentOutput {
   SilentOutput& operator=(const SilentOutput&) = delete;
 
  private:
-  int before_ = -1;  // descriptor; -1: it could not be put aside
+  int before_ = -1;  // descriptor; -1: the output could not be redirected
 };
 
 }  // namespace saltus

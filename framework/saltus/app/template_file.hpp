@@ -1,4 +1,4 @@
-// Files that are installed with the program and filled in where it runs.
+// Installed template files that are filled in at run time.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace saltus {
 
-/// What stands in a template for what: {"@NAME@", "cart"}.
+/// Placeholders and their replacements: {"@NAME@", "cart"}.
 using Marks = std::vector<std::pair<std::string, std::string>>;
 
-/// The file with all marks replaced. Throws InputError if it cannot be read.
+/// Returns the file with all placeholders replaced. Throws InputError if it cannot be read.
 std::string filled_in(const std::filesystem::path& file, const Marks& marks);
 
 }  // namespace saltus

@@ -1,14 +1,13 @@
-// Which Saltus is this?
+// Version and commit of Saltus.
 #pragma once
 
 #include <string>
 
 namespace saltus {
 
-/// "0.2.0".
+/// Version such as "0.2.0".
 std::string version();
-/// The commit that was checked out when the build was configured, abbreviated; "unknown" of sources
-/// without a history.
+/// Abbreviated commit of the sources at configuration; "unknown" without a git history.
 std::string commit();
 
 }  // namespace saltus
