@@ -1,4 +1,4 @@
-// A section of one of our own YAML files, asked for its keys by what they must be.
+// Typed access to a section of a YAML file.
 #pragma once
 
 #include <string>
@@ -10,36 +10,36 @@
 
 namespace saltus {
 
-/// A view; the entry must outlive it. Everything throws InputError, one sentence with the file and
-/// the way to the key: "robot.yaml: postures.stand.com must be a list of 3 numbers".
+/// A view; the entry must outlive it. All errors throw InputError, one sentence with the file and
+/// the path of the key: "robot.yaml: postures.stand.com must be a list of 3 numbers".
 class YamlSection {
  public:
-  /// `source` stands for the file in messages.
+  /// `source` is the file name in messages.
   YamlSection(const YamlEntry& entry, std::string source)
       : YamlSection(entry, std::move(source), "") {}
 
   std::vector<std::string> keys() const;  ///< in the order of the file
-  /// Whether the key is there.
+  /// True if the key exists.
   bool has(const std::string& key) const { return find(key) != nullptr; }
-  /// Refuses any other key and suggests the nearest of these.
+  /// Rejects all other keys and suggests the nearest known one.
   void allow_only(const std::vector<std::string>& known) const;
 
-  // The value of a key, which must be there and of that type.
-  /// That of the key; InputError if it is none.
+  // Values of a key. They throw InputError if the key is missing or has another type.
+  /// Section of the key.
   YamlSection section(const std::string& key) const;
-  /// InputError if it is none.
+  /// Text of the key.
   std::string text(const std::string& key) const;
-  /// InputError if they are none.
+  /// Texts of the list of the key.
   std::vector<std::string> texts(const std::string& key) const;
   double number(const std::string& key) const;  ///< finite
-  /// InputError unless there are n.
+  /// List of exactly n numbers.
   template <int n>
   Vec<double, n> numbers(const std::string& key) const {
     return numbers(key, n);
   }
   Bounds range(const std::string& key) const;  ///< [lower, upper] with lower < upper
 
-  /// Says what is wrong with a key, or with the section for an empty one.
+  /// Throws an error about a key, or about the section if `key` is empty.
   [[noreturn]] void fail(const std::string& key, const std::string& what) const;
 
  private:
