@@ -1,4 +1,4 @@
-// A pole on a cart is kept upright: the problem, as the program and its test use it.
+// A controller balances a pole on a cart: the problem, used by the program and its test.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 #include <saltus/ocp/problem.hpp>
 
-// What the controller looks ahead at: 1 s, the cart towards `target` (parameter, m), the pole up.
+// Horizon of 1 s: moves the cart towards `target` (parameter, m) and keeps the pole upright.
 saltus::OptimalControlProblem make_problem();
 
 inline const std::vector<std::string> state_names{"cart [m]", "pole [rad]", "cart [m/s]",

@@ -1,4 +1,4 @@
-// A pendulum is swung up: the problem, as the program and its test use it.
+// Swing-up of a pendulum: the problem, used by the program and its test.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 #include <saltus/ocp/problem.hpp>
 
-// From hanging to upright in 3 s, at rest at both ends, with as little torque as possible.
+// From hanging to upright in 3 s, at rest at both ends, with minimum torque.
 saltus::OptimalControlProblem make_problem();
 
 inline const std::vector<std::string> state_names{"angle [rad]", "rate [rad/s]"};
