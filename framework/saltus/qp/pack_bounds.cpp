@@ -1,12 +1,12 @@
-// Packing of bounds: where an entry of v is a variable they stand side by side; equal ones, and
-// those of inputs that stand in v as what they add to a resultant, become rows.
+// Packing of bounds. Bounds of variables of v are stored side by side. Equal bounds become rows,
+// and so do bounds of inputs that enter v as their contribution to a resultant.
 #include <algorithm>
 
 #include "saltus/qp/packing.hpp"
 
 namespace saltus::qp {
 
-// Whether no entry is bounded.
+// True if no entry is bounded.
 bool Packing::without_bounds(int k) const {
   const Stage& s = qp.stages[k];
   const auto open = [](const VectorXd& lower, const VectorXd& upper, int size) {
@@ -25,7 +25,7 @@ void Packing::bounds(int k) {
   if (without_bounds(k)) return;
   int first = entries, last = -1, equal = 0;
   Sides sides;
-  int further[max_parts] = {};  // bounded inputs per further part
+  int further[max_parts] = {};  // number of bounded inputs per further part
   for (int j = p.constant_states; j < entries; ++j) {
     const double l = lower_bound(s, j), u = upper_bound(s, j);
     if (crossed(l, u)) {
@@ -54,7 +54,7 @@ void Packing::bounds(int k) {
   }
   if (equal > 0 && p.parts == 1) add_bound_rows(k, 0, true, 0, entries);
   if (equal > 0 && p.parts > 1) {
-    // The inputs have a Hessian of their own then.
+    // The inputs then have a separate Hessian.
     add_bound_rows(k, 0, true, 0, s.nx);
     if (ok) add_bound_rows(k, 0, true, s.nx, entries);
   }
@@ -65,8 +65,8 @@ void Packing::bounds(int k) {
   }
 }
 
-// Bounds of these entries as rows: equal ones, and those of inputs that stand in v as what they add
-// to a resultant.
+// Adds bounds of these entries as rows: equal bounds, and bounds of inputs that enter v as their
+// contribution to a resultant.
 void Packing::add_bound_rows(int k, int part, bool equalities, int begin, int end) {
   const Stage& s = qp.stages[k];
   const PackedStage& p = to.stages[k];

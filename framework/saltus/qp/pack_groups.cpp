@@ -1,5 +1,5 @@
-// Packing of row groups: which rows are in force, equalities and inequalities apart, and their
-// coefficients. C of a further part is C T_p^-1.
+// Packing of row groups: selects the active rows, separates equalities from inequalities, and packs
+// their coefficients. C of a further part is C T_p^-1.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 
 namespace saltus::qp {
 
-// Either the equalities or the inequalities of a group; whether there are others.
+// Adds the equalities or the inequalities of a group. Returns true if the group has others.
 bool Packing::add_group(int k, int g, bool equalities) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[g];
@@ -49,7 +49,7 @@ bool Packing::add_group(int k, int g, bool equalities) {
     column[own_columns] = at.offset;
     user_column[own_columns++] = c;
   }
-  // Rows that touch the fixed start only cannot be influenced; those of nothing are zero.
+  // Rows that depend only on the fixed start cannot be influenced; rows without columns are zero.
   if (own_columns == 0) {
     for (int i = 0; i < rows && all_columns == 0 && !group.soft; ++i) {
       const Bounds b{group.lower[source[i]], group.upper[source[i]]};
@@ -76,7 +76,7 @@ bool Packing::add_group(int k, int g, bool equalities) {
   return others;
 }
 
-// The block of inequalities that is all there is of this group, or null.
+// The only block of this group if it contains inequalities, otherwise null.
 const RowBlock* Packing::only_block_of(int k, int g) const {
   const RowBlock* found = nullptr;
   for (const RowBlock& b : to.stages[k].rows) {
@@ -87,10 +87,10 @@ const RowBlock* Packing::only_block_of(int k, int g) const {
   return found;
 }
 
-// Where a group is that of the stage before, number by number, its block is that one's too, but for
-// the places in v and among the sides.
+// If a group has the same data as in the previous stage, its block is a copy, except for the
+// offsets in v and in the sides.
 bool Packing::repeat_group(int k, int g) {
-  // What a fixed start makes of the first stage's rows, no other stage has.
+  // The fixed start changes the rows of the first stage only.
   if (k < 2 || g >= static_cast<int>(qp.stages[k - 1].groups.size())) return false;
   const Stage &s = qp.stages[k], &t = qp.stages[k - 1];
   const RowGroup &group = s.groups[g], &other = t.groups[g];
@@ -115,7 +115,7 @@ bool Packing::repeat_group(int k, int g) {
   return true;
 }
 
-// The block of the stage before, if its coefficients are the same.
+// The block of the previous stage if its coefficients are the same, otherwise null.
 const RowBlock* Packing::twin_of(int k, const RowBlock& b) const {
   if (k == 0 || b.group >= static_cast<int>(qp.stages[k - 1].groups.size())) return nullptr;
   const RowGroup& group = qp.stages[k].groups[b.group];
@@ -123,7 +123,7 @@ const RowBlock* Packing::twin_of(int k, const RowBlock& b) const {
   const int columns = static_cast<int>(group.columns.size());
   if (other.rows != group.rows || other.columns.size() != group.columns.size()) return nullptr;
   if (b.part > 0 && to.stages[k - 1].T != to.stages[k].T) return nullptr;
-  // Offsets in the stage vector may differ (a fixed start has no states), their order may not.
+  // Offsets in the stage vector may differ (a fixed start has no states), but not their order.
   const int nx = qp.stages[k].nx, shift = group.columns[0] - other.columns[0];
   if (shift != (group.columns[0] >= nx ? nx - qp.stages[k - 1].nx : 0)) return nullptr;
   for (int c = 1; c < columns; ++c)
@@ -135,7 +135,7 @@ const RowBlock* Packing::twin_of(int k, const RowBlock& b) const {
   return nullptr;
 }
 
-// C, from those columns of the group that are variables.
+// Computes C from the columns of the group that are variables.
 double* Packing::coefficients(int k, const RowBlock& b, const int* user_column, int user_columns) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[b.group];
@@ -159,11 +159,10 @@ double* Packing::coefficients(int k, const RowBlock& b, const int* user_column, 
   return C;
 }
 
-// Where each row has one entry, in a column behind that of the row before: a column of entries is
-// all that is kept.
+// If every row has one entry, in ascending columns, only these entries are stored.
 void Packing::keep_single_entries(RowBlock& b, double* C, int* column) {
   const int ld = padded(b.rows);
-  // The column of a row's only entry, or -1.
+  // The column of the only entry of a row, or -1.
   const auto only = [&](int row) {
     int found = -1;
     for (int c = 0; c < b.columns; ++c) {
@@ -187,7 +186,7 @@ void Packing::keep_single_entries(RowBlock& b, double* C, int* column) {
   b.diagonal = true;
 }
 
-// To a largest coefficient of 1: the weight on equality rows is the same for all.
+// Scales the largest coefficient of every row to 1: all equality rows have the same weight.
 void Packing::scale_rows(RowBlock& b, double* C) {
   const int ld = padded(b.rows);
   double* scale = numbers(b.rows);
@@ -201,7 +200,7 @@ void Packing::scale_rows(RowBlock& b, double* C) {
   b.scale = scale;
 }
 
-// A hard row of the fixed start alone: it holds or it contradicts.
+// True if a hard row depends only on the fixed start. If it is violated, sets `contradiction`.
 bool Packing::is_settled(int k, int g, int row) {
   const Stage& s = qp.stages[k];
   const RowGroup& group = s.groups[g];
@@ -219,7 +218,7 @@ bool Packing::is_settled(int k, int g, int row) {
   }
   if (std::isfinite(l)) size = std::max(size, std::fabs(l));
   if (std::isfinite(u)) size = std::max(size, std::fabs(u));
-  // Of what is left after the arithmetic that made the rows.
+  // Rounding error of the arithmetic that produced the rows.
   constexpr double rounding = 1e-13;
   if (free > (l == u ? rounding * size : 0.0)) return false;
   const double missing = std::max(l - value, value - u);

@@ -1,12 +1,12 @@
-// Packing of a stage's rows as blocks of rows with the same columns: what follows from the columns
-// and coefficients of any block. Which rows make a block is in pack_groups.cpp and pack_bounds.cpp.
+// Packing of a stage's rows as blocks of rows with the same columns: the data derived from the
+// columns and coefficients of a block. pack_groups.cpp and pack_bounds.cpp select the rows.
 
 #include "saltus/qp/packing.hpp"
 
 namespace saltus::qp {
 namespace {
 
-// The last fits any size.
+// The last kernel fits every size.
 constexpr RowKernel row_kernels[] = {row_kernel<1>(), row_kernel<2>(), row_kernel<3>(),
                                      row_kernel<4>(), row_kernel<6>(), row_kernel<-1>()};
 
@@ -36,7 +36,7 @@ RowBlock& Packing::new_block(int k, int group, int rows, int columns, int part) 
   return b;
 }
 
-// Given columns and C: everything that follows from them; of the twin's, if there is one.
+// Computes all data derived from the columns and C, or copies them from the twin.
 void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
   if (twin != nullptr) b.diagonal = twin->diagonal;
   b.kernel =
@@ -51,7 +51,7 @@ void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
     b.C = twin->C;
     b.Ct = twin->Ct;
     b.pairs = twin->pairs;
-    // The columns of twins differ by an offset at most.
+    // Columns of twins differ at most by an offset.
     const SweepStage& before = to.stages[k - 1].sweep;
     if (b.column[0] == twin->column[0] && b.joined == twin->joined && w.nx == before.nx &&
         w.nu == before.nu)
@@ -69,8 +69,8 @@ void Packing::finish_block(int k, RowBlock& b, const RowBlock* twin) {
   if (b.columns <= max_pair_columns) b.pairs = products_of_pairs(b);
 }
 
-// Offsets in a Hessian, of the variables from `first` on and with leading dimension ld, of all
-// pairs of the block's columns.
+// Offsets of all pairs of the block's columns in a Hessian of the variables from `first` on with
+// leading dimension ld.
 int* Packing::targets(const RowBlock& b, int first, int ld) {
   int* target = integers(b.diagonal ? b.columns : pairs_of(b.columns));
   if (!ok) return nullptr;
@@ -95,7 +95,7 @@ double* Packing::products_of_pairs(const RowBlock& b) {
   return pairs;
 }
 
-// In y, or among the hard or soft sides.
+// Assigns offsets in y, or among the hard or soft sides.
 void Packing::give_offsets(RowBlock& b, bool equalities, bool has_lower, bool has_upper) {
   const auto take = [&](int& count) {
     const int first = count;

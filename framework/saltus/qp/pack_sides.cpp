@@ -1,5 +1,5 @@
-// Packing of numbers per side and equality row, once every offset is known: beta, which sides there
-// are, penalties, right-hand sides. What a fixed start contributes to a row moves to its side.
+// Packing of values per side and equality row once all offsets are known: beta, active sides,
+// penalties, right-hand sides. The contribution of a fixed start to a row moves to its side.
 #include <algorithm>
 #include <cmath>
 
@@ -29,7 +29,7 @@ void Packing::set_side(int side, double value, double sign) {
   to.beta[side] = sign * value;
 }
 
-// What a fixed start contributes to a row of the first stage.
+// Contribution of a fixed start to a row of the first stage.
 double Packing::constant_part(const RowGroup& group, int row) const {
   double value = 0.0;
   for (int c = 0; c < static_cast<int>(group.columns.size()); ++c)

@@ -1,4 +1,4 @@
-// Packing of one stage without its rows: its parts, sizes, dynamics and cost.
+// Packing of one stage without its rows: parts, sizes, dynamics and cost.
 //
 // Stage k: x_next = A x + B u + b, cost 1/2 x'Qx + u'Sx + 1/2 u'Ru + q'x + r'u. Packed: v = (x, u),
 // x_next = F v + b with F = [A B], cost 1/2 v'Hv + g'v. Further inputs w = T_p u_p have the Hessian
@@ -13,7 +13,7 @@ namespace saltus::qp {
 namespace {
 
 constexpr RiccatiKernel any_size = riccati_kernel<-1, -1, -1>();
-// The last fits any size.
+// The last kernel fits every size.
 constexpr SplitKernel split_kernels[] = {split_kernel<3>(), split_kernel<6>(), split_kernel<-1>()};
 
 bool is_zero(const MatrixXd& a, int row, int column, int rows, int columns) {
@@ -23,7 +23,7 @@ bool is_zero(const MatrixXd& a, int row, int column, int rows, int columns) {
   return true;
 }
 
-// Whether no row of the stage has columns in more than one group of `size` inputs.
+// True if no row of the stage has columns in more than one group of `size` inputs.
 bool rows_keep_to_parts(const Stage& s, int size) {
   for (const RowGroup& g : s.groups) {
     if (g.rows == 0 || g.columns.empty()) continue;
@@ -35,8 +35,8 @@ bool rows_keep_to_parts(const Stage& s, int size) {
   return true;
 }
 
-// The last rows of the flow that are rows of the identity, one after the other, and between what
-// they hand on and the rest the longest run of columns that are zero, in whole vectors.
+// Finds the last rows of the flow that form an identity, and between their columns and the others
+// the longest run of zero columns in whole vectors.
 void find_handed_on(SweepStage& w) {
   const int n = w.nx + w.nu;
   w.dense = w.next;
@@ -77,7 +77,7 @@ bool fits(const RiccatiKernel& kernel, const SweepStage& w) {
   return w.dense + w.nu == w.next && w.handed_on == w.nx && is_known_zero;
 }
 
-// y = T_p^-T x, the inverses one below the other as in PackedStage.
+// Computes y = T_p^-T x. The inverses are stored one below the other as in PackedStage.
 void to_common_inputs(const double* T_inverse, int part, int size, const double* x, double* y) {
   const int ld = padded(size);
   for (int c = 0; c < size; ++c) {
@@ -119,9 +119,9 @@ bool Packing::stage(int k) {
   return ok;
 }
 
-// The recursion goes from the last stage to the first, and of a stage's M only the part of the
-// states, P, is read once it is eliminated: the stage before begins to write where that ends, in
-// memory that is still near.
+// The recursion goes from the last stage to the first. Once M is eliminated, only its block P of
+// the states is read. The previous stage starts to write behind P, in memory that is still in the
+// cache.
 bool Packing::work_of_recursion() {
   int kept = 0, most = 0;
   for (const PackedStage& p : to.stages) {
@@ -137,7 +137,7 @@ bool Packing::work_of_recursion() {
   return ok;
 }
 
-// Whether the Hessian is that of the stage before.
+// True if the Hessian equals that of the previous stage.
 bool Packing::repeats_cost(int k) {
   if (cost_compared != k) {
     const Stage &s = qp.stages[k], &t = qp.stages[k - 1];
@@ -156,7 +156,7 @@ void Packing::choose_parts(int k) {
   if (size <= 0 || starts_free(k) || k == qp.intervals() || s.nu % size != 0) return;
   const int parts = s.nu / size;
   if (parts < 2 || parts > max_parts || p.sweep.next < size) return;
-  // They share neither cost nor rows.
+  // Parts share neither cost nor rows.
   if (!rows_keep_to_parts(s, size)) return;
   const bool seen = k > 0 && to.stages[k - 1].parts == parts && repeats_cost(k);
   if (!seen && !is_zero(s.S, 0, 0, s.nu, s.nx)) return;
@@ -168,7 +168,7 @@ void Packing::choose_parts(int k) {
   ++to.reduced_stages;
 }
 
-// T_p with B_p = B_1 T_p: those of the stage before if they serve.
+// Finds T_p with B_p = B_1 T_p. Reuses those of the previous stage if they fit.
 bool Packing::find_maps(int k, int parts) {
   const Stage& s = qp.stages[k];
   PackedStage& p = to.stages[k];
@@ -313,7 +313,7 @@ void Packing::hessian(int k) {
   p.R = R;
 }
 
-// Where the factorisation joins the parts.
+// Creates the splits that join the parts in the factorisation.
 void Packing::make_splits(int k) {
   PackedStage& p = to.stages[k];
   const int m = p.sweep.nu, ld = padded(m), further = p.parts - 1;

@@ -1,5 +1,5 @@
-// Points of a program in stages as entries of the packed one, and back. Multipliers of a row's two
-// sides are one number for the user, positive where the upper side holds; inputs of further parts
+// Converts points of a program in stages to the packed program and back. The user sees one
+// multiplier for both sides of a row, positive if the upper side is active. Inputs of further parts
 // are T_p u_p.
 #include <algorithm>
 
@@ -8,8 +8,8 @@
 namespace saltus::qp {
 namespace {
 
-// Soft rows of the fixed start alone are no part of the packed program; what they miss is
-// penalised.
+// Soft rows that depend only on the fixed start are not part of the packed program; their violation
+// is penalised.
 void penalise_settled_rows(const StageQp& qp, StagePoint::AtStage& to) {
   const Stage& s = qp.stages.front();
   for (std::size_t g = 0; g < s.groups.size(); ++g) {

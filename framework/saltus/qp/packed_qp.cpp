@@ -1,4 +1,4 @@
-// Capacity and memory of a packed program, and the order in which it is filled.
+// Capacity and memory of a packed program, and the order of packing.
 #include "saltus/qp/packed_qp.hpp"
 
 #include <algorithm>
@@ -31,7 +31,7 @@ PackedQp::PackedQp(const StageQp& largest, std::span<const RiccatiKernel> kernel
     const auto matrix = [&](int rows, int columns) {
       return static_cast<std::size_t>(padded(rows) + spare) * static_cast<std::size_t>(columns + 1);
     };
-    // Stage matrices; those of parts are bounded by full ones of the inputs.
+    // Stage matrices. Those of parts are bounded by the full input matrices.
     doubles += matrix(next, n) + matrix(n, next) + 3 * matrix(n, n) + 4 * matrix(n, 1) +
                matrix(next, 1) + 8 * matrix(nu, nu) + matrix(next, nu) +
                8 * max_parts * matrix(nu, 1);
@@ -41,7 +41,7 @@ PackedQp::PackedQp(const StageQp& largest, std::span<const RiccatiKernel> kernel
       const int c = std::max(columns, nu);
       doubles += 2 * (matrix(count, c) + matrix(c, count) + matrix(count, 1) +
                       (c <= max_pair_columns ? matrix(padded_pairs_of(c), count) : matrix(1, 1)));
-      // Few columns keep the products of pairs even where others would need more of them.
+      // Blocks with few columns store the products of pairs even if other blocks need less memory.
       doubles += 2 * matrix(padded_pairs_of(max_pair_columns), count);
       ints += static_cast<std::size_t>(2 * (count + 2 * c + pairs_of(c) + 64));
       y += padded(count) + lanes;
@@ -83,7 +83,7 @@ bool PackedQp::pack(const StageQp& qp) {
   if (!packing.work_of_recursion()) return false;
   for (int k = 0; k < count; ++k)
     if (!packing.rows(k)) return false;
-  // Only now it is known where the soft sides begin.
+  // The offset of the soft sides is known only now.
   first_soft = packing.hard;
   for (int i = 0; i < packing.blocks; ++i) {
     RowBlock& b = storage.blocks[i];

@@ -1,5 +1,5 @@
-// B_1 T_p = B_p by elimination with exchanges of rows. B_p is not square, so what solves the rows
-// of the pivots is then checked in all of them. T_p is inverted in the same way.
+// Solves B_1 T_p = B_p by elimination with row exchanges. B_p is not square: the solution of the
+// pivot rows is then checked in all rows. T_p is inverted in the same way.
 #include "saltus/qp/resultant.hpp"
 
 #include <algorithm>
@@ -11,11 +11,12 @@
 namespace saltus::qp {
 namespace {
 
-constexpr double rounding = 1e-11;  // of B's entries, well above what their computation loses
-// A pivot of T_p below this is no resultant: some force of the group moves nothing.
+// relative to the entries of B, well above the error of their computation
+constexpr double rounding = 1e-11;
+// With a pivot of T_p below this there is no resultant: some force of the group has no effect.
 constexpr double least_map_pivot = 1e-8;
 
-// [A | R] row by row, each row padded to whole vectors.
+// [A | R] by rows, each row padded to whole vectors.
 struct Rows {
   explicit Rows(int columns) : stride(padded(columns)) {}
   double* operator[](int i) { return entries.data() + i * stride; }
@@ -24,9 +25,9 @@ struct Rows {
   alignas(64) std::array<double, max_resultant_rows * padded(2 * max_resultant_size)> entries;
 };
 
-// A becomes the identity in its leading m rows, and R what solves them. False if a pivot is no
-// larger than `least`. All written out, a few vectors per row: a general decomposition takes ten
-// times as long for sizes known at run time only.
+// Reduces the leading m rows of A to the identity and R to the solution. Returns false if a pivot
+// is not larger than `least`. Written out with a few vectors per row: a general decomposition takes
+// ten times as long for sizes known only at run time.
 bool eliminate(Rows& a, int rows, int m, double least) {
   for (int j = 0; j < m; ++j) {
     int best = j;

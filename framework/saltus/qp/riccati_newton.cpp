@@ -3,12 +3,12 @@
 //     min 1/2 dw'(H + diag(weights)) dw + rw'dw + sum_i W_i/2 (J_i dw + rr_i)^2
 //     subject to   J_e dw = -re,
 //
-// i the inequality rows, e the equalities. Slacks of soft rows are eliminated first: with
-// h = H + weight of the slack and c its entry in the row, c dsigma = -(c r_sigma + c^2 dlambda) /
-// h, so that the row's 1/W grows by c^2 / h and its right-hand side by -c r_sigma / h.
+// with i the inequality rows and e the equalities. Slacks of soft rows are eliminated first. Let h
+// be H plus the weight of the slack, and c its entry in the row. Then c dsigma = -(c r_sigma + c^2
+// dlambda) / h, so that 1/W of the row grows by c^2 / h and its right-hand side by -c r_sigma / h.
 //
-// The recursion has equality rows as penalties and eliminates the stages in a given order: where
-// that costs too many digits, the step is one of the sparse factor.
+// The recursion treats equality rows as penalties and eliminates the stages in a fixed order. If
+// that loses too many digits, the sparse factorisation computes the step.
 #include "saltus/qp/riccati_newton.hpp"
 
 #include <algorithm>
@@ -83,7 +83,7 @@ class RiccatiNewton final : public NewtonSystem {
       step_.row_upper[i] = qp.row_upper[i] < infinity ? 1.0 : infinity;
       if (is_equality_[i]) step_.row_lower[i] = step_.row_upper[i] = 0.0;
     }
-    // Inequalities of the start are weights of its states: as rows they would be bounds.
+    // Inequalities of the start enter as weights of its states; as rows they would be bounds.
     for (const int row : structure_.start_rows)
       if (!is_equality_[row]) {
         step_.row_lower[row] = -infinity;
@@ -98,7 +98,7 @@ class RiccatiNewton final : public NewtonSystem {
     by_sparse_ = false;
     const bool is_first = std::exchange(is_first_, false);
     if (factor_by_stages(variable_weights, row_weights)) return true;
-    // Where equality rows are penalties a negative pivot may be rounding.
+    // If equality rows are penalties, a negative pivot may be rounding error.
     return is_first && system_.packed().has_equality_rows && factor_sparse();
   }
 
@@ -122,7 +122,7 @@ class RiccatiNewton final : public NewtonSystem {
   };
   struct Start {
     int row, state, entry;
-    std::vector<RowEntry> met_by;  // rows of the first stage's groups with this state
+    std::vector<RowEntry> met_by;  // rows of the groups of the first stage with this state
   };
 
   void find_start() {
@@ -168,7 +168,7 @@ class RiccatiNewton final : public NewtonSystem {
     step_.gradient.setZero();
     cost_slacks();
     if (!fill()) return false;
-    // Weights travel as multipliers do, with the sign of a side that exists.
+    // Weights are passed as multipliers, with the sign of an existing side.
     point_.w.setZero();
     point_.z.setZero();
     for (int i = 0; i < m; ++i)
@@ -235,13 +235,13 @@ class RiccatiNewton final : public NewtonSystem {
     give_start_multipliers(rw, dw, dlambda);
   }
 
-  // Rows whose violation costs nothing restrict nothing, and would have no weight.
+  // Rows with a free violation would have no weight, so every slack gets a cost.
   void cost_slacks() {
     for (const Slack& s : slacks_) step_.gradient[s.variable] = 1.0;
   }
 
-  // Of a given start the step is known, and no variable of the recursion: what its first rows have
-  // of it is part of their right-hand sides.
+  // The step of a given start is known and not a variable of the recursion. Its contribution to the
+  // first rows moves to their right-hand sides.
   void add_start_to(VectorXd& rr) {
     start_part_.setZero();
     if (!map_.stages().fixed_start || map_.stages().stages.size() != structure_.stages.size())
@@ -256,11 +256,11 @@ class RiccatiNewton final : public NewtonSystem {
 
   bool fill() {
     const StageFill result = map_.fill(step_);
-    // Rows of which every variable is fixed are no matter of the step.
+    // Rows whose variables are all fixed do not affect the step.
     return result != StageFill::not_staged && system_.pack(map_.stages());
   }
 
-  // What holds the start is whatever the stationarity of its states lacks.
+  // The multipliers of the start balance the stationarity of its states.
   void give_start_multipliers(const VectorXd& rw, const VectorXd& dw, VectorXd& dlambda) {
     for (const int row : structure_.start_rows)
       if (is_equality_[row]) dlambda[row] = 0.0;
@@ -278,9 +278,9 @@ class RiccatiNewton final : public NewtonSystem {
 
   const SparseQp* qp_ = nullptr;
   VectorXd given_variable_weights_, given_row_weights_;
-  bool is_first_ = true;  // factor since load()
+  bool is_first_ = true;  // first factor since load()
   bool by_sparse_ = false;
-  std::unique_ptr<NewtonSystem> sparse_;  // once it was needed
+  std::unique_ptr<NewtonSystem> sparse_;  // created when first needed
   StageStructure structure_;
   SparseQp step_;
   StageMap map_;

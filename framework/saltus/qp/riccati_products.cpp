@@ -1,9 +1,10 @@
-// Products of the packed program: with H, F and C, for residuals and for what refinement needs.
+// Products of the packed program with H, F and C, for residuals and refinement.
 //
 //     stationarity = H v [+ g] + F'y + E'y - G'lambda,   dynamics = F v [+ b] - x_next,
 //     equality rows = E v [- e],   sides = G v
 //
-// The dynamics see the sum of the parts' inputs. An upper side is a row with reversed sign.
+// The dynamics see the sum of the inputs of all parts. Upper sides enter as rows with reversed
+// sign.
 #include <algorithm>
 #include <cmath>
 
@@ -11,8 +12,7 @@
 
 namespace saltus::qp {
 
-// The stage's main variables, with the inputs of further parts added to those of the first: what
-// the dynamics see.
+// The main variables of the stage with the inputs of all parts added, as the dynamics see them.
 const double* RiccatiSystem::with_resultant(const PackedStage& p, const double* v) {
   const double* main = v + p.v_at;
   if (p.parts == 1) return main;
@@ -29,7 +29,7 @@ const double* RiccatiSystem::with_resultant(const PackedStage& p, const double* 
 template <bool affine>
 void RiccatiSystem::products(const double* v, const double* y, double* stationarity,
                              double* equality) {
-  const double* costate = nullptr;  // of the dynamics that lead into the stage
+  const double* costate = nullptr;  // multipliers of the dynamics that lead into the stage
   double* force = work_.data();
   for (std::size_t k = 0; k < packed_.stages.size(); ++k) {
     const PackedStage& p = packed_.stages[k];
@@ -166,7 +166,7 @@ void RiccatiSystem::apply(const double* v, const double* y, const double* lambda
 double RiccatiSystem::cost(const double* v) {
   double* slope = work_.data();
   Lanes total{};
-  // v'(1/2 H v + g) of one block; padding is zero.
+  // Returns v'(1/2 H v + g) of one block; padding is zero.
   const auto add = [&](int size, const double* H, const double* g, const double* at) {
     multiply_vector<Update::set>(size, size, H, padded(size), at, slope);
     for (int i = 0; i < size; i += lanes)
@@ -194,7 +194,7 @@ void RiccatiSystem::roll_out(double* v) {
   }
 }
 
-// riccati_system.cpp refines with them.
+// riccati_system.cpp uses these for refinement.
 template void RiccatiSystem::products<false>(const double*, const double*, double*, double*);
 template void RiccatiSystem::add_sides<1>(const double*, double*);
 

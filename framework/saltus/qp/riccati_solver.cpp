@@ -53,10 +53,10 @@ class RiccatiSolver final : public StageQpSolver {
     unpack_point(qp, system_.packed(), iterate.v.data(), iterate.y.data(), iterate.lambda.data(),
                  point);
     result.objective = objective(qp, point);
-    // With data that are not numbers there is none: only asked where there is no optimum.
+    // Checks for non-finite data only if there is no optimum.
     if ((result.status != QpStatus::optimal || !std::isfinite(result.objective)) && !is_finite(qp))
       result.status = QpStatus::invalid_problem;
-    // At an optimum the method has seen them; on its way there it may have taken them for granted.
+    // An optimum has evaluated residuals; other iterates may have extrapolated ones.
     if (result.status != QpStatus::optimal) {
       const StageQpResidual residual = kkt_residual(qp, point);
       result.residual = residual.largest();

@@ -1,11 +1,11 @@
-// Factorisation and solution of the Newton step's equations by a Riccati recursion.
+// Factors and solves the equations of the Newton step by a Riccati recursion.
 //
 //     (H + shift I + G'WG) dv + E'dy = -r_v,   E dv = -r_y,
 //
-// where E holds the dynamics x_next = F v + b and the equality rows. Backward, with P the Hessian
-// of the cost to go: M = H + shift I + C'WC + F'P F, inputs eliminated, P what is left on the
-// states; then two sweeps per right-hand side. Costates have the sign of d cost / d b. Derivation
-// and sources: framework/design/riccati.md.
+// where E holds the dynamics x_next = F v + b and the equality rows. The backward pass, with P the
+// Hessian of the cost to go, computes M = H + shift I + C'WC + F'P F and eliminates the inputs; P
+// is the remaining block of the states. Two sweeps solve each right-hand side. Costates have the
+// sign of d cost / d b. Derivation and sources: framework/design/riccati.md.
 #include "saltus/qp/riccati_system.hpp"
 
 #include <algorithm>
@@ -15,22 +15,21 @@
 namespace saltus::qp {
 namespace {
 
-// Equality rows enter with a quadratic penalty on what the step leaves of them; their multipliers
-// make up for it, so that at the solution they hold exactly. It must outweigh sides that depend on
-// them.
+// Equality rows enter by a quadratic penalty on their residual. Multipliers correct it, so that the
+// rows hold exactly at the solution. The weight must exceed those of sides that depend on the rows.
 constexpr double least_equality_weight = 1e9, most_equality_weight = 1e15;
 constexpr double equality_weight_per_weight = 10.0;
-// What solves may leave of missed rows, one after the other and altogether; wanted of one, where
-// they leave more; and what is no miss.
+// Largest residual of violated rows after one solve and after all solves; target of one solve if it
+// leaves more; and the smallest residual that counts as a violation.
 constexpr double largest_rest = 1e-3, largest_rest_of_all = 1e-6, wanted_rest = 1e-6;
 constexpr double least_miss = 1e-9;
-// Added to the Hessian when a step is computed, never to the problem: a proximal term.
+// Proximal term added to the Hessian of a step, never to the problem.
 constexpr double proximal_weight = 1e-11;
 constexpr double least_pivot = 1e-13;
-// Memory of all stages, in doubles, that the processor keeps near: 512 kB.
+// Cache size in doubles: 512 kB.
 constexpr std::ptrdiff_t kept_near = 1 << 16;
 
-// Begins to bring a piece of memory near that is about to be written.
+// Prefetches a piece of memory before it is written.
 void fetch(const double* begin, const double* end) {
   constexpr int line = 8;
   for (; begin < end; begin += line) __builtin_prefetch(begin, 1);
@@ -76,7 +75,7 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
       b.kernel->add_square(b, row_weights, H, result);
       continue;
     }
-    // More columns: C'(W C) as a product.
+    // With more columns: C'(W C) as a product.
     const int ldc = padded(b.columns);
     double* weighted = result;
     double* square = weighted + ld * b.columns;
@@ -84,7 +83,7 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
       for (int i = 0; i < ld; i += lanes)
         store(weighted + c * ld + i, load(b.C + c * ld + i) * load(row_weights + i));
     if (b.contiguous && b.target[0] % lanes == 0) {
-      // In place: what falls below the diagonal nobody reads.
+      // Computed in place: entries below the diagonal are not read.
       double* to = H + b.target[0];
       multiply_upper<Update::add>(b.columns, b.rows, b.Ct, ldc, weighted, 1, ld, to, to,
                                   b.joined < 0 ? p.sweep.ld : padded(p.sweep.nu));
@@ -108,7 +107,7 @@ void RiccatiSystem::add_rows(PackedStage& p, const double* weights) {
   }
 }
 
-// The joint Hessian of the parts is that of the inputs.
+// Replaces the Hessian of the inputs by the joint Hessian of the parts.
 void RiccatiSystem::join_parts(PackedStage& p) {
   const SweepStage& w = p.sweep;
   for (int part = 0; part + 2 < p.parts; ++part)
@@ -136,7 +135,7 @@ bool RiccatiSystem::factor(const double* weights) {
   const double* P = nullptr;
   int ld_P = 0;
   double check = 0.0;
-  // Of long programs the stage before is fetched while this one computes.
+  // For long programs, prefetches the previous stage during the current one.
   const bool fetches = packed_.stages.back().sweep.L - packed_.stages.front().sweep.L > kept_near;
   for (int k = static_cast<int>(packed_.stages.size()) - 1; k >= 0; --k) {
     PackedStage& p = packed_.stages[k];
@@ -200,12 +199,12 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
     sweep(gradient, equality, dv, dy);
     return;
   }
-  // Rows that are met tell nothing of how steep the penalty has to be.
+  // Satisfied rows give no information about the required weight.
   const double missed = largest_of_rows(equality);
   double first = 0.0, second = 0.0;
   do {
     solve_with_rows(gradient, equality, dv, dy);
-    // The penalty on equality rows is steep: what rounding loses is won back by a second solve.
+    // The penalty on equality rows is large: a second solve corrects its rounding errors.
     refine(gradient, equality, dv, dy);
     if (missed > least_miss) first = largest_of_rows(residual_y_.data());
     refine(gradient, equality, dv, dy);
@@ -215,7 +214,8 @@ void RiccatiSystem::solve(const double* gradient, const double* equality, double
   } while (raise_equality_weight(second / first));
 }
 
-// One more solve, for what the last one left: that is in residual_y_ afterwards.
+// Solves once more for the remaining residual. Afterwards residual_y_ holds that of the previous
+// solve.
 void RiccatiSystem::refine(const double* gradient, const double* equality, double* dv, double* dy) {
   products<false>(dv, dy, residual_v_.data(), residual_y_.data());
   multiply(dv, side_work_.data());
@@ -235,7 +235,7 @@ void RiccatiSystem::refine(const double* gradient, const double* equality, doubl
     store(dy + i, load(dy + i) + load(&correction_y_[i]));
 }
 
-// Largest magnitude of what equality rows have in y.
+// Largest magnitude of the entries of equality rows in y.
 double RiccatiSystem::largest_of_rows(const double* y) const {
   double most = 0.0;
   for (const PackedStage& p : packed_.stages)
@@ -245,11 +245,12 @@ double RiccatiSystem::largest_of_rows(const double* y) const {
   return most;
 }
 
-// Of what rows miss a solve leaves about 1 / (1 + weight / stiffness), `left`, with the stiffness
-// that the Hessian has in the directions in which the rows can be met: large where inputs of
-// thousands move states a little. False if there is nothing more to be had.
+// A solve leaves a fraction of about 1 / (1 + weight / stiffness) of a violation, given as `left`.
+// The stiffness is that of the Hessian in the directions that satisfy the rows; it is large if
+// inputs of size 1000 move states only slightly. Returns false if the weight cannot be raised.
 bool RiccatiSystem::raise_equality_weight(double left) {
-  const bool is_for_sides = equality_weight_ > least_equality_weight_;  // and high enough, then
+  // true if sides determine the weight, which is then large enough
+  const bool is_for_sides = equality_weight_ > least_equality_weight_;
   if (is_for_sides || !(equality_weight_ < most_equality_weight) || !std::isfinite(left))
     return false;
   const double before = least_equality_weight_;
@@ -261,7 +262,7 @@ bool RiccatiSystem::raise_equality_weight(double left) {
   return false;
 }
 
-// Equality rows E dv = -equality as a penalty: dy = weight (E dv + equality).
+// Solves with the equality rows E dv = -equality as a penalty: dy = weight (E dv + equality).
 void RiccatiSystem::solve_with_rows(const double* gradient, const double* equality, double* dv,
                                     double* dy) {
   double* scaled = row_work_.data();

@@ -1,4 +1,4 @@
-// The program is staged, solved and carried back: see stage_map.hpp.
+// Converts the program to stages, solves it, and converts the solution back: see stage_map.hpp.
 #include "saltus/qp/sparse_by_stages.hpp"
 
 #include <utility>

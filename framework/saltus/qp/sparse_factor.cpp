@@ -1,5 +1,5 @@
-// The matrix behind SparseSystem::solve(): factored with a regularisation, and its solutions
-// refined until the equations without it hold.
+// The matrix of SparseSystem::solve(): factored with a regularisation. Refinement solves the
+// equations without it.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -10,19 +10,19 @@
 namespace saltus::qp {
 namespace {
 
-// rho and delta, in units of the data, in the order in which they are tried. A pivot of this size
-// that is eliminated early costs digits, 1e-16 over its size of them; refinement wins them back as
-// long as it converges, which it does not where rho or delta outweigh what they are added to (1/w
-// of a row that holds hard). So neither the largest nor the smallest is always right.
+// rho and delta, in units of the data, in the order of attempts. An early pivot of this size loses
+// a relative precision of 1e-16 over its size. Refinement recovers it if it converges, which fails
+// if rho or delta exceeds the entry that it is added to (1/w of an active row). Hence neither the
+// largest nor the smallest value always works.
 constexpr std::array regularisations{1e-12, 1e-14, 1e-10, 1e-8, 1e-6};
-// Backward error with which a solution passes.
+// Backward error at which a solution is accepted.
 constexpr double accurate = 1e-13;
-// A row with less weight than this does not hold anything back.
+// Rows with a smaller weight have no effect.
 constexpr double least_weight = 1e-20;
 constexpr int refinements = 10;
-// A refinement that does not remove half of the residual has met rounding.
+// A refinement step that removes less than half of the residual has reached rounding.
 constexpr double worthwhile = 0.5;
-// Of a residual relative to its largest term: there is nothing left to remove.
+// Relative to the largest term of a residual: below this nothing is left to remove.
 constexpr double rounding = 1e-16;
 
 }  // namespace
@@ -70,8 +70,8 @@ void SparseSystem::multiply_matrix(const double* x, double* out) const {
   });
 }
 
-// Variables and rows have units of their own, and large weights make the first part's terms large:
-// each residual counts relative to what was added up in its part.
+// Variables and rows have different units, and large weights make the terms of the first part
+// large. Each residual is therefore relative to the terms of its part.
 double SparseSystem::backward_error() const {
   const auto v = solution_.head(n_), p = solution_.tail(m_);
   double terms_of_variables = 0.0, terms_of_rows = 0.0;
@@ -93,7 +93,7 @@ double SparseSystem::backward_error() const {
                   of_rows > 0.0 ? of_rows / terms_of_rows : 0.0);
 }
 
-// Solves, refines, and keeps the solution if its error is smaller than the smallest so far.
+// Solves, refines, and keeps the solution if its error is the smallest so far.
 void SparseSystem::refine(double& smallest) {
   solution_ = right_side_;
   ldl_.solve(solution_.data());
@@ -119,8 +119,8 @@ void SparseSystem::solve(const double* rv, const double* ry, double* dv, double*
   for (std::size_t i = 0; i < equality_rows_.size(); ++i)
     right_side_[n_ + equality_rows_[i]] = -ry[i];
 
-  // Others are tried where this one's solution is poor; the next factor begins with the last one
-  // tried.
+  // Tries other regularisations if the solution is poor. The next factorisation starts with the
+  // last one tried.
   double smallest = infinity;
   refine(smallest);
   for (std::size_t tried = 1; tried < regularisations.size() && smallest > accurate; ++tried) {

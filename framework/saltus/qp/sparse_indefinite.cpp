@@ -10,14 +10,14 @@
 namespace saltus::qp {
 namespace {
 
-// A front takes its child in where that is small, or adds few zeros.
+// A front absorbs its child if the child is small or adds few zeros.
 constexpr std::size_t small_front = 8;
 constexpr double zeros_allowed = 0.3;
-// Of an equilibrated matrix: pivots below are rounding.
+// Relative to the equilibrated matrix: smaller pivots are rounding errors.
 constexpr double vanishing = 1e-15;
 constexpr int equilibrations = 3;
 
-// Minimum degree; graph by columns, upper triangle.
+// Minimum degree ordering. The graph is given by columns, upper triangle.
 std::vector<int> minimum_degree(int n, const std::vector<std::vector<int>>& above) {
   cholmod_common common;
   cholmod_start(&common);
@@ -65,7 +65,7 @@ SparseIndefinite::SparseIndefinite(const SparsityPattern& lower,
 
 void SparseIndefinite::order(const SparsityPattern& lower,
                              const std::vector<std::pair<int, int>>& pairs) {
-  // Nodes: pairs, and every other index alone.
+  // Nodes are the pairs and all remaining single indices.
   std::vector<int> node_of(n_, -1);
   std::vector<std::vector<int>> members;
   for (const auto& [a, b] : pairs) {
@@ -95,7 +95,7 @@ void SparseIndefinite::order(const SparsityPattern& lower,
   std::vector<int> rank(nodes);
   for (int k = 0; k < nodes; ++k) rank[sequence[k]] = k;
 
-  // Rows of every column, in ranks, and the elimination tree.
+  // Rows of every column as ranks, and the elimination tree.
   std::vector<std::vector<int>> rows(nodes), children(nodes);
   for (int j = 0; j < nodes; ++j)
     for (const int i : above[j])
@@ -111,10 +111,10 @@ void SparseIndefinite::order(const SparsityPattern& lower,
     children[parent[k]].push_back(k);
   }
 
-  // Fronts: a column and those children that it takes in. rows[] of the last column are the
-  // front's.
+  // Fronts: a column and the children that it absorbs. rows[] of the last column are those of the
+  // front.
   const auto size_of = [&](int k) { return members[sequence[k]].size(); };
-  std::vector<std::vector<int>> columns(nodes);  // of the front that ends with this one
+  std::vector<std::vector<int>> columns(nodes);  // columns of the front that ends with this one
   std::vector<std::size_t> width(nodes, 0), height(nodes, 0);
   std::vector<char> is_taken(nodes, 0);
   for (int k = 0; k < nodes; ++k) {
@@ -124,7 +124,7 @@ void SparseIndefinite::order(const SparsityPattern& lower,
     width[k] = size_of(k);
     columns[k] = {k};
     for (const int child : children[k]) {
-      const std::size_t full = width[k] + below;  // rows that the child's columns would get
+      const std::size_t full = width[k] + below;  // rows that the columns of the child would get
       const std::size_t zeros = full > height[child] ? (full - height[child]) * width[child] : 0;
       const std::size_t all = (width[child] + width[k] + below) * (width[child] + width[k]);
       const bool joins = zeros == 0 || (width[child] + width[k] <= small_front) ||
@@ -157,7 +157,7 @@ void SparseIndefinite::order(const SparsityPattern& lower,
   });
 }
 
-// Symmetric, until the largest entry of every row is about one (D. Ruiz, 2001).
+// Symmetric scaling until the largest entry of every row is about one (D. Ruiz, 2001).
 void SparseIndefinite::equilibrate() {
   std::fill(scale_.begin(), scale_.end(), 1.0);
   for (int round = 0; round < equilibrations; ++round) {
@@ -203,7 +203,7 @@ void SparseIndefinite::assemble(const Front& front, Factor& factor) {
   }
 }
 
-// Pivots among the first `candidates` rows of work_, as long as there are good ones.
+// Eliminates pivots among the first `candidates` rows of work_ while acceptable ones exist.
 bool SparseIndefinite::eliminate(Factor& factor, int candidates, double threshold, bool is_root) {
   const int size = static_cast<int>(factor.index.size());
   double* A = work_.data();
@@ -222,7 +222,7 @@ bool SparseIndefinite::eliminate(Factor& factor, int candidates, double threshol
   while (k < candidates) {
     const int left = candidates - k;
     if (tried == left && !is_root) break;
-    // At the root what is left has to serve.
+    // At the root the remaining pivots must be accepted.
     const double wanted = tried < left ? threshold : 0.0;
     const int j = k + tried % left;
     double most = 0.0, partner_size = 0.0;
@@ -299,7 +299,7 @@ bool SparseIndefinite::eliminate(Factor& factor, int candidates, double threshol
         continue;
       }
     }
-    if (++tried >= 2 * left) {  // even what is left does not serve
+    if (++tried >= 2 * left) {  // no remaining pivot is acceptable
       is_singular_ = true;
       return false;
     }

@@ -49,7 +49,7 @@ struct SparseLdl::Handle {
     throw std::runtime_error(std::string("CHOLMOD failed: ") + what);
   }
 
-  // Upper triangle by columns of the pattern, its rows and columns renumbered by `position`.
+  // Builds the upper triangle by columns, with rows and columns renumbered by `position`.
   void build(const SparsityPattern& lower) {
     const int n = lower.rows();
     cholmod_free_sparse(&matrix, &common);
@@ -77,7 +77,7 @@ struct SparseLdl::Handle {
   cholmod_factor* factor = nullptr;
   std::vector<int> position;       // of each row in the order of elimination
   std::vector<int> slot;           // of each entry of the pattern among the values
-  std::vector<signed char> signs;  // in the order of elimination
+  std::vector<signed char> signs;  // in elimination order
   std::vector<double> right_side;
 };
 
@@ -88,8 +88,8 @@ SparseLdl::SparseLdl(const SparsityPattern& lower, std::vector<signed char> sign
   h.position.resize(n);
   for (int i = 0; i < n; ++i) h.position[i] = i;
 
-  // First for the order alone. The matrix is then stored in that order, and analysed again: so the
-  // numeric code finds it as it wants it and copies nothing.
+  // The first analysis only determines the order. The matrix is then stored in that order and
+  // analysed again, so that the numeric code needs no copy.
   h.build(lower);
   h.common.method[0].ordering = CHOLMOD_AMD;
   h.common.postorder = 1;
@@ -109,8 +109,7 @@ SparseLdl::SparseLdl(const SparsityPattern& lower, std::vector<signed char> sign
   for (int i = 0; i < n; ++i) h.signs[h.position[i]] = signs[i];
   h.right_side.resize(n);
 
-  // The first numeric factor takes the memory that later ones use again. It needs pivots, any will
-  // do.
+  // The first numeric factorisation allocates the memory of later ones. It accepts any pivots.
   for (int i = 0; i < n; ++i) set(lower.find(i, i), signs[i]);
   if (!factor()) throw std::logic_error("SparseLdl: the pattern lacks a diagonal entry");
 }
@@ -130,7 +129,7 @@ void SparseLdl::set(int entry, double value) {
   static_cast<double*>(handle_->matrix->x)[handle_->slot[entry]] = value;
 }
 
-// Calls visit(pivot, expected sign) for the pivots in turn, until it says false.
+// Calls visit(pivot, expected sign) for the pivots in order until it returns false.
 template <class Visit>
 bool SparseLdl::factor_and_visit(Visit visit) {
   Handle& h = *handle_;
@@ -153,7 +152,7 @@ bool SparseLdl::factor() {
 }
 
 bool SparseLdl::factor_with_inertia() {
-  int surplus = 0;  // of positive pivots
+  int surplus = 0;  // excess of positive pivots
   return factor_and_visit([&](double pivot, signed char sign) {
            surplus += (pivot > 0.0) - (sign > 0);
            return pivot != 0.0;
@@ -161,7 +160,7 @@ bool SparseLdl::factor_with_inertia() {
          surplus == 0;
 }
 
-// Written out because cholmod_solve2 allocates anew in each call, whatever work space it is given.
+// Implemented here because cholmod_solve2 allocates in every call, even with a given work space.
 void SparseLdl::solve(double* x) {
   Handle& h = *handle_;
   const int n = rows();
@@ -171,7 +170,7 @@ void SparseLdl::solve(double* x) {
   const double* value = static_cast<const double*>(h.factor->x);
   double* b = h.right_side.data();
   for (int i = 0; i < n; ++i) b[h.position[i]] = x[i];
-  // Columns of L begin with their diagonal entry, which holds D.
+  // Columns of L start with their diagonal entry, which holds D.
   for (int j = 0; j < n; ++j) {
     const double bj = b[j];
     for (int e = start[j] + 1; e < start[j] + count[j]; ++e) b[row[e]] -= value[e] * bj;

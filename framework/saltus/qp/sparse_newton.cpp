@@ -1,7 +1,7 @@
-// One quasi-definite matrix whose pattern covers all cases: static regularisation rho and delta on
-// its diagonals stand in for pivoting, and refinement of the solutions takes their effect out.
-// Where no regularisation does, because rows nearly depend on one another, pivots are chosen, which
-// takes several times as long.
+// One quasi-definite matrix whose pattern covers all cases. Static regularisation rho and delta on
+// its diagonals replaces pivoting, and refinement corrects its effect. If no regularisation works
+// because rows are nearly dependent, a factorisation with pivoting is used, which takes several
+// times as long.
 #include "saltus/qp/sparse_newton.hpp"
 
 #include <algorithm>
@@ -16,15 +16,15 @@
 namespace saltus {
 namespace {
 
-// In units of the data, in the order in which they are tried (see sparse_factor.cpp).
+// In units of the data, in the order of attempts (see sparse_factor.cpp).
 constexpr std::array regularisations{1e-10, 1e-12, 1e-8, 1e-14, 1e-6};
-// Pivots are at least this times as large as what they divide.
+// Pivots are at least this times the entries that they divide.
 constexpr double pivot_threshold = 1e-6;
-// A row with less weight than this does not hold anything back.
+// Rows with a smaller weight have no effect.
 constexpr double least_weight = 1e-20;
 
-// Every row with the variable of fewest entries that is still free: of the rows of dynamics that is
-// the state they define.
+// Pairs every row with the free variable of fewest entries. For a row of the dynamics that is the
+// state it defines.
 std::vector<std::pair<int, int>> pairs_of(const SparsityPattern& hessian,
                                           const SparsityPattern& rows) {
   std::vector<int> degree(rows.cols(), 0);
@@ -143,7 +143,7 @@ class SparseNewton final : public NewtonSystem {
       if (!is_fixed_[j]) has_free_[i] = 1;
     });
     for (int i = 0; i < n_; ++i) pivoting_->set(diagonal_slot_[i], weighted_[i]);
-    // An equation of fixed variables alone would leave a row of zeros.
+    // A row that contains only fixed variables would be zero in the matrix.
     for (int i = 0; i < m_; ++i)
       pivoting_->set(diagonal_slot_[n_ + i],
                      has_free_[i] || weighted_[n_ + i] < 0.0 ? weighted_[n_ + i] : -1.0);
@@ -153,14 +153,14 @@ class SparseNewton final : public NewtonSystem {
   int n_, m_;
   SparsityPattern hessian_pattern_, row_pattern_;
   qp::SparseLdl ldl_;
-  std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  // entries of the matrix's pattern
+  std::vector<int> hessian_slot_, row_slot_, diagonal_slot_;  // positions in the matrix pattern
   VectorXd diagonal_;                                         // of H, zeros below
   VectorXd weighted_;                                         // diagonal with the weights
   VectorXd work_;
   const SparseQp* qp_ = nullptr;
-  std::unique_ptr<qp::SparseIndefinite> pivoting_;  // once it was needed
+  std::unique_ptr<qp::SparseIndefinite> pivoting_;  // created when first needed
   bool by_pivots_ = false;
-  std::vector<char> is_fixed_, has_free_;  // of variables; of rows: whether any is free
+  std::vector<char> is_fixed_, has_free_;  // of variables; of rows: true if any variable is free
   double scale_ = 1.0;                     // largest entry of H, at least 1: the unit of rho
   std::size_t level_ = 0, tried_ = 0;      // of the regularisations
 };

@@ -1,8 +1,8 @@
-// Products of a sparse program: with H and J, for residuals and for what refinement needs.
+// Products of a sparse program with H and J, for residuals and refinement.
 //
 //     stationarity = H v [+ g] + E'y - G'lambda,   equality rows = E v [- e],   sides = G v
 //
-// E and G are the rows of J and, with their sign, the sides of rows and bounds.
+// E and G contain the rows of J, and the sides of rows and bounds with their signs.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -67,8 +67,8 @@ void SparseSystem::spread(const double* v, double* side) const {
 
 void SparseSystem::multiply(const double* v, double* side) {
   if (best_is_of_factor_ && std::equal(v, v + n_, best_.data())) {
-    // The last solution came with p = w J dv. J dv is small where w is large, and lost to
-    // cancellation if it is added up; p is not.
+    // The last solution contains p = w J dv. For large w, J dv is small: a direct evaluation would
+    // lose it to cancellation, p does not.
     for (int i = 0; i < m_; ++i) row_work_[i] = -best_[n_ + i] * diagonal_[n_ + i];
   } else {
     multiply_rows(v);

@@ -45,8 +45,8 @@ double SparseQpResidual::largest() const {
 
 SparseQpResidual kkt_residual(const SparseQp& qp, const PrimalDualPoint& point) {
   SparseQpResidual worst;
-  // Without memory of its own the function cannot hold a gradient that is filled by rows, and the
-  // patterns are stored by rows. So it walks the matrices' columns once per block of variables.
+  // The function does not allocate and cannot hold a whole gradient, which the patterns fill by
+  // rows. It therefore visits the matrices once per block of variables.
   constexpr int block = 256;
   std::array<double, block> gradient;
   const int n = qp.variables();

@@ -20,7 +20,7 @@ class SparseQpSolver : public QpSolver {
     if (!system_.load(qp) || point.w.size() != qp.variables() || !point.w.allFinite()) return {};
     qp::Iterate& iterate = method_.point();
     system_.load_point(point, iterate.v.data(), iterate.y.data(), iterate.lambda.data());
-    // In the units of the system; of large costs the last digits are beyond double precision.
+    // In the units of the system. For large costs the last digits exceed double precision.
     QpOptions options = options_;
     options.tolerance =
         std::max(options_.tolerance / system_.cost_unit(), std::min(options_.tolerance, finest));
@@ -38,7 +38,8 @@ class SparseQpSolver : public QpSolver {
 
  private:
   static constexpr double finest = 1e-12;
-  // Rows of whatever unit and size: less left the live schedule with more iterations than cold.
+  // For rows of any unit and size. With less, warm starts took more iterations than cold ones in
+  // the live schedule.
   static constexpr double warm_barrier = 3e-3;
 
   QpOptions options_;

@@ -1,4 +1,4 @@
-// SparseSystem: its set-up, and a program and its points taken in and handed back.
+// SparseSystem: construction, loading of programs, and conversion of points.
 #include "saltus/qp/sparse_system.hpp"
 
 #include <algorithm>
@@ -147,7 +147,7 @@ void SparseSystem::unload_point(const SparseQp& qp, const double* v, const doubl
     const auto [row, sign] = sides_[i];
     (row < m_ ? point.lambda[row] : point.z[row - m_]) -= sign * cost_unit_ * lambda[i];
   }
-  // What holds a fixed variable is whatever its stationarity lacks.
+  // The multiplier of a fixed variable balances its stationarity.
   const auto add = [&](int i, double pull) {
     if (is_fixed_[i]) point.z[i] -= pull;
   };

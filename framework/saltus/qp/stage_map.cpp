@@ -1,4 +1,4 @@
-// StageMap as its users see it; the work is done by its lists.
+// Public functions of StageMap; its lists do the work.
 #include "saltus/qp/stage_map.hpp"
 
 #include <algorithm>

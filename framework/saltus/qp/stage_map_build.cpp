@@ -1,4 +1,4 @@
-// Set-up of StageMap: which variable, row and entry belongs to which stage.
+// Construction of StageMap: assignment of variables, rows and entries to stages.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -19,8 +19,8 @@ std::string row_name(int r) { return "row " + std::to_string(r); }
 
 }  // namespace
 
-// Stages are counted as in the structure until assign_chains() is done; make_plans() then counts
-// the one that may be put in front.
+// Until assign_chains() stages are numbered as in the structure. make_plans() then includes an
+// inserted first stage.
 StageMap::Lists::Lists(const SparseQp& patterns, StageStructure given)
     : structure(std::move(given)),
       variables(patterns.variables()),
@@ -106,7 +106,7 @@ void StageMap::Lists::assign_rows(const SparseQp& patterns) {
   }
 }
 
-// Every entry of the Hessian and every row, as uses of variables in stages.
+// Visits all Hessian entries and rows as uses of variables in stages.
 void StageMap::Lists::find_uses(const SparseQp& patterns) {
   const auto carry = [&](int v, int stage, Coupling coupling) {
     coupling.variable = v;
@@ -168,7 +168,7 @@ void StageMap::Lists::find_uses(const SparseQp& patterns) {
 void StageMap::Lists::assign_globals(const SparseQp& patterns) {
   for (const int v : structure.globals) {
     Variable& g = variables[v];
-    if (g.stage < 0) g.stage = g.last = structure.stages.size() > 1 ? 1 : 0;  // used nowhere
+    if (g.stage < 0) g.stage = g.last = structure.stages.size() > 1 ? 1 : 0;  // not used anywhere
   }
   patterns.hessian_pattern.for_each([&](int a, int b, int) {
     if (a == b || variables[a].kind != Kind::global || variables[b].kind != Kind::global) return;

@@ -1,9 +1,10 @@
-// Rows that are written straight into the stages: for every entry the address of its number.
+// Rows that are written directly into the stages: the target address of every entry.
 #include "saltus/qp/stage_map_lists.hpp"
 
 namespace saltus {
 
-// Everything aside first: with it come the entries that do not change, which scale the dynamics.
+// First all targets point aside. Constant entries, which scale the dynamics, are then also written
+// there.
 void StageMap::Lists::write_directly(SparseQp& qp, DirectRows& rows) {
   direct = &rows;
   aside = qp.rows.data();
@@ -29,7 +30,7 @@ void StageMap::Lists::aim_dynamics(const SparseQp& qp, int k) {
   for (const Fixed& f : plan.b_fixed) targets[f.from] = {aside + f.from, 1.0};
 }
 
-// Rows that are not in force are aimed aside, so that nothing is written where others stand now.
+// Targets of inactive rows point aside, so that they do not overwrite active ones.
 void StageMap::Lists::aim_group(Group& group, RowGroup& target) {
   group.twins.clear();
   double* M = target.M.data();

@@ -1,5 +1,5 @@
-// The lists of a StageMap: which number of the sparse program goes to which entry of a stage. Made
-// only for stages in which a variable, row or coupling appeared or vanished.
+// Lists of a StageMap: the target of every value of the sparse program. Rebuilt only for stages in
+// which a variable, row or coupling appeared or vanished.
 #include <algorithm>
 
 #include "saltus/qp/stage_map_lists.hpp"
@@ -7,7 +7,7 @@
 namespace saltus {
 namespace {
 
-constexpr int elsewhere = -2;  // of column(): not carried here
+constexpr int elsewhere = -2;  // result of column(): not carried to this stage
 
 }  // namespace
 
@@ -40,8 +40,8 @@ void StageMap::Lists::count_columns(StagePlan& plan) {
     }
 }
 
-// The entry of a variable in (x, u) of a stage; -1 if it vanished, `elsewhere` if it is of an
-// earlier stage and not carried here.
+// Index of a variable in (x, u) of a stage; -1 if it is eliminated; `elsewhere` if it belongs to an
+// earlier stage and is not carried here.
 int StageMap::Lists::column(int v, int stage) const {
   const Variable& variable = variables[v];
   if (variable.gone) return -1;
@@ -187,8 +187,8 @@ void StageMap::Lists::list_groups(const SparseQp& qp, int k) {
   }
 }
 
-// The declared size if all inputs that are left form whole groups and reach the next stage through
-// nothing but the dynamics.
+// The declared size if all remaining inputs form whole groups that reach the next stage only
+// through the dynamics.
 int StageMap::Lists::resultant_size(int k) const {
   const StagePlan& plan = plans[k];
   if (plan.resultants.empty() || plan.nu == 0) return 0;

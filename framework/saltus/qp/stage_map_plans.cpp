@@ -1,4 +1,4 @@
-// Set-up of StageMap: what each stage may hold at most, and memory for it.
+// Construction of StageMap: capacity and memory of each stage.
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -77,7 +77,8 @@ void StageMap::Lists::make_plans(const SparseQp& patterns) {
       plans[variables[c.variable].stage].later.push_back({c.hessian, c.variable, c.other});
 }
 
-// Soft rows stand apart from hard ones, one side at a time: each has its own slack and penalty.
+// Soft rows are separate from hard ones, one side at a time: each side has its own slack and
+// penalty.
 void StageMap::Lists::make_groups(const SparseQp& patterns, int stage,
                                   const StageStructure::Stage& given) {
   for (const std::vector<int>& rows : given.groups) {

@@ -1,4 +1,4 @@
-// Points of a StageMap: to the sparse program and back.
+// Converts points of a StageMap to the sparse program and back.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
   for (int k = 0; k < static_cast<int>(plans.size()); ++k) {
     const StagePlan& plan = plans[k];
     const StagePoint::AtStage& p = from.stages[k];
-    const bool given = k == 0 && stages.fixed_start;  // bounds are not read there
+    const bool given = k == 0 && stages.fixed_start;  // its bounds are not read
     if (!plan.is_front)
       for (std::size_t i = 0; i < plan.states.size(); ++i) {
         to.w[plan.states[i]] = p.x[i];
@@ -33,13 +33,14 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
     if (variables[v].gone) to.w[v] = qp.lower[v];
 
   give_slacks(qp, from, to);
-  // What is left follows from stationarity: bounds of vanished variables and of slacks, the start.
+  // The rest follows from stationarity: multipliers of eliminated variables' bounds, of slacks, and
+  // of the start.
   if (!stages.fixed_start) {
     const StagePoint::AtStage& first = from.stages.front();
     for (std::size_t i = 0; i < structure.start_rows.size(); ++i) {
       const int row = structure.start_rows[i], v = structure.stages.front().states[i];
       const double c = qp.rows[start_entry[i]], m = first.x_bound[i];
-      // One of the two sides holds: that of the row, or that of the variable.
+      // The active side is that of the row or that of the variable.
       const double side = (m > 0.0) == (c > 0.0) ? qp.row_upper[row] / c : qp.row_lower[row] / c;
       const bool of_row = front > 0 || (m > 0.0 ? side <= qp.upper[v] : side >= qp.lower[v]);
       if (!of_row) continue;
@@ -47,8 +48,8 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
       if (front == 0) to.z[v] = 0.0;
     }
   }
-  // The slope of the cost to go is what the start's rows hold; of all else the program as a whole
-  // is asked, and only where something has vanished.
+  // The slope of the cost to go gives the multipliers of the start rows. The gradient of the whole
+  // program gives all others; it is needed only if something was eliminated.
   const bool slope_is_known = front == 0;
   if (any_gone || (stages.fixed_start && !slope_is_known)) compute_gradient(qp, to);
   for (const int v : removable)
@@ -59,14 +60,14 @@ void StageMap::Lists::to_sparse(const SparseQp& qp, const StagePoint& from, Prim
   if (stages.fixed_start)
     for (std::size_t i = 0; i < structure.start_rows.size(); ++i) {
       const int v = structure.stages.front().states[i];
-      const double given = from.stages.front().x_bound[i];  // bounds are not read there
+      const double given = from.stages.front().x_bound[i];  // its bounds are not read
       const double slope =
           slope_is_known ? costate(from, 0, static_cast<int>(i)) - given : gradient[v];
       to.lambda[structure.start_rows[i]] = -slope / qp.rows[start_entry[i]];
     }
 }
 
-// Of the cost and its row along a slack, which nothing else contains.
+// Slope of the cost and its row along a slack that no other term contains.
 double StageMap::Lists::slope_of(const SparseQp& qp, const Slack& slack,
                                  const PrimalDualPoint& at) const {
   const int v = slack.variable;
@@ -83,19 +84,20 @@ double StageMap::Lists::row_value(const SparseQp& qp, int row, const VectorXd& w
   return value;
 }
 
-// Slacks that the values of their rows call for; the multipliers of soft rows without variables.
+// Computes the slacks required by the values of their rows, and the multipliers of soft rows
+// without variables.
 void StageMap::Lists::give_slacks(const SparseQp& qp, const StagePoint& from, PrimalDualPoint& to) {
   for (const SoftRow& soft : soft_rows)
     for (const Slack* slack : {&soft.below, &soft.above})
       if (slack->variable >= 0) to.w[slack->variable] = qp.lower[slack->variable];
-  bool knows_rows = direct == nullptr;  // those that stand in no stage
+  bool knows_rows = direct == nullptr;  // rows that belong to no stage
   for (std::size_t k = 0; k < plans.size(); ++k)
     for (std::size_t g = 0; g < plans[k].groups.size(); ++g) {
       if (!plans[k].groups[g].soft) continue;
       for (const Part& part : plans[k].groups[g].parts) {
         const double side = part.side < 0 ? qp.row_lower[part.row] : qp.row_upper[part.row];
         if (std::isinf(side)) continue;
-        // Only one side can be missed; what rounding leaves of the other one is no miss.
+        // Only one side can be violated; the other one can only have a rounding error.
         const int below = soft_rows[soft_of_row[part.row]].below.variable;
         if (part.side > 0 && below >= 0 && to.w[below] > qp.lower[below]) continue;
         double miss = 0.0;
@@ -114,7 +116,7 @@ void StageMap::Lists::give_slacks(const SparseQp& qp, const StagePoint& from, Pr
     }
 }
 
-// By how much a side is missed of which the stage has the row.
+// Violation of a side whose row belongs to the stage.
 double StageMap::Lists::missed_in_stage(int k, int g, const Part& part,
                                         const StagePoint& from) const {
   const RowGroup& group = stages.stages[k].groups[g];
@@ -128,7 +130,7 @@ double StageMap::Lists::missed_in_stage(int k, int g, const Part& part,
   return part.side < 0 ? group.lower[row] - value : value - group.upper[row];
 }
 
-// gradient = g + H w + J'lambda + z.
+// Computes gradient = g + H w + J'lambda + z.
 void StageMap::Lists::compute_gradient(const SparseQp& qp, const PrimalDualPoint& at) {
   gradient = qp.gradient + at.z;
   qp.hessian_pattern.for_each([&](int row, int col, int e) {
@@ -184,13 +186,13 @@ void StageMap::Lists::to_stages(const SparseQp& qp, const PrimalDualPoint& from,
     double& m = to.stages.front().x_bound[i];
     m = stages.fixed_start ? 0.0 : m + lambda(structure.start_rows[i]) * qp.rows[start_entry[i]];
   }
-  // Costates of what is carried follow from stationarity, the last ones first.
+  // Costates of carried variables follow from stationarity, last ones first.
   for (int k = static_cast<int>(plans.size()) - 2; k >= 0; --k)
     for (int i = static_cast<int>(plans[k].dynamics.size()); i < plans[k + 1].nx; ++i)
       to.stages[k].costate[i] = has_multipliers ? costate(to, k + 1, i) : 0.0;
 }
 
-// Of the dynamics that end in entry i of this stage's states.
+// Costate of the dynamics that define entry i of the states of this stage.
 double StageMap::Lists::costate(const StagePoint& point, int k, int i) const {
   const Stage& s = stages.stages[k];
   const StagePoint::AtStage& p = point.stages[k];

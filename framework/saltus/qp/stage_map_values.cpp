@@ -1,4 +1,4 @@
-// The numbers of a StageMap: values of the sparse program, along the lists, into the stages.
+// Writes the values of the sparse program along the lists into the stages.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -49,7 +49,7 @@ void StageMap::Lists::write_cost(const SparseQp& qp, int k) {
       if (variables[v].gone) stage.constant += qp.gradient[v] * qp.lower[v];
 }
 
-// d x_next + (row) v = rhs becomes x_next = -(row)/d v + rhs/d.
+// Converts d x_next + (row) v = rhs to x_next = -(row)/d v + rhs/d.
 StageFill StageMap::Lists::write_dynamics(const SparseQp& qp, int k) {
   StagePlan& plan = plans[k];
   Stage& stage = stages.stages[k];
@@ -138,8 +138,8 @@ void StageMap::Lists::write_bounds(const SparseQp& qp, int k) {
   }
 }
 
-// Rows of the start: values if all are equalities, else bounds beside those of the variables. What
-// is given is no variable of the stages: whether it is within its bounds is seen here.
+// Rows of the start: values if all are equalities, otherwise bounds in addition to those of the
+// variables. A given start is not a variable of the stages, so its bounds are checked here.
 StageFill StageMap::Lists::write_start(const SparseQp& qp) {
   StageFill result = StageFill::filled;
   Stage& first = stages.stages.front();

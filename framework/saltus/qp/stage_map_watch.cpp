@@ -1,5 +1,5 @@
-// What a StageMap watches: which variables, rows and couplings are in force. A stage whose answer
-// changed gets new lists.
+// Detects which variables, rows and couplings of a StageMap are active. Changed stages get new
+// lists.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace saltus {
 namespace {
 
-// Penalty weights below zero by no more than this, relative to their terms, are rounding.
+// Negative penalty weights down to this, relative to their terms, are rounding errors.
 constexpr double penalty_rounding = 1e-12;
 
 }  // namespace
@@ -57,8 +57,8 @@ StageFill StageMap::Lists::watch(const SparseQp& qp) {
   return result;
 }
 
-// A slack s >= s0 that costs g s + h/2 s^2 is a violation t = |c| (s - s0) >= 0 of the row
-// shifted by c s0, with the penalty l1 t + l2/2 t^2, and a constant.
+// A slack s >= s0 with the cost g s + h/2 s^2 is a violation t = |c| (s - s0) >= 0 of the row
+// shifted by c s0, with the penalty l1 t + l2/2 t^2 and a constant.
 StageFill StageMap::Lists::watch_soft(const SparseQp& qp, Part& part) const {
   const double side = part.side < 0 ? qp.row_lower[part.row] : qp.row_upper[part.row];
   part.active = std::isfinite(side);
@@ -77,7 +77,7 @@ StageFill StageMap::Lists::watch_soft(const SparseQp& qp, Part& part) const {
     part.l1 = 0.0;
   }
   if (part.l2 < 0.0) return StageFill::not_staged;
-  part.active = part.l1 > 0.0 || part.l2 > 0.0;  // what costs nothing restricts nothing
+  part.active = part.l1 > 0.0 || part.l2 > 0.0;  // a free violation does not restrict anything
   return StageFill::filled;
 }
 

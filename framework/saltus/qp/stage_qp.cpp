@@ -7,8 +7,8 @@
 namespace saltus {
 namespace {
 
-// Sizes in force may be below those of the arrays: only leading parts are read. Products are sums
-// over columns, because a product of run-time size allocates.
+// Active sizes may be smaller than the arrays: only leading parts are read. Products are sums over
+// columns because a product of run-time size allocates.
 
 double state_or_input(const Stage& s, const StagePoint::AtStage& p, int i) {
   return i < s.nx ? p.x[i] : p.u[i - s.nx];
@@ -21,7 +21,7 @@ double row_value(const Stage& s, const StagePoint::AtStage& p, const RowGroup& g
   return value;
 }
 
-// Entry i of the multipliers' sum over all rows of the stage, M'lambda.
+// Entry i of M'lambda, summed over all rows of the stage.
 double pull_of_rows(const Stage& s, const StagePoint::AtStage& p, int i) {
   double pull = 0.0;
   for (std::size_t k = 0; k < s.groups.size(); ++k) {
@@ -33,7 +33,7 @@ double pull_of_rows(const Stage& s, const StagePoint::AtStage& p, int i) {
   return pull;
 }
 
-// y'A x of the leading rows and columns, four rows at a time.
+// Computes y'A x of the leading rows and columns, four rows at a time.
 double form(const VectorXd& y, const MatrixXd& A, const VectorXd& x, int rows, int columns) {
   Eigen::Array4d fours = Eigen::Array4d::Zero();
   int i = 0;
