@@ -1,4 +1,4 @@
-// The equations of the barrier problem at a point, and Newton's step on them.
+// The equations of the barrier problem at a point, and Newton's step.
 #include "saltus/solver/barrier_run.hpp"
 
 #include <algorithm>
@@ -12,11 +12,11 @@ namespace {
 using barrier::excessive_multiplier;
 using barrier::largest;
 
-// Variables with one side only: a slope that keeps them from running away, times mu.
+// Slope times mu that keeps variables with one side from diverging.
 constexpr double damping = 1e-5;
-// Steps that are cut to less than this get nowhere.
+// Steps shorter than this make no progress.
 constexpr double useful_step = 0.1;
-constexpr double multiplier_unit = 100.0;  // multipliers up to this size need no scaling
+constexpr double multiplier_unit = 100.0;  // multipliers up to this size are not scaled
 
 }  // namespace
 
@@ -32,7 +32,7 @@ double BarrierRun::barrier_cost(const VectorXd& x, double cost) const {
   return cost + mu_ * (damping * pull - logarithms);
 }
 
-// False where the program cannot be evaluated.
+// Evaluates cost and rows. Returns false if the program cannot be evaluated.
 bool BarrierRun::evaluate(Trial& t) {
   if (!program_.objective(t.x.data(), t.cost) || !std::isfinite(t.cost) ||
       !program_.constraints(t.x.data(), t.rows.data()))
@@ -89,7 +89,7 @@ double BarrierRun::error(double mu) const {
                    product / unit(multipliers, sides), largest(now_.rows)});
 }
 
-// Slope of the barrier's terms of one variable.
+// Slope of the barrier terms of one variable.
 double BarrierRun::barrier_slope(int i) const {
   const bool has_lower = lower_[i] > -infinity, has_upper = upper_[i] < infinity;
   double slope = 0.0;
@@ -121,8 +121,8 @@ bool BarrierRun::compute_step(const VectorXd& rows) {
   }
   if (!step_.factor(qp, weights_, row_weights_, mu_)) return false;
   if (!solve_or_correct(rows)) return false;
-  // Rows that cannot be met within the bounds drive multipliers to infinity while the bounds cut
-  // the steps to nothing. With shifted rows the multipliers stay finite.
+  // Rows that cannot be satisfied within the bounds drive the multipliers to infinity while the
+  // bounds shorten the steps to zero. Shifted rows keep the multipliers finite.
   const bool is_driven =
       largest(dlambda_) > excessive_multiplier && longest_step(now_.x, dx_) < useful_step;
   if (is_driven && step_.row_shift() == 0.0 && !(step_.shift_rows() && solve_or_correct(rows)))
@@ -141,7 +141,7 @@ bool BarrierRun::compute_step(const VectorXd& rows) {
   return true;
 }
 
-// The step, with larger shifts where its accuracy asks for them.
+// Computes the step, with larger shifts if its accuracy requires them.
 bool BarrierRun::solve_or_correct(const VectorXd& rows) {
   while (!solve_step(rows, dx_, dlambda_))
     if (!step_.correct()) return false;

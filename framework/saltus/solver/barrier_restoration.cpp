@@ -1,4 +1,4 @@
-// Where no step is accepted: a point nearer to the rows.
+// Restoration: finds a point with a smaller violation if no step is accepted.
 #include "saltus/solver/barrier_run.hpp"
 
 #include <algorithm>
@@ -16,11 +16,11 @@ using barrier::epsilon;
 using barrier::largest;
 using barrier::largest_estimate;
 
-constexpr double restored = 0.9;  // of the violation, at most
+constexpr double restored = 0.9;  // largest remaining fraction of the violation
 
 }  // namespace
 
-// A point nearer to the rows that the filter accepts; optimal: it was found.
+// Finds a point with a smaller violation that the filter accepts; returns optimal on success.
 SolveStatus BarrierRun::restore() {
   if (watch_.active) return_to_watch();
   shortened_ = 0;
@@ -43,7 +43,7 @@ SolveStatus BarrierRun::restore() {
   options.max_iterations = options_.max_iterations - iterations_;
   options.first_number = options_.first_number + iterations_;
   options.suffices = [&](const VectorXd& w, const VectorXd& slacks) {
-    trial_.x.head(n_) = w.head(n_);  // without the relaxation's own
+    trial_.x.head(n_) = w.head(n_);  // without the variables of the relaxation
     for (int i = 0; i < m_; ++i)
       trial_.x[n_ + i] = row_kind_[i] == Row::inequality ? slacks[i] : 0.0;
     keep_inside(trial_.x);
@@ -76,7 +76,7 @@ SolveStatus BarrierRun::restore() {
     const bool accepted = trial_.violation <= restored * from.violation;
     std::swap(now_, trial_);
     if (!accepted && !feasible) {
-      lambda_ = end.lambda;  // of what contradicts: those of the least violation
+      lambda_ = end.lambda;  // multipliers of the least violation, for the contradiction
       compute_stationarity();
       return SolveStatus::infeasible;
     }
@@ -94,7 +94,7 @@ SolveStatus BarrierRun::restore() {
   return status;
 }
 
-// The restoration has wider sides: its barrier is a larger one.
+// The restoration has wider sides and a larger barrier parameter.
 void BarrierRun::keep_inside(VectorXd& x) const {
   for (int i = 0; i < n_ + m_; ++i) {
     const double l = lower_[i], u = upper_[i];

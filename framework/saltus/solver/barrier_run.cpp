@@ -1,4 +1,4 @@
-// How a run goes on: a step, a lower barrier, an end.
+// Main loop of a run: step, barrier update, termination.
 #include "saltus/solver/barrier_run.hpp"
 
 #include <algorithm>
@@ -19,13 +19,15 @@ using barrier::largest;
 using barrier::largest_estimate;
 using barrier::least_fraction;
 
-// Barrier parameter: solved to this multiple of it, then times the first, or to the power of the
-// second.
+// The barrier problem is solved to this multiple of mu. Then mu is multiplied by the factor or
+// raised to the power.
 constexpr double barrier_error = 10.0, barrier_factor = 0.2, barrier_power = 1.5;
-// Progress has stopped where the looser tolerance was met this often in a row.
+// The run stops with `acceptable` after this many consecutive points that meet the looser
+// tolerance.
 constexpr double acceptable_factor = acceptable_multiple, acceptable_at_failure = 1e3;
 constexpr int acceptable_points = 15;
-constexpr int patience_with_best = 50;  // iterations that lead away from a good enough one
+// number of iterations away from an acceptable point before the run stops
+constexpr int patience_with_best = 50;
 constexpr double unbounded_cost = -1e20, far = 1e20;
 
 }  // namespace
@@ -133,8 +135,8 @@ void BarrierRun::keep(double error) {
   best_ = {error, iterations_, now_, lambda_, z_lower_, z_upper_, stationarity_};
 }
 
-// Close to an optimum where rows depend on one another steps may lose their accuracy and lead away.
-// False if no iterate was good enough.
+// Close to an optimum with dependent rows, steps may lose accuracy and move away from it. Returns
+// false if no iterate was good enough.
 bool BarrierRun::return_to_best() {
   const double last = error(0.0);
   if (last <= acceptable_at_failure * options_.tolerance && !(best_.error <= last)) return true;
@@ -158,7 +160,7 @@ void BarrierRun::lower_barrier() {
   if (!lowered) return;
   const VectorXd lower = lower_, upper = upper_;
   relax_rows();
-  for (int i = n_; i < n_ + m_; ++i) {  // as near to the side as before, at most
+  for (int i = n_; i < n_ + m_; ++i) {  // at most as close to the side as before
     const double to_lower = now_.x[i] - lower[i], to_upper = upper[i] - now_.x[i];
     if (lower_[i] > -infinity && now_.x[i] - lower_[i] < kept_room * to_lower)
       now_.x[i] = lower_[i] + kept_room * to_lower;

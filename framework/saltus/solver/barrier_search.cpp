@@ -1,4 +1,4 @@
-// How far a step is taken: the filter, second-order corrections, the watchdog, longer steps.
+// Step length: the filter, second-order corrections, the watchdog, longer steps.
 #include "saltus/solver/barrier_run.hpp"
 
 #include <algorithm>
@@ -12,20 +12,21 @@ namespace {
 
 using barrier::epsilon;
 
-constexpr double multiplier_range = 1e10;  // of z around mu / distance
-// Filter and line search.
+// largest ratio of z to mu / distance, and of its inverse
+constexpr double multiplier_range = 1e10;
+// Filter and line search constants.
 constexpr double violation_margin = 1e-5, cost_margin = 1e-8, armijo = 1e-8;
 constexpr double switch_factor = 1.0, switch_violation = 1.1, switch_cost = 2.3;
 constexpr double least_alpha = 0.05;
-constexpr double largest_increase = 5.0;  // of the barrier cost, powers of ten
+constexpr double largest_increase = 5.0;  // of the barrier cost, in powers of ten
 constexpr int corrections = 4;
 constexpr double worthwhile_correction = 0.99;
-// How often a step may be doubled, and how much that may add to the violation.
+// Number of times a step may be doubled, and the allowed growth of the violation.
 constexpr int doublings = 10;
 constexpr double more_violation = 4.0;
 constexpr double tiny_step = 10.0 * epsilon;
 
-// a <= b but for the rounding of numbers of the size of `unit`.
+// a <= b up to rounding errors of numbers of the size of `unit`.
 bool at_most(double a, double b, double unit) { return a - b <= 10.0 * epsilon * std::abs(unit); }
 
 }  // namespace
@@ -84,7 +85,7 @@ bool BarrierRun::is_acceptable(const Reference& from, const Trial& trial, double
   return filter_.accepts(trial.violation, trial.barrier_cost);
 }
 
-// Where the steps began that need not make progress, each by itself.
+// Returns to the start of the watchdog steps.
 void BarrierRun::return_to_watch() {
   now_ = watch_.now;
   lambda_ = watch_.lambda;
@@ -97,7 +98,7 @@ bool BarrierRun::search() {
   Reference from{now_.violation, now_.barrier_cost, slope()};
   double longest = longest_step(now_.x, dx_);
   bool skip_first = false;
-  // Steps that are nothing but rounding.
+  // Detects steps of the size of rounding.
   double size = 0.0;
   for (int i = 0; i < n_ + m_; ++i)
     size = std::max(size, std::abs(dx_[i]) / (1.0 + std::abs(now_.x[i])));
@@ -130,7 +131,7 @@ bool BarrierRun::search() {
       accept(trial_, longest, longest_dual_step());
       return true;
     }
-    // Back to where the watch began, and shorter steps from there.
+    // Returns to the start of the watchdog and takes shorter steps from there.
     return_to_watch();
     dx_ = watch_.dx;
     dlambda_ = watch_.dlambda;
@@ -170,8 +171,8 @@ bool BarrierRun::search() {
   return false;
 }
 
-// A step shortened by a shift of the Hessian may be far too short, above all where the cost curves
-// downward: it is doubled as long as that pays.
+// A shift of the Hessian may make a step far too short, especially where the cost has negative
+// curvature. The step is doubled as long as that helps.
 void BarrierRun::lengthen(const Reference& from) {
   if (step_.shift() == 0.0 || from.violation > least_violation_) return;
   const double room = longest_step(now_.x, dx_, std::ldexp(1.0, doublings));
@@ -191,7 +192,7 @@ void BarrierRun::add_to_filter(const Reference& from) {
               from.barrier_cost - cost_margin * from.violation);
 }
 
-// The curvature of the rows made the full step fail: its residuals are taken into account.
+// If the curvature of the rows made the full step fail, repeats it with the residuals at its end.
 bool BarrierRun::correct_second_order(const Reference& from, double alpha) {
   VectorXd rows = now_.rows, dx = dx_, dlambda = dlambda_;
   double last = trial_.violation, length = alpha;
@@ -222,7 +223,7 @@ void BarrierRun::accept(Trial& trial, double alpha, double dual_alpha) {
   z_lower_ += dual_alpha * dz_lower_;
   z_upper_ += dual_alpha * dz_upper_;
   make_room();
-  // A side that is nearly met may be so by rounding alone.
+  // A side may be nearly reached by rounding alone.
   for (int i = 0; i < n_ + m_; ++i) {
     if (lower_[i] > -infinity) {
       const double least = epsilon * std::max(1.0, std::abs(lower_[i]));

@@ -1,4 +1,4 @@
-// Where a run begins: inside all sides, with multipliers that fit.
+// Start of a run: strictly inside all sides, with matching multipliers.
 #include "saltus/solver/barrier_run.hpp"
 
 #include <algorithm>
@@ -15,12 +15,12 @@ using barrier::largest_estimate;
 using barrier::least_fraction;
 
 constexpr double first_multiplier = 1.0;  // of the sides
-constexpr double much_smaller = 1e-2;     // than multipliers that are replaced
-// Room that inequality rows get, times mu.
+constexpr double much_smaller = 1e-2;     // required ratio to the replaced multipliers
+// Relaxation of inequality rows, times mu.
 constexpr double row_room = 1e-2;
-// The same for bounds of variables; of narrow boxes this fraction of their width.
+// The same for bounds of variables; for narrow boxes this fraction of their width.
 constexpr double bound_room = 1e-3;
-constexpr double largest_violation = 1e4, small_violation = 1e-4;  // over that of the start
+constexpr double largest_violation = 1e4, small_violation = 1e-4;  // relative to the start
 
 }  // namespace
 
@@ -80,9 +80,9 @@ bool BarrierRun::begin(const NlpPoint& start) {
   return true;
 }
 
-// Inequalities that equalities leave no room, such as a bound on what is given where a phase ends,
-// have none between their sides and no multipliers that balance: they get room that vanishes with
-// mu.
+// Equalities may leave an inequality no interior, for example a bound on a value that is given at
+// the end of a phase. Such an inequality has no balanced multipliers. It is relaxed by a distance
+// that vanishes with mu.
 void BarrierRun::relax_rows() {
   for (int i = 0; i < m_; ++i) {
     if (row_kind_[i] != Row::inequality) continue;
@@ -92,15 +92,15 @@ void BarrierRun::relax_rows() {
   }
 }
 
-// How far the bound of a variable gives way at most.
+// Largest relaxation of the bound of a variable.
 double BarrierRun::room_of(int i, double bound) const {
   return bound_room *
          std::min(mu_ * std::max(1.0, std::abs(bound)), program_.upper()[i] - program_.lower()[i]);
 }
 
-// Equalities may leave a variable no room inside its bounds, such as a state that starts or ends on
-// one of them. Newton's steps then lead onto the bound, and its multiplier grows without limit. A
-// bound that the iterate nearly meets gives way by a distance that vanishes with mu.
+// Equalities may leave a variable no interior within its bounds, such as a state that starts or
+// ends on a bound. Newton's steps then lead onto the bound, and its multiplier grows without limit.
+// A bound that the iterate nearly reaches is relaxed by a distance that vanishes with mu.
 void BarrierRun::make_room() {
   bool has_moved = false;
   for (int i = 0; i < n_; ++i) {
@@ -119,8 +119,8 @@ void BarrierRun::make_room() {
   if (has_moved) now_.barrier_cost = barrier_cost(now_.x, now_.cost);
 }
 
-// Moves bounds that gave way back to the room that the present mu leaves. True if the iterate had
-// to move with them.
+// Moves relaxed bounds back to the relaxation that the current mu permits. Returns true if the
+// iterate had to move with them.
 bool BarrierRun::take_room_back() {
   bool has_moved = false;
   for (int i = 0; i < n_; ++i) {
@@ -154,8 +154,8 @@ void BarrierRun::push_inside(int first, int last, VectorXd& x) const {
   }
 }
 
-// Those of the rows with which stationarity holds best, |grad f + J'lambda + z| least; none if they
-// are larger than that.
+// Multipliers of the rows that minimise the residual of stationarity |grad f + J'lambda + z|; zero
+// if they exceed `most`.
 VectorXd BarrierRun::estimate_multipliers(double most) {
   SparseQp& qp = engine_.qp;
   const VectorXd hessian = qp.hessian;
@@ -179,8 +179,8 @@ VectorXd BarrierRun::estimate_multipliers(double most) {
   return estimate;
 }
 
-// Rows that nearly depend on one another let multipliers grow against each other, and with them the
-// Hessian. Those that serve as well are taken, if they are much smaller.
+// Nearly dependent rows let multipliers grow against each other, and the Hessian with them. Much
+// smaller multipliers with the same effect replace them.
 void BarrierRun::shrink_multipliers() {
   const VectorXd estimate = estimate_multipliers(much_smaller * largest(lambda_));
   if (largest(estimate) > 0.0) lambda_ = estimate;

@@ -6,12 +6,13 @@
 namespace saltus {
 namespace {
 
-// Those of the paper.
+// Constants of the paper.
 constexpr double first_shift = 1e-4, least_shift = 1e-20, largest_shift = 1e20;
 constexpr double fast_growth = 100.0, slow_growth = 8.0, decay = 1.0 / 3.0;
-constexpr double dependent_rows = 1e-8;  // shift of the rows, times mu^(1/4), and at least
+// shift of the rows, times mu^(1/4), with the lower limit below
+constexpr double dependent_rows = 1e-8;
 constexpr double least_row_shift = 1e-9;
-// Backward errors: there is nothing left to refine; other factors are tried; of no use.
+// Backward errors: no refinement needed; another factorisation is tried; the solution is rejected.
 constexpr double exact = 1e-15, accurate = 1e-10, useless = 1e-5;
 constexpr int refinements = 8;
 constexpr double worthwhile = 0.5;
@@ -44,7 +45,7 @@ bool BarrierStep::factor_shifted() {
   for (double& w : shifted_rows_) {
     if (w == 0.0) continue;
     if (w < infinity)
-      w = 1.0 / (1.0 / (w + shift_) + row_shift_);  // of its slack, a variable too
+      w = 1.0 / (1.0 / (w + shift_) + row_shift_);  // the slack of the row is a variable too
     else if (row_shift_ > 0.0)
       w = 1.0 / row_shift_;
   }
@@ -81,7 +82,7 @@ bool BarrierStep::solve(const VectorXd& rw, const VectorXd& rr, VectorXd& dw, Ve
   };
   try_again();
   if (smallest > accurate && system_.factor_otherwise()) try_again();
-  if (smallest > accurate && row_shift_ == 0.0) {  // rows may depend on one another
+  if (smallest > accurate && row_shift_ == 0.0) {  // rows may be dependent
     row_shift_ = std::max(least_row_shift, dependent_rows * std::pow(mu_, 0.25));
     if (factor_shifted()) try_again();
   }

@@ -13,7 +13,8 @@ extern "C" void blas_memory_free(void*) __attribute__((weak));
 namespace saltus {
 namespace {
 
-// OpenBLAS 0.3 has 32 to 128 MB per buffer, and glibc reserves as much again for a thread's heap.
+// OpenBLAS 0.3 allocates 32 to 128 MB per buffer, and glibc reserves as much again for the heap of
+// a thread.
 constexpr std::size_t largest_buffer = std::size_t{160} << 20U;  // bytes
 
 std::mutex mutex;
@@ -31,7 +32,7 @@ BlasMemory::BlasMemory() {
   if (blas_memory_alloc == nullptr || blas_memory_free == nullptr) return;
   const std::lock_guard lock(mutex);
   if (users == buffers) {
-    // Held together, so that they are as many as there are users.
+    // Allocated together, so that there are as many buffers as users.
     std::vector<void*> held(buffers + 1);
     if (!is_available(held.size() * largest_buffer)) throw std::bad_alloc();
     for (void*& buffer : held) buffer = blas_memory_alloc(0);

@@ -8,8 +8,8 @@
 namespace saltus {
 namespace {
 
-// Whether the lower triangle has a Cholesky factor; overwrites it. Zero pivots pass if nothing is
-// left in their column.
+// True if the lower triangle has a Cholesky factor; overwrites it. Zero pivots are accepted if the
+// rest of their column is zero.
 bool is_positive_semidefinite(MatrixXd& a, double rounding) {
   const Eigen::Index n = a.rows();
   for (Eigen::Index j = 0; j < n; ++j) {
@@ -27,7 +27,7 @@ bool is_positive_semidefinite(MatrixXd& a, double rounding) {
   return true;
 }
 
-// Jacobi's method: rotations until a is diagonal, its eigenvalues; V receives the eigenvectors.
+// Jacobi's method: rotates until a is diagonal with the eigenvalues; V receives the eigenvectors.
 // Eigen's solver is faster for large blocks, but allocates.
 void diagonalise(MatrixXd& a, MatrixXd& V) {
   const Eigen::Index n = a.rows();
@@ -73,7 +73,7 @@ SparsityPattern with_diagonal(const SparsityPattern& pattern) {
 
 Convexification::Convexification(const SparsityPattern& pattern, int largest_block) {
   const int n = pattern.rows();
-  std::vector<int> root(n);  // of the tree of variables that belong together
+  std::vector<int> root(n);  // union-find tree of coupled variables
   std::iota(root.begin(), root.end(), 0);
   const auto find = [&](int i) {
     while (root[i] != i) i = root[i] = root[root[i]];
@@ -138,7 +138,7 @@ void Convexification::project(const Block& block, Workspace& work, VectorXd& ent
   MatrixXd& V = work.vectors;
   diagonalise(dense, V);
   const double largest = dense.diagonal().cwiseAbs().maxCoeff();
-  rest.setZero();  // what is added
+  rest.setZero();  // entries outside the pattern
   for (int k = 0; k < n; ++k) {
     const double d = dense(k, k);
     if (d >= floor * largest) continue;

@@ -1,5 +1,5 @@
-// A. R. Curtis, M. J. D. Powell, J. K. Reid, On the estimation of sparse Jacobian matrices, 1974;
-// rows of hubs are read from the hubs' own columns (symmetry).
+// Sparse differences after A. R. Curtis, M. J. D. Powell, J. K. Reid, On the estimation of sparse
+// Jacobian matrices, 1974. Rows of hubs are read from the columns of the hubs (symmetry).
 #include "saltus/solver/differenced_program.hpp"
 
 #include <algorithm>
@@ -8,10 +8,11 @@
 namespace saltus {
 namespace {
 
-constexpr double step = 1e-4;  // of the scaled variables
-// A variable that meets this many times more others than the middle one does, and more than this.
+constexpr double step = 1e-4;  // in scaled variables
+// A hub is coupled to this many times more variables than the median, and to more than least_hub.
 constexpr int hub_factor = 4, least_hub = 12;
-// Of the largest entry: what is smaller is rounding, and would join stages that nothing joins.
+// Relative to the largest entry: smaller entries are rounding errors and would couple unrelated
+// stages.
 constexpr double noise = 1e-9;
 
 }  // namespace
@@ -43,7 +44,7 @@ DifferencedProgram::DifferencedProgram(NonlinearProgram& program)
   const std::size_t usual = n > 0 ? degrees[n / 2] : 0;
   for (int i = 0; i < n; ++i)
     is_hub_[i] = neighbours[i].size() > std::max<std::size_t>(hub_factor * usual, least_hub);
-  // Hubs alone; others get the first colour that no variable with a row in common has.
+  // Hubs have their own colour. Other variables get the first colour not used in a shared row.
   std::vector<int> taken_by;
   for (int i = 0; i < n; ++i)
     if (is_hub_[i]) colour_of_[i] = colours_++;
@@ -87,14 +88,14 @@ bool DifferencedProgram::hessian(const double* w, double sigma, const double* la
       if (colour_of_[i] == c) w_[i] = at[i] - step;
     const bool has_below = lagrangian_gradient(sigma, lambda, below_);
     w_ = at;
-    if (!has_above || !has_below) {  // to one side, at the edge of where functions are defined
+    if (!has_above || !has_below) {  // one-sided at the edge of the domain of the functions
       if (!has_above && !has_below) return false;
       VectorXd& missing = has_above ? below_ : above_;
       if (!lagrangian_gradient(sigma, lambda, missing)) return false;
     }
     const double width = has_above && has_below ? 2.0 * step : step;
-    // An entry is seen in the column's move and in the row's: the mean, but for hubs, whose rows
-    // mix what moves together.
+    // An entry appears in the difference of its column and of its row. The result is the mean,
+    // except for hubs, whose rows mix the variables of a colour.
     hessian_pattern_.for_each([&](int row, int col, int e) {
       const bool from_col = colour_of_[col] == c && !(is_hub_[row] && !is_hub_[col]);
       const bool from_row = colour_of_[row] == c && !(is_hub_[col] && !is_hub_[row]);

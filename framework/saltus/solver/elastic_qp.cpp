@@ -33,7 +33,7 @@ ElasticQp::ElasticQp(const NonlinearProgram& program, const SparseQp& shape, con
 QpResult ElasticQp::solve(const SparseQp& qp, double weight, PrimalDualPoint& point,
                           WallClock::time_point deadline) {
   const int n = qp.variables(), m = qp.row_pattern.rows();
-  qp_.hessian = qp.hessian;  // slacks have no curvature, so that the entries are the same
+  qp_.hessian = qp.hessian;  // slacks have no curvature: the entries are the same
   for (std::size_t e = 0; e < position_.size(); ++e) qp_.rows[position_[e]] = qp.rows[e];
   qp_.gradient.head(n) = qp.gradient;
   qp_.gradient.tail(2 * m).setConstant(weight);

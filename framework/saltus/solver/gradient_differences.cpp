@@ -5,9 +5,9 @@
 namespace saltus {
 namespace {
 
-constexpr double step = 1e-4;  // of the scaled variables
+constexpr double step = 1e-4;  // in scaled variables
 
-// Both triangles, by rows; the diagonal included.
+// Neighbours in both triangles, by rows, including the diagonal.
 std::vector<std::vector<int>> neighbours_of(const SparsityPattern& lower) {
   std::vector<std::vector<int>> neighbours(lower.rows());
   lower.for_each([&](int r, int c, int) {
@@ -17,7 +17,7 @@ std::vector<std::vector<int>> neighbours_of(const SparsityPattern& lower) {
   return neighbours;
 }
 
-// The first colour that no variable with a row in common has.
+// Assigns each variable the first colour not used in a shared row.
 std::vector<int> colour(const std::vector<std::vector<int>>& neighbours, int& colours) {
   std::vector<int> colour_of(neighbours.size(), -1), taken_by;
   colours = 0;
@@ -62,7 +62,7 @@ bool difference_gradients(NonlinearProgram& program, const NlpPoint& point,
     if (!gradient(w, below)) return false;
     for (int i = 0; i < n; ++i)
       if (colour_of[i] == c) w[i] = point.w[i];
-    // An entry is seen in the column's move and in the row's: the mean is symmetric.
+    // An entry appears in the difference of its column and of its row; the mean is symmetric.
     pattern.for_each([&](int row, int col, int e) {
       if (colour_of[col] == c) hessian[e] += 0.5 * (above[row] - below[row]) / (2.0 * step);
       if (colour_of[row] == c) hessian[e] += 0.5 * (above[col] - below[col]) / (2.0 * step);

@@ -15,14 +15,14 @@
 #include "saltus/solver/verdict.hpp"
 #include "saltus/solver/well_posed.hpp"
 
-// The folder (coin/ before Ipopt 3.14, coin-or/ since) comes from the package's own flags.
+// The include folder (coin/ before Ipopt 3.14, coin-or/ since) comes from the flags of the package.
 #include <IpIpoptApplication.hpp>
 #include <IpTNLP.hpp>
 
-// Present when OpenBLAS is what the linear solver found; null with any other BLAS.
+// Defined if the linear solver uses OpenBLAS; null with any other BLAS.
 extern "C" void openblas_set_num_threads(int threads) __attribute__((weak));
 
-// Inside saltus the plain name is our option struct.
+// In the namespace saltus the plain name is the struct of options.
 namespace coin = ::Ipopt;
 
 namespace saltus {
@@ -31,7 +31,7 @@ namespace {
 using coin::Index;
 using coin::Number;
 
-// Ipopt's view of a NonlinearProgram. Ipopt's bound multipliers z_L, z_U >= 0 become z = z_U - z_L.
+// Adapter of a NonlinearProgram to Ipopt. Ipopt's multipliers z_L, z_U >= 0 become z = z_U - z_L.
 class Adapter final : public coin::TNLP {
  public:
   Adapter(NonlinearProgram& program, Curvature curvature, double time_limit)
@@ -40,10 +40,10 @@ class Adapter final : public coin::TNLP {
   NlpResult result;
   bool timed_out = false, was_interrupted = false;
   const SolveObserver* observer = nullptr;
-  std::exception_ptr thrown;  // by a formula; Ipopt would swallow it
+  std::exception_ptr thrown;  // exception of a formula, which Ipopt would discard
   WallClock::time_point deadline = WallClock::time_point::max();
 
-  /// Before every solve; `start` must outlive it.
+  /// Must be called before every solve; `start` must outlive it.
   void begin(const NlpPoint& start) {
     start_ = &start;
     result = {};
@@ -148,7 +148,7 @@ class Adapter final : public coin::TNLP {
   }
 
  private:
-  // An evaluation, as long as none threw.
+  // Evaluates unless a previous evaluation has thrown.
   template <class Evaluate>
   bool keep(Evaluate&& evaluate) noexcept {
     if (thrown) return false;
@@ -202,7 +202,7 @@ SolveStatus translate(coin::ApplicationReturnStatus status, bool timed_out) {
   }
 }
 
-// Whether Ipopt knows the option and takes the value: as text, a whole number or a number.
+// True if Ipopt knows the option and accepts the value as a text, integer or number.
 bool set_named(coin::OptionsList& options, const std::string& name, const std::string& value) {
   if (options.SetStringValue(name, value)) return true;
   char* end = nullptr;
@@ -213,7 +213,8 @@ bool set_named(coin::OptionsList& options, const std::string& name, const std::s
   return !value.empty() && *end == '\0' && options.SetNumericValue(name, number);
 }
 
-// What Ipopt derives its own problem from: patterns, bounded sides, fixed variables.
+// Properties from which Ipopt derives its internal problem: patterns, bounded sides, fixed
+// variables.
 class Structure {
  public:
   Structure() = default;
@@ -254,14 +255,14 @@ class IpoptSolver final : public Solver {
     const bool limited_memory = !program.supports(options_.curvature);
     SolveStatus status = SolveStatus::invalid_problem;
     NlpResult result;
-    if (is_well_posed(program, start)) {  // Ipopt: an internal error, or not looked at
+    if (is_well_posed(program, start)) {  // otherwise Ipopt reports an internal error or ignores it
       if (!engine_.fits(program, warm)) engine_ = open(program, warm, limited_memory);
       if (IsValid(engine_.application)) {
         engine_.adapter->begin(start);
         engine_.adapter->deadline = deadline_;
         engine_.adapter->observer = &observer();
         const coin::ApplicationReturnStatus code = engine_.run(Structure(program));
-        status = translate(code, engine_.adapter->timed_out);  // timed_out is known only now
+        status = translate(code, engine_.adapter->timed_out);  // timed_out is set only now
         if (engine_.adapter->was_interrupted) status = SolveStatus::interrupted;
         result = std::move(engine_.adapter->result);
         if (engine_.adapter->thrown) {
@@ -274,7 +275,7 @@ class IpoptSolver final : public Solver {
     result.hessian = limited_memory                                  ? "limited-memory BFGS"
                      : options_.curvature == Curvature::gauss_newton ? "Gauss-Newton"
                                                                      : "exact";
-    if (result.point.w.size() != program.variables()) {  // Ipopt refused before the first iterate
+    if (result.point.w.size() != program.variables()) {  // Ipopt stopped before the first iterate
       result.point = {start.w, VectorXd::Zero(program.rows()), VectorXd::Zero(program.variables())};
       if (start.w.size() != program.variables())
         result.point.w = VectorXd::Zero(program.variables());
@@ -289,8 +290,8 @@ class IpoptSolver final : public Solver {
   }
 
  private:
-  // Ipopt with its options read, kept between solves of one program. While the same variables are
-  // fixed and the same sides bounded, its symbolic work is kept too.
+  // Ipopt with its options, kept between solves of one program. Its symbolic work is kept too while
+  // the fixed variables and bounded sides stay the same.
   struct Engine {
     const NonlinearProgram* program = nullptr;
     bool warm = false;
@@ -316,14 +317,14 @@ class IpoptSolver final : public Solver {
   }
 
   coin::SmartPtr<coin::IpoptApplication> configured(bool warm, bool limited_memory) const {
-    // No console: a library does not print. A print level above 0 is the caller's explicit wish.
+    // No console output: a library does not print. A print level above 0 is an explicit request.
     coin::SmartPtr<coin::IpoptApplication> app =
         new coin::IpoptApplication(options_.print_level > 0);
     coin::SmartPtr<coin::OptionsList> o = app->Options();
     bool ok = o->SetIntegerValue("print_level", options_.print_level);
     ok = o->SetStringValue("sb", "yes") && ok;
     ok = o->SetNumericValue("tol", options_.tolerance) && ok;
-    // The scaled error alone may hide a large unscaled one; hold both.
+    // The scaled error alone may hide a large unscaled one, so both are limited.
     const double acceptable = acceptable_multiple * options_.tolerance;
     ok = o->SetNumericValue("dual_inf_tol", acceptable) && ok;
     ok = o->SetNumericValue("constr_viol_tol", std::min(1e-4, options_.tolerance)) && ok;
@@ -340,12 +341,12 @@ class IpoptSolver final : public Solver {
            ok;
     ok = o->SetStringValue("hessian_approximation", limited_memory ? "limited-memory" : "exact") &&
          ok;
-    // Inputs that are forced to a value are taken out of the problem.
+    // Fixed inputs are removed from the problem.
     ok = o->SetStringValue("fixed_variable_treatment", "make_parameter") && ok;
     if (warm) {
       ok = o->SetStringValue("warm_start_init_point", "yes") && ok;
       ok = o->SetNumericValue("mu_init", options_.warm_start_barrier) && ok;
-      // How far the start is pushed inside its bounds: as far as the barrier would anyway.
+      // Distance by which the start is moved inside its bounds: the same as that of the barrier.
       for (const char* push :
            {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
             "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})

@@ -10,12 +10,12 @@
 namespace saltus {
 namespace {
 
-// A multiplier must push against the side that holds: positive at the upper, negative at the
-// lower side; its product with the distance to that side must vanish.
+// A multiplier must push against the active side: positive at the upper, negative at the lower
+// side. Its product with the distance to that side must vanish.
 double complementarity(double multiplier, double value, double lower, double upper) {
   if (multiplier == 0.0) return 0.0;
   const double distance = multiplier > 0.0 ? upper - value : value - lower;
-  if (!std::isfinite(distance)) return std::abs(multiplier);  // pushes against nothing
+  if (!std::isfinite(distance)) return std::abs(multiplier);  // there is no side in its direction
   return std::abs(multiplier) * std::max(distance, 0.0);
 }
 
@@ -35,7 +35,8 @@ KktCheck::KktCheck(const NonlinearProgram& program)
       rows_(VectorXd::Zero(program.rows())),
       entries_(program.jacobian_pattern().entries()) {}
 
-// cost' = c cost, g' = D g and w' = S w have the multipliers lambda' = c lambda / D, z' = c z / S.
+// For cost' = c cost, g' = D g and w' = S w the multipliers are lambda' = c lambda / D, z' = c z /
+// S.
 KktResidual KktCheck::check(NonlinearProgram& program, const NlpPoint& point,
                             const ProgramScale* scale) {
   const int n = program.variables();
@@ -92,7 +93,7 @@ KktResidual KktCheck::check(NonlinearProgram& program, const NlpPoint& point,
     }
   }
   result.feasibility = worst;
-  constexpr double usual = 100.0;  // multipliers up to this size need no scaling
+  constexpr double usual = 100.0;  // multipliers up to this size are not scaled
   result.multiplier_scale = std::max(usual, sum / std::max(1, multipliers)) / usual;
   return result;
 }

@@ -7,7 +7,7 @@ namespace saltus {
 namespace {
 
 constexpr double armijo = 1e-4;     // of the predicted decrease, customary
-constexpr double rounding = 1e-13;  // of the merit function, relative
+constexpr double rounding = 1e-13;  // relative to the merit function
 
 double violation(double value, double lower, double upper) {
   return std::max({lower - value, value - upper, 0.0});

@@ -15,29 +15,30 @@ namespace {
 using Verdict = OptimumCheck::Curvature;
 
 // Entries of H and A in the scaled matrix are at most 1.
-constexpr double flat = 1e-6;         // curvature of at most this magnitude is none
-constexpr double dependent = 1e-9;    // keeps the factor finite where rows depend on one another
-constexpr double onto_surface = 1e4;  // a shift beside which H does not count: a projection
-constexpr double off_surface = 1e-4;  // of a unit direction: beyond it constraints do not allow it
-// Of what a step changes in a row: less is what is left by the factorisation.
+constexpr double flat = 1e-6;         // smaller magnitudes of curvature count as zero
+constexpr double dependent = 1e-9;    // keeps the factor finite if rows are dependent
+constexpr double onto_surface = 1e4;  // shift that dominates H: a projection
+// for unit directions: larger components violate the constraints
+constexpr double off_surface = 1e-4;
+// Relative to the change of a row by a step: smaller values are errors of the factorisation.
 constexpr double noise = 1e-2;
 // A side without a multiplier is active within this distance, relative to 1 + |side|.
 constexpr double touching = 1e-9;
-// What a step that probes the cost may add to the violation of a row.
+// Allowed increase of the violation of a row by a step that tests the cost.
 constexpr double off_rows = 1e-8;
-// Weight of a side, in the scaled matrix, from which on it holds as an equality would.
+// Weight of a side in the scaled matrix above which it acts as an equality.
 constexpr double holds = 1e9;
-// A cost near zero is compared with its usual change, or with this where that is larger.
+// Lower limit of the reference magnitude of a cost near zero.
 constexpr double least_magnitude = 1.0;
-constexpr double zero = 1e-7;  // what solvers may leave of a value that is zero
+constexpr double zero = 1e-7;  // largest value that solvers leave of a zero
 
 // The side of a variable or row that its multiplier pushes against.
 struct Side {
   bool is_equality = false;
-  bool is_wrong = false;    // the multiplier pushes against nothing
+  bool is_wrong = false;    // there is no side in the direction of the multiplier
   double distance = 0.0;    // to the side; infinite where there is none
   double multiplier = 0.0;  // its magnitude
-  // Multiplier over distance: 0 where the side does not act, infinite where it holds.
+  // Multiplier over distance: 0 if the side is inactive, infinite if it acts as an equality.
   double weight() const {
     if (is_equality) return infinity;
     if (multiplier == 0.0 || is_wrong) return distance <= 0.0 ? infinity : 0.0;
@@ -98,9 +99,9 @@ bool evaluate(NonlinearProgram& p, const NlpPoint& point, Evaluation& e) {
   return true;
 }
 
-// The size of each variable: the largest value of its quantity. Of a quantity whose values are no
-// more than what solvers leave of zero it is estimated through the rows; 1 where no row tells, and
-// for variables of no quantity.
+// Size of each variable: the largest value of its quantity. If all values are within the solver's
+// error of zero, the size is estimated through the rows. It is 1 if no row gives an estimate, and
+// for variables without a quantity.
 VectorXd sizes_of(const NonlinearProgram& p, const VectorXd& w, const VectorXd& jacobian,
                   const Quantities& quantities) {
   std::vector<int> quantity_of(p.variables(), -1);
@@ -118,8 +119,8 @@ VectorXd sizes_of(const NonlinearProgram& p, const VectorXd& w, const VectorXd& 
   return sizes;
 }
 
-// Largest change of the cost where one variable moves by its size. Slacks count only where nothing
-// else does: penalty weights are no sizes.
+// Largest change of the cost if one variable moves by its size. Slacks count only if no other
+// variable changes the cost: penalty weights are not sizes.
 double change_of_cost(const NonlinearProgram& p, const Evaluation& e, const VectorXd& sizes) {
   const int first_slack = p.first_slack();
   VectorXd change = (e.gradient.array() * sizes.array()).abs().matrix();
@@ -131,8 +132,8 @@ double change_of_cost(const NonlinearProgram& p, const Evaluation& e, const Vect
   return largest > 0.0 || change.size() == 0 ? largest : change.maxCoeff();
 }
 
-// The KKT matrix [H + Z/G + shift, A'; A, -G/L - dependent] of the variables and rows on which
-// something acts, scaled.
+// The scaled KKT matrix [H + Z/G + shift, A'; A, -G/L - dependent] of the free variables and active
+// rows.
 class KktMatrix {
  public:
   KktMatrix(NonlinearProgram& program, const Evaluation& at) : program_(program) {
@@ -141,7 +142,7 @@ class KktMatrix {
   bool is_valid() const { return is_valid_; }
   int free() const { return static_cast<int>(variable_.size()); }
 
-  /// Whether H + Z/G + shift is positive definite on the surface of the rows.
+  /// True if H + Z/G + shift is positive definite on the tangent space of the rows.
   bool is_positive(double shift) {
     for (int i = 0; i < size(); ++i) {
       const int e = pattern_.find(i, i);
@@ -150,7 +151,8 @@ class KktMatrix {
     return ldl_->factor_with_inertia();
   }
 
-  /// Predicted fall of the cost by the step that removes the residual, after is_positive().
+  /// Predicted decrease of the cost by the step that removes the residual. Call after
+  /// is_positive().
   double gain(const VectorXd& residual) {
     VectorXd step = VectorXd::Zero(size());
     for (int i = 0; i < free(); ++i) step[i] = residual[variable_[i]] * scale_[i];
@@ -159,10 +161,10 @@ class KktMatrix {
     return 0.5 * std::abs(scaled.dot(step.head(free())));
   }
 
-  /// The direction along which the curvature is least, after is_positive(); of length 1.
+  /// Direction of least curvature, of length 1. Call after is_positive().
   VectorXd least_curved() {
     VectorXd d(size());
-    unsigned state = 12345;  // numbers without a pattern, the same in every run
+    unsigned state = 12345;  // a deterministic pseudorandom sequence
     for (double& x : d) {
       state = state * 1664525u + 1013904223u;
       x = 2.0 * (state >> 8) / (1u << 24) - 1.0;
@@ -193,7 +195,8 @@ class KktMatrix {
     return {curvature, off};
   }
 
-  /// In the program's variables, largest entry 1; `curvature` becomes that along it.
+  /// The direction in the program's variables, largest entry 1. `curvature` is rescaled
+  /// accordingly.
   VectorXd in_program(const VectorXd& d, int& variable, double& curvature) const {
     VectorXd result = VectorXd::Zero(program_.variables());
     for (int i = 0; i < free(); ++i) result[variable_[i]] = d[i] * scale_[i];
@@ -207,7 +210,7 @@ class KktMatrix {
  private:
   int size() const { return pattern_.rows(); }
 
-  // The inverse of the shifted matrix on the surface times d, of length 1.
+  // Applies the inverse of the shifted matrix on the tangent space to d and normalises it.
   void iterate(VectorXd& d) {
     d.tail(size() - free()).setZero();
     ldl_->solve(d.data());
@@ -273,7 +276,7 @@ class KktMatrix {
     return true;
   }
 
-  // Rows and columns are scaled alike until their largest entries are about 1 (Ruiz).
+  // Scales rows and columns alike until their largest entries are about 1 (Ruiz).
   void equilibrate() {
     scale_ = VectorXd::Ones(size());
     for (int round = 0; round < 6; ++round) {
@@ -290,14 +293,14 @@ class KktMatrix {
 
   NonlinearProgram& program_;
   bool is_valid_ = false;
-  std::vector<int> variable_;  // of the program, of each unknown
+  std::vector<int> variable_;  // variable of the program of each unknown
   SparsityPattern pattern_;    // lower triangle
   std::vector<double> entries_;
   VectorXd scale_;
   std::optional<qp::SparseLdl> ldl_;
 };
 
-// The least shift that makes the matrix positive, to a tenth; none up to 100.
+// The least shift that makes the matrix positive definite, to within 10 %; empty if above 100.
 std::optional<double> least_shift(KktMatrix& matrix) {
   double above = 10.0 * flat, below = flat;
   while (!matrix.is_positive(above)) {
@@ -312,8 +315,8 @@ std::optional<double> least_shift(KktMatrix& matrix) {
   return above;
 }
 
-// How far the point may move along the direction, or along its negative, to the nearest side; at
-// most by the size of the variable that moves most, or by 1 where that is smaller.
+// Distance that the point may move along the direction or its negative to the nearest side. At most
+// the size of the variable with the largest entry, or 1 if that is smaller.
 double room_along(const NonlinearProgram& p, const NlpPoint& point, const Evaluation& at,
                   const VectorXd& direction, int variable) {
   const double most = std::max(1.0, std::abs(point.w[variable]));
@@ -335,8 +338,9 @@ double room_along(const NonlinearProgram& p, const NlpPoint& point, const Evalua
   return std::max(forwards, backwards);
 }
 
-// True if the direction leaves every equality row where it is: what its terms add up to is small
-// beside the terms, or beside what a step of this size changes in the row, whatever the units.
+// True if the direction leaves every equality row unchanged: the sum of its terms is small relative
+// to the terms, or to the change of the row by a step of this size. The test is independent of
+// units.
 bool is_along_rows(const NonlinearProgram& p, const Evaluation& at, const VectorXd& sizes,
                    const VectorXd& direction) {
   const double step = direction.cwiseQuotient(sizes).cwiseAbs().maxCoeff();
@@ -360,8 +364,8 @@ double largest_violation(NonlinearProgram& p, const VectorXd& w, VectorXd& rows)
   return worst;
 }
 
-// Where second derivatives vanish: the largest fall of the cost found by steps along the direction
-// that stay within the constraints.
+// For vanishing second derivatives: the largest decrease of the cost by steps along the direction
+// that satisfy the constraints.
 double fall_along(NonlinearProgram& p, const NlpPoint& point, const Evaluation& at,
                   const VectorXd& direction, double room) {
   VectorXd rows(p.rows());

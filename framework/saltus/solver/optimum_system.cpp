@@ -16,21 +16,21 @@
 namespace saltus {
 namespace {
 
-// Of the scaled matrix, whose entries are at most 1. The first keeps the factors of a singular
-// matrix finite; refinement against the matrix itself takes the shift out again.
+// For the scaled matrix, whose entries are at most 1. The shift keeps the factors of a singular
+// matrix finite; refinement with the unshifted matrix corrects it.
 constexpr double shift = 1e-10;
-// A direction that the matrix makes smaller than this is one that it does not decide: a flat one of
-// the cost, or a dependent row. Two digits above the shift.
+// A direction that the matrix scales below this is undetermined: the cost is flat along it, or a
+// row is dependent. Two digits above the shift.
 constexpr double undecided = 1e-8;
-// Shift for the count of signs: eliminations without pivoting lose about as many digits.
+// Shift for counting signs: elimination without pivoting loses about as many digits.
 constexpr double inertia_shift = 1e-8;
 constexpr int newton_steps = 12;
 constexpr int changes_of_sides = 6;
-// Multipliers relative to the largest (at most 1), and distances in scaled variables, below which
-// neither decides whether a side holds. Refinement has left about 1e-12 in both.
+// Multipliers relative to the largest (at most 1) and distances in scaled variables below this do
+// not decide whether a side is active. Refinement leaves about 1e-12 in both.
 constexpr double weak = 1e-6;
 constexpr double violated = 1e-9;
-// Scaled KKT errors above which the point is no optimum: as given, and once refined.
+// Scaled KKT errors above which the point is not optimal, before and after refinement.
 constexpr double near_optimal = 1e-4;
 constexpr double optimal = 1e-7;
 constexpr char no_optimum[] = "the point is no optimum: its scaled KKT error is {:.2g}";
@@ -39,7 +39,7 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 double largest(const VectorXd& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0.0; }
 
-// Numbers without a pattern, the same in every run, of size 0.5 to 1.5 and either sign.
+// Deterministic pseudorandom numbers of magnitude 0.5 to 1.5 and either sign.
 VectorXd scattered(Eigen::Index size) {
   VectorXd numbers(size);
   unsigned state = 12345;
@@ -62,14 +62,15 @@ int side_of(double multiplier, double value, double lower, double upper) {
 
 struct OptimumSystem::Factors {
   Sparse matrix;   // scaled on both sides
-  VectorXd scale;  // of rows and columns
+  VectorXd scale;  // scale factors of rows and columns
   Eigen::KLU<Sparse> lu;
 
-  // x becomes the inverse of the unscaled matrix times x.
+  // Replaces x by the inverse of the unscaled matrix times x.
   bool solve(VectorXd& x) {
     const VectorXd b = scale.cwiseProduct(x);
     VectorXd y = lu.solve(b), residual = b - matrix * y;
-    for (int i = 0; i < 20; ++i) {  // the shift leaves one part in 100 or less, each time
+    // each step reduces the error of the shift by a factor of at least 100
+    for (int i = 0; i < 20; ++i) {
       const VectorXd better = y + lu.solve(residual);
       const VectorXd left = b - matrix * better;
       if (!(left.norm() < 0.5 * residual.norm())) break;
@@ -77,7 +78,7 @@ struct OptimumSystem::Factors {
       residual = left;
     }
     x = scale.cwiseProduct(y);
-    constexpr double solved = 1e-7;  // what a row without a solution leaves is of size one
+    constexpr double solved = 1e-7;  // a row without a solution leaves a residual of size one
     return x.allFinite() && largest(residual) <= solved * largest(b);
   }
 };
@@ -90,7 +91,7 @@ OptimumSystem::OptimumSystem(NonlinearProgram& program, const NlpPoint& optimum,
                              SparsityPattern curvature)
     : program_(&program), point_(optimum), pattern_(std::move(curvature)) {
   if (program.supports(Curvature::exact)) pattern_ = program.hessian_pattern();
-  // A Gauss-Newton Hessian would serve for solving, but its optimum moves differently.
+  // A Gauss-Newton Hessian would suffice for solving, but its optimum moves differently.
   hessian_name_ = program.supports(Curvature::exact) ? "exact" : "differences of gradients";
   if (point_.z.size() != program.variables()) point_.z = VectorXd::Zero(program.variables());
   residual_ = kkt_residual(program, point_).scaled();
@@ -100,7 +101,7 @@ OptimumSystem::OptimumSystem(NonlinearProgram& program, const NlpPoint& optimum,
     message_ = "the program cannot be evaluated at the solution";
     return;
   }
-  if (!(residual_ <= near_optimal)) {  // refined it would be another one
+  if (!(residual_ <= near_optimal)) {  // refinement would lead to another optimum
     message_ = fmt::format(no_optimum, residual_);
     return;
   }
@@ -157,7 +158,7 @@ double OptimumSystem::bound_gap(int variable) const {
          (bound_sides_[variable] > 0 ? program_->upper() : program_->lower())[variable];
 }
 
-// Lets go of sides that pull, takes on sides that are crossed.
+// Releases sides whose multiplier has the wrong sign and activates violated sides.
 bool OptimumSystem::change_sides() {
   const NonlinearProgram& p = *program_;
   bool changed = false;
@@ -219,7 +220,7 @@ bool OptimumSystem::factor() {
   free_ = 0;
   for (int i = 0; i < p.variables(); ++i)
     if (bound_sides_[i] == 0) unknown_of_[i] = free_++;
-  // A row all of whose variables are held says nothing about the others.
+  // A row whose variables are all at bounds does not determine the others.
   std::vector<char> moves(p.rows(), 0);
   p.jacobian_pattern().for_each([&](int r, int c, int e) {
     if (unknown_of_[c] >= 0 && jacobian_[e] != 0.0) moves[r] = 1;
@@ -252,7 +253,7 @@ bool OptimumSystem::factor() {
   f.matrix.resize(size, size);
   f.matrix.setFromTriplets(entries.begin(), entries.end());
 
-  // Rows and columns are scaled alike until their largest entries are about 1 (Ruiz).
+  // Scales rows and columns alike until their largest entries are about 1 (Ruiz).
   f.scale = VectorXd::Ones(size);
   for (int round = 0; round < 6; ++round) {
     VectorXd size_of = VectorXd::Zero(size);
@@ -300,7 +301,7 @@ bool OptimumSystem::solve(const OptimumRates& rates, OptimumMovement& moved) con
   return true;
 }
 
-// The multiplier of w_i = const acts like a force along w_i; its size is what moves w_i by one.
+// The multiplier of w_i = const acts as a force along w_i; its size is that which moves w_i by one.
 bool OptimumSystem::hold(int variable, OptimumMovement& moved) const {
   OptimumRates rates = no_rates();
   if (bound_sides_[variable] != 0) {
@@ -312,7 +313,7 @@ bool OptimumSystem::hold(int variable, OptimumMovement& moved) const {
   moved.lambda /= moved.w[variable];
   moved.w /= moved.w[variable];
   if (!moved.w.allFinite()) return false;
-  // Where rows decide the variable nothing moves, and what was divided by is rounding.
+  // If rows determine the variable, nothing moves and the divisor is rounding error.
   VectorXd along = VectorXd::Zero(program_->rows()), size = along;
   program_->jacobian_pattern().for_each([&](int r, int c, int e) {
     if (unknown_of_row_[r] < 0) return;
@@ -343,8 +344,8 @@ bool OptimumSystem::newton_step() {
 
 // --- can it tell? -------------------------------------------------------------------------------
 
-// By Sylvester's law a matrix with as many negative pivots as rows has a Hessian that is positive
-// definite on the surface of the rows.
+// By Sylvester's law, a matrix with as many negative pivots as rows has a Hessian that is positive
+// definite on the tangent space of the rows.
 bool OptimumSystem::curved_upward() const {
   Sparse shifted = factors_->matrix;
   for (int i = 0; i < shifted.rows(); ++i)
@@ -398,13 +399,13 @@ void OptimumSystem::check() {
       weak_bounds_.push_back(i);
 }
 
-// A weak side that is held must not begin to push or pull, one that is not must not be approached
-// or left: either would happen on one side of theta only.
+// An active weak side must not gain a multiplier of either sign, and an inactive one must not be
+// approached or left: both would happen for one sign of theta only.
 std::string OptimumSystem::one_sided(const OptimumRates& rates,
                                      const OptimumMovement& moved) const {
   const NonlinearProgram& p = *program_;
   if (weak_rows_.empty() && weak_bounds_.empty()) return {};
-  VectorXd rows = rates.rows;  // d (g - side)
+  VectorXd rows = rates.rows;  // rate of g - side
   VectorXd gradient = rates.gradient;
   p.jacobian_pattern().for_each([&](int r, int c, int e) {
     rows[r] += jacobian_[e] * moved.w[c];
@@ -415,7 +416,7 @@ std::string OptimumSystem::one_sided(const OptimumRates& rates,
     if (r != c) gradient[c] += curvature_[e] * moved.w[r];
   });
   const double size = 1.0 + std::max(largest(moved.w), largest(moved.lambda));
-  constexpr double still = 1e-7;  // rounding of the solves, and of differences
+  constexpr double still = 1e-7;  // rounding error of the solves and of differences
   const auto sentence = [](const std::string& who) {
     return "a side is met without a multiplier, so that the derivatives of both directions "
            "differ: " +

@@ -14,13 +14,13 @@ namespace saltus {
 namespace {
 
 constexpr double rounding = 1e-13;       // of a sum, relative to its largest term
-constexpr double smallest_pivot = 1e-6;  // over the largest entry of its row
+constexpr double smallest_pivot = 1e-6;  // relative to the largest entry of its row
 constexpr double same_slopes = 1e-10;    // relative, of rows that are multiples
 constexpr double same_side = 1e-9;       // relative, of sides that are equal
 constexpr int most_passes = 10;          // over the equalities
 constexpr int no_one = -1;
 
-// value = factor * (the root's value) + offset; of a known variable factor is 0.
+// value = factor * (value of the root) + offset. The factor of a known variable is 0.
 struct Alias {
   int root = no_one;
   double factor = 1.0, offset = 0.0;
@@ -30,11 +30,11 @@ struct Term {
   int root;
   double coefficient;
 };
-// A row, or the bounds of a variable, on a common quantity: it is `scale` times that plus `shift`.
+// A row, or the bounds of a variable, as a function of a common quantity: scale * quantity + shift.
 struct Member {
   int row = no_one, variable = no_one;
   double scale = 1.0, shift = 0.0;
-  double lower = -infinity, upper = infinity;  // of the quantity
+  double lower = -infinity, upper = infinity;  // bounds of the quantity
   double tolerance = 0.0;                      // of the quantity
   bool can_go = true;
 };
@@ -115,7 +115,7 @@ class Analysis {
       for (const int r : structure.start_rows) is_kept_[r] = 1;
       for (const StageStructure::Stage& stage : structure.stages)
         for (const int r : stage.dynamics) is_kept_[r] = 1;
-    } catch (const DefinitionError&) {  // it has none, and the solver will say so
+    } catch (const DefinitionError&) {  // no stages; the solver reports it
     }
   }
 
@@ -126,7 +126,7 @@ class Analysis {
       const Alias& next = alias_[a.root];
       a = {next.root, a.factor * next.factor, a.factor * next.offset + a.offset};
     }
-    if (a.factor != 0.0 && alias_[a.root].factor == 0.0)  // a root that has become known
+    if (a.factor != 0.0 && alias_[a.root].factor == 0.0)  // the root has become known
       a = {a.root, 0.0, a.factor * alias_[a.root].offset + a.offset};
     return alias_[v] = a;
   }
@@ -136,7 +136,7 @@ class Analysis {
     known_by_[root] = row;
   }
 
-  // A row as a sum over roots, and its constant.
+  // Writes a row as a sum over roots and returns its constant.
   double reduce(int r, std::vector<Term>& terms) {
     terms.clear();
     double constant = at_.rows[r], largest = 0.0;
@@ -192,7 +192,7 @@ class Analysis {
       };
       if (std::erase_if(open, is_used) == 0) break;
     }
-    // Values that rows give variables, against their bounds.
+    // Compares values that rows give to variables with their bounds.
     for (int v = 0; v < n_; ++v) {
       const Alias a = resolved(v);
       const Bounds b{result_.lower[v], result_.upper[v]};
@@ -251,7 +251,7 @@ class Analysis {
     return false;
   }
 
-  // Rows that leave the variables of a row nothing that is free.
+  // Rows that determine all variables of a row.
   std::vector<int> sources(int r) {
     std::vector<int> all;
     for (int e = pattern_.row_begin(r); e < pattern_.row_end(r); ++e) {
@@ -265,13 +265,13 @@ class Analysis {
     all.erase(std::unique(all.begin(), all.end()), all.end());
     return all;
   }
-  // A row that hands on a value unchanged, such as a jump, has it from another one.
+  // Source of a row that passes on a value unchanged, such as a jump.
   int only_source(int r) {
     const std::vector<int> all = sources(r);
     return all.size() == 1 && result_.row_lower[r] == 0.0 ? all.front() : no_one;
   }
-  // The row to name with one that it leaves no choice: of several the last, as the first rows of a
-  // program are those of its start.
+  // Row to name together with a contradictory row. Of several candidates the last one is chosen
+  // because the first rows of a program are those of its start.
   int cause(int r) {
     const std::vector<int> all = sources(r);
     return all.empty() ? no_one : all.back();
@@ -299,7 +299,7 @@ class Analysis {
       }
       (is_affine ? affine : nonlinear)[key].push_back(r);
     }
-    // Bounds of a variable are a row on it that stays.
+    // Bounds of a variable act as a row on it that is always kept.
     std::map<int, std::vector<int>> bounded;
     for (int v = 0; v < n_; ++v)
       if (!is_known(v) && (result_.lower[v] > -infinity || result_.upper[v] < infinity))
@@ -378,7 +378,7 @@ class Analysis {
     return result;
   }
 
-  // The factor by which b is a, 0 if it is no multiple.
+  // Factor of a relative to b; 0 if they are no multiples.
   static double multiple(const std::vector<double>& a, const std::vector<double>& b) {
     std::size_t at = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
@@ -390,7 +390,7 @@ class Analysis {
     return are_same(scaled, b) ? factor : 0.0;
   }
 
-  // Whether two rows are multiples at the first point, or flat there.
+  // True if two rows are multiples at the first point, or flat there.
   bool may_repeat(const std::vector<int>& rows) {
     if (rows.size() < 2) return false;
     std::vector<std::vector<double>> all;
@@ -438,7 +438,7 @@ class Analysis {
     }
   }
 
-  // Of all lower sides the largest stays, of the upper ones the smallest.
+  // Keeps the largest lower side and the smallest upper side.
   void keep_tightest(std::vector<Member>& members) {
     if (members.size() < 2) return;
     double lower = -infinity, upper = infinity;
@@ -450,7 +450,8 @@ class Analysis {
       return side == tightest ||
              std::abs(side - tightest) <= same_side * std::max(1.0, std::abs(tightest));
     };
-    const auto holds = [&](bool is_lower) {  // what stays anyway first, then what has both sides
+    // prefers members that are kept anyway, then those with both sides
+    const auto holds = [&](bool is_lower) {
       const Member* best = nullptr;
       int most = -1;
       for (const Member& m : members) {
@@ -467,7 +468,7 @@ class Analysis {
       contradict(*low, *high, lower - upper);
       return;
     }
-    if (lower > upper)  // equalities that differ by less than their tolerances: one is enough
+    if (lower > upper)  // equalities that differ by less than their tolerances: one suffices
       for (const Member* m : {low, high})
         if (m->lower == m->upper) low = high = m;
     for (const Member& m : members) {
@@ -477,7 +478,7 @@ class Analysis {
       const bool is_high = &m == high || m.upper == infinity;
       if (is_low && is_high) continue;
       if (is_equality && (&m == low || &m == high)) continue;
-      // The side of the row that the quantity's side is.
+      // The side of the row that corresponds to the side of the quantity.
       const bool flips = m.scale < 0.0;
       VectorXd& row_lower = flips ? result_.row_upper : result_.row_lower;
       VectorXd& row_upper = flips ? result_.row_lower : result_.row_upper;
@@ -495,7 +496,7 @@ class Analysis {
     if (row.row >= 0)
       note({.row = row.row, .other_row = other.row, .variable = other.variable, .amount = amount},
            gap / row.tolerance);
-    else  // bounds of two variables that are one
+    else  // bounds of two merged variables
       note({.row = no_one, .variable = row.variable, .amount = amount}, gap / row.tolerance);
   }
 
@@ -505,12 +506,12 @@ class Analysis {
   int n_, m_;
   Presolve result_;
   std::vector<Alias> alias_;
-  std::vector<int> joined_by_;  // per variable that another one stands for: the row that says so
+  std::vector<int> joined_by_;  // per merged variable: the row that merges it
   std::vector<int> known_by_;   // per root: the row that makes it known
   std::vector<char> defines_;   // rows that make a variable known, or two of them one
   std::vector<char> is_kept_;   // rows that define stages
   Evaluation at_, first_, second_;
-  double worst_ = 0.0;  // of the contradictions, relative to its tolerance
+  double worst_ = 0.0;  // largest contradiction, relative to its tolerance
 };
 
 }  // namespace
@@ -534,7 +535,7 @@ ScaledResult contradicted(NonlinearProgram& program, const NlpPoint& start, cons
   return result;
 }
 
-// What was left out holds nothing.
+// Sets the multipliers of removed sides to zero.
 void give_multipliers(const Presolve& sides, NlpPoint& point) {
   const auto clear = [](const VectorXd& lower, const VectorXd& upper, VectorXd& multipliers) {
     for (int i = 0; i < multipliers.size(); ++i) {
@@ -577,11 +578,11 @@ ScaledResult solve_presolved(const Solver& solver, NonlinearProgram& program, co
     if (!sides.has_changed) return result;
     give_multipliers(sides, result.nlp.point);
     result.nlp.kkt = kkt_residual(program, result.nlp.point);
-    // Rows that were multiples near the start need not be everywhere.
+    // Rows that were multiples near the start may differ elsewhere.
     if (!is_success(result.nlp.status) || holds(program, sides.nonlinear, result.nlp.point.w))
       return result;
   }
-  return {};  // the second one compares nothing, and returns
+  return {};  // the second call compares no rows and returns
 }
 
 }  // namespace saltus

@@ -10,13 +10,14 @@
 namespace saltus {
 namespace {
 
-constexpr double smallest_usual = 1e-2, largest_usual = 5e3;  // of derivatives
+// range of derivatives that need no scaling
+constexpr double smallest_usual = 1e-2, largest_usual = 5e3;
 constexpr double smallest_value = 1e-2, largest_value = 1e2;
 constexpr double smallest_cost = 1e-3;
-// Over one interval states move by a part of what they are.
+// Over one interval, states move by a fraction of their size.
 constexpr double smallest_estimate = 1e-4, largest_estimate = 1e6;
 constexpr double largest_scale = 1e18;
-// What solvers leave where a value is zero tells no size.
+// Values that solvers leave of a zero do not determine a size.
 constexpr double least_value = 1e-9;
 
 bool is_usual_size(double size) { return size >= smallest_usual && size <= largest_usual; }
@@ -26,16 +27,16 @@ double inverse(double size) {
   return std::clamp(1.0 / size, 1.0 / largest_scale, largest_scale);
 }
 
-// 1 for a usual size, else the power of two that brings it near to 1.
+// 1 for a well-scaled size, otherwise the power of two that brings it close to 1.
 double power_of_two(double size) {
   return is_usual_size(size) ? 1.0 : std::exp2(std::round(std::log2(inverse(size))));
 }
 
-// Slacks that stage solvers eliminate count one to one in their rows.
+// Slacks that stage solvers eliminate enter their rows with coefficient one.
 std::vector<StageStructure::SoftRow> soft_rows(const NonlinearProgram& program) {
   try {
     return program.stages().soft_rows;
-  } catch (const DefinitionError&) {  // it has no stages, and nobody eliminates anything
+  } catch (const DefinitionError&) {  // no stages: nothing is eliminated
     return {};
   }
 }
@@ -57,7 +58,8 @@ VectorXd sizes_through_rows(const NonlinearProgram& program, const VectorXd& jac
       if (q >= 0 && size[q] == 0.0 && jacobian[e] != 0.0 && row[r] > 0.0)
         found[q] = std::min(found[q], row[r] / std::abs(jacobian[e]));
     });
-    goes_on = (found.array() < infinity).any();  // to those that the ones found lead to
+    // continue with quantities that depend on those just found
+    goes_on = (found.array() < infinity).any();
     size = (found.array() < infinity).select(found, size);
   }
   return size;
@@ -83,7 +85,7 @@ bool ProgramSize::look_at(const VectorXd& w) {
       !jacobian.allFinite())
     return false;
   if (!std::exchange(has_hessian_, true)) look_at_curvature(w);
-  gradient.tail(n - program_.first_slack()).setZero();  // a weight is no size
+  gradient.tail(n - program_.first_slack()).setZero();  // a penalty weight is not a size
   gradient_ = gradient_.cwiseMax(gradient.cwiseAbs());
   jacobian_ = jacobian_.cwiseMax(jacobian.cwiseAbs());
   for (int v = 0; v < n; ++v)

@@ -36,7 +36,7 @@ QuadraticModel::QuadraticModel(const NonlinearProgram& program)
 bool QuadraticModel::linearise(NonlinearProgram& program, const VectorXd& w, const VectorXd& lambda,
                                Curvature curvature) {
   program.prepare_derivatives(w.data(), 1.0, lambda.data(), curvature);
-  // Derivatives first: a program that keeps what it evaluated then has the values as well.
+  // Derivatives come first: a program that caches its evaluations then has the values as well.
   if (!program.gradient(w.data(), gradient_.data()) ||
       !program.jacobian(w.data(), qp_.rows.data()) || !evaluate(program, w))
     return false;

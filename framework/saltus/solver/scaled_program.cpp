@@ -25,7 +25,7 @@ int ScaledProgram::leave_out_idle_sides() {
   constexpr double idle = 1e6;
   int count = 0;
   const auto look_at = [&](double& lower, double& upper) {
-    if (lower > 0.0 || upper < 0.0) return;  // asks for more than to stay near zero
+    if (lower > 0.0 || upper < 0.0) return;  // the range does not contain zero
     if (lower <= -idle && lower > -infinity) lower = -infinity, ++count;
     if (upper >= idle && upper < infinity) upper = infinity, ++count;
   };
@@ -40,8 +40,8 @@ const double* ScaledProgram::unscaled(const double* w) {
   return w_.data();
 }
 
-// cost' = c cost, g' = D g and w' = S w: c S^-1 grad f + S^-1 J' D lambda' + z' = 0 with
-// lambda = D lambda' / c and z = S z' / c.
+// For cost' = c cost, g' = D g and w' = S w: c S^-1 grad f + S^-1 J' D lambda' + z' = 0 with lambda
+// = D lambda' / c and z = S z' / c.
 NlpPoint ScaledProgram::to_scaled(NlpPoint point) const {
   if (point.lambda.size() == rows())
     point.lambda = (scale_.cost * point.lambda.array() / scale_.rows.array()).matrix();

@@ -12,11 +12,11 @@
 namespace saltus {
 namespace {
 
-// Residuals in the scale of a solution's values: what is small, and what is no optimum.
+// Residuals in the scale of the values of a solution: small enough, and too large for an optimum.
 constexpr double small = 1e-8, doubtful = 1e-5;
-constexpr double much_larger = 100.0;   // than in the scale of the solver
+constexpr double much_larger = 100.0;   // relative to the residual in the scale of the solver
 constexpr double accurate = 1e-8;       // relative gain that another scale need not improve
-constexpr double most_sharpened = 1e6;  // times the cost
+constexpr double most_sharpened = 1e6;  // largest factor of the cost
 
 KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
                         const NlpPoint& point) {
@@ -24,7 +24,7 @@ KktResidual residual_in(NonlinearProgram& program, const ProgramScale& scale,
   return kkt_residual(in_scale, in_scale.to_scaled(point));
 }
 
-// Which sides of bounds the solver sees: all, or those that may act (of results that are judged).
+// Sides that the solver sees: all, or those that may become active (the result is then judged).
 enum class Sides { all, without_idle };
 
 ScaledResult solve_once(Solver& solver, NonlinearProgram& program, const ProgramScale& scale,
@@ -64,7 +64,7 @@ void add_effort(const ScaledResult& of, ScaledResult& to) {
   to.nlp.seconds += of.nlp.seconds;
 }
 
-// Largest violation over the size of its row or bound.
+// Largest violation relative to the size of its row or bound.
 double relative_violation(NonlinearProgram& program, const VectorXd& w) {
   VectorXd g(program.rows());
   std::vector<double> jacobian(program.jacobian_pattern().entries());
@@ -91,8 +91,8 @@ bool is_convincing(const ScaledResult& result) {
   return is_success(result.nlp.status) && !result.is_doubtful;
 }
 
-// Solves again from a result whose cost can still fall, with the cost multiplied by as much as it
-// takes: tolerances of solvers are absolute, and small beside a cost of 1 only.
+// Solves again from a result whose cost can still decrease, with the cost multiplied as needed.
+// Solver tolerances are absolute and only small relative to a cost of 1.
 void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quantities,
              ProgramScale scale, ScaledResult& best) {
   const double excess = best.check.relative_gain() / most_gain(solver);
@@ -105,8 +105,8 @@ void sharpen(Solver& solver, NonlinearProgram& program, const Quantities& quanti
   if (is_better) best = std::move(next);
 }
 
-// "Infeasible" is believed only where a step towards the rows does not help either, in variables of
-// any unit. Otherwise the solve begins again after that step, divided by the sizes there.
+// Accepts "infeasible" only if a step towards the rows, in variables of any unit, does not help
+// either. Otherwise solves again from the end of that step, divided by the sizes there.
 void doubt_infeasible(Solver& solver, NonlinearProgram& program, const NlpPoint& start,
                       const Quantities& quantities, ProgramSize& size, ScaledResult& best) {
   if (best.nlp.status != SolveStatus::infeasible || best.nlp.contradiction) return;
@@ -117,7 +117,7 @@ void doubt_infeasible(Solver& solver, NonlinearProgram& program, const NlpPoint&
   ScaledResult next = solve_once(solver, program, size.to_one(), from, false, Sides::without_idle);
   judge(solver, program, quantities, next);
   add_effort(best, next);
-  // The solver insists, and yet there was a better point.
+  // The solver reports infeasible again although a better point exists.
   if (next.nlp.status == SolveStatus::infeasible && !next.nlp.contradiction &&
       step_towards_rows(program, next.nlp.point.w))
     next.nlp.status = SolveStatus::numerical_failure;
@@ -137,7 +137,7 @@ void judge(const Solver& solver, NonlinearProgram& program, const Quantities& qu
   result.violation = relative_violation(program, nlp.point.w);
   const bool is_optimum = result.check.relative_gain() <= most_gain(solver) &&
                           result.violation <= std::max(most_violation, solver.tolerance());
-  // A solver whose steps became too short may be at the optimum.
+  // A solver that failed with short steps may be at the optimum.
   if (is_optimum && nlp.status == SolveStatus::numerical_failure &&
       nlp.kkt.scaled() <= solver.tolerance())
     result.nlp.status = SolveStatus::optimal;
@@ -165,7 +165,7 @@ ScaledResult solve_in_scale(Solver& solver, NonlinearProgram& program, const Nlp
                         ScaledProgram(program, size.to_one()).leave_out_idle_sides() == 0)))
       break;
     scale = size.to_one();
-    // What was reached is where to go on; where nothing was, the search begins again.
+    // Continues from a successful result, otherwise restarts.
     ScaledResult next = solve_once(solver, program, scale, is_solved ? best.nlp.point : start,
                                    is_solved || warm, Sides::without_idle);
     judge(solver, program, quantities, next);

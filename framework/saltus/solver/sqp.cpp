@@ -15,13 +15,13 @@
 namespace saltus {
 namespace {
 
-// Models that are solved to their end from a warm start, before the barrier method starts over.
+// Number of models of a warm start before the barrier method takes over.
 constexpr int warm_models = 30;
 constexpr int refining_models = 10;
-// First barrier parameter of the second attempt after a cold start: larger, so that the path keeps
-// farther from the bounds and avoids least violations that are only local.
+// First barrier parameter of the second attempt after a cold start. It is larger: the path stays
+// farther from the bounds and avoids local minima of the violation.
 constexpr double farther_barrier = 1.0;
-// The barrier method knows no units: slopes at its start are made no larger than this.
+// The barrier method is not scale-invariant: slopes at its start are limited to this.
 constexpr double largest_slope = 100.0, least_scale = 1e-8;
 
 double scale_for(double slope) {
@@ -90,13 +90,13 @@ class SqpSolver final : public Solver {
     if (program.is_linear_quadratic() || !options_.qp.make_newton) {
       NlpResult result =
           SqpRun(program, options_, curvature, *engine_, deadline, observer()).solve(start, warm);
-      // One model is all there is to it, unless that is not convex.
+      // One model is sufficient unless it is not convex.
       const bool gave_up = result.status == SolveStatus::numerical_failure ||
                            result.status == SolveStatus::unbounded;
       if (!gave_up || !options_.qp.make_newton) return result;
       NlpResult other = solve_by_barrier(program, start, curvature, left_after(result), deadline,
                                          result.iterations);
-      // What was proven stays so.
+      // A proven result is kept.
       if (result.status == SolveStatus::unbounded && has_given_up(other.status))
         other.status = SolveStatus::unbounded;
       return after(result, std::move(other));
@@ -116,8 +116,8 @@ class SqpSolver final : public Solver {
                                           result.iterations));
   }
 
-  // The restoration ends at a least violation that may be a local one, so that a second path is
-  // tried before a program is called infeasible.
+  // The restoration may end at a local minimum of the violation. A second path is therefore tried
+  // before a program is reported as infeasible.
   NlpResult solve_cold(NonlinearProgram& program, const NlpPoint& start, Curvature curvature,
                        WallClock::time_point deadline) {
     NlpResult result =
@@ -135,21 +135,21 @@ class SqpSolver final : public Solver {
   int left_after(const NlpResult& before) const {
     return std::max(0, options_.max_iterations - before.iterations);
   }
-  // Of its own accord, and without having found that there is no feasible point.
+  // True if the solver failed by itself and did not prove infeasibility.
   static bool has_given_up(SolveStatus status) {
     return !is_success(status) && status != SolveStatus::time_limit &&
            status != SolveStatus::interrupted && status != SolveStatus::infeasible;
   }
 
-  // The result with the effort of another attempt added.
+  // Adds the effort of another attempt to the result.
   static NlpResult after(const NlpResult& other, NlpResult result) {
     result.iterations += other.iterations;
     result.seconds += other.seconds;
     return result;
   }
 
-  // The barrier method ends by its own scale. Where the program's own residual is not met there, a
-  // few models solved to their end meet it.
+  // The barrier method terminates by its own scaling. If the program's residual is too large, a few
+  // models solved to convergence reduce it.
   NlpResult refined(NonlinearProgram& program, Curvature curvature, WallClock::time_point deadline,
                     NlpResult result) {
     if (result.status != SolveStatus::optimal && result.status != SolveStatus::acceptable)

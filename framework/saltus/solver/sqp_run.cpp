@@ -12,17 +12,17 @@ namespace {
 constexpr double shortest_step = 1e-7;   // a step this short means that the model is wrong
 constexpr double worthwhile_step = 0.1;  // below it a smaller trust region is tried first
 constexpr double trust_shrinkage = 0.25, trust_growth = 2.0;
-constexpr double trust_edge = 0.9;  // a step this long, in radii, met the edge of the trust region
+constexpr double trust_edge = 0.9;  // longer steps, in radii, count as limited by the trust region
 constexpr int exact_models = 8;     // in smaller trust regions, before they are convexified
-constexpr double first_shift = 1e-4;  // of convexified ones, relative to the largest entry
+constexpr double first_shift = 1e-4;  // of convexified models, relative to the largest entry
 constexpr int convex_models = 9;
-// Penalty weights of elastic mode, times the largest gradient and multiplier: low enough not to
-// leave large weights in the merit function, until the question is whether violations can be
+// Penalty weights of elastic mode, times the largest gradient and multiplier. They are small enough
+// not to leave large weights in the merit function, until the question is whether violations can be
 // avoided at all.
 constexpr double elastic_weight = 10.0, multiplier_weight = 2.0, largest_elastic_weight = 1e3;
-constexpr double largest_estimate = 1e3;  // larger estimates of multipliers are none
-constexpr double inexact = 1e-3;  // residual of a model that serves, relative to the program's
-constexpr double stalled = 1e-9;  // relative change of w, or of its violation
+constexpr double largest_estimate = 1e3;  // larger estimates of multipliers are rejected
+constexpr double inexact = 1e-3;  // residual of an accepted model, relative to that of the program
+constexpr double stalled = 1e-9;  // relative change of w or of its violation
 
 double largest(const VectorXd& v) { return v.size() == 0 ? 0.0 : v.cwiseAbs().maxCoeff(); }
 
@@ -80,7 +80,7 @@ NlpResult SqpRun::solve(const NlpPoint& start, bool warm) {
   result.kkt = kkt_residual(program_, point_);
   if (!program_.objective(point_.w.data(), result.objective) && is_success(result.status))
     result.status = SolveStatus::evaluation_failed;
-  if (program_.is_linear_quadratic() && observer_.report)  // one model, seen once
+  if (program_.is_linear_quadratic() && observer_.report)  // a single model, reported once
     observer_.report({.number = first_number_ + iterations_,
                       .cost = result.objective,
                       .violation = result.kkt.feasibility,
@@ -111,12 +111,12 @@ SolveStatus SqpRun::solve_once(bool warm) {
   iterations_ = r.iterations;
   const bool broke =
       r.status == QpStatus::numerical_failure || r.status == QpStatus::iteration_limit;
-  if (warm && broke) {  // a warm start may be worse than none
+  if (warm && broke) {  // a warm start may be worse than a cold one
     point_ = start;
     r = engine_.qp->solve(model_.qp(), point_, false);
     iterations_ += r.iterations;
   }
-  if (r.status == QpStatus::infeasible) {  // the least violation, for the report
+  if (r.status == QpStatus::infeasible) {  // least violation, for the report
     point_ = start;
     NlpPoint relaxed = point_;
     const QpResult least = solve_elastic(relaxed, true);
@@ -126,9 +126,9 @@ SolveStatus SqpRun::solve_once(bool warm) {
   return to_solve_status(r.status);
 }
 
-// Multipliers with which the cost balances best, |g + J'lambda + z| least, as if the rows held:
-// those of the step that follows -g as far as the linearised rows allow. Without them the first
-// model would know nothing of the curvature of the rows.
+// Estimates multipliers that minimise |g + J'lambda + z| as if the rows held: those of the step
+// along -g within the linearised rows. Without them the first model would ignore the curvature of
+// the rows.
 void SqpRun::estimate_multipliers() {
   if (!model_.linearise(program_, point_.w, point_.lambda, curvature_)) return;
   VectorXd& hessian = model_.qp().hessian;
@@ -165,9 +165,9 @@ SolveStatus SqpRun::iterate(bool warm) {
   }
 }
 
-// One step; why there is none, if none was accepted. Models become more careful until one serves:
-// confined to a smaller trust region first, then convexified, from where on also short steps are
-// accepted.
+// Takes one step and returns a status if no step was accepted. Models become more cautious until
+// one succeeds: first with a smaller trust region, then convexified. From then on short steps are
+// accepted as well.
 std::optional<SolveStatus> SqpRun::step(bool warm) {
   exact_ = model_.qp().hessian;
   const double unit = std::max(1.0, largest(exact_));
@@ -187,7 +187,7 @@ std::optional<SolveStatus> SqpRun::step(bool warm) {
     const QpResult r = solve_model(is_elastic, care >= 0, warm);
     if (r.status == QpStatus::deadline) return SolveStatus::time_limit;
     if (r.status == QpStatus::invalid_problem) return SolveStatus::numerical_failure;
-    // Of models that need not be convex it proves nothing.
+    // A nonconvex model does not prove it.
     if (r.status == QpStatus::unbounded && care >= 0) status = SolveStatus::unbounded;
     if (!serves(r)) continue;
     if (is_elastic && is_stuck()) {
@@ -209,8 +209,8 @@ double SqpRun::length() const {
   return most;
 }
 
-// The trust region is a box about the point of the model. Others than coupled variables have no
-// curvature that could be misjudged, and are free in it.
+// Sets the trust region, a box around the point of the model. Uncoupled variables have no uncertain
+// curvature and are not restricted.
 void SqpRun::set_trust_region(double radius) {
   model_.update_bounds(program_);
   if (radius == infinity) return;
@@ -221,13 +221,14 @@ void SqpRun::set_trust_region(double radius) {
   }
 }
 
-// Solves the model from the point, in elastic mode where it turns out to have no feasible point.
+// Solves the model from the point, in elastic mode if it has no feasible point.
 QpResult SqpRun::solve_model(bool& is_elastic, bool last_resort, bool warm) {
   QpResult r;
   if (!is_elastic) {
     next_ = point_;
     r = engine_.qp->solve(model_.qp(), next_, warm);
-    // A warm start may be worse than none, or pass for the solution by the solver's own scale.
+    // A warm start may be worse than a cold one, or be accepted as the solution in the solver's
+    // scale.
     const bool stays = next_.w == point_.w;
     if (warm && (!serves(r) || stays) && r.status != QpStatus::deadline) {
       next_ = point_;
@@ -248,7 +249,7 @@ bool SqpRun::serves(const QpResult& r) const {
          r.residual <= std::max(options_.tolerance, inexact * kkt_.scaled());
 }
 
-// Convexified by blocks, and shifted.
+// Convexifies the Hessian by blocks and shifts it.
 void SqpRun::convexify(double shift) {
   VectorXd& hessian = model_.qp().hessian;
   hessian = exact_;
@@ -268,7 +269,7 @@ QpResult SqpRun::solve_elastic(NlpPoint& point, bool last_resort) {
   return engine_.elastic->solve(model_.qp(), elastic_weight_, point, deadline_);
 }
 
-// Violations at the point that neither the relaxed model nor therefore the program can reduce.
+// True if neither the relaxed model nor therefore the program can reduce the violation.
 bool SqpRun::is_stuck() {
   multiply(model_.qp().row_pattern, model_.qp().rows, next_.w - point_.w, rows_);
   rows_ += model_.constraints();
@@ -279,7 +280,7 @@ bool SqpRun::is_stuck() {
 }
 
 // Line search on the merit function towards next_, down to the step length `shortest`. Returns the
-// step length that was accepted, 0 for none.
+// accepted step length, 0 if none.
 double SqpRun::line_search(bool is_elastic, double shortest) {
   merit_.update_weights(next_.lambda, is_elastic ? elastic_weight_ : 0.0);
   merit_.start_at(program_, model_);
@@ -295,7 +296,7 @@ double SqpRun::line_search(bool is_elastic, double shortest) {
   return 0.0;
 }
 
-// Second-order correction of a step whose rows, as last evaluated, are what makes it fail.
+// Second-order correction of a step that fails because of its rows, as last evaluated.
 bool SqpRun::correct_second_order(double predicted) {
   if (!merit_.rows().allFinite()) return false;
   NlpPoint other = next_;
@@ -307,7 +308,7 @@ bool SqpRun::correct_second_order(double predicted) {
   return true;
 }
 
-// The trust region follows what was accepted.
+// Adapts the trust region to the accepted step.
 double SqpRun::accept(const VectorXd& w, double alpha) {
   const double size = length();
   step_ = largest(next_.w - point_.w);

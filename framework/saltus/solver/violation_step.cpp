@@ -12,15 +12,15 @@ namespace saltus {
 namespace {
 
 constexpr int most_steps = 10;
-constexpr double enough = 0.5;  // of the violation
-// Keeps the factor finite where rows depend on one another. The first is tried first: it hardly
-// bends steps along which small derivatives follow one another.
+constexpr double enough = 0.5;  // required fraction of the violation
+// Keeps the factor finite if rows are dependent. The smaller value is tried first: it hardly
+// changes steps along small derivatives.
 constexpr double dependent[] = {1e-13, 1e-9};
-constexpr double least_size = 1e-6;   // of a variable, relative to what moves most
-constexpr double violated = 1e-12;    // from here on, relative to 1 + |side|, a side is aimed at
-constexpr double worthwhile = 1e-10;  // relative violation below which steps end
+constexpr double least_size = 1e-6;   // of a variable, relative to the largest movement
+constexpr double violated = 1e-12;    // relative to 1 + |side|: larger violations are corrected
+constexpr double worthwhile = 1e-10;  // relative violation at which the steps end
 
-// The rows and their derivatives at a point, and how far a row is from what it must be.
+// Rows and their derivatives at a point, and the distance of each row from its sides.
 struct Rows {
   VectorXd values, entries, gap;
   bool evaluate(NonlinearProgram& p, const VectorXd& w) {
@@ -82,8 +82,8 @@ class Steps {
     ldl_->solve(step.data());
     VectorXd result = w + step.head(n).cwiseProduct(size_);
     if (!result.allFinite()) return std::nullopt;
-    // The next step is the shortest one in units of the way so far. Variables that have reached a
-    // bound keep their values.
+    // The next step is the shortest one in units of the movement so far. Variables that have
+    // reached a bound keep their values.
     way_ += step.head(n).cwiseProduct(size_);
     const VectorXd units = way_.cwiseAbs().cwiseProduct(derivative_);
     for (int i = 0; i < n; ++i) {
@@ -108,7 +108,7 @@ class Steps {
   }
 
   NonlinearProgram& p_;
-  VectorXd derivative_;  // the largest one by each variable; 0: it stays
+  VectorXd derivative_;  // largest derivative by each variable; 0: the variable is fixed
   VectorXd size_;        // of each variable: what steps are measured by; 0: it stays
   VectorXd way_;         // of each variable so far
   VectorXd weight_;      // of each row in the violation
