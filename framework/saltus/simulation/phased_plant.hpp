@@ -21,7 +21,7 @@ namespace saltus {
 /// A plant that runs through the phases of a problem.
 class PhasedPlant final : public LoopPlant {
  public:
-  /// Starts at the start of the problem (its guess, if free). Free parameters keep their guesses.
+  /// Starts at the start of the problem (its guess, if free). Unknowns keep their guesses.
   /// Throws DefinitionError if the scheme does not fit a phase or a phase has inner events; use
   /// IntegratorPlant for those.
   PhasedPlant(OptimalControlProblem problem, const IntegratorChoice& scheme);

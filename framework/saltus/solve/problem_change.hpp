@@ -19,7 +19,7 @@ struct ProblemChange {
     duration,    ///< of a phase in seconds: fixed, or a bound of a free one
     total_time,  ///< its bounds in seconds
     event,       ///< its time in the schedule in seconds
-    parameter,   ///< data, or a bound of a free parameter
+    parameter,   ///< data, or a bound of an unknown
     start        ///< initial state, or a bound of a free one
   };
   /// Side that moves; equal sides move together.

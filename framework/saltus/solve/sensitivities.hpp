@@ -28,7 +28,7 @@ struct Candidate {
 void add_candidate(const OptimalControlProblem& problem, ProblemChange change, double slope,
                    double nominal, double relaxation, std::vector<Candidate>& candidates);
 
-/// Candidates from the multipliers: bounds of terms, states, inputs, durations, free parameters and
+/// Candidates from the multipliers: bounds of terms, states, inputs, durations, unknowns and
 /// the start, fixed durations, and data. Data use differences of the active constraints. `is_late`
 /// ends the search early. Events are excluded because they move nodes.
 std::vector<Candidate> candidates_of(const OptimalControlProblem& problem, LeastRelaxation& relaxed,

@@ -23,7 +23,7 @@ struct PlannedInterval {
 /// States and inputs of all phases, and the reported cost.
 struct Plan {
   std::vector<PlannedInterval> intervals;  ///< in order of time
-  std::vector<VectorXd> parameters;        ///< p of each phase, including free parameters
+  std::vector<VectorXd> parameters;        ///< p of each phase, including unknowns
   std::vector<double> starts;              ///< of each phase, in seconds
   std::vector<double> durations;           ///< of each phase, in seconds
   double cost = 0.0;                       ///< as reported

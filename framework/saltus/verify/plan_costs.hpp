@@ -32,7 +32,7 @@ using NoteMiss = std::function<void(VerifiedMiss)>;
 /// planned one.
 void check_end_terms(const OptimalControlProblem& problem, const Plan& plan, int phase,
                      const VectorXd& end_state, const GridAccuracy& accuracy, const NoteMiss& note);
-/// Checks start, jumps, closing, links, integrals, durations, free parameters and input bounds.
+/// Checks start, jumps, closing, links, integrals, durations, unknowns and input bounds.
 void check_instants(const OptimalControlProblem& problem, const Plan& plan,
                     const std::vector<PhaseTotals>& totals, const GridAccuracy& accuracy,
                     const NoteMiss& note);
