@@ -23,17 +23,18 @@ namespace saltus {
 namespace {
 
 constexpr int points_per_phase = 3;
-// Of points around the guess, as a fraction of the nominal magnitude: away from kinks and zeros.
+// Distance of points around the guess, as a fraction of the nominal magnitude: away from kinks and
+// zeros.
 constexpr double distance = 0.03;
-// Exact derivatives agree to 1e-8, and what is wrong is off by more than this.
+// Exact derivatives agree to 1e-8; wrong ones differ by more than this.
 constexpr double derivative_tolerance = 1e-5;
-// solve() divides by sizes beyond 1e2 and 1e-2; a decade beyond that is told.
-// Finite bounds from here on, over the nominal magnitude, are questioned.
+// solve() scales sizes beyond 1e2 and 1e-2; sizes another decade beyond are reported. Finite bounds
+// above `huge_side` times the nominal magnitude are reported too.
 constexpr double huge_side = 1e8;
 constexpr double largest_size = 1e3, smallest_size = 1e-3;
-// Rows of which a dense band is factorised in a moment.
+// Largest number of rows whose dense band is factored quickly.
 constexpr int most_rows = 6000;
-constexpr double time_limit = 20.0;  // s, of the first solve
+constexpr double time_limit = 20.0;  // limit of the first solve, in seconds
 
 // "t", "x0", "u1", "p2": entry i of the argument of a phase's functions.
 std::string name_of_argument(int i, const Arguments& sizes) {
@@ -94,7 +95,7 @@ class Checker {
                       complaint.empty() ? praise : complaint});
   }
 
-  // If all fits there is a program to look at.
+  // Transcribes the problem if its definition is valid.
   void define() {
     std::string complaint;
     try {
@@ -140,7 +141,7 @@ class Checker {
     return is_good;
   }
 
-  // The first formula that has no value at the guess, or nothing.
+  // The first formula without a finite value at the guess; empty if none.
   std::string function_without_value() const {
     for (std::size_t j = 0; j < problem_.phases().size(); ++j)
       for (const VectorXd& z : points_of(static_cast<int>(j), 0.0))
@@ -153,8 +154,8 @@ class Checker {
     return {};
   }
 
-  // Of arguments (t | x | u | p), per phase: nominal ones or, where nobody declared any, those of
-  // the guess if they are small. Large ones are in the values.
+  // Magnitudes of the arguments (t | x | u | p), per phase: nominal ones or, if none are declared,
+  // those of the guess if they are small. Large ones are part of the values.
   void find_magnitudes(MultipleShooting& shooting) {
     ProgramSize size(shooting.nlp(), undeclared_quantities(shooting.program()));
     size.look_at(guess_);
@@ -205,12 +206,12 @@ class Checker {
     return points;
   }
 
-  // Notes the first entry that is wrong at two points. Large magnitudes are no reason for long
-  // steps: an atmosphere of 7 km lies on a radius of 6000 km.
+  // Records the first entry that is wrong at two points. Steps stay short for large magnitudes: an
+  // atmosphere of 7 km lies above a radius of 6000 km.
   static void compare(const NamedFunction& f, const std::vector<VectorXd>& points,
                       const VectorXd& magnitudes, const Arguments& sizes, std::string& derivatives,
                       std::string& sparsity) {
-    std::map<std::tuple<bool, int, int>, int> wrong;  // second, row, col: at how many points
+    std::map<std::tuple<bool, int, int>, int> wrong;  // second, row, col: number of points
     int evaluated = 0;
     for (const VectorXd& z : points) {
       if (f.function.inputs() != z.size() || !f.function(z).allFinite()) continue;
@@ -219,7 +220,7 @@ class Checker {
           f.function, z,
           {.tolerance = derivative_tolerance, .magnitudes = magnitudes.cwiseMin(1.0)});
       const auto take = [&](const DerivativeEntry& e, bool second) {
-        // Once may be a kink nearby.
+        // A single point may be close to a kink.
         if (++wrong[{second, e.row, e.col}] < std::min(2, evaluated) ||
             !std::isfinite(e.difference))
           return;
@@ -256,7 +257,7 @@ class Checker {
     say("sparsity", sparsity, "nothing depends on what is outside its pattern");
   }
 
-  // Arguments (t | x- | p) of a jump out of a phase, about the end of its guess.
+  // Arguments (t | x- | p) of a jump out of a phase, near the end of its guess.
   std::vector<VectorXd> ends_of(int phase, const Jump& jump, double away) const {
     const Trajectory guess = shooting_->trajectory(guess_);
     const TrajectoryPiece* last = nullptr;
@@ -276,15 +277,15 @@ class Checker {
     return points;
   }
 
-  // Of the arguments of a jump out of a phase.
+  // Magnitudes of the arguments of a jump out of a phase.
   VectorXd magnitudes_of(int phase, const Jump& jump) const {
     const Arguments& sizes = problem_.phases()[phase].sizes;
     const VectorXd& m = magnitudes_[phase];
     return jump.argument(m[0], m.segment(1, sizes.nx), m.tail(sizes.np));
   }
 
-  // What leads from phase to phase, and back to the first; resets where their guards are nearest
-  // to zero along the guess.
+  // Checks jumps between phases, the closing, and resets where their guards are closest to zero
+  // along the guess.
   void look_at_jumps() {
     std::string complaint;
     int maps = 0;
@@ -336,7 +337,7 @@ class Checker {
             : fmt::format("maps of the state, {}: finite, and they agree with differences", maps));
   }
 
-  // A complaint, or nothing.
+  // A complaint, or an empty string.
   static std::string finite_at(const NamedFunction& f, const VectorXd& z) {
     if (!f.function(z).allFinite()) return f.name + " has no finite value at the guess";
     if (!f.function.dense_jacobian(z).allFinite())
@@ -366,7 +367,7 @@ class Checker {
     say("bounds", complaint, "no bounds exclude one another, and the start is within them");
   }
 
-  // The first finite bound that looks as if it stood for none, or nothing.
+  // The first finite bound that seems to mean infinity; empty if none.
   std::string huge_bound() const {
     std::string complaint;
     const auto look = [&](const Bounds& b, double magnitude, const auto& describe) {
@@ -442,7 +443,7 @@ class Checker {
            fmt::format("{} rows are not factorised; take fewer intervals", nlp.rows())});
       return;
     }
-    // At a point of no symmetry: what depends there depends everywhere.
+    // At a point without symmetry: a dependency there holds everywhere.
     VectorXd w = guess_;
     Random random(3);
     for (int i = 0; i < w.size(); ++i) {

@@ -15,7 +15,7 @@ std::string remedies_text(const Explanation& explanation, const char* first) {
   return text;
 }
 
-// Whether it can hold, and for what: after its sentence.
+// States whether the term can hold and at what cost; follows its sentence.
 std::string why_text(const SoftShortage& soft, const Explanation& explanation) {
   if (!soft.least) return "";
   if (*soft.least > 0.0)

@@ -18,7 +18,7 @@ Homotopy solve_along(MultipleShooting& shooting, Solver& solver, std::string_vie
         "solve_along: the first step is {} and the least {}; expected parts of the way above 0",
         options.first_step, options.least_step));
   const auto value_at = [&](double s) -> VectorXd { return (1.0 - s) * from + s * to; };
-  // On the way a plan may be an optimum of its grid only; at the end it must be one.
+  // Intermediate solutions need only be optima of their grid; the last one must be a full solution.
   const auto is_solved = [](const Solution& solution) {
     return solution.ok() || solution.status == SolveStatus::coarse_grid;
   };
@@ -38,7 +38,8 @@ Homotopy solve_along(MultipleShooting& shooting, Solver& solver, std::string_vie
       result.reached = at;
       step *= 2.0;
     } else {
-      step = 0.5 * (at - result.reached);  // of what was tried: the way may end before a whole step
+      // half of the last attempt, which may be shorter than `step`
+      step = 0.5 * (at - result.reached);
     }
   }
   shooting.set_data(name, value_at(result.reached));

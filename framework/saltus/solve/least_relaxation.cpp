@@ -11,7 +11,8 @@ namespace {
 
 using Side = ProblemChange::Side;
 
-constexpr double worth_mentioning = 1e-3;  // of the whole: beyond what rho leaves
+// fraction of the total; smaller amounts are effects of rho
+constexpr double worth_mentioning = 1e-3;
 
 // Values and derivatives of the problem's rows at the relaxed point.
 struct RowValues {
@@ -93,7 +94,7 @@ WhatGives what_gives(LeastRelaxation& relaxed) {
   WhatGives gives;
   const RowValues at(relaxed);
   const double least = std::max(worth_naming, worth_mentioning * relaxed.amount);
-  std::vector<std::pair<std::string, int>> named;  // of each name the rows
+  std::vector<std::pair<std::string, int>> named;  // rows of each name
   for (int k = 0; k < static_cast<int>(relaxed.asked.size()); ++k) {
     const int group = relaxed.group[k];
     if (group < 0) continue;
@@ -106,7 +107,7 @@ WhatGives what_gives(LeastRelaxation& relaxed) {
       const double relative = relaxed.result.point.w[slack];
       if (!(relative > least)) continue;
       const double sign = is_low ? -1.0 : 1.0;
-      std::size_t held = 0;  // where most
+      std::size_t held = 0;  // index of the largest multiplier
       for (std::size_t i = 1; i < rows.size(); ++i)
         if (sign * relaxed.multiplier(rows[i]) > sign * relaxed.multiplier(rows[held])) held = i;
       const std::size_t row_count = asked.group.rows.size();

@@ -15,7 +15,7 @@ namespace {
 using Kind = ProblemChange::Kind;
 using Side = ProblemChange::Side;
 
-// What a change refers to, moved by some amount: visited in a copy of the problem.
+// Applied to the number that a change refers to, in a copy of the problem.
 using Visit = std::function<void(double& number, bool is_value)>;
 
 void visit_side(Bounds& bounds, Side side, const Visit& visit) {
@@ -27,7 +27,7 @@ void visit_side(Bounds& bounds, Side side, const Visit& visit) {
   }
 }
 
-// `rows` of them: one that serves all becomes one for each.
+// A single bound for all `rows` is expanded to one per row first.
 void visit_bounds(std::vector<Bounds>& bounds, int rows, const ProblemChange& change,
                   const Visit& visit) {
   if (bounds.size() == 1) bounds.resize(static_cast<std::size_t>(rows), bounds.front());
@@ -43,7 +43,8 @@ void visit_component(std::vector<ComponentBounds>& all, const ProblemChange& cha
 
 void visit_parameter(OptimalControlProblem& problem, const ProblemChange& change,
                      const Visit& visit) {
-  for (std::size_t j = 0; j < problem.phases().size(); ++j)  // blocks of one name are one
+  // blocks with one name are one parameter
+  for (std::size_t j = 0; j < problem.phases().size(); ++j)
     for (ParameterBlock& block : problem.editable_phase(static_cast<int>(j)).parameters) {
       if (block.name != change.name || change.component >= block.value.size()) continue;
       if (block.unknown) {
@@ -117,7 +118,7 @@ void visit_number(OptimalControlProblem& problem, const ProblemChange& change, c
   }
 }
 
-// "'tick.com'[1]", or "'slope'" of a single number.
+// "'tick.com'[1]", or "'slope'" for a single number.
 std::string name_of_entry(const OptimalControlProblem& problem, const ProblemChange& change) {
   for (const PhaseDefinition& phase : problem.phases())
     for (const ParameterBlock& block : phase.parameters) {
@@ -172,7 +173,7 @@ std::string name_of(const OptimalControlProblem& problem, const ProblemChange& c
   return {};
 }
 
-// What changes: of several windows the tightest, and whether it is a value, not one of two sides.
+// Current value of the number: the tightest of several windows, and whether both sides are equal.
 struct Number {
   double value = 0.0;
   bool is_value = false;

@@ -13,19 +13,19 @@ namespace {
 using Kind = ProblemChange::Kind;
 
 constexpr int most_candidates = 8, most_trials = 6, most_events = 4;
-constexpr int event_trial = 2;  // intervals, of the first step of an event
-// Beyond where a problem can just be met, so that its solution has room.
+constexpr int event_trial = 2;  // first trial step of an event, in intervals
+// Relative margins beyond the limit of feasibility, so that the solution has room.
 constexpr double margins[] = {0.01, 0.05, 0.2};
 
 struct Trial {
   double by = 0.0, amount = 0.0;
 };
-// From the last to where nothing is missing, if it goes on like that.
+// Secant extrapolation to a vanishing relaxation.
 double secant(const Trial& before, const Trial& last) {
   return -last.amount * (last.by - before.by) / (last.amount - before.amount);
 }
 
-// Three digits, away from zero.
+// Rounds to three digits away from zero.
 double rounded_up(double by) {
   if (by == 0.0) return by;
   const double unit = std::pow(10.0, std::floor(std::log10(std::abs(by))) - 2.0);
@@ -48,7 +48,7 @@ class RemedySearch {
     std::erase_if(candidates_,
                   [this](const Candidate& c) { return !solves_.may_change(c.change); });
     std::ranges::stable_sort(candidates_, {}, [](const Candidate& c) { return c.effort(); });
-    // What is missing itself first, while there is time; it stands last.
+    // The shortages themselves are verified first, while there is time, and listed last.
     if (gives_.can_change) carry_out(gives_.changes, 0.0);
     const std::size_t given = remedies_.size();
     int tried = 0;
@@ -73,8 +73,8 @@ class RemedySearch {
            given.component == c.component;
   }
 
-  // An event moves nodes and rows, so that derivatives at it are of one side only: it is tried.
-  // Beyond the end of the motion it would only be out of sight.
+  // An event moves nodes and rows, so that only one-sided derivatives exist: it is tried by a
+  // solve. Events beyond the end of the motion are skipped.
   void ask_events() {
     const double length = event_trial * relaxed_.shooting->grid().nominal_length(0);
     int asked = 0;
@@ -97,7 +97,7 @@ class RemedySearch {
                                              motion_.end_time() - same_instant;
   }
 
-  // What is missing with the change; infinite where that is not known.
+  // Relaxation of the changed problem; infinite if unknown.
   double amount_with(const ProblemChange& change) {
     if (solves_.is_late() || leaves(change)) return infinity;
     try {
@@ -107,7 +107,7 @@ class RemedySearch {
     }
   }
 
-  // How far it has to move until nothing is missing, by secants; false if that leads nowhere.
+  // Finds by secants the change at which the relaxation vanishes. Returns false if they diverge.
   bool find_amount(Candidate& candidate) {
     ProblemChange& change = candidate.change;
     Trial before{0.0, relaxed_.amount}, failed = before;
@@ -127,8 +127,8 @@ class RemedySearch {
     return false;
   }
 
-  // A longer phase has its nodes farther apart. What helps only because the first of them comes
-  // later is gone where they are as near to one another as before.
+  // True if the change only exploits the grid. A longer phase has wider intervals; a remedy that
+  // only delays the first nodes fails on a grid of the original density.
   bool is_of_the_grid(const ProblemChange& change) {
     const bool is_length = change.kind == Kind::duration || change.kind == Kind::total_time;
     if (!is_length || !(change.by > 0.0) || !solves_.grid().meshes.empty()) return false;
@@ -139,19 +139,19 @@ class RemedySearch {
     for (std::size_t j = 0; j < finer.intervals.size(); ++j)
       if (change.kind == Kind::total_time || static_cast<int>(j) == change.phase)
         finer.intervals[j] = static_cast<int>(std::ceil(longer * finer.intervals[j]));
-    constexpr double hardly = 0.1;  // of what was missing: nodes between the others ask for more
+    constexpr double hardly = 0.1;  // fraction of the relaxation: additional nodes add constraints
     return solves_.relax(changed(problem_, change), &motion_, finer).amount >
            hardly * relaxed_.amount;
   }
 
-  // A change that is far enough may be too far: brought back to 1 % of the least.
+  // A sufficient change may be too large: reduces it to within 1 % of the smallest one.
   void tighten(ProblemChange& change, Trial before, Trial failed) {
     for (int trial = 0; trial < most_trials; ++trial) {
       const double gap = change.by - failed.by;
       if (std::abs(gap) <= margins[0] * std::abs(change.by)) return;
       double by = failed.by + 0.5 * gap;
       if (trial == 0 && failed.by == 0.0) {
-        by = (1.0 - margins[0]) * change.by;  // nearly linear?
+        by = (1.0 - margins[0]) * change.by;  // for a nearly linear problem
       } else if (failed.by != before.by) {
         const double estimate = failed.by + 1.005 * secant(before, failed);
         if ((estimate - failed.by) / gap < 0.95) by = estimate;
@@ -161,14 +161,14 @@ class RemedySearch {
       const double amount = amount_with(less);
       if (amount <= worth_naming) {
         change.by = by;
-        before = failed;  // the secant has served
+        before = failed;  // the secant was successful
       } else {
         before = std::exchange(failed, {by, amount});
       }
     }
   }
 
-  // With some room beyond what is just enough, solved.
+  // Solves the problem with the changes plus a margin.
   void carry_out(const std::vector<ProblemChange>& changes, double effort) {
     for (const double margin : margins) {
       if (solves_.is_late()) return;
@@ -199,7 +199,7 @@ class RemedySearch {
   LeastRelaxation& relaxed_;
   const WhatGives& gives_;
   CountedSolves& solves_;
-  Trajectory motion_;  // relaxed
+  Trajectory motion_;  // trajectory of the least relaxation
   std::vector<Candidate> candidates_;
   std::vector<Remedy> remedies_;
 };

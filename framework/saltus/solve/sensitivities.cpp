@@ -16,8 +16,8 @@ using Kind = ProblemChange::Kind;
 using Side = ProblemChange::Side;
 
 constexpr double worth_noting = 1e-9;     // multipliers of nominal values are of order one
-constexpr double difference_step = 1e-4;  // central differences of smooth functions: 1e-8
-constexpr double instead_of_zero = 1e-2;  // of the nominal value: the size of data that are zero
+constexpr double difference_step = 1e-4;  // central differences of smooth functions: error 1e-8
+constexpr double instead_of_zero = 1e-2;  // of the nominal value: size of data that are zero
 
 class Sensitivities {
  public:
@@ -77,7 +77,7 @@ class Sensitivities {
     const PhaseDefinition& phase = problem_.phases()[j];
     std::set<int> bounded;
     for (const ComponentBounds& b : phase.input_bounds)
-      if (!b.bounds.is_equality()) bounded.insert(b.component);  // what is forced stays so
+      if (!b.bounds.is_equality()) bounded.insert(b.component);  // equal bounds stay equal
     const int coefficients = program.integrators()[j]->arguments().nc;
     for (const int i : bounded) {
       std::vector<int> variables;
@@ -118,8 +118,8 @@ class Sensitivities {
     }
   }
 
-  // Sum of multipliers times (rows - sides) at the point, with the data that are in force: its rate
-  // is that of the relaxation (envelope theorem). NaN where a side is gone.
+  // Sum of multipliers times (rows - sides) at the point with the current data. Its derivative is
+  // that of the relaxation (envelope theorem). NaN if a side has vanished.
   double held() {
     ShootingProgram& program = relaxed_.shooting->editable_program();
     const VectorXd w = relaxed_.point();
@@ -158,7 +158,7 @@ class Sensitivities {
         program.commit(data);
         ends[side] = held();
       } catch (const DefinitionError&) {
-        ends[side] = std::nan("");  // bounds would exclude one another
+        ends[side] = std::nan("");  // the bounds would cross
       }
     }
     program.commit(before);
@@ -183,7 +183,7 @@ class Sensitivities {
     }
   }
 
-  // Blocks of one name are one, in whatever phase.
+  // Blocks with one name are one parameter in all phases.
   void ask_entry(int j, const ParameterBlock& block, int i) {
     const auto move = [&](ProblemData& data, double d) {
       for (std::size_t other = 0; other < problem_.phases().size(); ++other) {

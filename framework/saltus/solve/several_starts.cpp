@@ -79,11 +79,11 @@ NlpPoint point_of(const MultipleShooting& shooting, const StartingPoint& start) 
   return point;
 }
 
-// Sizes are those of the problem, whatever its units; what is smaller than this has the size 1.
+// Sizes in the units of the problem; sizes below this are replaced by 1.
 constexpr double least_size = 1e-9;
 double size_of(double magnitude) { return magnitude >= least_size ? magnitude : 1.0; }
 
-// Without nominal magnitudes a variable is as large as its quantity becomes in one of the two.
+// Without nominal magnitudes, the size of a variable is the largest value of its quantity in both.
 bool is_same(const Solution& a, const Solution& b, const Quantities& undeclared,
              const SeveralStartsOptions& options) {
   const double cost = size_of(std::max(std::abs(a.cost), std::abs(b.cost)));
@@ -110,10 +110,10 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
       .intervals_per_phase = options.intervals_per_phase,
       .intervals = options.intervals,
       .integrator = options.integrator ? options.integrator : runge_kutta4({.steps = 2})};
-  const MultipleShooting any(problem, grid);  // what is wrong with the options is said here
+  const MultipleShooting any(problem, grid);  // reports invalid options
   const Quantities undeclared = undeclared_quantities(any.program());
 
-  // Programs own scratch memory: each start has its own, and a thread takes the next that is left.
+  // Programs own work memory: each start has its own program, and each thread takes the next start.
   const std::size_t count = starts.size();
   std::vector<Solution> all(count);
   std::vector<std::exception_ptr> thrown(count);
@@ -135,7 +135,8 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
     std::vector<std::jthread> others;
     try {
       for (std::size_t t = 1; t < threads; ++t) others.emplace_back(work);
-    } catch (const std::system_error&) {  // no further thread: those that there are do all
+      // no further thread is available: the existing ones do all starts
+    } catch (const std::system_error&) {
     }
     work();
   }
@@ -149,7 +150,7 @@ SeveralSolutions solve_from(const OptimalControlProblem& problem,
     if (all[i].ok()) order.push_back(i);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return all[a].cost < all[b].cost; });
-  std::vector<std::size_t> cheapest;  // start of each optimum; of equal costs the first
+  std::vector<std::size_t> cheapest;  // start of each optimum; the first one among equal costs
   for (const std::size_t i : order) {
     std::size_t k = 0;
     while (k < cheapest.size() && !is_same(all[cheapest[k]], all[i], undeclared, options)) ++k;

@@ -16,11 +16,11 @@ namespace {
 
 using Side = ProblemChange::Side;
 
-constexpr double worth_its_price = 1e-3;  // of what all soft terms together cost
-// A penalty holds from the largest multiplier on; beyond it there is room for rounding.
+constexpr double worth_its_price = 1e-3;  // fraction of the cost of all soft terms together
+// A penalty is exact for weights above the largest multiplier; the margin covers rounding.
 constexpr double room = 1.02;
 
-// One row of the program that a penalty lets go, with its slack variables (-1: none).
+// A program row of a soft term with its slack variables (-1: none).
 struct SoftRow {
   Shortage name;  // kind, phase, term, component
   const Penalty* penalty = nullptr;
@@ -42,7 +42,7 @@ SoftRow soft_row(const Instance& instance, int i, Shortage name, const Penalty* 
           point};
 }
 
-// In the order of the instances, which does not depend on what is soft.
+// In the order of the instances, which does not depend on which terms are soft.
 std::vector<SoftRow> soft_rows(const ShootingProgram& program) {
   std::vector<SoftRow> rows;
   const OptimalControlProblem& problem = program.problem();
@@ -77,7 +77,7 @@ bool is_same_row(const Shortage& a, const Shortage& b) {
   return is_same_term(a, b) && a.component == b.component;
 }
 
-// What nominal changes of the variables, slacks aside, do to each row at w.
+// Change of each row at w for nominal changes of the variables without slacks.
 VectorXd nominal_rows(ShootingProgram& program, const std::vector<SoftRow>& rows,
                       const VectorXd& w) {
   std::vector<bool> is_slack(static_cast<std::size_t>(program.variables()), false);
@@ -96,8 +96,8 @@ VectorXd nominal_rows(ShootingProgram& program, const std::vector<SoftRow>& rows
   return nominal;
 }
 
-// Rows that repeat another one, as hulls of fixed size have, give way alike: they are named once,
-// and cost what all of them cost.
+// Rows that repeat each other, as in hulls of fixed size, are violated alike: they are listed once
+// with the price of all.
 void merge_repeats(std::vector<SoftShortage>& all) {
   std::vector<SoftShortage> merged;
   for (SoftShortage& s : all) {
@@ -118,7 +118,7 @@ void merge_repeats(std::vector<SoftShortage>& all) {
 // ---- the problem with other terms
 // -----------------------------------------------------------------
 
-// Calls edit(the penalty, or none) for every term among `soft`.
+// Calls edit(penalty or none) for every term in `soft`.
 template <class Edit>
 OptimalControlProblem with_penalties(const OptimalControlProblem& problem,
                                      const std::vector<SoftShortage>& soft, const Edit& edit) {
@@ -144,7 +144,7 @@ OptimalControlProblem with_penalties(const OptimalControlProblem& problem,
 // ---- why
 // ------------------------------------------------------------------------------------------
 
-// Which cost grows most when all that gives way is held.
+// The cost that increases most if all violated terms are held.
 std::string what_grows(const Solution& free, const Solution& held) {
   std::map<std::pair<std::string, std::string>, double> grown;
   for (const CostContribution& c : held.costs) grown[{c.phase, c.term}] += c.value;
@@ -156,7 +156,7 @@ std::string what_grows(const Solution& free, const Solution& held) {
   return fmt::format("phase '{}', '{}'", most->first.first, most->first.second);
 }
 
-// The same, rounded up to three digits.
+// The weight with a margin, rounded up to three digits.
 double with_room(double weight) {
   const double unit = std::pow(10.0, std::floor(std::log10(weight)) - 2.0);
   return std::ceil(room * weight / unit) * unit;
@@ -181,7 +181,7 @@ class SoftTerms {
     if (soft_.empty()) return;
     explanation_.trajectory = plan.trajectory;
     const OptimalControlProblem held = with_held(problem_, soft_);
-    // What is hard stays as it is: only what gives way is asked.
+    // Hard terms stay hard: only the violated soft terms are relaxed.
     solves_.is_negotiable = [&](const AskedFor& asked) {
       const Shortage name{.kind = asked.kind,
                           .phase = asked.has_phase ? held.phases()[asked.phase].name : "",
@@ -212,7 +212,7 @@ class SoftTerms {
     find_weights(hard.program(), other, plan.point.w);
   }
 
-  // An L1 penalty is exact from the largest multiplier of its hard rows on.
+  // An L1 penalty is exact for weights above the largest multiplier of its hard rows.
   void find_weights(const ShootingProgram& hard, const Solution& held, const VectorXd& w) {
     std::vector<double> needed(soft_.size(), 0.0);
     VectorXd one = w;
@@ -231,7 +231,7 @@ class SoftTerms {
         }
       }
     };
-    // Soft rows are those of some instances, which are the same in both programs.
+    // Soft rows belong to instances that exist in both programs.
     const std::vector<SoftRow> rows = soft_rows(shooting_.program());
     std::size_t next = 0;
     const auto ask_instances = [&](const auto& mine, const auto& others, const auto& is_soft) {
@@ -296,7 +296,8 @@ std::vector<SoftShortage> soft_shortages(MultipleShooting& shooting, const Solut
     }
     for (const int slack : {row.below, row.above, row.free})
       if (slack >= 0) found->price += program.slack_cost(slack, w);
-    const double free = row.free >= 0 ? w[row.free] : 0.0;  // of the violation, > 0: below
+    // part of the violation; positive: below the lower side
+    const double free = row.free >= 0 ? w[row.free] : 0.0;
     const double lower = program.row_lower()[row.row], upper = program.row_upper()[row.row];
     for (const Side side : {Side::lower, Side::upper}) {
       const bool is_low = side == Side::lower;

@@ -127,9 +127,8 @@ class Collector {
   std::vector<AskedFor> all_;
 };
 
-// Of each variable: nominal or, where nobody declared any and the point and its bounds tell that
-// all of them are small, what they tell. One that is zero beside others of usual size tells
-// nothing.
+// Sizes of the variables: nominal ones or, if none are declared and the point and bounds show that
+// all are small, those of the point and bounds. A zero among well-scaled values gives no size.
 VectorXd sizes_of(ShootingProgram& program, const VectorXd& w) {
   constexpr double small = 1e-2;
   VectorXd sizes = VectorXd::Ones(program.variables());
@@ -143,7 +142,7 @@ VectorXd sizes_of(ShootingProgram& program, const VectorXd& w) {
   return (told.array() < small).select(told, sizes);
 }
 
-// The largest derivative of each row at w, by variables of these sizes.
+// Largest derivative of each row at w, for variables of these sizes.
 VectorXd steepest_of(ShootingProgram& program, const VectorXd& w, const VectorXd& sizes) {
   VectorXd steepest = VectorXd::Zero(program.rows());
   std::vector<double> entries(program.jacobian_pattern().entries());
