@@ -23,7 +23,7 @@ std::unique_ptr<RealTimeSolver> whole_solve_by_sqp(const RealTimeChoice& choice)
 std::unique_ptr<RealTimeSolver> iteration(NonlinearProgram& program, const RealTimeChoice& choice) {
   RealTimeIterationOptions options{.tolerance = choice.tolerance, .kernels = choice.kernels};
   if (choice.max_iterations > 0) options.max_iterations = choice.max_iterations;
-  // Stage by stage is its own: it fills the stages of a shooting program directly.
+  // The default solver of the iteration fills the stages of a shooting program directly.
   if (choice.solver != SolverChoice::riccati) options.qp = qp_method(choice.solver);
   return make_real_time_iteration(program, std::move(options));
 }

@@ -66,7 +66,7 @@ void hold(const MultipleShooting& shooting, const VectorXd& w, double t, double 
       last_interval = k;
       const double begin = start + interval.offset(T), length = interval.length(T);
       const double end = std::min(begin + length, t + period);
-      if (end - at <= same_instant) continue;  // over, or nothing left of the tick
+      if (end - at <= same_instant) continue;  // the interval or the tick is over
       const double middle = 0.5 * (std::max(at, begin) + end);
       add(j, k, end - at, std::clamp((middle - begin) / length, 0.0, 1.0));
     }

@@ -6,7 +6,7 @@
 
 namespace saltus {
 
-// The exponent of a double and the first bits of its mantissa are its bucket.
+// The bucket is the exponent of a double and the first bits of its mantissa.
 int LatencyHistogram::bucket(double seconds) {
   if (!(seconds > 0.0)) return 0;
   constexpr int mantissa_bits = 52, kept_bits = 3, bias = 1023;

@@ -28,7 +28,7 @@ class Iteration final : public RealTimeSolver {
   }
 
   void prepare(NonlinearProgram& program, const NlpPoint& guess) noexcept override {
-    if (!is_exact_) {  // the model of a linear-quadratic program is the same everywhere
+    if (!is_exact_) {  // the model of a linear-quadratic program does not depend on w
       at_ = guess.w;
       if (guess.lambda.size() == lambda_.size())
         lambda_ = guess.lambda;
@@ -60,14 +60,15 @@ class Iteration final : public RealTimeSolver {
     result.iterations = r.iterations;
     const bool broke =
         r.status == QpStatus::numerical_failure || r.status == QpStatus::iteration_limit;
-    if (warm && broke && WallClock::now() < deadline) {  // a warm start may be worse than none
+    // a warm start may be worse than a cold one
+    if (warm && broke && WallClock::now() < deadline) {
       point = start_;
       r = qp_->solve(model_.qp(), point, false);
       result.iterations += r.iterations;
     }
     result.status = to_solve_status(r.status);
-    // The optimum of a model is the program's only where the program is its own model; elsewhere it
-    // is up to the caller to look.
+    // The optimum of a model is that of the program only if the program is its own model. Otherwise
+    // the caller checks the plan.
     if (!is_exact_ && result.status == SolveStatus::optimal)
       result.status = SolveStatus::step_taken;
     result.objective = r.objective;
@@ -91,12 +92,12 @@ class Iteration final : public RealTimeSolver {
     return supported_curvature(program, asked);
   }
 
-  // The program with the second derivatives that models are made of.
+  // The program with the second derivatives of the models.
   NonlinearProgram& differentiable(NonlinearProgram& program) const {
     return differenced_ != nullptr ? *differenced_ : program;
   }
 
-  // A shooting program fills the stages itself; whatever else has stages is sorted into them.
+  // A shooting program fills the stages directly; other programs are sorted into stages.
   void make_qp_solver(NonlinearProgram& program) {
     const QpOptions asked{.tolerance = options_.tolerance,
                           .max_iterations = options_.max_iterations};
@@ -116,7 +117,7 @@ class Iteration final : public RealTimeSolver {
     qp_ = std::move(stages);
   }
 
-  // What a formula throws is a point that cannot be evaluated.
+  // A formula that throws counts as a point that cannot be evaluated.
   void linearise(NonlinearProgram& program) noexcept {
     try {
       make_model(program);
@@ -128,7 +129,7 @@ class Iteration final : public RealTimeSolver {
 
   void make_model(NonlinearProgram& program) {
     if (revision_ >= 0 && revision_ == program.revision()) {
-      if (stages_ == nullptr) model_.update_bounds(program);  // stages look after their own
+      if (stages_ == nullptr) model_.update_bounds(program);  // stages update their own bounds
       return;
     }
     const Curvature curvature = curvature_.value_or(Curvature::exact);
@@ -145,14 +146,14 @@ class Iteration final : public RealTimeSolver {
   RealTimeIterationOptions options_;
   bool is_exact_;
   std::optional<Curvature> curvature_;               // empty: differences
-  std::unique_ptr<DifferencedProgram> differenced_;  // where the program has no curvature
+  std::unique_ptr<DifferencedProgram> differenced_;  // set if the program has no curvature
   QuadraticModel model_;
   std::unique_ptr<QpSolver> qp_;
-  StageProgram* stages_ = nullptr;  // what qp_ is where the program is written into stages directly
+  StageProgram* stages_ = nullptr;  // qp_, if the program is written directly into stages
   std::unique_ptr<Convexification> convexification_;
-  VectorXd at_, lambda_;  // of the model
+  VectorXd at_, lambda_;  // point and multipliers of the model
   NlpPoint start_;
-  long revision_ = -1;  // of the program that the model is of
+  long revision_ = -1;  // revision of the program at the model
   bool is_valid_ = false;
 };
 

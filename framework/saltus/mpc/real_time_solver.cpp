@@ -29,14 +29,14 @@ class FullSolve final : public RealTimeSolver {
     ScaledResult r = solve_presolved(*solver_, program, point, [&](NonlinearProgram& reduced) {
       return solve_tick_in_scale(*solver_, reduced, point, warm && use_multipliers_, quantities);
     });
-    // What meets the tolerance in the units of the program only is no optimum.
+    // A result that meets the tolerance only in the units of the program is not optimal.
     if (r.is_doubtful) r.nlp.status = SolveStatus::feasible;
     point = std::move(r.nlp.point);
     return {r.nlp.status, r.nlp.iterations, r.nlp.objective, r.in_scale.scaled(),
             r.in_scale.feasibility};
   } catch (const DefinitionError&) {
     return {};     // an invalid problem
-  } catch (...) {  // a formula
+  } catch (...) {  // exception of a formula
     TickResult failed;
     failed.status = SolveStatus::evaluation_failed;
     return failed;

@@ -12,14 +12,14 @@
 namespace saltus {
 namespace {
 
-// A program needs some length of time for what is over but for rounding.
+// Minimum remaining duration: a program needs a positive length.
 constexpr double least = 10.0 * same_instant;  // s
 
 Bounds what_is_left(const Bounds& duration, double elapsed) {
   return {std::max(duration.lower - elapsed, least), std::max(duration.upper - elapsed, least)};
 }
 
-// Whether the window begins or ends within the phase, by the phase's clock.
+// True if the window starts or ends within the phase by the clock of the phase.
 bool counts_from_the_start(const Window& window) {
   return window.clock == Clock::phase && (is_after_start(window.from) || is_number(window.to));
 }
@@ -98,7 +98,7 @@ void ShrinkingHorizonController::enter(int phase, double t) {
   try {
     if (rests_[phase_].follows_plan())
       plan = rests_[phase_].report().trajectory.after(phase - phase_);
-  } catch (...) {  // formulas: there is no plan to take over
+  } catch (...) {  // exception of a formula: there is no plan to take over
   }
   phase_ = phase;
   entered_ = t;
@@ -111,7 +111,7 @@ const ControlTick& ShrinkingHorizonController::tick(double t, const VectorRef& s
   try {
     rest.set_remaining(what_is_left(durations_[phase_], t - entered_),
                        {total_time_.lower - (t - start_), total_time_.upper - (t - start_)});
-  } catch (...) {  // a time that is none: the tick goes on with its plan
+  } catch (...) {  // invalid time: the tick continues with its plan
   }
   return rest.tick(t, state);
 }
