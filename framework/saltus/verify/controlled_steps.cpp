@@ -6,7 +6,7 @@
 namespace saltus {
 namespace {
 
-// Powers of the golden ratio 1.618...: of the interval, and from step to step.
+// Powers of the golden ratio 1.618..., relative to the interval or to the previous step.
 constexpr double first_step = 0.05572809000084122;    // ^-6
 constexpr double largest_step = 0.38196601125010515;  // ^-2
 constexpr double most_growth = 4.23606797749979;      // ^3
@@ -25,7 +25,7 @@ constexpr double a[7][6] = {
     {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
     {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
     {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}};
-// b - b of order 4.
+// b minus the b of order 4.
 constexpr double e[7] = {71.0 / 57600,      0.0,        -71.0 / 16695, 71.0 / 1920,
                          -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 constexpr double d[7] = {-12715105075.0 / 11282082432,  0.0,
@@ -42,7 +42,7 @@ constexpr double a[5][5] = {{1.0 / 4},
                             {17.0 / 50, -1.0 / 25, 1.0 / 4},
                             {371.0 / 1360, -137.0 / 2720, 15.0 / 544, 1.0 / 4},
                             {25.0 / 24, -49.0 / 48, 125.0 / 16, -85.0 / 12, 1.0 / 4}};
-// b - b of order 3; b is the last row of a.
+// b minus the b of order 3; b is the last row of a.
 constexpr double e[5] = {25.0 / 24 - 59.0 / 48, -49.0 / 48 + 17.0 / 96, 125.0 / 16 - 225.0 / 32,
                          0.0, 1.0 / 4};
 }  // namespace sdirk
@@ -92,7 +92,7 @@ bool ControlledSteps::step() {
   return false;
 }
 
-// Takes the step, or proposes another one.
+// Accepts the step or proposes another size.
 bool ControlledSteps::accept(double error, int order) {
   const double factor = std::isfinite(error)
                             ? safety * std::pow(std::max(error, 1e-10), -1.0 / order)
@@ -131,7 +131,7 @@ bool ControlledSteps::step_explicit() {
     states = std::max(states, std::abs(next_[r] - stage_[r]) / size_of(r));
   }
   if (!accept(finite ? error : NAN, 5)) return false;
-  // A step that stability limits, and not accuracy, many times over: the field is stiff.
+  // If stability, not accuracy, limits the step many times, the field is stiff.
   constexpr double edge_of_stability = 3.25;
   constexpr int certain = 15;
   if (h * rates > edge_of_stability * states)
@@ -159,13 +159,13 @@ void ControlledSteps::interpolate_explicit(double h) {
   }
 }
 
-// k = F(s + c h, y + h sum_j a_j k_j + h gamma k) by simplified Newton steps.
+// k = F(s + c h, y + h sum_j a_j k_j + h gamma k), solved by simplified Newton steps.
 bool ControlledSteps::solve_stage(int stage, double h) {
   using namespace sdirk;
   constexpr int most_iterations = 8;
-  constexpr double enough = 1e-3;  // of the tolerance of a step
+  constexpr double enough = 1e-3;  // fraction of the tolerance of a step
   std::vector<double>& k = k_[stage + 1];
-  std::vector<double>& rates = error_;  // free until the error is computed
+  std::vector<double>& rates = error_;  // unused until the error is computed
   if (stage == 0)
     k = k_[0];
   else
@@ -219,7 +219,7 @@ bool ControlledSteps::step_implicit() {
     next_[r] = y_[r] + h * sum;
     estimate[r] = h * sum_e;
   }
-  lu_.solve(estimate.data());  // of what is stiff the raw difference says too much
+  lu_.solve(estimate.data());  // the raw difference overestimates the error of stiff components
   double error = 0.0;
   for (int r = 0; r < n_; ++r) error = std::max(error, std::abs(estimate[r]) / size_of(r));
   if (!accept(error, 4)) return false;

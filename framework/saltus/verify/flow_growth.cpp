@@ -7,7 +7,7 @@
 
 namespace saltus {
 
-// By plane rotations that make the columns orthogonal (Hestenes 1958). In plain loops: a
+// Plane rotations that make the columns orthogonal (Hestenes 1958). Plain loops, because a
 // decomposition of Eigen takes ten seconds to compile.
 double largest_singular_value(MatrixXd A) {
   const auto product = [&](int p, int q) {
@@ -23,7 +23,7 @@ double largest_singular_value(MatrixXd A) {
       for (int q = p + 1; q < columns; ++q) {
         const double pp = product(p, p), qq = product(q, q), pq = product(p, q);
         if (!(std::abs(pq) > std::numeric_limits<double>::epsilon() * std::sqrt(pp * qq))) continue;
-        const double cotangent = (qq - pp) / (2.0 * pq);  // of twice the angle
+        const double cotangent = (qq - pp) / (2.0 * pq);  // of twice the rotation angle
         const double tangent = std::copysign(1.0, cotangent) /
                                (std::abs(cotangent) + std::sqrt(1.0 + cotangent * cotangent));
         const double c = 1.0 / std::sqrt(1.0 + tangent * tangent), s = c * tangent;
@@ -65,7 +65,7 @@ void FlowGrowth::step(const std::vector<double>& jacobian, double length) {
     for (int j = 0; j < n; ++j) sum += std::abs(length * jacobian[i * n + j]);
     norm = std::max(norm, sum);
   }
-  constexpr double most_of_series = 4.0;  // where ten terms are good to a few digits
+  constexpr double most_of_series = 4.0;  // limit at which ten terms are accurate to a few digits
   if (norm <= most_of_series) {
     term_ = columns_;
     constexpr int terms = 12;

@@ -13,7 +13,7 @@ namespace {
 constexpr double none = std::numeric_limits<double>::infinity();
 
 Interval checked(double lower, double upper) {
-  return lower <= upper ? Interval{lower, upper} : Interval::entire();  // NaN: nothing is known
+  return lower <= upper ? Interval{lower, upper} : Interval::entire();  // NaN gives the whole line
 }
 Interval operator+(const Interval& a, const Interval& b) {
   return checked(a.lower + b.lower, a.upper + b.upper);
@@ -44,7 +44,7 @@ Interval hull(const Interval& a, const Interval& b) {
   return {std::min(a.lower, b.lower), std::max(a.upper, b.upper)};
 }
 
-// The same names for numbers, so that a formula is written once.
+// The same functions for numbers, so that formulas are written once.
 double sin(double a) { return std::sin(a); }
 double cos(double a) { return std::cos(a); }
 double exp(double a) { return std::exp(a); }
@@ -58,10 +58,10 @@ double cosh(double a) { return std::cosh(a); }
 double tan(double a) { return std::tan(a); }
 double abs(double a) { return std::abs(a); }
 
-// cos over [lower, upper]: an extremum at every multiple of pi inside.
+// cos over [lower, upper] has an extremum at every multiple of pi inside.
 Interval cos(const Interval& a) {
   using std::numbers::pi;
-  constexpr double far = 1e12;  // beyond it a period is not told from the next
+  constexpr double far = 1e12;  // beyond it the precision is below a period
   if (!(a.upper - a.lower < 2.0 * pi) || std::abs(a.lower) > far) return {-1.0, 1.0};
   double lower = std::min(std::cos(a.lower), std::cos(a.upper));
   double upper = std::max(std::cos(a.lower), std::cos(a.upper));
@@ -135,7 +135,7 @@ bool is_number(double) { return true; }
 double number(const Interval& a) { return a.lower; }
 double number(double a) { return a; }
 
-// Whether a lies above or below zero everywhere.
+// True if a is on one side of zero everywhere.
 bool is_above(const Interval& a) { return a.lower >= 0.0; }
 bool is_below(const Interval& a) { return a.upper < 0.0; }
 bool is_above(double a) { return a >= 0.0; }
@@ -183,8 +183,7 @@ Jet<T> root(const Jet<T>& a) {
   const T r = sqrt(a.value), half = T(0.5) / r;
   return chain<T>(a, r, half, -(half / (T(2.0) * a.value)));
 }
-// b where a >= 0, else c; with a kink nothing is known of the second derivative, with a jump
-// nothing of the first.
+// b if a >= 0, else c. At a kink the second derivative is unknown, at a jump the first one too.
 template <class T>
 Jet<T> choose(const T& a, const Jet<T>& b, const Jet<T>& c, bool is_continuous) {
   if (is_above(a)) return b;

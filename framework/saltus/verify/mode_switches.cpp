@@ -6,14 +6,14 @@
 namespace saltus {
 namespace {
 
-// A guard counts as met within this fraction of what it is made of: a node is where a solver left
-// it.
+// A guard counts as zero within this fraction of its terms, because nodes have the accuracy of a
+// solver.
 constexpr double on_guard = 1e-8;
-constexpr int parts = 4;  // of a step, in which guards are looked at
+constexpr int parts = 4;  // parts of a step at which guards are evaluated
 
 }  // namespace
 
-// Negative before the event.
+// The guard, negative before the event.
 double ModeSwitches::guard(const SwitchingSystem::Transition& t, PlanField& field, double s,
                            const double* x) {
   double g = 0.0;
@@ -113,7 +113,7 @@ bool ModeSwitches::take(PlanField& field, double s, std::vector<double>& y) {
   mode_ = t.to;
   if (system().memory >= 0) y[system().memory] = mode_;
   field.use(system().modes[mode_].dynamics);
-  // The new field must lead away from every guard that the state is on.
+  // The new field must lead away from every guard that is zero at the state.
   for (const SwitchingSystem::Transition& next : system().transitions) {
     if (next.from != mode_) continue;
     double size = 0.0;

@@ -22,8 +22,8 @@ std::vector<const PlannedInterval*> intervals_of(const Plan& plan, int phase) {
   return list;
 }
 
-// What solvers leave of a row that holds, relative to the largest of 1 and its sides. A weight of
-// 1e10 would make a cost of it.
+// Violation that solvers leave of a satisfied row, relative to the largest of 1 and its sides. A
+// weight of 1e10 would turn it into a cost.
 constexpr double held = 1e-8;
 
 double penalty_of(const Penalty& penalty, const VectorXd& values,
@@ -44,9 +44,9 @@ bool has_given_start(const OptimalControlProblem& problem) {
   return std::ranges::all_of(problem.start_bounds(), &Bounds::is_equality);
 }
 
-// A running penalty is charged per unit of time: at a node for the interval that starts there, at
-// the last node of a window for the one that ends there; of a row that reads a linear input both
-// ends of an interval share it.
+// A running penalty counts per unit of time. A node counts for the interval that starts there, and
+// the last node of a window for the interval that ends there. Rows with a linear input share an
+// interval between both ends.
 double running_penalty(const OptimalControlProblem& problem, const Plan& plan, int j,
                        const Term& term) {
   const PhaseDefinition& phase = problem.phases()[j];
@@ -97,7 +97,7 @@ VectorXd link_argument(const OptimalControlProblem& problem, const Plan& plan, c
   return z;
 }
 
-// What the integrals of one name come to at the end of each phase that declares it.
+// Values of the integrals of each name at the end of each phase that declares it.
 std::vector<std::vector<double>> integrals_so_far(const OptimalControlProblem& problem,
                                                   const std::vector<PhaseTotals>& totals) {
   std::map<std::string, double> reached;
@@ -182,7 +182,7 @@ PlanCost cost_of(const OptimalControlProblem& problem, const Plan& plan,
 
 namespace {
 
-// Notes each row of `values` that is beyond its bounds.
+// Records each row of `values` that exceeds its bounds.
 void note_rows(const VectorXd& values, const std::vector<Bounds>& bounds, double nominal,
                double given_tolerance, const GridAccuracy& accuracy, const VerifiedMiss& where,
                const NoteMiss& note) {

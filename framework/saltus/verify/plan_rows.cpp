@@ -37,14 +37,14 @@ PathRow make_row(const PhaseDefinition& phase, const std::string& term, Bounds b
   return row;
 }
 
-// The elementary steps of a formula, where it is one and they are what it computes.
+// The elementary steps of a formula, if the function consists of them alone.
 std::optional<FormulaBounds> bounds_of(const Function& function) {
   try {
     FormulaSteps steps = steps_of(function);
     if (steps.steps.size() > most_formula_steps) return std::nullopt;
     return FormulaBounds(std::move(steps));
   } catch (const DefinitionError&) {
-    return std::nullopt;  // composed of others: algebraic states, functions from outside
+    return std::nullopt;  // composed of other functions: algebraic states, external functions
   }
 }
 

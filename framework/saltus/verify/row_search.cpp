@@ -7,14 +7,14 @@
 namespace saltus {
 namespace {
 
-constexpr int most_pieces = 20000;  // of a step
-constexpr double thinnest = 1e-10;  // of a step
+constexpr int most_pieces = 20000;  // per step
+constexpr double thinnest = 1e-10;  // fraction of a step
 constexpr double share = 0.1;       // of a tolerance: smaller violations need not be found
 constexpr double within = 1.001;    // times what was found: more is searched for
 constexpr int first_samples = 8;    // of a function without steps, in a step
-constexpr int deepest = 14;         // halvings of the distance between samples
+constexpr int deepest = 14;         // bisections of the distance between samples
 
-// The largest of v + s d + c d^2 / 2 over |d| <= r, and where it is.
+// Maximum of v + s d + c d^2 / 2 over |d| <= r, and its position.
 std::pair<double, double> parabola(double v, double s, double c, double r) {
   if (!std::isfinite(s) || !std::isfinite(c)) return {infinity, 0.0};
   double at = s >= 0.0 ? r : -r;
@@ -92,7 +92,7 @@ void RowSearch::fill(const std::vector<int>& arguments, double middle, double ra
       const int i = z - a.x();
       double c[5];
       for (int k = 0; k < 5; ++k) c[k] = steps_->coefficient(k)[i];
-      // Coefficients around the middle.
+      // Coefficients of the expansion around the middle.
       for (int from = 0; from < 4; ++from)
         for (int k = 3; k >= from; --k) c[k] += middle * c[k + 1];
       point_[z] = {c[0], c[1], 2.0 * c[2]};
@@ -124,9 +124,9 @@ bool RowSearch::bound(PathConstraint& constraint) {
       if (!std::isfinite(formula.at(i).value)) return false;
     return true;
   };
-  // At the edge of its domain a formula may have no value by rounding alone: beside it it has.
+  // At the edge of its domain, rounding may leave a formula without a value: evaluates next to it.
   const auto note_all = [&](double theta) {
-    constexpr double beside = 1e-6;  // of a step
+    constexpr double beside = 1e-6;  // fraction of a step
     for (const double other : {std::max(0.0, theta - beside), std::min(end_, theta + beside)}) {
       if (has_value()) break;
       fill(constraint.arguments, other, 0.0);
@@ -149,7 +149,7 @@ bool RowSearch::bound(PathConstraint& constraint) {
     formula.evaluate(box_);
     formula.evaluate(point_);
     note_all(middle);
-    double most = 0.0, candidate = middle;  // what may be found beyond its limit
+    double most = 0.0, candidate = middle;  // largest possible excess of the limit
     const auto consider = [&](double v, double slope, double curvature, double over_all,
                               double steepest, double allowed) {
       if (over_all <= allowed) return;
@@ -178,7 +178,7 @@ bool RowSearch::bound(PathConstraint& constraint) {
     };
     consider_all();
     if (most == 0.0 || radius < thinnest) continue;
-    if (candidate != middle) {  // often the top itself: then nothing is left to find
+    if (candidate != middle) {  // often the maximum itself, so that the search ends
       const double top = candidate;
       const std::vector<TimeJet<double>> kept = point_;
       fill(constraint.arguments, top, 0.0);
@@ -232,21 +232,21 @@ bool RowSearch::sample(PathConstraint& constraint) {
 
 bool RowSearch::sample_between(PathConstraint& constraint, const Sample& a, const Sample& b,
                                int depth) {
-  constexpr double inside = 0.4721359549995794;  // not in the middle: symmetry hides errors there
+  constexpr double inside = 0.4721359549995794;  // not in the middle, where symmetry hides errors
   const double h = b.at - a.at;
   const Sample m = sample_at(constraint, a.at + inside * h);
   bool is_predicted = true;
   double top = -1.0, excess = 0.0;
   for (std::size_t i = 0; i < constraint.rows.size(); ++i) {
     PathRow& row = constraint.rows[i];
-    if (!std::isfinite(a.value[i] + b.value[i] + m.value[i])) continue;  // infinite already
+    if (!std::isfinite(a.value[i] + b.value[i] + m.value[i])) continue;  // already infinite
     const auto hermite = [&](double s) {
       const double r = 1.0 - s;
       return r * r * ((1.0 + 2.0 * s) * a.value[i] + s * h * a.slope[i]) +
              s * s * ((1.0 + 2.0 * r) * b.value[i] - r * h * b.slope[i]);
     };
     const double error = std::abs(hermite(inside) - m.value[i]);
-    // Extrema of the cubic: the roots of its derivative.
+    // Extrema of the cubic are the roots of its derivative.
     const double d = b.value[i] - a.value[i], p = h * a.slope[i], q = h * b.slope[i];
     const double c2 = 3.0 * d - 2.0 * p - q, c3 = p + q - 2.0 * d;
     const double root = std::sqrt(std::max(0.0, c2 * c2 - 3.0 * c3 * p));

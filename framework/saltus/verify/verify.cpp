@@ -21,13 +21,14 @@ namespace saltus {
 namespace {
 
 constexpr double step_tolerance = 1e-9;       // of a step, relative to max(unit, |state|)
-constexpr double tightest_tolerance = 1e-13;  // of the open loop where errors grow
+constexpr double tightest_tolerance = 1e-13;  // tolerance of the open loop if errors grow
 constexpr double quadrature_share = 1e3;      // integrals need fewer digits than states
-constexpr int most_events = 1000;             // in one interval
-// Part of a row's tolerance up to which a defect is what solvers leave of an equation.
+constexpr int most_events = 1000;             // per interval
+// Fraction of a row's tolerance: smaller defects are solver errors of an equation.
 constexpr double solved = 1e-2;
 
-// A phase as it is integrated: states, then its integrated costs, then its integral constraints.
+// Integrated quantities of a phase: states, then its integrated costs, then its integral
+// constraints.
 struct PhaseFlow {
   PhaseFlow(const OptimalControlProblem& problem, int j)
       : definition(problem.phases()[j]),
@@ -79,7 +80,7 @@ class Verifier {
     check_rows_at_nodes();
     check_instants(problem_, plan_, totals_, options_.accuracy, [&](VerifiedMiss miss) {
       if (miss.term.starts_with("integral"))
-        note(summary().between_nodes, std::move(miss));  // the grid decides its accuracy
+        note(summary().between_nodes, std::move(miss));  // the grid determines its accuracy
       else
         note(summary().at_nodes, std::move(miss));
     });
@@ -119,7 +120,7 @@ class Verifier {
                                   plan_.starts[interval.phase], interval));
   }
 
-  // By the rates at the starts of the intervals, and not below a part of the cost.
+  // Units from the rates at the starts of the intervals, but at least a fraction of the cost.
   void set_units_of_integrals() {
     double all = std::abs(plan_.cost);
     for (const auto& flow : flows_)
@@ -153,7 +154,7 @@ class Verifier {
     const PlannedInterval& interval = plan_.intervals[index];
     if (interval.phase != phase_) enter(interval, index);
     PhaseFlow& flow = *flows_[interval.phase];
-    if (!(interval.length > 0.0)) return;  // of a phase that has vanished
+    if (!(interval.length > 0.0)) return;  // the phase has vanished
     flow.field.load(interval, plan_.parameters[interval.phase]);
     activate(flow, interval);
     open_rows(flow, interval, index == 0);
@@ -167,7 +168,8 @@ class Verifier {
     note_defect(flow, index, y, works);
   }
 
-  // From s = 0 to 1; y becomes the end. False: the integration fails, or an event is undecided.
+  // Integrates from s = 0 to 1; y receives the end. Returns false if the integration fails or an
+  // event is undecided.
   bool integrate(PhaseFlow& flow, std::vector<double>& y, bool follows_plan) {
     ControlledSteps& steps = flow.steps;
     steps.begin(0.0, y.data());
@@ -227,7 +229,7 @@ class Verifier {
     growth_.add_deviation(x - interval.state);
   }
 
-  // At the end of a phase: what the open loop does to first order.
+  // At the end of a phase: first-order deviation of the open loop.
   void finish_phase() {
     if (phase_ < 0) return;
     const PhaseFlow& flow = *flows_[phase_];
@@ -248,7 +250,7 @@ class Verifier {
     const PlannedInterval& interval = plan_.intervals[index];
     IntervalFinding& found = result_.intervals[index];
     VerifiedDefect& worst = summary().defect;
-    if (flow.undecided) return;  // said in not_verified
+    if (flow.undecided) return;  // reported in not_verified
     const int nx = flow.field.states();
     VectorXd gap(nx);
     for (int i = 0; i < nx; ++i) {
@@ -277,8 +279,8 @@ class Verifier {
 
   // ---- path constraints -----------------------------------------------------------------------
 
-  // The way back from a given start is within bounds that reach as far as it, for rows of states:
-  // they do not hold at a given start.
+  // On the way back from a start outside the bounds, rows of states do not hold. Their bounds are
+  // extended to the start.
   void open_rows(PhaseFlow& flow, const PlannedInterval& interval, bool is_first) {
     const bool is_given = is_first && interval.phase == 0 &&
                           std::ranges::all_of(problem_.start_bounds(), &Bounds::is_equality);
@@ -371,7 +373,8 @@ class Verifier {
   }
 
   struct Worst;
-  // What nominal changes of state and input do to a row, at the start of the interval of its miss.
+  // Change of a row for nominal changes of state and input, at the start of the interval of its
+  // miss.
   double nominal_change(const Worst& w) const {
     const PhaseDefinition& phase = flows_[w.phase]->definition;
     const Arguments& a = phase.sizes;
@@ -439,7 +442,7 @@ class Verifier {
     VerifiedOpenLoop& loop = summary().open_loop;
     loop.completed = std::ranges::none_of(flows_, [](const auto& flow) { return flow->undecided; });
     if (!loop.completed || plan_.intervals.empty()) return;
-    // To first order where that is certain, integrated where it is not.
+    // First-order deviation if it is reliable, otherwise an integration.
     double largest = 0.0;
     for (const auto& [j, deviation] : ends_)
       for (int i = 0; i < deviation.size(); ++i)
@@ -490,7 +493,7 @@ class Verifier {
         std::vector<double> y(flow.field.outputs(), 0.0);
         std::copy_n(x.data(), x.size(), y.data());
         if (!x.allFinite() || !flow.switches.start(flow.field, x) || !integrate(flow, y, false)) {
-          flow.undecided = false;  // of the plan it is not
+          flow.undecided = false;  // the plan itself is decided
           return;
         }
         std::copy_n(y.data(), x.size(), x.data());
@@ -523,7 +526,7 @@ class Verifier {
 
   struct OpenConstraint {
     PathConstraint* constraint;
-    std::vector<Bounds> bounds;  // as declared, where they are widened
+    std::vector<Bounds> bounds;  // declared bounds of widened rows
   };
   struct Worst {
     const PathConstraint* constraint;
