@@ -10,7 +10,7 @@
 namespace saltus {
 namespace {
 
-// A JSON object that is written member by member.
+// Writes a JSON object member by member.
 class Object {
  public:
   Object& text(const char* key, std::string_view value) { return raw(key, json_string(value)); }

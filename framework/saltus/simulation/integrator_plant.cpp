@@ -43,7 +43,7 @@ IntegratorPlant::IntegratorPlant(IntervalProblem problem, const IntegratorChoice
   end_.resize(integrator_->outputs());
 }
 
-// What formulas throw becomes a sentence.
+// Converts exceptions of formulas to a sentence.
 bool IntegratorPlant::integrate(double length) {
   const std::size_t known = events_.size();
   try {
@@ -90,7 +90,7 @@ bool IntegratorPlant::advance(const VectorRef& input, double length) {
 std::string IntegratorPlant::mode() const {
   if (hybrid_ == nullptr) return {};
   if (mode_ >= 0) return hybrid_->mode_name(mode_);
-  // Before the first step: what an interval of no length finds.
+  // Before the first step: the mode that an interval of length zero finds.
   VectorXd w(w_.size()), end(end_.size());
   w << state_, VectorXd::Zero(inputs()), parameters_, time(), 0.0;
   hybrid_->start_in(-1);
@@ -98,7 +98,7 @@ std::string IntegratorPlant::mode() const {
     return hybrid_->value(w.data(), end.data()) == IntegrationStatus::success
                ? hybrid_->mode_name(hybrid_->end_mode())
                : std::string();
-  } catch (...) {  // a formula; the first step says so
+  } catch (...) {  // exception of a formula; the first step reports it
     return {};
   }
 }

@@ -9,7 +9,8 @@
 namespace saltus {
 namespace {
 
-// A rest shorter than this is solved as this long, so that phases may end as much late, s.
+// A shorter remainder is solved with this length in seconds, so that phases may end late by as
+// much.
 constexpr double late = 20.0 * same_instant;
 
 double outside(double value, const Bounds& b) {
@@ -84,7 +85,7 @@ void MissRecord::judge(const Term& term, double t, const VectorXd& z, bool at_en
   VectorXd value = VectorXd::Constant(term.function.outputs(), std::nan(""));
   try {
     value = term.function(z);
-  } catch (...) {  // a formula of the user's: it has no value there
+  } catch (...) {  // a user formula has no value there
   }
   for (int i = 0; i < value.size(); ++i) judge(term.name, t, value[i], term.bounds[i], 1.0, at_end);
 }

@@ -14,7 +14,7 @@
 namespace saltus {
 namespace {
 
-// Of a piece: what happens sooner happens where the piece begins.
+// Fraction of a piece: earlier events count as events at the start of the piece.
 constexpr double at_once = 1e-16;
 
 bool is_running_cost(const Term& term) {
@@ -83,7 +83,7 @@ VectorXd PhasedPlant::argument(const VectorRef& input) const {
   return z;
 }
 
-// A phase that begins within a tick may have other inputs than those that the plan had in mind.
+// A phase that starts within a tick may have other inputs than the plan of that tick.
 VectorXd PhasedPlant::fitted(const VectorRef& input) const {
   VectorXd u = VectorXd::Zero(inputs());
   const Eigen::Index n = std::min(u.size(), input.size());
@@ -149,8 +149,8 @@ double PhasedPlant::growth(const VectorRef& input) const {
          guard_rate(definition(), definition().dynamics, g.guard, argument(input)).value;
 }
 
-// On the guard or beyond it the motion decides: it goes on, or comes back first, as a ball does
-// that bounces and that rounding put below the ground.
+// On the guard or beyond it, the motion decides: it leaves, or returns first, like a bouncing ball
+// that rounding put below the ground.
 bool PhasedPlant::is_leaving(const VectorRef& input) const {
   const double g = guard(input), rate = growth(input);
   return (g > 0.0 && rate >= 0.0) || (g == 0.0 && rate > 0.0);
@@ -164,8 +164,8 @@ IntegrationStatus PhasedPlant::integrate(const VectorRef& input, double length) 
   return p.integrator->value(w.data(), end_.data());
 }
 
-// To the end of the piece, or to where the guard passes zero and the next phase begins: how far
-// that is, s; nothing where it fails.
+// Moves to the end of the piece, or to the zero of the guard where the next phase starts. Returns
+// the length in seconds; empty if the integration fails.
 std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
   if (length <= 0.0) return 0.0;
   const VectorXd start = state_;
@@ -188,7 +188,7 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
   const bool has_guard = !definition().end_guards.empty();
   bool inside = has_guard && guard(input) < 0.0;
   const Phase& p = phases_[phase_];
-  std::vector<bool> counts;  // costs in whose windows the piece begins
+  std::vector<bool> counts;  // costs whose windows contain the start of the piece
   for (std::size_t i = 0; i < p.running.size(); ++i) {
     counts.push_back(is_in_force(definition().terms[p.running[i]].window, begin.time()));
     if (p.integrator->follows_running_costs()) p.costs.evaluate(static_cast<int>(i), counts[i]);
@@ -202,7 +202,7 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
   const bool crossed = has_guard && (inside ? guard(input) >= 0.0 : is_leaving(input));
   if (crossed) {
     double low = 0.0, high = length;
-    // Halving ends at neighbouring numbers, or at once: the event is as exact as the integrator.
+    // Bisection ends at adjacent numbers or at once: the event is as accurate as the integrator.
     const auto go_where_begins = [&](const auto& holds) {
       for (double middle = 0.5 * (low + high);
            middle > low && middle < high && high > at_once * length; middle = 0.5 * (low + high)) {
@@ -211,7 +211,7 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
       }
       return go(high);
     };
-    if (!inside) {  // it may have come back before it left
+    if (!inside) {  // the guard may have returned before it crossed zero
       if (!go_where_begins([&] { return growth(input) >= 0.0; })) return {};
       inside = guard(input) < 0.0;
       low = std::exchange(high, length);
@@ -225,7 +225,7 @@ std::optional<double> PhasedPlant::move(const VectorRef& input, double length) {
   return gone;
 }
 
-// Limits in the midst of a piece count from its next start on.
+// A window limit inside a piece takes effect with the next piece.
 bool PhasedPlant::is_in_force(const Window& window, double t) const {
   const Schedule& schedule = problem_.schedule();
   const auto time_of = [&](const Instant& instant) {
@@ -313,7 +313,7 @@ void PhasedPlant::disturb(const VectorRef& change) {
   const bool has_guard = !definition().end_guards.empty();
   const bool was_before = has_guard && guard(u) <= 0.0;
   state_ += change;
-  // On the guard the motion decides, where the next piece begins.
+  // On the guard the motion decides at the start of the next piece.
   passed_guard_ = (passed_guard_ || was_before) && guard(u) > 0.0;
 }
 

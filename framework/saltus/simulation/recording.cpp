@@ -24,8 +24,8 @@ void write_cells(TextTable& table, const VectorXd& values, std::size_t columns) 
       table.empty();
 }
 
-// What happens inside a shooting interval whose phase has events. It begins in the mode that is
-// given; -1: that which follows from the state.
+// Events inside a shooting interval of a phase with events. `mode` is the mode at its start; -1:
+// determined by the state.
 std::vector<HybridEvent> events_inside(EventIntegrator& integrator, const TrajectoryPiece& piece,
                                        const VectorXd& parameters, int mode) {
   VectorXd w(integrator.arguments().size()), end(integrator.outputs());
@@ -39,7 +39,7 @@ std::vector<HybridEvent> events_inside(EventIntegrator& integrator, const Trajec
   return events;
 }
 
-// Modes behind the declared ones are those that slide on a surface.
+// Modes after the declared ones slide on a surface.
 bool is_sliding(const EventIntegrator& integrator, int mode) {
   return mode >= static_cast<int>(integrator.problem().switching.modes.size());
 }
@@ -106,7 +106,7 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
   const Schedule& schedule = problem.schedule();
   const bool has_schedule = !schedule.events().empty();
   const auto scheduled_mode = [&](double t) {
-    // An instant later: at an event, and where rounding puts a node before it, the new mode holds.
+    // Slightly later: at an event, and if rounding puts a node before it, the new mode is active.
     return has_schedule ? schedule.mode_at(t + same_instant) : std::string();
   };
   const auto add = [&](double t, VectorXd state, const VectorXd& input, const std::string& mode) {
@@ -114,7 +114,7 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
     if (!recording.samples.empty()) t = std::max(t, recording.samples.back().time);
     recording.samples.push_back({t, std::move(state), input, mode});
   };
-  // One per phase, as they are needed; null: the phase has no events inside.
+  // One per phase, created when needed; null: the phase has no inner events.
   std::vector<std::unique_ptr<Integrator>> integrators(trajectory.phases().size());
   const auto event_integrator = [&](int phase) {
     std::unique_ptr<Integrator>& made = integrators[phase];
@@ -122,7 +122,7 @@ Recording record(const OptimalControlProblem& problem, const Trajectory& traject
     if (!made && !integrator.problem().switching.empty()) made = integrator.make();
     return dynamic_cast<EventIntegrator*>(made.get());
   };
-  int sliding = -1;  // the mode at the end of the piece before, if it slides
+  int sliding = -1;  // sliding mode at the end of the previous piece; -1: none
   for (std::size_t k = 0; k < pieces.size(); ++k) {
     const TrajectoryPiece& piece = pieces[k];
     const Trajectory::PhaseInfo& phase = trajectory.phases()[piece.phase];
