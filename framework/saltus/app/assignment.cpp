@@ -16,7 +16,7 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(first, text.find_last_not_of(space) - first + 1);
 }
 
-// Nested sections become dotted keys. An empty one has no value.
+// Nested sections become dotted keys. An empty section is a key without a value.
 void flatten(const std::vector<YamlEntry>& entries, const std::string& prefix,
              const std::string& file, std::vector<Assignment>& list) {
   for (const YamlEntry& entry : entries) {
@@ -47,7 +47,7 @@ Assignment from_text(std::string_view key, std::string_view value) {
       assignment.items.emplace_back(trimmed(text.substr(0, comma)));
       if (comma == std::string_view::npos) break;
       text.remove_prefix(comma + 1);
-      if (text.empty()) assignment.items.emplace_back();  // a comma that nothing follows
+      if (text.empty()) assignment.items.emplace_back();  // a trailing comma
     }
   } else {
     assignment.form = Assignment::Form::scalar;

@@ -29,7 +29,7 @@ Words completions_of_run(std::span<const std::string> words, const std::string& 
                          std::span<const ProblemEntry> problems) {
   const ProblemEntry* problem = problem_among(words, problems);
   const std::string before = words.empty() ? "" : words.back();
-  if (before == "--config" || before == "--out") return {};  // files, by the shell
+  if (before == "--config" || before == "--out") return {};  // the shell completes file names
   Words found;
   if (problem != nullptr && problem->with_settings) {
     problem->with_settings([&](const Settings& settings) {

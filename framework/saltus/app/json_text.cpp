@@ -12,7 +12,7 @@ void refuse_deep_json(std::string_view text, std::string_view source) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     if (is_string && c == '\\')
-      ++i;  // what follows is part of the string
+      ++i;  // the escaped character belongs to the string
     else if (c == '"')
       is_string = !is_string;
     else if (!is_string && (c == '[' || c == '{') && ++depth > deepest_json)

@@ -24,7 +24,7 @@ constexpr const char* summary =
     "a project of your own: builds against the installed library, solves, draws, runs in closed "
     "loop";
 
-// Targets that CMake makes itself, the package that the project looks for, and the project's own.
+// Target names reserved by CMake, the package that the project finds, and the project's own names.
 constexpr std::array taken{"all",
                            "clean",
                            "depend",
@@ -56,13 +56,13 @@ void check_name(const std::string& name) {
         "new: '{}' cannot be the name of a project: CMake or Saltus use it already", name));
 }
 
-// "0.2": what find_package asks for.
+// "0.2": the version for find_package.
 std::string minor_version() {
   const std::string whole = version();
   return whole.substr(0, whole.find('.', whole.find('.') + 1));
 }
 
-// "cart/" is "cart".
+// Removes a trailing slash: "cart/" becomes "cart".
 fs::path without_slash(const fs::path& folder) {
   const fs::path whole = fs::absolute(folder).lexically_normal();
   return whole.has_filename() ? whole : whole.parent_path();
@@ -79,7 +79,7 @@ void write_files(const fs::path& templates, const fs::path& folder, const Marks&
   }
 }
 
-// What CMake must be told to find the library, or a sentence where there is none.
+// The CMake options that find the library, or a sentence if it is not installed.
 std::string how_to_build(const std::string& name, const fs::path& folder) {
   const fs::path prefix = program_folder().parent_path();
   bool is_installed = false;

@@ -5,8 +5,8 @@ namespace {
 
 volatile std::sig_atomic_t last_signal = 0;
 
-// Calls only what a signal handler may call. A second signal that arrives meanwhile is blocked
-// (sa_mask) and has its default action when this returns.
+// Calls only async-signal-safe functions. A second signal during this call is blocked (sa_mask) and
+// takes its default action when the call returns.
 void note_first(int signal) {
   last_signal = signal;
   struct sigaction by_default = {};
@@ -20,7 +20,7 @@ void note_first(int signal) {
 NoteSignals::NoteSignals() {
   last_signal = 0;
   struct sigaction note = {};
-  note.sa_handler = note_first;  // no SA_RESTART: waits end
+  note.sa_handler = note_first;  // no SA_RESTART: system calls return
   ::sigemptyset(&note.sa_mask);
   ::sigaddset(&note.sa_mask, SIGINT);
   ::sigaddset(&note.sa_mask, SIGTERM);

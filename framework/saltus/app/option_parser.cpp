@@ -26,7 +26,7 @@ OptionParser::OptionParser(std::string command, std::string summary)
     : cli_(std::make_unique<Cli>()), command_(std::move(command)) {
   cli_->app.name("saltus " + command_);
   cli_->app.description(std::move(summary));
-  cli_->app.set_help_flag();  // a flag like any other, so that the caller prints
+  cli_->app.set_help_flag();  // --help is an ordinary flag, so that the caller prints it
   cli_->app.allow_extras();
   flag("--help,-h", "this text", help_wanted_);
 }
@@ -84,8 +84,8 @@ const OptionParser::Declared* OptionParser::find(std::string_view flag) const {
   return it == declared_.end() ? nullptr : &*it;
 }
 
-// CLI11 would take the word after an unknown flag for a word of its own, and the flag after an
-// option for its value. One word per flag says what belongs together.
+// CLI11 would take the word after an unknown flag for a positional argument, and the flag after an
+// option for its value. Therefore each flag is joined with its value in one word.
 std::vector<std::string> OptionParser::with_values_attached(
     std::span<const std::string> words) const {
   std::vector<std::string> attached;
@@ -132,12 +132,13 @@ void OptionParser::parse(std::span<const std::string> words) {
     throw InputError(fmt::format("one {} at a time: '{}' or '{}'?", word_name_, shortened(*word_),
                                  shortened(word)));
   }
-  for (const std::string& word : attached) hand_over(word);  // in their order
+  for (const std::string& word : attached) hand_over(word);  // in order
 }
 
 void OptionParser::hand_over(const std::string& word) const {
   if (word == "-h") return hand_over("--help");
-  if (!word.starts_with("--") || word.size() == 2) return;  // a word, which CLI11 has handed over
+  // a positional argument, which CLI11 has stored
+  if (!word.starts_with("--") || word.size() == 2) return;
   const auto equals = word.find('=');
   const std::string flag = word.substr(0, equals);
   std::optional<std::string> value;

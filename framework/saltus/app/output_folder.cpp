@@ -17,11 +17,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As long as any that a run writes, with the parts of a temporary one.
+// As long as the longest file name of a run, with the parts of a temporary name.
 constexpr const char* longest_file_name =
     ".latency_by_provenance.json.01234567.sixteen-long-host.4194304.part";
 
-// The folder itself, or the nearest of its parents that exists.
+// The folder itself or its nearest existing parent.
 fs::path nearest_existing(fs::path folder) {
   std::error_code error;
   while (!fs::exists(fs::symlink_status(folder, error)) && folder.has_relative_path()) {
@@ -43,7 +43,7 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   if (!fs::is_directory(existing, error)) {
     refuse(fmt::format("cannot be used: '{}' is not a folder", existing.string()));
   }
-  // A name that is too long is told now: the last file would be the first to tell it otherwise.
+  // Rejects a name that is too long now instead of at the last file.
   const fs::path longest = fs::absolute(path_, error) / longest_file_name;
   const auto most = static_cast<std::size_t>(::pathconf(existing.c_str(), _PC_NAME_MAX));
   for (const fs::path& part : longest)
@@ -52,10 +52,10 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
   if (longest.native().size() >= PATH_MAX)
     refuse(fmt::format("cannot be made: with its files' names a path has less than {} bytes",
                        PATH_MAX));
-  // Permissions alone do not tell (read-only file systems, root): try, and take it back.
+  // Permissions do not suffice (read-only file systems, root), so a file is created and removed.
   const fs::path probe = temporary_beside(existing / "saltus_probe");
   const bool writable = make_private_file(probe) && std::ofstream(probe).put('\n').flush().good();
-  begin_ = fs::last_write_time(probe, error);  // by the clock of the disk, which may be another one
+  begin_ = fs::last_write_time(probe, error);  // file clock of the disk, which may differ
   fs::remove(probe, error);
   if (!writable) refuse("is not writable");
   remove_orphans(path_);

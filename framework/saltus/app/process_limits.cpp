@@ -61,8 +61,8 @@ bool is_below(int resource, rlim_t enough) {
          limit.rlim_cur < enough;
 }
 
-// Runs before the initialisers of shared libraries, so that nothing of them can be used, neither
-// the environment nor memory of the heap.
+// Runs before the initialisers of shared libraries, so that neither their functions nor the
+// environment nor the heap can be used.
 [[gnu::no_sanitize("address", "undefined", "thread")]] void start_with_one_thread(int, char** argv,
                                                                                   char** env) {
   if (!is_below(RLIMIT_AS, RLIM_INFINITY) && !is_below(RLIMIT_DATA, RLIM_INFINITY) &&
@@ -77,7 +77,8 @@ bool is_below(int resource, rlim_t enough) {
   }
   limited[count++] = one_thread;
   limited[count] = nullptr;
-  ::execve("/proc/self/exe", argv, const_cast<char* const*>(limited));  // else goes on as it is
+  // on failure the program continues
+  ::execve("/proc/self/exe", argv, const_cast<char* const*>(limited));
 }
 
 using Initialiser = void (*)(int, char**, char**);

@@ -22,19 +22,19 @@
 namespace saltus {
 namespace {
 
-// Before the result, which is the last that a child writes. Control characters: no library prints
-// them.
+// Marks before the result, which a child writes last. They contain control characters, which no
+// library prints.
 constexpr std::string_view done_mark = "\x01done\x02";
 constexpr std::string_view refused_mark = "\x01refused\x02";
 constexpr std::string_view threw_mark = "\x01threw\x02";
-constexpr std::string_view end_mark = "\x03";  // whole, not cut off
+constexpr std::string_view end_mark = "\x03";  // marks a complete result
 
-// The whole life of a child.
+// Body of a child process.
 [[noreturn]] void serve(int pipe, const std::function<std::string()>& work) {
 #ifdef __linux__
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a parent that is killed takes its children along
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // children die with the parent
 #endif
-  // An interrupt from the keyboard goes to the whole group; the parent decides what it means.
+  // An interrupt from the keyboard reaches the whole process group; only the parent handles it.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_DFL);
   std::signal(SIGPIPE, SIG_DFL);
@@ -58,10 +58,10 @@ constexpr std::string_view end_mark = "\x03";  // whole, not cut off
   }
   std::fflush(nullptr);
   write_all(pipe, result);
-  ::_exit(0);  // no destructors of the parent's objects
+  ::_exit(0);  // skips destructors of the parent's objects
 }
 
-// What stands between the mark and the end, if the output ends so.
+// Extracts the text between the mark and the end mark, if the output ends with it.
 bool take(std::string_view output, std::string_view mark, std::string& text) {
   if (!output.ends_with(end_mark)) return false;
   const std::size_t at = output.rfind(mark);
@@ -91,7 +91,7 @@ void ProcessPool::start(long id, const std::function<std::string()>& work) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0)
     throw std::system_error(errno, std::generic_category(), "no pipe for another process");
-  std::fflush(nullptr);  // or the child would print it again
+  std::fflush(nullptr);  // otherwise the child would print it again
   const pid_t process = ::fork();
   if (process == 0) {
     ::close(ends[0]);
@@ -108,7 +108,7 @@ void ProcessPool::start(long id, const std::function<std::string()>& work) {
 }
 
 std::vector<FinishedWork> ProcessPool::wait(double seconds) {
-  // Rounded up, not to wake just before the limit.
+  // Rounded up, to avoid waking just before the limit.
   const double patience = std::min(seconds, end_overdue() + 1e-3);
   std::vector<pollfd> files;
   for (const Child& child : running_) files.push_back({child.pipe, POLLIN, 0});

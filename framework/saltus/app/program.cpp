@@ -32,7 +32,7 @@
 namespace saltus {
 namespace {
 
-// By name or alias, in capitals or not.
+// Finds a problem by name or alias, ignoring case.
 const ProblemEntry* find_problem(std::span<const ProblemEntry> problems, const std::string& given) {
   const auto lower_case = [](std::string text) {
     for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -72,7 +72,7 @@ void print_list(std::span<const ProblemEntry> problems) {
                problem.kind.empty() ? "" : fmt::format(" ({})", problem.kind));
 }
 
-// The program's own verbs and those that its caller adds, as subcommands.
+// The program's own verbs and those of its caller, as subcommands.
 class Verbs {
  public:
   explicit Verbs(std::span<const Verb> more) {
@@ -85,10 +85,10 @@ class Verbs {
     add("completion", "completion bash|zsh|fish: what a shell reads to complete words");
     for (const Verb& verb : more) add(verb.name, verb.summary);
     add("help", "this text; 'run PROBLEM --help' lists the settings of a problem");
-    help_ = app_.help();  // of all verbs: after parsing it would be that of the one given
+    help_ = app_.help();  // help of all verbs; after parsing it would be that of one verb
   }
 
-  /// The name of the verb that the first word is. The words after it are the verb's own: CLI11
+  /// Name of the verb that the first word selects. The words after it belong to the verb: CLI11
   /// would look for further verbs among them ("run list").
   std::string parse(const std::string& word) {
     try {
@@ -149,7 +149,7 @@ ExitStatus run_problem(std::span<const std::string> arguments,
 ExitStatus dispatch(const std::vector<std::string>& arguments,
                     std::span<const ProblemEntry> problems, std::span<const Verb> more_verbs) {
   Verbs verbs(more_verbs);
-  // Asked by the shell, not by users.
+  // Called by shell completion, not by users.
   if (!arguments.empty() && arguments.front() == completion_question) {
     for (const std::string& word :
          completions(std::span(arguments).subspan(1), verbs.names(), problems))
@@ -201,16 +201,16 @@ Verb verb_of_program(std::string name, std::string summary, std::string program)
 
 namespace {
 
-// A file that is opened later would take the place of a stream that is closed, and get what is
-// printed.
+// Opens closed standard streams. Otherwise the next opened file would replace a stream and receive
+// the printed output.
 void have_standard_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(stream, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0) return;
 }
 
-// Some builds of Ipopt's linear solver start MPI, which aborts the process without a home folder,
-// and fetched files are kept below it. It is the user's own or "/", never a folder where others can
-// lay files for us, as /tmp would be.
+// Sets HOME if it is missing. Some builds of Ipopt's linear solver start MPI, which aborts without
+// a home folder, and fetched files are stored below it. It is the user's folder or "/", never a
+// folder such as /tmp where others can place files.
 void have_home_folder() {
   const char* given = std::getenv("HOME");
   if (given != nullptr && *given != '\0') return;
@@ -225,7 +225,7 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
                 std::span<const Verb> more_verbs) {
   const auto end_with = [](ExitStatus status, std::string_view sentence) {
     std::fflush(stdout);
-    // Not by fmt::print, which throws where nothing can be written.
+    // Without fmt::print, which throws if writing fails.
     std::fputs(fmt::format("saltus: {}\n", printable(sentence)).c_str(), stderr);
     return static_cast<int>(status);
   };
@@ -235,7 +235,7 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
   try {
     const std::vector<std::string> arguments(argv + std::min(argc, 1), argv + argc);
     const ExitStatus status = dispatch(arguments, problems, more_verbs);
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {  // of what was buffered, too
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {  // buffered output too
       throw std::system_error(errno != 0 ? errno : EIO, std::generic_category(),
                               "the standard output cannot be written");
     }
@@ -247,7 +247,7 @@ int saltus_main(int argc, const char* const* argv, std::span<const ProblemEntry>
   } catch (const std::system_error& error) {
     return end_with(ExitStatus::bad_input, fmt::format("the system refuses: {}", error.what()));
   } catch (const std::bad_alloc&) {
-    // Without fmt::format, which needs memory.
+    // Without fmt::format, which allocates.
     std::fflush(stdout);
     std::fputs("saltus: there is not enough memory; a smaller problem needs less\n", stderr);
     return static_cast<int>(ExitStatus::bad_input);

@@ -22,10 +22,10 @@ namespace saltus {
 namespace {
 
 constexpr int script_has_said_why = 3;  // python/saltus/drawing.py
-constexpr int files_not_written = 4;    // python/saltus/on_folder.py: said too
+constexpr int files_not_written = 4;    // python/saltus/on_folder.py; message printed too
 
-// python3 -B WORD...; our package comes before any other of its name, and the folder in which the
-// user happens to be is not searched. The exit status, -1 if there is none.
+// Runs python3 -B WORD... with our package before any other of its name, and without the current
+// folder in its search path. Returns the exit status, -1 if there is none.
 int status_of_python(std::vector<std::string> words, const std::string& package) {
   const char* before = std::getenv("PYTHONPATH");
   const std::string path =
@@ -38,14 +38,14 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
   const pid_t child = fork();
   if (child == 0) {
 #ifdef __linux__
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a parent that is ended takes it along
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // ends with its parent
 #endif
     std::signal(SIGINT, SIG_DFL);
-    setenv("OPENBLAS_NUM_THREADS", "1", 0);  // of numpy: drawing needs no more
+    setenv("OPENBLAS_NUM_THREADS", "1", 0);  // for numpy: plotting needs no more
     setenv("PYTHONPATH", path.c_str(), 1);
     setenv("PYTHONSAFEPATH", "1", 1);
-    // The system's own python3 first: that is the one whose packages the set-up installs. By its
-    // name in arguments[0] it finds the environment that it belongs to.
+    // Prefers the system's python3, whose packages the set-up installs. Python finds its
+    // environment by the name in arguments[0].
     const char* named = std::getenv("SALTUS_PYTHON");
     const bool is_named = named != nullptr && *named != '\0';
     for (const char* python :
@@ -62,7 +62,8 @@ int status_of_python(std::vector<std::string> words, const std::string& package)
   return ended > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-// `make_words` is given the folder of the package; what it returns names last what is run.
+// `make_words` receives the folder of the package; the last word that it returns is the module or
+// script.
 template <class MakeWords>
 bool run_python(MakeWords make_words, const std::filesystem::path& results, std::string_view what,
                 std::span<const std::string> more) {

@@ -28,7 +28,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* run_file = "run.json";
 
-// What differs between two runs that are the same: how long it took, and who did it.
+// Names of values that differ between identical runs: computing times and versions.
 bool is_of_computing(const std::string& name) {
   static const std::set<std::string> names{"solve time [s]",
                                            "solve time [us]",
@@ -41,12 +41,12 @@ bool is_of_computing(const std::string& name) {
                                            "worst_tick",
                                            "deadline_misses",
                                            "saltus"};
-  // Nothing else is told in microseconds, or in seconds for each second that is simulated.
+  // Only computing times are in microseconds, or in seconds per simulated second.
   return name.ends_with("_us") || name.ends_with("_s_per_s") || names.contains(name);
 }
 
 std::string content_of(const fs::path& file) {
-  constexpr std::size_t longest_table = std::size_t{1} << 32U;  // 100 MB a minute
+  constexpr std::size_t longest_table = std::size_t{1} << 32U;  // a limit of 100 MB per minute
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error))
     throw InputError(fmt::format(
@@ -100,7 +100,7 @@ FileComparison compare_tables(const std::string& name, const std::string& before
                       is_timed ? ", computing times aside" : "")};
 }
 
-// The way to the first entry that differs, or nothing.
+// Path of the first entry that differs; empty if none does.
 std::string first_difference(const Json& before, const Json& after, const std::string& way) {
   if (before.is_object() && after.is_object()) {
     const auto below = [&way](const std::string& key) {
@@ -140,14 +140,14 @@ FileComparison compare_summaries(const std::string& name, const std::string& bef
                              : "differs first at " + shortened(difference)};
 }
 
-// May it be removed when another run takes the folder? Run.json can come from anywhere.
+// True if a later run may remove the file. Run.json may come from an untrusted source.
 bool is_of_a_run(const fs::path& name) {
   static const std::set<std::string> kinds{".csv",  ".gif", ".html", ".json", ".mat",
                                            ".mcap", ".mp4", ".png",  ".txt",  ".yaml"};
   return name == name.filename() && kinds.contains(name.extension().string());
 }
 
-// What may be of a run in a folder, and when it was written.
+// Files of a folder that may belong to a run, and their times.
 std::map<std::string, fs::file_time_type> files_with_times(const fs::path& folder) {
   std::map<std::string, fs::file_time_type> files;
   std::error_code unknown;
@@ -157,7 +157,8 @@ std::map<std::string, fs::file_time_type> files_with_times(const fs::path& folde
   return files;
 }
 
-// Discarded where it is no JSON; InputError where it cannot be read or is nested too deep.
+// Returns a discarded value if the text is not JSON. Throws InputError if it cannot be read or is
+// nested too deeply.
 Json parsed_run_file(const fs::path& folder) {
   const fs::path file = folder / run_file;
   const std::string text = content_of(file);
@@ -165,7 +166,7 @@ Json parsed_run_file(const fs::path& folder) {
   return Json::parse(text, nullptr, /*allow_exceptions=*/false);
 }
 
-// Of the run whose run.json lies in the folder; empty if it does not tell.
+// Files of the run whose run.json is in the folder; empty if it lists none.
 std::vector<std::string> files_of_run(const fs::path& folder) {
   std::vector<std::string> files;
   try {
@@ -173,14 +174,14 @@ std::vector<std::string> files_of_run(const fs::path& folder) {
     if (!run.is_object() || !run.contains("files") || !run["files"].is_array()) return files;
     for (const Json& name : run["files"])
       if (name.is_string() && is_of_a_run(name.get<std::string>())) files.push_back(name);
-  } catch (const InputError&) {  // of no run that could be known
+  } catch (const InputError&) {  // the run is unknown
   }
   return files;
 }
 
 Json saltus_json() { return {{"version", version()}, {"commit", commit()}}; }
 
-// What run.json says; InputError naming what is missing.
+// Reads run.json. Throws InputError that names missing entries.
 Json read_run_file(const fs::path& folder) {
   std::error_code absent;
   if (!fs::is_directory(folder, absent))
@@ -286,7 +287,7 @@ ExitStatus rerun(std::span<const std::string> arguments, std::span<const Problem
     throw InputError(
         fmt::format("rerun: '{}' exists already; --out names another folder", again.string()));
 
-  // Files that settings name are found from where the run was made.
+  // Relative file names in settings refer to the folder in which the run was made.
   fs::current_path(run["folder"].get<std::string>(), error);
   if (error)
     fmt::print(stderr,
