@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Our files are small: more than this is a mistake (or a file that refers to itself).
+// Files of this project are small: more indicates an error (or a file that refers to itself).
 constexpr std::size_t max_depth = 16;
 constexpr std::size_t max_keys = 10000;
 
@@ -35,7 +35,7 @@ class Reader {
 
  private:
   std::string where(const YAML::Node& node) const {
-    // Marks count from zero; a node that was never written has the line -1.
+    // Marks count from zero; nodes that are not in the text have the line -1.
     return node.Mark().line < 0 ? source_ : fmt::format("{}:{}", source_, node.Mark().line + 1);
   }
 
@@ -72,16 +72,16 @@ class Reader {
 
   std::string source_;
   std::size_t count_ = 0;
-  std::map<std::string, std::string> where_;  // of each key with dots
+  std::map<std::string, std::string> where_;  // of each dotted key
 };
 
-// What is refused before a tree is made of it: yaml-cpp takes ", 2]" for documents without end, its
-// parser recurses, and with aliases a short text can stand for a very long one.
+// Rejects texts before a tree is built. yaml-cpp reads ", 2]" as endless documents, its parser
+// recurses, and aliases let a short text expand to a very long one.
 class Scan : public YAML::EventHandler {
  public:
   explicit Scan(const std::string& source) : source_(source) {}
 
-  /// Throws InputError. Nothing if there is no document.
+  /// Throws InputError for invalid texts. An empty text is valid.
   void run(const std::string& text) {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
