@@ -1,6 +1,6 @@
 // Plans once, then closes the loop: every 20 ms one step of the real-time iteration. The target
-// moves, somebody pushes the cart and the senses are noisy. Results go
-// into the folders results/plan and results/loop; plot.py draws them.
+// moves, the cart is pushed and the measurements are noisy. The results go to results/plan and
+// results/loop; plot.py draws them.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>

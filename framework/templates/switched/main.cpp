@@ -1,5 +1,5 @@
-// Plans through the switch, then drives a plant whose gravel is rougher than the plan knows.
-// Results go into the folders results/plan and results/loop; plot.py draws them.
+// Plans through the switch, then drives a plant with more friction on the gravel than planned. The
+// results go to results/plan and results/loop; plot.py draws them.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -20,8 +20,8 @@ int main() try {
   std::filesystem::create_directories("results/plan");
   std::ofstream("results/plan/trajectory.csv") << recording.trajectory_csv();
 
-  // Every 0.05 s what is left of the problem is solved again, from the measured state. Where the
-  // gravel begins the plant says itself.
+  // Solves the remaining problem every 0.05 s from the measured state. The plant reports when the
+  // gravel begins.
   const ShootingOptions grid{.intervals_per_phase = 30, .integrator = runge_kutta4({.steps = 2})};
   ShrinkingHorizonController controller(problem, rests_of(problem, grid, [](MultipleShooting rest) {
                                           return RecedingHorizonController(std::move(rest),

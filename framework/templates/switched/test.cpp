@@ -1,4 +1,4 @@
-// Ends with 1 and a sentence if something is not as it should be.
+// Returns 1 with a message if a check fails.
 #include <cmath>
 #include <cstdio>
 #include <saltus/solve/solve.hpp>

@@ -1,5 +1,5 @@
-// Plans the motion, then drives a plant along it that is pushed around. Results go into the folders
-// results/plan and results/loop; plot.py draws them.
+// Plans the motion, then drives a plant with disturbances along it. The results go to results/plan
+// and results/loop; plot.py draws them.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -19,7 +19,7 @@ int main() try {
   std::filesystem::create_directories("results/plan");
   std::ofstream("results/plan/trajectory.csv") << recording.trajectory_csv();
 
-  // Every 0.05 s what is left of the problem is solved again, from the measured state.
+  // Solves the remaining problem every 0.05 s from the measured state.
   const ShootingOptions grid{.intervals_per_phase = 60, .integrator = runge_kutta4({.steps = 2})};
   ShrinkingHorizonController controller(problem, rests_of(problem, grid, [](MultipleShooting rest) {
                                           return RecedingHorizonController(std::move(rest),
