@@ -1,6 +1,6 @@
-# Which components are built, and the third-party packages they need. A package is looked for only if
-# its component is asked for; each gets one target name, that every folder and every project around
-# this one can see:
+# Selects the components to build and finds their third-party packages. A package is searched for
+# only if its component is enabled. Each package gets one target name, visible to every folder and
+# to enclosing projects:
 #
 #   core      Eigen3::Eigen  fmt::fmt  saltus::suitesparse
 #   sundials  saltus::sundials_libraries
@@ -8,16 +8,16 @@
 #   robots    saltus::urdf_libraries  saltus::mesh_library
 #   dart      saltus::dart_libraries
 #   mujoco    saltus::mujoco_library
-#   legged    none of its own: it runs on all that the others bring
+#   legged    no package: it uses those of the other components
 #   app       nlohmann_json::nlohmann_json  saltus::yaml_library  saltus::command_line_library
 #
-# The releases in view: Debian 12, Ubuntu 24.04, Debian 13. ./saltus installs the packages.
+# Supported releases: Debian 12, Ubuntu 24.04, Debian 13. ./saltus installs the packages.
 # saltusConfig.cmake.in finds the same libraries for users of an installed Saltus.
 
 set(SALTUS_ALL_COMPONENTS core sundials ipopt robots dart mujoco legged app)
 set(SALTUS_COMPONENTS "found" CACHE STRING
     "Components to build, a list of: ${SALTUS_ALL_COMPONENTS}; or 'all'; or 'found': those whose packages are installed")
-# What each needs of the others.
+# Dependencies between components.
 set(SALTUS_core_NEEDS)
 set(SALTUS_sundials_NEEDS core)
 set(SALTUS_ipopt_NEEDS core)
@@ -42,10 +42,10 @@ else()
   list(REMOVE_DUPLICATES SALTUS_WANTED)
 endif()
 
-# Projects around this one link to our libraries, and through them to these.
+# Enclosing projects link to our libraries, and through them to these.
 set(CMAKE_FIND_PACKAGE_TARGETS_GLOBAL ON)
 
-# One name for a library, whatever its package calls it.
+# One name for a library, independent of the name in its package.
 function(saltus_external name)
   cmake_parse_arguments(E "" "" "LINK;INCLUDE" ${ARGN})
   if(NOT TARGET saltus::${name})
@@ -55,7 +55,7 @@ function(saltus_external name)
   endif()
 endfunction()
 
-# Each of these sets `missing` to what is not there, or leaves it empty.
+# Each of these sets `missing` to the missing package, or leaves it empty.
 macro(saltus_find_core)
   find_package(Eigen3 3.4 QUIET NO_MODULE)
   if(NOT Eigen3_FOUND)
@@ -65,8 +65,9 @@ macro(saltus_find_core)
   if(NOT fmt_FOUND)
     set(missing "fmt (libfmt-dev)")
   endif()
-  # SuiteSparse describes itself to CMake from version 7 on only; the libraries are the same few.
-  # KLU and CHOLMOD's simplicial part suit a BSD library; UMFPACK and SPQR (GPL) are left out.
+  # SuiteSparse has a CMake configuration only from version 7 on; the libraries are the same. The
+  # licences of KLU and of the simplicial part of CHOLMOD suit a BSD library; UMFPACK and SPQR (GPL)
+  # are not used.
   find_path(SALTUS_SUITESPARSE_INCLUDE_DIR klu.h PATH_SUFFIXES suitesparse)
   mark_as_advanced(SALTUS_SUITESPARSE_INCLUDE_DIR)
   set(suitesparse)
@@ -84,10 +85,10 @@ macro(saltus_find_core)
 endmacro()
 
 macro(saltus_find_sundials)
-  # Version 7 looks for MPI, in C as well as C++. Its version file refuses ranges across 6 and 7.
+  # Version 7 looks for MPI, in C as well as C++. Its version file rejects ranges across 6 and 7.
   find_package(SUNDIALS QUIET CONFIG)
   if(NOT SUNDIALS_FOUND AND SUNDIALS_CONSIDERED_CONFIGS)
-    # It is there, but not what its configuration looks for.
+    # It is installed, but its configuration does not find one of its dependencies.
     set(missing "OpenMP and MPI that work with ${CMAKE_CXX_COMPILER_ID}, as SUNDIALS asks (clang: libomp-dev)")
   elseif(NOT SUNDIALS_FOUND)
     set(missing "SUNDIALS 6.4 to 7 (libsundials-dev)")
@@ -96,7 +97,7 @@ macro(saltus_find_sundials)
   else()
     set(sundials_parts)
     set(SALTUS_SUNDIALS_LIBRARY_NAMES) # for saltusConfig.cmake
-    # Version 7 moved its base classes into a library of their own.
+    # Version 7 moved its base classes to a separate library.
     foreach(part cvodes arkode idas nvecserial sunmatrixdense sunlinsoldense sunnonlinsolnewton
                  sunnonlinsolfixedpoint core)
       if(TARGET SUNDIALS::${part}_shared)
@@ -114,7 +115,7 @@ endmacro()
 macro(saltus_find_ipopt)
   find_package(PkgConfig QUIET)
   if(PkgConfig_FOUND)
-    # Headers lie in coin/ (3.11) or coin-or/ (3.14), and the flags say so: #include <IpTNLP.hpp>.
+    # The headers are in coin/ (3.11) or coin-or/ (3.14), as the flags state: #include <IpTNLP.hpp>.
     pkg_check_modules(IPOPT QUIET IMPORTED_TARGET GLOBAL ipopt)
   endif()
   if(IPOPT_FOUND)
@@ -136,7 +137,7 @@ macro(saltus_find_yaml)
 endmacro()
 
 macro(saltus_find_robots)
-  # Up to version 3 its config file brings console_bridge along, through which it logs; 4 does not.
+  # Up to version 3 its config file finds console_bridge, which it logs through; version 4 does not.
   find_package(urdfdom QUIET)
   find_package(console_bridge QUIET)
   find_package(assimp QUIET)
@@ -150,7 +151,7 @@ macro(saltus_find_robots)
   endif()
 endmacro()
 
-# Simulation of the whole body. Its headers are not warning-free.
+# Whole-body simulation. Its headers are not free of warnings.
 macro(saltus_find_dart)
   find_package(DART 6.12 QUIET COMPONENTS collision-bullet collision-ode CONFIG)
   if(DART_FOUND)
@@ -160,8 +161,8 @@ macro(saltus_find_dart)
   endif()
 endmacro()
 
-# A second simulator. Debian's own config file names OpenGL and the headers of qhull, which the
-# package does not bring along and simulation does not need.
+# A second simulator. Debian's config file requires OpenGL and the headers of qhull, which the
+# package does not install and simulation does not need.
 macro(saltus_find_mujoco)
   find_path(SALTUS_MUJOCO_INCLUDE_DIR mujoco/mujoco.h)
   find_library(SALTUS_MUJOCO_LIBRARY mujoco)
@@ -170,7 +171,7 @@ macro(saltus_find_mujoco)
   if(SALTUS_MUJOCO_INCLUDE_DIR AND SALTUS_MUJOCO_LIBRARY)
     file(STRINGS ${SALTUS_MUJOCO_INCLUDE_DIR}/mujoco/mujoco.h version_line REGEX "mjVERSION_HEADER")
     string(REGEX MATCH "[0-9]+$" SALTUS_MUJOCO_VERSION "${version_line}")
-    # Release 3 reads descriptions from memory by other calls.
+    # Release 3 reads descriptions from memory by different functions.
     if(SALTUS_MUJOCO_VERSION GREATER_EQUAL 222 AND SALTUS_MUJOCO_VERSION LESS 300)
       set(missing)
       saltus_external(mujoco_library LINK ${SALTUS_MUJOCO_LIBRARY} INCLUDE ${SALTUS_MUJOCO_INCLUDE_DIR})
@@ -195,7 +196,7 @@ macro(saltus_find_app)
   endif()
 endmacro()
 
-# In an order in which each comes after what it needs.
+# In an order in which each component follows its dependencies.
 foreach(component core sundials ipopt app robots dart mujoco legged)
   set(SALTUS_HAS_${component} OFF)
   if(component IN_LIST SALTUS_WANTED)
@@ -211,7 +212,7 @@ foreach(component core sundials ipopt app robots dart mujoco legged)
     if(NOT missing)
       set(SALTUS_HAS_${component} ON)
     elseif(component STREQUAL "core" OR NOT SALTUS_COMPONENTS STREQUAL "found")
-      # MuJoCo is not in every release in view; the rest is.
+      # MuJoCo is not part of every supported release; the other packages are.
       if(component STREQUAL "mujoco" AND SALTUS_COMPONENTS STREQUAL "all")
         message(STATUS "No ${missing}: plant=mujoco will say so")
       else()

@@ -1,10 +1,11 @@
-# What `cmake --install` puts where: the libraries of the enabled components with their public
-# headers (public_headers.txt), and a CMake package that finds for a user only what is asked for.
+# Installation: the libraries of the enabled components with their public headers
+# (public_headers.txt), and a CMake package that finds only the requested components.
 
 include(CMakePackageConfigHelpers)
 set(SALTUS_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/saltus)
 
-# saltus_install_headers(COMPONENT): the public headers of a component, each by the path that it is included by.
+# saltus_install_headers(COMPONENT): installs the public headers of a component under their include
+# paths.
 function(saltus_install_headers component)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/framework/cmake/public_headers.txt)
   file(STRINGS ${PROJECT_SOURCE_DIR}/framework/cmake/public_headers.txt lines REGEX "^${component} ")
@@ -50,12 +51,12 @@ set(SALTUS_LEGGED_MUJOCO)
 if(SALTUS_HAS_mujoco)
   set(SALTUS_LEGGED_MUJOCO mujoco)
 endif()
-# Found next to one another or not at all: each component's file comes with its package.
+# The files of the components are found in the same folder; each file comes with its package.
 configure_package_config_file(${PROJECT_SOURCE_DIR}/framework/cmake/saltusConfig.cmake.in
                               ${PROJECT_BINARY_DIR}/saltusConfig.cmake
                               INSTALL_DESTINATION ${SALTUS_CMAKE_DIR}
                               NO_CHECK_REQUIRED_COMPONENTS_MACRO)
-# Before 1.0 every minor version may change what it promises.
+# Before 1.0 every minor version may break compatibility.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake
                                  COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/saltusConfig.cmake ${PROJECT_BINARY_DIR}/saltusConfigVersion.cmake

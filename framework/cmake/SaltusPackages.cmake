@@ -5,13 +5,13 @@
 #   libsaltus-dart0.2       the shared library that hides DART
 #   saltus                  the program with its scripts and data
 #
-# What a shared library or program needs is computed from its file (dpkg-shlibdeps); what a static
-# library needs to be linked is said here, by the names that the packages have in Debian and Ubuntu.
+# dpkg-shlibdeps computes the dependencies of shared libraries and programs. The dependencies of
+# static libraries are listed here, by their package names in Debian and Ubuntu.
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME saltus)
 set(CPACK_PACKAGE_VENDOR "Saltus")
-# The project has no address of its own; who gives packages to others puts theirs here.
+# The project has no address; distributors of packages set their own.
 set(CPACK_PACKAGE_CONTACT "The Saltus developers" CACHE STRING "Maintainer of the packages: NAME <ADDRESS>")
 set(CPACK_PACKAGING_INSTALL_PREFIX ${CMAKE_INSTALL_PREFIX})
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -23,7 +23,7 @@ set(CPACK_STRIP_FILES ON)
 set(SALTUS_SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 
-# What dpkg wants to find of every package in share/doc.
+# Files that dpkg requires of every package in share/doc.
 set(changelog ${PROJECT_BINARY_DIR}/changelog.Debian)
 set(signature ${CPACK_PACKAGE_CONTACT})
 if(NOT signature MATCHES "<")

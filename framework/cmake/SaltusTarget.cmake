@@ -1,10 +1,10 @@
-# One way to declare a target: the language level, the flags of users and those of our own objects.
+# Declaration of targets: language level, flags for users, and flags for our own objects.
 #
-#   saltus_usage           what a user's object needs too; installed with the libraries
-#   saltus_sanitizers      what the sanitizers want of every object, if they are asked for
+#   saltus_usage           flags of a user's object too; installed with the libraries
+#   saltus_sanitizers      flags of the sanitizers for every object, if enabled
 #   saltus_baseline_flags  our own objects: warnings, sanitizers
-#   saltus_flags           our own objects: also the instructions of the processor, optimisation
-#   saltus_program_flags   our own programs: how they are linked
+#   saltus_flags           our own objects: also the instruction set and optimisation
+#   saltus_program_flags   our own programs: link options
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -22,7 +22,7 @@ option(SALTUS_WERROR "Treat warnings as errors" OFF)
 set(SALTUS_SANITIZE OFF CACHE STRING "ON: address and undefined-behaviour sanitizers; thread: of data races")
 option(SALTUS_FUZZ "Count branches for libFuzzer, and build saltus_fuzz; needs clang" OFF)
 
-# ---- what a user's object needs too ---------------------------------------------------------------
+# ---- flags of a user's object --------------------------------------------------------------------
 
 include(GNUInstallDirs)
 add_library(saltus_usage INTERFACE)
@@ -35,11 +35,12 @@ set(SALTUS_INCLUDE_ROOTS ${PROJECT_SOURCE_DIR}/framework ${PROJECT_SOURCE_DIR}/i
                          ${PROJECT_SOURCE_DIR}/robots)
 target_include_directories(saltus_usage INTERFACE "$<BUILD_INTERFACE:${SALTUS_INCLUDE_ROOTS}>"
                                                   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-# Packaged libraries (DART) are built for 16-byte alignment; the same bound everywhere keeps Eigen
-# types layout-compatible whatever -march is chosen.
+# Packaged libraries (DART) are built for 16-byte alignment. The same limit everywhere keeps the
+# layout of Eigen types compatible for every -march.
 target_compile_definitions(saltus_usage INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
-# What Eigen allocates it must free in the same way, and that follows the width of vectors: who uses an
-# installed library compiles for the processor that it was built for, and core/types.hpp refuses others.
+# Eigen must free memory in the way in which it allocated it, which depends on the width of vectors.
+# Users of an installed library must therefore compile for the processor that it was built for;
+# core/types.hpp rejects others.
 set(SALTUS_EIGEN_ALIGN_BYTES 16)
 if(SALTUS_MARCH)
   include(CheckCXXSourceCompiles)
@@ -56,9 +57,9 @@ if(SALTUS_MARCH)
 endif()
 target_compile_definitions(saltus_usage INTERFACE
                            $<INSTALL_INTERFACE:SALTUS_EIGEN_ALIGN_BYTES=${SALTUS_EIGEN_ALIGN_BYTES}>)
-# gcc 12 loads a wide constant such as {1, 1, 0, 0} that it stores in one piece as a broadcast of its
-# first half where -march has AVX-512: {exactly(1), exactly(0)} became [1, 1] twice. Pieces of 16
-# bytes, as without -march, leave vector loops alone.
+# With AVX-512, gcc 12 loads a wide constant such as {1, 1, 0, 0} as a broadcast of its first half
+# if it is stored at once: {exactly(1), exactly(0)} became [1, 1] twice. Pieces of 16 bytes, as
+# without -march, avoid this and do not affect vector loops.
 include(CheckCXXCompilerFlag)
 check_cxx_compiler_flag(-mmove-max=128 SALTUS_HAS_MOVE_MAX)
 if(SALTUS_HAS_MOVE_MAX)
@@ -79,8 +80,8 @@ target_compile_options(saltus_baseline_flags INTERFACE
 if(SALTUS_MARCH)
   target_compile_options(saltus_flags INTERFACE -march=${SALTUS_MARCH})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # With wide vectors gcc complains about its own intrinsics (undefined registers, GCC bug 105593)
-    # and about vector loops of Eigen that small matrices never enter. Portable builds still check.
+    # With wide vectors gcc warns about its own intrinsics (undefined registers, GCC bug 105593) and
+    # about vector loops of Eigen that small matrices never enter. Portable builds still check.
     target_compile_options(saltus_flags INTERFACE -Wno-maybe-uninitialized -Wno-uninitialized
                                                   -Wno-array-bounds
                                                   -Wno-stringop-overflow -Wno-stringop-overread)
@@ -100,13 +101,14 @@ endif()
 if(SALTUS_FUZZ)
   target_compile_options(saltus_baseline_flags INTERFACE -fsanitize=fuzzer-no-link)
 endif()
-# What is not a library (problems, tests, benchmarks) also includes by the path from the top folder.
+# Targets that are not libraries (problems, tests, benchmarks) also include by the path from the top
+# folder.
 add_library(saltus_inside INTERFACE)
 target_include_directories(saltus_inside INTERFACE ${PROJECT_SOURCE_DIR})
 
-# Programs export nothing: a shared library would otherwise take their instances of Eigen's inline
-# functions, built for another processor, in place of its own. A sanitizer that is linked in must
-# export its malloc and free, or a shared library frees what it has not allocated.
+# Programs export no symbols: a shared library would otherwise use their instances of Eigen's inline
+# functions, built for another processor, instead of its own. A linked-in sanitizer must export its
+# malloc and free, or a shared library frees memory that it has not allocated.
 add_library(saltus_program_flags INTERFACE)
 if(NOT SALTUS_SANITIZE)
   target_link_options(saltus_program_flags INTERFACE
@@ -114,15 +116,16 @@ if(NOT SALTUS_SANITIZE)
                       -Wl,--version-script=${PROJECT_SOURCE_DIR}/framework/cmake/nothing_exported.map)
 endif()
 
-# ---- headers parsed once ----------------------------------------------------------------------------
+# ---- precompiled headers -------------------------------------------------------------------------
 
-# What nearly every object includes of other projects takes two to three seconds to parse each time.
-# Nothing of ours is in it, so that a change of ours never rebuilds everything; no source may count on
-# it (users have none, and each public header is compiled alone by a test).
+# The third-party headers of nearly every object take two to three seconds to parse. The precompiled
+# headers contain none of our own, so that our changes never rebuild everything. Sources must not
+# rely on them: users have none, and a test compiles each public header alone.
 option(SALTUS_PRECOMPILED_HEADERS "Parse the headers of Eigen, fmt and the standard library once"
        ${PROJECT_IS_TOP_LEVEL})
 
-# saltus_parsed_once(NAME DEPENDS ... HEADERS ...): what targets of the same flags can reuse.
+# saltus_parsed_once(NAME DEPENDS ... HEADERS ...): precompiled headers for targets with the same
+# flags.
 function(saltus_parsed_once name)
   cmake_parse_arguments(H "" "" "DEPENDS;HEADERS" ${ARGN})
   if(SALTUS_PRECOMPILED_HEADERS)
@@ -131,8 +134,9 @@ function(saltus_parsed_once name)
     add_library(${name} OBJECT ${PROJECT_BINARY_DIR}/${name}.cpp)
     target_link_libraries(${name} PRIVATE saltus_flags ${H_DEPENDS})
     target_precompile_headers(${name} PRIVATE ${H_HEADERS})
-    # A compiler cache returns the parsed headers of an earlier build folder, whose files were older;
-    # clang refuses those unless it notes no times. ninja rebuilds them when a header has changed.
+    # A compiler cache returns the precompiled headers of an earlier build folder, whose files were
+    # older. clang rejects those unless it ignores times. ninja rebuilds them if a header has
+    # changed.
     target_compile_options(${name} PRIVATE "$<$<CXX_COMPILER_ID:Clang,AppleClang>:SHELL:-Xclang -fno-pch-timestamp>")
   endif()
 endfunction()
@@ -143,16 +147,17 @@ set(SALTUS_COMMON_HEADERS
     <utility> <variant> <vector>)
 saltus_parsed_once(saltus_common_headers DEPENDS Eigen3::Eigen fmt::fmt HEADERS ${SALTUS_COMMON_HEADERS})
 
-# saltus_reuse(TARGET NAME): both with one level of optimisation, for gcc's precompiled headers bring theirs along.
+# saltus_reuse(TARGET NAME): both need the same optimisation level, because gcc's precompiled
+# headers contain it.
 function(saltus_reuse target name)
   if(TARGET ${name})
     target_precompile_headers(${target} REUSE_FROM ${name})
   endif()
 endfunction()
 
-# ---- how targets are declared ----------------------------------------------------------------------
+# ---- declaration of targets ----------------------------------------------------------------------
 
-# The components of more than one layer; the others are a layer of their own name.
+# Components with several layers; every other component is a layer of the same name.
 foreach(component core robots legged)
   if(SALTUS_HAS_${component})
     add_library(saltus_component_${component} INTERFACE)
@@ -163,9 +168,9 @@ endforeach()
 
 # saltus_layer(NAME [COMPONENT core] [SOURCES a.cpp ...] [DEPENDS saltus::common ...]
 #              [PRIVATE_DEPENDS ...])
-# declares the static library saltus_NAME with the alias saltus::NAME; without sources, headers
-# alone. With COMPONENT it is part of that component: installed with it, and not built where the
-# component is not. A layer names the layers it needs, never its own component.
+# declares the static library saltus_NAME with the alias saltus::NAME; without sources, a header-only
+# library. With COMPONENT it belongs to that component: it is installed with it, and not built if the
+# component is disabled. A layer names the layers that it needs, never its own component.
 function(saltus_layer name)
   cmake_parse_arguments(LAYER "" "COMPONENT" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   if(LAYER_COMPONENT AND NOT SALTUS_HAS_${LAYER_COMPONENT})
@@ -187,7 +192,7 @@ function(saltus_layer name)
   endif()
 endfunction()
 
-# Makes a target part of a component.
+# Adds a target to a component.
 function(saltus_in_component target component)
   if(TARGET saltus_component_${component})
     target_link_libraries(saltus_component_${component} INTERFACE ${target})
@@ -199,7 +204,7 @@ endfunction()
 function(saltus_program name)
   cmake_parse_arguments(P "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${P_SOURCES})
-  # Eigen and fmt for all: precompiled headers want the same definitions.
+  # Eigen and fmt for all programs: precompiled headers require the same definitions.
   target_link_libraries(${name} PRIVATE saltus_flags saltus_program_flags ${P_DEPENDS} Eigen3::Eigen fmt::fmt)
   saltus_reuse(${name} saltus_common_headers)
 endfunction()
@@ -213,8 +218,9 @@ function(saltus_install_program name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 endfunction()
 
-# saltus_data(PATH): a file or folder that programs read at run time, by data_file("PATH")
-# (core/data_file.hpp): below share/saltus of the build folder by a link, and of an installation.
+# saltus_data(PATH): a file or folder that programs read at run time by data_file("PATH")
+# (core/data_file.hpp). The build folder links it below share/saltus; an installation copies it
+# there.
 function(saltus_data path)
   get_filename_component(folder ${path} DIRECTORY)
   file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/share/saltus/${folder})
@@ -228,25 +234,25 @@ function(saltus_data path)
   endif()
 endfunction()
 
-# saltus_compiled_fast(TARGET): for code whose own speed does not matter, a third less to compile.
-# -fexpensive-optimizations keeps multiplications and additions fused as they are elsewhere. Not for
-# libraries with matrices: of an inline function that two objects hold the linker keeps either. At -O1
-# gcc 12 takes Eigen's realloc for a use after free.
+# saltus_compiled_fast(TARGET): for code whose speed does not matter; compiles a third faster.
+# -fexpensive-optimizations keeps multiplications and additions fused as elsewhere. Not for
+# libraries with matrices: the linker keeps either instance of an inline function that two objects
+# contain. At -O1 gcc 12 reports Eigen's realloc as a use after free.
 function(saltus_compiled_fast target)
   target_compile_options(${target} PRIVATE
     $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-O1;-fexpensive-optimizations;-Wno-use-after-free>)
   saltus_checked_fast(${target})
 endfunction()
 
-# saltus_checked_fast(TARGET): not optimised where clang's sanitizers look, which takes 41 % of the time to compile;
-# not so in folders that set SALTUS_TESTS_COMPUTE.
+# saltus_checked_fast(TARGET): disables optimisation under clang's sanitizers, which then take 41 %
+# of the compile time. No effect in folders that set SALTUS_TESTS_COMPUTE.
 function(saltus_checked_fast target)
   if(NOT SALTUS_TESTS_COMPUTE)
     target_compile_options(${target} PRIVATE $<$<AND:$<CXX_COMPILER_ID:Clang>,$<BOOL:${SALTUS_SANITIZE}>>:-O0>)
   endif()
 endfunction()
 
-# saltus_test_headers(NAME DEPENDS ... HEADERS ...): what tests include, parsed once.
+# saltus_test_headers(NAME DEPENDS ... HEADERS ...): precompiled headers of tests.
 function(saltus_test_headers name)
   cmake_parse_arguments(H "" "" "DEPENDS;HEADERS" ${ARGN})
   saltus_parsed_once(${name} DEPENDS Eigen3::Eigen fmt::fmt GTest::gtest ${H_DEPENDS}
@@ -256,8 +262,8 @@ function(saltus_test_headers name)
   endif()
 endfunction()
 
-# saltus_test_library(NAME SOURCES ... DEPENDS ... [PRIVATE_DEPENDS ...]): saltus::NAME, what several
-# tests share, with the headers that SALTUS_TEST_HEADERS names.
+# saltus_test_library(NAME SOURCES ... DEPENDS ... [PRIVATE_DEPENDS ...]): saltus::NAME, a library
+# shared by several tests, with the headers that SALTUS_TEST_HEADERS names.
 function(saltus_test_library name)
   cmake_parse_arguments(T "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   add_library(saltus_${name} STATIC ${T_SOURCES})
@@ -268,8 +274,8 @@ function(saltus_test_library name)
   saltus_compiled_fast(saltus_${name})
 endfunction()
 
-# saltus_test(NAME SOURCES ... DEPENDS ...): one GoogleTest program, every case known to ctest, with the
-# headers that SALTUS_TEST_HEADERS names.
+# saltus_test(NAME SOURCES ... DEPENDS ...): a GoogleTest program with every test case registered in
+# ctest, and the headers that SALTUS_TEST_HEADERS names.
 function(saltus_test name)
   cmake_parse_arguments(T "" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(test_${name} ${T_SOURCES})

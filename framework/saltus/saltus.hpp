@@ -1,5 +1,5 @@
-// Everything of the core that a first program needs; includes only. What needs SUNDIALS, Ipopt,
-// DART or MuJoCo has headers of its own.
+// Includes all core headers for a first program. Components that need SUNDIALS, Ipopt, DART or
+// MuJoCo have separate headers.
 #pragma once
 
 #include "saltus/core/error.hpp"

@@ -115,8 +115,7 @@ void merge_repeats(std::vector<SoftShortage>& all) {
   all = std::move(merged);
 }
 
-// ---- the problem with other terms
-// -----------------------------------------------------------------
+// ---- problem with other penalties ----
 
 // Calls edit(penalty or none) for every term in `soft`.
 template <class Edit>
@@ -141,8 +140,7 @@ OptimalControlProblem with_penalties(const OptimalControlProblem& problem,
   return result;
 }
 
-// ---- why
-// ------------------------------------------------------------------------------------------
+// ---- explanation ----
 
 // The cost that increases most if all violated terms are held.
 std::string what_grows(const Solution& free, const Solution& held) {

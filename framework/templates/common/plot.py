@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Draws what a run left: states and inputs over time, modes shaded.
+"""Plots the trajectory of a run: states and inputs over time, with shaded modes.
 
-Usage: plot.py FOLDER, with trajectory.csv in it; writes FOLDER/trajectory.png. Needs matplotlib.
+Usage: plot.py FOLDER. Reads FOLDER/trajectory.csv and writes FOLDER/trajectory.png. Needs matplotlib.
 """
 
 import csv
@@ -11,7 +11,7 @@ import sys
 try:
     import matplotlib
 except ModuleNotFoundError:
-    sys.exit("this python3 has no matplotlib: apt-get install python3-matplotlib, and /usr/bin/python3 plot.py FOLDER")
+    sys.exit("python3 cannot find matplotlib: apt-get install python3-matplotlib, then /usr/bin/python3 plot.py FOLDER")
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
